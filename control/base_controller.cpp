@@ -1,0 +1,81 @@
+#include "control/base_controller.h"
+
+#include <stdexcept>
+
+namespace control {
+namespace {
+
+FrictionObserver wheel_observer(int wheel, const FrictionObserver::Config& config) {
+  return {friction::wheel_table(wheel), config};
+}
+
+}  // namespace
+
+BaseController::BaseController(const Config& config)
+    : config_(config),
+      map_(LinkMap::with_geometry(config.geometry)),
+      odometry_(map_),
+      compensator_(config.compensator),
+      observers_{wheel_observer(1, config.observer), wheel_observer(2, config.observer),
+                 wheel_observer(3, config.observer), wheel_observer(4, config.observer)} {
+  const auto usable = [](const PlanarVector& gain) { return gain.allFinite() && (gain.array() >= 0).all(); };
+  if (!usable(config.stiffness) || !usable(config.damping) || !usable(config.feedforward_inertia))
+    throw std::invalid_argument("base controller: gains must be finite and not negative");
+  if (!(config.wrench_limits.force_N >= 0 && config.wrench_limits.moment_Nm >= 0 &&
+        config.torque_limit_Nm >= 0))
+    throw std::invalid_argument("base controller: limits must not be negative");
+}
+
+void BaseController::reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB) noexcept {
+  odometry_.reset(X_WB);
+  for (Eigen::Index i = 0; i < 4; ++i) observers_[static_cast<std::size_t>(i)].reset(wheel_position_rad[i]);
+}
+
+BaseController::Output BaseController::step(const WheelVector& wheel_position_rad,
+                                            const BaseReference& reference) noexcept {
+  Output output = sense(wheel_position_rad);
+  const PlanarPose& X_WB = output.X_WB;
+  const PlanarVector error_W(reference.X_WB.x_m - X_WB.x_m, reference.X_WB.y_m - X_WB.y_m,
+                             reference.X_WB.yaw_rad - X_WB.yaw_rad);
+  const PlanarVector twist_error_W = reference.twist_W - rotated(output.twist_B, X_WB.yaw_rad);
+  // Gains are axes of the base frame, so errors are turned there first.
+  drive(config_.stiffness.cwiseProduct(rotated(error_W, -X_WB.yaw_rad)) +
+            config_.damping.cwiseProduct(rotated(twist_error_W, -X_WB.yaw_rad)) +
+            config_.feedforward_inertia.cwiseProduct(rotated(reference.acceleration_W, -X_WB.yaw_rad)),
+        config_.compensate_friction, output);
+  return output;
+}
+
+BaseController::Output BaseController::brake(const WheelVector& wheel_position_rad) noexcept {
+  Output output = sense(wheel_position_rad);
+  drive(-config_.damping.cwiseProduct(output.twist_B), false, output);
+  return output;
+}
+
+BaseController::Output BaseController::sense(const WheelVector& wheel_position_rad) noexcept {
+  Output output;
+  for (Eigen::Index i = 0; i < 4; ++i) {
+    const auto wheel = static_cast<std::size_t>(i);
+    estimates_[wheel] = observers_[wheel].step(wheel_position_rad[i]);
+    output.wheel_velocity_rad_per_s[i] = estimates_[wheel].velocity_rad_per_s;
+  }
+  output.X_WB = odometry_.step(wheel_position_rad);
+  output.twist_B = map_.twist(output.wheel_velocity_rad_per_s);
+  return output;
+}
+
+void BaseController::drive(const PlanarVector& wrench_B, bool compensate, Output& output) const noexcept {
+  const Limited<PlanarVector> wrench = limited_wrench(wrench_B, config_.wrench_limits);
+  output.wrench_B = wrench.value;
+  WheelVector torque_Nm = map_.wheel_torque(wrench.value);
+  if (compensate)
+    for (Eigen::Index i = 0; i < 4; ++i) {
+      const auto wheel = static_cast<std::size_t>(i);
+      torque_Nm[i] += compensator_.torque_Nm(torque_Nm[i], estimates_[wheel], observers_[wheel]);
+    }
+  const Limited<WheelVector> torque = limited_torque(torque_Nm, config_.torque_limit_Nm);
+  output.torque_Nm = torque.value;
+  output.limited = wrench.limited || torque.limited;
+}
+
+}  // namespace control

@@ -1,0 +1,63 @@
+/// @file
+/// The base under wrench control: a spring and damper to a reference, wheel torques through the link map,
+/// friction compensated wheel by wheel (thesis 2.7.2, figure 30).
+#pragma once
+#include <array>
+
+#include "control/base_odometry.h"
+#include "control/base_path.h"
+#include "control/friction_compensator.h"
+#include "control/friction_observer.h"
+#include "control/limits.h"
+#include "control/link_map.h"
+
+namespace control {
+
+/// Wheel positions in, wheel torques out; no wheel velocity from the motor controllers is used.
+///   W = Rᵀ·[K·(p_ref − p) + D·(v_ref − v) + M·a_ref]   limited,   τ = Mapᵀ·W + compensation   limited
+/// Cycle: reset() and step() neither allocate nor lock.
+class BaseController {
+ public:
+  struct Config {
+    BaseGeometry geometry;
+    PlanarVector stiffness = {100, 100, 20};         ///< K [N/m, N/m, N·m/rad]
+    PlanarVector damping = {100, 100, 15};           ///< D [N·s/m, N·s/m, N·m·s/rad]
+    PlanarVector feedforward_inertia = {50, 50, 5};  ///< M [kg, kg, kg·m²]: body and reflected wheels
+    WrenchLimits wrench_limits;
+    double torque_limit_Nm = 2.4;  ///< of a wheel, compensation included
+    FrictionObserver::Config observer;
+    FrictionCompensator::Config compensator;
+    bool compensate_friction = true;
+  };
+  struct Output {
+    WheelVector torque_Nm = WheelVector::Zero();
+    PlanarVector wrench_B = PlanarVector::Zero();  ///< commanded, before compensation
+    PlanarPose X_WB;                               ///< odometry
+    PlanarVector twist_B = PlanarVector::Zero();   ///< from the filtered wheel velocities
+    WheelVector wheel_velocity_rad_per_s = WheelVector::Zero();
+    bool limited = false;
+  };
+
+  /// Setup. @throws std::invalid_argument naming the value that is out of range.
+  explicit BaseController(const Config& config);
+
+  /// Start again at rest at `X_WB` with the wheels where they are.
+  void reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB = {}) noexcept;
+
+  Output step(const WheelVector& wheel_position_rad, const BaseReference& reference) noexcept;
+  /// Stopping without a reference: damping towards rest, no spring, and friction left to help.
+  Output brake(const WheelVector& wheel_position_rad) noexcept;
+
+ private:
+  Output sense(const WheelVector& wheel_position_rad) noexcept;
+  void drive(const PlanarVector& wrench_B, bool compensate, Output& output) const noexcept;
+
+  Config config_;
+  LinkMap map_;
+  BaseOdometry odometry_;
+  FrictionCompensator compensator_;
+  std::array<FrictionObserver, 4> observers_;
+  std::array<FrictionEstimate, 4> estimates_{};
+};
+
+}  // namespace control

@@ -1,0 +1,75 @@
+#include "control/base_path.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace control {
+namespace {
+
+// Peaks of the first and second derivative of 10τ³ − 15τ⁴ + 6τ⁵ on [0, 1]: 15/8 and 10/√3.
+constexpr double kPeakSpeed = 15.0 / 8.0;
+constexpr double kPeakAcceleration = 10.0 / std::numbers::sqrt3;
+
+double shortest_time_s(double distance, double speed, double acceleration) {
+  return std::max(kPeakSpeed * distance / speed, std::sqrt(kPeakAcceleration * distance / acceleration));
+}
+
+void require_positive(double value, const char* name) {
+  if (!(std::isfinite(value) && value > 0))
+    throw std::invalid_argument(std::string("base path: ") + name + " must be positive, not " +
+                                std::to_string(value));
+}
+
+}  // namespace
+
+BasePath::BasePath(const Plan& plan) : goal_(plan.start) {
+  require_positive(plan.limits.speed_m_per_s, "speed_m_per_s");
+  require_positive(plan.limits.acceleration_m_per_s2, "acceleration_m_per_s2");
+  require_positive(plan.limits.turn_speed_rad_per_s, "turn_speed_rad_per_s");
+  require_positive(plan.limits.turn_acceleration_rad_per_s2, "turn_acceleration_rad_per_s2");
+  if (!(plan.rest_s >= 0)) throw std::invalid_argument("base path: rest_s must not be negative");
+
+  for (const PlanarVector& displacement_B : plan.displacements_B) {
+    if (!displacement_B.allFinite() || displacement_B.isZero())
+      throw std::invalid_argument("base path: displacement " + std::to_string(segments_.size() + 1) +
+                                  " must be finite and not zero");
+    const Limits& limits = plan.limits;
+    const double duration_s =
+        std::max(shortest_time_s(displacement_B.head<2>().norm(), limits.speed_m_per_s,
+                                 limits.acceleration_m_per_s2),
+                 shortest_time_s(std::abs(displacement_B[2]), limits.turn_speed_rad_per_s,
+                                 limits.turn_acceleration_rad_per_s2));
+    segments_.push_back({goal_, displacement_B, duration_s_ + plan.rest_s, duration_s});
+    duration_s_ += plan.rest_s + duration_s;
+    goal_ = moved_by(goal_, displacement_B);
+  }
+}
+
+BaseReference BasePath::at(double time_s) const noexcept {
+  const auto later = std::find_if(segments_.begin(), segments_.end(),
+                                  [time_s](const Segment& segment) { return time_s < segment.begin_s; });
+  if (later == segments_.begin()) return {segments_.empty() ? goal_ : segments_.front().start};
+  const Segment& segment = *(later - 1);
+  if (time_s >= segment.begin_s + segment.duration_s)
+    return {later == segments_.end() ? goal_ : later->start};
+
+  const double tau = (time_s - segment.begin_s) / segment.duration_s;
+  const double s = tau * tau * tau * (10 + tau * (-15 + tau * 6));
+  const double ds = 30 * tau * tau * (1 - tau) * (1 - tau) / segment.duration_s;
+  const double dds = 60 * tau * (1 - tau) * (1 - 2 * tau) / (segment.duration_s * segment.duration_s);
+
+  BaseReference reference;
+  reference.X_WB = moved_by(segment.start, s * segment.displacement_B);
+  reference.twist_W = rotated(ds * segment.displacement_B, reference.X_WB.yaw_rad);
+  reference.acceleration_W = rotated(dds * segment.displacement_B, reference.X_WB.yaw_rad);
+  // The body twist turns with the base: its centripetal part, yaw rate × velocity.
+  const double yaw_rate = reference.twist_W[2];
+  reference.acceleration_W[0] -= yaw_rate * reference.twist_W[1];
+  reference.acceleration_W[1] += yaw_rate * reference.twist_W[0];
+  return reference;
+}
+
+}  // namespace control

@@ -1,0 +1,57 @@
+/// @file
+/// A path for the base as a function of time, planned before the motion and read in the cycle.
+#pragma once
+#include <vector>
+
+#include "control/planar.h"
+
+namespace control {
+
+/// Where the base should be and how it should be moving there, in the fixed frame W.
+struct BaseReference {
+  PlanarPose X_WB;
+  PlanarVector twist_W = PlanarVector::Zero();
+  PlanarVector acceleration_W = PlanarVector::Zero();
+};
+
+/// Straight lines, turns and circular arcs (each a displacement at constant body twist, see moved_by), driven
+/// one after the other with a rest between. Along each, the distance follows the fifth-order polynomial
+/// s(τ) = 10τ³ − 15τ⁴ + 6τ⁵, which starts and ends at rest without a step in force; its duration is the
+/// shortest that keeps all limits.
+class BasePath {
+ public:
+  struct Limits {
+    double speed_m_per_s = 0.2;
+    double acceleration_m_per_s2 = 0.1;
+    double turn_speed_rad_per_s = 0.5;
+    double turn_acceleration_rad_per_s2 = 0.3;
+  };
+  struct Plan {
+    PlanarPose start;
+    std::vector<PlanarVector> displacements_B;  ///< each in the base frame at its own start
+    double rest_s = 0.5;                        ///< before each displacement
+    Limits limits;
+  };
+
+  /// Setup. @throws std::invalid_argument naming what is not finite or not positive.
+  explicit BasePath(const Plan& plan);
+
+  /// Cycle. Before the start and after the end the base is asked to rest there.
+  BaseReference at(double time_s) const noexcept;
+  double duration_s() const noexcept { return duration_s_; }
+  /// Where the path ends.
+  const PlanarPose& goal() const noexcept { return goal_; }
+
+ private:
+  struct Segment {
+    PlanarPose start;
+    PlanarVector displacement_B;
+    double begin_s;
+    double duration_s;
+  };
+  std::vector<Segment> segments_;
+  PlanarPose goal_;
+  double duration_s_ = 0.0;
+};
+
+}  // namespace control

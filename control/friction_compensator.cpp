@@ -1,0 +1,25 @@
+#include "control/friction_compensator.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace control {
+
+FrictionCompensator::FrictionCompensator(const Config& config) : config_(config) {
+  if (!(config.margin >= 0 && config.margin <= 1))
+    throw std::invalid_argument("friction compensator: margin = " + std::to_string(config.margin) +
+                                ", expected 0 to 1");
+  if (!(config.full_command_Nm > 0))
+    throw std::invalid_argument("friction compensator: full_command_Nm must be positive");
+}
+
+double FrictionCompensator::torque_Nm(double command_Nm, const FrictionEstimate& estimate,
+                                      const FrictionObserver& observer) const noexcept {
+  const double share = std::clamp(command_Nm / config_.full_command_Nm, -1.0, 1.0);
+  const double breakaway_Nm = estimate.rest * observer.breakaway_Nm(command_Nm);
+  return config_.margin * (std::abs(share) * estimate.friction_Nm + share * breakaway_Nm);
+}
+
+}  // namespace control

@@ -1,0 +1,34 @@
+/// @file
+/// Adds to a commanded torque what friction will take from it (thesis 2.7.2, figure 27).
+#pragma once
+#include "control/friction_observer.h"
+
+namespace control {
+
+/// u = c + m·[ |s|·F̂(v) + s·r(v)·F̂_break ],  s = clamp(c / c_full, −1, 1)
+/// with the commanded torque c, the observer's friction F̂ and rest share r, and the margin m.
+/// - Continuous in command and velocity, through zero of either.
+/// - At rest it helps break-away in the direction of the command.
+/// - It vanishes with the command: without one, friction alone acts on a moving joint, so the sum never keeps
+///   it moving, however much too strong the model is.
+/// - With m below 1 and a model that does not overestimate, u − friction is never an energy source beyond c.
+/// Cycle: pure.
+class FrictionCompensator {
+ public:
+  struct Config {
+    double margin = 0.95;           ///< m, 0 (off) to 1
+    double full_command_Nm = 0.01;  ///< c_full, positive: from this command on friction is compensated in full
+  };
+
+  /// @throws std::invalid_argument naming the value out of range.
+  explicit FrictionCompensator(const Config& config);
+
+  /// The torque to add to `command_Nm`.
+  double torque_Nm(double command_Nm, const FrictionEstimate& estimate,
+                   const FrictionObserver& observer) const noexcept;
+
+ private:
+  Config config_;
+};
+
+}  // namespace control

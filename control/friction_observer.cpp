@@ -1,0 +1,22 @@
+#include "control/friction_observer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace control {
+
+FrictionObserver::FrictionObserver(friction::SlidingTable table, const Config& config)
+    : table_(std::move(table)), filter_(config.filter), blend_speed_rad_per_s_(config.blend_speed_rad_per_s) {
+  if (!(blend_speed_rad_per_s_ > 0))
+    throw std::invalid_argument("friction observer: blend_speed_rad_per_s must be positive");
+}
+
+FrictionEstimate FrictionObserver::step(double position_rad) noexcept {
+  const double velocity = filter_.step(position_rad).velocity;
+  const double direction = std::clamp(velocity / blend_speed_rad_per_s_, -1.0, 1.0);
+  return {velocity, direction * table_.level_Nm(velocity), 1 - std::abs(direction)};
+}
+
+}  // namespace control

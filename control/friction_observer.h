@@ -1,0 +1,39 @@
+/// @file
+/// Estimates a joint's friction from its position alone (thesis 2.7.2, figures 27 and 30).
+#pragma once
+#include "control/friction/sliding_table.h"
+#include "control/state_variable_filter.h"
+
+namespace control {
+
+struct FrictionEstimate {
+  double velocity_rad_per_s = 0.0;  ///< filtered
+  double friction_Nm = 0.0;  ///< sliding friction, sign of the velocity; continuous through zero velocity
+  double rest = 1.0;         ///< 1 at standstill, 0 at the blend speed and above, linear between
+};
+
+/// Cycle: step(). Owns its filter state, one observer per joint.
+class FrictionObserver {
+ public:
+  struct Config {
+    StateVariableFilter::Config filter;
+    /// Below this speed the sign of the velocity is in doubt, and the estimate fades to zero with it.
+    double blend_speed_rad_per_s = 0.05;
+  };
+
+  /// @throws std::invalid_argument as StateVariableFilter, or when the blend speed is not positive.
+  FrictionObserver(friction::SlidingTable table, const Config& config);
+
+  void reset(double position_rad) noexcept { filter_.reset(position_rad); }
+  FrictionEstimate step(double position_rad) noexcept;
+
+  /// Magnitude of the torque that starts a motion in the direction of the sign of `direction`.
+  double breakaway_Nm(double direction) const noexcept { return table_.breakaway_Nm(direction); }
+
+ private:
+  friction::SlidingTable table_;
+  StateVariableFilter filter_;
+  double blend_speed_rad_per_s_;
+};
+
+}  // namespace control

@@ -1,0 +1,25 @@
+#include "control/planar.h"
+
+#include <cmath>
+
+namespace control {
+
+PlanarPose moved_by(const PlanarPose& X_WB, const PlanarVector& displacement_B) noexcept {
+  const double turn = displacement_B[2];
+  // sin(t)/t and (1 - cos t)/t; the half angle keeps the precision that 1 - cos t loses at small t.
+  const double half_sine = std::sin(turn / 2);
+  const double a = turn == 0 ? 1 : std::sin(turn) / turn;
+  const double b = turn == 0 ? 0 : 2 * half_sine * half_sine / turn;
+  const PlanarVector chord_B(a * displacement_B[0] - b * displacement_B[1],
+                             b * displacement_B[0] + a * displacement_B[1], turn);
+  const PlanarVector chord_W = rotated(chord_B, X_WB.yaw_rad);
+  return {X_WB.x_m + chord_W[0], X_WB.y_m + chord_W[1], X_WB.yaw_rad + turn};
+}
+
+PlanarVector rotated(const PlanarVector& v, double angle_rad) noexcept {
+  const double c = std::cos(angle_rad);
+  const double s = std::sin(angle_rad);
+  return {c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]};
+}
+
+}  // namespace control

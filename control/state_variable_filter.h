@@ -1,0 +1,45 @@
+/// @file
+/// Velocity and acceleration from position, without differencing encoder ticks (thesis 2.7.2, figure 30).
+#pragma once
+#include <Eigen/Core>
+
+namespace control {
+
+/// Second-order low-pass x/u = ω²/(s² + 2ζωs + ω²) whose states are the filtered position and its derivative,
+/// discretised exactly for an input held over each step. A ramp's slope comes out exactly, delayed by 2ζ/ω.
+/// Cycle: reset(), step().
+class StateVariableFilter {
+ public:
+  struct Config {
+    double cutoff_rad_per_s = 125.0;  ///< ω, about 20 Hz: one encoder tick then shows as about 2 mrad/s
+    double damping = 0.9;             ///< ζ, 0.1 to 10
+    double period_s = 1e-3;
+  };
+  struct Output {
+    double position = 0.0;
+    double velocity = 0.0;
+    double acceleration = 0.0;
+  };
+
+  /// @throws std::invalid_argument naming the value that is not finite or out of range, also when the
+  /// cut-off is too fast for the period (ω·T above 1).
+  explicit StateVariableFilter(const Config& config);
+
+  /// At rest at `position`, so that a start far from zero makes no false velocity.
+  void reset(double position) noexcept {
+    state_ = {position, 0.0};
+    started_ = true;
+  }
+  /// The first step after construction resets to its input. Input and output have the same unit.
+  Output step(double position) noexcept;
+
+ private:
+  double stiffness_;  // ω²
+  double friction_;   // 2ζω
+  Eigen::Matrix2d transition_;
+  Eigen::Vector2d input_;
+  Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+  bool started_ = false;
+};
+
+}  // namespace control

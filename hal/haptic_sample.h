@@ -1,0 +1,21 @@
+/// @file
+/// What a haptic master tells about the operator's hand.
+///
+/// Frames: H is the device's fixed base (x towards the operator, y to the operator's right, z up), D its grip.
+#pragma once
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <chrono>
+#include <cstdint>
+
+namespace hal {
+
+struct HapticSample {
+  std::chrono::nanoseconds stamp{};  ///< when the device was read
+  Eigen::Vector3d p_HD_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d v_HD_H_m_per_s = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond q_HD = Eigen::Quaterniond::Identity();
+  std::uint32_t buttons = 0;  ///< bit i: button i is down
+};
+
+}  // namespace hal

@@ -1,0 +1,46 @@
+/// @file
+/// What one joint is told and what it tells. SI units, gearbox output side, signs as in README, "Frames and signs".
+#pragma once
+#include <cstdint>
+
+namespace hal {
+
+/// Base (4) and two arms (5 each): the largest youBot.
+inline constexpr int kMaxJoints = 14;
+
+enum class CommandMode : std::uint8_t { kTorque, kVelocity, kPosition };
+
+/// The default commands zero torque. A non-finite target refuses the command of the whole robot.
+struct JointCommand {
+  CommandMode mode = CommandMode::kTorque;
+  double target = 0.0;  ///< N·m, rad/s or rad, as `mode` says
+
+  static constexpr JointCommand torque_Nm(double value) noexcept { return {CommandMode::kTorque, value}; }
+  static constexpr JointCommand velocity_rad_per_s(double value) noexcept {
+    return {CommandMode::kVelocity, value};
+  }
+  static constexpr JointCommand position_rad(double value) noexcept { return {CommandMode::kPosition, value}; }
+};
+
+/// Why a joint does not obey. The first cause is kept until the robot is disabled.
+enum class JointFault : std::uint8_t {
+  kNone,
+  kOvercurrent,
+  kUndervoltage,
+  kOvervoltage,
+  kOvertemperature,
+  kHallSensor,
+  kEncoder,
+  kCommandTimeout,  ///< the motor controller's own watchdog on its process data
+  kI2t,             ///< thermal model of the winding over its limit
+  kBadSample,       ///< a measured value is not finite
+};
+
+struct JointSample {
+  double position_rad = 0.0;  ///< continuous, never wrapped
+  double velocity_rad_per_s = 0.0;  ///< as the motor controller reports it: coarse and noisy at low speed
+  double torque_Nm = 0.0;  ///< motor current times torque constant and gear ratio; not a torque sensor
+  JointFault fault = JointFault::kNone;
+};
+
+}  // namespace hal

@@ -1,0 +1,39 @@
+/// @file
+/// hal::Robot over a hal::Plant: every application runs unchanged without hardware.
+#pragma once
+#include <chrono>
+#include <vector>
+
+#include "hal/clock.h"
+#include "hal/plant.h"
+#include "hal/robot.h"
+
+namespace hal {
+
+/// Each exchange() measures, then lets one period pass with the command applied, as a bus does: the sample
+/// answers the previous command. Time in the plant advances by whole periods, one per exchange.
+class LoopbackRobot final : public Robot {
+ public:
+  /// `plant` and `clock` outlive the robot. @throws hal::SetupError when `joints` does not fit the plant.
+  LoopbackRobot(Plant& plant, const Clock& clock, std::chrono::nanoseconds period,
+                std::vector<JointInfo> joints);
+
+  std::span<const JointInfo> joints() const noexcept override { return joints_; }
+  void activate() override;
+  void deactivate() noexcept override;
+  CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
+
+ private:
+  CycleStatus check(const RobotCommand& command) const noexcept;
+  CycleStatus check(const RobotSample& sample) const noexcept;
+
+  Plant& plant_;
+  const Clock& clock_;
+  std::chrono::nanoseconds period_;
+  std::vector<JointInfo> joints_;
+  bool active_ = false;
+  bool enabled_ = false;
+  CycleStatus latched_{};
+};
+
+}  // namespace hal

@@ -1,0 +1,33 @@
+#include "hal/robot.h"
+
+namespace hal {
+
+const char* describe(Fault fault) noexcept {
+  switch (fault) {
+    case Fault::kNone: return "no fault";
+    case Fault::kNotActive: return "the robot is not active";
+    case Fault::kBadCommand: return "a command that is not a finite number";
+    case Fault::kJointFault: return "a joint fault";
+    case Fault::kFrameLost: return "no answer from the bus";
+    case Fault::kPartialBus: return "some devices on the bus did not answer";
+  }
+  return "unknown fault";
+}
+
+const char* describe(JointFault fault) noexcept {
+  switch (fault) {
+    case JointFault::kNone: return "no fault";
+    case JointFault::kOvercurrent: return "overcurrent";
+    case JointFault::kUndervoltage: return "undervoltage";
+    case JointFault::kOvervoltage: return "overvoltage";
+    case JointFault::kOvertemperature: return "overtemperature";
+    case JointFault::kHallSensor: return "hall sensor error";
+    case JointFault::kEncoder: return "encoder error";
+    case JointFault::kCommandTimeout: return "process data stopped (command timeout)";
+    case JointFault::kI2t: return "winding too hot (I2t)";
+    case JointFault::kBadSample: return "a measured value that is not a finite number";
+  }
+  return "unknown joint fault";
+}
+
+}  // namespace hal

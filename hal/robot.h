@@ -1,0 +1,85 @@
+/// @file
+/// One bus round trip per cycle for all joints of a robot.
+///
+/// Usage:
+///   robot.activate();                                  // set-up: throws hal::SetupError
+///   command.enable = true;
+///   while (running) status = robot.exchange(command, sample);   // cycle: noexcept, 1 kHz
+///   robot.deactivate();
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <type_traits>
+
+#include "hal/joint.h"
+
+namespace hal {
+
+struct JointInfo {
+  std::string name;            ///< "wheel-1", "arm-3": also the rig name in recordings
+  double torque_limit_Nm = 0;  ///< what the motor's current limit can deliver
+};
+
+struct RobotCommand {
+  /// Level, not event: false takes the power off every drive. After a fault the robot stays off until it
+  /// has seen one exchange with `enable == false`, so motion never resumes by itself.
+  bool enable = false;
+  std::array<JointCommand, kMaxJoints> joints{};  ///< in the order of Robot::joints()
+};
+
+struct RobotSample {
+  std::chrono::nanoseconds stamp{};  ///< of the clock the robot was made with; when the values were taken
+  bool enabled = false;              ///< drives obey commands
+  std::array<JointSample, kMaxJoints> joints{};
+};
+static_assert(std::is_trivially_copyable_v<RobotCommand> && std::is_trivially_copyable_v<RobotSample>);
+
+/// What generic code can react to; `detail` keeps the backend's own code for the log.
+enum class Fault : std::uint8_t {
+  kNone,
+  kNotActive,   ///< exchange() before activate() or after deactivate()
+  kBadCommand,  ///< a target was not finite; detail: the mode
+  kJointFault,  ///< detail: the JointFault
+  kFrameLost,   ///< no answer from the bus
+  kPartialBus,  ///< some devices did not answer; detail: working counter
+};
+
+/// Outcome of one cycle. A fault is latched: it is reported in every cycle until the robot is disabled.
+struct [[nodiscard]] CycleStatus {
+  Fault fault = Fault::kNone;
+  std::int8_t joint = -1;  ///< first joint concerned, -1 when the whole robot is
+  std::uint32_t detail = 0;
+  bool ok() const noexcept { return fault == Fault::kNone; }
+};
+
+/// In words, for messages: "a command that is not a finite number".
+const char* describe(Fault fault) noexcept;
+const char* describe(JointFault fault) noexcept;
+
+/// Sole owner of its bus. One thread calls exchange(); set-up calls never run beside it.
+class Robot {
+ public:
+  Robot() = default;
+  Robot(const Robot&) = delete;
+  Robot& operator=(const Robot&) = delete;
+  virtual ~Robot() = default;
+
+  /// Fixed from construction to destruction; at most kMaxJoints.
+  virtual std::span<const JointInfo> joints() const noexcept = 0;
+
+  /// Setup: bus up, drives answering, power off. Blocks, may take seconds.
+  /// @throws hal::SetupError naming the device, the step and what to check.
+  virtual void activate() = 0;
+  /// Drives off, bus closed. Allowed in any state.
+  virtual void deactivate() noexcept = 0;
+
+  /// Cycle: sends `command`, fills `sample` with what the joints measured when the command reached them.
+  /// On a fault the drives are off whatever the command says. When no fresh values came back, `sample` is
+  /// left untouched, so its stamp shows its age.
+  virtual CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept = 0;
+};
+
+}  // namespace hal

@@ -1,0 +1,77 @@
+/// @file
+/// One geared, torque-controlled joint: motor controller, motor, gear, friction, sensors.
+#pragma once
+#include <cstdint>
+
+#include "control/friction/sliding_table.h"
+#include "hal/joint.h"
+#include "sim/bounded_bristle.h"
+#include "sim/joint_sensors.h"
+#include "sim/motor.h"
+
+namespace sim {
+
+/// Joint side but for the motor. Defaults: a youBot wheel.
+struct DriveParameters {
+  MotorParameters motor;
+  double gear_ratio = 9405.0 / 364.0;
+  /// Behind the gear. 1.61e-3 follows from the thesis' σ1 = 0.2·√(J·σ0) and agrees with the wheel alone; the
+  /// reflected rotor adds 9.0e-3.
+  double load_inertia_kg_m2 = 1.61e-3;
+  /// Pre-sliding, thesis 2.5.2: σ0 from torque ramps, σ1 = 0.2·√(J·σ0).
+  BoundedBristle::Parameters presliding{250.0, 0.127};
+  SensorParameters sensors;
+  /// The motor controller's own loops, used by velocity and position commands.
+  double velocity_gain_Nm_s_per_rad = 0.3;
+  double velocity_integral_gain_Nm_per_rad = 3.0;
+  double position_gain_per_s = 10.0;
+  double position_speed_limit_rad_per_s = 5.0;
+};
+
+/// J·dω/dt = k_t·g·i − friction(ω, z) − load, integrated semi-implicitly (velocity first, then position with
+/// the new velocity). The fastest mechanical part is the stuck wheel, √(σ0/J) ≈ 150 rad/s; the winding with
+/// its current loop is ten times faster and sets the step: see the convergence test.
+/// One thread. Cycle: control() and step() neither allocate nor lock.
+class Drive {
+ public:
+  Drive(const DriveParameters& parameters, control::friction::SlidingTable friction, std::uint64_t noise_seed);
+
+  /// Once per controller period of `interval_s`: reads the sensors, then closes the loop `command` asks for.
+  /// Unpowered, the bridge is open and the joint coasts.
+  void control(const hal::JointCommand& command, bool powered, double interval_s) noexcept;
+
+  /// Integrates one step against `load_Nm`, positive when it brakes positive motion.
+  void step(double load_Nm, double step_s) noexcept;
+
+  hal::JointSample measured() const noexcept;
+
+  /// Truth, for tests, energy balances and the summary of a simulated run.
+  double position_rad() const noexcept { return position_rad_; }
+  double velocity_rad_per_s() const noexcept { return velocity_rad_per_s_; }
+  double motor_torque_Nm() const noexcept { return motor_torque_Nm_; }      ///< at the joint, over the last step
+  double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< likewise
+  double inertia_kg_m2() const noexcept { return inertia_kg_m2_; }
+  double breakaway_Nm(double direction) const noexcept { return friction_.breakaway_Nm(direction); }
+  const Motor& motor() const noexcept { return motor_; }
+  void set_velocity(double velocity_rad_per_s) noexcept { velocity_rad_per_s_ = velocity_rad_per_s; }
+
+ private:
+  double target_torque_Nm(const hal::JointCommand& command, double interval_s) noexcept;
+
+  DriveParameters parameters_;
+  control::friction::SlidingTable friction_;
+  Motor motor_;
+  BoundedBristle presliding_;
+  JointSensors sensors_;
+  double inertia_kg_m2_;
+  double Nm_per_A_;  // k_t·g
+  bool powered_ = false;
+  double target_current_A_ = 0.0;
+  double velocity_integral_Nm_ = 0.0;
+  double position_rad_ = 0.0;
+  double velocity_rad_per_s_ = 0.0;
+  double motor_torque_Nm_ = 0.0;
+  double friction_torque_Nm_ = 0.0;
+};
+
+}  // namespace sim
