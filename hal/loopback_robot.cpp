@@ -1,5 +1,6 @@
 #include "hal/loopback_robot.h"
 
+#include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -23,6 +24,7 @@ void LoopbackRobot::activate() {
   active_ = true;
   enabled_ = false;
   latched_ = {};
+  last_exchange_.reset();
 }
 
 void LoopbackRobot::deactivate() noexcept {
@@ -43,10 +45,19 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   enabled_ = command.enable && latched_.ok();
 
   const RobotCommand zero_torque{};
-  plant_.advance(std::span((enabled_ ? command : zero_torque).joints).first(joints_.size()), enabled_, period_);
+  plant_.advance(std::span((enabled_ ? command : zero_torque).joints).first(joints_.size()), enabled_,
+                 time_passing(measured.stamp));
   measured.enabled = enabled_;
   sample = measured;
   return latched_;
+}
+
+std::chrono::nanoseconds LoopbackRobot::time_passing(std::chrono::nanoseconds now) noexcept {
+  const std::chrono::nanoseconds since = now - last_exchange_.value_or(now);
+  last_exchange_ = now;
+  // A wake-up that is late by less than half a period is jitter, not a skipped cycle.
+  const auto periods = (since + period_ / 2) / period_;
+  return std::clamp<std::int64_t>(periods, 1, kMaxSkip) * period_;
 }
 
 CycleStatus LoopbackRobot::check(const RobotCommand& command) const noexcept {

@@ -2,6 +2,7 @@
 /// hal::Robot over a hal::Plant: every application runs unchanged without hardware.
 #pragma once
 #include <chrono>
+#include <optional>
 #include <vector>
 
 #include "hal/clock.h"
@@ -10,10 +11,13 @@
 
 namespace hal {
 
-/// Each exchange() measures, then lets one period pass with the command applied, as a bus does: the sample
-/// answers the previous command. Time in the plant advances by whole periods, one per exchange.
+/// Each exchange() measures, then lets time pass with the command applied, as a bus does: the sample answers
+/// the previous command. Time in the plant follows the clock in whole periods: one per exchange as a rule, more
+/// when cycles were skipped (at most kMaxSkip, so that a debugger's stop is not simulated).
 class LoopbackRobot final : public Robot {
  public:
+  static constexpr int kMaxSkip = 100;
+
   /// `plant` and `clock` outlive the robot. @throws hal::SetupError when `joints` does not fit the plant.
   LoopbackRobot(Plant& plant, const Clock& clock, std::chrono::nanoseconds period,
                 std::vector<JointInfo> joints);
@@ -26,6 +30,7 @@ class LoopbackRobot final : public Robot {
  private:
   CycleStatus check(const RobotCommand& command) const noexcept;
   CycleStatus check(const RobotSample& sample) const noexcept;
+  std::chrono::nanoseconds time_passing(std::chrono::nanoseconds now) noexcept;
 
   Plant& plant_;
   const Clock& clock_;
@@ -34,6 +39,7 @@ class LoopbackRobot final : public Robot {
   bool active_ = false;
   bool enabled_ = false;
   CycleStatus latched_{};
+  std::optional<std::chrono::nanoseconds> last_exchange_;
 };
 
 }  // namespace hal

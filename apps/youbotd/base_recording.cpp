@@ -1,0 +1,149 @@
+#include "apps/youbotd/base_recording.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <system_error>
+
+#include "apps/common/build_info.h"
+
+namespace youbotd {
+namespace {
+
+constexpr std::size_t kWheels = 4;
+/// 16 s at 1 kHz: longer than a disk stalls.
+constexpr std::size_t kRingCapacity = 16384;
+
+double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+double microseconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double, std::micro>(time).count();
+}
+
+}  // namespace
+
+std::vector<apps::RecordingFile::Column> cycle_columns() {
+  std::vector<apps::RecordingFile::Column> columns{{"time_s", 6}, {"phase", 0}, {"limited", 0}};
+  for (const char* pose : {"reference", "odometry", "truth"})
+    for (const char* unit : {"_x_m", "_y_m", "_yaw_rad"}) columns.push_back({std::string(pose) + unit, 6});
+  for (const char* name : {"force_x_N", "force_y_N", "moment_Nm"}) columns.push_back({name, 4});
+  for (std::size_t i = 1; i <= kWheels; ++i) {
+    const std::string wheel = "wheel_" + std::to_string(i);
+    columns.push_back({wheel + "_torque_command_Nm", 6});
+    columns.push_back({wheel + "_torque_measured_Nm", 6});
+    columns.push_back({wheel + "_position_rad", 7});
+    columns.push_back({wheel + "_velocity_rad_per_s", 6});
+  }
+  columns.push_back({"wake_up_us", 3});
+  columns.push_back({"step_us", 3});
+  return columns;
+}
+
+void append_cycle(apps::RecordingFile& file, const CycleRecord& record) {
+  std::array<double, 3 + 12 + 4 * kWheels + 2> row;
+  auto out = row.begin();
+  *out++ = seconds(record.time);
+  *out++ = static_cast<double>(record.phase);
+  *out++ = record.limited ? 1 : 0;
+  for (const auto* values : {&record.reference_W, &record.odometry_W, &record.truth_W, &record.wrench_B})
+    out = std::copy(values->begin(), values->end(), out);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    *out++ = record.torque_command_Nm[i];
+    *out++ = record.torque_measured_Nm[i];
+    *out++ = record.position_rad[i];
+    *out++ = record.velocity_rad_per_s[i];
+  }
+  *out++ = microseconds(record.wake_up);
+  *out++ = microseconds(record.step);
+  file.append_row(row);
+}
+
+BaseRecording::BaseRecording(const Description& description)
+    : files_(open_files(description, setup_problems_)),
+      recorder_(
+          kRingCapacity, [this](const CycleRecord& record) { write(record); }, [this] { flush(); }) {}
+
+BaseRecording::Files BaseRecording::open_files(const Description& description,
+                                               std::vector<std::string>& problems) {
+  const std::filesystem::path& directory = description.directory;
+  Files files(kWheels + 1);
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) {
+    problems.push_back(directory.string() + ": cannot make this directory: " + error.message());
+    return files;
+  }
+  std::filesystem::copy_file(description.config_file, directory / "config.toml",
+                             std::filesystem::copy_options::overwrite_existing, error);
+  if (error) problems.push_back((directory / "config.toml").string() + ": " + error.message());
+
+  char rate_Hz[32];
+  std::snprintf(rate_Hz, sizeof rate_Hz, "%g", 1 / seconds(description.period));
+  const auto open = [&](const std::string& rig, const std::vector<apps::RecordingFile::Column>& columns) {
+    const std::vector<apps::RecordingFile::Comment> comments{{"rig", rig},
+                                                             {"experiment", description.experiment},
+                                                             {"sample_rate_Hz", rate_Hz},
+                                                             {"software", apps::build_version()}};
+    try {
+      return std::make_unique<apps::RecordingFile>(directory / (rig + ".csv"), comments, columns);
+    } catch (const std::exception& failure) {
+      problems.emplace_back(failure.what());
+      return std::unique_ptr<apps::RecordingFile>();
+    }
+  };
+  for (std::size_t i = 0; i < kWheels; ++i)
+    files[i] = open("wheel-" + std::to_string(i + 1), {{"time_s", 6},
+                                                       {"torque_command_Nm", 6},
+                                                       {"torque_measured_Nm", 6},
+                                                       {"position_rad", 7},
+                                                       {"velocity_rad_per_s", 6}});
+  files[kWheels] = open("base", cycle_columns());
+  return files;
+}
+
+bool BaseRecording::holds_recording(const std::filesystem::path& directory) {
+  return std::filesystem::exists(directory / "base.csv") || std::filesystem::exists(directory / "wheel-1.csv");
+}
+
+void BaseRecording::write(const CycleRecord& record) {
+  for (std::size_t i = 0; i < kWheels; ++i)
+    if (files_[i])
+      files_[i]->append_row(std::array{seconds(record.time), record.torque_command_Nm[i],
+                                       record.torque_measured_Nm[i], record.position_rad[i],
+                                       record.velocity_rad_per_s[i]});
+  if (files_[kWheels]) append_cycle(*files_[kWheels], record);
+}
+
+void BaseRecording::flush() {
+  for (const auto& file : files_)
+    if (file) file->flush();
+}
+
+void BaseRecording::close() noexcept {
+  recorder_.stop();
+  for (const auto& file : files_)
+    if (file) file->close();
+}
+
+std::uint64_t BaseRecording::cycles_recorded() const noexcept {
+  std::uint64_t least = recorder_.statistics().pushed;
+  for (const auto& file : files_) least = std::min(least, file ? file->rows_written() : 0);
+  return least;
+}
+
+std::uint64_t BaseRecording::cycles_lost() const noexcept {
+  const apps::RecorderStatistics statistics = recorder_.statistics();
+  return statistics.pushed + statistics.dropped - cycles_recorded();
+}
+
+std::vector<std::string> BaseRecording::problems() const {
+  std::vector<std::string> problems = setup_problems_;
+  for (const auto& file : files_)
+    if (file && !file->error().empty()) problems.push_back(file->error());
+  if (const auto dropped = recorder_.statistics().dropped; dropped > 0)
+    problems.push_back("the disk was too slow: " + std::to_string(dropped) + " cycles dropped");
+  if (const std::string failure = recorder_.first_sink_failure(); !failure.empty()) problems.push_back(failure);
+  return problems;
+}
+
+}  // namespace youbotd

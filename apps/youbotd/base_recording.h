@@ -1,0 +1,62 @@
+/// @file
+/// A run of the base on disk: one recording per wheel and one of the base as a whole.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/common/recorder.h"
+#include "apps/common/recording_file.h"
+#include "apps/youbotd/cycle_record.h"
+
+namespace youbotd {
+
+/// Columns and values of the table that shows a whole cycle (base.csv, and the report after a fault).
+std::vector<apps::RecordingFile::Column> cycle_columns();
+void append_cycle(apps::RecordingFile& file, const CycleRecord& record);
+
+/// Writes `wheel-1.csv` … `wheel-4.csv` (format and columns of the recording contract, with the filtered
+/// velocity) and `base.csv` (poses, wrench, timing) into a directory, and `config.toml`, the file that made
+/// the run. What cannot be written never stops the robot: it is counted and told at the end.
+class BaseRecording {
+ public:
+  struct Description {
+    std::filesystem::path directory;    ///< created when missing
+    std::filesystem::path config_file;  ///< copied beside the recording
+    std::string experiment;
+    std::chrono::nanoseconds period;
+  };
+  /// Writing there would replace an earlier recording.
+  static bool holds_recording(const std::filesystem::path& directory);
+
+  /// Setup. Does not throw on a disk that refuses: what is missing is in problems().
+  explicit BaseRecording(const Description& description);
+
+  /// Cycle: wait-free.
+  void add(const CycleRecord& record) noexcept { recorder_.push(record); }
+  /// Not for a real-time cycle: waits until add() has room, for loops faster than the disk.
+  void wait_for_room() noexcept { recorder_.wait_for_room(); }
+
+  /// Writes out what is pending and closes the files. Call before the results below.
+  void close() noexcept;
+
+  std::uint64_t cycles_recorded() const noexcept;  ///< in every file
+  std::uint64_t cycles_lost() const noexcept;      ///< missing in at least one file
+  /// What went wrong, in words; empty when everything is on disk.
+  std::vector<std::string> problems() const;
+
+ private:
+  using Files = std::vector<std::unique_ptr<apps::RecordingFile>>;
+  static Files open_files(const Description& description, std::vector<std::string>& problems);
+  void write(const CycleRecord& record);
+  void flush();
+
+  std::vector<std::string> setup_problems_;
+  Files files_;                           // four wheels, then the base; null where one did not open
+  apps::Recorder<CycleRecord> recorder_;  // last: its thread uses the files
+};
+
+}  // namespace youbotd

@@ -1,0 +1,123 @@
+#include "apps/youbotd/config.h"
+
+#include <cmath>
+
+#include "apps/common/toml_reader.h"
+
+namespace youbotd {
+namespace {
+
+using apps::TomlTable;
+
+std::chrono::nanoseconds to_nanoseconds(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+void read_duration(TomlTable& table, std::string_view key, std::chrono::nanoseconds& value,
+                   const apps::NumberRules& rules) {
+  double seconds = std::chrono::duration<double>(value).count();
+  table.number(key, seconds, rules);
+  value = to_nanoseconds(seconds);
+}
+
+void read_loop(TomlTable table, Config& config) {
+  // Slower than 100 Hz the filters have no meaning; faster than 1 kHz upsets the youBot's own controllers.
+  read_duration(table, "period_s", config.cycle.period, {.min = 0.001, .max = 0.01});
+  read_duration(table, "command_timeout_s", config.cycle.command_timeout, {.min = 0.005, .max = 2.0});
+  table.integer("priority", config.real_time.priority, {.min = 1, .max = 99});
+  int cpu = -1;
+  table.integer("cpu", cpu, {.min = 0, .max = 1023});
+  if (cpu >= 0) config.real_time.cpu = cpu;
+}
+
+void read_geometry(TomlTable table, control::BaseGeometry& geometry) {
+  table.number("wheel_radius_m", geometry.wheel_radius_m, {.min = 0.01, .max = 0.2});
+  table.number("wheelbase_m", geometry.wheelbase_m, {.min = 0.1, .max = 2.0});
+  table.number("track_m", geometry.track_m, {.min = 0.1, .max = 2.0});
+}
+
+/// The base is treated alike along x and y.
+void read_gain(TomlTable& table, std::string_view linear_key, double linear_max, std::string_view turning_key,
+               double turning_max, control::PlanarVector& gain) {
+  double linear = gain[0];
+  double turning = gain[2];
+  table.number(linear_key, linear, {.min = 0, .max = linear_max});
+  table.number(turning_key, turning, {.min = 0, .max = turning_max});
+  gain = {linear, linear, turning};
+}
+
+void read_controller(TomlTable table, control::BaseController::Config& controller) {
+  read_gain(table, "stiffness_N_per_m", 5000, "turning_stiffness_Nm_per_rad", 1000, controller.stiffness);
+  read_gain(table, "damping_N_s_per_m", 2000, "turning_damping_Nm_s_per_rad", 500, controller.damping);
+  read_gain(table, "feedforward_mass_kg", 200, "feedforward_inertia_kg_m2", 50, controller.feedforward_inertia);
+}
+
+void read_limits(TomlTable table, Cycle::Config& cycle) {
+  table.number("force_N", cycle.controller.wrench_limits.force_N, {.min = 0, .max = 200});
+  table.number("moment_Nm", cycle.controller.wrench_limits.moment_Nm, {.min = 0, .max = 50});
+  table.number("wheel_torque_Nm", cycle.controller.torque_limit_Nm, {.min = 0, .max = 2.5});
+  table.number("wheel_speed_rad_per_s", cycle.wheel_speed_limit_rad_per_s, {.min = 0.1, .max = 30});
+}
+
+void read_compensation(TomlTable table, control::BaseController::Config& controller) {
+  table.boolean("enabled", controller.compensate_friction);
+  table.number("margin", controller.compensator.margin, {.min = 0, .max = 1});
+  table.number("full_command_Nm", controller.compensator.full_command_Nm, {.min = 1e-4, .max = 1});
+  table.number("blend_speed_rad_per_s", controller.observer.blend_speed_rad_per_s, {.min = 0.005, .max = 1});
+  table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s, {.min = 5, .max = 1000});
+  table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
+}
+
+void read_path(TomlTable table, control::BasePath::Plan& path) {
+  control::BasePath::Limits& limits = path.limits;
+  table.number("speed_m_per_s", limits.speed_m_per_s, {.min = 0.001, .max = 0.8});
+  table.number("acceleration_m_per_s2", limits.acceleration_m_per_s2, {.min = 0.001, .max = 5});
+  table.number("turn_speed_rad_per_s", limits.turn_speed_rad_per_s, {.min = 0.001, .max = 3});
+  table.number("turn_acceleration_rad_per_s2", limits.turn_acceleration_rad_per_s2, {.min = 0.001, .max = 20});
+  table.number("rest_s", path.rest_s, {.min = 0, .max = 60});
+  for (TomlTable& leg : table.tables("leg")) {
+    control::PlanarVector displacement = control::PlanarVector::Zero();
+    leg.number("forward_m", displacement[0], {.min = -100, .max = 100});
+    leg.number("left_m", displacement[1], {.min = -100, .max = 100});
+    leg.number("turn_rad", displacement[2], {.min = -100, .max = 100});
+    path.displacements_B.push_back(displacement);
+  }
+}
+
+void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
+  table.boolean("on_ground", simulation.on_ground);
+  table.number("mass_kg", simulation.mass_kg, {.min = 1, .max = 200});
+  table.number("yaw_inertia_kg_m2", simulation.yaw_inertia_kg_m2, {.min = 0.05, .max = 50});
+  table.number("wheel_inertia_kg_m2", simulation.drive.load_inertia_kg_m2, {.min = 1e-5, .max = 1});
+  table.numbers("loaded_friction_scale", simulation.loaded_friction_scale, {.min = 0.01, .max = 20});
+  table.number("roller_grip", simulation.roller_grip, {.min = 0, .max = 2});
+  table.number("roller_resistance", simulation.roller_resistance, {.min = 0, .max = 0.5});
+  read_duration(table, "step_s", simulation.step, {.min = 1e-6, .max = 2e-4});
+  int seed = static_cast<int>(simulation.noise_seed);
+  table.integer("noise_seed", seed, {.min = 0});
+  simulation.noise_seed = static_cast<std::uint64_t>(seed);
+}
+
+}  // namespace
+
+Config load_config(const std::filesystem::path& path) {
+  Config config;
+  apps::TomlFile file = apps::TomlFile::parse(path);
+  TomlTable root = file.root();
+  root.text("robot", config.robot);
+  read_loop(root.table("loop"), config);
+  read_geometry(root.table("geometry"), config.cycle.controller.geometry);
+  read_controller(root.table("controller"), config.cycle.controller);
+  read_limits(root.table("limits"), config.cycle);
+  read_compensation(root.table("compensation"), config.cycle.controller);
+  read_path(root.table("path"), config.path);
+  read_simulation(root.table("simulation"), config.simulation);
+  file.finish();
+
+  // What one value implies for another.
+  config.cycle.controller.observer.filter.period_s = std::chrono::duration<double>(config.cycle.period).count();
+  config.simulation.geometry = config.cycle.controller.geometry;
+  return config;
+}
+
+}  // namespace youbotd

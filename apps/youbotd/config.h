@@ -1,0 +1,25 @@
+/// @file
+/// The daemon's configuration: defaults in the structs it is made of, a TOML file over them.
+#pragma once
+#include <filesystem>
+
+#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/real_time.h"
+#include "control/base_path.h"
+#include "sim/base.h"
+
+namespace youbotd {
+
+struct Config {
+  std::string robot = "loopback";
+  RealTimeConfig real_time;
+  Cycle::Config cycle;
+  control::BasePath::Plan path;
+  sim::BaseParameters simulation;  ///< of the loopback robot; a real one does not read it
+};
+
+/// Every key is optional; apps/youbotd/demo.toml shows them all.
+/// @throws apps::ConfigError listing all problems, each with file and line.
+Config load_config(const std::filesystem::path& file);
+
+}  // namespace youbotd

@@ -1,0 +1,188 @@
+#include "apps/youbotd/cycle.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "sim/base.h"
+
+namespace youbotd {
+namespace {
+
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kWheels = 4;
+constexpr std::chrono::milliseconds kEnableTimeout{2000};
+/// Braking ends when all wheels are slower than this, or by force after the timeout.
+constexpr double kRest_rad_per_s = 0.02;
+constexpr std::chrono::milliseconds kBrakeTimeout{2000};
+/// Cycles with the drives off before the loop ends, so that every drive has heard it.
+constexpr std::chrono::milliseconds kOffHold{20};
+
+control::WheelVector wheel_positions(const hal::RobotSample& sample) noexcept {
+  control::WheelVector position_rad;
+  for (std::size_t i = 0; i < kWheels; ++i)
+    position_rad[static_cast<Eigen::Index>(i)] = sample.joints[i].position_rad;
+  return position_rad;
+}
+
+std::array<double, 3> as_array(const control::PlanarPose& pose) noexcept {
+  return {pose.x_m, pose.y_m, pose.yaw_rad};
+}
+
+}  // namespace
+
+Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const sim::Base* truth)
+    : config_(config), robot_(robot), motion_(motion), truth_(truth), controller_(config.controller) {
+  if (robot.joints().size() < kWheels)
+    throw std::invalid_argument("the base needs a robot with four wheels, this one has " +
+                                std::to_string(robot.joints().size()) + " joints");
+}
+
+void Cycle::step(nanoseconds now) noexcept {
+  if (count_++ == 0) first_ = phase_begin_ = now;
+  now_ = now;
+  record_ = {};
+  record_.time = now - first_;
+  record_.phase = phase_;
+  if (truth_ != nullptr) record_.truth_W = as_array(truth_->pose());
+
+  const hal::CycleStatus status = robot_.exchange(command_, sample_);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    record_.torque_command_Nm[i] = sample_.enabled ? command_.joints[i].target : 0.0;
+    record_.torque_measured_Nm[i] = sample_.joints[i].torque_Nm;
+    record_.position_rad[i] = sample_.joints[i].position_rad;
+  }
+  if (!status.ok() && phase_ != Phase::kFaulted)
+    fail({.kind = StopReason::Kind::kRobotFault, .joint = status.joint, .status = status}, now);
+
+  const control::WheelVector position_rad = wheel_positions(sample_);
+  switch (phase_) {
+    case Phase::kStarting:
+      command_.enable = true;
+      if (sample_.enabled) {
+        controller_.reset(position_rad);
+        motion_.begin(now);
+        enter(Phase::kRunning, now);
+      } else if (now - phase_begin_ > kEnableTimeout) {
+        fail({.kind = StopReason::Kind::kNotEnabled}, now);
+      }
+      break;
+    case Phase::kRunning: run(now, position_rad); break;
+    case Phase::kStopping: brake(now, position_rad); break;
+    case Phase::kFaulted:
+    case Phase::kOff: break;
+  }
+}
+
+void Cycle::run(nanoseconds now, const control::WheelVector& position_rad) noexcept {
+  const Motion motion = motion_.read(now);
+  const nanoseconds age = now - motion.stamp;
+  if (age > config_.command_timeout) {
+    keep({.kind = StopReason::Kind::kCommandTimeout, .value = std::chrono::duration<double>(age).count()});
+    enter(Phase::kStopping, now);
+  } else if (motion.finished) {
+    enter(Phase::kStopping, now);
+  }
+  record_.reference_W = as_array(motion.reference.X_WB);
+  if (phase_ == Phase::kStopping)
+    brake(now, position_rad);
+  else
+    apply(controller_.step(position_rad, motion.reference));
+}
+
+void Cycle::brake(nanoseconds now, const control::WheelVector& position_rad) noexcept {
+  const control::BaseController::Output output = controller_.brake(position_rad);
+  apply(output);
+  if (phase_ != Phase::kStopping) return;
+  const bool resting = output.wheel_velocity_rad_per_s.cwiseAbs().maxCoeff() < kRest_rad_per_s;
+  if (resting || now - phase_begin_ > kBrakeTimeout) {
+    command_ = {};
+    enter(Phase::kOff, now);
+  }
+}
+
+void Cycle::apply(const control::BaseController::Output& output) noexcept {
+  record_.odometry_W = as_array(output.X_WB);
+  record_.limited = output.limited;
+  for (std::size_t i = 0; i < 3; ++i) record_.wrench_B[i] = output.wrench_B[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    record_.velocity_rad_per_s[i] = output.wheel_velocity_rad_per_s[row];
+    command_.joints[i] = hal::JointCommand::torque_Nm(output.torque_Nm[row]);
+  }
+  for (std::size_t i = 0; i < kWheels; ++i)
+    if (std::abs(record_.velocity_rad_per_s[i]) > config_.wheel_speed_limit_rad_per_s)
+      fail({.kind = StopReason::Kind::kOverspeed,
+            .joint = static_cast<int>(i),
+            .value = record_.velocity_rad_per_s[i]},
+           now_);
+}
+
+void Cycle::request_stop() noexcept {
+  switch (phase_) {
+    case Phase::kStarting:
+      command_ = {};
+      enter(Phase::kOff, now_);
+      break;
+    case Phase::kRunning: enter(Phase::kStopping, now_); break;
+    case Phase::kStopping:
+    case Phase::kFaulted:
+    case Phase::kOff: break;
+  }
+}
+
+bool Cycle::finished() const noexcept {
+  return (phase_ == Phase::kOff || phase_ == Phase::kFaulted) && now_ - phase_begin_ >= kOffHold;
+}
+
+void Cycle::enter(Phase phase, nanoseconds now) noexcept {
+  phase_ = phase;
+  phase_begin_ = now;
+}
+
+void Cycle::fail(StopReason reason, nanoseconds now) noexcept {
+  keep(reason);
+  command_ = {};
+  enter(Phase::kFaulted, now);
+}
+
+void Cycle::keep(StopReason reason) noexcept {
+  if (stop_reason_) return;
+  stop_reason_ = reason;
+  stop_reason_.cycle = count_;
+}
+
+std::string describe(const StopReason& reason, const hal::Robot& robot, nanoseconds period) {
+  const auto name = [&robot](int joint) {
+    return joint >= 0 ? robot.joints()[static_cast<std::size_t>(joint)].name : std::string("the robot");
+  };
+  const auto number = [](const char* format, double value) {
+    char text[32];
+    std::snprintf(text, sizeof text, format, value);
+    return std::string(text);
+  };
+  const std::string when =
+      "cycle " + std::to_string(reason.cycle) + " (" +
+      number("%.3f", std::chrono::duration<double>(period).count() * static_cast<double>(reason.cycle)) +
+      " s): ";
+  switch (reason.kind) {
+    case StopReason::Kind::kNone: return "no stop reason";
+    case StopReason::Kind::kRobotFault: {
+      const hal::CycleStatus& status = reason.status;
+      const std::string what = status.fault == hal::Fault::kJointFault
+                                   ? hal::describe(static_cast<hal::JointFault>(status.detail))
+                                   : hal::describe(status.fault);
+      return when + name(status.joint) + ": " + what + "; drives switched off";
+    }
+    case StopReason::Kind::kNotEnabled: return when + "the drives did not start to obey within 2 s";
+    case StopReason::Kind::kCommandTimeout:
+      return when + "no new set-point for " + number("%.3f", reason.value) + " s; braked and switched off";
+    case StopReason::Kind::kOverspeed:
+      return when + name(reason.joint) + " turned at " + number("%.1f", reason.value) +
+             " rad/s, more than allowed; drives switched off";
+  }
+  return when + "unknown reason";
+}
+
+}  // namespace youbotd

@@ -1,0 +1,90 @@
+/// @file
+/// One control cycle of the base: exchange with the robot, decide, compute the next command.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "apps/youbotd/cycle_record.h"
+#include "apps/youbotd/motion_source.h"
+#include "control/base_controller.h"
+#include "hal/robot.h"
+
+namespace sim {
+class Base;
+}
+
+namespace youbotd {
+
+/// Why the robot stopped before its motion was finished. The first one is kept.
+struct StopReason {
+  enum class Kind : std::uint8_t {
+    kNone,
+    kRobotFault,      ///< what `status` says
+    kNotEnabled,      ///< the drives did not start to obey in time
+    kCommandTimeout,  ///< set-points stopped coming
+    kOverspeed,       ///< wheel `joint` turned faster than allowed
+  };
+  Kind kind = Kind::kNone;
+  std::uint64_t cycle = 0;
+  int joint = -1;
+  double value = 0.0;  ///< rad/s, or s since the last set-point
+  hal::CycleStatus status{};
+  explicit operator bool() const noexcept { return kind != Kind::kNone; }
+};
+
+/// "cycle 1200 (1.200 s): wheel-2 turned at 14.1 rad/s, more than allowed; drives switched off".
+std::string describe(const StopReason& reason, const hal::Robot& robot, std::chrono::nanoseconds period);
+
+/// A state machine around control::BaseController:
+///   kStarting → kRunning → kStopping → kOff,   any → kFaulted → finished.
+/// A fault switches the drives off at once; a set-point that is too old brakes first, as the robot can still
+/// be trusted. There is no way back: motion after a stop needs a new start.
+/// One thread. step() is the cycle: no allocation, lock, exception, blocking call or logging.
+class Cycle {
+ public:
+  struct Config {
+    control::BaseController::Config controller;
+    std::chrono::nanoseconds period{1'000'000};
+    std::chrono::nanoseconds command_timeout{100'000'000};
+    double wheel_speed_limit_rad_per_s = 12.0;
+  };
+
+  /// `robot` and `motion` outlive the cycle; so does `truth`, the simulated base or null.
+  /// @throws std::invalid_argument from the controller's configuration, or when the robot has no four wheels.
+  Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const sim::Base* truth);
+
+  void step(std::chrono::nanoseconds now) noexcept;
+  /// Comes to rest, then switches off. From the cycle's thread.
+  void request_stop() noexcept;
+
+  bool finished() const noexcept;
+  CycleRecord& record() noexcept { return record_; }  ///< of the last step()
+  const StopReason& stop_reason() const noexcept { return stop_reason_; }
+
+ private:
+  void run(std::chrono::nanoseconds now, const control::WheelVector& position_rad) noexcept;
+  void brake(std::chrono::nanoseconds now, const control::WheelVector& position_rad) noexcept;
+  void apply(const control::BaseController::Output& output) noexcept;
+  void enter(Phase phase, std::chrono::nanoseconds now) noexcept;
+  void fail(StopReason reason, std::chrono::nanoseconds now) noexcept;
+  void keep(StopReason reason) noexcept;
+
+  Config config_;
+  hal::Robot& robot_;
+  MotionSource& motion_;
+  const sim::Base* truth_;
+  control::BaseController controller_;
+
+  hal::RobotCommand command_;
+  hal::RobotSample sample_;
+  CycleRecord record_;
+  StopReason stop_reason_;
+  Phase phase_ = Phase::kStarting;
+  std::chrono::nanoseconds phase_begin_{};
+  std::chrono::nanoseconds first_{};
+  std::chrono::nanoseconds now_{};
+  std::uint64_t count_ = 0;
+};
+
+}  // namespace youbotd

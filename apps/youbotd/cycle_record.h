@@ -1,0 +1,42 @@
+/// @file
+/// Everything one cycle knew and did: what is recorded, kept for a fault report and summed up.
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+namespace youbotd {
+
+enum class Phase : std::uint8_t {
+  kStarting,  ///< waiting for the drives to obey
+  kRunning,
+  kStopping,  ///< braking to rest
+  kFaulted,   ///< drives off, still cycling so that they hear it
+  kOff,
+};
+
+/// SI, wheels in bus order, planar values ordered x, y, yaw. The torque command is the one that acts from this
+/// sample's moment on.
+struct CycleRecord {
+  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+  static constexpr std::array<double, 3> kUnknown{kNaN, kNaN, kNaN};
+
+  std::chrono::nanoseconds time{};  ///< since the first cycle
+  Phase phase = Phase::kStarting;
+  bool limited = false;
+  std::array<double, 4> torque_command_Nm{};
+  std::array<double, 4> torque_measured_Nm{};
+  std::array<double, 4> position_rad{};
+  std::array<double, 4> velocity_rad_per_s{};  ///< filtered from the position
+  std::array<double, 3> reference_W = kUnknown;  ///< NaN while there is none
+  std::array<double, 3> odometry_W{};
+  std::array<double, 3> truth_W = kUnknown;  ///< of the simulated base; NaN when the robot is real
+  std::array<double, 3> wrench_B{};
+  std::chrono::nanoseconds wake_up{};  ///< after its deadline
+  std::chrono::nanoseconds step{};     ///< time the cycle took
+};
+static_assert(std::is_trivially_copyable_v<CycleRecord>);
+
+}  // namespace youbotd

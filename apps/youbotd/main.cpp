@@ -1,0 +1,138 @@
+// youbotd: drives the base at 1 kHz along the path in its configuration.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <stdexcept>
+
+#include "apps/common/build_info.h"
+#include "apps/common/exit_code.h"
+#include "apps/common/toml_reader.h"
+#include "apps/youbotd/config.h"
+#include "apps/youbotd/report.h"
+#include "apps/youbotd/session.h"
+#include "hal/setup_error.h"
+
+namespace {
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "written by a signal handler");
+
+void on_signal(int /*number*/) { stop_requested.store(true, std::memory_order_relaxed); }
+
+void stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+struct Arguments {
+  std::string robot;
+  double duration_s = 0.0;
+  std::string record_directory;
+  bool demo = false;
+  bool quiet = false;
+  youbotd::SessionOptions session;
+};
+
+void print(const Arguments& arguments, const std::string& text) {
+  if (!arguments.quiet) std::fputs(text.c_str(), stdout);
+}
+
+int exit_code(const youbotd::Summary& summary) {
+  return summary.stop_reason.empty() ? apps::kExitOk : apps::kExitFault;
+}
+
+/// What went wrong is told even with --quiet.
+void log_problems(const youbotd::Summary& summary) {
+  for (const std::string& problem : summary.not_real_time) spdlog::warn("not real-time: {}", problem);
+  for (const std::string& problem : summary.recording_problems) spdlog::warn("recording: {}", problem);
+  if (summary.cycles_lost > 0)
+    spdlog::warn("recording: {} of {} cycles lost", summary.cycles_lost,
+                 summary.cycles_lost + summary.cycles_recorded);
+  if (!summary.stop_reason.empty()) spdlog::error("stopped by a fault at {}", summary.stop_reason);
+  if (summary.fault_report) spdlog::error("the last second before it is in {}", summary.fault_report->string());
+}
+
+int run_once(const Arguments& arguments, const youbotd::Config& config) {
+  const youbotd::Summary summary = youbotd::run_session(config, arguments.session, stop_requested);
+  print(arguments, youbotd::report(summary));
+  log_problems(summary);
+  return exit_code(summary);
+}
+
+/// The same path without and with compensation, each into its own recording.
+int run_demo(const Arguments& arguments, youbotd::Config config) {
+  youbotd::Summary summaries[2];
+  for (const bool compensate : {false, true}) {
+    config.cycle.controller.compensate_friction = compensate;
+    youbotd::SessionOptions options = arguments.session;
+    if (options.record_directory) *options.record_directory /= compensate ? "with" : "without";
+    print(arguments, compensate ? "\n== with friction compensation\n" : "== without friction compensation\n");
+    youbotd::Summary& summary = summaries[compensate ? 1 : 0];
+    summary = youbotd::run_session(config, options, stop_requested);
+    print(arguments, youbotd::report(summary));
+    log_problems(summary);
+    if (const int code = exit_code(summary)) return code;
+  }
+  print(arguments, "\n" + youbotd::compare(summaries[0], summaries[1]));
+  return apps::kExitOk;
+}
+
+int run(Arguments arguments) {
+  youbotd::Config config = youbotd::load_config(arguments.session.config_file);
+  if (!arguments.robot.empty()) config.robot = arguments.robot;
+  if (arguments.duration_s > 0)
+    arguments.session.duration = std::chrono::nanoseconds(static_cast<std::int64_t>(arguments.duration_s * 1e9));
+  if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
+  stop_on_signals();
+  return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Drives the youBot's base at 1 kHz along the path in its configuration. THIS MOVES A MACHINE.",
+               "youbotd");
+  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault.");
+  app.set_version_flag("--version", apps::build_version());
+  app.add_option("--config", arguments.session.config_file, "TOML file; apps/youbotd/demo.toml shows every key")
+      ->required();
+  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback");
+  app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing");
+  app.add_flag("--virtual-time", arguments.session.virtual_time,
+               "as fast as the machine allows instead of real time (loopback only)");
+  app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
+               "go on when the system refuses real-time scheduling or memory locking");
+  app.add_flag("--demo", arguments.demo, "drive the path without and with friction compensation and compare");
+  app.add_flag("--quiet", arguments.quiet, "print problems only");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? apps::kExitOk : apps::kExitUsage;
+  }
+
+  spdlog::set_default_logger(spdlog::stderr_color_st("youbotd"));
+  spdlog::set_pattern("%n: %^%l%$: %v");
+  try {
+    return run(arguments);
+  } catch (const apps::ConfigError& error) {
+    for (const std::string& problem : error.problems()) spdlog::error("{}", problem);
+    return apps::kExitUsage;
+  } catch (const std::invalid_argument& error) {
+    spdlog::error("{}", error.what());
+    return apps::kExitUsage;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return apps::kExitSetup;
+  }
+}

@@ -1,0 +1,50 @@
+/// @file
+/// Where the cycle takes its set-points from.
+#pragma once
+#include <chrono>
+
+#include "control/base_path.h"
+
+namespace youbotd {
+
+struct Motion {
+  std::chrono::nanoseconds stamp{};  ///< when the set-point was made; too old stops the robot
+  control::BaseReference reference;
+  bool finished = false;  ///< nothing more to do: come to rest and switch off
+};
+
+/// Called by the cycle's thread.
+class MotionSource {
+ public:
+  MotionSource() = default;
+  MotionSource(const MotionSource&) = delete;
+  MotionSource& operator=(const MotionSource&) = delete;
+  virtual ~MotionSource() = default;
+
+  /// Cycle: the robot obeys from now on and stands at the origin of W.
+  virtual void begin(std::chrono::nanoseconds now) noexcept = 0;
+  /// Cycle: wait-free.
+  virtual Motion read(std::chrono::nanoseconds now) noexcept = 0;
+};
+
+/// Drives a planned path, then rests at its end for a moment.
+class PathSource final : public MotionSource {
+ public:
+  /// Time at the goal before the motion counts as finished.
+  static constexpr std::chrono::seconds kRestAtGoal{2};
+
+  explicit PathSource(const control::BasePath::Plan& plan) : path_(plan) {}
+
+  void begin(std::chrono::nanoseconds now) noexcept override { begin_ = now; }
+  Motion read(std::chrono::nanoseconds now) noexcept override {
+    const std::chrono::duration<double> elapsed = now - begin_;
+    const std::chrono::duration<double> end = std::chrono::duration<double>(path_.duration_s()) + kRestAtGoal;
+    return {now, path_.at(elapsed.count()), elapsed >= end};
+  }
+
+ private:
+  control::BasePath path_;
+  std::chrono::nanoseconds begin_{};
+};
+
+}  // namespace youbotd

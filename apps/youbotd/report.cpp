@@ -1,0 +1,69 @@
+#include "apps/youbotd/report.h"
+
+#include <spdlog/fmt/fmt.h>
+
+namespace youbotd {
+namespace {
+
+double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+double microseconds(std::chrono::nanoseconds time) {
+  return std::chrono::duration<double, std::micro>(time).count();
+}
+
+std::string first_motion(const PathMetrics& path) {
+  return path.first_motion() ? fmt::format("{:.2f} s", seconds(*path.first_motion())) : "never";
+}
+
+std::string quantiles(const apps::LatencyHistogram& histogram) {
+  return fmt::format("median {:.1f} us, 99.9 % {:.1f} us, worst {:.1f} us", microseconds(histogram.quantile(0.5)),
+                     microseconds(histogram.quantile(0.999)), microseconds(histogram.worst()));
+}
+
+}  // namespace
+
+std::string report(const Summary& summary) {
+  const LoopStatistics& loop = summary.loop;
+  const PathMetrics& path = summary.path;
+  std::string text = fmt::format("robot        {}, {:.1f} s of robot time in {:.2f} s{}\n", summary.robot,
+                                 seconds(loop.robot_time), seconds(loop.wall_time),
+                                 summary.virtual_time ? " (virtual time)" : "");
+  text += fmt::format("path         first motion: {}; error rms {:.1f} mm, worst {:.1f} mm, {:.3f} rad{}\n",
+                      first_motion(path), 1e3 * path.rms_m(), 1e3 * path.worst_m(), path.worst_rad(),
+                      path.on_truth() ? " (true pose)" : " (odometry)");
+  text += fmt::format("final error  {:.1f} mm, {:.4f} rad\n", 1e3 * path.final_m(), path.final_rad());
+  text += fmt::format("loop         {} cycles, {} overruns; step {}\n", loop.cycles, loop.overruns,
+                      quantiles(loop.step));
+  text += summary.virtual_time ? "wake-up      not measured in virtual time\n"
+                               : fmt::format("wake-up      {}\n", quantiles(loop.wake_up));
+  const Disturbances& events = loop.disturbances;
+  text += fmt::format("memory, CPU  {} page faults (major {}), {} involuntary context switches\n",
+                      events.minor_faults + events.major_faults, events.major_faults,
+                      events.involuntary_switches);
+  for (const std::string& problem : summary.not_real_time)
+    text += fmt::format("NOT REAL-TIME: {}\n", problem);
+  if (summary.recorded)
+    text += fmt::format("recording    {} cycles written, {} lost\n", summary.cycles_recorded, summary.cycles_lost);
+  return text;
+}
+
+std::string compare(const Summary& without, const Summary& with) {
+  std::string text = fmt::format("{:<26}{:>14}{:>14}\n", "friction compensation", "without", "with");
+  const auto row = [&text](const char* name, const std::string& left, const std::string& right) {
+    text += fmt::format("{:<26}{:>14}{:>14}\n", name, left, right);
+  };
+  const auto millimetres = [](double metres) { return fmt::format("{:.1f} mm", 1e3 * metres); };
+  const auto radians = [](double angle) { return fmt::format("{:.3f} rad", angle); };
+  const PathMetrics& a = without.path;
+  const PathMetrics& b = with.path;
+  row("first motion", first_motion(a), first_motion(b));
+  row("path error, rms", millimetres(a.rms_m()), millimetres(b.rms_m()));
+  row("path error, worst", millimetres(a.worst_m()), millimetres(b.worst_m()));
+  row("heading error, worst", radians(a.worst_rad()), radians(b.worst_rad()));
+  row("final position error", millimetres(a.final_m()), millimetres(b.final_m()));
+  row("final heading error", radians(a.final_rad()), radians(b.final_rad()));
+  if (!a.first_motion() && b.first_motion())
+    text += "With the same gains the base never starts without compensation and follows its path with it.\n";
+  return text;
+}
+
+}  // namespace youbotd

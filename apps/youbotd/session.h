@@ -1,0 +1,45 @@
+/// @file
+/// One run of the daemon, from opening the robot to the summary.
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/youbotd/config.h"
+#include "apps/youbotd/loop.h"
+#include "apps/youbotd/path_metrics.h"
+
+namespace youbotd {
+
+struct SessionOptions {
+  std::filesystem::path config_file;
+  std::optional<std::chrono::nanoseconds> duration{};     ///< of robot time; none: until the motion is finished
+  std::optional<std::filesystem::path> record_directory{};
+  bool virtual_time = false;
+  bool allow_non_real_time = false;
+};
+
+struct Summary {
+  std::string robot;
+  bool virtual_time = false;
+  std::vector<std::string> not_real_time;  ///< what the system refused
+  LoopStatistics loop;
+  PathMetrics path;
+  std::string stop_reason;  ///< empty when nothing went wrong
+  std::optional<std::filesystem::path> fault_report;
+  bool recorded = false;
+  std::uint64_t cycles_recorded = 0;
+  std::uint64_t cycles_lost = 0;
+  std::vector<std::string> recording_problems;
+};
+
+/// Runs until the motion is finished, the duration is over, `stop` becomes true or a fault. Blocks.
+/// @throws hal::SetupError when the robot cannot be opened, or real-time was refused and is not waived;
+///         std::invalid_argument for a configuration no part accepts.
+Summary run_session(const Config& config, const SessionOptions& options, const std::atomic<bool>& stop);
+
+}  // namespace youbotd

@@ -1,0 +1,66 @@
+# Fails when an include crosses the layers: cmake -DROOT=<source tree> -P layers.cmake
+# What is neither a standard nor an OS header must match the line of its folder below, so that a new
+# dependency is declared here first. tests/ may include everything and is not looked at.
+cmake_minimum_required(VERSION 3.25)
+
+# Pattern of the including file, pattern of what it may include. The first match counts.
+set(plain_values "hal/(plant|joint|hand_plant)\\.h$|drivers/.*(_wire|/frame|/registers|/telegram)\\.h$")
+set(rules
+  "^drivers/ethercat/"  "^drivers/ethercat/"
+  "^drivers/tmcl/"      "^drivers/"
+  "^drivers/can/"       "^drivers/can/"
+  "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
+  "^drivers/haptic/"    "^(drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/"
+  "^hal/.*\\.h$"        "^(hal|Eigen)/"
+  "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
+  "^control/"           "^(control|Eigen|kdl)/"
+  "^sim/model_file\\."  "^((sim|control|Eigen|toml\\+\\+)/|${plain_values})"
+  "^sim/"               "^((sim|control|Eigen)/|${plain_values})"
+  "^apps/"              "^(apps|sim|control|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
+set(standard "^<[a-z0-9_]+$")
+set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
+# A control step is a function of (config, state, input, dt): no clock, thread or file.
+set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future|.*\\.h)$")
+
+file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
+list(FILTER files INCLUDE REGEX "^(drivers|hal|control|sim|apps)/")
+execute_process(
+  COMMAND grep -noHE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"][^>\"]+" ${files}
+  WORKING_DIRECTORY ${ROOT} OUTPUT_VARIABLE includes RESULT_VARIABLE result)
+if(NOT files OR NOT result EQUAL 0)
+  message(FATAL_ERROR "No includes found under '${ROOT}'")
+endif()
+
+string(REGEX MATCHALL "[^\n]+" includes "${includes}")
+set(violations "")
+foreach(include IN LISTS includes)  # such as: hal/robot.h:12:#include <Eigen/Core
+  string(REGEX MATCH "^([^:]+):([0-9]+):[^<\"]+([<\"](.+))$" include "${include}")
+  set(file ${CMAKE_MATCH_1})
+  set(line ${CMAKE_MATCH_2})
+  set(header "${CMAKE_MATCH_3}")
+  set(path "${CMAKE_MATCH_4}")
+
+  set(allowed "^$")
+  set(rest ${rules})
+  while(rest)
+    list(POP_FRONT rest pattern allowance)
+    if(file MATCHES "${pattern}")
+      set(allowed "${allowance}")
+      break()
+    endif()
+  endwhile()
+
+  if(file MATCHES "^control/" AND header MATCHES "${not_in_control}")
+  elseif(path MATCHES "${allowed}" AND NOT path MATCHES "\\.\\.")
+    continue()
+  elseif(header MATCHES "${standard}|${operating_system}" AND NOT header MATCHES "libusb|hidapi")
+    continue()
+  endif()
+  list(APPEND violations "${file}:${line}: may not include ${path}")
+endforeach()
+
+if(violations)
+  list(JOIN violations "\n" violations)
+  message("${violations}")
+  message(FATAL_ERROR "These includes cross the layers; the table is in tests/layers.cmake")
+endif()
