@@ -20,9 +20,10 @@ class BaseController {
  public:
   struct Config {
     BaseGeometry geometry;
-    PlanarVector stiffness = {100, 100, 20};         ///< K [N/m, N/m, N·m/rad]
-    PlanarVector damping = {100, 100, 15};           ///< D [N·s/m, N·s/m, N·m·s/rad]
-    PlanarVector feedforward_inertia = {50, 50, 5};  ///< M [kg, kg, kg·m²]: body and reflected wheels
+    PlanarVector stiffness = {150, 150, 22};  ///< K [N/m, N/m, N·m/rad]
+    PlanarVector damping = {150, 150, 22};    ///< D [N·s/m, N·s/m, N·m·s/rad]
+    /// M [kg, kg, kg·m²]: the body (29.5, 4.0) and, reflected to the floor, wheels and rotors (18.8, 2.8).
+    PlanarVector feedforward_inertia = {48, 48, 6.8};
     WrenchLimits wrench_limits;
     double torque_limit_Nm = 2.4;  ///< of a wheel, compensation included
     FrictionObserver::Config observer;

@@ -21,15 +21,15 @@ struct BaseReference {
 class BasePath {
  public:
   struct Limits {
-    double speed_m_per_s = 0.2;
-    double acceleration_m_per_s2 = 0.1;
-    double turn_speed_rad_per_s = 0.5;
-    double turn_acceleration_rad_per_s2 = 0.3;
+    double speed_m_per_s = 0.10;
+    double acceleration_m_per_s2 = 0.04;
+    double turn_speed_rad_per_s = 0.15;
+    double turn_acceleration_rad_per_s2 = 0.04;
   };
   struct Plan {
     PlanarPose start;
     std::vector<PlanarVector> displacements_B;  ///< each in the base frame at its own start
-    double rest_s = 0.5;                        ///< before each displacement
+    double rest_s = 1.0;                        ///< before each displacement
     Limits limits;
   };
 

@@ -6,9 +6,10 @@
 
 namespace control {
 
+/// Defaults: a hand can hold the base back.
 struct WrenchLimits {
-  double force_N = 6.0;
-  double moment_Nm = 2.0;
+  double force_N = 5.0;
+  double moment_Nm = 1.0;
 };
 
 template <class Vector>

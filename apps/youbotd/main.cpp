@@ -92,6 +92,10 @@ int run(Arguments arguments) {
     arguments.session.duration = std::chrono::nanoseconds(static_cast<std::int64_t>(arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   stop_on_signals();
+  if (!arguments.quiet)
+    spdlog::info("{}: running {}, {:g} Hz{}", apps::build_version(), config.robot,
+                 1 / std::chrono::duration<double>(config.cycle.period).count(),
+                 arguments.session.virtual_time ? ", virtual time" : "; Ctrl-C stops");
   return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
 }
 

@@ -1,0 +1,219 @@
+#include "apps/youbotd/cycle.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <vector>
+
+#include "hal/clock.h"
+#include "hal/loopback_robot.h"
+#include "sim/base.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace youbotd {
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+/// Braking ends with all wheels below 0.02 rad/s (1 mm/s), seen through a filter that lags 14 ms at up to
+/// 0.2 m/s².
+constexpr double kAtRest_m_per_s = 0.001 + 0.014 * 0.2;
+
+/// Asks for a pose far ahead, so that torque is wanted, until told otherwise.
+class ScriptedMotion final : public MotionSource {
+ public:
+  void begin(nanoseconds now) noexcept override { begin_ = now; }
+  Motion read(nanoseconds now) noexcept override {
+    Motion motion{now, {}, finished};
+    motion.reference.X_WB.x_m = ahead_m;
+    if (silent_after && now - begin_ > *silent_after) motion.stamp = begin_ + *silent_after;
+    return motion;
+  }
+  double ahead_m = 1.0;
+  bool finished = false;
+  std::optional<nanoseconds> silent_after{};
+
+ private:
+  nanoseconds begin_{};
+};
+
+/// The simulated base on the loopback robot in virtual time, and everything a test wants to reach.
+struct Rig {
+  explicit Rig(const Cycle::Config& config = moving()) : cycle(config, robot, motion, &base) { robot.activate(); }
+
+  /// Enough force to overcome the friction of the loaded wheels.
+  static Cycle::Config moving() {
+    Cycle::Config config;
+    config.controller.wrench_limits = {20.0, 5.0};
+    return config;
+  }
+  void run(nanoseconds duration) {
+    for (nanoseconds end = clock.now() + duration; clock.now() < end && !cycle.finished();) {
+      clock.sleep_until(clock.now() + 1ms);
+      cycle.step(clock.now());
+      largest_command_Nm = 0;
+      for (const double torque : cycle.record().torque_command_Nm)
+        largest_command_Nm = std::max(largest_command_Nm, std::abs(torque));
+    }
+  }
+  double speed_m_per_s() const { return base.twist().head<2>().norm(); }
+
+  hal::VirtualClock clock;
+  sim::Base base{sim::BaseParameters{}};
+  hal::LoopbackRobot robot{base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}}};
+  ScriptedMotion motion;
+  Cycle cycle;
+  double largest_command_Nm = 0;
+};
+
+TEST(Cycle, DrivesTheBaseOnceTheDrivesObey) {
+  Rig rig;
+  rig.run(2ms);
+  EXPECT_EQ(rig.cycle.record().phase, Phase::kStarting);
+  rig.run(2s);
+  EXPECT_EQ(rig.cycle.record().phase, Phase::kRunning);
+  EXPECT_GT(rig.base.pose().x_m, 0.1);
+  EXPECT_FALSE(rig.cycle.stop_reason());
+}
+
+TEST(Cycle, AFinishedMotionBrakesToRestAndEnds) {
+  Rig rig;
+  rig.run(2s);
+  ASSERT_GT(rig.speed_m_per_s(), 0.05);
+  rig.motion.finished = true;
+  rig.run(5s);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_FALSE(rig.cycle.stop_reason());
+  EXPECT_LT(rig.speed_m_per_s(), kAtRest_m_per_s);
+}
+
+TEST(Cycle, ARequestedStopBrakesToRestAndEnds) {
+  Rig rig;
+  rig.run(2s);
+  rig.cycle.request_stop();
+  rig.run(5s);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_FALSE(rig.cycle.stop_reason());
+  EXPECT_LT(rig.speed_m_per_s(), kAtRest_m_per_s);
+}
+
+TEST(Cycle, SetPointsThatStopComingBrakeTheBaseWithinTheTimeout) {
+  Rig rig;
+  rig.motion.silent_after = 2s;
+  rig.run(2s);
+  ASSERT_GT(rig.speed_m_per_s(), 0.05);
+  rig.run(90ms);
+  EXPECT_EQ(rig.cycle.record().phase, Phase::kRunning) << "silent for less than the 100 ms allowed";
+  rig.run(20ms);
+  EXPECT_EQ(rig.cycle.record().phase, Phase::kStopping);
+  rig.run(5s);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_LT(rig.speed_m_per_s(), kAtRest_m_per_s);
+  EXPECT_EQ(rig.cycle.stop_reason().kind, StopReason::Kind::kCommandTimeout);
+  EXPECT_NE(describe(rig.cycle.stop_reason(), rig.robot, 1ms).find("no new set-point for 0.101 s"),
+            std::string::npos)
+      << describe(rig.cycle.stop_reason(), rig.robot, 1ms);
+}
+
+TEST(Cycle, ASetPointThatIsNotANumberSwitchesTheDrivesOffAndIsNamed) {
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    Rig rig;
+    rig.run(1s);
+    rig.motion.ahead_m = bad;
+    rig.run(3ms);  // computed in one cycle, sent and refused in the next
+    EXPECT_EQ(rig.cycle.record().phase, Phase::kFaulted);
+    EXPECT_EQ(rig.largest_command_Nm, 0.0);
+    const StopReason& reason = rig.cycle.stop_reason();
+    EXPECT_EQ(reason.kind, StopReason::Kind::kRobotFault);
+    EXPECT_EQ(reason.status.fault, hal::Fault::kBadCommand);
+    EXPECT_EQ(describe(reason, rig.robot, 1ms),
+              "cycle 1002 (1.002 s): wheel-1: a command that is not a finite number; drives switched off");
+    rig.motion.ahead_m = 1.0;  // a good set-point does not bring it back
+    rig.run(2s);
+    EXPECT_TRUE(rig.cycle.finished());
+    rig.base.advance(std::array<hal::JointCommand, 4>{}, false, 5s);  // friction alone, drives off
+    EXPECT_LT(rig.speed_m_per_s(), 1e-6);
+  }
+}
+
+TEST(Cycle, AWheelThatTurnsTooFastSwitchesTheDrivesOff) {
+  Cycle::Config config = Rig::moving();
+  config.wheel_speed_limit_rad_per_s = 1.0;
+  Rig rig(config);
+  rig.run(5s);
+  EXPECT_EQ(rig.cycle.stop_reason().kind, StopReason::Kind::kOverspeed);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_EQ(rig.largest_command_Nm, 0.0);
+}
+
+/// A robot whose drives never obey, or whose bus fails when told to.
+class BrokenRobot final : public hal::Robot {
+ public:
+  std::span<const hal::JointInfo> joints() const noexcept override { return joints_; }
+  void activate() override {}
+  void deactivate() noexcept override {}
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    last_command = command;
+    sample.enabled = obeys && command.enable;
+    return status;
+  }
+  bool obeys = false;
+  hal::CycleStatus status{};
+  hal::RobotCommand last_command;
+
+ private:
+  std::vector<hal::JointInfo> joints_{{"wheel-1", 1}, {"wheel-2", 1}, {"wheel-3", 1}, {"wheel-4", 1}};
+};
+
+TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterTwoSeconds) {
+  BrokenRobot robot;
+  ScriptedMotion motion;
+  Cycle cycle(Cycle::Config{}, robot, motion, nullptr);
+  int milliseconds = 0;
+  for (; !cycle.finished() && milliseconds < 10'000; ++milliseconds) cycle.step(milliseconds * 1ms);
+  EXPECT_NEAR(milliseconds, 2022, 2);
+  EXPECT_EQ(cycle.stop_reason().kind, StopReason::Kind::kNotEnabled);
+}
+
+TEST(Cycle, ALostBusSwitchesOffAndTheFirstReasonIsKept) {
+  BrokenRobot robot;
+  robot.obeys = true;
+  ScriptedMotion motion;
+  Cycle cycle(Cycle::Config{}, robot, motion, nullptr);
+  nanoseconds now{};
+  for (; now < 100ms; now += 1ms) cycle.step(now);
+  robot.status = {hal::Fault::kPartialBus, 2, 6};
+  cycle.step(now += 1ms);
+  robot.status = {hal::Fault::kFrameLost};
+  cycle.step(now += 1ms);
+  EXPECT_FALSE(robot.last_command.enable);
+  EXPECT_EQ(cycle.stop_reason().status.fault, hal::Fault::kPartialBus);
+  EXPECT_EQ(cycle.stop_reason().joint, 2);
+  EXPECT_NE(describe(cycle.stop_reason(), robot, 1ms).find("wheel-3"), std::string::npos);
+}
+
+TEST(Cycle, ARobotWithoutFourWheelsIsRefused) {
+  struct Arm final : hal::Robot {
+    std::span<const hal::JointInfo> joints() const noexcept override { return {}; }
+    void activate() override {}
+    void deactivate() noexcept override {}
+    hal::CycleStatus exchange(const hal::RobotCommand&, hal::RobotSample&) noexcept override { return {}; }
+  } arm;
+  ScriptedMotion motion;
+  EXPECT_THROW(Cycle(Cycle::Config{}, arm, motion, nullptr), std::invalid_argument);
+}
+
+TEST(Cycle, TheWholeCycleDoesNotAllocateOrLock) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns the allocator";
+  Rig rig;
+  rig.run(10ms);
+  const support::NoAllocGuard guard;
+  rig.run(1s);
+  rig.motion.ahead_m = std::numeric_limits<double>::quiet_NaN();  // the fault path is part of it
+  rig.run(10ms);
+  EXPECT_EQ(guard.violations(), 0);
+}
+
+}  // namespace
+}  // namespace youbotd

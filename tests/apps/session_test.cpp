@@ -1,0 +1,236 @@
+#include "apps/youbotd/session.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <fstream>
+#include <sstream>
+
+#include "apps/common/toml_reader.h"
+#include "apps/youbotd/base_recording.h"
+
+namespace youbotd {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+
+const fs::path kDemo = fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml";
+
+class Session : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "youbot-session-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    directory = pattern;
+    options.config_file = kDemo;
+    options.virtual_time = true;
+  }
+  void TearDown() override { fs::remove_all(directory); }
+
+  fs::path directory;
+  SessionOptions options;
+  std::atomic<bool> stop{false};
+  Config config = load_config(kDemo);
+};
+
+/// Rows of numbers below the header of a recording; fails the test on a row of another width.
+std::vector<std::vector<double>> rows(const fs::path& path, std::size_t width) {
+  std::ifstream file(path);
+  std::vector<std::vector<double>> result;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#") || line.starts_with("time_s")) continue;
+    std::vector<double> row;
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+    EXPECT_EQ(row.size(), width) << path << ": " << line;
+    result.push_back(row);
+  }
+  return result;
+}
+
+TEST_F(Session, TheDemoBaseFollowsItsPathWithCompensationOnly) {
+  // Thesis 2.7.2: without compensation the wrench could not start the base, with it the base moved as told.
+  const Summary with = run_session(config, options, stop);
+  EXPECT_TRUE(with.stop_reason.empty()) << with.stop_reason;
+  ASSERT_TRUE(with.path.first_motion().has_value());
+  EXPECT_TRUE(with.path.on_truth());
+  EXPECT_LT(with.path.rms_m(), 0.02);     // a fiftieth of the path's size
+  EXPECT_LT(with.path.final_m(), 0.02);   // friction left over by the margin, against 150 N/m: 2 N is 13 mm
+  EXPECT_LT(with.path.final_rad(), 0.03);
+
+  config.cycle.controller.compensate_friction = false;
+  const Summary without = run_session(config, options, stop);
+  EXPECT_TRUE(without.stop_reason.empty());
+  EXPECT_FALSE(without.path.first_motion().has_value());
+}
+
+TEST_F(Session, RunsWithTheSameSeedGiveEqualRecordings) {
+  options.duration = 3s;
+  const auto recorded = [&](const char* name, std::uint64_t seed) {
+    options.record_directory = directory / name;
+    config.simulation.noise_seed = seed;
+    (void)run_session(config, options, stop);
+    std::ifstream file(directory / name / "wheel-1.csv");
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  const std::string first = recorded("first", 1);
+  EXPECT_GT(first.size(), 100'000U);
+  EXPECT_EQ(recorded("second", 1), first);
+  EXPECT_NE(recorded("third", 7), first);
+}
+
+TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
+  options.duration = 4s;
+  options.record_directory = directory / "new" / "run";
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_EQ(summary.cycles_lost, 0U);
+  EXPECT_EQ(summary.cycles_recorded, summary.loop.cycles);
+  EXPECT_TRUE(summary.recording_problems.empty());
+
+  std::ifstream head(*options.record_directory / "wheel-2.csv");
+  std::string text;
+  for (const char* expected : {"# youbot recording v1", "# rig: wheel-2", "# experiment: path, friction compensated",
+                               "# sample_rate_Hz: 1000"}) {
+    std::getline(head, text);
+    EXPECT_EQ(text, expected);
+  }
+  const auto wheel = rows(*options.record_directory / "wheel-2.csv", 5);
+  ASSERT_EQ(wheel.size(), summary.loop.cycles);
+  for (std::size_t i = 1; i < wheel.size(); ++i) EXPECT_NEAR(wheel[i][0] - wheel[i - 1][0], 1e-3, 1e-9);
+  // The base has begun to drive forward: wheel 2 turns forward under positive torque.
+  EXPECT_GT(wheel.back()[3], 0.05);
+  EXPECT_GT(wheel[wheel.size() / 2][1], 0.02);
+  EXPECT_TRUE(fs::exists(*options.record_directory / "config.toml"));
+  EXPECT_EQ(rows(*options.record_directory / "base.csv", 33).size(), summary.loop.cycles);
+}
+
+TEST_F(Session, ARecordingIsNeverReplaced) {
+  options.duration = 100ms;
+  options.record_directory = directory;
+  (void)run_session(config, options, stop);
+  EXPECT_THROW((void)run_session(config, options, stop), std::invalid_argument);
+}
+
+TEST_F(Session, WithoutAPlaceToRecordTheRobotRunsAndTheLossIsTold) {
+  std::ofstream(directory / "file") << "not a directory";
+  options.duration = 3s;
+  options.record_directory = directory / "file" / "run";
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_TRUE(summary.stop_reason.empty());
+  EXPECT_EQ(summary.cycles_recorded, 0U);
+  EXPECT_EQ(summary.cycles_lost, summary.loop.cycles);
+  ASSERT_EQ(summary.recording_problems.size(), 1U);
+  EXPECT_NE(summary.recording_problems[0].find((directory / "file/run").string()), std::string::npos);
+}
+
+TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
+  options.duration = 5s;
+  options.record_directory = directory;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit full{64 * 1024, before.rlim_max};  // the kernel refuses to grow a file beyond this
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  const Summary summary = run_session(config, options, stop);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+
+  EXPECT_TRUE(summary.stop_reason.empty());
+  EXPECT_GT(summary.cycles_recorded, 100U);
+  EXPECT_EQ(summary.cycles_recorded + summary.cycles_lost, summary.loop.cycles);
+  EXPECT_FALSE(summary.recording_problems.empty());
+  EXPECT_GT(rows(directory / "wheel-1.csv", 5).size(), 100U);
+  EXPECT_GT(rows(directory / "base.csv", 33).size(), 100U);
+}
+
+TEST_F(Session, AFaultLeavesTheLastSecondBehind) {
+  config.cycle.wheel_speed_limit_rad_per_s = 0.5;  // the path is faster
+  options.record_directory = directory;
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_NE(summary.stop_reason.find("more than allowed"), std::string::npos) << summary.stop_reason;
+  ASSERT_TRUE(summary.fault_report.has_value());
+  const auto last = rows(*summary.fault_report, 33);
+  EXPECT_EQ(last.size(), 1000U);
+  EXPECT_NEAR(last.back()[0] - last.front()[0], 0.999, 1e-6);
+  EXPECT_EQ(last.back()[1], static_cast<double>(Phase::kFaulted));
+}
+
+TEST_F(Session, StopsWhenAskedAndComesToRest) {
+  stop = true;
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_TRUE(summary.stop_reason.empty());
+  EXPECT_LT(summary.loop.robot_time, 100ms);
+}
+
+TEST_F(Session, AnUnknownRobotIsRefusedByName) {
+  config.robot = "toaster";
+  try {
+    (void)run_session(config, options, stop);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("toaster"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("loopback"), std::string::npos);
+  }
+}
+
+TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
+  // What the file spells out and what the code assumes without it must not drift apart.
+  const fs::path empty = directory / "empty.toml";
+  std::ofstream(empty) << "\n";
+  const Config defaults = load_config(empty);
+  const auto& demo = config.cycle.controller;
+  const auto& code = defaults.cycle.controller;
+  EXPECT_EQ(demo.stiffness, code.stiffness);
+  EXPECT_EQ(demo.damping, code.damping);
+  EXPECT_EQ(demo.feedforward_inertia, code.feedforward_inertia);
+  EXPECT_EQ(demo.wrench_limits.force_N, code.wrench_limits.force_N);
+  EXPECT_EQ(demo.wrench_limits.moment_Nm, code.wrench_limits.moment_Nm);
+  EXPECT_EQ(demo.torque_limit_Nm, code.torque_limit_Nm);
+  EXPECT_EQ(demo.compensator.margin, code.compensator.margin);
+  EXPECT_EQ(demo.compensator.full_command_Nm, code.compensator.full_command_Nm);
+  EXPECT_EQ(demo.observer.blend_speed_rad_per_s, code.observer.blend_speed_rad_per_s);
+  EXPECT_EQ(demo.observer.filter.cutoff_rad_per_s, code.observer.filter.cutoff_rad_per_s);
+  EXPECT_EQ(demo.observer.filter.damping, code.observer.filter.damping);
+  EXPECT_EQ(demo.geometry.wheel_radius_m, code.geometry.wheel_radius_m);
+  EXPECT_EQ(demo.geometry.wheelbase_m, code.geometry.wheelbase_m);
+  EXPECT_EQ(demo.geometry.track_m, code.geometry.track_m);
+  EXPECT_EQ(config.cycle.period, defaults.cycle.period);
+  EXPECT_EQ(config.cycle.command_timeout, defaults.cycle.command_timeout);
+  EXPECT_EQ(config.cycle.wheel_speed_limit_rad_per_s, defaults.cycle.wheel_speed_limit_rad_per_s);
+  EXPECT_EQ(config.real_time.priority, defaults.real_time.priority);
+  EXPECT_EQ(config.path.limits.speed_m_per_s, defaults.path.limits.speed_m_per_s);
+  EXPECT_EQ(config.path.limits.turn_speed_rad_per_s, defaults.path.limits.turn_speed_rad_per_s);
+  EXPECT_EQ(config.path.rest_s, defaults.path.rest_s);
+  EXPECT_EQ(config.simulation.mass_kg, defaults.simulation.mass_kg);
+  EXPECT_EQ(config.simulation.yaw_inertia_kg_m2, defaults.simulation.yaw_inertia_kg_m2);
+  EXPECT_EQ(config.simulation.drive.load_inertia_kg_m2, defaults.simulation.drive.load_inertia_kg_m2);
+  EXPECT_EQ(config.simulation.loaded_friction_scale, defaults.simulation.loaded_friction_scale);
+  EXPECT_EQ(config.simulation.roller_grip, defaults.simulation.roller_grip);
+  EXPECT_EQ(config.simulation.roller_resistance, defaults.simulation.roller_resistance);
+  EXPECT_EQ(config.simulation.step, defaults.simulation.step);
+  EXPECT_EQ(config.simulation.noise_seed, defaults.simulation.noise_seed);
+  EXPECT_TRUE(defaults.path.displacements_B.empty());
+}
+
+TEST_F(Session, ConfigurationMistakesAreAllListedWithTheirLines) {
+  const fs::path bad = directory / "bad.toml";
+  std::ofstream(bad) << "[loop]\nperiod_s = 1\npriorty = 80\n\n[simulation]\nmass_g = 29500\n"
+                        "loaded_friction_scale = [1, 2]\n\n[compensation]\nmargin = nan\nenabled = \"yes\"\n";
+  try {
+    (void)load_config(bad);
+    FAIL();
+  } catch (const apps::ConfigError& error) {
+    ASSERT_EQ(error.problems().size(), 6U) << error.what();
+    const std::vector<std::pair<int, const char*>> expected{{2, "period_s"}, {3, "priority"},
+                                                            {6, "mass_kg"},  {7, "loaded_friction_scale"},
+                                                            {10, "margin"},  {11, "enabled"}};
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      const std::string& problem = error.problems()[i];
+      EXPECT_NE(problem.find("bad.toml:" + std::to_string(expected[i].first) + ":"), std::string::npos) << problem;
+      EXPECT_NE(problem.find(expected[i].second), std::string::npos) << problem;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace youbotd

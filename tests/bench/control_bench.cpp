@@ -1,0 +1,116 @@
+// What each part of the base's cycle costs, and how fast the simulation runs.
+#include <benchmark/benchmark.h>
+
+#include <chrono>
+
+#include "apps/common/latency_histogram.h"
+#include "apps/common/spsc_ring.h"
+#include "apps/youbotd/cycle.h"
+#include "control/base_controller.h"
+#include "control/friction/wheel_curve.h"
+#include "hal/clock.h"
+#include "hal/loopback_robot.h"
+#include "sim/base.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+void WheelCurveAsPublished(benchmark::State& state) {
+  double velocity = -10;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(control::friction::wheel_curve_Nm(1, velocity));
+    velocity = velocity > 10 ? -10 : velocity + 0.01;
+  }
+}
+BENCHMARK(WheelCurveAsPublished);
+
+void WheelCurveFromTable(benchmark::State& state) {
+  const control::friction::SlidingTable table = control::friction::wheel_table(1);
+  double velocity = -10;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(table.level_Nm(velocity));
+    velocity = velocity > 10 ? -10 : velocity + 0.01;
+  }
+}
+BENCHMARK(WheelCurveFromTable);
+
+void ControllerStep(benchmark::State& state) {
+  control::BaseController controller(control::BaseController::Config{});
+  control::WheelVector position = control::WheelVector::Zero();
+  control::BaseReference reference;
+  reference.X_WB.x_m = 0.1;
+  for (auto _ : state) {
+    position += control::WheelVector(-1e-3, 1e-3, -1e-3, 1e-3);
+    benchmark::DoNotOptimize(controller.step(position, reference));
+  }
+}
+BENCHMARK(ControllerStep);
+
+/// One millisecond of the simulated base with all wheels turning.
+void SimulatedMillisecond(benchmark::State& state) {
+  sim::BaseParameters parameters;
+  parameters.on_ground = state.range(0) != 0;
+  sim::Base base(parameters);
+  const std::array<hal::JointCommand, 4> commands{
+      hal::JointCommand::torque_Nm(-0.3), hal::JointCommand::torque_Nm(0.3), hal::JointCommand::torque_Nm(-0.3),
+      hal::JointCommand::torque_Nm(0.3)};
+  for (auto _ : state) base.advance(commands, true, 1ms);
+  state.counters["simulated_s_per_s"] =
+      benchmark::Counter(static_cast<double>(state.iterations()) * 1e-3, benchmark::Counter::kIsRate);
+}
+BENCHMARK(SimulatedMillisecond)->ArgName("on_ground")->Arg(0)->Arg(1);
+
+class CirclingMotion final : public youbotd::MotionSource {
+ public:
+  void begin(nanoseconds now) noexcept override { begin_ = now; }
+  youbotd::Motion read(nanoseconds now) noexcept override {
+    return {now, path_.at(std::fmod(std::chrono::duration<double>(now - begin_).count(), path_.duration_s())),
+            false};
+  }
+
+ private:
+  control::BasePath path_{{{}, {{0.5, 0, 0}, {0, 0.5, 0}, {-0.5, 0, 0}, {0, -0.5, 0}}, 0.5, {}}};
+  nanoseconds begin_{};
+};
+
+/// exchange() with the simulated base, observers, controller, compensation, record: all that youbotd does
+/// in a cycle. The counters are quantiles over single cycles, the time is their mean.
+void WholeLoopbackCycle(benchmark::State& state) {
+  hal::VirtualClock clock;
+  sim::Base base(sim::BaseParameters{});
+  hal::LoopbackRobot robot(base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
+  robot.activate();
+  CirclingMotion motion;
+  youbotd::Cycle cycle(youbotd::Cycle::Config{}, robot, motion, &base);
+  const hal::SteadyClock stopwatch;
+  apps::LatencyHistogram histogram;
+  for (auto _ : state) {
+    clock.sleep_until(clock.now() + 1ms);
+    const nanoseconds begin = stopwatch.now();
+    cycle.step(clock.now());
+    histogram.add(stopwatch.now() - begin);
+  }
+  if (cycle.stop_reason()) state.SkipWithError("the cycle stopped");
+  const auto microseconds = [&](double fraction) {
+    return std::chrono::duration<double, std::micro>(histogram.quantile(fraction)).count();
+  };
+  state.counters["median_us"] = microseconds(0.5);
+  state.counters["p99_9_us"] = microseconds(0.999);
+}
+BENCHMARK(WholeLoopbackCycle)->MinTime(2.0);
+
+void RecordIntoRing(benchmark::State& state) {
+  apps::SpscRing<youbotd::CycleRecord> ring(1024);
+  youbotd::CycleRecord record;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(ring.push(record));
+    benchmark::DoNotOptimize(ring.pop(record));
+  }
+}
+BENCHMARK(RecordIntoRing);
+
+}  // namespace
+
+BENCHMARK_MAIN();
