@@ -9,12 +9,27 @@
 namespace control {
 namespace {
 
-// Peaks of the first and second derivative of 10τ³ − 15τ⁴ + 6τ⁵ on [0, 1]: 15/8 and 10/√3.
+// Peak of the first derivative of 10τ³ − 15τ⁴ + 6τ⁵ on [0, 1].
 constexpr double kPeakSpeed = 15.0 / 8.0;
-constexpr double kPeakAcceleration = 10.0 / std::numbers::sqrt3;
 
-double shortest_time_s(double distance, double speed, double acceleration) {
-  return std::max(kPeakSpeed * distance / speed, std::sqrt(kPeakAcceleration * distance / acceleration));
+/// Largest acceleration per distance and 1/duration² along an arc that turns by `turn_rad`: the polynomial's
+/// own and, across it, the centripetal one, which peak at different times.
+double peak_acceleration(double turn_rad) {
+  if (turn_rad == 0) return 10.0 / std::numbers::sqrt3;
+  constexpr int kSamples = 4096;
+  double largest = 0.0;
+  for (int i = 0; i <= kSamples / 2; ++i) {  // the second half mirrors the first
+    const double tau = static_cast<double>(i) / kSamples;
+    const double ds = 30 * tau * tau * (1 - tau) * (1 - tau);
+    const double dds = 60 * tau * (1 - tau) * (1 - 2 * tau);
+    largest = std::max(largest, std::hypot(dds, turn_rad * ds * ds));
+  }
+  constexpr double kBetweenSamples = 1 + 1e-6;
+  return largest * kBetweenSamples;
+}
+
+double shortest_time_s(double distance, double peak_acceleration, double speed, double acceleration) {
+  return std::max(kPeakSpeed * distance / speed, std::sqrt(peak_acceleration * distance / acceleration));
 }
 
 void require_positive(double value, const char* name) {
@@ -30,7 +45,10 @@ BasePath::BasePath(const Plan& plan) : goal_(plan.start) {
   require_positive(plan.limits.acceleration_m_per_s2, "acceleration_m_per_s2");
   require_positive(plan.limits.turn_speed_rad_per_s, "turn_speed_rad_per_s");
   require_positive(plan.limits.turn_acceleration_rad_per_s2, "turn_acceleration_rad_per_s2");
-  if (!(plan.rest_s >= 0)) throw std::invalid_argument("base path: rest_s must not be negative");
+  if (!(std::isfinite(plan.rest_s) && plan.rest_s >= 0))
+    throw std::invalid_argument("base path: rest_s must be finite and not negative");
+  if (!std::isfinite(plan.start.x_m + plan.start.y_m + plan.start.yaw_rad))
+    throw std::invalid_argument("base path: the start must be finite");
 
   for (const PlanarVector& displacement_B : plan.displacements_B) {
     if (!displacement_B.allFinite() || displacement_B.isZero())
@@ -38,9 +56,9 @@ BasePath::BasePath(const Plan& plan) : goal_(plan.start) {
                                   " must be finite and not zero");
     const Limits& limits = plan.limits;
     const double duration_s =
-        std::max(shortest_time_s(displacement_B.head<2>().norm(), limits.speed_m_per_s,
-                                 limits.acceleration_m_per_s2),
-                 shortest_time_s(std::abs(displacement_B[2]), limits.turn_speed_rad_per_s,
+        std::max(shortest_time_s(displacement_B.head<2>().norm(), peak_acceleration(displacement_B[2]),
+                                 limits.speed_m_per_s, limits.acceleration_m_per_s2),
+                 shortest_time_s(std::abs(displacement_B[2]), peak_acceleration(0), limits.turn_speed_rad_per_s,
                                  limits.turn_acceleration_rad_per_s2));
     segments_.push_back({goal_, displacement_B, duration_s_ + plan.rest_s, duration_s});
     duration_s_ += plan.rest_s + duration_s;

@@ -17,7 +17,7 @@ struct BaseReference {
 /// Straight lines, turns and circular arcs (each a displacement at constant body twist, see moved_by), driven
 /// one after the other with a rest between. Along each, the distance follows the fifth-order polynomial
 /// s(τ) = 10τ³ − 15τ⁴ + 6τ⁵, which starts and ends at rest without a step in force; its duration is the
-/// shortest that keeps all limits.
+/// shortest (to a millionth) that keeps all limits, the centripetal acceleration of arcs included.
 class BasePath {
  public:
   struct Limits {

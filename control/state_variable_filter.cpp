@@ -23,6 +23,8 @@ StateVariableFilter::StateVariableFilter(const Config& config) {
   require(std::isfinite(T) && T > 0, "period_s", T, "a positive time");
   require(std::isfinite(w) && w > 0 && w * T <= 1, "cutoff_rad_per_s", w, "between 0 and 1/period");
   require(zeta >= 0.1 && zeta <= 10, "damping", zeta, "between 0.1 and 10");
+  period_s_ = T;
+  lag_s_ = 2 * zeta / w;
   stiffness_ = w * w;
   friction_ = 2 * zeta * w;
 
@@ -36,13 +38,16 @@ StateVariableFilter::StateVariableFilter(const Config& config) {
   Eigen::Matrix2d A_shifted;
   A_shifted << a, 1, -w * w, a - friction_;
   transition_ = std::exp(-a * T) * (cosh_dT * Eigen::Matrix2d::Identity() + sinh_dT_over_d * A_shifted);
-  // The held input moves the equilibrium (u, 0): x⁺ = Φ·x + (I − Φ)·(u, 0).
-  input_ = (Eigen::Matrix2d::Identity() - transition_).col(0);
 }
 
 StateVariableFilter::Output StateVariableFilter::step(double position) noexcept {
   if (!started_) reset(position);
-  state_ = transition_ * state_ + input_ * position;
+  // Along a straight input of slope r the filter settles on (u − r·2ζ/ω, r); what is off it decays by Φ.
+  const double slope = (position - last_input_) / period_s_;
+  const Eigen::Vector2d settled_before(last_input_ - lag_s_ * slope, slope);
+  const Eigen::Vector2d settled_now(position - lag_s_ * slope, slope);
+  state_ = settled_now + transition_ * (state_ - settled_before);
+  last_input_ = position;
   return {state_[0], state_[1], stiffness_ * (position - state_[0]) - friction_ * state_[1]};
 }
 

@@ -6,7 +6,8 @@
 namespace control {
 
 /// Second-order low-pass x/u = ω²/(s² + 2ζωs + ω²) whose states are the filtered position and its derivative,
-/// discretised exactly for an input held over each step. A ramp's slope comes out exactly, delayed by 2ζ/ω.
+/// discretised exactly for an input that runs straight between samples: a ramp's slope comes out exactly, and
+/// the filtered position follows 2ζ/ω later.
 /// Cycle: reset(), step().
 class StateVariableFilter {
  public:
@@ -28,17 +29,20 @@ class StateVariableFilter {
   /// At rest at `position`, so that a start far from zero makes no false velocity.
   void reset(double position) noexcept {
     state_ = {position, 0.0};
+    last_input_ = position;
     started_ = true;
   }
   /// The first step after construction resets to its input. Input and output have the same unit.
   Output step(double position) noexcept;
 
  private:
+  double period_s_;
+  double lag_s_;      // 2ζ/ω
   double stiffness_;  // ω²
   double friction_;   // 2ζω
   Eigen::Matrix2d transition_;
-  Eigen::Vector2d input_;
   Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
+  double last_input_ = 0.0;
   bool started_ = false;
 };
 

@@ -32,7 +32,8 @@ HapticStatus LoopbackHapticDevice::exchange(const HapticCommand& command, Haptic
   hand_.measure(measured);
 
   if (!command.enable) latched_ = {};
-  if (latched_.ok() && !finite(measured)) latched_ = {HapticFault::kBadSample};
+  const bool good_sample = finite(measured);
+  if (latched_.ok() && !good_sample) latched_ = {HapticFault::kBadSample};
   if (latched_.ok() && !command.f_D_H_N.allFinite()) latched_ = {HapticFault::kBadCommand};
 
   HapticStatus status = latched_;
@@ -46,7 +47,7 @@ HapticStatus LoopbackHapticDevice::exchange(const HapticCommand& command, Haptic
     }
   }
   hand_.advance(force_N, period_);
-  if (latched_.fault != HapticFault::kBadSample) sample = measured;
+  if (good_sample) sample = measured;
   return status;
 }
 

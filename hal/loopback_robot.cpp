@@ -23,6 +23,7 @@ LoopbackRobot::LoopbackRobot(Plant& plant, const Clock& clock, std::chrono::nano
 void LoopbackRobot::activate() {
   active_ = true;
   enabled_ = false;
+  applied_ = {};
   latched_ = {};
   last_exchange_.reset();
 }
@@ -37,6 +38,7 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
 
   RobotSample measured;
   measured.stamp = clock_.now();
+  catch_up(measured.stamp);
   plant_.measure(std::span(measured.joints).first(joints_.size()));
 
   if (!command.enable) latched_ = {};
@@ -44,20 +46,23 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (latched_.ok()) latched_ = check(command);
   enabled_ = command.enable && latched_.ok();
 
-  const RobotCommand zero_torque{};
-  plant_.advance(std::span((enabled_ ? command : zero_torque).joints).first(joints_.size()), enabled_,
-                 time_passing(measured.stamp));
+  applied_ = enabled_ ? command : RobotCommand{};
+  advance(period_);
   measured.enabled = enabled_;
   sample = measured;
   return latched_;
 }
 
-std::chrono::nanoseconds LoopbackRobot::time_passing(std::chrono::nanoseconds now) noexcept {
+void LoopbackRobot::advance(std::chrono::nanoseconds duration) noexcept {
+  plant_.advance(std::span(applied_.joints).first(joints_.size()), enabled_, duration);
+}
+
+void LoopbackRobot::catch_up(std::chrono::nanoseconds now) noexcept {
   const std::chrono::nanoseconds since = now - last_exchange_.value_or(now);
   last_exchange_ = now;
   // A wake-up that is late by less than half a period is jitter, not a skipped cycle.
-  const auto periods = (since + period_ / 2) / period_;
-  return std::clamp<std::int64_t>(periods, 1, kMaxSkip) * period_;
+  const auto skipped = (since - period_ / 2) / period_;
+  if (skipped > 0) advance(std::min<std::int64_t>(skipped, kMaxPeriods - 1) * period_);
 }
 
 CycleStatus LoopbackRobot::check(const RobotCommand& command) const noexcept {

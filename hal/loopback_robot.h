@@ -11,12 +11,12 @@
 
 namespace hal {
 
-/// Each exchange() measures, then lets time pass with the command applied, as a bus does: the sample answers
-/// the previous command. Time in the plant follows the clock in whole periods: one per exchange as a rule, more
-/// when cycles were skipped (at most kMaxSkip, so that a debugger's stop is not simulated).
+/// Each exchange() measures, then lets one period pass with the command applied, as a bus does: the sample
+/// answers the previous command. When the clock shows that cycles were skipped, the previous command first
+/// acts through them (kMaxPeriods an exchange at most, so that a debugger's stop is not simulated).
 class LoopbackRobot final : public Robot {
  public:
-  static constexpr int kMaxSkip = 100;
+  static constexpr int kMaxPeriods = 100;
 
   /// `plant` and `clock` outlive the robot. @throws hal::SetupError when `joints` does not fit the plant.
   LoopbackRobot(Plant& plant, const Clock& clock, std::chrono::nanoseconds period,
@@ -30,7 +30,8 @@ class LoopbackRobot final : public Robot {
  private:
   CycleStatus check(const RobotCommand& command) const noexcept;
   CycleStatus check(const RobotSample& sample) const noexcept;
-  std::chrono::nanoseconds time_passing(std::chrono::nanoseconds now) noexcept;
+  void advance(std::chrono::nanoseconds duration) noexcept;
+  void catch_up(std::chrono::nanoseconds now) noexcept;
 
   Plant& plant_;
   const Clock& clock_;
@@ -38,6 +39,7 @@ class LoopbackRobot final : public Robot {
   std::vector<JointInfo> joints_;
   bool active_ = false;
   bool enabled_ = false;
+  RobotCommand applied_{};
   CycleStatus latched_{};
   std::optional<std::chrono::nanoseconds> last_exchange_;
 };

@@ -38,11 +38,24 @@ Drive make_wheel(const BaseParameters& parameters, int wheel) {
   return {parameters.drive, table.scaled(scale), parameters.noise_seed + static_cast<std::uint64_t>(wheel)};
 }
 
+void require_not_negative(double value, const char* name) {
+  if (!(std::isfinite(value) && value >= 0))
+    throw std::invalid_argument(std::string("simulated base: ") + name + " must not be negative, and not " +
+                                std::to_string(value));
+}
+
 BaseParameters checked(const BaseParameters& parameters) {
+  require_not_negative(parameters.roller_grip, "roller_grip");
+  require_not_negative(parameters.roller_resistance, "roller_resistance");
   require_positive(parameters.mass_kg, "mass_kg");
   require_positive(parameters.yaw_inertia_kg_m2, "yaw_inertia_kg_m2");
   require_positive(parameters.roller_give.stiffness, "roller stiffness");
+  require_positive(parameters.geometry.wheel_radius_m, "wheel_radius_m");
   require_positive(parameters.drive.presliding.stiffness, "presliding stiffness");
+  require_positive(parameters.drive.gear_ratio, "gear_ratio");
+  require_positive(parameters.drive.motor.torque_constant_Nm_per_A, "torque_constant_Nm_per_A");
+  require_positive(parameters.drive.motor.inductance_H, "inductance_H");
+  require_positive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
   require_positive(static_cast<double>(parameters.step.count()), "step");
   for (const double scale : parameters.loaded_friction_scale) require_positive(scale, "loaded_friction_scale");
   return parameters;
@@ -71,6 +84,7 @@ void Base::advance(std::span<const hal::JointCommand> commands, bool powered,
     const auto steps = (period.count() + parameters_.step.count() - 1) / parameters_.step.count();
     const double step_s = period_s / static_cast<double>(steps);
     for (std::int64_t n = 0; n < steps; ++n) step(step_s);
+    for (Drive& wheel : wheels_) wheel.sense(period_s);
     duration -= period;
   }
 }

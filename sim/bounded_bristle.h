@@ -5,7 +5,7 @@
 
 namespace sim {
 
-/// F = clamp(σ0·z + σ1·v, ±bound),  dz/dt = v while |z| < bound/σ0.
+/// F = clamp(σ0·z + σ1·v, −b₋, b₊),  dz/dt = v while −b₋ < σ0·z < b₊.
 /// One Maxwell-slip element with a bound that may change from step to step: below the bound a damped spring,
 /// so a joint at rest really rests (no creep, no drift under load below break-away); sliding, exactly the
 /// bound. It serves as pre-sliding of a joint (rad, N·m) and as grip of a roller on the floor (m, N).
@@ -18,11 +18,16 @@ class BoundedBristle {
   };
   explicit BoundedBristle(const Parameters& parameters) noexcept : parameters_(parameters) {}
 
-  /// The force against the motion over a step of length `step_s` at `velocity`, with the given `bound` >= 0.
+  /// The force against the motion over a step of length `step_s` at `velocity`, between -`backward` and
+  /// `forward` (both >= 0). Which bound counts is decided by the deflection and not by the velocity: a loaded
+  /// joint that rings while it sticks is still held by the break-away of the direction it is pushed to.
+  double step(double velocity, double forward, double backward, double step_s) noexcept {
+    deflection_ = std::clamp(deflection_ + velocity * step_s, -backward / parameters_.stiffness,
+                             forward / parameters_.stiffness);
+    return std::clamp(parameters_.stiffness * deflection_ + parameters_.damping * velocity, -backward, forward);
+  }
   double step(double velocity, double bound, double step_s) noexcept {
-    const double limit = bound / parameters_.stiffness;
-    deflection_ = std::clamp(deflection_ + velocity * step_s, -limit, limit);
-    return std::clamp(parameters_.stiffness * deflection_ + parameters_.damping * velocity, -bound, bound);
+    return step(velocity, bound, bound, step_s);
   }
   double deflection() const noexcept { return deflection_; }
 

@@ -1,6 +1,7 @@
 #include "sim/drive.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace sim {
@@ -17,7 +18,6 @@ Drive::Drive(const DriveParameters& parameters, control::friction::SlidingTable 
       Nm_per_A_(parameters.motor.torque_constant_Nm_per_A * parameters.gear_ratio) {}
 
 void Drive::control(const hal::JointCommand& command, bool powered, double interval_s) noexcept {
-  sensors_.update(position_rad_, motor_torque_Nm_, interval_s);
   powered_ = powered;
   if (!powered_ || command.mode == hal::CommandMode::kTorque) velocity_integral_Nm_ = 0.0;
   if (!powered_) {
@@ -49,10 +49,14 @@ void Drive::step(double load_Nm, double step_s) noexcept {
       powered_ ? parameters_.gear_ratio *
                      motor_.step(target_current_A_, velocity_rad_per_s_ * parameters_.gear_ratio, step_s)
                : 0.0;
-  friction_torque_Nm_ = presliding_.step(velocity_rad_per_s_, friction_.level_Nm(velocity_rad_per_s_), step_s);
+  const double speed = std::abs(velocity_rad_per_s_);
+  friction_torque_Nm_ =
+      presliding_.step(velocity_rad_per_s_, friction_.level_Nm(speed), friction_.level_Nm(-speed), step_s);
   velocity_rad_per_s_ += step_s / inertia_kg_m2_ * (motor_torque_Nm_ - friction_torque_Nm_ - load_Nm);
   position_rad_ += step_s * velocity_rad_per_s_;
 }
+
+void Drive::sense(double interval_s) noexcept { sensors_.update(position_rad_, motor_torque_Nm_, interval_s); }
 
 hal::JointSample Drive::measured() const noexcept {
   return {sensors_.position_rad(), sensors_.velocity_rad_per_s(), sensors_.torque_Nm(), hal::JointFault::kNone};

@@ -31,18 +31,20 @@ struct DriveParameters {
 /// J·dω/dt = k_t·g·i − friction(ω, z) − load, integrated semi-implicitly (velocity first, then position with
 /// the new velocity). The fastest mechanical part is the stuck wheel, √(σ0/J) ≈ 150 rad/s; the winding with
 /// its current loop is ten times faster and sets the step: see the convergence test.
-/// One thread. Cycle: control() and step() neither allocate nor lock.
+/// One thread. Cycle: control(), step() and sense() neither allocate nor lock.
 class Drive {
  public:
   Drive(const DriveParameters& parameters, control::friction::SlidingTable friction, std::uint64_t noise_seed);
 
-  /// Once per controller period of `interval_s`: reads the sensors, then closes the loop `command` asks for.
-  /// Unpowered, the bridge is open and the joint coasts.
+  /// Begins a controller period of `interval_s`: closes the loop that `command` asks for on what was sensed
+  /// last. Unpowered, the bridge is open and the joint coasts.
   void control(const hal::JointCommand& command, bool powered, double interval_s) noexcept;
 
   /// Integrates one step against `load_Nm`, positive when it brakes positive motion.
   void step(double load_Nm, double step_s) noexcept;
 
+  /// Ends a controller period of `interval_s`: reads the sensors.
+  void sense(double interval_s) noexcept;
   hal::JointSample measured() const noexcept;
 
   /// Truth, for tests, energy balances and the summary of a simulated run.

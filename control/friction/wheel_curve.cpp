@@ -114,14 +114,15 @@ double wheel_4(double v) {
 }  // namespace
 
 double wheel_curve_Nm(int wheel, double velocity_rad_per_s) {
+  if (wheel < 1 || wheel > 4)
+    throw std::out_of_range("wheel curve: there is no wheel " + std::to_string(wheel) + " (1 to 4)");
   if (velocity_rad_per_s == 0.0) return 0.0;
   const double v = std::clamp(velocity_rad_per_s, -kIdentifiedSpeed_rad_per_s, kIdentifiedSpeed_rad_per_s);
   switch (wheel) {
     case 1: return wheel_1(v);
     case 2: return wheel_2(v);
     case 3: return wheel_3(v);
-    case 4: return wheel_4(v);
-    default: throw std::out_of_range("wheel curve: there is no wheel " + std::to_string(wheel) + " (1 to 4)");
+    default: return wheel_4(v);
   }
 }
 

@@ -227,7 +227,7 @@ TEST(WheelCurve, HasTheCheckedValues) {
     int wheel;
     double velocity_rad_per_s, torque_Nm;
   };
-  // Worked out by hand from the thesis; six published digits, so half of the last one.
+  // Check values of the notes on the thesis, given to six digits: half of the last one.
   for (const Check& check : std::initializer_list<Check>{{1, 1.0, 0.0536847},
                                                          {1, 3.2, 0.122475},
                                                          {1, -9.0, -0.310798},
