@@ -58,8 +58,8 @@ BasePath::BasePath(const Plan& plan) : goal_(plan.start) {
     const double duration_s =
         std::max(shortest_time_s(displacement_B.head<2>().norm(), peak_acceleration(displacement_B[2]),
                                  limits.speed_m_per_s, limits.acceleration_m_per_s2),
-                 shortest_time_s(std::abs(displacement_B[2]), peak_acceleration(0), limits.turn_speed_rad_per_s,
-                                 limits.turn_acceleration_rad_per_s2));
+                 shortest_time_s(std::abs(displacement_B[2]), peak_acceleration(0),
+                                 limits.turn_speed_rad_per_s, limits.turn_acceleration_rad_per_s2));
     segments_.push_back({goal_, displacement_B, duration_s_ + plan.rest_s, duration_s});
     duration_s_ += plan.rest_s + duration_s;
     goal_ = moved_by(goal_, displacement_B);

@@ -16,8 +16,9 @@ namespace control {
 class FrictionCompensator {
  public:
   struct Config {
-    double margin = 0.95;           ///< m, 0 (off) to 1
-    double full_command_Nm = 0.01;  ///< c_full, positive: from this command on friction is compensated in full
+    double margin = 0.95;  ///< m, 0 (off) to 1
+    double full_command_Nm =
+        0.01;  ///< c_full, positive: from this command on friction is compensated in full
   };
 
   /// @throws std::invalid_argument naming the value out of range.

@@ -18,7 +18,8 @@ struct PlanarPose {
 };
 
 /// The pose after a displacement at constant body twist, expressed in the base frame at its start
-/// (exponential map of SE(2)): (1, 0, 0) drives 1 m ahead, (2πr, 0, 2π) a full circle of radius r to the left.
+/// (exponential map of SE(2)): (1, 0, 0) drives 1 m ahead, (2πr, 0, 2π) a full circle of radius r to the
+/// left.
 PlanarPose moved_by(const PlanarPose& X_WB, const PlanarVector& displacement_B) noexcept;
 
 /// Turns a planar vector by `angle_rad`; the yaw component stays.

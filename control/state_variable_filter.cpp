@@ -10,8 +10,8 @@ namespace {
 
 void require(bool condition, const char* name, double value, const char* expected) {
   if (!condition)
-    throw std::invalid_argument(std::string("state variable filter: ") + name + " = " + std::to_string(value) +
-                                ", expected " + expected);
+    throw std::invalid_argument(std::string("state variable filter: ") + name + " = " +
+                                std::to_string(value) + ", expected " + expected);
 }
 
 }  // namespace

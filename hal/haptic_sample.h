@@ -1,7 +1,8 @@
 /// @file
 /// What a haptic master tells about the operator's hand.
 ///
-/// Frames: H is the device's fixed base (x towards the operator, y to the operator's right, z up), D its grip.
+/// Frames: H is the device's fixed base (x towards the operator, y to the operator's right, z up), D its
+/// grip.
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,5 +1,6 @@
 /// @file
-/// What one joint is told and what it tells. SI units, gearbox output side, signs as in README, "Frames and signs".
+/// What one joint is told and what it tells. SI units, gearbox output side, signs as in README, "Frames and
+/// signs".
 #pragma once
 #include <cstdint>
 
@@ -19,7 +20,9 @@ struct JointCommand {
   static constexpr JointCommand velocity_rad_per_s(double value) noexcept {
     return {CommandMode::kVelocity, value};
   }
-  static constexpr JointCommand position_rad(double value) noexcept { return {CommandMode::kPosition, value}; }
+  static constexpr JointCommand position_rad(double value) noexcept {
+    return {CommandMode::kPosition, value};
+  }
 };
 
 /// Why a joint does not obey. The first cause is kept until the robot is disabled.
@@ -37,7 +40,7 @@ enum class JointFault : std::uint8_t {
 };
 
 struct JointSample {
-  double position_rad = 0.0;  ///< continuous, never wrapped
+  double position_rad = 0.0;        ///< continuous, never wrapped
   double velocity_rad_per_s = 0.0;  ///< as the motor controller reports it: coarse and noisy at low speed
   double torque_Nm = 0.0;  ///< motor current times torque constant and gear ratio; not a torque sensor
   JointFault fault = JointFault::kNone;

@@ -57,7 +57,8 @@ BaseParameters checked(const BaseParameters& parameters) {
   require_positive(parameters.drive.motor.inductance_H, "inductance_H");
   require_positive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
   require_positive(static_cast<double>(parameters.step.count()), "step");
-  for (const double scale : parameters.loaded_friction_scale) require_positive(scale, "loaded_friction_scale");
+  for (const double scale : parameters.loaded_friction_scale)
+    require_positive(scale, "loaded_friction_scale");
   return parameters;
 }
 

@@ -29,7 +29,8 @@ struct BaseParameters {
   double roller_grip = 0.6;  ///< friction coefficient along a roller's axis; assumption
   /// A roller's tangential give along its axis [N/m, N·s/m]; assumption, stiff against the wheel drives.
   BoundedBristle::Parameters roller_give{5e4, 300.0};
-  double roller_resistance = 0.004;  ///< rolling resistance coefficient of a roller about its axis; assumption
+  double roller_resistance =
+      0.004;  ///< rolling resistance coefficient of a roller about its axis; assumption
   std::chrono::nanoseconds step{50'000};  ///< integration step, see the convergence test
   std::uint64_t noise_seed = 1;
 };

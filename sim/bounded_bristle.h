@@ -24,7 +24,8 @@ class BoundedBristle {
   double step(double velocity, double forward, double backward, double step_s) noexcept {
     deflection_ = std::clamp(deflection_ + velocity * step_s, -backward / parameters_.stiffness,
                              forward / parameters_.stiffness);
-    return std::clamp(parameters_.stiffness * deflection_ + parameters_.damping * velocity, -backward, forward);
+    return std::clamp(parameters_.stiffness * deflection_ + parameters_.damping * velocity, -backward,
+                      forward);
   }
   double step(double velocity, double bound, double step_s) noexcept {
     return step(velocity, bound, bound, step_s);

@@ -56,10 +56,13 @@ void Drive::step(double load_Nm, double step_s) noexcept {
   position_rad_ += step_s * velocity_rad_per_s_;
 }
 
-void Drive::sense(double interval_s) noexcept { sensors_.update(position_rad_, motor_torque_Nm_, interval_s); }
+void Drive::sense(double interval_s) noexcept {
+  sensors_.update(position_rad_, motor_torque_Nm_, interval_s);
+}
 
 hal::JointSample Drive::measured() const noexcept {
-  return {sensors_.position_rad(), sensors_.velocity_rad_per_s(), sensors_.torque_Nm(), hal::JointFault::kNone};
+  return {sensors_.position_rad(), sensors_.velocity_rad_per_s(), sensors_.torque_Nm(),
+          hal::JointFault::kNone};
 }
 
 }  // namespace sim

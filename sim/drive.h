@@ -34,7 +34,8 @@ struct DriveParameters {
 /// One thread. Cycle: control(), step() and sense() neither allocate nor lock.
 class Drive {
  public:
-  Drive(const DriveParameters& parameters, control::friction::SlidingTable friction, std::uint64_t noise_seed);
+  Drive(const DriveParameters& parameters, control::friction::SlidingTable friction,
+        std::uint64_t noise_seed);
 
   /// Begins a controller period of `interval_s`: closes the loop that `command` asks for on what was sensed
   /// last. Unpowered, the bridge is open and the joint coasts.
@@ -50,7 +51,7 @@ class Drive {
   /// Truth, for tests, energy balances and the summary of a simulated run.
   double position_rad() const noexcept { return position_rad_; }
   double velocity_rad_per_s() const noexcept { return velocity_rad_per_s_; }
-  double motor_torque_Nm() const noexcept { return motor_torque_Nm_; }      ///< at the joint, over the last step
+  double motor_torque_Nm() const noexcept { return motor_torque_Nm_; }  ///< at the joint, over the last step
   double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< likewise
   double inertia_kg_m2() const noexcept { return inertia_kg_m2_; }
   double breakaway_Nm(double direction) const noexcept { return friction_.breakaway_Nm(direction); }

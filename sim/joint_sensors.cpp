@@ -17,8 +17,8 @@ void JointSensors::update(double position_rad, double torque_Nm, double interval
   const double velocity_noise = parameters_.velocity_noise_rad_per_s * normal_(random_);
   velocity_rad_per_s_ = quantised((position_rad_ - last_rad) / interval_s + velocity_noise,
                                   parameters_.velocity_resolution_rad_per_s);
-  torque_Nm_ = quantised(torque_Nm + parameters_.torque_noise_Nm * normal_(random_),
-                         parameters_.torque_resolution_Nm);
+  torque_Nm_ =
+      quantised(torque_Nm + parameters_.torque_noise_Nm * normal_(random_), parameters_.torque_resolution_Nm);
 }
 
 }  // namespace sim

@@ -20,7 +20,8 @@ struct SensorParameters {
 class JointSensors {
  public:
   /// Equal seeds give equal noise.
-  JointSensors(const SensorParameters& parameters, std::uint64_t seed) : parameters_(parameters), random_(seed) {}
+  JointSensors(const SensorParameters& parameters, std::uint64_t seed)
+      : parameters_(parameters), random_(seed) {}
 
   /// Counts the encoder and, over `interval_s` since the last call, the velocity. Once per controller period.
   void update(double position_rad, double torque_Nm, double interval_s) noexcept;

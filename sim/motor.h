@@ -34,7 +34,8 @@ class Motor {
     const double wanted_V = p.inductance_H * p.current_bandwidth_rad_per_s * error_A + integral_V_;
     voltage_V_ = std::clamp(wanted_V, -p.supply_V, p.supply_V);
     // The integrator waits while the voltage is limited, or it would wind up.
-    if (voltage_V_ == wanted_V) integral_V_ += p.resistance_ohm * p.current_bandwidth_rad_per_s * error_A * step_s;
+    if (voltage_V_ == wanted_V)
+      integral_V_ += p.resistance_ohm * p.current_bandwidth_rad_per_s * error_A * step_s;
     const double back_emf_V = p.torque_constant_Nm_per_A * velocity_rad_per_s;
     current_A_ = (current_A_ + step_s / p.inductance_H * (voltage_V_ - back_emf_V)) /
                  (1 + step_s * p.resistance_ohm / p.inductance_H);

@@ -32,8 +32,8 @@ sim::BaseParameters with_youbot_wheels(sim::BaseParameters parameters) {
 
 }  // namespace
 
-OpenedRobot open_robot(const std::string& name, const sim::BaseParameters& simulation, const hal::Clock& clock,
-                       std::chrono::nanoseconds period) {
+OpenedRobot open_robot(const std::string& name, const sim::BaseParameters& simulation,
+                       const hal::Clock& clock, std::chrono::nanoseconds period) {
   if (name != "loopback")
     throw std::invalid_argument("--robot: there is no '" + name + "'; this build has: loopback");
   OpenedRobot opened;

@@ -18,7 +18,7 @@ struct OpenedRobot {
 
 /// `loopback`: the simulated base behind the HAL. `clock` outlives the result.
 /// @throws std::invalid_argument for a name nobody knows, listing those there are.
-OpenedRobot open_robot(const std::string& name, const sim::BaseParameters& simulation, const hal::Clock& clock,
-                       std::chrono::nanoseconds period);
+OpenedRobot open_robot(const std::string& name, const sim::BaseParameters& simulation,
+                       const hal::Clock& clock, std::chrono::nanoseconds period);
 
 }  // namespace apps

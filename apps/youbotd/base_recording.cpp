@@ -102,7 +102,8 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
 }
 
 bool BaseRecording::holds_recording(const std::filesystem::path& directory) {
-  return std::filesystem::exists(directory / "base.csv") || std::filesystem::exists(directory / "wheel-1.csv");
+  return std::filesystem::exists(directory / "base.csv") ||
+         std::filesystem::exists(directory / "wheel-1.csv");
 }
 
 void BaseRecording::write(const CycleRecord& record) {
@@ -142,7 +143,8 @@ std::vector<std::string> BaseRecording::problems() const {
     if (file && !file->error().empty()) problems.push_back(file->error());
   if (const auto dropped = recorder_.statistics().dropped; dropped > 0)
     problems.push_back("the disk was too slow: " + std::to_string(dropped) + " cycles dropped");
-  if (const std::string failure = recorder_.first_sink_failure(); !failure.empty()) problems.push_back(failure);
+  if (const std::string failure = recorder_.first_sink_failure(); !failure.empty())
+    problems.push_back(failure);
   return problems;
 }
 

@@ -49,7 +49,8 @@ void read_gain(TomlTable& table, std::string_view linear_key, double linear_max,
 void read_controller(TomlTable table, control::BaseController::Config& controller) {
   read_gain(table, "stiffness_N_per_m", 5000, "turning_stiffness_Nm_per_rad", 1000, controller.stiffness);
   read_gain(table, "damping_N_s_per_m", 2000, "turning_damping_Nm_s_per_rad", 500, controller.damping);
-  read_gain(table, "feedforward_mass_kg", 200, "feedforward_inertia_kg_m2", 50, controller.feedforward_inertia);
+  read_gain(table, "feedforward_mass_kg", 200, "feedforward_inertia_kg_m2", 50,
+            controller.feedforward_inertia);
 }
 
 void read_limits(TomlTable table, Cycle::Config& cycle) {
@@ -64,7 +65,8 @@ void read_compensation(TomlTable table, control::BaseController::Config& control
   table.number("margin", controller.compensator.margin, {.min = 0, .max = 1});
   table.number("full_command_Nm", controller.compensator.full_command_Nm, {.min = 1e-4, .max = 1});
   table.number("blend_speed_rad_per_s", controller.observer.blend_speed_rad_per_s, {.min = 0.005, .max = 1});
-  table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s, {.min = 5, .max = 1000});
+  table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s,
+               {.min = 5, .max = 1000});
   table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
 }
 
@@ -73,7 +75,8 @@ void read_path(TomlTable table, control::BasePath::Plan& path) {
   table.number("speed_m_per_s", limits.speed_m_per_s, {.min = 0.001, .max = 0.8});
   table.number("acceleration_m_per_s2", limits.acceleration_m_per_s2, {.min = 0.001, .max = 5});
   table.number("turn_speed_rad_per_s", limits.turn_speed_rad_per_s, {.min = 0.001, .max = 3});
-  table.number("turn_acceleration_rad_per_s2", limits.turn_acceleration_rad_per_s2, {.min = 0.001, .max = 20});
+  table.number("turn_acceleration_rad_per_s2", limits.turn_acceleration_rad_per_s2,
+               {.min = 0.001, .max = 20});
   table.number("rest_s", path.rest_s, {.min = 0, .max = 60});
   for (TomlTable& leg : table.tables("leg")) {
     control::PlanarVector displacement = control::PlanarVector::Zero();
@@ -115,7 +118,8 @@ Config load_config(const std::filesystem::path& path) {
   file.finish();
 
   // What one value implies for another.
-  config.cycle.controller.observer.filter.period_s = std::chrono::duration<double>(config.cycle.period).count();
+  config.cycle.controller.observer.filter.period_s =
+      std::chrono::duration<double>(config.cycle.period).count();
   config.simulation.geometry = config.cycle.controller.geometry;
   return config;
 }

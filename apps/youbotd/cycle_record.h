@@ -17,8 +17,8 @@ enum class Phase : std::uint8_t {
   kOff,
 };
 
-/// SI, wheels in bus order, planar values ordered x, y, yaw. The torque command is the one that acts from this
-/// sample's moment on.
+/// SI, wheels in bus order, planar values ordered x, y, yaw. The torque command is the one that acts from
+/// this sample's moment on.
 struct CycleRecord {
   static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   static constexpr std::array<double, 3> kUnknown{kNaN, kNaN, kNaN};
@@ -29,7 +29,7 @@ struct CycleRecord {
   std::array<double, 4> torque_command_Nm{};
   std::array<double, 4> torque_measured_Nm{};
   std::array<double, 4> position_rad{};
-  std::array<double, 4> velocity_rad_per_s{};  ///< filtered from the position
+  std::array<double, 4> velocity_rad_per_s{};    ///< filtered from the position
   std::array<double, 3> reference_W = kUnknown;  ///< NaN while there is none
   std::array<double, 3> odometry_W{};
   std::array<double, 3> truth_W = kUnknown;  ///< of the simulated base; NaN when the robot is real

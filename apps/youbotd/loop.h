@@ -25,8 +25,8 @@ struct LoopStatistics {
 /// it missed are skipped and counted. `stop_requested(elapsed)` and `after_step(record)` are called once a
 /// cycle by this thread and are part of it.
 template <typename StopRequested, typename AfterStep>
-void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle, StopRequested&& stop_requested,
-              AfterStep&& after_step, LoopStatistics& statistics) noexcept {
+void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle,
+              StopRequested&& stop_requested, AfterStep&& after_step, LoopStatistics& statistics) noexcept {
   constexpr std::chrono::milliseconds kWarmUp{100};
   const hal::SteadyClock stopwatch;
   const std::chrono::nanoseconds wall_begin = stopwatch.now();

@@ -57,7 +57,8 @@ void log_problems(const youbotd::Summary& summary) {
     spdlog::warn("recording: {} of {} cycles lost", summary.cycles_lost,
                  summary.cycles_lost + summary.cycles_recorded);
   if (!summary.stop_reason.empty()) spdlog::error("stopped by a fault at {}", summary.stop_reason);
-  if (summary.fault_report) spdlog::error("the last second before it is in {}", summary.fault_report->string());
+  if (summary.fault_report)
+    spdlog::error("the last second before it is in {}", summary.fault_report->string());
 }
 
 int run_once(const Arguments& arguments, const youbotd::Config& config) {
@@ -89,7 +90,8 @@ int run(Arguments arguments) {
   youbotd::Config config = youbotd::load_config(arguments.session.config_file);
   if (!arguments.robot.empty()) config.robot = arguments.robot;
   if (arguments.duration_s > 0)
-    arguments.session.duration = std::chrono::nanoseconds(static_cast<std::int64_t>(arguments.duration_s * 1e9));
+    arguments.session.duration =
+        std::chrono::nanoseconds(static_cast<std::int64_t>(arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   stop_on_signals();
   if (!arguments.quiet)
@@ -107,7 +109,8 @@ int main(int argc, char** argv) {
                "youbotd");
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault.");
   app.set_version_flag("--version", apps::build_version());
-  app.add_option("--config", arguments.session.config_file, "TOML file; apps/youbotd/demo.toml shows every key")
+  app.add_option("--config", arguments.session.config_file,
+                 "TOML file; apps/youbotd/demo.toml shows every key")
       ->required();
   app.add_option("--robot", arguments.robot, "overrides the configuration: loopback");
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")

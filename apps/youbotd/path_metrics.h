@@ -31,12 +31,15 @@ class PathMetrics {
       sum_m2_ += final_m_ * final_m_;
       ++count_;
     }
-    if (begin_ && !first_motion_ && (std::hypot(pose[0], pose[1]) > kMotion_m || std::abs(pose[2]) > kMotion_rad))
+    if (begin_ && !first_motion_ &&
+        (std::hypot(pose[0], pose[1]) > kMotion_m || std::abs(pose[2]) > kMotion_rad))
       first_motion_ = record.time - *begin_;
   }
 
   bool on_truth() const noexcept { return on_truth_; }
-  double rms_m() const noexcept { return count_ > 0 ? std::sqrt(sum_m2_ / static_cast<double>(count_)) : 0.0; }
+  double rms_m() const noexcept {
+    return count_ > 0 ? std::sqrt(sum_m2_ / static_cast<double>(count_)) : 0.0;
+  }
   double worst_m() const noexcept { return worst_m_; }
   double worst_rad() const noexcept { return worst_rad_; }
   double final_m() const noexcept { return final_m_; }

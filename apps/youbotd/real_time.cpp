@@ -34,8 +34,9 @@ std::vector<std::string> enter_real_time(const RealTimeConfig& config) {
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_MMAP_MAX, 0);
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
-    problems.push_back(refused("locking memory", errno,
-                               "raise 'memlock' for the user in /etc/security/limits.conf or give CAP_IPC_LOCK"));
+    problems.push_back(
+        refused("locking memory", errno,
+                "raise 'memlock' for the user in /etc/security/limits.conf or give CAP_IPC_LOCK"));
   touch_stack();
 
   if (config.cpu) {
@@ -47,8 +48,9 @@ std::vector<std::string> enter_real_time(const RealTimeConfig& config) {
   }
   const sched_param parameters{config.priority};
   if (const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters))
-    problems.push_back(refused("real-time scheduling (SCHED_FIFO)", error,
-                               "raise 'rtprio' for the user in /etc/security/limits.conf or give CAP_SYS_NICE"));
+    problems.push_back(
+        refused("real-time scheduling (SCHED_FIFO)", error,
+                "raise 'rtprio' for the user in /etc/security/limits.conf or give CAP_SYS_NICE"));
   return problems;
 }
 
@@ -60,7 +62,8 @@ Disturbances Disturbances::of_this_thread() noexcept {
 
 Disturbances Disturbances::since(const Disturbances& earlier) const noexcept {
   return {minor_faults - earlier.minor_faults, major_faults - earlier.major_faults,
-          voluntary_switches - earlier.voluntary_switches, involuntary_switches - earlier.involuntary_switches};
+          voluntary_switches - earlier.voluntary_switches,
+          involuntary_switches - earlier.involuntary_switches};
 }
 
 }  // namespace youbotd

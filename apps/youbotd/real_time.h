@@ -12,8 +12,8 @@ struct RealTimeConfig {
   std::optional<int> cpu{};  ///< core to pin the cycle to
 };
 
-/// Locks memory, touches the stack, keeps the heap from shrinking, takes SCHED_FIFO and the core. Returns what
-/// was refused, each with what to do about it; empty when the thread is real-time.
+/// Locks memory, touches the stack, keeps the heap from shrinking, takes SCHED_FIFO and the core. Returns
+/// what was refused, each with what to do about it; empty when the thread is real-time.
 std::vector<std::string> enter_real_time(const RealTimeConfig& config);
 
 /// Events of the calling thread that a cycle must not have.

@@ -15,8 +15,9 @@ std::string first_motion(const PathMetrics& path) {
 }
 
 std::string quantiles(const apps::LatencyHistogram& histogram) {
-  return fmt::format("median {:.1f} us, 99.9 % {:.1f} us, worst {:.1f} us", microseconds(histogram.quantile(0.5)),
-                     microseconds(histogram.quantile(0.999)), microseconds(histogram.worst()));
+  return fmt::format("median {:.1f} us, 99.9 % {:.1f} us, worst {:.1f} us",
+                     microseconds(histogram.quantile(0.5)), microseconds(histogram.quantile(0.999)),
+                     microseconds(histogram.worst()));
 }
 
 }  // namespace
@@ -42,7 +43,8 @@ std::string report(const Summary& summary) {
   for (const std::string& problem : summary.not_real_time)
     text += fmt::format("NOT REAL-TIME: {}\n", problem);
   if (summary.recorded)
-    text += fmt::format("recording    {} cycles written, {} lost\n", summary.cycles_recorded, summary.cycles_lost);
+    text += fmt::format("recording    {} cycles written, {} lost\n", summary.cycles_recorded,
+                        summary.cycles_lost);
   return text;
 }
 

@@ -17,7 +17,7 @@ namespace youbotd {
 
 struct SessionOptions {
   std::filesystem::path config_file;
-  std::optional<std::chrono::nanoseconds> duration{};     ///< of robot time; none: until the motion is finished
+  std::optional<std::chrono::nanoseconds> duration{};  ///< of robot time; none: until the motion is finished
   std::optional<std::filesystem::path> record_directory{};
   bool virtual_time = false;
   bool allow_non_real_time = false;

@@ -32,7 +32,8 @@ std::vector<double> sample_branch(const std::function<double(double)>& law_Nm, d
 SlidingTable::SlidingTable(const std::function<double(double)>& law_Nm, const Grid& grid)
     : inverse_spacing_(1 / grid.spacing_rad_per_s) {
   const double intervals = std::round(grid.top_speed_rad_per_s / grid.spacing_rad_per_s);
-  if (!(grid.spacing_rad_per_s > 0 && grid.breakaway_band_rad_per_s >= 0 && intervals >= 1 && intervals <= 1e6))
+  if (!(grid.spacing_rad_per_s > 0 && grid.breakaway_band_rad_per_s >= 0 && intervals >= 1 &&
+        intervals <= 1e6))
     throw std::invalid_argument("friction table: spacing " + std::to_string(grid.spacing_rad_per_s) +
                                 " rad/s does not divide a top speed of " +
                                 std::to_string(grid.top_speed_rad_per_s) + " rad/s into 1 to 1e6 intervals");

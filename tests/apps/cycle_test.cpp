@@ -40,7 +40,9 @@ class ScriptedMotion final : public MotionSource {
 
 /// The simulated base on the loopback robot in virtual time, and everything a test wants to reach.
 struct Rig {
-  explicit Rig(const Cycle::Config& config = moving()) : cycle(config, robot, motion, &base) { robot.activate(); }
+  explicit Rig(const Cycle::Config& config = moving()) : cycle(config, robot, motion, &base) {
+    robot.activate();
+  }
 
   /// Enough force to overcome the friction of the loaded wheels.
   static Cycle::Config moving() {
@@ -61,7 +63,8 @@ struct Rig {
 
   hal::VirtualClock clock;
   sim::Base base{sim::BaseParameters{}};
-  hal::LoopbackRobot robot{base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}}};
+  hal::LoopbackRobot robot{
+      base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}}};
   ScriptedMotion motion;
   Cycle cycle;
   double largest_command_Nm = 0;
@@ -117,7 +120,8 @@ TEST(Cycle, SetPointsThatStopComingBrakeTheBaseWithinTheTimeout) {
 }
 
 TEST(Cycle, ASetPointThatIsNotANumberSwitchesTheDrivesOffAndIsNamed) {
-  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     Rig rig;
     rig.run(1s);
     rig.motion.ahead_m = bad;

@@ -56,8 +56,8 @@ TEST_F(Session, TheDemoBaseFollowsItsPathWithCompensationOnly) {
   EXPECT_TRUE(with.stop_reason.empty()) << with.stop_reason;
   ASSERT_TRUE(with.path.first_motion().has_value());
   EXPECT_TRUE(with.path.on_truth());
-  EXPECT_LT(with.path.rms_m(), 0.02);     // a fiftieth of the path's size
-  EXPECT_LT(with.path.final_m(), 0.02);   // friction left over by the margin, against 150 N/m: 2 N is 13 mm
+  EXPECT_LT(with.path.rms_m(), 0.02);    // a fiftieth of the path's size
+  EXPECT_LT(with.path.final_m(), 0.02);  // friction left over by the margin, against 150 N/m: 2 N is 13 mm
   EXPECT_LT(with.path.final_rad(), 0.03);
 
   config.cycle.controller.compensate_friction = false;
@@ -91,8 +91,8 @@ TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
 
   std::ifstream head(*options.record_directory / "wheel-2.csv");
   std::string text;
-  for (const char* expected : {"# youbot recording v1", "# rig: wheel-2", "# experiment: path, friction compensated",
-                               "# sample_rate_Hz: 1000"}) {
+  for (const char* expected : {"# youbot recording v1", "# rig: wheel-2",
+                               "# experiment: path, friction compensated", "# sample_rate_Hz: 1000"}) {
     std::getline(head, text);
     EXPECT_EQ(text, expected);
   }
@@ -226,7 +226,8 @@ TEST_F(Session, ConfigurationMistakesAreAllListedWithTheirLines) {
                                                             {10, "margin"},  {11, "enabled"}};
     for (std::size_t i = 0; i < expected.size(); ++i) {
       const std::string& problem = error.problems()[i];
-      EXPECT_NE(problem.find("bad.toml:" + std::to_string(expected[i].first) + ":"), std::string::npos) << problem;
+      EXPECT_NE(problem.find("bad.toml:" + std::to_string(expected[i].first) + ":"), std::string::npos)
+          << problem;
       EXPECT_NE(problem.find(expected[i].second), std::string::npos) << problem;
     }
   }

@@ -76,7 +76,8 @@ Result run(std::vector<std::string> arguments) { return Process(std::move(argume
 TEST(YoubotdCommand, HelpNamesTheExitCodesAndSucceeds) {
   const Result result = run({"--help"});
   EXPECT_EQ(result.exit_code, 0);
-  for (const char* word : {"--config", "--robot", "--record", "--virtual-time", "--allow-non-rt", "Exit codes"})
+  for (const char* word :
+       {"--config", "--robot", "--record", "--virtual-time", "--allow-non-rt", "Exit codes"})
     EXPECT_NE(result.output.find(word), std::string::npos) << word;
 }
 
@@ -102,7 +103,8 @@ TEST(YoubotdCommand, AFaultExitsWithFourAndSaysWhyEvenWhenQuiet) {
   std::string name = (fs::temp_directory_path() / "youbot-fault-XXXXXX").string();
   ASSERT_NE(mkdtemp(name.data()), nullptr);
   const fs::path config = fs::path(name) / "slow.toml";
-  std::ofstream(config) << "[limits]\nforce_N = 20\nwheel_speed_rad_per_s = 0.5\n[path]\n[[path.leg]]\nforward_m = 1\n";
+  std::ofstream(config)
+      << "[limits]\nforce_N = 20\nwheel_speed_rad_per_s = 0.5\n[path]\n[[path.leg]]\nforward_m = 1\n";
   const Result result = run({"--config", config, "--virtual-time", "--quiet", "--record", name + "/run"});
   EXPECT_EQ(result.exit_code, 4) << result.output;
   EXPECT_NE(result.output.find("more than allowed"), std::string::npos) << result.output;

@@ -54,8 +54,8 @@ void SimulatedMillisecond(benchmark::State& state) {
   parameters.on_ground = state.range(0) != 0;
   sim::Base base(parameters);
   const std::array<hal::JointCommand, 4> commands{
-      hal::JointCommand::torque_Nm(-0.3), hal::JointCommand::torque_Nm(0.3), hal::JointCommand::torque_Nm(-0.3),
-      hal::JointCommand::torque_Nm(0.3)};
+      hal::JointCommand::torque_Nm(-0.3), hal::JointCommand::torque_Nm(0.3),
+      hal::JointCommand::torque_Nm(-0.3), hal::JointCommand::torque_Nm(0.3)};
   for (auto _ : state) base.advance(commands, true, 1ms);
   state.counters["simulated_s_per_s"] =
       benchmark::Counter(static_cast<double>(state.iterations()) * 1e-3, benchmark::Counter::kIsRate);
@@ -80,7 +80,8 @@ class CirclingMotion final : public youbotd::MotionSource {
 void WholeLoopbackCycle(benchmark::State& state) {
   hal::VirtualClock clock;
   sim::Base base(sim::BaseParameters{});
-  hal::LoopbackRobot robot(base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
+  hal::LoopbackRobot robot(base, clock, 1ms,
+                           {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
   robot.activate();
   CirclingMotion motion;
   youbotd::Cycle cycle(youbotd::Cycle::Config{}, robot, motion, &base);

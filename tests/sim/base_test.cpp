@@ -212,6 +212,19 @@ TEST(Base, SticksUnderAPushBelowBreakAwayAndMovesUnderOneAbove) {
   }
 }
 
+TEST(Base, KineticEnergyIsThatOfBodyAndWheels) {
+  BaseParameters parameters = noiseless();
+  parameters.mass_kg = 30;
+  parameters.yaw_inertia_kg_m2 = 4;
+  Base base(parameters);
+  EXPECT_EQ(base.kinetic_energy_J(), 0.0);
+  base.set_twist({0.3, -0.4, 0.5});
+  EXPECT_NEAR(base.kinetic_energy_J(), 0.5 * 30 * 0.25 + 0.5 * 4 * 0.25, 1e-12);
+  base.set_twist(PlanarVector::Zero());
+  for (int i = 0; i < 4; ++i) base.wheel(i).set_velocity(i + 1);
+  EXPECT_NEAR(base.kinetic_energy_J(), 0.5 * base.wheel(0).inertia_kg_m2() * (1 + 4 + 9 + 16), 1e-12);
+}
+
 TEST(Base, CoastingUnpoweredItLosesEnergyAllTheTimeUntilItRests) {
   Base base(noiseless());
   set_rolling(base, {0.3, 0.15, 0.4});
