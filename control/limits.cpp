@@ -7,7 +7,7 @@ namespace control {
 
 Limited<PlanarVector> limited_wrench(const PlanarVector& wrench, const WrenchLimits& limits) noexcept {
   Limited<PlanarVector> result{wrench};
-  const double force_N = wrench.head<2>().norm();
+  const double force_N = wrench.head<2>().stableNorm();  // no overflow on the way
   if (force_N > limits.force_N) {
     result.value.head<2>() *= limits.force_N / force_N;
     result.limited = true;

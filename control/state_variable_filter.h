@@ -12,7 +12,7 @@ namespace control {
 class StateVariableFilter {
  public:
   struct Config {
-    double cutoff_rad_per_s = 125.0;  ///< ω, about 20 Hz: one encoder tick then shows as about 2 mrad/s
+    double cutoff_rad_per_s = 125.0;  ///< ω, about 20 Hz: one encoder tick then shows as 3 mrad/s
     double damping = 0.9;             ///< ζ, 0.1 to 10
     double period_s = 1e-3;
   };

@@ -36,6 +36,8 @@ enum class JointFault : std::uint8_t {
   kEncoder,
   kCommandTimeout,  ///< the motor controller's own watchdog on its process data
   kI2t,             ///< thermal model of the winding over its limit
+  kNotInitialized,  ///< the motor's commutation is not known, or could not be found
+  kEmergencyStop,
   kBadSample,       ///< a measured value is not finite
 };
 

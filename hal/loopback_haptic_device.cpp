@@ -40,7 +40,7 @@ HapticStatus LoopbackHapticDevice::exchange(const HapticCommand& command, Haptic
   Eigen::Vector3d force_N = Eigen::Vector3d::Zero();
   if (command.enable && latched_.ok()) {
     force_N = command.f_D_H_N;
-    const double magnitude_N = force_N.norm();
+    const double magnitude_N = force_N.stableNorm();
     if (magnitude_N > info_.force_limit_N) {
       force_N *= info_.force_limit_N / magnitude_N;
       status.saturated = true;

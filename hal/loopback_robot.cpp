@@ -42,14 +42,18 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   plant_.measure(std::span(measured.joints).first(joints_.size()));
 
   if (!command.enable) latched_ = {};
-  if (latched_.ok()) latched_ = check(measured);
+  const CycleStatus measurement = check(measured);
+  if (latched_.ok()) latched_ = measurement;
   if (latched_.ok()) latched_ = check(command);
   enabled_ = command.enable && latched_.ok();
 
   applied_ = enabled_ ? command : RobotCommand{};
   advance(period_);
   measured.enabled = enabled_;
-  sample = measured;
+  if (measurement.detail == static_cast<std::uint32_t>(JointFault::kBadSample))
+    sample.enabled = enabled_;  // the values stay as they were, and so does their stamp
+  else
+    sample = measured;
   return latched_;
 }
 

@@ -25,6 +25,8 @@ const char* describe(JointFault fault) noexcept {
     case JointFault::kEncoder: return "encoder error";
     case JointFault::kCommandTimeout: return "process data stopped (command timeout)";
     case JointFault::kI2t: return "winding too hot (I2t)";
+    case JointFault::kNotInitialized: return "the commutation is not known or could not be found";
+    case JointFault::kEmergencyStop: return "emergency stop";
     case JointFault::kBadSample: return "a measured value that is not a finite number";
   }
   return "unknown joint fault";

@@ -103,10 +103,10 @@ void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
 
 }  // namespace
 
-Config load_config(const std::filesystem::path& path) {
+Config load_config(const std::filesystem::path& file) {
   Config config;
-  apps::TomlFile file = apps::TomlFile::parse(path);
-  TomlTable root = file.root();
+  apps::TomlFile toml = apps::TomlFile::parse(file);
+  TomlTable root = toml.root();
   root.text("robot", config.robot);
   read_loop(root.table("loop"), config);
   read_geometry(root.table("geometry"), config.cycle.controller.geometry);
@@ -115,7 +115,7 @@ Config load_config(const std::filesystem::path& path) {
   read_compensation(root.table("compensation"), config.cycle.controller);
   read_path(root.table("path"), config.path);
   read_simulation(root.table("simulation"), config.simulation);
-  file.finish();
+  toml.finish();
 
   // What one value implies for another.
   config.cycle.controller.observer.filter.period_s =

@@ -103,6 +103,7 @@ int run(Arguments arguments) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("Drives the youBot's base at 1 kHz along the path in its configuration. THIS MOVES A MACHINE.",

@@ -32,11 +32,14 @@ std::vector<double> sample_branch(const std::function<double(double)>& law_Nm, d
 SlidingTable::SlidingTable(const std::function<double(double)>& law_Nm, const Grid& grid)
     : inverse_spacing_(1 / grid.spacing_rad_per_s) {
   const double intervals = std::round(grid.top_speed_rad_per_s / grid.spacing_rad_per_s);
-  if (!(grid.spacing_rad_per_s > 0 && grid.breakaway_band_rad_per_s >= 0 && intervals >= 1 &&
-        intervals <= 1e6))
+  const double missed = std::abs(intervals * grid.spacing_rad_per_s - grid.top_speed_rad_per_s);
+  if (!(grid.spacing_rad_per_s > 0 && intervals >= 1 && intervals <= 1e6 &&
+        missed < 1e-6 * grid.top_speed_rad_per_s))
     throw std::invalid_argument("friction table: spacing " + std::to_string(grid.spacing_rad_per_s) +
                                 " rad/s does not divide a top speed of " +
                                 std::to_string(grid.top_speed_rad_per_s) + " rad/s into 1 to 1e6 intervals");
+  if (!(std::isfinite(grid.breakaway_band_rad_per_s) && grid.breakaway_band_rad_per_s >= 0))
+    throw std::invalid_argument("friction table: the break-away band must be finite and not negative");
   last_ = intervals;
   forward_ = sample_branch(law_Nm, 1.0, grid, static_cast<std::size_t>(intervals));
   backward_ = sample_branch(law_Nm, -1.0, grid, static_cast<std::size_t>(intervals));
@@ -44,9 +47,9 @@ SlidingTable::SlidingTable(const std::function<double(double)>& law_Nm, const Gr
 
 double SlidingTable::level_Nm(double velocity_rad_per_s) const noexcept {
   const std::vector<double>& branch = std::signbit(velocity_rad_per_s) ? backward_ : forward_;
-  const double position = std::min(std::abs(velocity_rad_per_s) * inverse_spacing_, last_);
+  const double position = std::abs(velocity_rad_per_s) * inverse_spacing_;
+  if (!(position < last_)) return branch.back();  // not a number ends here too
   const auto below = static_cast<std::size_t>(position);
-  if (below + 1 >= branch.size()) return branch.back();
   const double fraction = position - static_cast<double>(below);
   return branch[below] + fraction * (branch[below + 1] - branch[below]);
 }
