@@ -274,7 +274,7 @@ std::string RecordingFile::error() const {
 }
 
 std::string RecordingFile::in_words(Failure failure) {
-  const auto step = [&]() -> std::string {
+  auto step = [&]() -> std::string {
     switch (failure.step) {
       case Step::kNone: return "no failure";
       case Step::kAppendWidth: return "a row did not have one value for each column";

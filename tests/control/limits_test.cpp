@@ -9,7 +9,6 @@ using control::limited_torque;
 using control::limited_wrench;
 using control::PlanarVector;
 using control::WheelVector;
-using control::WrenchLimits;
 
 TEST(LimitedWrench, PassesWhatFitsUntouched) {
   for (const PlanarVector& wrench :
