@@ -28,31 +28,34 @@ BaseController::BaseController(const Config& config)
 
 void BaseController::reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB) noexcept {
   odometry_.reset(X_WB);
+  forget_velocity(wheel_position_rad);
+}
+
+void BaseController::forget_velocity(const WheelVector& wheel_position_rad) noexcept {
   for (Eigen::Index i = 0; i < 4; ++i) observers_[static_cast<std::size_t>(i)].reset(wheel_position_rad[i]);
 }
 
 BaseController::Output BaseController::step(const WheelVector& wheel_position_rad,
                                             const BaseReference& reference) noexcept {
-  Output output = sense(wheel_position_rad);
+  Output output = observe(wheel_position_rad);
   const PlanarPose& X_WB = output.X_WB;
   const PlanarVector error_W(reference.X_WB.x_m - X_WB.x_m, reference.X_WB.y_m - X_WB.y_m,
                              reference.X_WB.yaw_rad - X_WB.yaw_rad);
-  const PlanarVector twist_error_W = reference.twist_W - rotated(output.twist_B, X_WB.yaw_rad);
   // Gains are axes of the base frame, so errors are turned there first.
   drive(config_.stiffness.cwiseProduct(rotated(error_W, -X_WB.yaw_rad)) +
-            config_.damping.cwiseProduct(rotated(twist_error_W, -X_WB.yaw_rad)) +
+            config_.damping.cwiseProduct(rotated(reference.twist_W, -X_WB.yaw_rad) - output.twist_B) +
             config_.feedforward_inertia.cwiseProduct(rotated(reference.acceleration_W, -X_WB.yaw_rad)),
         config_.compensate_friction, output);
   return output;
 }
 
 BaseController::Output BaseController::brake(const WheelVector& wheel_position_rad) noexcept {
-  Output output = sense(wheel_position_rad);
+  Output output = observe(wheel_position_rad);
   drive(-config_.damping.cwiseProduct(output.twist_B), false, output);
   return output;
 }
 
-BaseController::Output BaseController::sense(const WheelVector& wheel_position_rad) noexcept {
+BaseController::Output BaseController::observe(const WheelVector& wheel_position_rad) noexcept {
   Output output;
   for (Eigen::Index i = 0; i < 4; ++i) {
     const auto wheel = static_cast<std::size_t>(i);

@@ -45,12 +45,17 @@ class BaseController {
   /// Start again at rest at `X_WB` with the wheels where they are.
   void reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB = {}) noexcept;
 
+  /// After a gap in time: velocities begin at zero again instead of taking the way of the gap for one
+  /// period's.
+  void forget_velocity(const WheelVector& wheel_position_rad) noexcept;
+
   Output step(const WheelVector& wheel_position_rad, const BaseReference& reference) noexcept;
+  /// Senses without driving, for cycles in which the drives are off: zero torque and wrench.
+  Output observe(const WheelVector& wheel_position_rad) noexcept;
   /// Stopping without a reference: damping towards rest, no spring, and friction left to help.
   Output brake(const WheelVector& wheel_position_rad) noexcept;
 
  private:
-  Output sense(const WheelVector& wheel_position_rad) noexcept;
   void drive(const PlanarVector& wrench_B, bool compensate, Output& output) const noexcept;
 
   Config config_;

@@ -18,8 +18,9 @@ FrictionCompensator::FrictionCompensator(const Config& config) : config_(config)
 double FrictionCompensator::torque_Nm(double command_Nm, const FrictionEstimate& estimate,
                                       const FrictionObserver& observer) const noexcept {
   const double share = std::clamp(command_Nm / config_.full_command_Nm, -1.0, 1.0);
-  const double breakaway_Nm = estimate.rest * observer.breakaway_Nm(command_Nm);
-  return config_.margin * (std::abs(share) * estimate.friction_Nm + share * breakaway_Nm);
+  const double holding_Nm =
+      estimate.rest * observer.holding_Nm(std::abs(estimate.velocity_rad_per_s), command_Nm);
+  return config_.margin * (std::abs(share) * estimate.friction_Nm + share * holding_Nm);
 }
 
 }  // namespace control

@@ -1,6 +1,9 @@
 /// @file
 /// Estimates a joint's friction from its position alone (thesis 2.7.2, figures 27 and 30).
 #pragma once
+#include <algorithm>
+#include <cmath>
+
 #include "control/friction/sliding_table.h"
 #include "control/state_variable_filter.h"
 
@@ -9,7 +12,8 @@ namespace control {
 struct FrictionEstimate {
   double velocity_rad_per_s = 0.0;  ///< filtered
   double friction_Nm = 0.0;  ///< sliding friction, sign of the velocity; continuous through zero velocity
-  double rest = 1.0;         ///< 1 at standstill, 0 at the blend speed and above, linear between
+
+  double rest = 1.0;  ///< 1 at standstill, 0 at the blend speed and above, linear between
 };
 
 /// Cycle: step(). Owns its filter state, one observer per joint.
@@ -27,8 +31,12 @@ class FrictionObserver {
   void reset(double position_rad) noexcept { filter_.reset(position_rad); }
   FrictionEstimate step(double position_rad) noexcept;
 
-  /// Magnitude of the torque that starts a motion in the direction of the sign of `direction`.
-  double breakaway_Nm(double direction) const noexcept { return table_.breakaway_Nm(direction); }
+  /// What keeps a motion in the direction of the sign of `direction` from starting, or from going on at
+  /// `speed`: the break-away torque at rest, no more than the sliding friction once it moves.
+  double holding_Nm(double speed_rad_per_s, double direction) const noexcept {
+    return std::min(table_.breakaway_Nm(direction),
+                    table_.level_Nm(std::copysign(speed_rad_per_s, direction)));
+  }
 
  private:
   friction::SlidingTable table_;

@@ -38,7 +38,7 @@ enum class JointFault : std::uint8_t {
   kI2t,             ///< thermal model of the winding over its limit
   kNotInitialized,  ///< the motor's commutation is not known, or could not be found
   kEmergencyStop,
-  kBadSample,       ///< a measured value is not finite
+  kBadSample,  ///< a measured value is not finite
 };
 
 struct JointSample {

@@ -8,6 +8,18 @@
 #include "hal/setup_error.h"
 
 namespace hal {
+namespace {
+
+bool finite(const JointSample& joint) noexcept {
+  return std::isfinite(joint.position_rad) && std::isfinite(joint.velocity_rad_per_s) &&
+         std::isfinite(joint.torque_Nm);
+}
+
+bool all_finite(std::span<const JointSample> joints) noexcept {
+  return std::all_of(joints.begin(), joints.end(), finite);
+}
+
+}  // namespace
 
 LoopbackRobot::LoopbackRobot(Plant& plant, const Clock& clock, std::chrono::nanoseconds period,
                              std::vector<JointInfo> joints)
@@ -25,7 +37,7 @@ void LoopbackRobot::activate() {
   enabled_ = false;
   applied_ = {};
   latched_ = {};
-  last_exchange_.reset();
+  next_exchange_.reset();
 }
 
 void LoopbackRobot::deactivate() noexcept {
@@ -50,7 +62,7 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   applied_ = enabled_ ? command : RobotCommand{};
   advance(period_);
   measured.enabled = enabled_;
-  if (measurement.detail == static_cast<std::uint32_t>(JointFault::kBadSample))
+  if (!all_finite(std::span(measured.joints).first(joints_.size())))
     sample.enabled = enabled_;  // the values stay as they were, and so does their stamp
   else
     sample = measured;
@@ -62,11 +74,14 @@ void LoopbackRobot::advance(std::chrono::nanoseconds duration) noexcept {
 }
 
 void LoopbackRobot::catch_up(std::chrono::nanoseconds now) noexcept {
-  const std::chrono::nanoseconds since = now - last_exchange_.value_or(now);
-  last_exchange_ = now;
-  // A wake-up that is late by less than half a period is jitter, not a skipped cycle.
-  const auto skipped = (since - period_ / 2) / period_;
-  if (skipped > 0) advance(std::min<std::int64_t>(skipped, kMaxPeriods - 1) * period_);
+  // Simulated and real time keep in step over all: a wake-up that is late by less than a period is jitter,
+  // and what it is late by is not counted a second time by the next.
+  const std::chrono::nanoseconds expected = next_exchange_.value_or(now);
+  const auto skipped = std::min<std::int64_t>((now - expected) / period_, kMaxPeriods - 1);
+  if (skipped > 0) advance(skipped * period_);
+  const bool lost_the_thread = now - expected >= kMaxPeriods * period_ || now < expected - period_;
+  next_exchange_ =
+      (lost_the_thread ? now : expected + std::max<std::int64_t>(skipped, 0) * period_) + period_;
 }
 
 CycleStatus LoopbackRobot::check(const RobotCommand& command) const noexcept {
@@ -80,9 +95,7 @@ CycleStatus LoopbackRobot::check(const RobotCommand& command) const noexcept {
 CycleStatus LoopbackRobot::check(const RobotSample& sample) const noexcept {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointSample& joint = sample.joints[i];
-    const bool finite = std::isfinite(joint.position_rad) && std::isfinite(joint.velocity_rad_per_s) &&
-                        std::isfinite(joint.torque_Nm);
-    const JointFault fault = finite ? joint.fault : JointFault::kBadSample;
+    const JointFault fault = finite(joint) ? joint.fault : JointFault::kBadSample;
     if (fault != JointFault::kNone)
       return {Fault::kJointFault, static_cast<std::int8_t>(i), static_cast<std::uint32_t>(fault)};
   }

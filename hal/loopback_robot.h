@@ -41,7 +41,7 @@ class LoopbackRobot final : public Robot {
   bool enabled_ = false;
   RobotCommand applied_{};
   CycleStatus latched_{};
-  std::optional<std::chrono::nanoseconds> last_exchange_;
+  std::optional<std::chrono::nanoseconds> next_exchange_;  // when the simulated time is used up
 };
 
 }  // namespace hal

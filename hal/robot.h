@@ -59,7 +59,8 @@ struct [[nodiscard]] CycleStatus {
 const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
-/// Sole owner of its bus. One thread calls exchange(); set-up calls never run beside it.
+/// Sole owner of its bus. One thread calls exchange(); set-up calls never run beside it. Destruction
+/// deactivates.
 class Robot {
  public:
   Robot() = default;

@@ -21,8 +21,8 @@ struct MotorParameters {
 };
 
 /// L·di/dt = V − R·i − k_e·ω with V from a PI controller on the current, limited to the supply. Implicit in
-/// the winding's own decay, explicit in the controller: first order. At step·bandwidth = 0.1, the default, the
-/// current overshoots by 0.1 %; at 0.4 by 3 %.
+/// the winding's own decay, explicit in the controller: first order. At step·bandwidth = 0.1, the default,
+/// the current overshoots by 0.1 %; at 0.4 by 3 %.
 class Motor {
  public:
   explicit Motor(const MotorParameters& parameters) noexcept : parameters_(parameters) {}

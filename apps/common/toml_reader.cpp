@@ -235,6 +235,12 @@ std::optional<std::size_t> TomlTable::choice_index(std::string_view key,
   return static_cast<std::size_t>(name - names.begin());
 }
 
+void TomlTable::refuse(std::string_view key, const std::string& complaint) {
+  const toml::node* found = node_->table.get(key);
+  const std::uint32_t line = found != nullptr ? found->source().begin.line : node_->line;
+  node_->file.problems.emplace(line, fmt::format("'{}{}' {}", node_->prefix, key, complaint));
+}
+
 TomlTable TomlTable::table(std::string_view key, const KeyRules& rules) {
   const std::string prefix = fmt::format("{}{}.", node_->prefix, key);
   if (const toml::node* found = node_->find(key, rules.required)) {

@@ -67,6 +67,10 @@ class TomlTable {
     if (const auto index = choice_index(key, names, rules)) value = std::data(choices)[*index].second;
   }
 
+  /// Reports a value that only together with others is wrong, at the line of `key`, or of the table without
+  /// it.
+  void refuse(std::string_view key, const std::string& complaint);
+
   TomlTable table(std::string_view key, const KeyRules& rules = {});
   /// The elements of an array of tables, `[[key]]`.
   std::vector<TomlTable> tables(std::string_view key, const KeyRules& rules = {});

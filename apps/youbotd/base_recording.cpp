@@ -33,6 +33,7 @@ std::vector<apps::RecordingFile::Column> cycle_columns() {
     columns.push_back({wheel + "_torque_measured_Nm", 6});
     columns.push_back({wheel + "_position_rad", 7});
     columns.push_back({wheel + "_velocity_rad_per_s", 6});
+    columns.push_back({wheel + "_reported_velocity_rad_per_s", 6});
   }
   columns.push_back({"wake_up_us", 3});
   columns.push_back({"step_us", 3});
@@ -40,7 +41,7 @@ std::vector<apps::RecordingFile::Column> cycle_columns() {
 }
 
 void append_cycle(apps::RecordingFile& file, const CycleRecord& record) {
-  std::array<double, 3 + 12 + 4 * kWheels + 2> row;
+  std::array<double, 3 + 12 + 5 * kWheels + 2> row;
   auto out = row.begin();
   *out++ = seconds(record.time);
   *out++ = static_cast<double>(record.phase);
@@ -52,6 +53,7 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record) {
     *out++ = record.torque_measured_Nm[i];
     *out++ = record.position_rad[i];
     *out++ = record.velocity_rad_per_s[i];
+    *out++ = record.reported_velocity_rad_per_s[i];
   }
   *out++ = microseconds(record.wake_up);
   *out++ = microseconds(record.step);
@@ -73,17 +75,18 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
     problems.push_back(directory.string() + ": cannot make this directory: " + error.message());
     return files;
   }
-  std::filesystem::copy_file(description.config_file, directory / "config.toml",
-                             std::filesystem::copy_options::overwrite_existing, error);
+  std::filesystem::copy_file(description.config_file, directory / "config.toml", error);
   if (error) problems.push_back((directory / "config.toml").string() + ": " + error.message());
 
   char rate_Hz[32];
   std::snprintf(rate_Hz, sizeof rate_Hz, "%g", 1 / seconds(description.period));
   const auto open = [&](const std::string& rig, const std::vector<apps::RecordingFile::Column>& columns) {
-    const std::vector<apps::RecordingFile::Comment> comments{{"rig", rig},
-                                                             {"experiment", description.experiment},
-                                                             {"sample_rate_Hz", rate_Hz},
-                                                             {"software", apps::build_version()}};
+    const std::vector<apps::RecordingFile::Comment> comments{
+        {"rig", rig},
+        {"experiment", description.experiment},
+        {"sample_rate_Hz", rate_Hz},
+        {"friction_compensation", description.friction_compensation ? "true" : "false"},
+        {"software", apps::build_version()}};
     try {
       return std::make_unique<apps::RecordingFile>(directory / (rig + ".csv"), comments, columns);
     } catch (const std::exception& failure) {
@@ -102,8 +105,11 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
 }
 
 bool BaseRecording::holds_recording(const std::filesystem::path& directory) {
-  return std::filesystem::exists(directory / "base.csv") ||
-         std::filesystem::exists(directory / "wheel-1.csv");
+  // A directory that cannot be looked into is no reason not to drive: opening the files tells what is wrong.
+  std::error_code unknown;
+  for (const char* name : {"config.toml", "base.csv", "wheel-1.csv"})
+    if (std::filesystem::exists(directory / name, unknown)) return true;
+  return false;
 }
 
 void BaseRecording::write(const CycleRecord& record) {

@@ -27,9 +27,10 @@ class BaseRecording {
     std::filesystem::path directory;    ///< created when missing
     std::filesystem::path config_file;  ///< copied beside the recording
     std::string experiment;
+    bool friction_compensation = false;  ///< as run, whatever the configuration file says
     std::chrono::nanoseconds period;
   };
-  /// Writing there would replace an earlier recording.
+  /// Writing there would replace an earlier recording, or somebody's configuration.
   static bool holds_recording(const std::filesystem::path& directory);
 
   /// Setup. Does not throw on a disk that refuses: what is missing is in problems().

@@ -64,7 +64,8 @@ void read_compensation(TomlTable table, control::BaseController::Config& control
   table.boolean("enabled", controller.compensate_friction);
   table.number("margin", controller.compensator.margin, {.min = 0, .max = 1});
   table.number("full_command_Nm", controller.compensator.full_command_Nm, {.min = 1e-4, .max = 1});
-  table.number("blend_speed_rad_per_s", controller.observer.blend_speed_rad_per_s, {.min = 0.005, .max = 1});
+  table.number("blend_speed_rad_per_s", controller.observer.blend_speed_rad_per_s,
+               {.min = 0.005, .max = 0.2});
   table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s,
                {.min = 5, .max = 1000});
   table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
@@ -83,6 +84,8 @@ void read_path(TomlTable table, control::BasePath::Plan& path) {
     leg.number("forward_m", displacement[0], {.min = -100, .max = 100});
     leg.number("left_m", displacement[1], {.min = -100, .max = 100});
     leg.number("turn_rad", displacement[2], {.min = -100, .max = 100});
+    if (displacement.isZero())
+      leg.refuse("forward_m", "and 'left_m' and 'turn_rad' are all zero: a leg goes somewhere");
     path.displacements_B.push_back(displacement);
   }
 }
@@ -101,23 +104,47 @@ void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
 }
 
+/// When the path drives and turns at its limits at once.
+double fastest_wheel_rad_per_s(const Config& config) {
+  const control::BaseGeometry& geometry = config.cycle.controller.geometry;
+  const control::BasePath::Limits& limits = config.path.limits;
+  const double lever_m = (geometry.wheelbase_m + geometry.track_m) / 2;
+  return (limits.speed_m_per_s + lever_m * limits.turn_speed_rad_per_s) / geometry.wheel_radius_m;
+}
+
 }  // namespace
 
 Config load_config(const std::filesystem::path& file) {
   Config config;
   apps::TomlFile toml = apps::TomlFile::parse(file);
   TomlTable root = toml.root();
-  root.text("robot", config.robot);
-  read_loop(root.table("loop"), config);
+  root.choice("robot", config.robot, {{"loopback", "loopback"}});
+  TomlTable loop = root.table("loop");
+  TomlTable limits = root.table("limits");
+  TomlTable compensation = root.table("compensation");
+  TomlTable path = root.table("path");
+  read_loop(loop, config);
   read_geometry(root.table("geometry"), config.cycle.controller.geometry);
   read_controller(root.table("controller"), config.cycle.controller);
-  read_limits(root.table("limits"), config.cycle);
-  read_compensation(root.table("compensation"), config.cycle.controller);
-  read_path(root.table("path"), config.path);
+  read_limits(limits, config.cycle);
+  read_compensation(compensation, config.cycle.controller);
+  read_path(path, config.path);
   read_simulation(root.table("simulation"), config.simulation);
+
+  // What one value demands of another.
+  const Cycle::Config& cycle = config.cycle;
+  const double period_s = std::chrono::duration<double>(cycle.period).count();
+  if (cycle.command_timeout < 2 * cycle.period) loop.refuse("command_timeout_s", "is less than two periods");
+  const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
+  if (cutoff_rad_per_s * period_s > 1)
+    compensation.refuse("filter_cutoff_rad_per_s",
+                        "is too fast for 'loop.period_s': their product is above 1");
+  const double path_wheel_speed_rad_per_s = fastest_wheel_rad_per_s(config);
+  if (path_wheel_speed_rad_per_s > cycle.wheel_speed_limit_rad_per_s)
+    path.refuse("speed_m_per_s",
+                "and 'turn_speed_rad_per_s' turn wheels faster than 'limits.wheel_speed_rad_per_s'");
   toml.finish();
 
-  // What one value implies for another.
   config.cycle.controller.observer.filter.period_s =
       std::chrono::duration<double>(config.cycle.period).count();
   config.simulation.geometry = config.cycle.controller.geometry;

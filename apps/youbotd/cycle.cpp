@@ -4,17 +4,18 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "sim/base.h"
-
 namespace youbotd {
 namespace {
 
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kWheels = 4;
-constexpr std::chrono::milliseconds kEnableTimeout{2000};
+/// Commutation start-up takes up to 5 s a motor controller, clearing its time-out flag a moment more.
+constexpr std::chrono::seconds kEnableTimeout{10};
 /// Braking ends when all wheels are slower than this, or by force after the timeout.
 constexpr double kRest_rad_per_s = 0.02;
+/// That long, since the filter needs some 15 ms to know a velocity.
+constexpr std::chrono::milliseconds kRestHold{50};
 constexpr std::chrono::milliseconds kBrakeTimeout{2000};
 /// Cycles with the drives off before the loop ends, so that every drive has heard it.
 constexpr std::chrono::milliseconds kOffHold{20};
@@ -32,7 +33,7 @@ std::array<double, 3> as_array(const control::PlanarPose& pose) noexcept {
 
 }  // namespace
 
-Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const sim::Base* truth)
+Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const control::PlanarPose* truth)
     : config_(config), robot_(robot), motion_(motion), truth_(truth), controller_(config.controller) {
   if (robot.joints().size() < kWheels)
     throw std::invalid_argument("the base needs a robot with four wheels, this one has " +
@@ -40,25 +41,37 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
 }
 
 void Cycle::step(nanoseconds now) noexcept {
-  if (count_++ == 0) first_ = phase_begin_ = now;
+  if (count_++ == 0) first_ = phase_begin_ = now_ = now;
+  const nanoseconds gap = now - now_;
   now_ = now;
   record_ = {};
   record_.time = now - first_;
   record_.phase = phase_;
-  if (truth_ != nullptr) record_.truth_W = as_array(truth_->pose());
+  if (truth_ != nullptr) record_.truth_W = as_array(*truth_);
 
   const hal::CycleStatus status = robot_.exchange(command_, sample_);
   for (std::size_t i = 0; i < kWheels; ++i) {
     record_.torque_command_Nm[i] = sample_.enabled ? command_.joints[i].target : 0.0;
     record_.torque_measured_Nm[i] = sample_.joints[i].torque_Nm;
     record_.position_rad[i] = sample_.joints[i].position_rad;
+    record_.reported_velocity_rad_per_s[i] = sample_.joints[i].velocity_rad_per_s;
   }
   if (!status.ok() && phase_ != Phase::kFaulted)
     fail({.kind = StopReason::Kind::kRobotFault, .joint = status.joint, .status = status}, now);
 
   const control::WheelVector position_rad = wheel_positions(sample_);
+  // Stopped by a debugger or starved, the reference has gone on without us: not to be chased.
+  if (gap > config_.command_timeout) {
+    controller_.forget_velocity(position_rad);
+    if (phase_ == Phase::kRunning) {
+      keep({.kind = StopReason::Kind::kStalled, .value = std::chrono::duration<double>(gap).count()});
+      enter(Phase::kStopping, now);
+    }
+  }
+
   switch (phase_) {
     case Phase::kStarting:
+      keep_record(controller_.observe(position_rad));
       command_.enable = true;
       if (sample_.enabled) {
         controller_.reset(position_rad);
@@ -71,7 +84,7 @@ void Cycle::step(nanoseconds now) noexcept {
     case Phase::kRunning: run(now, position_rad); break;
     case Phase::kStopping: brake(now, position_rad); break;
     case Phase::kFaulted:
-    case Phase::kOff: break;
+    case Phase::kOff: keep_record(controller_.observe(position_rad)); break;
   }
 }
 
@@ -95,7 +108,11 @@ void Cycle::brake(nanoseconds now, const control::WheelVector& position_rad) noe
   const control::BaseController::Output output = controller_.brake(position_rad);
   apply(output);
   if (phase_ != Phase::kStopping) return;
-  const bool resting = output.wheel_velocity_rad_per_s.cwiseAbs().maxCoeff() < kRest_rad_per_s;
+  const double fastest = output.wheel_velocity_rad_per_s.cwiseAbs().maxCoeff();
+  if (fastest >= kRest_rad_per_s) last_motion_ = now;
+  const bool resting = now - last_motion_ >= kRestHold;
+  if (!resting && now - phase_begin_ > kBrakeTimeout)
+    keep({.kind = StopReason::Kind::kNotAtRest, .value = fastest});
   if (resting || now - phase_begin_ > kBrakeTimeout) {
     command_ = {};
     enter(Phase::kOff, now);
@@ -103,20 +120,26 @@ void Cycle::brake(nanoseconds now, const control::WheelVector& position_rad) noe
 }
 
 void Cycle::apply(const control::BaseController::Output& output) noexcept {
-  record_.odometry_W = as_array(output.X_WB);
-  record_.limited = output.limited;
-  for (std::size_t i = 0; i < 3; ++i) record_.wrench_B[i] = output.wrench_B[static_cast<Eigen::Index>(i)];
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    record_.velocity_rad_per_s[i] = output.wheel_velocity_rad_per_s[row];
-    command_.joints[i] = hal::JointCommand::torque_Nm(output.torque_Nm[row]);
-  }
+  keep_record(output);
+  for (std::size_t i = 0; i < kWheels; ++i)
+    command_.joints[i] = hal::JointCommand::torque_Nm(output.torque_Nm[static_cast<Eigen::Index>(i)]);
+  // Nobody moves the arm yet; without torque it would fall.
+  for (std::size_t i = kWheels; i < robot_.joints().size(); ++i)
+    command_.joints[i] = hal::JointCommand::velocity_rad_per_s(0.0);
   for (std::size_t i = 0; i < kWheels; ++i)
     if (std::abs(record_.velocity_rad_per_s[i]) > config_.wheel_speed_limit_rad_per_s)
       fail({.kind = StopReason::Kind::kOverspeed,
             .joint = static_cast<int>(i),
             .value = record_.velocity_rad_per_s[i]},
            now_);
+}
+
+void Cycle::keep_record(const control::BaseController::Output& output) noexcept {
+  record_.odometry_W = as_array(output.X_WB);
+  record_.limited = output.limited;
+  for (std::size_t i = 0; i < 3; ++i) record_.wrench_B[i] = output.wrench_B[static_cast<Eigen::Index>(i)];
+  for (std::size_t i = 0; i < kWheels; ++i)
+    record_.velocity_rad_per_s[i] = output.wheel_velocity_rad_per_s[static_cast<Eigen::Index>(i)];
 }
 
 void Cycle::request_stop() noexcept {
@@ -138,7 +161,7 @@ bool Cycle::finished() const noexcept {
 
 void Cycle::enter(Phase phase, nanoseconds now) noexcept {
   phase_ = phase;
-  phase_begin_ = now;
+  phase_begin_ = last_motion_ = now;
 }
 
 void Cycle::fail(StopReason reason, nanoseconds now) noexcept {
@@ -151,21 +174,20 @@ void Cycle::keep(StopReason reason) noexcept {
   if (stop_reason_) return;
   stop_reason_ = reason;
   stop_reason_.cycle = count_;
+  stop_reason_.time = now_ - first_;
 }
 
-std::string describe(const StopReason& reason, const hal::Robot& robot, nanoseconds period) {
+std::string describe(const StopReason& reason, const hal::Robot& robot) {
   const auto name = [&robot](int joint) {
     return joint >= 0 ? robot.joints()[static_cast<std::size_t>(joint)].name : std::string("the robot");
   };
   const auto number = [](const char* format, double value) {
-    char text[32];
-    std::snprintf(text, sizeof text, format, value);
-    return std::string(text);
+    std::array<char, 32> text{};
+    std::snprintf(text.data(), text.size(), format, value);
+    return std::string(text.data());
   };
-  const std::string when =
-      "cycle " + std::to_string(reason.cycle) + " (" +
-      number("%.3f", std::chrono::duration<double>(period).count() * static_cast<double>(reason.cycle)) +
-      " s): ";
+  const std::string when = "cycle " + std::to_string(reason.cycle) + " (" +
+                           number("%.3f", std::chrono::duration<double>(reason.time).count()) + " s): ";
   switch (reason.kind) {
     case StopReason::Kind::kNone: return "no stop reason";
     case StopReason::Kind::kRobotFault: {
@@ -175,12 +197,18 @@ std::string describe(const StopReason& reason, const hal::Robot& robot, nanoseco
                                    : hal::describe(status.fault);
       return when + name(status.joint) + ": " + what + "; drives switched off";
     }
-    case StopReason::Kind::kNotEnabled: return when + "the drives did not start to obey within 2 s";
+    case StopReason::Kind::kNotEnabled: return when + "the drives did not start to obey within 10 s";
     case StopReason::Kind::kCommandTimeout:
       return when + "no new set-point for " + number("%.3f", reason.value) + " s; braked and switched off";
+    case StopReason::Kind::kStalled:
+      return when + "this program did not run for " + number("%.3f", reason.value) +
+             " s; braked and switched off";
     case StopReason::Kind::kOverspeed:
       return when + name(reason.joint) + " turned at " + number("%.1f", reason.value) +
              " rad/s, more than allowed; drives switched off";
+    case StopReason::Kind::kNotAtRest:
+      return when + "braking for 2 s did not bring the base to rest (" + number("%.2f", reason.value) +
+             " rad/s); drives switched off";
   }
   return when + "unknown reason";
 }

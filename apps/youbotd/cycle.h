@@ -10,10 +10,6 @@
 #include "control/base_controller.h"
 #include "hal/robot.h"
 
-namespace sim {
-class Base;
-}
-
 namespace youbotd {
 
 /// Why the robot stopped before its motion was finished. The first one is kept.
@@ -23,24 +19,27 @@ struct StopReason {
     kRobotFault,      ///< what `status` says
     kNotEnabled,      ///< the drives did not start to obey in time
     kCommandTimeout,  ///< set-points stopped coming
+    kStalled,         ///< this loop itself did not run
     kOverspeed,       ///< wheel `joint` turned faster than allowed
+    kNotAtRest,       ///< braking did not bring the base to rest
   };
   Kind kind = Kind::kNone;
   std::uint64_t cycle = 0;
   int joint = -1;
-  double value = 0.0;  ///< rad/s, or s since the last set-point
+  std::chrono::nanoseconds time{};  ///< of that cycle, as in the recording
+  double value = 0.0;               ///< rad/s, or s since the last set-point or cycle
   hal::CycleStatus status{};
   explicit operator bool() const noexcept { return kind != Kind::kNone; }
 };
 
-/// "cycle 1200 (1.200 s): wheel-2 turned at 14.1 rad/s, more than allowed; drives switched off".
-std::string describe(const StopReason& reason, const hal::Robot& robot, std::chrono::nanoseconds period);
+/// "cycle 1200 (1.199 s): wheel-2 turned at 14.1 rad/s, more than allowed; drives switched off".
+std::string describe(const StopReason& reason, const hal::Robot& robot);
 
 /// A state machine around control::BaseController:
 ///   kStarting → kRunning → kStopping → kOff,   any → kFaulted → finished.
-/// A fault switches the drives off at once; a set-point that is too old brakes first, as the robot can still
-/// be trusted. There is no way back: motion after a stop needs a new start.
-/// One thread. step() is the cycle: no allocation, lock, exception, blocking call or logging.
+/// A fault switches the drives off at once. A set-point that is too old, or a loop that did not run for as
+/// long, brakes first, as the robot can still be trusted. There is no way back: motion after a stop needs a
+/// new start. One thread. step() is the cycle: no allocation, lock, exception, blocking call or logging.
 class Cycle {
  public:
   struct Config {
@@ -50,9 +49,10 @@ class Cycle {
     double wheel_speed_limit_rad_per_s = 12.0;
   };
 
-  /// `robot` and `motion` outlive the cycle; so does `truth`, the simulated base or null.
+  /// `robot` and `motion` outlive the cycle; so does `truth`, the simulated
+  /// base's pose or null.
   /// @throws std::invalid_argument from the controller's configuration, or when the robot has no four wheels.
-  Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const sim::Base* truth);
+  Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const control::PlanarPose* truth);
 
   void step(std::chrono::nanoseconds now) noexcept;
   /// Comes to rest, then switches off. From the cycle's thread.
@@ -66,6 +66,7 @@ class Cycle {
   void run(std::chrono::nanoseconds now, const control::WheelVector& position_rad) noexcept;
   void brake(std::chrono::nanoseconds now, const control::WheelVector& position_rad) noexcept;
   void apply(const control::BaseController::Output& output) noexcept;
+  void keep_record(const control::BaseController::Output& output) noexcept;
   void enter(Phase phase, std::chrono::nanoseconds now) noexcept;
   void fail(StopReason reason, std::chrono::nanoseconds now) noexcept;
   void keep(StopReason reason) noexcept;
@@ -73,7 +74,7 @@ class Cycle {
   Config config_;
   hal::Robot& robot_;
   MotionSource& motion_;
-  const sim::Base* truth_;
+  const control::PlanarPose* truth_;
   control::BaseController controller_;
 
   hal::RobotCommand command_;
@@ -82,6 +83,7 @@ class Cycle {
   StopReason stop_reason_;
   Phase phase_ = Phase::kStarting;
   std::chrono::nanoseconds phase_begin_{};
+  std::chrono::nanoseconds last_motion_{};  // while stopping
   std::chrono::nanoseconds first_{};
   std::chrono::nanoseconds now_{};
   std::uint64_t count_ = 0;

@@ -29,8 +29,9 @@ struct CycleRecord {
   std::array<double, 4> torque_command_Nm{};
   std::array<double, 4> torque_measured_Nm{};
   std::array<double, 4> position_rad{};
-  std::array<double, 4> velocity_rad_per_s{};    ///< filtered from the position
-  std::array<double, 3> reference_W = kUnknown;  ///< NaN while there is none
+  std::array<double, 4> velocity_rad_per_s{};           ///< filtered from the position
+  std::array<double, 4> reported_velocity_rad_per_s{};  ///< the motor controllers' own
+  std::array<double, 3> reference_W = kUnknown;         ///< NaN while there is none
   std::array<double, 3> odometry_W{};
   std::array<double, 3> truth_W = kUnknown;  ///< of the simulated base; NaN when the robot is real
   std::array<double, 3> wrench_B{};

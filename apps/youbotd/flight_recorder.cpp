@@ -3,6 +3,7 @@
 #include "apps/common/build_info.h"
 #include "apps/common/recording_file.h"
 #include "apps/youbotd/base_recording.h"
+#include "hal/setup_error.h"
 
 namespace youbotd {
 
@@ -16,6 +17,8 @@ void FlightRecorder::write(const std::filesystem::path& path, const std::string&
   const std::size_t oldest = (next_ + ring_.size() - kept_) % ring_.size();
   for (std::size_t i = 0; i < kept_; ++i) append_cycle(file, ring_[(oldest + i) % ring_.size()]);
   file.close();
+  if (const std::string problem = file.error(); !problem.empty())
+    throw hal::SetupError(path.string(), "write the last cycles", problem);
 }
 
 }  // namespace youbotd

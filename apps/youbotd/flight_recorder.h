@@ -21,7 +21,8 @@ class FlightRecorder {
   }
   std::size_t size() const noexcept { return kept_; }
 
-  /// Oldest first, all that a record holds. @throws std::system_error naming path and cause.
+  /// Oldest first, all that a record holds. @throws hal::SetupError naming path and cause, also when not all
+  /// of it got there.
   void write(const std::filesystem::path& path, const std::string& reason) const;
 
  private:

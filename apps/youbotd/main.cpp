@@ -3,11 +3,14 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <optional>
 #include <stdexcept>
 
 #include "apps/common/build_info.h"
@@ -30,11 +33,13 @@ void stop_on_signals() {
   action.sa_handler = on_signal;
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGHUP, &action, nullptr);  // the terminal is gone: come to rest, do not just die
+  std::signal(SIGPIPE, SIG_IGN);        // and a reader that is gone is no reason to stop at all
 }
 
 struct Arguments {
   std::string robot;
-  double duration_s = 0.0;
+  std::optional<double> duration_s;
   std::string record_directory;
   bool demo = false;
   bool quiet = false;
@@ -70,28 +75,47 @@ int run_once(const Arguments& arguments, const youbotd::Config& config) {
 
 /// The same path without and with compensation, each into its own recording.
 int run_demo(const Arguments& arguments, youbotd::Config config) {
-  youbotd::Summary summaries[2];
+  const auto recording_of = [&](bool compensate) {
+    auto directory = arguments.session.record_directory;
+    if (directory) *directory /= compensate ? "with" : "without";
+    return directory;
+  };
+  for (const bool compensate : {false, true})
+    if (const auto directory = recording_of(compensate)) youbotd::check_record_directory(*directory);
+
+  std::array<youbotd::Summary, 2> summaries;
   for (const bool compensate : {false, true}) {
     config.cycle.controller.compensate_friction = compensate;
     youbotd::SessionOptions options = arguments.session;
-    if (options.record_directory) *options.record_directory /= compensate ? "with" : "without";
+    options.record_directory = recording_of(compensate);
     print(arguments, compensate ? "\n== with friction compensation\n" : "== without friction compensation\n");
     youbotd::Summary& summary = summaries[compensate ? 1 : 0];
     summary = youbotd::run_session(config, options, stop_requested);
     print(arguments, youbotd::report(summary));
     log_problems(summary);
     if (const int code = exit_code(summary)) return code;
+    if (stop_requested) {
+      spdlog::info("stopped on request, nothing to compare");
+      return apps::kExitOk;
+    }
   }
   print(arguments, "\n" + youbotd::compare(summaries[0], summaries[1]));
   return apps::kExitOk;
 }
 
+std::string reasonable_duration(const std::string& text) {
+  double seconds = 0.0;
+  const bool number = CLI::detail::lexical_cast(text, seconds);
+  return number && seconds >= 0.001 && seconds <= 1e6 ? "" : "should be 0.001 to 1000000 s, not " + text;
+}
+
+std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
+
 int run(Arguments arguments) {
   youbotd::Config config = youbotd::load_config(arguments.session.config_file);
   if (!arguments.robot.empty()) config.robot = arguments.robot;
-  if (arguments.duration_s > 0)
-    arguments.session.duration =
-        std::chrono::nanoseconds(static_cast<std::int64_t>(arguments.duration_s * 1e9));
+  if (arguments.duration_s)
+    arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   stop_on_signals();
   if (!arguments.quiet)
@@ -113,10 +137,11 @@ int main(int argc, char** argv) {
   app.add_option("--config", arguments.session.config_file,
                  "TOML file; apps/youbotd/demo.toml shows every key")
       ->required();
-  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback");
+  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback")->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
-      ->check(CLI::PositiveNumber);
-  app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing");
+      ->check(reasonable_duration);
+  app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")
+      ->check(not_empty);
   app.add_flag("--virtual-time", arguments.session.virtual_time,
                "as fast as the machine allows instead of real time (loopback only)");
   app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,

@@ -30,6 +30,7 @@ class PathMetrics {
       worst_rad_ = std::max(worst_rad_, final_rad_);
       sum_m2_ += final_m_ * final_m_;
       ++count_;
+      if (record.limited) ++limited_;
     }
     if (begin_ && !first_motion_ &&
         (std::hypot(pose[0], pose[1]) > kMotion_m || std::abs(pose[2]) > kMotion_rad))
@@ -44,6 +45,10 @@ class PathMetrics {
   double worst_rad() const noexcept { return worst_rad_; }
   double final_m() const noexcept { return final_m_; }
   double final_rad() const noexcept { return final_rad_; }
+  /// Share of the time in which the controller wanted more than its limits.
+  double limited_share() const noexcept {
+    return count_ > 0 ? static_cast<double>(limited_) / static_cast<double>(count_) : 0.0;
+  }
   /// Since the drives began to obey; none when the base never moved.
   std::optional<std::chrono::nanoseconds> first_motion() const noexcept { return first_motion_; }
 
@@ -55,6 +60,7 @@ class PathMetrics {
   double final_m_ = 0.0;
   double final_rad_ = 0.0;
   std::uint64_t count_ = 0;
+  std::uint64_t limited_ = 0;
   std::optional<std::chrono::nanoseconds> begin_;
   std::optional<std::chrono::nanoseconds> first_motion_;
 };

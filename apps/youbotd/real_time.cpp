@@ -28,7 +28,17 @@ std::string refused(const char* what, int error, const char* remedy) {
 
 }  // namespace
 
-std::vector<std::string> enter_real_time(const RealTimeConfig& config) {
+RealTimeThread::RealTimeThread() {
+  pthread_getschedparam(pthread_self(), &policy_, &parameters_);
+  pthread_getaffinity_np(pthread_self(), sizeof cpus_, &cpus_);
+}
+
+RealTimeThread::~RealTimeThread() {
+  pthread_setschedparam(pthread_self(), policy_, &parameters_);
+  pthread_setaffinity_np(pthread_self(), sizeof cpus_, &cpus_);
+}
+
+std::vector<std::string> RealTimeThread::enter(const RealTimeConfig& config) {
   std::vector<std::string> problems;
   // Freed memory stays with the process: giving it back and asking again would fault.
   mallopt(M_TRIM_THRESHOLD, -1);

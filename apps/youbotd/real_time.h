@@ -1,6 +1,8 @@
 /// @file
 /// Makes the calling thread fit for a 1 kHz cycle, or says why not.
 #pragma once
+#include <sched.h>
+
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,9 +14,24 @@ struct RealTimeConfig {
   std::optional<int> cpu{};  ///< core to pin the cycle to
 };
 
-/// Locks memory, touches the stack, keeps the heap from shrinking, takes SCHED_FIFO and the core. Returns
-/// what was refused, each with what to do about it; empty when the thread is real-time.
-std::vector<std::string> enter_real_time(const RealTimeConfig& config);
+/// Real-time scheduling of the calling thread, given back at destruction so that what follows the loop
+/// (closing files, another run) neither has it nor hands it on to new threads. Locked memory stays locked.
+class RealTimeThread {
+ public:
+  RealTimeThread();
+  ~RealTimeThread();
+  RealTimeThread(const RealTimeThread&) = delete;
+  RealTimeThread& operator=(const RealTimeThread&) = delete;
+
+  /// Locks memory, touches the stack, keeps the heap from shrinking, takes SCHED_FIFO and the core. Returns
+  /// what was refused, each with what to do about it; empty when the thread is real-time.
+  std::vector<std::string> enter(const RealTimeConfig& config);
+
+ private:
+  int policy_ = SCHED_OTHER;
+  sched_param parameters_{};
+  cpu_set_t cpus_{};
+};
 
 /// Events of the calling thread that a cycle must not have.
 struct Disturbances {

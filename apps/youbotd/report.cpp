@@ -20,6 +20,22 @@ std::string quantiles(const apps::LatencyHistogram& histogram) {
                      microseconds(histogram.worst()));
 }
 
+/// Following means to stay, on average and at the end, within a twentieth of the path's 1 m.
+bool follows(const PathMetrics& path) {
+  constexpr double kClose_m = 0.05;
+  return path.first_motion() && path.rms_m() < kClose_m && path.final_m() < kClose_m;
+}
+
+std::string verdict(const Summary& without, const Summary& with) {
+  if (without.cut_short || with.cut_short) return "The runs were cut short: no verdict.\n";
+  const auto words = [](const PathMetrics& path) {
+    if (!path.first_motion()) return "never starts";
+    return follows(path) ? "follows its path" : "moves, but does not follow its path";
+  };
+  return fmt::format("With the same gains and limits the base {} without compensation and {} with it.\n",
+                     words(without.path), words(with.path));
+}
+
 }  // namespace
 
 std::string report(const Summary& summary) {
@@ -31,7 +47,8 @@ std::string report(const Summary& summary) {
   text += fmt::format("path         first motion: {}; error rms {:.1f} mm, worst {:.1f} mm, {:.3f} rad{}\n",
                       first_motion(path), 1e3 * path.rms_m(), 1e3 * path.worst_m(), path.worst_rad(),
                       path.on_truth() ? " (true pose)" : " (odometry)");
-  text += fmt::format("final error  {:.1f} mm, {:.4f} rad\n", 1e3 * path.final_m(), path.final_rad());
+  text += fmt::format("             final error {:.1f} mm, {:.4f} rad; at its limits {:.0f} % of the time\n",
+                      1e3 * path.final_m(), path.final_rad(), 100 * path.limited_share());
   text += fmt::format("loop         {} cycles, {} overruns; step {}\n", loop.cycles, loop.overruns,
                       quantiles(loop.step));
   text += summary.virtual_time ? "wake-up      not measured in virtual time\n"
@@ -55,6 +72,7 @@ std::string compare(const Summary& without, const Summary& with) {
   };
   const auto millimetres = [](double metres) { return fmt::format("{:.1f} mm", 1e3 * metres); };
   const auto radians = [](double angle) { return fmt::format("{:.3f} rad", angle); };
+  const auto percent = [](double share) { return fmt::format("{:.0f} %", 100 * share); };
   const PathMetrics& a = without.path;
   const PathMetrics& b = with.path;
   row("first motion", first_motion(a), first_motion(b));
@@ -63,9 +81,8 @@ std::string compare(const Summary& without, const Summary& with) {
   row("heading error, worst", radians(a.worst_rad()), radians(b.worst_rad()));
   row("final position error", millimetres(a.final_m()), millimetres(b.final_m()));
   row("final heading error", radians(a.final_rad()), radians(b.final_rad()));
-  if (!a.first_motion() && b.first_motion())
-    text += "With the same gains the base never starts without compensation and follows its path with it.\n";
-  return text;
+  row("at the force limit", percent(a.limited_share()), percent(b.limited_share()));
+  return text + verdict(without, with);
 }
 
 }  // namespace youbotd

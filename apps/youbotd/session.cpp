@@ -1,8 +1,12 @@
 #include "apps/youbotd/session.h"
 
+#include <unistd.h>
+
+#include <array>
 #include <ctime>
 #include <exception>
 #include <stdexcept>
+#include <system_error>
 
 #include "apps/common/open_robot.h"
 #include "apps/youbotd/base_recording.h"
@@ -23,29 +27,58 @@ std::unique_ptr<hal::Clock> make_clock(bool virtual_time) {
 
 std::unique_ptr<BaseRecording> make_recording(const Config& config, const SessionOptions& options) {
   if (!options.record_directory) return nullptr;
-  if (BaseRecording::holds_recording(*options.record_directory))
-    throw std::invalid_argument("--record: " + options.record_directory->string() +
-                                " holds a recording already; name a new directory");
-  return std::make_unique<BaseRecording>(BaseRecording::Description{
-      .directory = *options.record_directory,
-      .config_file = options.config_file,
-      .experiment = config.cycle.controller.compensate_friction ? "path, friction compensated" : "path",
-      .period = config.cycle.period});
+  return std::make_unique<BaseRecording>(
+      BaseRecording::Description{.directory = *options.record_directory,
+                                 .config_file = options.config_file,
+                                 .experiment = "path",
+                                 .friction_compensation = config.cycle.controller.compensate_friction,
+                                 .period = config.cycle.period});
 }
 
-/// Beside the recording where there is one, so that a lab finds both; else where temporary files live. The
-/// time in its name keeps an earlier report.
-std::filesystem::path fault_report_path(const SessionOptions& options) {
+/// A name that no earlier report has.
+std::string fault_report_name() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
   gmtime_r(&now, &utc);
-  char name[48];
-  std::strftime(name, sizeof name, "youbotd-fault-%Y%m%dT%H%M%SZ.csv", &utc);
-  return options.record_directory.value_or(std::filesystem::temp_directory_path()) / name;
+  std::array<char, 48> name{};
+  std::strftime(name.data(), name.size(), "youbotd-fault-%Y%m%dT%H%M%SZ-", &utc);
+  static int written = 0;
+  return name.data() + std::to_string(getpid()) + "-" + std::to_string(++written) + ".csv";
 }
 
-void require_real_time(const Config& config, const SessionOptions& options, Summary& summary) {
-  summary.not_real_time = enter_real_time(config.real_time);
+/// Beside the recording where there is one, so that a lab finds both; where temporary files live if that
+/// cannot be written or there is none.
+void write_fault_report(const FlightRecorder& flight_recorder, const SessionOptions& options,
+                        Summary& summary) {
+  const std::string name = fault_report_name();
+  std::vector<std::filesystem::path> directories;
+  if (options.record_directory) directories.push_back(*options.record_directory);
+  std::error_code no_temporary;
+  directories.push_back(std::filesystem::temp_directory_path(no_temporary));
+  for (const std::filesystem::path& directory : directories) try {
+      flight_recorder.write(directory / name, summary.stop_reason);
+      summary.fault_report = directory / name;
+      return;
+    } catch (const std::exception& error) {
+      summary.recording_problems.emplace_back(std::string("fault report: ") + error.what());
+    }
+}
+
+/// Switches the robot off however the session ends.
+class Activation {
+ public:
+  explicit Activation(hal::Robot& robot) : robot_(robot) { robot_.activate(); }
+  Activation(const Activation&) = delete;
+  Activation& operator=(const Activation&) = delete;
+  ~Activation() { robot_.deactivate(); }
+
+ private:
+  hal::Robot& robot_;
+};
+
+void require_real_time(RealTimeThread& thread, const Config& config, const SessionOptions& options,
+                       Summary& summary) {
+  summary.not_real_time = thread.enter(config.real_time);
   if (summary.not_real_time.empty() || options.allow_non_real_time) return;
   std::string all;
   for (const std::string& problem : summary.not_real_time) all += "\n  " + problem;
@@ -55,7 +88,14 @@ void require_real_time(const Config& config, const SessionOptions& options, Summ
 
 }  // namespace
 
+void check_record_directory(const std::filesystem::path& directory) {
+  if (BaseRecording::holds_recording(directory))
+    throw std::invalid_argument("--record: " + directory.string() +
+                                " holds a recording already; name a new directory");
+}
+
 Summary run_session(const Config& config, const SessionOptions& options, const std::atomic<bool>& stop) {
+  if (options.record_directory) check_record_directory(*options.record_directory);
   Summary summary;
   summary.robot = config.robot;
   summary.virtual_time = options.virtual_time;
@@ -64,27 +104,31 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
   const apps::OpenedRobot opened =
       apps::open_robot(config.robot, config.simulation, *clock, config.cycle.period);
   PathSource motion(config.path);
-  Cycle cycle(config.cycle, *opened.robot, motion, opened.simulation.get());
+  // Off the ground the simulated body stays where it is, and its wheels tell more.
+  const bool body_moves = opened.simulation != nullptr && config.simulation.on_ground;
+  Cycle cycle(config.cycle, *opened.robot, motion, body_moves ? &opened.simulation->pose() : nullptr);
   FlightRecorder flight_recorder(static_cast<std::size_t>(kFlightRecorderSpan / config.cycle.period));
   const std::unique_ptr<BaseRecording> recording = make_recording(config, options);
-
-  opened.robot->activate();
-  // Last, when everything is allocated and every other thread runs.
-  if (!options.virtual_time) require_real_time(config, options, summary);
-  run_loop(
-      *clock, config.cycle.period, cycle,
-      [&](std::chrono::nanoseconds elapsed) {
-        return stop.load(std::memory_order_relaxed) || (options.duration && elapsed >= *options.duration);
-      },
-      [&](const CycleRecord& record) {
-        summary.path.add(record);
-        flight_recorder.add(record);
-        if (!recording) return;
-        if (options.virtual_time) recording->wait_for_room();
-        recording->add(record);
-      },
-      summary.loop);
-  opened.robot->deactivate();
+  {
+    const Activation activation(*opened.robot);
+    RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
+    if (!options.virtual_time) require_real_time(real_time, config, options, summary);
+    run_loop(
+        *clock, config.cycle.period, cycle,
+        [&](std::chrono::nanoseconds elapsed) {
+          const bool over = options.duration && elapsed >= *options.duration;
+          summary.cut_short = summary.cut_short || over || stop.load(std::memory_order_relaxed);
+          return summary.cut_short;
+        },
+        [&](const CycleRecord& record) {
+          summary.path.add(record);
+          flight_recorder.add(record);
+          if (!recording) return;
+          if (options.virtual_time) recording->wait_for_room();
+          recording->add(record);
+        },
+        summary.loop);
+  }
 
   if (recording) {
     recording->close();
@@ -94,14 +138,8 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
     summary.recording_problems = recording->problems();
   }
   if (const StopReason& reason = cycle.stop_reason()) {
-    summary.stop_reason = describe(reason, *opened.robot, config.cycle.period);
-    const std::filesystem::path path = fault_report_path(options);
-    try {
-      flight_recorder.write(path, summary.stop_reason);
-      summary.fault_report = path;
-    } catch (const std::exception& error) {
-      summary.recording_problems.emplace_back(std::string("fault report: ") + error.what());
-    }
+    summary.stop_reason = describe(reason, *opened.robot);
+    write_fault_report(flight_recorder, options, summary);
   }
   return summary;
 }

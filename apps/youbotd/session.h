@@ -29,6 +29,7 @@ struct Summary {
   std::vector<std::string> not_real_time;  ///< what the system refused
   LoopStatistics loop;
   PathMetrics path;
+  bool cut_short = false;   ///< stopped on request or by the duration, before the motion was finished
   std::string stop_reason;  ///< empty when nothing went wrong
   std::optional<std::filesystem::path> fault_report;
   bool recorded = false;
@@ -36,6 +37,9 @@ struct Summary {
   std::uint64_t cycles_lost = 0;
   std::vector<std::string> recording_problems;
 };
+
+/// @throws std::invalid_argument when recording there would replace something.
+void check_record_directory(const std::filesystem::path& directory);
 
 /// Runs until the motion is finished, the duration is over, `stop` becomes true or a fault. Blocks.
 /// @throws hal::SetupError when the robot cannot be opened, or real-time was refused and is not waived;

@@ -4,6 +4,13 @@
 
 #include <vector>
 
+#include "apps/common/recorder.h"
+#include "apps/youbotd/flight_recorder.h"
+#include "apps/youbotd/path_metrics.h"
+#include "hal/loopback_robot.h"
+#include "sim/base.h"
+#include "tests/support/no_alloc_guard.h"
+
 namespace youbotd {
 namespace {
 
@@ -81,6 +88,38 @@ TEST(Loop, AnOverrunSkipsTheMissedDeadlinesKeepsThePhaseAndCounts) {
   EXPECT_EQ(loop.statistics.overruns, 3U);
   EXPECT_EQ(loop.clock.deadlines[9], 100s + 10ms);
   EXPECT_EQ(loop.clock.deadlines[10], 100s + 14ms);
+}
+
+TEST(Loop, AllThatAYoubotdCycleDoesNeitherAllocatesNorLocks) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns the allocator";
+  hal::VirtualClock clock;
+  sim::Base base{sim::BaseParameters{}};
+  hal::LoopbackRobot robot(base, clock, 1ms, {{"1", 2.4}, {"2", 2.4}, {"3", 2.4}, {"4", 2.4}});
+  robot.activate();
+  PathSource motion({{}, {{0.05, 0.02, 0.3}}, 0.1, {}});
+  Cycle cycle(Cycle::Config{}, robot, motion, &base.pose());
+  PathMetrics metrics;
+  FlightRecorder flight_recorder(1000);
+  std::uint64_t written = 0;
+  apps::Recorder<CycleRecord> recorder(
+      65536, [&written](const CycleRecord&) { ++written; }, [] {});
+  LoopStatistics statistics;
+  {
+    const support::NoAllocGuard guard;
+    run_loop(
+        clock, 1ms, cycle, [](nanoseconds) { return false; },
+        [&](const CycleRecord& record) {
+          metrics.add(record);
+          flight_recorder.add(record);
+          recorder.push(record);
+        },
+        statistics);
+    EXPECT_EQ(guard.violations(), 0);
+  }
+  recorder.stop();
+  EXPECT_GT(statistics.cycles, 5000U);  // the path takes some seconds
+  EXPECT_EQ(written, statistics.cycles);
+  EXPECT_TRUE(metrics.first_motion().has_value());
 }
 
 TEST(Loop, EveryCycleIsCountedAndTimed) {

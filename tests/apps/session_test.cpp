@@ -91,8 +91,8 @@ TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
 
   std::ifstream head(*options.record_directory / "wheel-2.csv");
   std::string text;
-  for (const char* expected : {"# youbot recording v1", "# rig: wheel-2",
-                               "# experiment: path, friction compensated", "# sample_rate_Hz: 1000"}) {
+  for (const char* expected : {"# youbot recording v1", "# rig: wheel-2", "# experiment: path",
+                               "# sample_rate_Hz: 1000", "# friction_compensation: true"}) {
     std::getline(head, text);
     EXPECT_EQ(text, expected);
   }
@@ -103,7 +103,7 @@ TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
   EXPECT_GT(wheel.back()[3], 0.05);
   EXPECT_GT(wheel[wheel.size() / 2][1], 0.02);
   EXPECT_TRUE(fs::exists(*options.record_directory / "config.toml"));
-  EXPECT_EQ(rows(*options.record_directory / "base.csv", 33).size(), summary.loop.cycles);
+  EXPECT_EQ(rows(*options.record_directory / "base.csv", 37).size(), summary.loop.cycles);
 }
 
 TEST_F(Session, ARecordingIsNeverReplaced) {
@@ -140,7 +140,7 @@ TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
   EXPECT_EQ(summary.cycles_recorded + summary.cycles_lost, summary.loop.cycles);
   EXPECT_FALSE(summary.recording_problems.empty());
   EXPECT_GT(rows(directory / "wheel-1.csv", 5).size(), 100U);
-  EXPECT_GT(rows(directory / "base.csv", 33).size(), 100U);
+  EXPECT_GT(rows(directory / "base.csv", 37).size(), 100U);
 }
 
 TEST_F(Session, AFaultLeavesTheLastSecondBehind) {
@@ -149,17 +149,43 @@ TEST_F(Session, AFaultLeavesTheLastSecondBehind) {
   const Summary summary = run_session(config, options, stop);
   EXPECT_NE(summary.stop_reason.find("more than allowed"), std::string::npos) << summary.stop_reason;
   ASSERT_TRUE(summary.fault_report.has_value());
-  const auto last = rows(*summary.fault_report, 33);
+  const auto last = rows(*summary.fault_report, 37);
   EXPECT_EQ(last.size(), 1000U);
   EXPECT_NEAR(last.back()[0] - last.front()[0], 0.999, 1e-6);
   EXPECT_EQ(last.back()[1], static_cast<double>(Phase::kFaulted));
 }
 
-TEST_F(Session, StopsWhenAskedAndComesToRest) {
+TEST_F(Session, StoppedInMidMotionItBrakesToRestBeforeTheDrivesGoOff) {
+  options.duration = 8s;  // the base is on its way
+  options.record_directory = directory;
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_TRUE(summary.stop_reason.empty()) << summary.stop_reason;
+  EXPECT_TRUE(summary.cut_short);
+  const auto base = rows(directory / "base.csv", 37);
+  const auto truth_x_m = [&](std::size_t i) { return base[i][9]; };
+  const std::size_t asked = 8000;
+  EXPECT_GT(truth_x_m(asked) - truth_x_m(asked - 100), 0.1 * 0.02) << "it was not moving";
+  const std::size_t last = base.size() - 1;
+  // Wheels below 0.02 rad/s for 10 ms, and the recording's last digit.
+  EXPECT_LT(std::abs(truth_x_m(last) - truth_x_m(last - 10)), 0.02 * 0.0475 * 0.010 + 2e-6)
+      << "it is not at rest";
+}
+
+TEST_F(Session, StopsAtOnceWhenAskedBeforeItBegan) {
   stop = true;
   const Summary summary = run_session(config, options, stop);
   EXPECT_TRUE(summary.stop_reason.empty());
   EXPECT_LT(summary.loop.robot_time, 100ms);
+}
+
+TEST_F(Session, AFaultReportFindsAnotherPlaceWhenTheRecordingHasNone) {
+  std::ofstream(directory / "file") << "not a directory";
+  options.record_directory = directory / "file" / "run";
+  config.cycle.wheel_speed_limit_rad_per_s = 0.5;
+  const Summary summary = run_session(config, options, stop);
+  ASSERT_TRUE(summary.fault_report.has_value());
+  EXPECT_EQ(rows(*summary.fault_report, 37).size(), 1000U);
+  fs::remove(*summary.fault_report);
 }
 
 TEST_F(Session, AnUnknownRobotIsRefusedByName) {

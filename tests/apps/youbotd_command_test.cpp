@@ -104,7 +104,10 @@ TEST(YoubotdCommand, AFaultExitsWithFourAndSaysWhyEvenWhenQuiet) {
   ASSERT_NE(mkdtemp(name.data()), nullptr);
   const fs::path config = fs::path(name) / "slow.toml";
   std::ofstream(config)
-      << "[limits]\nforce_N = 20\nwheel_speed_rad_per_s = 0.5\n[path]\n[[path.leg]]\nforward_m = 1\n";
+      << "[controller]\nstiffness_N_per_m = 0\ndamping_N_s_per_m = 0\nfeedforward_mass_kg = 200\n"  // far too
+                                                                                                    // fast
+         "[limits]\nforce_N = 50\nwheel_speed_rad_per_s = 2.3\n[path]\nturn_speed_rad_per_s = "
+         "0.01\n[[path.leg]]\nforward_m = 1\n";
   const Result result = run({"--config", config, "--virtual-time", "--quiet", "--record", name + "/run"});
   EXPECT_EQ(result.exit_code, 4) << result.output;
   EXPECT_NE(result.output.find("more than allowed"), std::string::npos) << result.output;

@@ -140,7 +140,7 @@ TEST(BaseController, TheDamperOpposesVelocityAndTheOdometryFollows) {
   BaseController moving = controller(config);
   const auto output = driven(moving, {0.03, -0.02, 0.01},
                              [](BaseController& c, const WheelVector& wheels) { return c.step(wheels, {}); });
-  // The filter's sampled input lowers velocities by 0.13 %; the first wheel reading only sets the odometry's
+  // The filter is exact for a ramp; the first wheel reading only sets the odometry's
   // origin, so that 999 of 1000 increments count: 0.1 %.
   EXPECT_TRUE(output.twist_B.isApprox(PlanarVector(0.03, -0.02, 0.01), 0.002)) << output.twist_B.transpose();
   EXPECT_TRUE(output.wrench_B.isApprox(PlanarVector(-3, 2, -0.15), 0.002)) << output.wrench_B.transpose();

@@ -120,7 +120,7 @@ TEST(StateVariableFilter, TheAccelerationOfAParabolaComesOut) {
   const Config config;
   StateVariableFilter filter(config);
   const Output output = run(filter, config, 1.0, [](double t) { return 0.5 * 4.0 * t * t; });
-  // Relative to the value, a percent for the sampled input: (ω·T)²/12 is 0.13 %.
+  // Relative to the value, a percent: between samples the input runs straight where the parabola bends.
   EXPECT_NEAR(output.acceleration, 4.0, 0.04);
   EXPECT_NEAR(output.velocity, 4.0 * (1.0 - 2 * 0.9 / 125), 0.51e-3 * 4.0 + 0.002 * 4.0);
 }
