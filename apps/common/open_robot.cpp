@@ -1,8 +1,10 @@
 #include "apps/common/open_robot.h"
 
 #include <stdexcept>
+#include <string_view>
 #include <vector>
 
+#include "apps/common/wire_robot.h"
 #include "hal/axis_scale.h"
 #include "hal/loopback_robot.h"
 #include "hal/youbot_axes.h"
@@ -30,16 +32,44 @@ sim::BaseParameters with_youbot_wheels(sim::BaseParameters parameters) {
   return parameters;
 }
 
+constexpr std::string_view kEthercatPrefix = "ethercat:";
+
+sim::bus::RobotKind emulated_kind(hal::EthercatOptions::Kind kind) {
+  switch (kind) {
+    case hal::EthercatOptions::Kind::kBase: return sim::bus::RobotKind::kBase;
+    case hal::EthercatOptions::Kind::kArm: return sim::bus::RobotKind::kArm;
+    case hal::EthercatOptions::Kind::kBaseAndArm: return sim::bus::RobotKind::kBaseAndArm;
+    case hal::EthercatOptions::Kind::kBaseAndTwoArms: return sim::bus::RobotKind::kTwoArms;
+  }
+  return sim::bus::RobotKind::kBase;
+}
+
 }  // namespace
 
-OpenedRobot open_robot(const std::string& name, const sim::BaseParameters& simulation,
-                       const hal::Clock& clock, std::chrono::nanoseconds period) {
-  if (name != "loopback")
-    throw std::invalid_argument("--robot: there is no '" + name + "'; this build has: loopback");
+OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period) {
   OpenedRobot opened;
-  opened.simulation = std::make_unique<sim::Base>(with_youbot_wheels(simulation));
-  opened.robot = std::make_unique<hal::LoopbackRobot>(*opened.simulation, clock, period, wheel_joints());
+  const sim::BaseParameters simulation = with_youbot_wheels(options.simulation);
+  if (options.name == "loopback") {
+    opened.plant = std::make_unique<sim::Base>(simulation);
+    opened.robot = std::make_unique<hal::LoopbackRobot>(*opened.plant, clock, period, wheel_joints());
+    opened.truth = &opened.plant->pose();
+  } else if (options.name == "wire") {
+    sim::bus::YoubotBusOptions emulation;
+    emulation.robot = emulated_kind(options.ethercat.kind);
+    emulation.base = simulation;
+    opened.emulation = std::make_unique<sim::bus::YoubotBus>(emulation);
+    opened.robot = std::make_unique<WireRobot>(*opened.emulation, options.ethercat, clock, period);
+    if (opened.emulation->has_base()) opened.truth = &opened.emulation->base().pose();
+  } else if (options.name.starts_with(kEthercatPrefix) && options.name.size() > kEthercatPrefix.size()) {
+    opened.robot = hal::make_ethercat_robot(options.name.substr(kEthercatPrefix.size()), options.ethercat, clock, period);
+  } else {
+    throw std::invalid_argument("--robot: there is no '" + options.name + "', but loopback, wire, ethercat:IFACE");
+  }
+  // Off the ground the simulated body stays where it is, and the wheels tell more.
+  if (!simulation.on_ground) opened.truth = nullptr;
   return opened;
 }
+
+bool is_simulated(const std::string& name) { return !name.starts_with(kEthercatPrefix); }
 
 }  // namespace apps

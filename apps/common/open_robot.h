@@ -5,20 +5,37 @@
 #include <memory>
 #include <string>
 
+#include "control/planar.h"
 #include "hal/clock.h"
+#include "hal/ethercat_robot.h"
 #include "hal/robot.h"
 #include "sim/base.h"
+#include "sim/bus/youbot_bus.h"
 
 namespace apps {
 
-struct OpenedRobot {
-  std::unique_ptr<sim::Base> simulation;  ///< null when the robot is real
-  std::unique_ptr<hal::Robot> robot;
+struct RobotOptions {
+  std::string name = "loopback";
+  hal::EthercatOptions ethercat{.kind = hal::EthercatOptions::Kind::kBase};
+  sim::BaseParameters simulation;  ///< of loopback and wire; a real robot does not read it
 };
 
-/// `loopback`: the simulated base behind the HAL. `clock` outlives the result.
-/// @throws std::invalid_argument for a name nobody knows, listing those there are.
-OpenedRobot open_robot(const std::string& name, const sim::BaseParameters& simulation,
-                       const hal::Clock& clock, std::chrono::nanoseconds period);
+struct OpenedRobot {
+  // What stands behind a simulated robot, in order of construction.
+  std::unique_ptr<sim::Base> plant;
+  std::unique_ptr<sim::bus::YoubotBus> emulation;
+  std::unique_ptr<hal::Robot> robot;
+  /// True pose of the simulated base; null when there is none, or its wheels are off the ground.
+  const control::PlanarPose* truth = nullptr;
+};
+
+/// - `loopback`: the simulated base behind the HAL.
+/// - `wire`: the same behind emulated motor controllers, through every byte of the EtherCAT master.
+/// - `ethercat:IFACE`: a robot, or youbot-sim, on a network interface.
+/// `clock` outlives the result. @throws std::invalid_argument for a name nobody knows, listing those there are.
+OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period);
+
+/// Whether such a robot can run in virtual time.
+bool is_simulated(const std::string& name);
 
 }  // namespace apps

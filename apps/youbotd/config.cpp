@@ -104,6 +104,22 @@ void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
 }
 
+void read_ethercat(TomlTable table, hal::EthercatOptions& ethercat) {
+  using Kind = hal::EthercatOptions::Kind;
+  table.choice("kind", ethercat.kind,
+               {{"base", Kind::kBase},
+                {"arm", Kind::kArm},
+                {"base+arm", Kind::kBaseAndArm},
+                {"base+two-arms", Kind::kBaseAndTwoArms}});
+  table.boolean("busy_wait", ethercat.busy_wait);
+  table.boolean("unsigned_current", ethercat.unsigned_current);
+  table.integer("tolerated_cycles", ethercat.tolerated_cycles, {.min = 0, .max = 100});
+}
+
+bool known_robot(const std::string& name) {
+  return name == "loopback" || name == "wire" || (name.starts_with("ethercat:") && name.size() > 9);
+}
+
 /// When the path drives and turns at its limits at once.
 double fastest_wheel_rad_per_s(const Config& config) {
   const control::BaseGeometry& geometry = config.cycle.controller.geometry;
@@ -118,7 +134,8 @@ Config load_config(const std::filesystem::path& file) {
   Config config;
   apps::TomlFile toml = apps::TomlFile::parse(file);
   TomlTable root = toml.root();
-  root.choice("robot", config.robot, {{"loopback", "loopback"}});
+  root.text("robot", config.robot.name);
+  if (!known_robot(config.robot.name)) root.refuse("robot", "is none of loopback, wire, ethercat:IFACE");
   TomlTable loop = root.table("loop");
   TomlTable limits = root.table("limits");
   TomlTable compensation = root.table("compensation");
@@ -129,7 +146,8 @@ Config load_config(const std::filesystem::path& file) {
   read_limits(limits, config.cycle);
   read_compensation(compensation, config.cycle.controller);
   read_path(path, config.path);
-  read_simulation(root.table("simulation"), config.simulation);
+  read_simulation(root.table("simulation"), config.robot.simulation);
+  read_ethercat(root.table("ethercat"), config.robot.ethercat);
 
   // What one value demands of another.
   const Cycle::Config& cycle = config.cycle;
@@ -147,7 +165,7 @@ Config load_config(const std::filesystem::path& file) {
 
   config.cycle.controller.observer.filter.period_s =
       std::chrono::duration<double>(config.cycle.period).count();
-  config.simulation.geometry = config.cycle.controller.geometry;
+  config.robot.simulation.geometry = config.cycle.controller.geometry;
   return config;
 }
 

@@ -3,19 +3,19 @@
 #pragma once
 #include <filesystem>
 
+#include "apps/common/open_robot.h"
 #include "apps/youbotd/cycle.h"
 #include "apps/youbotd/real_time.h"
 #include "control/base_path.h"
-#include "sim/base.h"
 
 namespace youbotd {
 
 struct Config {
-  std::string robot = "loopback";
+  apps::RobotOptions robot;
   RealTimeConfig real_time;
   Cycle::Config cycle;
   control::BasePath::Plan path;
-  sim::BaseParameters simulation;  ///< of the loopback robot; a real one does not read it
+
 };
 
 /// Every key is optional; apps/youbotd/demo.toml shows them all.

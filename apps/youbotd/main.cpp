@@ -113,13 +113,13 @@ std::string not_empty(const std::string& text) { return text.empty() ? "must not
 
 int run(Arguments arguments) {
   youbotd::Config config = youbotd::load_config(arguments.session.config_file);
-  if (!arguments.robot.empty()) config.robot = arguments.robot;
+  if (!arguments.robot.empty()) config.robot.name = arguments.robot;
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   stop_on_signals();
   if (!arguments.quiet)
-    spdlog::info("{}: running {}, {:g} Hz{}", apps::build_version(), config.robot,
+    spdlog::info("{}: running {}, {:g} Hz{}", apps::build_version(), config.robot.name,
                  1 / std::chrono::duration<double>(config.cycle.period).count(),
                  arguments.session.virtual_time ? ", virtual time" : "; Ctrl-C stops");
   return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
@@ -137,13 +137,13 @@ int main(int argc, char** argv) {
   app.add_option("--config", arguments.session.config_file,
                  "TOML file; apps/youbotd/demo.toml shows every key")
       ->required();
-  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback")->check(not_empty);
+  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(reasonable_duration);
   app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")
       ->check(not_empty);
   app.add_flag("--virtual-time", arguments.session.virtual_time,
-               "as fast as the machine allows instead of real time (loopback only)");
+               "as fast as the machine allows instead of real time (loopback, wire)");
   app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
                "go on when the system refuses real-time scheduling or memory locking");
   app.add_flag("--demo", arguments.demo, "drive the path without and with friction compensation and compare");

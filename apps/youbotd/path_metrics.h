@@ -22,7 +22,7 @@ class PathMetrics {
   void add(const CycleRecord& record) noexcept {
     on_truth_ = std::isfinite(record.truth_W[0]);
     const std::array<double, 3>& pose = on_truth_ ? record.truth_W : record.odometry_W;
-    if (record.phase == Phase::kRunning) {
+    if (record.phase == Phase::kRunning && std::isfinite(record.reference_W[0])) {
       if (!begin_) begin_ = record.time;
       final_m_ = std::hypot(record.reference_W[0] - pose[0], record.reference_W[1] - pose[1]);
       final_rad_ = std::abs(record.reference_W[2] - pose[2]);

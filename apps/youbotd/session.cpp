@@ -97,16 +97,15 @@ void check_record_directory(const std::filesystem::path& directory) {
 Summary run_session(const Config& config, const SessionOptions& options, const std::atomic<bool>& stop) {
   if (options.record_directory) check_record_directory(*options.record_directory);
   Summary summary;
-  summary.robot = config.robot;
+  summary.robot = config.robot.name;
+  if (options.virtual_time && !apps::is_simulated(config.robot.name))
+    throw std::invalid_argument("--virtual-time: " + config.robot.name + " lives in real time");
   summary.virtual_time = options.virtual_time;
 
   const std::unique_ptr<hal::Clock> clock = make_clock(options.virtual_time);
-  const apps::OpenedRobot opened =
-      apps::open_robot(config.robot, config.simulation, *clock, config.cycle.period);
+  const apps::OpenedRobot opened = apps::open_robot(config.robot, *clock, config.cycle.period);
   PathSource motion(config.path);
-  // Off the ground the simulated body stays where it is, and its wheels tell more.
-  const bool body_moves = opened.simulation != nullptr && config.simulation.on_ground;
-  Cycle cycle(config.cycle, *opened.robot, motion, body_moves ? &opened.simulation->pose() : nullptr);
+  Cycle cycle(config.cycle, *opened.robot, motion, opened.truth);
   FlightRecorder flight_recorder(static_cast<std::size_t>(kFlightRecorderSpan / config.cycle.period));
   const std::unique_ptr<BaseRecording> recording = make_recording(config, options);
   {

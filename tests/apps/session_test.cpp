@@ -70,7 +70,7 @@ TEST_F(Session, RunsWithTheSameSeedGiveEqualRecordings) {
   options.duration = 3s;
   const auto recorded = [&](const char* name, std::uint64_t seed) {
     options.record_directory = directory / name;
-    config.simulation.noise_seed = seed;
+    config.robot.simulation.noise_seed = seed;
     (void)run_session(config, options, stop);
     std::ifstream file(directory / name / "wheel-1.csv");
     return std::string(std::istreambuf_iterator<char>(file), {});
@@ -189,7 +189,7 @@ TEST_F(Session, AFaultReportFindsAnotherPlaceWhenTheRecordingHasNone) {
 }
 
 TEST_F(Session, AnUnknownRobotIsRefusedByName) {
-  config.robot = "toaster";
+  config.robot.name = "toaster";
   try {
     (void)run_session(config, options, stop);
     FAIL();
@@ -227,14 +227,14 @@ TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
   EXPECT_EQ(config.path.limits.speed_m_per_s, defaults.path.limits.speed_m_per_s);
   EXPECT_EQ(config.path.limits.turn_speed_rad_per_s, defaults.path.limits.turn_speed_rad_per_s);
   EXPECT_EQ(config.path.rest_s, defaults.path.rest_s);
-  EXPECT_EQ(config.simulation.mass_kg, defaults.simulation.mass_kg);
-  EXPECT_EQ(config.simulation.yaw_inertia_kg_m2, defaults.simulation.yaw_inertia_kg_m2);
-  EXPECT_EQ(config.simulation.drive.load_inertia_kg_m2, defaults.simulation.drive.load_inertia_kg_m2);
-  EXPECT_EQ(config.simulation.loaded_friction_scale, defaults.simulation.loaded_friction_scale);
-  EXPECT_EQ(config.simulation.roller_grip, defaults.simulation.roller_grip);
-  EXPECT_EQ(config.simulation.roller_resistance, defaults.simulation.roller_resistance);
-  EXPECT_EQ(config.simulation.step, defaults.simulation.step);
-  EXPECT_EQ(config.simulation.noise_seed, defaults.simulation.noise_seed);
+  EXPECT_EQ(config.robot.simulation.mass_kg, defaults.robot.simulation.mass_kg);
+  EXPECT_EQ(config.robot.simulation.yaw_inertia_kg_m2, defaults.robot.simulation.yaw_inertia_kg_m2);
+  EXPECT_EQ(config.robot.simulation.drive.load_inertia_kg_m2, defaults.robot.simulation.drive.load_inertia_kg_m2);
+  EXPECT_EQ(config.robot.simulation.loaded_friction_scale, defaults.robot.simulation.loaded_friction_scale);
+  EXPECT_EQ(config.robot.simulation.roller_grip, defaults.robot.simulation.roller_grip);
+  EXPECT_EQ(config.robot.simulation.roller_resistance, defaults.robot.simulation.roller_resistance);
+  EXPECT_EQ(config.robot.simulation.step, defaults.robot.simulation.step);
+  EXPECT_EQ(config.robot.simulation.noise_seed, defaults.robot.simulation.noise_seed);
   EXPECT_TRUE(defaults.path.displacements_B.empty());
 }
 

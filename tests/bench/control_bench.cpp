@@ -84,7 +84,7 @@ void WholeLoopbackCycle(benchmark::State& state) {
                            {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
   robot.activate();
   CirclingMotion motion;
-  youbotd::Cycle cycle(youbotd::Cycle::Config{}, robot, motion, &base);
+  youbotd::Cycle cycle(youbotd::Cycle::Config{}, robot, motion, &base.pose());
   const hal::SteadyClock stopwatch;
   apps::LatencyHistogram histogram;
   for (auto _ : state) {

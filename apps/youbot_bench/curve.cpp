@@ -1,0 +1,27 @@
+#include "apps/youbot_bench/curve.h"
+
+#include <cmath>
+#include <cstdio>
+#include <stdexcept>
+
+#include "control/friction/wheel_curve.h"
+
+namespace youbot_bench {
+
+void print_curve(const CurveOptions& options) {
+  const double rows =
+      std::floor((options.to_rad_per_s - options.from_rad_per_s) / options.step_rad_per_s + 1e-9);
+  if (!(options.step_rad_per_s > 0 && rows >= 0 && rows <= 1e7))
+    throw std::invalid_argument("curve: --step must be positive and --from below --to");
+  const double limit = control::friction::kIdentifiedSpeed_rad_per_s;
+  if (std::abs(options.from_rad_per_s) > limit || std::abs(options.to_rad_per_s) > limit)
+    std::fprintf(stderr, "youbot-bench: nothing was measured beyond %g rad/s; the value there is held\n",
+                 limit);
+  std::printf("velocity_rad_per_s,torque_Nm\n");
+  for (double n = 0; n <= rows; ++n) {
+    const double velocity = options.from_rad_per_s + n * options.step_rad_per_s;
+    std::printf("%.10g,%.9g\n", velocity, control::friction::wheel_curve_Nm(options.wheel, velocity));
+  }
+}
+
+}  // namespace youbot_bench

@@ -1,0 +1,71 @@
+// youbot-bench: look at a bus, measure drives.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <stdexcept>
+#include <string>
+
+#include "apps/common/build_info.h"
+#include "apps/common/exit_code.h"
+#include "apps/youbot_bench/curve.h"
+#include "apps/youbot_bench/scan.h"
+#include "drivers/ethercat/raw_socket_link.h"
+
+namespace {
+
+/// "ethercat:eth0" → a link on eth0.
+drivers::ethercat::RawSocketLink open_link(const std::string& robot) {
+  const std::string prefix = "ethercat:";
+  if (!robot.starts_with(prefix))
+    throw std::invalid_argument("--robot: this command needs a bus, ethercat:IFACE, not '" + robot + "'");
+  return {robot.substr(prefix.size()), drivers::ethercat::RawSocketLink::Wait::kBlock};
+}
+
+}  // namespace
+
+// NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
+int main(int argc, char** argv) {
+  CLI::App app("Looks at a youBot's bus and measures its drives.", "youbot-bench");
+  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up.");
+  app.set_version_flag("--version", apps::build_version());
+  app.require_subcommand(1);
+
+  youbot_bench::CurveOptions curve;
+  CLI::App* const curve_command = app.add_subcommand("curve", "print the measured friction curve of a wheel");
+  curve_command->add_option("--wheel", curve.wheel, "1 to 4")->check(CLI::Range(1, 4))->required();
+  curve_command->add_option("--from", curve.from_rad_per_s, "rad/s");
+  curve_command->add_option("--to", curve.to_rad_per_s, "rad/s");
+  curve_command->add_option("--step", curve.step_rad_per_s, "rad/s");
+
+  std::string robot;
+  CLI::App* const scan_command =
+      app.add_subcommand("scan", "list the slaves on the bus and how they are cabled; changes nothing");
+  scan_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+  CLI::App* const parameters_command = app.add_subcommand(
+      "parameters", "print all axis parameters of all motor controllers; takes the bus to PRE-OP");
+  parameters_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? apps::kExitOk : apps::kExitUsage;
+  }
+  spdlog::set_default_logger(spdlog::stderr_color_st("youbot-bench"));
+  spdlog::set_pattern("%n: %^%l%$: %v");
+  try {
+    if (*curve_command) youbot_bench::print_curve(curve);
+    if (*scan_command || *parameters_command) {
+      drivers::ethercat::RawSocketLink link = open_link(robot);
+      *scan_command ? youbot_bench::print_scan(link) : youbot_bench::print_parameters(link);
+    }
+    return apps::kExitOk;
+  } catch (const std::invalid_argument& error) {
+    spdlog::error("{}", error.what());
+    return apps::kExitUsage;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return apps::kExitSetup;
+  }
+}

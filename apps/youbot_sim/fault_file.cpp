@@ -1,0 +1,82 @@
+#include "apps/youbot_sim/fault_file.h"
+
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+
+#include "apps/common/toml_reader.h"
+
+namespace youbot_sim {
+namespace {
+
+using sim::bus::BoardFault;
+using sim::bus::FaultEvent;
+using sim::bus::FaultKind;
+
+constexpr double kYear_s = 3e7;
+
+void read_time(apps::TomlTable& table, std::string_view key, std::chrono::nanoseconds& time) {
+  double seconds = std::chrono::duration<double>(time).count();
+  table.number(key, seconds, {.min = 0, .max = kYear_s});
+  time = std::chrono::nanoseconds(std::llround(1e9 * seconds));
+}
+
+template <typename T>
+void read_integer(apps::TomlTable& table, std::string_view key, T& value, const apps::NumberRules& rules) {
+  int number = static_cast<int>(value);
+  table.integer(key, number, rules);
+  value = static_cast<T>(number);
+}
+
+FaultEvent read_event(apps::TomlTable& table) {
+  FaultEvent event;
+  table.choice("kind", event.kind,
+               {{"drop_request", FaultKind::kDropRequest},
+                {"drop_reply", FaultKind::kDropReply},
+                {"delay", FaultKind::kDelay},
+                {"duplicate", FaultKind::kDuplicate},
+                {"truncate", FaultKind::kTruncate},
+                {"corrupt", FaultKind::kCorrupt},
+                {"wrong_counter", FaultKind::kWrongCounter},
+                {"damage_on_cable", FaultKind::kDamageOnCable},
+                {"slave_off", FaultKind::kSlaveOff},
+                {"cable_out", FaultKind::kCableOut},
+                {"brown_out", FaultKind::kBrownOut},
+                {"mailbox_hung", FaultKind::kMailboxHung},
+                {"board_fault", FaultKind::kBoardFault}},
+               {.required = true});
+  read_time(table, "at_s", event.at);
+  int at_frame = -1;
+  table.integer("at_frame", at_frame, {.min = 0});
+  if (at_frame >= 0) event.at_frame = static_cast<std::uint64_t>(at_frame);
+  read_integer(table, "count", event.count, {.min = 1});
+  read_time(table, "duration_s", event.duration);
+  int slave = 1;
+  table.integer("slave", slave, {.min = 1});
+  event.slave = static_cast<std::uint32_t>(slave - 1);
+  read_time(table, "delay_s", event.delay);
+  read_integer(table, "offset", event.offset, {.min = 0});
+  read_integer(table, "mask", event.mask, {.min = 1, .max = 255});
+  read_integer(table, "counter_change", event.counter_change, {});
+  read_integer(table, "datagram", event.datagram, {.min = 0});
+  table.choice("board_fault", event.board_fault,
+               {{"stuck_encoder", BoardFault::kStuckEncoder},
+                {"hall_sensor", BoardFault::kHallSensor},
+                {"undervoltage", BoardFault::kUndervoltage},
+                {"overvoltage", BoardFault::kOvervoltage},
+                {"overtemperature", BoardFault::kOvertemperature}});
+  return event;
+}
+
+}  // namespace
+
+std::vector<FaultEvent> load_faults(const std::filesystem::path& path) {
+  apps::TomlFile file = apps::TomlFile::parse(path);
+  std::vector<FaultEvent> events;
+  apps::TomlTable root = file.root();
+  for (apps::TomlTable& table : root.tables("fault")) events.push_back(read_event(table));
+  file.finish();
+  return events;
+}
+
+}  // namespace youbot_sim

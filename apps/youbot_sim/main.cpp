@@ -1,0 +1,131 @@
+// youbot-sim: serves an emulated youBot to any EtherCAT master on the other end of a network cable.
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <stdexcept>
+
+#include "apps/common/build_info.h"
+#include "apps/common/exit_code.h"
+#include "apps/common/toml_reader.h"
+#include "apps/youbot_sim/fault_file.h"
+#include "apps/youbot_sim/frame_socket.h"
+#include "apps/youbot_sim/server.h"
+#include "sim/bus/youbot_bus.h"
+
+namespace {
+
+using drivers::tmcl::Firmware;
+using sim::bus::Hardware;
+using sim::bus::RobotKind;
+
+std::atomic<bool> stop_requested{false};
+static_assert(std::atomic<bool>::is_always_lock_free, "written by a signal handler");
+
+void on_signal(int /*number*/) { stop_requested.store(true, std::memory_order_relaxed); }
+
+void stop_on_signals() {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
+
+const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
+                                               {"arm", RobotKind::kArm},
+                                               {"base+arm", RobotKind::kBaseAndArm},
+                                               {"two-arms", RobotKind::kTwoArms}};
+const std::map<std::string, Firmware> kFirmwares{{"148", Firmware::k148}, {"200", Firmware::k200}};
+const std::map<std::string, Hardware> kGenerations{{"first", Hardware::kFirst}, {"later", Hardware::kLater}};
+
+struct Arguments {
+  std::string interface;
+  std::string robot = "base+arm";
+  std::string firmware = "148";
+  std::string hardware = "later";
+  std::string faults_file;
+  double duration_s = 0.0;
+  bool quiet = false;
+};
+
+/// The wire takes its time by itself here, so emulated round trips stay off.
+sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
+  sim::bus::YoubotBusOptions options;
+  options.robot = kRobots.at(arguments.robot);
+  options.board.firmware = kFirmwares.at(arguments.firmware);
+  options.hardware = kGenerations.at(arguments.hardware);
+  options.wire.timed = false;
+  if (!arguments.faults_file.empty()) options.wire.faults = youbot_sim::load_faults(arguments.faults_file);
+  return options;
+}
+
+int run(const Arguments& arguments) {
+  sim::bus::YoubotBus robot(robot_options(arguments));
+  youbot_sim::FrameSocket socket(arguments.interface);
+  stop_on_signals();
+  if (!arguments.quiet) {
+    std::printf("serving %zu slaves on %s\n", robot.bus().size(), arguments.interface.c_str());
+    std::fflush(stdout);  // scripts wait for this line
+  }
+  const youbot_sim::ServerSummary summary = youbot_sim::serve(
+      robot, socket, std::chrono::nanoseconds(std::llround(1e9 * arguments.duration_s)), stop_requested);
+  if (!arguments.quiet) std::fputs(youbot_sim::report(summary, robot).c_str(), stdout);
+  if (summary.skipped.count() > 0)
+    spdlog::warn("the machine was too busy: {:.3f} s did not pass for the robot",
+                 std::chrono::duration<double>(summary.skipped).count());
+  if (summary.refused > 0) spdlog::warn("{} replies were refused by the interface", summary.refused);
+  return apps::kExitOk;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Serves an emulated youBot to an EtherCAT master on a raw socket. Needs CAP_NET_RAW.",
+               "youbot-sim");
+  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up.");
+  app.set_version_flag("--version", apps::build_version());
+  app.add_option("--interface", arguments.interface, "network interface, such as one end of a veth pair")
+      ->required();
+  app.add_option("--robot", arguments.robot, "what stands on the bus")
+      ->check(CLI::IsMember(&kRobots))
+      ->capture_default_str();
+  app.add_option("--firmware", arguments.firmware, "of the motor controllers")
+      ->check(CLI::IsMember(&kFirmwares))
+      ->capture_default_str();
+  app.add_option("--hardware", arguments.hardware, "generation that names the boards")
+      ->check(CLI::IsMember(&kGenerations))
+      ->capture_default_str();
+  app.add_option("--faults", arguments.faults_file, "TOML file; apps/youbot_sim/fault_file.h describes it")
+      ->check(CLI::ExistingFile);
+  app.add_option("--duration", arguments.duration_s, "end after this many seconds")
+      ->check(CLI::PositiveNumber);
+  app.add_flag("--quiet", arguments.quiet, "print problems only");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? apps::kExitOk : apps::kExitUsage;
+  }
+
+  spdlog::set_default_logger(spdlog::stderr_color_st("youbot-sim"));
+  spdlog::set_pattern("%n: %^%l%$: %v");
+  try {
+    return run(arguments);
+  } catch (const apps::ConfigError& error) {
+    for (const std::string& problem : error.problems()) spdlog::error("{}", problem);
+    return apps::kExitUsage;
+  } catch (const std::invalid_argument& error) {
+    spdlog::error("{}", error.what());
+    return apps::kExitUsage;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return apps::kExitSetup;
+  }
+}

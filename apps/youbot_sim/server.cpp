@@ -1,0 +1,73 @@
+#include "apps/youbot_sim/server.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+
+#include "drivers/ethercat/frame.h"
+
+namespace youbot_sim {
+namespace {
+
+using std::chrono::nanoseconds;
+using Clock = std::chrono::steady_clock;
+
+constexpr nanoseconds kLongestSleep = std::chrono::milliseconds(1);
+/// Further behind, emulation would never catch up, or run through the watchdogs in one go.
+constexpr nanoseconds kLongestCatchUp = std::chrono::milliseconds(50);
+
+}  // namespace
+
+ServerSummary serve(sim::bus::YoubotBus& robot, FrameSocket& socket, nanoseconds duration,
+                    const std::atomic<bool>& stop) noexcept {
+  ServerSummary summary;
+  std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> buffer;
+  sim::bus::EmulatedWire& wire = robot.wire();
+  const auto pass_replies_on = [&] {
+    for (std::size_t size = wire.receive(buffer); size > 0; size = wire.receive(buffer)) {
+      ++(socket.send(std::span(buffer).first(size)) ? summary.answered : summary.refused);
+    }
+  };
+
+  const Clock::time_point start = Clock::now();
+  Clock::time_point emulated = start;  // the clock's time that the robot has reached
+  while (!stop.load(std::memory_order_relaxed) && (duration.count() == 0 || emulated - start < duration)) {
+    nanoseconds sleep = kLongestSleep;
+    if (const auto due = wire.next_reply()) sleep = std::clamp(*due - wire.now(), nanoseconds(0), sleep);
+    const std::size_t size = socket.receive(buffer, sleep);
+    if (size > 0) {
+      ++summary.received;
+      wire.send(std::span(buffer).first(size));
+      pass_replies_on();
+    }
+    const Clock::time_point now = Clock::now();
+    const nanoseconds behind = now - emulated;
+    const nanoseconds step = std::min(behind, kLongestCatchUp);
+    summary.skipped += behind - step;
+    robot.advance(step);
+    emulated = now;
+    pass_replies_on();
+  }
+  summary.duration = emulated - start;
+  return summary;
+}
+
+std::string report(const ServerSummary& summary, sim::bus::YoubotBus& robot) {
+  const auto seconds = [](nanoseconds time) { return std::chrono::duration<double>(time).count(); };
+  std::string text = fmt::format("served {:.1f} s: {} frames received, {} answered\n",
+                                 seconds(summary.duration), summary.received, summary.answered);
+  if (robot.has_base()) {
+    const auto& pose = robot.base().pose();
+    text += fmt::format("base at x {:.3f} m, y {:.3f} m, yaw {:.3f} rad\n", pose.x_m, pose.y_m, pose.yaw_rad);
+  }
+  for (std::size_t arm = 0; arm < robot.arm_count(); ++arm) {
+    text += fmt::format("arm {} at", arm + 1);
+    for (std::size_t i = 0; i < 5; ++i)
+      text += fmt::format(" {:.3f}", robot.arm_joint(arm, i).position_rad());
+    text += " rad\n";
+  }
+  return text;
+}
+
+}  // namespace youbot_sim

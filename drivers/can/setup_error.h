@@ -1,0 +1,30 @@
+/// @file
+#pragma once
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace drivers::can {
+
+/// Thrown on set-up paths only. Reads "DEVICE: STEP: expected E, found F; what to try".
+class SetupError : public std::runtime_error {
+ public:
+  struct Report {
+    std::string device;  ///< the interface: "can0"
+    std::string step;
+    std::string expected;
+    std::string found;
+    std::string hint;  ///< what to try next
+  };
+  explicit SetupError(Report report)
+      : std::runtime_error(report.device + ": " + report.step + ": expected " + report.expected + ", found " +
+                           report.found + "; " + report.hint),
+        report_(std::move(report)) {}
+
+  const Report& report() const noexcept { return report_; }
+
+ private:
+  Report report_;
+};
+
+}  // namespace drivers::can

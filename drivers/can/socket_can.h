@@ -1,0 +1,73 @@
+/// @file
+/// Whole CAN frames through the kernel's raw CAN socket: classic frames, one interface.
+#pragma once
+#include <linux/can.h>
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "drivers/can/bus_error.h"
+#include "drivers/can/setup_error.h"
+
+namespace drivers::can {
+
+struct SocketCanOptions {
+  std::string interface = "can0";
+  std::uint32_t receive_id = 2;  ///< 11 bits; frames with other identifiers are filtered out by the kernel
+  /// What the interface must be set to; 0: whatever it is. Not set here: that takes an administrator.
+  std::uint32_t bitrate_bit_per_s = 1'000'000;
+};
+
+enum class Received : std::uint8_t {
+  kFrame,
+  kNothing,   ///< before the time was over
+  kBusError,  ///< an error frame: see SocketCan::bus_error()
+  kFailed,    ///< see SocketCan::last_error()
+};
+
+/// Owns a socket. One thread. send() and receive() neither allocate nor throw.
+class SocketCan {
+ public:
+  /// Setup. @throws SetupError saying what to do: no CAN in the kernel, no such interface, not a CAN
+  /// interface, down, other bit rate, no permission.
+  explicit SocketCan(const SocketCanOptions& options);
+  /// Takes over a socket that carries can_frame messages: a test's socketpair (SOCK_SEQPACKET).
+  SocketCan(int socket, std::string name) noexcept;
+  SocketCan(SocketCan&& other) noexcept;
+  SocketCan& operator=(SocketCan&& other) noexcept;
+  ~SocketCan();
+
+  /// Cycle: false when the kernel could not take the frame within `timeout` (0: at once); see last_error().
+  /// A bus on which nobody acknowledges shows as ENOBUFS or as time-out once the queue is full.
+  bool send(const can_frame& frame, std::chrono::nanoseconds timeout) noexcept;
+  /// Cycle: at most one frame.
+  Received receive(can_frame& frame, std::chrono::nanoseconds timeout) noexcept;
+
+  /// The latest error frame.
+  const BusError& bus_error() const noexcept { return bus_error_; }
+  /// errno of the last failure of send() or receive(), 0 if none.
+  int last_error() const noexcept { return last_error_; }
+  /// Forgets both, when the bus is seen to work again.
+  void clear_errors() noexcept {
+    bus_error_ = {};
+    last_error_ = 0;
+  }
+  const std::string& name() const noexcept { return name_; }
+
+ private:
+  bool wait_for(short events, std::chrono::nanoseconds timeout) noexcept;
+
+  int socket_ = -1;
+  std::string name_;
+  BusError bus_error_;
+  int last_error_ = 0;
+};
+
+/// Where opening can fail.
+enum class OpenStep : std::uint8_t { kSocket, kFind, kNotCan, kDown, kBitrate, kOptions, kBind };
+/// The message for a failure with this errno. `found_bit_per_s` is for kBitrate.
+SetupError open_error(OpenStep step, int error, const SocketCanOptions& options,
+                      std::uint32_t found_bit_per_s = 0);
+
+}  // namespace drivers::can

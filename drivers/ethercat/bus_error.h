@@ -1,0 +1,21 @@
+/// @file
+#pragma once
+#include <stdexcept>
+#include <string>
+
+namespace drivers::ethercat {
+
+/// Thrown on set-up paths only: which device, in which step, what was found and what to try.
+class BusError : public std::runtime_error {
+ public:
+  BusError(const std::string& device, const std::string& step, const std::string& problem)
+      : std::runtime_error(device + ": " + step + ": " + problem), device_(device), step_(step) {}
+  const std::string& device() const noexcept { return device_; }
+  const std::string& step() const noexcept { return step_; }
+
+ private:
+  std::string device_;
+  std::string step_;
+};
+
+}  // namespace drivers::ethercat

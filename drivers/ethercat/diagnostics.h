@@ -1,0 +1,105 @@
+/// @file
+/// How the bus is doing, always watched: round trips, and what each port of each slave counted as damaged.
+///
+///   Diagnostics diagnostics(slaves);
+///   each cycle:   diagnostics.round_trips().add(time_from_send_to_receive);
+///                 now and then: diagnostics.add(writer, index); ... diagnostics.answer(datagram);
+///   on demand:    for (const std::string& line : diagnostics.findings()) ...
+///                 // "slave 4 (TMCM-1610) port 0: 12 new CRC errors: check the cable from slave 3 (...)"
+#pragma once
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/ethercat/frame.h"
+#include "drivers/ethercat/slave.h"
+#include "drivers/ethercat/transceiver.h"
+
+namespace drivers::ethercat {
+
+/// Durations from 0 to 4 s in buckets an eighth of their value wide, 1 ns below 8 ns. Cycle: add().
+class RoundTripHistogram {
+ public:
+  void add(std::chrono::nanoseconds duration) noexcept;
+
+  std::uint64_t count() const noexcept { return count_; }
+  std::chrono::nanoseconds shortest() const noexcept { return shortest_; }  ///< 0 when nothing was added
+  std::chrono::nanoseconds longest() const noexcept { return longest_; }
+  /// The duration that `fraction` (0 to 1) of all stay at or below: at most 12.5 % too high, never above
+  /// longest(). Median: 0.5.
+  std::chrono::nanoseconds quantile(double fraction) const noexcept;
+
+ private:
+  static constexpr unsigned kSubBits = 3;
+  std::array<std::uint32_t, (32 - kSubBits + 1) << kSubBits> buckets_{};
+  std::uint64_t count_ = 0;
+  std::chrono::nanoseconds shortest_{};
+  std::chrono::nanoseconds longest_{};
+};
+
+struct PortErrors {
+  std::uint64_t invalid_frames = 0;  ///< damaged on the cable into this port: wrong check sequence
+  std::uint64_t symbol_errors = 0;   ///< RX_ER of the transceiver, in frames and between them
+  std::uint64_t forwarded = 0;       ///< frames that another slave had found damaged before
+  std::uint64_t lost_links = 0;
+  friend bool operator==(const PortErrors&, const PortErrors&) = default;
+};
+
+struct SlaveErrors {
+  std::array<PortErrors, 4> ports{};
+  std::uint64_t processing_unit = 0;  ///< frames that are no EtherCAT
+  std::uint64_t pdi = 0;              ///< accesses by the slave's own processor that failed
+  /// How often counts may be missing: a counter stood at its end (255), or went back without us.
+  std::uint64_t gaps = 0;
+};
+
+inline constexpr std::size_t kErrorRegisterBytes = 0x14;  ///< 0x0300 to 0x0313
+
+/// One slave in turn is asked for its error counters. They end at 255, so past the middle they are cleared by
+/// the same datagram that reads them (FPRW). Counted from their last clearing on, which
+/// PreOpBus::enter_pre_op() does. Cycle: all but the constructor and what returns text.
+class Diagnostics {
+ public:
+  /// Setup. @param slaves as scanned, with their cabling
+  explicit Diagnostics(std::vector<Slave> slaves);
+
+  RoundTripHistogram& round_trips() noexcept { return round_trips_; }
+  const RoundTripHistogram& round_trips() const noexcept { return round_trips_; }
+
+  /// Adds the datagram that asks the slave whose turn it is: 32 bytes. False when it does not fit.
+  bool add(FrameWriter& writer, std::uint8_t index) noexcept;
+  /// Its answer. A frame that is lost needs no call: the same slave is asked again.
+  void answer(const Datagram& datagram) noexcept;
+  /// The counters of slave i (from 0) as read; `cleared`: and set to zero by the same access.
+  void take(std::size_t i, std::span<const std::uint8_t, kErrorRegisterBytes> registers, bool cleared) noexcept;
+
+  std::size_t size() const noexcept { return stations_.size(); }
+  /// Since construction.
+  const SlaveErrors& errors(std::size_t i) const noexcept { return stations_[i].total; }
+  /// "New" counts from here.
+  void mark() noexcept;
+  /// What is new since mark(), in words, with what to check; empty when nothing is.
+  std::vector<std::string> findings() const;
+  /// "60000 frames sent: 2 lost, 0 late, 0 duplicate, 0 malformed, 0 not sent; round trip 38 us at least, ..."
+  std::string summary(const FrameCounters& counters) const;
+
+ private:
+  struct Station {
+    Slave slave;
+    std::array<std::uint8_t, kErrorRegisterBytes> last{};
+    SlaveErrors total;
+    SlaveErrors marked;
+    bool clear = false;  // at the next look
+  };
+  std::string far_end(const Slave& slave, std::size_t port) const;
+
+  RoundTripHistogram round_trips_;
+  std::vector<Station> stations_;
+  std::size_t turn_ = 0;
+};
+
+}  // namespace drivers::ethercat

@@ -1,0 +1,32 @@
+/// @file
+/// The wire as the master sees it: whole Ethernet frames out, whole frames in.
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace drivers::ethercat {
+
+/// Implementations: RawSocketLink (a network interface), the emulated bus of sim/bus (in process), and
+/// decorators that spoil chosen frames in tests. One thread.
+class Link {
+ public:
+  Link() = default;
+  Link(const Link&) = delete;
+  Link& operator=(const Link&) = delete;
+  virtual ~Link() = default;
+
+  /// Cycle: false when the frame could not be handed over (cable out, interface down); see last_error().
+  virtual bool send(std::span<const std::uint8_t> frame) noexcept = 0;
+  /// Cycle: the next EtherCAT frame that came back, copied into `buffer`; its size, or 0 when none came
+  /// before `timeout` was over. Frames of our own as they go out are not delivered.
+  virtual std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept = 0;
+  /// errno of the last failure of send() or receive(), 0 if none.
+  virtual int last_error() const noexcept = 0;
+  /// For messages: "eth0".
+  virtual const std::string& name() const noexcept = 0;
+};
+
+}  // namespace drivers::ethercat

@@ -1,0 +1,342 @@
+#include "drivers/ethercat/op_bus.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "drivers/ethercat/bus_error.h"
+#include "drivers/ethercat/registers.h"
+
+namespace drivers::ethercat {
+namespace {
+
+using std::chrono::nanoseconds;
+
+// Beside the image: the state of all, of one slave, and what answers at its place; and one step or mailbox.
+constexpr std::size_t kSupervisionBytes = 2 + 6 + 2;
+constexpr std::size_t kLongestStep = 22;
+
+/// LRW counts 1 for a read and 2 for a write.
+std::uint16_t counter_of(const Slave& slave) noexcept {
+  return static_cast<std::uint16_t>((slave.inputs.bytes > 0 ? 1 : 0) + (slave.outputs.bytes > 0 ? 2 : 0));
+}
+
+std::size_t bytes_of(const Slave& slave) noexcept {
+  return std::size_t{slave.outputs.bytes} + slave.inputs.bytes;
+}
+
+std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<SetupStep>& second) {
+  first.insert(first.end(), second.begin(), second.end());
+  return first;
+}
+
+}  // namespace
+
+OpBus::Station::Station(Slave slave)
+    : info(std::move(slave)),
+      mailbox(info),
+      restart_steps(joined(steps_to_identify(info), steps_to_pre_op(info))),
+      resume_steps(joined(steps_to_safe_op(info), steps_to_op())),
+      op_steps(steps_to_op()),
+      expected_counter(counter_of(info)) {}
+
+OpBus::OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options)
+    : transceiver_(std::move(transceiver)), options_(options) {
+  if (slaves.empty()) throw BusError(transceiver_->link().name(), "start", "there are no slaves");
+  std::size_t image = 0;
+  slaves_.reserve(slaves.size());
+  for (Slave& slave : slaves) {
+    image += bytes_of(slave);
+    slaves_.emplace_back(std::move(slave));
+  }
+  // The image must fit one frame in its split form too, with room for the supervision and repair or mailbox
+  // of at least one slave a cycle.
+  std::size_t service = kLongestStep;
+  for (const Station& station : slaves_)
+    if (station.mailbox.exists())
+      service = std::max({service, std::size_t{station.info.sii.mailbox_out.length},
+                          std::size_t{station.info.sii.mailbox_in.length}});
+  const std::size_t frame =
+      kFrameHeaderBytes + image + service + kSupervisionBytes + (slaves_.size() + 4) * kDatagramOverheadBytes;
+  if (frame > kMaxFrameBytes)
+    throw BusError(transceiver_->link().name(), "lay out the process image",
+                   std::to_string(image) + " bytes of " + std::to_string(slaves_.size()) +
+                       " slaves, with supervision and a mailbox of " + std::to_string(service) +
+                       ", need a frame of " + std::to_string(frame) +
+                       " bytes: " + std::to_string(kMaxFrameBytes) + " are possible");
+  output_image_.resize(image);
+  input_image_.resize(image);
+  entries_.reserve(4 * slaves_.size() + 2);
+  for (Station& station : slaves_)
+    station.setup.begin(station.info.station, station.op_steps, options_.step_timeout);
+}
+
+std::span<std::uint8_t> OpBus::outputs(std::size_t i) noexcept {
+  const ProcessDataWindow& window = slaves_[i].info.outputs;
+  return {output_image_.data() + window.image_offset, window.bytes};
+}
+
+std::span<const std::uint8_t> OpBus::inputs(std::size_t i) const noexcept {
+  const ProcessDataWindow& window = slaves_[i].info.inputs;
+  return {input_image_.data() + window.image_offset, window.bytes};
+}
+
+CycleResult OpBus::exchange(nanoseconds now) noexcept {
+  result_ = {};
+  image_whole_ = broadcast_clean_ = false;
+  for (Station& station : slaves_) {
+    station.asked = station.probed = false;
+    station.health.inputs_fresh = false;
+    result_.expected_working_counter =
+        static_cast<std::uint16_t>(result_.expected_working_counter + station.expected_counter);
+    if (station.health.condition != SlaveCondition::kOperational) {
+      // Not operational, it must not find an old set value when it comes back.
+      const ProcessDataWindow& window = station.info.outputs;
+      std::fill_n(output_image_.begin() + window.image_offset, window.bytes, std::uint8_t{0});
+    }
+  }
+  build_frame(now);
+  result_.answered = transceiver_->exchange(options_.frame_timeout);
+  if (result_.answered) {
+    FrameReader answer = transceiver_->answer();
+    Datagram datagram;
+    for (const Entry& entry : entries_)
+      if (answer.next(datagram)) take(entry, datagram, now);
+  } else {
+    for (const Entry& entry : entries_)
+      if (entry.purpose == Purpose::kMailbox) slaves_[entry.slave].mailbox.frame_lost();
+  }
+  update_conditions();
+  return result_;
+}
+
+void OpBus::build_frame(nanoseconds now) noexcept {
+  FrameWriter& writer = transceiver_->begin();
+  const std::uint8_t index = transceiver_->index();
+  entries_.clear();
+  if (!suspicious_ && !output_image_.empty()) {
+    const Datagram image = writer.add(Command::kLrw, index, 0, output_image_.size());
+    if (add(Purpose::kImage, 0, image))
+      std::copy(output_image_.begin(), output_image_.end(), image.data.begin());
+  }
+  if (suspicious_)
+    for (std::size_t i = 0; i < slaves_.size(); ++i) {
+      const Slave& slave = slaves_[i].info;
+      const std::size_t bytes = bytes_of(slave);
+      if (bytes == 0) continue;
+      const std::uint32_t offset = slave.outputs.image_offset;
+      const Datagram part = writer.add(Command::kLrw, index, offset, bytes);
+      if (add(Purpose::kSlaveImage, i, part))
+        std::copy_n(output_image_.begin() + offset, bytes, part.data.begin());
+    }
+  add(Purpose::kBroadcastState, 0, writer.add(Command::kBrd, index, address_of(0, reg::kAlStatus), 2));
+
+  // In turn, so that neither a slave with much to say nor the supervision of many keeps one of them from the
+  // frame's free room.
+  turn_ = (turn_ + 1) % slaves_.size();
+  add_supervision(writer, index, turn_);
+  add_service(writer, index, turn_, now);
+  for (std::size_t n = 1; n < slaves_.size() && suspicious_; ++n)
+    add_supervision(writer, index, (turn_ + n) % slaves_.size());
+  for (std::size_t n = 1; n < slaves_.size(); ++n)
+    add_service(writer, index, (turn_ + n) % slaves_.size(), now);
+}
+
+bool OpBus::add(Purpose purpose, std::size_t slave, const Datagram& datagram) noexcept {
+  if (datagram.counter == nullptr) return false;
+  entries_.push_back({purpose, static_cast<std::uint16_t>(slave)});
+  return true;
+}
+
+void OpBus::add_supervision(FrameWriter& writer, std::uint8_t index, std::size_t i) noexcept {
+  const Slave& slave = slaves_[i].info;
+  slaves_[i].asked = add(Purpose::kProbe, i,
+                         writer.add(Command::kFprd, index, address_of(slave.station, reg::kAlStatus), 6));
+  if (slaves_[i].health.condition != SlaveCondition::kLost) return;
+  // A slave that lost power has lost its address: look at its place.
+  const std::uint16_t place = position_address(static_cast<std::uint16_t>(slave.position - 1));
+  add(Purpose::kFind, i, writer.add(Command::kAprd, index, address_of(place, reg::kStationAddress), 2));
+}
+
+void OpBus::add_service(FrameWriter& writer, std::uint8_t index, std::size_t i, nanoseconds now) noexcept {
+  Station& station = slaves_[i];
+  switch (station.health.condition) {
+    case SlaveCondition::kForeign: station.mailbox.expire(now); return;
+    case SlaveCondition::kLost:
+      station.mailbox.expire(now);
+      if (station.found) {
+        const std::uint16_t place = position_address(static_cast<std::uint16_t>(station.info.position - 1));
+        const Datagram datagram =
+            writer.add(Command::kApwr, index, address_of(place, reg::kStationAddress), 2);
+        if (add(Purpose::kAddress, i, datagram)) store_le(datagram.data.data(), station.info.station);
+      }
+      return;
+    case SlaveCondition::kRestarting:
+    case SlaveCondition::kResuming:
+      station.mailbox.expire(now);
+      if (station.setup.request(writer, index, now))
+        entries_.push_back({Purpose::kSetup, static_cast<std::uint16_t>(i)});
+      return;
+    case SlaveCondition::kOperational:
+    case SlaveCondition::kStopped:
+    case SlaveCondition::kNeedsParameters:
+      if (station.mailbox.add(writer, index, now))
+        entries_.push_back({Purpose::kMailbox, static_cast<std::uint16_t>(i)});
+      return;
+  }
+}
+
+void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) noexcept {
+  Station& station = slaves_[entry.slave];
+  const std::uint16_t counter = datagram.working_counter();
+  switch (entry.purpose) {
+    case Purpose::kImage:
+      result_.working_counter = counter;
+      image_whole_ = counter == result_.expected_working_counter;
+      if (image_whole_) std::copy(datagram.data.begin(), datagram.data.end(), input_image_.begin());
+      break;
+    case Purpose::kSlaveImage:
+      result_.working_counter = static_cast<std::uint16_t>(result_.working_counter + counter);
+      if (counter == station.expected_counter)
+        accept_inputs(station, datagram.data.subspan(station.info.outputs.bytes));
+      break;
+    case Purpose::kBroadcastState:
+      broadcast_clean_ =
+          counter == slaves_.size() && datagram.data[0] == static_cast<std::uint8_t>(AlState::kOp);
+      break;
+    case Purpose::kProbe: take_probe(station, datagram); break;
+    case Purpose::kMailbox: station.mailbox.answer(datagram); break;
+    case Purpose::kSetup: station.setup.answer(datagram, now); break;
+    case Purpose::kFind:
+      // The place may be a neighbour's while others are missing: only a device without address is ours.
+      station.found = counter != 0 && load_le<std::uint16_t>(datagram.data.data()) == 0;
+      break;
+    case Purpose::kAddress:
+      if (counter == 0) break;
+      station.identified = false;
+      restart(station);
+      break;
+  }
+}
+
+void OpBus::take_probe(Station& station, const Datagram& datagram) noexcept {
+  if (datagram.working_counter() == 0) return;
+  station.probed = true;
+  station.silent_cycles = 0;
+  station.health.state = static_cast<AlState>(datagram.data[0] & 0x0F);
+  station.health.al_error = (datagram.data[0] & reg::kAlError) != 0;
+  station.health.al_code = load_le<std::uint16_t>(&datagram.data[4]);
+  if (station.health.condition != SlaveCondition::kLost) return;
+  if (station.identified)
+    station.health.condition = SlaveCondition::kStopped;
+  else
+    restart(station);
+}
+
+void OpBus::restart(Station& station) noexcept {
+  station.found = false;
+  station.silent_cycles = 0;
+  station.mailbox.restart();
+  station.health.condition = SlaveCondition::kRestarting;
+  station.setup.begin(station.info.station, station.restart_steps, options_.step_timeout);
+}
+
+void OpBus::accept_inputs(Station& station, std::span<const std::uint8_t> inputs) noexcept {
+  std::copy(inputs.begin(), inputs.end(), input_image_.begin() + station.info.inputs.image_offset);
+  station.health.inputs_fresh = true;
+}
+
+void OpBus::update_conditions() noexcept {
+  const bool clean = image_whole_ && broadcast_clean_;
+  bool all_operational = true;
+  for (Station& station : slaves_) {
+    SlaveHealth& health = station.health;
+    if (image_whole_ || (bytes_of(station.info) == 0 && (station.probed || broadcast_clean_)))
+      health.inputs_fresh = true;
+    if (clean) {
+      health.state = AlState::kOp;
+      health.al_error = false;
+      station.silent_cycles = 0;
+    } else if ((station.asked || !result_.answered) && suspicious_ && !station.probed &&
+               health.condition != SlaveCondition::kLost) {
+      if (++station.silent_cycles >= options_.lost_after_cycles) lose(station);
+    }
+    const bool in_op = health.state == AlState::kOp && !health.al_error;
+    switch (health.condition) {
+      case SlaveCondition::kOperational:
+        if (!in_op) {
+          health.condition = SlaveCondition::kStopped;
+          ++health.times_lost;
+        }
+        break;
+      case SlaveCondition::kRestarting:
+        if (station.setup.status() == SlaveSetup::Status::kDone) {
+          station.identified = true;
+          health.condition = SlaveCondition::kNeedsParameters;
+        }
+        if (station.setup.status() == SlaveSetup::Status::kFailed) {
+          lose(station);
+          if (station.setup.is_another_device()) health.condition = SlaveCondition::kForeign;
+        }
+        break;
+      case SlaveCondition::kResuming:
+        if (station.setup.status() == SlaveSetup::Status::kDone)
+          health.condition = SlaveCondition::kOperational;
+        if (station.setup.status() == SlaveSetup::Status::kFailed)
+          health.condition = SlaveCondition::kStopped;
+        break;
+      case SlaveCondition::kLost:
+      case SlaveCondition::kStopped:
+      case SlaveCondition::kForeign:
+      case SlaveCondition::kNeedsParameters: break;
+    }
+    all_operational = all_operational && health.condition == SlaveCondition::kOperational;
+  }
+  result_.all_operational =
+      all_operational && result_.answered && result_.working_counter == result_.expected_working_counter;
+  // One clean split frame ends the suspicion; anything odd begins it.
+  suspicious_ = !(all_operational && result_.all_operational && broadcast_clean_);
+}
+
+void OpBus::lose(Station& station) noexcept {
+  if (station.health.condition == SlaveCondition::kOperational) ++station.health.times_lost;
+  station.health.condition = SlaveCondition::kLost;
+  station.health.state = AlState::kNone;
+  station.found = false;
+  station.mailbox.clear();
+}
+
+void OpBus::leave_op() noexcept {
+  // A few times: the frame may get lost, and nobody looks any more.
+  for (const AlState state : {AlState::kSafeOp, AlState::kSafeOp, AlState::kPreOp, AlState::kInit}) {
+    FrameWriter& writer = transceiver_->begin();
+    if (!output_image_.empty()) writer.add(Command::kLrw, transceiver_->index(), 0, output_image_.size());
+    const Datagram request =
+        writer.add(Command::kBwr, transceiver_->index(), address_of(0, reg::kAlControl), 2);
+    if (request.counter != nullptr) request.data[0] = static_cast<std::uint8_t>(state);
+    (void)transceiver_->exchange(options_.frame_timeout);
+  }
+}
+
+void OpBus::resume(std::size_t i) noexcept {
+  Station& station = slaves_[i];
+  SlaveHealth& health = station.health;
+  if (health.condition != SlaveCondition::kStopped && health.condition != SlaveCondition::kNeedsParameters)
+    return;
+  const auto run = [&](const std::vector<SetupStep>& steps) {
+    health.condition = SlaveCondition::kResuming;
+    station.setup.begin(station.info.station, steps, options_.step_timeout);
+  };
+  switch (health.state) {
+    case AlState::kSafeOp:
+    case AlState::kOp: run(station.op_steps); break;
+    case AlState::kPreOp: run(station.resume_steps); break;
+    default: restart(station); break;  // it forgot its configuration
+  }
+}
+
+std::string OpBus::failure(std::size_t i) const {
+  const SlaveSetup& setup = slaves_[i].setup;
+  return setup.status() == SlaveSetup::Status::kFailed ? setup.failure() : std::string();
+}
+
+}  // namespace drivers::ethercat

@@ -1,0 +1,145 @@
+/// @file
+/// The bus in operation: one frame a cycle with process data, mailboxes, supervision and repair.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drivers/ethercat/mailbox_line.h"
+#include "drivers/ethercat/slave.h"
+#include "drivers/ethercat/slave_setup.h"
+#include "drivers/ethercat/transceiver.h"
+
+namespace drivers::ethercat {
+
+/// How a slave is doing. Only kOperational slaves' outputs act and inputs are fresh.
+enum class SlaveCondition : std::uint8_t {
+  kOperational,
+  kLost,             ///< does not answer
+  kStopped,          ///< answers, but is not in OP (watchdog, error of its own)
+  kRestarting,       ///< found again, on its way to PRE-OP
+  kNeedsParameters,  ///< in PRE-OP, lost its RAM: mailbox works; waits for resume()
+  kResuming,         ///< on its way to OP
+  kForeign,          ///< another device came in its place; left alone until that is gone
+};
+
+struct SlaveHealth {
+  SlaveCondition condition = SlaveCondition::kResuming;
+  AlState state = AlState::kNone;
+  bool al_error = false;
+  std::uint16_t al_code = 0;
+  bool inputs_fresh = false;     ///< in the last cycle
+  std::uint64_t times_lost = 0;  ///< transitions away from kOperational
+};
+
+struct CycleResult {
+  bool answered = false;  ///< the frame came back
+  bool all_operational = false;
+  std::uint16_t working_counter = 0;
+  std::uint16_t expected_working_counter = 0;
+};
+
+/// One frame per exchange():
+/// - normally one LRW over the whole image; while anything is wrong, one LRW per slave, so that the working
+///   counter tells slave by slave whose data is good (3: read 1 + write 2);
+/// - a broadcast read of the AL status, which shows any slave that left OP although it still answers;
+/// - one supervision datagram for one slave in turn, for all while something is wrong;
+/// - at most one mailbox or repair datagram per slave, in turn, as room permits.
+/// A lost slave that answers to its station address again was only out of reach. One that lost its address,
+/// and with it its memory, is looked for at its place on the bus, gets the address back, and if vendor and
+/// product are right is brought to PRE-OP, where it waits for its parameters and resume(). A slave that fell
+/// out of OP with its memory intact waits for resume() alone.
+/// Cycle-safe after construction; one thread.
+class OpBus {
+ public:
+  struct Options {
+    std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
+    std::chrono::nanoseconds step_timeout = std::chrono::seconds(1);  ///< of one repair step
+    int lost_after_cycles = 3;  ///< cycles without an answer until a slave counts as lost
+  };
+
+  /// Slaves are in SAFE-OP and configured; they are taken to OP by the first exchanges.
+  OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options);
+
+  std::size_t size() const noexcept { return slaves_.size(); }
+  const Slave& slave(std::size_t i) const noexcept { return slaves_[i].info; }
+  const SlaveHealth& health(std::size_t i) const noexcept { return slaves_[i].health; }
+
+  /// Written before exchange(); zero after construction and while the slave is not operational.
+  std::span<std::uint8_t> outputs(std::size_t i) noexcept;
+  /// As of the last cycle with SlaveHealth::inputs_fresh.
+  std::span<const std::uint8_t> inputs(std::size_t i) const noexcept;
+  MailboxLine& mailbox(std::size_t i) noexcept { return slaves_[i].mailbox; }
+
+  CycleResult exchange(std::chrono::nanoseconds now) noexcept;
+  /// Asks all slaves to leave OP, outputs zero. Nothing is to be exchanged afterwards.
+  void leave_op() noexcept;
+  /// Takes slave i from kStopped or kNeedsParameters to OP.
+  void resume(std::size_t i) noexcept;
+  /// Setup: why the last attempt to change the state of slave i failed, in words; empty if it did not.
+  std::string failure(std::size_t i) const;
+
+  const FrameCounters& counters() const noexcept { return transceiver_->counters(); }
+
+ private:
+  /// Why a datagram is in the frame; they come back in order.
+  enum class Purpose : std::uint8_t {
+    kImage,
+    kSlaveImage,
+    kBroadcastState,
+    kProbe,
+    kMailbox,
+    kSetup,
+    kFind,
+    kAddress
+  };
+  struct Entry {
+    Purpose purpose;
+    std::uint16_t slave;
+  };
+  struct Station {
+    explicit Station(Slave slave);
+    Slave info;
+    MailboxLine mailbox;
+    SlaveSetup setup;
+    SlaveHealth health;
+    std::vector<SetupStep> restart_steps;  // to PRE-OP
+    std::vector<SetupStep> resume_steps;   // from PRE-OP to OP
+    std::vector<SetupStep> op_steps;       // from SAFE-OP to OP
+    std::uint16_t expected_counter = 0;
+    int silent_cycles = 0;
+    bool asked = false;      // for its state, in this frame
+    bool probed = false;     // and it answered
+    bool found = false;      // something without address answers at its place
+    bool identified = true;  // whatever has its address is the right device
+  };
+
+  void build_frame(std::chrono::nanoseconds now) noexcept;
+  bool add(Purpose purpose, std::size_t slave, const Datagram& datagram) noexcept;
+  void add_supervision(FrameWriter& writer, std::uint8_t index, std::size_t i) noexcept;
+  void add_service(FrameWriter& writer, std::uint8_t index, std::size_t i,
+                   std::chrono::nanoseconds now) noexcept;
+  void take(const Entry& entry, const Datagram& datagram, std::chrono::nanoseconds now) noexcept;
+  void take_probe(Station& station, const Datagram& datagram) noexcept;
+  void accept_inputs(Station& station, std::span<const std::uint8_t> inputs) noexcept;
+  void update_conditions() noexcept;
+  void lose(Station& station) noexcept;
+  void restart(Station& station) noexcept;
+
+  std::unique_ptr<Transceiver> transceiver_;
+  Options options_;
+  std::vector<Station> slaves_;
+  std::vector<std::uint8_t> output_image_;
+  std::vector<std::uint8_t> input_image_;
+  std::vector<Entry> entries_;  // of the frame under way; capacity fixed
+  bool suspicious_ = true;      // look at every slave
+  std::size_t turn_ = 0;        // whose supervision and service comes first
+  bool image_whole_ = false;    // the single LRW had its full counter
+  bool broadcast_clean_ = false;
+  CycleResult result_;
+};
+
+}  // namespace drivers::ethercat

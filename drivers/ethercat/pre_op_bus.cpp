@@ -1,0 +1,127 @@
+#include "drivers/ethercat/pre_op_bus.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdio>
+#include <utility>
+
+#include "drivers/ethercat/bus_error.h"
+#include "drivers/ethercat/monotonic_clock.h"
+#include "drivers/ethercat/registers.h"
+
+namespace drivers::ethercat {
+
+PreOpBus::PreOpBus(Link& link, FrameTap* tap, const Options& options)
+    : transceiver_(std::make_unique<Transceiver>(link, tap)),
+      options_(options),
+      access_(*transceiver_, options.access),
+      slaves_(scan_bus(access_, link.name())) {
+  for (const Slave& slave : slaves_) mailboxes_.emplace_back(slave);
+}
+
+void PreOpBus::enter_pre_op() {
+  // Whatever a previous master left: outputs off first, then its mappings.
+  (void)access_.broadcast_write(
+      reg::kAlControl,
+      std::array<std::uint8_t, 2>{static_cast<std::uint8_t>(AlState::kInit) | reg::kAlError, 0});
+  const std::array<std::uint8_t, 16 * reg::kFmmuBytes> no_fmmus{};
+  const std::array<std::uint8_t, 8 * reg::kSyncManagerBytes> no_sync_managers{};
+  (void)access_.broadcast_write(reg::kFmmu, no_fmmus);
+  (void)access_.broadcast_write(reg::kSyncManager, no_sync_managers);
+  const std::array<std::uint8_t, 20> no_errors{};
+  (void)access_.broadcast_write(reg::kRxErrorCounters, no_errors);
+
+  std::vector<std::vector<SetupStep>> steps;
+  std::vector<SlaveSetup> setups(slaves_.size());
+  for (const Slave& slave : slaves_) steps.push_back(steps_to_pre_op(slave));
+  for (std::size_t i = 0; i < setups.size(); ++i)
+    setups[i].begin(slaves_[i].station, steps[i], options_.state_timeout);
+  run_setups(setups);
+}
+
+void PreOpBus::run_setups(std::vector<SlaveSetup>& setups) {
+  const auto running = [&](std::size_t i) { return setups[i].status() == SlaveSetup::Status::kRunning; };
+  const auto any_running = [&] {
+    for (std::size_t i = 0; i < setups.size(); ++i)
+      if (running(i)) return true;
+    return false;
+  };
+  while (any_running()) {
+    access_.each(
+        setups.size(), [&](std::size_t i) { return !running(i); },
+        [&](FrameWriter& writer, std::uint8_t index, std::size_t i) {
+          if (setups[i].request(writer, index, monotonic_now())) return true;
+          // Timed out just now: a placeholder keeps datagrams and slaves in step.
+          return !running(i) && writer.add(Command::kNop, index, 0, 0).counter != nullptr;
+        },
+        [&](const Datagram& datagram, std::size_t i) { setups[i].answer(datagram, monotonic_now()); });
+  }
+  for (std::size_t i = 0; i < setups.size(); ++i)
+    if (setups[i].status() == SlaveSetup::Status::kFailed)
+      throw BusError(slaves_[i].label(), "change state", setups[i].failure());
+}
+
+std::span<const std::uint8_t> PreOpBus::mailbox_exchange(std::size_t i,
+                                                         std::span<const std::uint8_t> request) {
+  MailboxLine& line = mailboxes_[i];
+  line.clear();
+  if (!line.post(request, options_.mailbox_timeout))
+    throw BusError(slaves_[i].label(), "use its mailbox",
+                   line.exists() ? "the request is longer than the mailbox" : "it has none");
+  while (line.status() == MailboxLine::Status::kBusy) {
+    FrameWriter& writer = transceiver_->begin();
+    if (!line.add(writer, transceiver_->index(), monotonic_now())) continue;
+    if (!transceiver_->exchange(options_.access.frame_timeout)) {
+      line.frame_lost();
+      continue;
+    }
+    FrameReader answer = transceiver_->answer();
+    Datagram datagram;
+    if (answer.next(datagram)) line.answer(datagram);
+  }
+  if (line.status() != MailboxLine::Status::kReplied)
+    throw BusError(slaves_[i].label(), "wait for its mailbox", "no reply in time");
+  return line.reply();
+}
+
+OpBus PreOpBus::start() && {
+  std::vector<std::vector<SetupStep>> steps;
+  std::vector<SlaveSetup> setups(slaves_.size());
+  for (const Slave& slave : slaves_) steps.push_back(steps_to_safe_op(slave));
+  for (std::size_t i = 0; i < setups.size(); ++i)
+    setups[i].begin(slaves_[i].station, steps[i], options_.state_timeout);
+  run_setups(setups);
+
+  OpBus::Options cyclic = options_.cyclic;
+  cyclic.step_timeout = options_.state_timeout;
+  OpBus bus(std::move(transceiver_), std::move(slaves_), cyclic);
+  // Some slaves enter OP only while they see outputs: the cycle runs at once.
+  const std::chrono::nanoseconds begin = monotonic_now();
+  const std::chrono::nanoseconds deadline = begin + options_.state_timeout;
+  while (!bus.exchange(monotonic_now()).all_operational) {
+    for (std::size_t i = 0; i < bus.size(); ++i) {
+      const SlaveHealth& health = bus.health(i);
+      const bool refused =
+          health.condition == SlaveCondition::kStopped || health.condition == SlaveCondition::kLost;
+      if (!refused && (monotonic_now() <= deadline || health.condition == SlaveCondition::kOperational))
+        continue;
+      if (const std::string failure = bus.failure(i); !failure.empty())
+        throw BusError(bus.slave(i).label(), "change state", failure);
+      char text[200];
+      std::snprintf(
+          text, sizeof text,
+          "OP not reached: it is in %s%s, AL status code (register 0x0134) 0x%04X %s, after %lld ms",
+          to_string(health.state), health.al_error ? " with error" : "", health.al_code,
+          describe_al_status_code(health.al_code),
+          static_cast<long long>(
+              std::chrono::duration_cast<std::chrono::milliseconds>(monotonic_now() - begin).count()));
+      throw BusError(bus.slave(i).label(), "change state", text);
+    }
+    if (monotonic_now() > deadline)
+      throw BusError("the bus", "start the cycle",
+                     "all slaves are in OP, but the working counter stays short of what was mapped");
+  }
+  return bus;
+}
+
+}  // namespace drivers::ethercat

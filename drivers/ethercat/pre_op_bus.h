@@ -1,0 +1,61 @@
+/// @file
+/// The bus during set-up: scanned, checked, in PRE-OP, mailboxes working. Turns into an OpBus.
+///
+///   PreOpBus setup(link, nullptr, {});                 // throws BusError
+///   check_topology(setup.slaves(), expected, "eth0");
+///   setup.enter_pre_op();
+///   setup.mailbox_exchange(3, request);                // parameters
+///   OpBus bus = std::move(setup).start();              // SAFE-OP, then OP
+#pragma once
+#include <chrono>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "drivers/ethercat/bus_scan.h"
+#include "drivers/ethercat/mailbox_line.h"
+#include "drivers/ethercat/op_bus.h"
+#include "drivers/ethercat/register_access.h"
+#include "drivers/ethercat/transceiver.h"
+
+namespace drivers::ethercat {
+
+/// Setup only: everything blocks and throws.
+class PreOpBus {
+ public:
+  struct Options {
+    RegisterAccess::Options access;
+    std::chrono::nanoseconds state_timeout = std::chrono::seconds(3);
+    std::chrono::nanoseconds mailbox_timeout = std::chrono::milliseconds(500);
+    OpBus::Options cyclic;
+  };
+
+  /// Scans. `link` and `tap` (null: none) outlive the bus it turns into. @throws BusError.
+  PreOpBus(Link& link, FrameTap* tap, const Options& options);
+
+  const std::vector<Slave>& slaves() const noexcept { return slaves_; }
+
+  /// Resets every slave to INIT and takes all side by side to PRE-OP.
+  /// @throws BusError with slave, requested and actual state, AL status code in words, elapsed time.
+  void enter_pre_op();
+
+  /// One request and its reply through the mailbox of slave i (from 0); the reply is valid until the next
+  /// call.
+  /// @throws BusError when the slave has no mailbox or does not reply in time.
+  std::span<const std::uint8_t> mailbox_exchange(std::size_t i, std::span<const std::uint8_t> request);
+
+  /// Configures process data, takes all slaves to SAFE-OP and, with process data cycling, to OP.
+  /// @throws BusError as enter_pre_op().
+  OpBus start() &&;
+
+ private:
+  void run_setups(std::vector<SlaveSetup>& setups);
+
+  std::unique_ptr<Transceiver> transceiver_;
+  Options options_;
+  RegisterAccess access_;
+  std::vector<Slave> slaves_;
+  std::vector<MailboxLine> mailboxes_;
+};
+
+}  // namespace drivers::ethercat

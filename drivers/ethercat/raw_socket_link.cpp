@@ -1,0 +1,103 @@
+#include "drivers/ethercat/raw_socket_link.h"
+
+#include <arpa/inet.h>
+#include <linux/if_packet.h>
+#include <net/if.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "drivers/ethercat/bus_error.h"
+#include "drivers/ethercat/frame.h"
+#include "drivers/ethercat/monotonic_clock.h"
+
+namespace drivers::ethercat {
+namespace {
+
+using std::chrono::nanoseconds;
+
+[[noreturn]] void fail(const std::string& interface, const char* step, int error) {
+  const char* hint = "";
+  if (error == EPERM || error == EACCES)
+    hint = "; give the program CAP_NET_RAW (setcap cap_net_raw+ep) or run it as root";
+  if (error == ENODEV) hint = "; 'ip link' lists the interfaces there are";
+  throw BusError(interface, step, std::strerror(error) + std::string(hint));
+}
+
+/// Closes the descriptor unless the constructor got through.
+struct Descriptor {
+  int value;
+  ~Descriptor() {
+    if (value >= 0) close(value);
+  }
+  int release() { return std::exchange(value, -1); }
+};
+
+}  // namespace
+
+RawSocketLink::RawSocketLink(const std::string& interface, Wait wait) : interface_(interface), wait_(wait) {
+  if (interface.empty() || interface.size() >= IFNAMSIZ)
+    throw BusError("'" + interface + "'", "open", "not the name of a network interface");
+  Descriptor descriptor{socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0)};
+  if (descriptor.value < 0) fail(interface, "open a raw socket", errno);
+
+  ifreq request{};
+  std::memcpy(request.ifr_name, interface.c_str(), interface.size());
+  if (ioctl(descriptor.value, SIOCGIFINDEX, &request) != 0) fail(interface, "find the interface", errno);
+  const int index = request.ifr_ifindex;
+  if (ioctl(descriptor.value, SIOCGIFFLAGS, &request) != 0)
+    fail(interface, "read the interface's flags", errno);
+  if ((request.ifr_flags & IFF_UP) == 0)
+    throw BusError(interface, "open", "the interface is down; 'ip link set " + interface + " up'");
+
+  // Frames of our own come back as outgoing copies otherwise; and a queueing discipline only delays them.
+  // Both are hints: an older kernel without them works too, receive() drops outgoing copies itself.
+  const int on = 1;
+  setsockopt(descriptor.value, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
+  setsockopt(descriptor.value, SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
+
+  // Bound last, with the protocol, so that no frame of another interface is ever queued.
+  sockaddr_ll address{};
+  address.sll_family = AF_PACKET;
+  address.sll_protocol = htons(kEtherType);
+  address.sll_ifindex = index;
+  if (bind(descriptor.value, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+    fail(interface, "bind to the interface", errno);
+  socket_ = descriptor.release();
+}
+
+RawSocketLink::~RawSocketLink() { close(socket_); }
+
+bool RawSocketLink::send(std::span<const std::uint8_t> frame) noexcept {
+  const ssize_t sent = ::send(socket_, frame.data(), frame.size(), MSG_DONTWAIT);
+  if (sent == static_cast<ssize_t>(frame.size())) return true;
+  last_error_ = sent < 0 ? errno : EIO;
+  return false;
+}
+
+std::size_t RawSocketLink::receive(std::span<std::uint8_t> buffer, nanoseconds timeout) noexcept {
+  const nanoseconds deadline = monotonic_now() + timeout;
+  for (;;) {
+    sockaddr_ll from{};
+    socklen_t from_size = sizeof from;
+    const ssize_t size = recvfrom(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT,
+                                  reinterpret_cast<sockaddr*>(&from), &from_size);
+    if (size > 0 && from.sll_pkttype != PACKET_OUTGOING) return static_cast<std::size_t>(size);
+    if (size < 0 && errno != EAGAIN && errno != EINTR) last_error_ = errno;  // such as ENETDOWN, told once
+
+    const nanoseconds left = deadline - monotonic_now();
+    if (left.count() <= 0) return 0;
+    if (wait_ == Wait::kBlock && size < 0) {
+      const timespec wait{left.count() / 1'000'000'000, left.count() % 1'000'000'000};
+      pollfd readable{socket_, POLLIN, 0};
+      ppoll(&readable, 1, &wait, nullptr);
+    }
+  }
+}
+
+}  // namespace drivers::ethercat

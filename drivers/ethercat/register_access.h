@@ -1,0 +1,42 @@
+/// @file
+/// Registers of slaves during set-up: batches, retries, errors with context.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <span>
+
+#include "drivers/ethercat/transceiver.h"
+
+namespace drivers::ethercat {
+
+/// Setup only. A lost frame is repeated a few times before it is an error.
+class RegisterAccess {
+ public:
+  struct Options {
+    std::chrono::nanoseconds frame_timeout = std::chrono::milliseconds(20);
+    int tries = 3;
+  };
+  RegisterAccess(Transceiver& transceiver, const Options& options)
+      : transceiver_(transceiver), options_(options) {}
+
+  /// Reads or writes all slaves with one datagram; returns how many answered.
+  /// @throws BusError when no frame comes back.
+  std::uint16_t broadcast_read(std::uint16_t address, std::span<std::uint8_t> data);
+  std::uint16_t broadcast_write(std::uint16_t address, std::span<const std::uint8_t> data);
+
+  /// One datagram for each i of 0 … count − 1, as many to a frame as fit. `add(writer, index, i)` returns
+  /// false when it did not fit, and may add none by returning true without adding when `skip(i)` says so.
+  /// `take(datagram, i)` gets each answer.
+  void each(std::size_t count, const std::function<bool(std::size_t)>& skip,
+            const std::function<bool(FrameWriter&, std::uint8_t, std::size_t)>& add,
+            const std::function<void(const Datagram&, std::size_t)>& take);
+
+ private:
+  void exchange_or_throw(const std::function<void(FrameWriter&, std::uint8_t)>& fill);
+
+  Transceiver& transceiver_;
+  Options options_;
+};
+
+}  // namespace drivers::ethercat

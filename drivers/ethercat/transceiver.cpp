@@ -1,0 +1,89 @@
+#include "drivers/ethercat/transceiver.h"
+
+#include <algorithm>
+
+#include "drivers/ethercat/monotonic_clock.h"
+
+namespace drivers::ethercat {
+namespace {
+
+using std::chrono::nanoseconds;
+
+/// A frame that is not ours to wait for must not keep us for ever.
+constexpr int kMostStrangers = 64;
+
+}  // namespace
+
+FrameWriter& Transceiver::begin() noexcept {
+  writer_.clear();
+  ++index_;
+  received_size_ = 0;
+  return writer_;
+}
+
+bool Transceiver::exchange(nanoseconds timeout) noexcept {
+  const std::span<const std::uint8_t> frame = writer_.bytes();
+  std::copy(frame.begin(), frame.end(), sent_.begin());
+  sent_size_ = frame.size();
+  if (tap_ != nullptr) tap_->frame(Direction::kSent, frame);
+  ++counters_.sent;
+  if (!link_.send(frame)) {
+    ++counters_.not_sent;
+    return false;
+  }
+  const nanoseconds deadline = monotonic_now() + timeout;
+  nanoseconds left = timeout;  // the first wait is the link's own time alone, which may be emulated
+  for (int strangers = 0; strangers < kMostStrangers; ++strangers) {
+    const std::size_t size = link_.receive(received_, left);
+    left = std::max(deadline - monotonic_now(), nanoseconds{0});
+    if (size == 0) break;
+    const std::span<std::uint8_t> bytes(received_.data(), size);
+    if (tap_ != nullptr) tap_->frame(Direction::kReceived, bytes);
+    if (examine(bytes) == Match::kAnswer) {
+      received_size_ = size;
+      answered_index_ = index_;
+      ++counters_.received;
+      return true;
+    }
+  }
+  ++counters_.lost;
+  return false;
+}
+
+Transceiver::Match Transceiver::examine(std::span<std::uint8_t> frame) noexcept {
+  FrameReader reader;
+  if (reader.parse(frame) != FrameError::kNone) {
+    ++counters_.malformed;
+    return Match::kOther;
+  }
+  FrameReader expected;
+  if (expected.parse(std::span(sent_).first(sent_size_)) != FrameError::kNone) return Match::kOther;
+  Datagram found;
+  Datagram wanted;
+  (void)reader.next(found);
+  if (found.index != index_) {
+    ++(found.index == answered_index_ ? counters_.duplicate : counters_.late);
+    return Match::kOther;
+  }
+  // Slaves change addresses and data, never commands or lengths.
+  FrameReader all;
+  (void)all.parse(frame);
+  for (;;) {
+    const bool more_found = all.next(found);
+    const bool more_wanted = expected.next(wanted);
+    if (!more_found && !more_wanted) return Match::kAnswer;
+    if (more_found != more_wanted || found.command != wanted.command || found.index != wanted.index ||
+        found.data.size() != wanted.data.size()) {
+      ++counters_.malformed;
+      return Match::kOther;
+    }
+  }
+}
+
+FrameReader Transceiver::answer() noexcept {
+  FrameReader reader;
+  (void)reader.parse(std::span(received_).first(received_size_));
+  return reader;
+}
+
+}  // namespace drivers::ethercat

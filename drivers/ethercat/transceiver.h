@@ -1,0 +1,58 @@
+/// @file
+/// Sends a frame and finds its answer among what comes back.
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstdint>
+
+#include "drivers/ethercat/frame.h"
+#include "drivers/ethercat/frame_tap.h"
+#include "drivers/ethercat/link.h"
+
+namespace drivers::ethercat {
+
+struct FrameCounters {
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;   ///< answers to the frame that was waited for
+  std::uint64_t not_sent = 0;   ///< the interface refused
+  std::uint64_t lost = 0;       ///< no answer in time
+  std::uint64_t late = 0;       ///< answer to a frame given up before
+  std::uint64_t duplicate = 0;  ///< second answer to the same frame
+  std::uint64_t malformed = 0;  ///< not a well-formed EtherCAT frame
+};
+
+/// One frame is under way at a time. All its datagrams carry the frame's index; an answer must have it and be
+/// the same datagrams in the same order. One thread; cycle-safe.
+class Transceiver {
+ public:
+  explicit Transceiver(Link& link, FrameTap* tap = nullptr) noexcept : link_(link), tap_(tap) {}
+
+  /// Starts a new frame: add datagrams to it, all with index().
+  FrameWriter& begin() noexcept;
+  std::uint8_t index() const noexcept { return index_; }
+
+  /// Sends the frame begun and waits for its answer. False when none came in time.
+  bool exchange(std::chrono::nanoseconds timeout) noexcept;
+  /// The answer's datagrams, from the first; after exchange() returned true, until begin().
+  FrameReader answer() noexcept;
+
+  const FrameCounters& counters() const noexcept { return counters_; }
+  Link& link() noexcept { return link_; }
+
+ private:
+  enum class Match { kAnswer, kOther };
+  Match examine(std::span<std::uint8_t> frame) noexcept;
+
+  Link& link_;
+  FrameTap* tap_;
+  FrameWriter writer_;
+  std::array<std::uint8_t, kMaxFrameBytes> sent_{};
+  std::size_t sent_size_ = 0;
+  std::array<std::uint8_t, kMaxFrameBytes + 8> received_{};
+  std::size_t received_size_ = 0;
+  std::uint8_t index_ = 0;
+  std::uint8_t answered_index_ = 0;
+  FrameCounters counters_;
+};
+
+}  // namespace drivers::ethercat

@@ -1,0 +1,44 @@
+#include "drivers/tmcl/mailbox_transport.h"
+
+#include <exception>
+
+namespace drivers::tmcl {
+namespace {
+
+/// Longer than a request queue waits, so that a late reply is still picked up and told as late.
+constexpr std::chrono::milliseconds kPatience{400};
+
+std::optional<Reply> decode(std::span<const std::uint8_t> mailbox) noexcept {
+  if (mailbox.size() < kMailboxBytes) return std::nullopt;
+  return decode_mailbox_reply(mailbox.first(kMailboxBytes));
+}
+
+}  // namespace
+
+bool MailboxTransport::post(const Request& request) noexcept {
+  return line_.post(encode_mailbox(request), kPatience);
+}
+
+std::optional<Reply> MailboxTransport::poll() noexcept {
+  if (line_.status() == ethercat::MailboxLine::Status::kTimedOut) line_.clear();
+  if (line_.status() != ethercat::MailboxLine::Status::kReplied) return std::nullopt;
+  const std::optional<Reply> reply = decode(line_.reply());
+  line_.clear();
+  return reply;
+}
+
+SetupMailboxTransport::SetupMailboxTransport(ethercat::PreOpBus& bus, std::size_t slave)
+    : bus_(bus), slave_(slave), name_(bus.slaves()[slave].label()) {}
+
+bool SetupMailboxTransport::post(const Request& request) noexcept {
+  reply_.reset();
+  try {
+    reply_ = decode(bus_.mailbox_exchange(slave_, encode_mailbox(request)));
+  } catch (const std::exception& error) {
+    trouble_ = error.what();  // told by the client, which knows what it was asking for
+    return false;
+  }
+  return true;
+}
+
+}  // namespace drivers::tmcl

@@ -1,0 +1,53 @@
+#include "drivers/tmcl/youbot_topology.h"
+
+#include <array>
+#include <string>
+
+namespace drivers::tmcl {
+namespace {
+
+constexpr std::array<const char*, 4> kWheelPlaces{"front-left", "front-right", "rear-left", "rear-right"};
+
+void append_base(std::vector<YoubotBoard>& boards) {
+  boards.push_back({BoardKind::kPower, -1, 0});
+  for (int wheel = 0; wheel < 4; ++wheel) boards.push_back({BoardKind::kWheel, 0, wheel});
+}
+
+void append_arm(std::vector<YoubotBoard>& boards, int arm) {
+  boards.push_back({BoardKind::kPower, arm, 0});
+  for (int joint = 0; joint < 5; ++joint) boards.push_back({BoardKind::kArmJoint, arm, joint});
+}
+
+ethercat::ExpectedSlave expected(const YoubotBoard& board) {
+  const std::string arm = board.arm == 1 ? "second arm" : "arm";
+  switch (board.kind) {
+    case BoardKind::kPower:
+      if (board.arm < 0) return {"power board of the base", {"KR-845"}};
+      return {"power board of the " + arm, {"KR-843"}};
+    case BoardKind::kWheel:
+      return {"wheel " + std::to_string(board.index + 1) + " (" +
+                  kWheelPlaces[static_cast<std::size_t>(board.index)] + ")",
+              {"TMCM-1632", "TMCM-174"}};
+    case BoardKind::kArmJoint:
+      return {"joint " + std::to_string(board.index + 1) + " of the " + arm, {"TMCM-1610", "TMCM-KR-841"}};
+  }
+  return {};
+}
+
+}  // namespace
+
+std::vector<YoubotBoard> youbot_boards(YoubotKind kind) {
+  std::vector<YoubotBoard> boards;
+  if (kind != YoubotKind::kArm) append_base(boards);
+  if (kind != YoubotKind::kBase) append_arm(boards, 0);
+  if (kind == YoubotKind::kBaseAndTwoArms) append_arm(boards, 1);
+  return boards;
+}
+
+std::vector<ethercat::ExpectedSlave> youbot_topology(YoubotKind kind) {
+  std::vector<ethercat::ExpectedSlave> topology;
+  for (const YoubotBoard& board : youbot_boards(kind)) topology.push_back(expected(board));
+  return topology;
+}
+
+}  // namespace drivers::tmcl

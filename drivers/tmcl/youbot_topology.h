@@ -1,0 +1,26 @@
+/// @file
+/// What stands where on a youBot's bus (official driver's configuration, KU Leuven driver).
+#pragma once
+#include <cstdint>
+#include <vector>
+
+#include "drivers/ethercat/bus_scan.h"
+
+namespace drivers::tmcl {
+
+enum class YoubotKind : std::uint8_t { kBase, kArm, kBaseAndArm, kBaseAndTwoArms };
+
+enum class BoardKind : std::uint8_t { kPower, kWheel, kArmJoint };
+
+struct YoubotBoard {
+  BoardKind kind = BoardKind::kPower;
+  int arm = 0;    ///< 0 or 1; -1: the base's power board
+  int index = 0;  ///< wheel 0 … 3, joint 0 … 4
+};
+
+/// In bus order, power boards included.
+std::vector<YoubotBoard> youbot_boards(YoubotKind kind);
+/// The same as names that may stand there: both generations of hardware.
+std::vector<ethercat::ExpectedSlave> youbot_topology(YoubotKind kind);
+
+}  // namespace drivers::tmcl

@@ -1,0 +1,49 @@
+/// @file
+/// The youBot over EtherCAT.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "hal/clock.h"
+#include "hal/robot.h"
+
+namespace drivers::ethercat {
+class Link;
+}
+
+namespace hal {
+
+struct EthercatOptions {
+  enum class Kind : std::uint8_t { kBase, kArm, kBaseAndArm, kBaseAndTwoArms };
+  Kind kind = Kind::kBaseAndArm;
+  /// Poll the network interface instead of sleeping on it: faster, and takes the core.
+  bool busy_wait = false;
+  /// The motor controllers report the current's magnitude only (a property of the firmware).
+  bool unsigned_current = false;
+  /// Cycles without an answer, or with slaves missing, that are bridged with the last sample.
+  int tolerated_cycles = 10;
+};
+
+/// Joints in bus order: wheel-1 … wheel-4, arm-1 … arm-5, arm2-1 … arm2-5 (those the kind has).
+///
+/// - activate() scans, compares with the expected topology, reads the firmware versions, takes all slaves to
+/// OP.
+/// - `enable` clears the drives' time-out flags and initialises their commutation where needed: with firmware
+///   2.0 the joints move a little. `sample.enabled` is true once all drives obey; that may take seconds.
+/// - A slave that is lost or falls out of OP, or a drive's error flag, switches all drives off (motor stop)
+/// and
+///   is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
+/// - deactivate() stops the motors and leaves OP.
+/// `open_link` is called by activate(); `clock` outlives the robot.
+std::unique_ptr<Robot> make_ethercat_robot(
+    std::function<std::unique_ptr<drivers::ethercat::Link>()> open_link, const EthercatOptions& options,
+    const Clock& clock, std::chrono::nanoseconds period);
+
+/// On a network interface, "eth0".
+std::unique_ptr<Robot> make_ethercat_robot(const std::string& interface, const EthercatOptions& options,
+                                           const Clock& clock, std::chrono::nanoseconds period);
+
+}  // namespace hal

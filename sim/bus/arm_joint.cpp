@@ -1,0 +1,100 @@
+#include "sim/bus/arm_joint.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <string>
+
+namespace sim::bus {
+namespace {
+
+constexpr double kStopStiffness_Nm_per_rad = 2e4;
+constexpr double kStopDampingRatio = 0.5;
+constexpr double kBristleStiffness_Nm_per_rad = 2000.0;
+constexpr double kVelocityBandwidth_per_s = 30.0;  // of the drive's velocity loop; its integral a third of it
+/// As sim::Base: the stiffest part, √(20000 / 0.07 kg·m²) = 530 rad/s, sees 40 steps a radian.
+constexpr std::int64_t kSteps_per_s = 20'000;
+
+DriveParameters drive_parameters(const ArmJointData& data) {
+  const BoardAxis& axis = data.axis;
+  DriveParameters p;
+  p.motor.torque_constant_Nm_per_A = axis.torque_constant_Nm_per_A;
+  p.motor.current_limit_A = axis.current_limit_A;
+  p.motor.resistance_ohm = axis.winding_resistance_ohm;
+  p.motor.supply_V = axis.supply_V;
+  p.gear_ratio = axis.gear_ratio;
+  p.load_inertia_kg_m2 = data.load_inertia_kg_m2;
+  const double inertia =
+      p.load_inertia_kg_m2 + p.motor.rotor_inertia_kg_m2 * axis.gear_ratio * axis.gear_ratio;
+  p.presliding = {kBristleStiffness_Nm_per_rad, 0.2 * std::sqrt(inertia * kBristleStiffness_Nm_per_rad)};
+  // The wheel's sensors, through another gear: they sit on the motor.
+  const DriveParameters wheel;
+  const double slower = wheel.gear_ratio / axis.gear_ratio;
+  const double stronger = axis.gear_ratio * axis.torque_constant_Nm_per_A /
+                          (wheel.gear_ratio * wheel.motor.torque_constant_Nm_per_A);
+  p.sensors.position_resolution_rad = 2 * std::numbers::pi / (axis.ticks_per_motor_rev * axis.gear_ratio);
+  p.sensors.velocity_resolution_rad_per_s *= slower;
+  p.sensors.velocity_noise_rad_per_s *= slower;
+  p.sensors.torque_resolution_Nm *= stronger;
+  p.sensors.torque_noise_Nm *= stronger;
+  p.velocity_gain_Nm_s_per_rad = kVelocityBandwidth_per_s * inertia;
+  p.velocity_integral_gain_Nm_per_rad = p.velocity_gain_Nm_s_per_rad * kVelocityBandwidth_per_s / 3;
+  return p;
+}
+
+control::friction::SlidingTable friction_of(const ArmJointData& data) {
+  return {
+      [&data](double velocity) { return data.coulomb_Nm + data.viscous_Nm_s_per_rad * std::abs(velocity); },
+      {}};
+}
+
+}  // namespace
+
+ArmJoint::ArmJoint(const ArmJointData& data, double start_rad, std::uint64_t noise_seed)
+    : start_rad_(start_rad),
+      lower_rad_(data.lower_stop_rad),
+      upper_rad_(data.upper_stop_rad),
+      homes_upwards_(data.upper_stop_rad == 0),
+      drive_(drive_parameters(data), friction_of(data), noise_seed),
+      stop_damping_Nm_s_per_rad_(2 * kStopDampingRatio *
+                                 std::sqrt(kStopStiffness_Nm_per_rad * drive_.inertia_kg_m2())) {
+  if (!(lower_rad_ <= start_rad && start_rad <= upper_rad_))
+    throw std::invalid_argument("simulated arm joint: it cannot start at " + std::to_string(start_rad) +
+                                " rad, outside its end stops");
+}
+
+void ArmJoint::command(const hal::JointCommand& command, bool powered) noexcept {
+  command_ = command;
+  powered_ = powered;
+}
+
+hal::JointSample ArmJoint::measured() const noexcept {
+  hal::JointSample sample = drive_.measured();
+  sample.position_rad += start_rad_;
+  return sample;
+}
+
+void ArmJoint::block_at(double position_rad) noexcept {
+  (homes_upwards_ ? upper_rad_ : lower_rad_) = position_rad;
+}
+
+double ArmJoint::stop_torque_Nm() const noexcept {
+  const double velocity = drive_.velocity_rad_per_s();
+  const auto push = [this](double depth, double inwards) {
+    return depth > 0 ? std::max(0.0, kStopStiffness_Nm_per_rad * depth + stop_damping_Nm_s_per_rad_ * inwards)
+                     : 0.0;
+  };
+  return push(position_rad() - upper_rad_, velocity) - push(lower_rad_ - position_rad(), -velocity);
+}
+
+void ArmJoint::advance(std::chrono::nanoseconds period) noexcept {
+  const double period_s = std::chrono::duration<double>(period).count();
+  drive_.control(command_, powered_, period_s);
+  const std::int64_t steps = std::max<std::int64_t>(1, period.count() * kSteps_per_s / 1'000'000'000);
+  const double step_s = period_s / static_cast<double>(steps);
+  for (std::int64_t n = 0; n < steps; ++n) drive_.step(stop_torque_Nm(), step_s);
+  drive_.sense(period_s);
+}
+
+}  // namespace sim::bus

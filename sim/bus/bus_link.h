@@ -1,0 +1,60 @@
+/// @file
+/// A link of the EtherCAT master that leads to emulated slaves in the same process.
+#pragma once
+#include <algorithm>
+#include <chrono>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "drivers/ethercat/link.h"
+#include "sim/bus/emulated_wire.h"
+
+namespace sim::bus {
+
+/// Who makes emulated time pass while the master waits for a frame. The owner of a plant derives from it to
+/// move plant, clock and bus together; wait() ends with EmulatedWire::advance(step). A process that runs by
+/// the real clock does nothing in it and advances the wire once a cycle.
+class EmulatedTime {
+ public:
+  EmulatedTime() = default;
+  EmulatedTime(const EmulatedTime&) = delete;
+  EmulatedTime& operator=(const EmulatedTime&) = delete;
+  virtual ~EmulatedTime() = default;
+  virtual void wait(std::chrono::nanoseconds step) noexcept = 0;
+};
+
+/// send() has the bus process the frame at once. receive() hands out the reply that is due, waits for one
+/// that is due within the timeout, or waits the timeout out: all in emulated time.
+class BusLink final : public drivers::ethercat::Link {
+ public:
+  /// `wire` and `time` outlive the link. Without `time`, waiting advances the wire itself.
+  explicit BusLink(EmulatedWire& wire, EmulatedTime* time = nullptr) : wire_(wire), time_(time) {}
+
+  bool send(std::span<const std::uint8_t> frame) noexcept override {
+    wire_.send(frame);
+    return true;
+  }
+
+  std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override {
+    const std::chrono::nanoseconds until_reply =
+        wire_.next_reply() ? *wire_.next_reply() - wire_.now() : std::chrono::nanoseconds::max();
+    const std::chrono::nanoseconds step = std::min(until_reply, timeout);
+    if (step.count() > 0) wait(step);
+    return wire_.receive(buffer);
+  }
+
+  int last_error() const noexcept override { return 0; }
+  const std::string& name() const noexcept override { return name_; }
+
+ private:
+  void wait(std::chrono::nanoseconds step) noexcept {
+    time_ != nullptr ? time_->wait(step) : wire_.advance(step);
+  }
+
+  EmulatedWire& wire_;
+  EmulatedTime* time_;
+  const std::string name_ = "emulated bus";
+};
+
+}  // namespace sim::bus

@@ -1,0 +1,66 @@
+/// @file
+/// The wire between a master and the emulated bus: frames take their time and meet the script's faults.
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "drivers/ethercat/frame.h"
+#include "sim/bus/emulated_bus.h"
+#include "sim/bus/fault_script.h"
+
+namespace sim::bus {
+
+struct WireOptions {
+  /// False: a reply is there at once. True: after EmulatedBus::round_trip(), so that emulated time tells how
+  /// long an exchange keeps a 100 Mbit/s line busy.
+  bool timed = false;
+  std::vector<FaultEvent> faults{};
+};
+
+/// Used by BusLink in the process, and by a server that passes frames on from a network interface. One
+/// thread. Cycle: send(), receive() and advance() neither allocate, lock nor throw.
+class EmulatedWire {
+ public:
+  static constexpr std::size_t kCapacity = 32;  ///< replies on their way; more are dropped and counted
+
+  /// `bus` is complete and outlives the wire. @throws std::invalid_argument see FaultPlayer
+  explicit EmulatedWire(EmulatedBus& bus, WireOptions options = {});
+
+  void send(std::span<const std::uint8_t> frame) noexcept;
+  /// The reply that is due longest, copied into `buffer` (cut off if that is too small); its size, 0: none.
+  std::size_t receive(std::span<std::uint8_t> buffer) noexcept;
+  /// When the next reply is due, perhaps already; none is under way otherwise.
+  std::optional<std::chrono::nanoseconds> next_reply() const noexcept;
+
+  /// Lets emulated time pass on the bus, stopping at the script's events on the way.
+  void advance(std::chrono::nanoseconds step) noexcept;
+  std::chrono::nanoseconds now() const noexcept { return bus_.now() - start_; }
+
+  const FaultPlayer& faults() const noexcept { return player_; }
+  std::uint64_t dropped() const noexcept { return dropped_; }  ///< for want of capacity
+
+ private:
+  struct Reply {
+    std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> bytes{};
+    std::size_t size = 0;  // 0: free
+    std::chrono::nanoseconds due{};
+    std::uint64_t order = 0;
+  };
+
+  void enqueue(std::span<const std::uint8_t> frame, std::chrono::nanoseconds due) noexcept;
+  Reply* first() noexcept;
+
+  EmulatedBus& bus_;
+  FaultPlayer player_;
+  const bool timed_;
+  const std::chrono::nanoseconds start_;
+  std::array<Reply, kCapacity> replies_{};
+  std::uint64_t sent_ = 0;
+  std::uint64_t dropped_ = 0;
+};
+
+}  // namespace sim::bus

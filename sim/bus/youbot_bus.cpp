@@ -1,0 +1,105 @@
+#include "sim/bus/youbot_bus.h"
+
+#include <algorithm>
+
+namespace sim::bus {
+namespace {
+
+using drivers::tmcl::Firmware;
+using std::chrono::nanoseconds;
+
+// Identity: vendor solid; product code, process data places and sizes from the device table of an old SOEM,
+// plausible and unproven. Mailbox places and lengths are ours. Any master takes all of them from the SII.
+constexpr std::uint32_t kVendor = 0x286;
+constexpr std::uint32_t kProduct = 0x11;
+constexpr std::uint16_t kProcessDataBytes = 40;
+
+SlaveDescription power_board(const char* name) {
+  return {.name = name, .vendor = kVendor, .product = kProduct};
+}
+
+SlaveDescription motor_board(const char* name, Firmware firmware) {
+  SlaveDescription description = power_board(name);
+  description.outputs = {
+      .start = 0x1000, .bytes = kProcessDataBytes, .entries = {{0x7000, 1, 32}, {0x7000, 2, 8}}};
+  description.inputs = {.start = 0x1100, .bytes = kProcessDataBytes};
+  const unsigned inputs = firmware == Firmware::k148 ? 5 : 8;  // all of them 32 bits
+  for (unsigned i = 1; i <= inputs; ++i)
+    description.inputs.entries.push_back({0x6000, static_cast<std::uint8_t>(i), 32});
+  description.mailbox_out = {.start = 0x1800, .length = 64};
+  description.mailbox_in = {.start = 0x1880, .length = 64};
+  return description;
+}
+
+}  // namespace
+
+YoubotBus::YoubotBus(const YoubotBusOptions& options) {
+  const bool base = options.robot != RobotKind::kArm;
+  const int arms = options.robot == RobotKind::kBase ? 0 : options.robot == RobotKind::kTwoArms ? 2 : 1;
+  if (base) add_base(options);
+  for (int i = 0; i < arms; ++i) add_arm(options);
+  wire_.emplace(bus_, options.wire);
+}
+
+void YoubotBus::add_base(const YoubotBusOptions& options) {
+  add_power_board(options, "KR-845");
+  wheels_ = std::make_unique<WheelMechanics>(options.base);
+  const bool later = options.hardware == Hardware::kLater;
+  for (std::size_t i = 0; i < 4; ++i)
+    add_board(options, later ? "TMCM-1632" : "TMCM-174", later ? 1632 : 174, options.wheel,
+              wheels_->drive(i));
+}
+
+void YoubotBus::add_arm(const YoubotBusOptions& options) {
+  add_power_board(options, "KR-843");
+  const bool later = options.hardware == Hardware::kLater;
+  for (std::size_t i = 0; i < options.arm.size(); ++i) {
+    arm_joints_.push_back(std::make_unique<ArmJoint>(options.arm[i], options.arm_start_rad[i],
+                                                     options.noise_seed + 100 + arm_joints_.size()));
+    add_board(options, later ? "TMCM-1610" : "TMCM-KR-841", later ? 1610 : 841, options.arm[i].axis,
+              *arm_joints_.back());
+  }
+  if (!options.gripper) return;
+  grippers_.push_back(std::make_unique<GripperBoard>(options.gripper_options));
+  joints_.back().board->attach(*grippers_.back());
+}
+
+void YoubotBus::add_power_board(const YoubotBusOptions& options, const char* name) {
+  bus_.add(power_board(name), options.slave);
+}
+
+void YoubotBus::add_board(const YoubotBusOptions& options, const char* name, int controller,
+                          const BoardAxis& axis, BoardDrive& drive) {
+  TmcmOptions board = options.board;
+  board.controller = controller;
+  board.axis = axis;
+  EmulatedSlave& slave = bus_.add(motor_board(name, board.firmware), options.slave);
+  joints_.push_back({bus_.size() - 1, std::make_unique<TmcmBoard>(slave, drive, board)});
+}
+
+void YoubotBus::advance(nanoseconds step) noexcept {
+  while (step.count() > 0) {
+    const nanoseconds part = std::min(step, until_period_);
+    step -= part;
+    until_period_ -= part;
+    // The period that ends now first, so that the boards read what it led to.
+    if (until_period_.count() == 0) {
+      advance_mechanics();
+      until_period_ = TmcmBoard::kPeriod;
+    }
+    wire_->advance(part);
+  }
+}
+
+void YoubotBus::advance_mechanics() noexcept {
+  if (wheels_) wheels_->advance(TmcmBoard::kPeriod);
+  for (const auto& joint : arm_joints_) joint->advance(TmcmBoard::kPeriod);
+}
+
+double YoubotBus::position_rad(std::size_t joint) noexcept {
+  const std::size_t wheels = has_base() ? 4 : 0;
+  return joint < wheels ? base().wheel(static_cast<int>(joint)).position_rad()
+                        : arm_joints_[joint - wheels]->position_rad();
+}
+
+}  // namespace sim::bus

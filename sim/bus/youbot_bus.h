@@ -1,0 +1,97 @@
+/// @file
+/// The whole emulated robot: boards on their bus, in bus order, and the mechanics behind them.
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "sim/base.h"
+#include "sim/bus/arm_joint.h"
+#include "sim/bus/axis_data.h"
+#include "sim/bus/bus_link.h"
+#include "sim/bus/emulated_bus.h"
+#include "sim/bus/emulated_wire.h"
+#include "sim/bus/gripper_board.h"
+#include "sim/bus/tmcm_board.h"
+#include "sim/bus/wheel_mechanics.h"
+
+namespace sim::bus {
+
+/// kTwoArms: a base with two.
+enum class RobotKind : std::uint8_t { kBase, kArm, kBaseAndArm, kTwoArms };
+/// Boards were renamed: TMCM-174 and -KR-841, later TMCM-1632 and -1610.
+enum class Hardware : std::uint8_t { kFirst, kLater };
+
+struct YoubotBusOptions {
+  RobotKind robot = RobotKind::kBase;
+  Hardware hardware = Hardware::kLater;
+  /// For every board, but for what belongs to its axis: `controller` and `axis` are filled in.
+  TmcmOptions board = {};
+  BoardAxis wheel = kWheelBoardAxis;
+  std::array<ArmJointData, 5> arm = kArmJointData;
+  std::array<double, 5> arm_start_rad{0.2, 0.2, -0.2, 0.2, 0.2};  ///< nearly folded
+  bool gripper = true;
+  GripperOptions gripper_options = {};
+  BaseParameters base = {};
+  /// Timed: a master in the process that waits for a reply lets emulated time pass, else no mailbox is ever
+  /// due.
+  WireOptions wire = {.timed = true, .faults = {}};
+  SlaveOptions slave = {};
+  std::uint64_t noise_seed = 1;  ///< of the arms; the base has its own
+};
+
+/// Bus order (official driver): KR-845 and wheels 1 to 4, then per arm KR-843 and joints 1 to 5. Power boards
+/// are slaves without process data. Joints are counted as the official driver does: wheels, then arm by arm.
+///
+/// In the process: `BusLink link(robot.wire(), &robot)`. Behind a socket: wire().send() and receive() for the
+/// frames, advance() for the time. One thread; advance() does not allocate. Mechanics and boards move in
+/// periods of a millisecond, however small the steps.
+class YoubotBus final : public EmulatedTime {
+ public:
+  /// @throws std::invalid_argument for options that cannot be.
+  explicit YoubotBus(const YoubotBusOptions& options = {});
+
+  void advance(std::chrono::nanoseconds step) noexcept;
+  void wait(std::chrono::nanoseconds step) noexcept override { advance(step); }
+
+  EmulatedBus& bus() noexcept { return bus_; }
+  EmulatedWire& wire() noexcept { return *wire_; }
+  std::size_t joint_count() const noexcept { return joints_.size(); }
+  TmcmBoard& board(std::size_t joint) noexcept { return *joints_[joint].board; }
+  EmulatedSlave& slave(std::size_t joint) noexcept { return bus_.slave(joints_[joint].position); }
+  /// Of a joint on the bus, from 0.
+  std::size_t position(std::size_t joint) const noexcept { return joints_[joint].position; }
+  bool has_base() const noexcept { return wheels_ != nullptr; }
+  Base& base() noexcept { return wheels_->base(); }
+  std::size_t arm_count() const noexcept { return arm_joints_.size() / 5; }
+  ArmJoint& arm_joint(std::size_t arm, std::size_t joint) noexcept { return *arm_joints_[5 * arm + joint]; }
+  GripperBoard& gripper(std::size_t arm) noexcept { return *grippers_[arm]; }
+  /// Truth.
+  double position_rad(std::size_t joint) noexcept;
+
+ private:
+  struct Joint {
+    std::size_t position;
+    std::unique_ptr<TmcmBoard> board;
+  };
+  void add_base(const YoubotBusOptions& options);
+  void add_arm(const YoubotBusOptions& options);
+  void add_power_board(const YoubotBusOptions& options, const char* name);
+  void add_board(const YoubotBusOptions& options, const char* name, int controller, const BoardAxis& axis,
+                 BoardDrive& drive);
+  void advance_mechanics() noexcept;
+
+  EmulatedBus bus_;
+  std::unique_ptr<WheelMechanics> wheels_;
+  std::vector<std::unique_ptr<ArmJoint>> arm_joints_;
+  std::vector<std::unique_ptr<GripperBoard>> grippers_;
+  std::vector<Joint> joints_;
+  std::optional<EmulatedWire> wire_;
+  std::chrono::nanoseconds until_period_ = TmcmBoard::kPeriod;
+};
+
+}  // namespace sim::bus

@@ -1,0 +1,720 @@
+// Mails byte by byte as ETG.1000.6, section 5.6.2, lays them out; then whole transfers against a small SDO
+// server written for this test, and over the wire with an emulated slave.
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "drivers/ethercat/bus_error.h"
+#include "drivers/ethercat/coe_sdo.h"
+#include "drivers/ethercat/sdo_client.h"
+#include "sim/bus/bus_link.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace drivers::ethercat {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+using Kind = CoeMail::Kind;
+using Status = SdoTransfer::Status;
+using namespace std::chrono_literals;
+
+constexpr std::size_t kMailbox = 48;
+
+Bytes padded(Bytes bytes, std::size_t size = kMailbox) {
+  bytes.resize(std::max(size, bytes.size()));
+  return bytes;
+}
+Bytes bytes_of(std::span<const std::uint8_t> span) { return {span.begin(), span.end()}; }
+Bytes bytes_of(const std::string& text) { return {text.begin(), text.end()}; }
+
+/// A CoE mail of service 3 with `sdo` in it.
+Bytes response(Bytes sdo, std::uint8_t counter = 1, std::uint8_t service = 3) {
+  const auto length = static_cast<std::uint8_t>(sdo.size() + 2);
+  Bytes mail{length, 0,
+             0,      0,
+             0,      static_cast<std::uint8_t>(counter << 4 | 3),
+             0,      static_cast<std::uint8_t>(service << 4)};
+  mail.insert(mail.end(), sdo.begin(), sdo.end());
+  return padded(std::move(mail));
+}
+Bytes emergency(std::uint16_t code, std::uint8_t counter = 1) {
+  return response(
+      {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8), 0x21, 1, 2, 3, 4, 5}, counter,
+      1);
+}
+
+// ---- known bytes ----
+
+TEST(CoeRequest, ReadingTheVendorIdIsTheStandardsUploadRequest) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  transfer.begin_upload({0x1018, 1}, buffer, kMailbox);
+  ASSERT_EQ(transfer.status(), Status::kSend);
+  EXPECT_EQ(bytes_of(transfer.request()),
+            (Bytes{0x0A, 0, 0, 0, 0, 0x13, 0, 0x20, 0x40, 0x18, 0x10, 1, 0, 0, 0, 0}));
+}
+
+TEST(CoeRequest, SmallObjectsAreWrittenExpedited) {
+  const std::vector<std::pair<Bytes, Bytes>> cases{
+      {{0xAA}, {0x2F, 0x60, 0x60, 0, 0xAA, 0, 0, 0}},
+      {{0xAA, 0xBB}, {0x2B, 0x60, 0x60, 0, 0xAA, 0xBB, 0, 0}},
+      {{0xAA, 0xBB, 0xCC}, {0x27, 0x60, 0x60, 0, 0xAA, 0xBB, 0xCC, 0}},
+      {{0xAA, 0xBB, 0xCC, 0xDD}, {0x23, 0x60, 0x60, 0, 0xAA, 0xBB, 0xCC, 0xDD}},
+  };
+  for (const auto& [data, sdo] : cases) {
+    SdoTransfer transfer;
+    transfer.begin_download({0x6060, 0}, data, kMailbox);
+    Bytes expected{0x0A, 0, 0, 0, 0, 0x13, 0, 0x20};
+    expected.insert(expected.end(), sdo.begin(), sdo.end());
+    EXPECT_EQ(bytes_of(transfer.request()), expected);
+    transfer.take(response({0x60, 0x60, 0x60, 0, 0, 0, 0, 0}));
+    EXPECT_EQ(transfer.status(), Status::kDone);
+  }
+}
+
+TEST(CoeRequest, CompleteAccessSetsItsBit) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  transfer.begin_upload({0x1C12, 0, true}, buffer, kMailbox);
+  EXPECT_EQ(transfer.request()[8], 0x50);
+  transfer.begin_download({0x1C12, 0, true}, Bytes{1, 0}, kMailbox);
+  EXPECT_EQ(transfer.request()[8], 0x3B);
+}
+
+TEST(CoeRequest, AnObjectThatFitsIsWrittenInOneMail) {
+  SdoTransfer transfer;
+  const Bytes data{1, 2, 3, 4, 5};
+  transfer.begin_download({0x2000, 3}, data, kMailbox);
+  EXPECT_EQ(bytes_of(transfer.request()), (Bytes{0x0F, 0,    0,    0, 0, 0x13, 0, 0x20,  //
+                                                 0x21, 0x00, 0x20, 3, 5, 0,    0, 0,     //
+                                                 1,    2,    3,    4, 5}));
+  transfer.take(response({0x60, 0x00, 0x20, 3, 0, 0, 0, 0}));
+  EXPECT_EQ(transfer.status(), Status::kDone);
+}
+
+TEST(CoeRequest, AnEmptyObjectIsWrittenWithSizeZero) {
+  SdoTransfer transfer;
+  transfer.begin_download({0x2000, 3}, {}, kMailbox);
+  EXPECT_EQ(bytes_of(transfer.request()),
+            (Bytes{0x0A, 0, 0, 0, 0, 0x13, 0, 0x20, 0x21, 0x00, 0x20, 3, 0, 0, 0, 0}));
+}
+
+TEST(CoeRequest, ALongObjectIsWrittenInSegments) {
+  SdoTransfer transfer;
+  Bytes data(18 - 16 + 9 + 5);  // 2 bytes fit into the first mail of 18, 9 into each segment
+  for (std::size_t i = 0; i < data.size(); ++i) data[i] = static_cast<std::uint8_t>(i);
+  transfer.begin_download({0x2000, 3}, data, 18);
+  EXPECT_EQ(bytes_of(transfer.request()), (Bytes{0x0C, 0, 0, 0, 0, 0x13, 0, 0x20,  //
+                                                 0x21, 0x00, 0x20, 3, 16, 0, 0, 0, 0, 1}));
+  transfer.take(response({0x60, 0x00, 0x20, 3, 0, 0, 0, 0}, 1));
+  EXPECT_EQ(bytes_of(transfer.request()),
+            (Bytes{0x0C, 0, 0, 0, 0, 0x23, 0, 0x20, 0x00, 2, 3, 4, 5, 6, 7, 8, 9, 10}));
+  transfer.take(response({0x20, 0, 0, 0, 0, 0, 0, 0}, 2));
+  // The last one: toggled, 7 - 5 bytes unused, at least 7 bytes long.
+  EXPECT_EQ(bytes_of(transfer.request()),
+            (Bytes{0x0A, 0, 0, 0, 0, 0x33, 0, 0x20, 0x10 | 2 << 1 | 1, 11, 12, 13, 14, 15, 0, 0}));
+  transfer.take(response({0x30, 0, 0, 0, 0, 0, 0, 0}, 3));
+  EXPECT_EQ(transfer.status(), Status::kDone);
+}
+
+TEST(CoeRequest, CountersRunFromOneToSevenAcrossTransfers) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  Bytes counters;
+  for (int i = 0; i < 9; ++i) {
+    transfer.begin_upload({0x1000, 0}, buffer, kMailbox);
+    counters.push_back(transfer.request()[5] >> 4);
+  }
+  EXPECT_EQ(counters, (Bytes{1, 2, 3, 4, 5, 6, 7, 1, 2}));
+}
+
+TEST(CoeReply, AnExpeditedUploadCarriesOneToFourBytes) {
+  for (const auto& [command, size] : std::vector<std::pair<std::uint8_t, std::size_t>>{
+           {0x4F, 1}, {0x4B, 2}, {0x47, 3}, {0x43, 4}, {0x42, 4}}) {
+    const Bytes bytes = response({command, 0x18, 0x10, 1, 0x86, 0x02, 0x03, 0x04});
+    const CoeMail mail = decode_coe(bytes);
+    EXPECT_EQ(mail.kind, Kind::kUpload);
+    EXPECT_EQ(mail.object, (SdoObject{0x1018, 1}));
+    EXPECT_EQ(mail.counter, 1);
+    EXPECT_EQ(bytes_of(mail.data), bytes_of(std::span(bytes).subspan(12, size)));
+  }
+}
+
+TEST(CoeReply, ADeviceNameComesAsANormalUpload) {
+  Bytes sdo{0x41, 0x08, 0x10, 0, 6, 0, 0, 0};
+  const Bytes name = bytes_of(std::string("EK1100"));
+  sdo.insert(sdo.end(), name.begin(), name.end());
+  SdoTransfer transfer;
+  Bytes buffer(64);
+  transfer.begin_upload({0x1008, 0}, buffer, kMailbox);
+  transfer.take(response(sdo));
+  EXPECT_EQ(transfer.status(), Status::kDone);
+  EXPECT_EQ(transfer.transferred(), 6U);
+  EXPECT_EQ(Bytes(buffer.begin(), buffer.begin() + 6), name);
+}
+
+TEST(CoeReply, SegmentsOfAnUploadAreAskedForAndJoined) {
+  SdoTransfer transfer;
+  Bytes buffer(64);
+  transfer.begin_upload({0x1008, 0}, buffer, kMailbox);
+  transfer.take(response({0x41, 0x08, 0x10, 0, 20, 0, 0, 0, 'a', 'b', 'c'}, 1));
+  EXPECT_EQ(bytes_of(transfer.request()),
+            (Bytes{0x0A, 0, 0, 0, 0, 0x23, 0, 0x20, 0x60, 0, 0, 0, 0, 0, 0, 0}));
+  // Longer than 7 bytes: its length says how much there is, whatever the size bits say.
+  transfer.take(response({0x00 | 3 << 1, 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k', 'l', 'm', 'n', 'o'}, 2));
+  EXPECT_EQ(transfer.request()[8], 0x70);
+  transfer.take(response({0x10 | 2 << 1 | 1, 'p', 'q', 'r', 's', 't', 0, 0}, 3));
+  EXPECT_EQ(transfer.status(), Status::kDone);
+  EXPECT_EQ(transfer.transferred(), 20U);
+  EXPECT_EQ(Bytes(buffer.begin(), buffer.begin() + 20), bytes_of(std::string("abcdefghijklmnopqrst")));
+}
+
+TEST(CoeReply, AnAbortIsTakenInBothServices) {
+  for (const std::uint8_t service : {std::uint8_t{2}, std::uint8_t{3}}) {
+    SdoTransfer transfer;
+    Bytes buffer(4);
+    transfer.begin_upload({0x1018, 9}, buffer, kMailbox);
+    transfer.take(response({0x80, 0x18, 0x10, 9, 0x11, 0x00, 0x09, 0x06}, 1, service));
+    EXPECT_EQ(transfer.status(), Status::kAborted);
+    EXPECT_EQ(transfer.abort_code(), 0x06090011U);
+    EXPECT_EQ(transfer.failure(), "refused with abort code 0x06090011, subindex does not exist");
+  }
+}
+
+TEST(CoeReply, EveryAbortCodeOfTheStandardHasItsOwnWords) {
+  const std::vector<std::uint32_t> codes{
+      0x05030000, 0x05040000, 0x05040001, 0x05040005, 0x06010000, 0x06010001, 0x06010002, 0x06010003,
+      0x06010004, 0x06010005, 0x06010006, 0x06020000, 0x06040041, 0x06040042, 0x06040043, 0x06040047,
+      0x06060000, 0x06070010, 0x06070012, 0x06070013, 0x06090011, 0x06090030, 0x06090031, 0x06090032,
+      0x06090033, 0x06090036, 0x08000000, 0x08000020, 0x08000021, 0x08000022, 0x08000023};
+  std::map<std::string, int> words;
+  for (const std::uint32_t code : codes) ++words[describe_sdo_abort(code)];
+  EXPECT_EQ(words.size(), codes.size());
+  EXPECT_EQ(words.count("unknown abort code"), 0U);
+  EXPECT_STREQ(describe_sdo_abort(0x12345678), "unknown abort code");
+}
+
+TEST(CoeReply, AMailboxErrorEndsTheTransferInWords) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  transfer.begin_upload({0x1018, 1}, buffer, kMailbox);
+  transfer.take(padded({4, 0, 0, 0, 0, 0x10, 1, 0, 2, 0}));
+  EXPECT_EQ(transfer.status(), Status::kFailed);
+  EXPECT_EQ(transfer.failure(), "mailbox error 0x0002, mailbox protocol not supported");
+}
+
+// ---- what answers something else ----
+
+TEST(SdoTransfer, AnEmergencyInBetweenIsKeptAndSkipped) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  transfer.begin_upload({0x1018, 1}, buffer, kMailbox);
+  transfer.take(emergency(0x2310, 1));
+  EXPECT_EQ(transfer.status(), Status::kListen);
+  EXPECT_FALSE(transfer.must_send());
+  EXPECT_EQ(transfer.emergencies(), 1U);
+  EXPECT_EQ(transfer.last_emergency().error_code, 0x2310);
+  EXPECT_EQ(transfer.last_emergency().error_register, 0x21);
+  EXPECT_EQ(transfer.last_emergency().data, (std::array<std::uint8_t, 5>{1, 2, 3, 4, 5}));
+  transfer.take(response({0x80, 0x18, 0x10, 1, 0, 0, 0, 0x08}, 2));
+  EXPECT_EQ(transfer.failure(),
+            "refused with abort code 0x08000000, general error; it also reported emergency 0x2310 (current)");
+}
+
+TEST(SdoTransfer, OtherProtocolsServicesAndObjectsAreSkipped) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  transfer.begin_upload({0x1018, 1}, buffer, kMailbox);
+  Bytes eoe = response({0, 0, 0, 0, 0, 0, 0, 0}, 1);
+  eoe[5] = 0x12;
+  const std::vector<Bytes> others{
+      eoe,
+      response({0, 0, 0, 0, 0, 0, 0, 0}, 2, 8),        // SDO information
+      response({0x4F, 0x18, 0x10, 2, 7, 0, 0, 0}, 3),  // another subindex
+      response({0x4F, 0x19, 0x10, 1, 7, 0, 0, 0}, 4),  // another object
+      response({0x80, 0x18, 0x10, 2, 0, 0, 0, 8}, 5),  // abort of another object
+      response({0x60, 0x18, 0x10, 1, 0, 0, 0, 0}, 6),  // a download is done
+      response({0x01, 0, 0, 0, 0, 0, 0, 0}, 7),        // a segment
+  };
+  for (const Bytes& other : others) {
+    transfer.take(other);
+    EXPECT_EQ(transfer.status(), Status::kListen);
+  }
+  transfer.take(response({0x4F, 0x18, 0x10, 1, 7, 0, 0, 0}, 1));
+  EXPECT_EQ(transfer.status(), Status::kDone);
+  EXPECT_EQ(buffer[0], 7);
+}
+
+TEST(SdoTransfer, ASlaveThatNeverAnswersEndsIt) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  transfer.begin_upload({0x1018, 1}, buffer, kMailbox);
+  int mails = 0;
+  while (transfer.under_way() && mails < 1000) {
+    transfer.take(emergency(0x5000, static_cast<std::uint8_t>(mails % 7 + 1)));
+    ++mails;
+  }
+  EXPECT_EQ(transfer.status(), Status::kFailed);
+  EXPECT_LT(mails, 100);
+}
+
+TEST(SdoTransfer, ARepeatedMailIsNotTakenForTheNextReply) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  for (std::uint8_t counter = 1; counter <= 2; ++counter) {
+    transfer.begin_upload({0x2000, 0}, buffer, kMailbox);
+    transfer.take(response({0x4F, 0x00, 0x20, 0, counter, 0, 0, 0}, counter));
+  }
+  transfer.begin_upload({0x2000, 0}, buffer, kMailbox);
+  transfer.take(response({0x4F, 0x00, 0x20, 0, 2, 0, 0, 0}, 2));  // once more
+  EXPECT_EQ(transfer.status(), Status::kListen);
+  transfer.take(response({0x4F, 0x00, 0x20, 0, 3, 0, 0, 0}, 3));
+  EXPECT_EQ(transfer.status(), Status::kDone);
+  EXPECT_EQ(buffer[0], 3);
+}
+
+TEST(SdoTransfer, ASlaveThatDoesNotCountIsUnderstood) {
+  for (const std::uint8_t counter : {std::uint8_t{0}, std::uint8_t{1}}) {
+    SdoTransfer transfer;
+    Bytes buffer(4);
+    for (int i = 0; i < 3; ++i) {
+      transfer.begin_upload({0x2000, 0}, buffer, kMailbox);
+      transfer.take(response({0x4F, 0x00, 0x20, 0, 9, 0, 0, 0}, counter));
+      EXPECT_EQ(transfer.status(), Status::kDone);
+    }
+  }
+}
+
+TEST(SdoTransfer, MailsAfterTheEndChangeNothing) {
+  SdoTransfer transfer;
+  transfer.take(response({0x4F, 0x00, 0x20, 0, 9, 0, 0, 0}));
+  EXPECT_EQ(transfer.status(), Status::kIdle);
+  Bytes buffer(4);
+  transfer.begin_upload({0x2000, 0}, buffer, kMailbox);
+  transfer.take(response({0x4F, 0x00, 0x20, 0, 9, 0, 0, 0}, 1));
+  transfer.take(response({0x80, 0x00, 0x20, 0, 9, 0, 0, 0}, 2));
+  EXPECT_EQ(transfer.status(), Status::kDone);
+}
+
+// ---- what is wrong ----
+
+std::vector<Bytes> valid_mails() {
+  return {
+      response({0x43, 0x18, 0x10, 1, 2, 0, 0, 0}),
+      response({0x41, 0x08, 0x10, 0, 6, 0, 0, 0, 'E', 'K', '1', '1', '0', '0'}),
+      response({0x01, 1, 2, 3, 4, 5, 6, 7}),
+      response({0x60, 0x60, 0x60, 0, 0, 0, 0, 0}),
+      response({0x20, 0, 0, 0, 0, 0, 0, 0}),
+      response({0x80, 0x18, 0x10, 1, 0, 0, 2, 6}, 1, 2),
+      emergency(0x8130),
+      padded({4, 0, 0, 0, 0, 0x10, 1, 0, 2, 0}),
+  };
+}
+
+TEST(CoeMalformed, EveryPrefixOfAValidMailIsRefused) {
+  for (const Bytes& mail : valid_mails()) {
+    const std::size_t whole = 6U + mail[0];
+    EXPECT_NE(decode_coe(std::span(mail).first(whole)).kind, Kind::kMalformed);
+    for (std::size_t size = 0; size < whole; ++size) {
+      const Bytes prefix(mail.begin(),
+                         mail.begin() + static_cast<std::ptrdiff_t>(size));  // for the sanitizer
+      const CoeMail decoded = decode_coe(prefix);
+      EXPECT_EQ(decoded.kind, Kind::kMalformed) << size;
+      EXPECT_STRNE(decoded.problem, "");
+    }
+  }
+}
+
+TEST(CoeMalformed, EveryShorterLengthIsRefusedOrCarriesNoMoreThanItSays) {
+  for (const Bytes& mail : valid_mails()) {
+    for (std::uint8_t length = 0; length < mail[0]; ++length) {
+      Bytes shorter(mail.begin(), mail.begin() + 6 + length);
+      shorter[0] = length;
+      const CoeMail decoded = decode_coe(shorter);
+      if (decoded.kind == Kind::kUpload || decoded.kind == Kind::kUploadSegment) {
+        EXPECT_LE(decoded.data.size(), length);
+      }
+      if (length < 2) {
+        EXPECT_EQ(decoded.kind, Kind::kMalformed);
+      }
+    }
+  }
+}
+
+TEST(CoeMalformed, ContradictionsAreRefused) {
+  const std::vector<Bytes> mails{
+      Bytes(kMailbox),                                             // nothing at all
+      Bytes(kMailbox, 0xFF),                                       // longer than itself
+      response({0x41, 0x08, 0x10, 0, 2, 0, 0, 0, 'a', 'b', 'c'}),  // more data than size
+      response({0x40, 0x08, 0x10, 0, 2, 0, 0, 0, 'a', 'b'}),       // no size
+      response({0xA0, 0x08, 0x10, 0, 0, 0, 0, 0}),                 // block transfer
+      response({}),                                                // no command
+  };
+  for (const Bytes& mail : mails) {
+    EXPECT_EQ(decode_coe(mail).kind, Kind::kMalformed);
+    SdoTransfer transfer;
+    Bytes buffer(64);
+    transfer.begin_upload({0x1008, 0}, buffer, kMailbox);
+    transfer.take(mail);
+    EXPECT_EQ(transfer.status(), Status::kFailed);
+    EXPECT_NE(transfer.failure(), "");
+  }
+}
+
+TEST(SdoTransfer, ASegmentedUploadThatGoesWrongFails) {
+  const std::vector<std::pair<Bytes, std::string>> cases{
+      {{0x10, 1, 2, 3, 4, 5, 6, 7}, "a segment came with the wrong toggle bit"},
+      {{0x00, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}, "the segments are longer than the object"},
+      {{0x01, 1, 2, 3, 4, 5, 6, 7}, "the segments end before the object does"},
+      {{0x00, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, "more segments are announced than the object needs"},
+      {{0x0E, 0, 0, 0, 0, 0, 0, 0}, "an empty segment"},
+  };
+  for (const auto& [segment, problem] : cases) {
+    SdoTransfer transfer;
+    Bytes buffer(64);
+    transfer.begin_upload({0x1008, 0}, buffer, kMailbox);
+    transfer.take(response({0x41, 0x08, 0x10, 0, 12, 0, 0, 0, 'a', 'b'}, 1));
+    transfer.take(response(segment, 2));
+    EXPECT_EQ(transfer.status(), Status::kFailed);
+    EXPECT_EQ(transfer.failure(), problem);
+  }
+}
+
+TEST(SdoTransfer, AnObjectLongerThanTheBufferFails) {
+  SdoTransfer transfer;
+  Bytes buffer(5);
+  transfer.begin_upload({0x1008, 0}, buffer, kMailbox);
+  transfer.take(response({0x41, 0x08, 0x10, 0, 6, 0, 0, 0, 'E', 'K', '1', '1', '0', '0'}));
+  EXPECT_EQ(transfer.failure(), "the object is longer than expected");
+  Bytes small(2);
+  transfer.begin_upload({0x1018, 1}, small, kMailbox);
+  transfer.take(response({0x43, 0x18, 0x10, 1, 2, 0, 0, 0}));
+  EXPECT_EQ(transfer.status(), Status::kFailed);
+}
+
+TEST(SdoTransfer, AWrongToggleOfADownloadFails) {
+  SdoTransfer transfer;
+  const Bytes data(100);
+  transfer.begin_download({0x2000, 0}, data, kMailbox);
+  transfer.take(response({0x60, 0x00, 0x20, 0, 0, 0, 0, 0}, 1));
+  transfer.take(response({0x30, 0, 0, 0, 0, 0, 0, 0}, 2));
+  EXPECT_EQ(transfer.failure(), "a segment was acknowledged with the wrong toggle bit");
+}
+
+TEST(SdoTransfer, AMailboxTooShortForCoeFailsBeforeAnythingIsSent) {
+  SdoTransfer transfer;
+  Bytes buffer(4);
+  for (std::size_t bytes = 0; bytes < kMinCoeMailboxBytes; ++bytes) {
+    transfer.begin_upload({0x1000, 0}, buffer, bytes);
+    EXPECT_EQ(transfer.status(), Status::kFailed);
+    transfer.begin_download({0x1000, 0}, buffer, bytes);
+    EXPECT_EQ(transfer.status(), Status::kFailed);
+    EXPECT_TRUE(transfer.request().empty());
+  }
+}
+
+// ---- whole transfers ----
+
+/// An SDO server by the standard, with a mailbox of its own size.
+class SdoServer {
+ public:
+  explicit SdoServer(std::size_t mailbox) : mailbox_(mailbox) {}
+
+  std::map<std::pair<int, int>, Bytes> objects;
+  unsigned emergency_before_every = 0;  // of so many replies; 0: none
+  bool count = true;
+  std::size_t repetitions = 0;  // requests with an unchanged counter
+
+  std::deque<Bytes> answer(std::span<const std::uint8_t> mail) {
+    std::deque<Bytes> replies;
+    const std::size_t length = load_le<std::uint16_t>(mail.data());
+    if (length < 10 || (mail[5] & 0x0F) != 3) return replies;  // not for us
+    if (mail[5] >> 4 == last_counter_ || mail[5] >> 4 == 0) ++repetitions;
+    last_counter_ = mail[5] >> 4;
+    if (emergency_before_every > 0 && ++requests_ % emergency_before_every == 0)
+      replies.push_back(emergency(0x2310, next_counter()));
+    replies.push_back(coe_reply(sdo(bytes_of(mail.subspan(8, length - 2)))));
+    return replies;
+  }
+
+ private:
+  std::uint8_t next_counter() {
+    counter_ = static_cast<std::uint8_t>(counter_ % 7 + 1);
+    return count ? counter_ : 0;
+  }
+  Bytes coe_reply(Bytes sdo) {
+    sdo.resize(std::max<std::size_t>(sdo.size(), 8));
+    Bytes mail = response(sdo, next_counter());
+    store_le(mail.data(), static_cast<std::uint16_t>(sdo.size() + 2));
+    mail.resize(8 + sdo.size());
+    EXPECT_LE(mail.size(), mailbox_);
+    return mail;
+  }
+  Bytes abort(std::uint32_t code) {
+    Bytes sdo{0x80,
+              static_cast<std::uint8_t>(index_),
+              static_cast<std::uint8_t>(index_ >> 8),
+              static_cast<std::uint8_t>(subindex_),
+              0,
+              0,
+              0,
+              0};
+    store_le(&sdo[4], code);
+    return sdo;
+  }
+  Bytes head(std::uint8_t command) {
+    return {command, static_cast<std::uint8_t>(index_), static_cast<std::uint8_t>(index_ >> 8),
+            static_cast<std::uint8_t>(subindex_)};
+  }
+
+  Bytes sdo(const Bytes& request) {
+    const int command = request[0] >> 5;
+    const bool toggle = (request[0] & 0x10) != 0;
+    if (command == 1 || command == 2) {
+      index_ = request[1] | request[2] << 8;
+      subindex_ = request[3];
+      toggle_ = false;
+    }
+    if (command == 2) {  // upload
+      const auto found = objects.find({index_, subindex_});
+      if (found == objects.end()) return abort(0x06020000);
+      data_ = found->second;
+      if (data_.size() <= 4 && !data_.empty()) {
+        Bytes reply = head(static_cast<std::uint8_t>(0x43 | (4 - data_.size()) << 2));
+        reply.insert(reply.end(), data_.begin(), data_.end());
+        return reply;
+      }
+      Bytes reply = head(0x41);
+      reply.resize(8);
+      store_le(&reply[4], static_cast<std::uint32_t>(data_.size()));
+      at_ = std::min(data_.size(), mailbox_ - 16);
+      reply.insert(reply.end(), data_.begin(), data_.begin() + static_cast<std::ptrdiff_t>(at_));
+      return reply;
+    }
+    if (command == 3) {  // upload segment
+      if (toggle != toggle_) return abort(0x05030000);
+      const std::size_t now = std::min(data_.size() - at_, mailbox_ - 9);
+      const std::size_t unused = now < 7 ? 7 - now : 0;
+      const bool last = at_ + now == data_.size();
+      Bytes reply{static_cast<std::uint8_t>((toggle ? 0x10 : 0) | unused << 1 | (last ? 1U : 0U))};
+      const auto begin = data_.begin() + static_cast<std::ptrdiff_t>(at_);
+      reply.insert(reply.end(), begin, begin + static_cast<std::ptrdiff_t>(now));
+      at_ += now;
+      toggle_ = !toggle_;
+      return reply;
+    }
+    if (command == 1) {  // download
+      if (index_ == 0x1018) return abort(0x06010002);
+      if ((request[0] & 2) != 0) {
+        objects[{index_, subindex_}] =
+            Bytes(request.begin() + 4, request.begin() + 8 - (request[0] >> 2 & 3));
+        return head(0x60);
+      }
+      expected_ = load_le<std::uint32_t>(&request[4]);
+      data_.assign(request.begin() + 8, request.end());
+      if (data_.size() == expected_) objects[{index_, subindex_}] = data_;
+      return head(0x60);
+    }
+    if (command == 0) {  // download segment
+      if (toggle != toggle_) return abort(0x05030000);
+      const std::size_t unused = request.size() == 8 ? (request[0] >> 1 & 7U) : 0U;
+      data_.insert(data_.end(), request.begin() + 1, request.end() - static_cast<std::ptrdiff_t>(unused));
+      const bool last = (request[0] & 1) != 0;
+      if (last != (data_.size() == expected_)) return abort(0x06070010);
+      if (last) objects[{index_, subindex_}] = data_;
+      toggle_ = !toggle_;
+      return {static_cast<std::uint8_t>(0x20 | (toggle ? 0x10 : 0))};
+    }
+    return abort(0x05040001);
+  }
+
+  std::size_t mailbox_;
+  int index_ = 0;
+  int subindex_ = 0;
+  bool toggle_ = false;
+  Bytes data_;
+  std::size_t at_ = 0;
+  std::size_t expected_ = 0;
+  std::uint8_t counter_ = 0;
+  std::uint8_t last_counter_ = 0;
+  unsigned requests_ = 0;
+};
+
+void run(SdoTransfer& transfer, SdoServer& server, std::size_t mailbox) {
+  std::deque<Bytes> mails;
+  while (transfer.under_way()) {
+    if (transfer.must_send()) {
+      ASSERT_LE(transfer.request().size(), mailbox);
+      for (Bytes& mail : server.answer(transfer.request())) mails.push_back(padded(std::move(mail), mailbox));
+    }
+    ASSERT_FALSE(mails.empty());
+    transfer.take(mails.front());
+    mails.pop_front();
+  }
+  EXPECT_TRUE(mails.empty());
+}
+
+TEST(SdoTransfer, AnySizeThroughAnyMailboxArrivesUnchanged) {
+  for (const std::size_t mailbox : {16U, 17U, 18U, 24U, 32U, 48U, 128U, 1024U, 1486U}) {
+    SdoServer server(mailbox);
+    server.emergency_before_every = 5;
+    SdoTransfer transfer;
+    for (std::size_t size = 0; size < 3 * mailbox; size += 1 + size / 64) {
+      Bytes data(size);
+      for (std::size_t i = 0; i < size; ++i) data[i] = static_cast<std::uint8_t>(i * 7 + size);
+      transfer.begin_download({0x2000, 1}, data, mailbox);
+      run(transfer, server, mailbox);
+      ASSERT_EQ(transfer.status(), Status::kDone) << transfer.failure() << size;
+      EXPECT_EQ(server.objects.at({0x2000, 1}), data);
+
+      Bytes back(size);
+      transfer.begin_upload({0x2000, 1}, back, mailbox);
+      run(transfer, server, mailbox);
+      ASSERT_EQ(transfer.status(), Status::kDone) << transfer.failure() << size;
+      EXPECT_EQ(transfer.transferred(), size);
+      EXPECT_EQ(back, data);
+    }
+    EXPECT_EQ(server.repetitions, 0U);
+  }
+}
+
+TEST(SdoTransfer, DoesNotAllocateOrLock) {
+  SdoTransfer transfer;
+  Bytes buffer(64);
+  const Bytes data(20);
+  const Bytes first = response({0x41, 0x08, 0x10, 0, 12, 0, 0, 0, 'a', 'b'}, 1);
+  const Bytes segment = response({0x01, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10}, 2);
+  const Bytes refused = response({0x80, 0x00, 0x20, 0, 0, 0, 2, 6}, 3);
+  const support::NoAllocGuard guard;
+  transfer.begin_upload({0x1008, 0}, buffer, kMailbox);
+  transfer.take(first);
+  transfer.take(segment);
+  const bool done = transfer.status() == Status::kDone;
+  transfer.begin_download({0x2000, 0}, data, kMailbox);
+  transfer.take(refused);
+  const long violations = guard.violations();
+  EXPECT_TRUE(done);
+  EXPECT_EQ(transfer.status(), Status::kAborted);
+  EXPECT_EQ(violations, 0);
+}
+
+// ---- over the wire ----
+
+/// The server as the firmware of an emulated slave: one reply at a time, the next when there is room.
+class CoeBoard final : public sim::bus::Application {
+ public:
+  CoeBoard(sim::bus::EmulatedSlave& slave, std::size_t mailbox) : server(mailbox), slave_(slave) {
+    slave.attach(*this);
+  }
+  bool mailbox_received(std::span<const std::uint8_t> message) noexcept override {
+    for (Bytes& reply : server.answer(message)) replies_.push_back(std::move(reply));
+    post();
+    return true;
+  }
+  void advance(std::chrono::nanoseconds /*step*/) noexcept override { post(); }
+
+  SdoServer server;
+
+ private:
+  void post() noexcept {
+    while (!replies_.empty() && slave_.post_mailbox(replies_.front())) replies_.pop_front();
+  }
+  sim::bus::EmulatedSlave& slave_;
+  std::deque<Bytes> replies_;
+};
+
+class SdoClientOverTheWire : public ::testing::Test {
+ protected:
+  static sim::bus::SlaveDescription description(std::uint16_t protocols) {
+    sim::bus::SlaveDescription slave;
+    slave.name = "EL7211";
+    slave.mailbox_out = {.start = 0x1000, .length = kMailbox};
+    slave.mailbox_in = {.start = 0x1080, .length = kMailbox};
+    slave.mailbox_protocols = protocols;
+    return slave;
+  }
+  SdoClientOverTheWire()
+      : board(bus.add(description(sim::bus::mailbox_protocol::kCoE)), kMailbox),
+        silent(bus.add(description(0))),
+        wire(bus, {.timed = true}),
+        link(wire) {
+    PreOpBus::Options options;
+    options.mailbox_timeout = 20ms;
+    options.access.frame_timeout = 1ms;
+    setup = std::make_unique<PreOpBus>(link, nullptr, options);
+    setup->enter_pre_op();
+  }
+
+  sim::bus::EmulatedBus bus;
+  CoeBoard board;
+  sim::bus::EmulatedSlave& silent;
+  sim::bus::EmulatedWire wire;
+  sim::bus::BusLink link;
+  std::unique_ptr<PreOpBus> setup;
+};
+
+TEST_F(SdoClientOverTheWire, ReadsAndWritesObjectsOfEverySize) {
+  SdoClient client(*setup, 0);
+  for (const std::size_t size : {1U, 2U, 4U, 5U, 32U, 33U, 500U}) {
+    Bytes data(size);
+    for (std::size_t i = 0; i < size; ++i) data[i] = static_cast<std::uint8_t>(i + size);
+    client.write(0x2000, 1, data);
+    EXPECT_EQ(board.server.objects.at({0x2000, 1}), data);
+    EXPECT_EQ(client.read(0x2000, 1), data);
+  }
+  EXPECT_EQ(board.server.repetitions, 0U);
+}
+
+TEST_F(SdoClientOverTheWire, AnEmergencyBeforeTheReplyDisturbsNothing) {
+  board.server.objects[{0x1008, 0}] = Bytes(100, 'x');
+  board.server.emergency_before_every = 2;
+  SdoClient client(*setup, 0);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(client.read(0x1008, 0), Bytes(100, 'x'));
+  ASSERT_FALSE(client.emergencies().empty());
+  EXPECT_EQ(client.emergencies().front().error_code, 0x2310);
+}
+
+TEST_F(SdoClientOverTheWire, ARefusalNamesSlaveObjectAndReason) {
+  SdoClient client(*setup, 0);
+  try {
+    (void)client.read(0x6041, 0);
+    FAIL();
+  } catch (const BusError& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "slave 1 (EL7211): read object 0x6041:00: refused with abort code 0x06020000, the object does "
+        "not exist in the object dictionary");
+  }
+  try {
+    client.write(0x1018, 1, Bytes{1, 2, 3, 4});
+    FAIL();
+  } catch (const BusError& error) {
+    EXPECT_STREQ(error.what(),
+                 "slave 1 (EL7211): write object 0x1018:01: refused with abort code 0x06010002, attempt to "
+                 "write a read-only object");
+  }
+}
+
+TEST_F(SdoClientOverTheWire, ASlaveThatHangsIsNamedWithTheObject) {
+  SdoClient client(*setup, 0);
+  bus.slave(0).hang_mailbox(true);
+  try {
+    (void)client.read(0x6041, 0);
+    FAIL();
+  } catch (const BusError& error) {
+    EXPECT_STREQ(error.what(),
+                 "slave 1 (EL7211): read object 0x6041:00: wait for its mailbox: no reply in time");
+  }
+}
+
+TEST_F(SdoClientOverTheWire, ASlaveWithoutCoeIsNotAsked) {
+  EXPECT_THROW(SdoClient(*setup, 1), BusError);
+  EXPECT_THROW(SdoClient(*setup, 2), std::out_of_range);
+}
+
+}  // namespace
+}  // namespace drivers::ethercat

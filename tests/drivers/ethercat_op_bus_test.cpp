@@ -1,0 +1,723 @@
+// The bus in operation against the emulated youBot: what goes wrong, how it is told, and how it recovers.
+#include "drivers/ethercat/op_bus.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/drivers/ethercat_fakes.h"
+
+namespace drivers::ethercat::test {
+namespace {
+
+using enum SlaveCondition;
+
+constexpr std::size_t kWheel = 2;  // slave 3, the second wheel
+constexpr std::size_t kHand = 10;  // the last one: nobody is behind it
+constexpr std::uint16_t kWholeCounter = 9 * 3;
+
+class Operation : public ::testing::Test {
+ protected:
+  void start(std::vector<FaultEvent> faults = {}, std::vector<SlaveDescription> slaves = youbot(),
+             const SlaveOptions& options = {}) {
+    robot.emplace(slaves, options);
+    link.emplace(robot->connect({.faults = std::move(faults)}));
+    PreOpBus setup(*link, nullptr, impatient());
+    setup.enter_pre_op();
+    bus.emplace(std::move(setup).start());
+  }
+  void TearDown() override {
+    EXPECT_EQ(violations, 0) << "exchange() allocated or locked";
+    EXPECT_LE(link->longest, kMaxFrameBytes);
+    EXPECT_EQ(set_while_stopped, 0) << "a slave got set values before it was operational";
+  }
+
+  // A millisecond, with set values for everybody all the time.
+  CycleResult cycle() {
+    std::vector<int> before;
+    std::vector<SlaveCondition> conditions;
+    for (std::size_t i = 0; i < bus->size(); ++i) {
+      std::ranges::fill(bus->outputs(i), std::uint8_t{0x77});
+      before.push_back(robot->board(i).set_values);
+      conditions.push_back(bus->health(i).condition);
+    }
+    CycleResult result;
+    {
+      const support::NoAllocGuard guard;
+      result = bus->exchange(robot->wire->now());
+      if (counting) violations += guard.violations();
+    }
+    for (std::size_t i = 0; i < bus->size(); ++i)
+      if (conditions[i] != kOperational) set_while_stopped += robot->board(i).set_values - before[i];
+    robot->wire->advance(1ms);
+    return result;
+  }
+  void cycles(int count) {
+    for (int i = 0; i < count; ++i) cycle();
+  }
+  // As many as it takes for slave i to get into `condition`; false after a second.
+  bool until(std::size_t i, SlaveCondition condition) {
+    for (int left = 1000; left > 0 && bus->health(i).condition != condition; --left) cycle();
+    return bus->health(i).condition == condition;
+  }
+  // Resumes whoever waits for it, as a robot does while it is not enabled; the milliseconds until all is
+  // well, or -1 after two seconds.
+  int recover() {
+    for (int cycle_number = 0; cycle_number < 2000; ++cycle_number) {
+      if (cycle().all_operational) return cycle_number;
+      for (std::size_t i = 0; i < bus->size(); ++i) bus->resume(i);
+    }
+    return -1;
+  }
+  SlaveCondition condition(std::size_t i) const { return bus->health(i).condition; }
+  Bytes inputs(std::size_t i) const { return {bus->inputs(i).begin(), bus->inputs(i).end()}; }
+  void set_product(std::size_t i, std::uint32_t product) {
+    store_le(&robot->bus.slave(i).controller().sii().image()[2 * kSiiProductWord], product);
+  }
+
+  std::optional<EmulatedRobot> robot;
+  std::optional<MeddlingLink> link;
+  std::optional<OpBus> bus;
+  ScriptedLink none_;
+  long violations = 0;
+  bool counting = true;  // false: the test's own hooks allocate
+  int set_while_stopped = 0;
+};
+
+TEST_F(Operation, OneFrameACycleCarriesAllData) {
+  start();
+  const int before = link->frames;
+  for (std::size_t i = 0; i < 11; ++i) robot->board(i).mark = static_cast<std::uint8_t>(0xA0 + i);
+  cycles(2);
+  const CycleResult result = cycle();
+  EXPECT_EQ(link->frames, before + 3);
+  EXPECT_TRUE(result.answered);
+  EXPECT_TRUE(result.all_operational);
+  EXPECT_EQ(result.working_counter, kWholeCounter);
+  EXPECT_EQ(result.expected_working_counter, kWholeCounter);
+  for (std::size_t i = 0; i < 11; ++i) {
+    EXPECT_TRUE(bus->health(i).inputs_fresh);
+    EXPECT_EQ(bus->health(i).state, AlState::kOp);
+    if (bus->slave(i).inputs.bytes == 0) continue;
+    EXPECT_EQ(bus->inputs(i)[5], 0xA0 + i);
+    EXPECT_EQ(load_le<std::uint32_t>(bus->inputs(i).data()), robot->board(i).refreshes - 1)
+        << "of this cycle: refreshed once more since, with the time that passed";
+    EXPECT_EQ(robot->board(i).outputs[4], 0x77);
+  }
+}
+
+TEST_F(Operation, WithoutSlavesThereIsNoBus) {
+  link.emplace(none_);
+  ScriptedLink& none = none_;
+  EXPECT_EQ(error_of([&] { OpBus(std::make_unique<Transceiver>(none), {}, {}); }), "scripted: start: there are no slaves");
+}
+
+TEST_F(Operation, ASingleLostFrameStopsNobody) {
+  for (const FaultKind kind : {FaultKind::kDropReply, FaultKind::kDropRequest}) {
+    start({{.kind = kind, .at = 10ms}});
+    cycles(10);
+    const Bytes before = inputs(kWheel);
+    const CycleResult lost = cycle();
+    EXPECT_FALSE(lost.answered);
+    EXPECT_FALSE(lost.all_operational);
+    EXPECT_FALSE(bus->health(kWheel).inputs_fresh);
+    EXPECT_EQ(inputs(kWheel), before);
+    EXPECT_EQ(condition(kWheel), kOperational);
+    EXPECT_TRUE(cycle().all_operational);
+    EXPECT_TRUE(bus->health(kWheel).inputs_fresh);
+    EXPECT_EQ(bus->counters().lost, 1U);
+    cycles(10);
+    for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(bus->health(i).times_lost, 0U);
+  }
+}
+
+TEST_F(Operation, AShortCounterIsBrokenDownToTheSlave) {
+  start();
+  counting = false;
+  cycles(3);
+  // One wheel takes no part in the exchange of data, although it is in OP.
+  const ProcessDataWindow window = bus->slave(kWheel).outputs;
+  link->on_receive = [&window](std::span<std::uint8_t> frame) {
+    (void)find_datagram(frame, [&](const Datagram& d) {
+      if (d.command != Command::kLrw) return false;
+      if (d.data.size() > 25 || d.address == window.image_offset) {
+        store_le(d.counter, static_cast<std::uint16_t>(d.working_counter() - 3));
+        std::ranges::fill(d.data, std::uint8_t{0xEE});
+      }
+      return false;
+    });
+    return true;
+  };
+  const Bytes before = inputs(kWheel);
+  EXPECT_EQ(cycle().working_counter, kWholeCounter - 3);
+  for (std::size_t i = 1; i < 5; ++i) EXPECT_FALSE(bus->health(i).inputs_fresh) << "whose is it?";
+  for (int n = 0; n < 5; ++n) {
+    const CycleResult result = cycle();
+    EXPECT_EQ(result.working_counter, kWholeCounter - 3);
+    EXPECT_FALSE(result.all_operational);
+    for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(bus->health(i).inputs_fresh, i != kWheel) << i;
+  }
+  EXPECT_EQ(inputs(kWheel), before) << "what came for it was not good";
+  link->on_receive = nullptr;
+  cycles(2);
+  EXPECT_TRUE(cycle().all_operational);
+}
+
+TEST_F(Operation, InputsOfAMissingSlaveAreKeptAndNotFresh) {
+  start();
+  robot->board(kHand).mark = 0x5C;
+  cycles(5);
+  const Bytes before = inputs(kHand);
+  robot->bus.set_power(kHand, false);
+  for (int n = 0; n < 20; ++n) {
+    const CycleResult result = cycle();
+    EXPECT_TRUE(result.answered);
+    EXPECT_FALSE(result.all_operational);
+    EXPECT_EQ(result.working_counter, kWholeCounter - 3);
+    EXPECT_FALSE(bus->health(kHand).inputs_fresh);
+    EXPECT_EQ(inputs(kHand), before);
+    if (n > 0) {
+      for (std::size_t i = 0; i < kHand; ++i) EXPECT_TRUE(bus->health(i).inputs_fresh) << n;
+    }
+  }
+  EXPECT_EQ(condition(kHand), kLost);
+  EXPECT_EQ(bus->health(kHand).state, AlState::kNone);
+  EXPECT_EQ(bus->health(kHand).times_lost, 1U);
+}
+
+TEST_F(Operation, APowerCycledSlaveComesBackByParametersAndResume) {
+  start();
+  cycles(5);
+  robot->bus.set_power(kHand, false);
+  std::vector<SlaveCondition> seen{condition(kHand)};
+  int stale = 0;
+  const auto watch = [&](int count) {
+    for (int n = 0; n < count; ++n) {
+      cycle();
+      if (condition(kHand) != seen.back()) seen.push_back(condition(kHand));
+      for (std::size_t i = 0; i < kHand; ++i) {
+        EXPECT_EQ(condition(i), kOperational);
+        if (!bus->health(i).inputs_fresh) ++stale;
+      }
+    }
+  };
+  watch(20);
+  robot->bus.set_power(kHand, true);
+  watch(100);
+  EXPECT_EQ(seen, (std::vector{kOperational, kLost, kRestarting, kNeedsParameters}));
+  EXPECT_EQ(robot->state(kHand), AlState::kPreOp);
+  watch(100);
+  EXPECT_EQ(condition(kHand), kNeedsParameters) << "it waits";
+
+  ASSERT_TRUE(bus->mailbox(kHand).post(tmcl(0, 5, 7, 0, 0), 50ms));
+  watch(5);
+  ASSERT_EQ(bus->mailbox(kHand).status(), MailboxLine::Status::kReplied);
+  EXPECT_EQ(tmcl_value(bus->mailbox(kHand).reply()), 7001);
+
+  bus->resume(kHand);
+  watch(50);
+  EXPECT_EQ(seen, (std::vector{kOperational, kLost, kRestarting, kNeedsParameters, kResuming, kOperational}));
+  EXPECT_TRUE(cycle().all_operational);
+  EXPECT_TRUE(bus->health(kHand).inputs_fresh);
+  EXPECT_EQ(robot->board(kHand).outputs[0], 0x77);
+  // The frame in which it first fails is one for all: nobody's data counts in it.
+  EXPECT_LE(stale, 10);
+  EXPECT_EQ(bus->failure(kHand), "");
+}
+
+TEST_F(Operation, ASlaveInTheMiddleTakesThoseBehindItAlong) {
+  start();
+  cycles(5);
+  robot->bus.set_power(5, false);
+  cycles(10);
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(condition(i), i < 5 ? kOperational : kLost);
+  robot->bus.set_power(5, true);
+  cycles(50);
+  EXPECT_EQ(condition(5), kNeedsParameters);
+  for (std::size_t i = 6; i < 11; ++i) EXPECT_EQ(condition(i), kStopped) << "still powered and addressed";
+  const int milliseconds = recover();
+  EXPECT_GE(milliseconds, 0);
+  EXPECT_LT(milliseconds, 50);
+}
+
+TEST_F(Operation, ACableThatComesBackSoonNeedsNoNewConfiguration) {
+  start();
+  cycles(5);
+  robot->bus.set_cable(6, false);
+  cycles(20);
+  for (std::size_t i = 6; i < 11; ++i) EXPECT_EQ(condition(i), kLost);
+  robot->bus.set_cable(6, true);
+  // Resumed in the very cycle in which it is found, as the robot does.
+  for (std::size_t i = 6; i < 11; ++i) ASSERT_TRUE(until(i, kStopped));
+  for (std::size_t i = 6; i < 11; ++i) {
+    EXPECT_NE(bus->health(i).state, AlState::kNone) << "stopped, but in what state?";
+    bus->resume(i);
+    EXPECT_EQ(condition(i), kResuming);
+  }
+  for (std::size_t i = 6; i < 11; ++i) EXPECT_TRUE(until(i, kOperational));
+  cycles(2);
+  EXPECT_TRUE(cycle().all_operational);
+}
+
+TEST_F(Operation, ACableOutLongerThanTheWatchdogLeavesSafeOpWithItsCode) {
+  start();
+  cycles(5);
+  robot->bus.set_cable(kHand, false);
+  cycles(150);  // the watchdog runs 100 ms
+  EXPECT_EQ(robot->board(kHand).watchdogs, 1);
+  robot->bus.set_cable(kHand, true);
+  ASSERT_TRUE(until(kHand, kStopped));
+  EXPECT_EQ(bus->health(kHand).state, AlState::kSafeOp);
+  EXPECT_TRUE(bus->health(kHand).al_error);
+  EXPECT_EQ(bus->health(kHand).al_code, 0x001B);
+  cycles(100);
+  EXPECT_EQ(condition(kHand), kStopped) << "it waits for resume()";
+  bus->resume(kHand);
+  ASSERT_TRUE(until(kHand, kOperational));
+  cycles(2);
+  EXPECT_TRUE(cycle().all_operational);
+}
+
+TEST_F(Operation, ASlaveThatDropsToSafeOpStopsAloneAndIsResumed) {
+  start();
+  cycles(5);
+  robot->bus.slave(kWheel).report_error(AlState::kSafeOp, 0x001B);
+  cycles(3);
+  EXPECT_EQ(condition(kWheel), kStopped);
+  EXPECT_EQ(bus->health(kWheel).al_code, 0x001B);
+  EXPECT_EQ(bus->health(kWheel).times_lost, 1U);
+  for (std::size_t i = 0; i < 11; ++i) {
+    if (i != kWheel) {
+      EXPECT_EQ(condition(i), kOperational);
+      EXPECT_TRUE(bus->health(i).inputs_fresh);
+    }
+  }
+  bus->resume(kWheel);
+  EXPECT_EQ(condition(kWheel), kResuming);
+  ASSERT_TRUE(until(kWheel, kOperational));
+  EXPECT_EQ(robot->state(kWheel), AlState::kOp);
+}
+
+TEST_F(Operation, ASlaveThatDropsToSafeOpIsNoticedWithinTwoCycles) {
+  start();
+  cycles(5);
+  robot->bus.slave(kWheel).report_error(AlState::kSafeOp, 0x001B);
+  cycles(2);
+  EXPECT_EQ(condition(kWheel), kStopped) << "its working counter alone is still right";
+}
+
+TEST_F(Operation, ASlaveThatFallsToInitIsConfiguredFromScratch) {
+  start();
+  cycles(5);
+  robot->bus.slave(kWheel).report_error(AlState::kInit, 0x0016);
+  ASSERT_TRUE(until(kWheel, kStopped));
+  bus->resume(kWheel);
+  EXPECT_EQ(condition(kWheel), kRestarting);
+  ASSERT_TRUE(until(kWheel, kNeedsParameters));
+  bus->resume(kWheel);
+  ASSERT_TRUE(until(kWheel, kOperational));
+}
+
+TEST_F(Operation, ASlaveThatFallsToPreOpKeepsItsParameters) {
+  start();
+  cycles(5);
+  robot->bus.slave(kWheel).report_error(AlState::kPreOp, 0x001E);
+  ASSERT_TRUE(until(kWheel, kStopped));
+  bus->resume(kWheel);
+  EXPECT_EQ(condition(kWheel), kResuming);
+  ASSERT_TRUE(until(kWheel, kOperational));
+}
+
+TEST_F(Operation, ResumeDoesNothingToThoseWhoDoNotWaitForIt) {
+  start();
+  cycles(2);
+  bus->resume(kWheel);
+  EXPECT_EQ(condition(kWheel), kOperational);
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  bus->resume(kHand);
+  EXPECT_EQ(condition(kHand), kLost);
+}
+
+TEST_F(Operation, ARefusedResumeSaysWhy) {
+  start();
+  counting = false;
+  cycles(2);
+  robot->bus.slave(kHand).report_error(AlState::kPreOp, 0x001E);
+  ASSERT_TRUE(until(kHand, kStopped));
+  link->on_send = [](Bytes& frame) {  // its input sync manager gets a wrong length
+    (void)find_datagram(frame, [](const Datagram& d) {
+      if (d.command == Command::kFpwr && d.offset() == 0x0818) d.data[2] = 19;
+      return false;
+    });
+    return false;
+  };
+  robot->bus.slave(kHand).set_power(false);  // or the old configuration would still be locked
+  robot->bus.set_power(kHand, false);
+  robot->bus.set_power(kHand, true);
+  ASSERT_TRUE(until(kHand, kNeedsParameters));
+  bus->resume(kHand);
+  ASSERT_TRUE(until(kHand, kStopped));
+  EXPECT_TRUE(contains(bus->failure(kHand), "SAFE-OP refused: it is in PRE-OP with error, AL status code (register "
+                                            "0x0134) 0x001E invalid input configuration, after "));
+}
+
+// ---- another device ----
+
+TEST_F(Operation, AnotherDeviceInALostSlavesPlaceIsNotTakenIntoOperation) {
+  start();
+  cycles(5);
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  set_product(kHand, 0x4711);
+  robot->bus.set_power(kHand, true);
+  ASSERT_TRUE(until(kHand, kForeign));
+  EXPECT_EQ(bus->failure(kHand), "another device is there: product (SII word 0x000A) is 0x00004711, not 0x00000012");
+  for (int n = 0; n < 200; ++n) {
+    const CycleResult result = cycle();
+    EXPECT_FALSE(result.all_operational);
+    EXPECT_EQ(condition(kHand), kForeign);
+    EXPECT_FALSE(bus->health(kHand).inputs_fresh);
+    bus->resume(kHand);
+    for (std::size_t i = 0; i < kHand; ++i) EXPECT_TRUE(bus->health(i).inputs_fresh);
+  }
+  EXPECT_EQ(robot->state(kHand), AlState::kInit);
+  for (std::uint16_t sm = 0; sm < 4; ++sm)
+    EXPECT_EQ(robot->bus.slave(kHand).controller().get<std::uint8_t>(
+                  static_cast<std::uint16_t>(reg::kSyncManager + 8 * sm + reg::kSyncManagerActivate)), 0)
+        << "nothing was configured in it";
+}
+
+TEST_F(Operation, AnotherDevicesCableOutAndBackMakesItNoneOfOurs) {
+  start();
+  cycles(5);
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  set_product(kHand, 0x4711);
+  robot->bus.set_power(kHand, true);
+  ASSERT_TRUE(until(kHand, kForeign));
+  robot->bus.set_cable(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  robot->bus.set_cable(kHand, true);
+  for (int n = 0; n < 100; ++n) {
+    cycle();
+    EXPECT_NE(condition(kHand), kStopped);
+    bus->resume(kHand);
+  }
+  EXPECT_EQ(condition(kHand), kForeign);
+}
+
+TEST_F(Operation, TheRightDeviceAfterAWrongOneIsTaken) {
+  start();
+  cycles(5);
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  set_product(kHand, 0x4711);
+  robot->bus.set_power(kHand, true);
+  ASSERT_TRUE(until(kHand, kForeign));
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  set_product(kHand, 0x12);
+  robot->bus.set_power(kHand, true);
+  ASSERT_TRUE(until(kHand, kNeedsParameters));
+  EXPECT_GE(recover(), 0);
+}
+
+TEST_F(Operation, ADeviceWithAnothersAddressIsNotTouched) {
+  start();
+  cycles(5);
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  robot->bus.set_power(kHand, true);
+  // Before we look: another master's address.
+  FrameWriter writer;
+  const Datagram address = writer.add(Command::kApwr, 1, address_of(position_address(kHand), reg::kStationAddress), 2);
+  store_le<std::uint16_t>(address.data.data(), 0x2222);
+  Bytes frame(writer.bytes().begin(), writer.bytes().end());
+  ASSERT_TRUE(robot->bus.process(frame));
+  cycles(50);
+  EXPECT_EQ(condition(kHand), kLost);
+  EXPECT_EQ(robot->bus.slave(kHand).controller().get<std::uint16_t>(reg::kStationAddress), 0x2222);
+}
+
+// ---- mailboxes ----
+
+TEST_F(Operation, BusyMailboxesChangeNothingInTheCycle) {
+  struct Run {
+    std::vector<std::uint16_t> counters;
+    std::vector<Bytes> inputs;
+    int replies = 0;
+  };
+  const auto run = [this](bool busy) {
+    start();
+    Run result;
+    for (int n = 0; n < 300; ++n) {
+      for (std::size_t i = 0; busy && i < 11; ++i) {
+        MailboxLine& line = bus->mailbox(i);
+        if (line.status() == MailboxLine::Status::kReplied) {
+          // Its own reply, not another slave's: each answers with the type that was asked for.
+          EXPECT_EQ(tmcl_value(line.reply()) / 1000, static_cast<int>(i));
+          ++result.replies;
+        }
+        EXPECT_NE(line.status(), MailboxLine::Status::kTimedOut);
+        if (!line.exists() || line.status() == MailboxLine::Status::kBusy) continue;
+        EXPECT_TRUE(line.post(tmcl(0, 6, static_cast<std::uint8_t>(i), 0, 0), 100ms));
+      }
+      const CycleResult cycle_result = cycle();
+      EXPECT_TRUE(cycle_result.all_operational);
+      result.counters.push_back(cycle_result.working_counter);
+      for (std::size_t i = 0; i < 11; ++i) result.inputs.push_back(inputs(i));
+    }
+    EXPECT_EQ(bus->counters().lost, 0U);
+    return result;
+  };
+  const Run quiet = run(false);
+  const Run busy = run(true);
+  EXPECT_EQ(quiet.counters, busy.counters);
+  EXPECT_EQ(quiet.inputs, busy.inputs);
+  EXPECT_EQ(busy.replies, 9 * 99) << "each of 9 slaves: a reply every three cycles";
+}
+
+TEST_F(Operation, ALostFrameDoesNotConfuseAnyMailbox) {
+  std::vector<FaultEvent> faults;
+  for (int n = 0; n < 40; ++n)
+    faults.push_back({.kind = n % 2 == 0 ? FaultKind::kDropReply : FaultKind::kDropRequest, .at = (10 + 7 * n) * 1ms});
+  start(faults);
+  std::array<int, 11> posted{};
+  std::array<int, 11> replied{};
+  for (int n = 0; n < 400; ++n) {
+    for (std::size_t i = 0; i < 11; ++i) {
+      MailboxLine& line = bus->mailbox(i);
+      if (!line.exists() || line.status() == MailboxLine::Status::kBusy) continue;
+      if (line.status() == MailboxLine::Status::kReplied) {
+        ++replied[i];
+        EXPECT_EQ(tmcl_value(line.reply()) / 1000, posted[i] % 100) << "another request's reply";
+      }
+      ++posted[i];
+      line.post(tmcl(0, 6, static_cast<std::uint8_t>(posted[i] % 100), 0, 0), 30ms);
+    }
+    cycle();
+  }
+  for (std::size_t i = 1; i < 5; ++i) {
+    EXPECT_GT(replied[i], 40);
+    EXPECT_LE(robot->board(i).executed, posted[i]) << "one was executed twice";
+  }
+}
+
+TEST_F(Operation, AMailboxOfALostSlaveTimesOutToo) {
+  start();
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  ASSERT_TRUE(bus->mailbox(kHand).post(tmcl(0, 6, 1, 0, 0), 20ms));
+  cycles(30);
+  EXPECT_EQ(bus->mailbox(kHand).status(), MailboxLine::Status::kTimedOut);
+}
+
+TEST_F(Operation, AMailboxWorksAfterARepeatAndAPowerCycle) {
+  start();
+  counting = false;
+  const auto request = [this](std::uint8_t type) {
+    EXPECT_TRUE(bus->mailbox(kHand).post(tmcl(0, 6, type, 0, 0), 50ms));
+    for (int n = 0; n < 100 && bus->mailbox(kHand).status() == MailboxLine::Status::kBusy; ++n) cycle();
+    return bus->mailbox(kHand).status() == MailboxLine::Status::kReplied ? tmcl_value(bus->mailbox(kHand).reply()) / 1000 : -1;
+  };
+  const auto lose_one_read = [this] {
+    link->on_receive = [this](std::span<std::uint8_t> frame) {
+      if (!find_datagram(frame, [](const Datagram& d) { return d.command == Command::kFprd && d.offset() == kMailboxIn; }))
+        return true;
+      link->on_receive = nullptr;
+      return false;
+    };
+  };
+  lose_one_read();
+  EXPECT_EQ(request(1), 1);
+  robot->bus.set_power(kHand, false);
+  cycles(10);
+  robot->bus.set_power(kHand, true);
+  ASSERT_TRUE(until(kHand, kNeedsParameters));
+  lose_one_read();
+  EXPECT_EQ(request(2), 2) << "its repeat bit is back to zero";
+}
+
+// ---- faults of the script, one of each kind ----
+
+struct Case {
+  const char* name;
+  FaultEvent event;
+  int lost_most;  // frames
+};
+void PrintTo(const Case& fault, std::ostream* out) { *out << fault.name; }
+
+class EveryFault : public Operation, public ::testing::WithParamInterface<Case> {};
+
+TEST_P(EveryFault, IsSurvivedAndRecoveredFromWithin2s) {
+  FaultEvent event = GetParam().event;
+  event.at = 20ms;
+  start({event});
+  bool noticed = false;
+  for (int n = 0; n < 1000 && !robot->wire->faults().finished(); ++n) {
+    const CycleResult result = cycle();
+    noticed = noticed || !result.all_operational;
+    EXPECT_FALSE(result.all_operational && result.working_counter != kWholeCounter);
+    for (std::size_t i = 0; i < 11; ++i) bus->resume(i);
+  }
+  ASSERT_TRUE(robot->wire->faults().finished());
+  const int milliseconds = recover();
+  EXPECT_GE(milliseconds, 0);
+  cycles(5);
+  EXPECT_TRUE(cycle().all_operational);
+  for (std::size_t i = 0; i < 11; ++i) {
+    EXPECT_TRUE(bus->health(i).inputs_fresh);
+    EXPECT_EQ(robot->board(i).outputs[0], bus->slave(i).outputs.bytes > 0 ? 0x77 : 0);
+  }
+  const FrameCounters& counters = bus->counters();
+  EXPECT_LE(counters.lost, static_cast<std::uint64_t>(GetParam().lost_most));
+  EXPECT_EQ(counters.sent, counters.received + counters.lost) << "every frame has one fate";
+  const std::uint32_t count = event.count;
+  switch (event.kind) {
+    case FaultKind::kDropRequest:
+    case FaultKind::kDropReply: EXPECT_EQ(counters.lost, count); break;
+    case FaultKind::kDelay:
+      EXPECT_EQ(counters.lost, count);
+      EXPECT_EQ(counters.late, count);
+      break;
+    case FaultKind::kDuplicate:
+      EXPECT_EQ(counters.duplicate, count);
+      EXPECT_FALSE(noticed) << "a duplicate disturbs nobody";
+      break;
+    case FaultKind::kTruncate:
+      EXPECT_EQ(counters.malformed, count);
+      EXPECT_EQ(counters.lost, count);
+      break;
+    case FaultKind::kCorrupt: EXPECT_EQ(counters.malformed + counters.late, count); break;
+    case FaultKind::kWrongCounter: EXPECT_TRUE(noticed); break;
+    case FaultKind::kDamageOnCable:
+      EXPECT_EQ(counters.lost, count);
+      EXPECT_EQ(robot->bus.slave(event.slave).controller().get<std::uint8_t>(reg::kRxErrorCounters), count);
+      break;
+    case FaultKind::kSlaveOff:
+    case FaultKind::kCableOut:
+    case FaultKind::kBrownOut: EXPECT_EQ(bus->health(kHand).times_lost, 1U); break;
+    case FaultKind::kMailboxHung:
+    case FaultKind::kBoardFault: EXPECT_FALSE(noticed) << "not a matter of the bus"; break;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    OfTheScript, EveryFault,
+    ::testing::Values(Case{"one_request", {.kind = FaultKind::kDropRequest}, 1},
+                      Case{"ten_requests", {.kind = FaultKind::kDropRequest, .count = 10}, 10},
+                      Case{"one_reply", {.kind = FaultKind::kDropReply}, 1},
+                      Case{"ten_replies", {.kind = FaultKind::kDropReply, .count = 10}, 10},
+                      Case{"delay", {.kind = FaultKind::kDelay, .count = 3, .delay = 7ms}, 3},
+                      Case{"duplicate", {.kind = FaultKind::kDuplicate, .count = 5}, 0},
+                      Case{"truncate", {.kind = FaultKind::kTruncate, .offset = 100}, 1},
+                      Case{"corrupt_command", {.kind = FaultKind::kCorrupt, .offset = 16}, 1},
+                      Case{"corrupt_index", {.kind = FaultKind::kCorrupt, .offset = 17}, 1},
+                      Case{"corrupt_length", {.kind = FaultKind::kCorrupt, .offset = 14}, 1},
+                      Case{"wrong_counter", {.kind = FaultKind::kWrongCounter, .count = 4}, 0},
+                      Case{"damage", {.kind = FaultKind::kDamageOnCable, .count = 2, .slave = 4}, 2},
+                      Case{"slave_off", {.kind = FaultKind::kSlaveOff, .duration = 300ms, .slave = 4}, 0},
+                      Case{"last_slave_off", {.kind = FaultKind::kSlaveOff, .duration = 300ms, .slave = 10}, 0},
+                      Case{"slave_off_briefly", {.kind = FaultKind::kSlaveOff, .duration = 1ms, .slave = 4}, 0},
+                      Case{"first_slave_off", {.kind = FaultKind::kSlaveOff, .duration = 300ms, .slave = 0}, 300},
+                      Case{"cable", {.kind = FaultKind::kCableOut, .duration = 300ms, .slave = 6}, 0},
+                      Case{"cable_briefly", {.kind = FaultKind::kCableOut, .duration = 10ms, .slave = 6}, 0},
+                      Case{"first_cable", {.kind = FaultKind::kCableOut, .duration = 300ms, .slave = 0}, 300},
+                      Case{"brown_out", {.kind = FaultKind::kBrownOut, .duration = 50ms}, 50},
+                      Case{"mailbox", {.kind = FaultKind::kMailboxHung, .duration = 50ms, .slave = 3}, 0},
+                      Case{"board", {.kind = FaultKind::kBoardFault, .duration = 50ms, .slave = 3}, 0}),
+    [](const auto& test) { return test.param.name; });
+
+TEST_F(Operation, SlowSlavesRecoverAsWell) {
+  SlaveOptions slow{.sii = {.reads_8_bytes = false, .read_time = 1ms}, .state_change_time = 0ms};
+  robot.emplace(youbot(), slow);
+  link.emplace(robot->connect({.timed = true, .faults = {{.kind = FaultKind::kBrownOut, .at = 1s, .duration = 50ms}}}));
+  PreOpBus::Options options;
+  options.access.frame_timeout = 1s;
+  options.cyclic.frame_timeout = 900us;
+  PreOpBus setup(*link, nullptr, options);
+  setup.enter_pre_op();
+  bus.emplace(std::move(setup).start());
+  while (!robot->wire->faults().finished()) cycle();
+  const int milliseconds = recover();
+  EXPECT_GE(milliseconds, 0) << "not within 2 s";
+}
+
+// ---- many slaves, large images ----
+
+TEST_F(Operation, ManySlavesAreNotLostForWantOfRoomToAskThem) {
+  // Split, 40 slaves need 16 + 40 * 20 bytes; to ask all of them another 40 * 18, which is too much.
+  std::vector<SlaveDescription> slaves(40, drive("small"));
+  for (SlaveDescription& slave : slaves) slave.outputs.bytes = 2, slave.inputs.bytes = 6;
+  start({{.kind = FaultKind::kDropReply, .at = 10ms}}, slaves);
+  cycles(100);
+  for (std::size_t i = 0; i < 40; ++i) {
+    EXPECT_EQ(condition(i), kOperational) << i;
+    EXPECT_EQ(bus->health(i).times_lost, 0U) << i;
+  }
+  EXPECT_TRUE(cycle().all_operational);
+  robot->bus.set_power(39, false);
+  cycles(200);
+  EXPECT_EQ(condition(39), kLost);
+  for (std::size_t i = 0; i < 39; ++i) EXPECT_EQ(condition(i), kOperational) << i;
+  robot->bus.set_power(39, true);
+  EXPECT_GE(recover(), 0);
+}
+
+TEST_F(Operation, TheLargestImageThatIsTakenCanBeRepaired) {
+  // 16 frame, 4 * 344 image, 8 * 12 datagrams, 10 supervision, a step of 22 or mailbox of 32: at most 1514.
+  std::vector<SlaveDescription> slaves(4, drive("big"));
+  for (SlaveDescription& slave : slaves) {
+    slave.mailbox_out.length = slave.mailbox_in.length = 16;
+    slave.outputs = {.start = 0x1100, .bytes = 172};
+    slave.inputs = {.start = 0x1400, .bytes = 170};
+  }
+  slaves[3].inputs.bytes = 172;
+  start({}, slaves);
+  cycles(5);
+  robot->bus.set_power(1, false);
+  cycles(20);
+  robot->bus.set_power(1, true);
+  EXPECT_GE(recover(), 0);
+  EXPECT_GT(link->longest, 1500U) << "not large at all";
+  MailboxLine& line = bus->mailbox(2);
+  ASSERT_TRUE(line.post(Bytes(16), 100ms));
+  for (int n = 0; n < 50 && line.status() == MailboxLine::Status::kBusy; ++n) cycle();
+  EXPECT_EQ(line.status(), MailboxLine::Status::kReplied);
+}
+
+TEST_F(Operation, LeavingOpZeroesOutputsAndGoesDownToInit) {
+  start();
+  cycles(5);
+  EXPECT_EQ(robot->board(kWheel).outputs[0], 0x77);
+  bus->leave_op();
+  for (std::size_t i = 0; i < 11; ++i) {
+    EXPECT_EQ(robot->state(i), AlState::kInit);
+    EXPECT_EQ(robot->board(i).outputs, (std::array<std::uint8_t, 5>{}));
+  }
+}
+
+TEST_F(Operation, LeavingOpGetsThroughWhenTheFirstFrameIsLost) {
+  start();
+  cycles(5);
+  counting = false;
+  int frame = 0;
+  link->on_send = [&frame](Bytes&) { return frame++ == 0; };
+  bus->leave_op();
+  for (std::size_t i = 1; i < 5; ++i) {
+    EXPECT_EQ(robot->state(i), AlState::kInit);
+    EXPECT_EQ(robot->board(i).outputs[0], 0);
+  }
+}
+
+TEST_F(Operation, LeavingOpDoesNotAllocateEvenWithoutABus) {
+  start();
+  cycles(2);
+  robot->bus.set_power(0, false);
+  const support::NoAllocGuard guard;
+  bus->leave_op();
+  const long found = guard.violations();
+  EXPECT_EQ(found, 0);
+}
+
+}  // namespace
+}  // namespace drivers::ethercat::test

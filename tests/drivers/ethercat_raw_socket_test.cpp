@@ -1,0 +1,233 @@
+// The raw socket over a veth pair. Needs root (CAP_NET_ADMIN to make the pair, CAP_NET_RAW to use it): skipped
+// visibly without.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <linux/if_packet.h>
+#include <net/if.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstdlib>
+#include <thread>
+
+#include "drivers/ethercat/monotonic_clock.h"
+#include "drivers/ethercat/raw_socket_link.h"
+#include "drivers/ethercat/transceiver.h"
+#include "tests/drivers/ethercat_fakes.h"
+
+namespace drivers::ethercat::test {
+namespace {
+
+bool shell(const std::string& command) { return std::system((command + " >/dev/null 2>&1").c_str()) == 0; }
+
+class RawSocket : public ::testing::TestWithParam<RawSocketLink::Wait> {
+ protected:
+  void SetUp() override {
+    // Interface names have at most 15 characters; the process makes them unique among parallel tests.
+    const std::string number = std::to_string(getpid() % 1'000'000);
+    near_ = "ecm" + number;
+    far_ = "ecs" + number;
+    made_ = shell("ip link add " + near_ + " type veth peer name " + far_);
+    if (!made_) GTEST_SKIP() << "no veth pair: needs root and the ip command";
+    if (!shell("ip link set " + near_ + " up && ip link set " + far_ + " up")) GTEST_SKIP() << "cannot set it up";
+  }
+  void TearDown() override {
+    if (made_) shell("ip link del " + near_);
+  }
+  static Bytes frame(std::uint8_t index) {
+    FrameWriter writer;
+    writer.add(Command::kBrd, index, 0, 2);
+    return {writer.bytes().begin(), writer.bytes().end()};
+  }
+
+  std::string near_;
+  std::string far_;
+  bool made_ = false;
+};
+
+// A segment of one slave: counts each datagram and sends the frame back. Written on sockets of its own, so
+// that an error in RawSocketLink does not hide itself.
+class Reflector {
+ public:
+  explicit Reflector(const std::string& interface) : socket_(socket(AF_PACKET, SOCK_RAW, 0)) {
+    sockaddr_ll address{};
+    address.sll_family = AF_PACKET;
+    address.sll_protocol = htons(kEtherType);
+    address.sll_ifindex = static_cast<int>(if_nametoindex(interface.c_str()));
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    const timeval wait{0, 20'000};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &wait, sizeof wait);
+    thread_ = std::thread([this] { run(); });
+  }
+  Reflector(const Reflector&) = delete;
+  Reflector& operator=(const Reflector&) = delete;
+  ~Reflector() {
+    stop_ = true;
+    thread_.join();
+    close(socket_);
+  }
+  std::atomic<int> seen = 0;
+
+ private:
+  void run() {
+    std::array<std::uint8_t, 1600> buffer{};
+    while (!stop_) {
+      sockaddr_ll from{};
+      socklen_t from_size = sizeof from;
+      const ssize_t size =
+          recvfrom(socket_, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &from_size);
+      if (size <= 0 || from.sll_pkttype == PACKET_OUTGOING) continue;
+      ++seen;
+      const auto bytes = std::span(buffer).first(static_cast<std::size_t>(size));
+      (void)find_datagram(bytes, [](const Datagram& datagram) {
+        ++datagram.counter[0];
+        return false;
+      });
+      buffer[6] |= kReturnedBit;
+      (void)!send(socket_, buffer.data(), static_cast<std::size_t>(size), 0);
+    }
+  }
+  int socket_;
+  std::atomic<bool> stop_ = false;
+  std::thread thread_;
+};
+
+TEST_P(RawSocket, FramesGoRoundThroughASegment) {
+  Reflector reflector(far_);
+  RawSocketLink link(near_, GetParam());
+  Transceiver transceiver(link);
+  for (const std::size_t length : {std::size_t{2}, std::size_t{500}, kMaxDatagramBytes}) {
+    transceiver.begin().add(Command::kBrd, transceiver.index(), 0, length);
+    ASSERT_TRUE(transceiver.exchange(2s)) << length;  // long, for a machine that is busy with other things
+    FrameReader answer = transceiver.answer();
+    Datagram datagram;
+    ASSERT_TRUE(answer.next(datagram));
+    EXPECT_EQ(datagram.working_counter(), 1);
+    EXPECT_EQ(datagram.data.size(), length);
+  }
+  EXPECT_EQ(reflector.seen, 3);
+  EXPECT_EQ(transceiver.counters().malformed + transceiver.counters().late + transceiver.counters().lost, 0U);
+  EXPECT_EQ(link.last_error(), 0);
+  EXPECT_EQ(link.name(), near_);
+}
+
+TEST_P(RawSocket, OwnFramesAreNotDelivered) {
+  RawSocketLink link(near_, GetParam());
+  std::array<std::uint8_t, 1522> buffer{};
+  ASSERT_TRUE(link.send(frame(1)));
+  EXPECT_EQ(link.receive(buffer, 20ms), 0U);
+}
+
+TEST_P(RawSocket, OtherProtocolsAndInterfacesAreNotDelivered) {
+  RawSocketLink near_link(near_, GetParam());
+  RawSocketLink far_link(far_, GetParam());
+  Bytes other = frame(1);
+  other[12] = 0x88;
+  other[13] = 0xB5;  // a local experiment's EtherType
+  ASSERT_TRUE(far_link.send(other));
+  ASSERT_TRUE(far_link.send(frame(7)));
+  std::array<std::uint8_t, 1522> buffer{};
+  ASSERT_EQ(near_link.receive(buffer, 2s), 60U);
+  EXPECT_EQ(buffer[17], 7) << "the other protocol came first";
+  EXPECT_EQ(near_link.receive(buffer, 0ms), 0U);
+  EXPECT_EQ(far_link.receive(buffer, 0ms), 0U);
+}
+
+TEST_P(RawSocket, WaitsAsLongAsItWasTold) {
+  RawSocketLink link(near_, GetParam());
+  std::array<std::uint8_t, 1522> buffer{};
+  const auto begin = monotonic_now();
+  EXPECT_EQ(link.receive(buffer, 30ms), 0U);
+  const auto waited = monotonic_now() - begin;
+  EXPECT_GE(waited, 30ms);
+  EXPECT_LT(waited, 5s) << "a loaded machine may wake up late, but not for ever";
+}
+
+TEST_P(RawSocket, TakesWhatIsThereWithoutWaiting) {
+  RawSocketLink near_link(near_, GetParam());
+  RawSocketLink far_link(far_, GetParam());
+  std::array<std::uint8_t, 1522> buffer{};
+  EXPECT_EQ(near_link.receive(buffer, 0ms), 0U);
+  EXPECT_EQ(near_link.receive(buffer, -1ms), 0U);
+  ASSERT_TRUE(far_link.send(frame(9)));
+  EXPECT_EQ(near_link.receive(buffer, 0ms), 60U) << "veth delivers within send()";
+}
+
+TEST_P(RawSocket, AnInterfaceThatGoesDownIsTold) {
+  RawSocketLink link(near_, GetParam());
+  ASSERT_TRUE(shell("ip link set " + near_ + " down"));
+  EXPECT_FALSE(link.send(frame(1)));
+  EXPECT_EQ(link.last_error(), ENETDOWN);
+  std::array<std::uint8_t, 1522> buffer{};
+  EXPECT_EQ(link.receive(buffer, 1ms), 0U);
+  ASSERT_TRUE(shell("ip link set " + near_ + " up"));
+  Reflector reflector(far_);
+  // The peer's carrier comes back a moment after "up": as often as it takes, but not for ever.
+  std::size_t size = 0;
+  for (int tries = 0; tries < 100 && size == 0; ++tries)
+    if (link.send(frame(2))) size = link.receive(buffer, 50ms);
+  EXPECT_EQ(size, 60U) << "the socket does not recover by itself";
+}
+
+TEST_P(RawSocket, AnInterfaceThatIsDownSaysWhatToDo) {
+  ASSERT_TRUE(shell("ip link set " + near_ + " down"));
+  EXPECT_EQ(error_of([&] { RawSocketLink(near_, GetParam()); }),
+            near_ + ": open: the interface is down; 'ip link set " + near_ + " up'");
+}
+
+TEST_P(RawSocket, AMissingInterfaceSaysWhatToDo) {
+  EXPECT_EQ(error_of([&] { RawSocketLink("nosuchif0", GetParam()); }),
+            "nosuchif0: find the interface: No such device; 'ip link' lists the interfaces there are");
+}
+
+TEST_P(RawSocket, WhatCannotBeANameIsRefused) {
+  for (const std::string name : {"", "a-name-of-more-than-15"})
+    EXPECT_EQ(error_of([&] { RawSocketLink(name, GetParam()); }),
+              "'" + name + "': open: not the name of a network interface");
+}
+
+TEST_P(RawSocket, WithoutPermissionItSaysWhatToDo) {
+  // In a child, which gives its rights up for good.
+  const pid_t child = fork();
+  if (child == 0) {
+    if (setuid(65534) != 0) _exit(3);
+    const std::string error = error_of([&] { RawSocketLink(near_, GetParam()); });
+    const std::string expected = near_ +
+                                 ": open a raw socket: Operation not permitted; give the program CAP_NET_RAW (setcap "
+                                 "cap_net_raw+ep) or run it as root";
+    _exit(error == expected ? 0 : 1);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status));
+  EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST_P(RawSocket, SendAndReceiveDoNotAllocateOrLock) {
+  RawSocketLink near_link(near_, GetParam());
+  RawSocketLink far_link(far_, GetParam());
+  const Bytes sent = frame(3);
+  std::array<std::uint8_t, 1522> buffer{};
+  long violations = 0;
+  {
+    const support::NoAllocGuard guard;
+    for (int i = 0; i < 10; ++i) {
+      far_link.send(sent);
+      (void)near_link.receive(buffer, 1ms);
+      (void)near_link.receive(buffer, 100us);
+    }
+    violations = guard.violations();
+  }
+  EXPECT_EQ(violations, 0);
+}
+
+INSTANTIATE_TEST_SUITE_P(Waiting, RawSocket, ::testing::Values(RawSocketLink::Wait::kBlock, RawSocketLink::Wait::kBusy),
+                         [](const auto& test) {
+                           return test.param == RawSocketLink::Wait::kBlock ? "Blocking" : "Busy";
+                         });
+
+}  // namespace
+}  // namespace drivers::ethercat::test

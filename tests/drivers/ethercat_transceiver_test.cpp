@@ -1,0 +1,187 @@
+#include "drivers/ethercat/transceiver.h"
+
+#include <gtest/gtest.h>
+
+#include <cerrno>
+
+#include "tests/drivers/ethercat_fakes.h"
+
+namespace drivers::ethercat::test {
+namespace {
+
+class Exchange : public ::testing::Test {
+ protected:
+  bool run(std::size_t length = 4) {
+    transceiver.begin().add(Command::kFprd, transceiver.index(), address_of(0x1001, 0x0130), length);
+    return transceiver.exchange(1ms);
+  }
+  // What the slaves send back: the frame, counted by one slave and marked.
+  static Bytes answered(Bytes frame, std::uint8_t data = 0) {
+    frame[6] |= kReturnedBit;
+    (void)find_datagram(frame, [&](const Datagram& datagram) {
+      ++datagram.counter[0];
+      if (!datagram.data.empty()) datagram.data[0] = data;
+      return false;
+    });
+    return frame;
+  }
+  void echo() {
+    link.respond = [this](const Bytes& frame) { link.incoming.push_back(answered(frame, 0x5A)); };
+  }
+  const FrameCounters& counters() const { return transceiver.counters(); }
+
+  ScriptedLink link;
+  Transceiver transceiver{link};
+};
+
+TEST_F(Exchange, TheAnswerIsHandedOut) {
+  echo();
+  ASSERT_TRUE(run());
+  FrameReader answer = transceiver.answer();
+  Datagram datagram;
+  ASSERT_TRUE(answer.next(datagram));
+  EXPECT_EQ(datagram.working_counter(), 1);
+  EXPECT_EQ(datagram.data[0], 0x5A);
+  EXPECT_FALSE(answer.next(datagram));
+  EXPECT_EQ(counters().sent, 1U);
+  EXPECT_EQ(counters().received, 1U);
+}
+
+TEST_F(Exchange, NothingIsLeftOfTheLastAnswerOnceANewFrameIsBegun) {
+  echo();
+  ASSERT_TRUE(run());
+  transceiver.begin();
+  FrameReader answer = transceiver.answer();
+  Datagram datagram;
+  EXPECT_FALSE(answer.next(datagram));
+}
+
+TEST_F(Exchange, ALostFrameIsCountedOnce) {
+  EXPECT_FALSE(run());
+  EXPECT_EQ(counters().lost, 1U);
+  EXPECT_EQ(counters().received, 0U);
+}
+
+TEST_F(Exchange, ARefusedFrameIsNotWaitedFor) {
+  link.refuse_errno = ENETDOWN;
+  EXPECT_FALSE(run());
+  EXPECT_EQ(counters().not_sent, 1U);
+  EXPECT_EQ(counters().lost, 0U);
+  EXPECT_EQ(link.receives, 0);
+}
+
+TEST_F(Exchange, ALateAnswerIsNotTakenForTheNext) {
+  EXPECT_FALSE(run());
+  link.incoming.push_back(answered(link.sent[0], 0x11));
+  echo();
+  ASSERT_TRUE(run());
+  EXPECT_EQ(counters().late, 1U);
+  EXPECT_EQ(counters().lost, 1U);
+  EXPECT_EQ(counters().duplicate, 0U);
+  Datagram datagram;
+  FrameReader answer = transceiver.answer();
+  ASSERT_TRUE(answer.next(datagram));
+  EXPECT_EQ(datagram.data[0], 0x5A);
+}
+
+TEST_F(Exchange, ASecondAnswerIsADuplicate) {
+  link.respond = [this](const Bytes& frame) {
+    link.incoming.push_back(answered(frame));
+    link.incoming.push_back(answered(frame));
+  };
+  ASSERT_TRUE(run());
+  ASSERT_TRUE(run());
+  EXPECT_EQ(counters().duplicate, 1U);
+  EXPECT_EQ(counters().late, 0U);
+}
+
+TEST_F(Exchange, GarbageIsMalformedAndSkipped) {
+  link.respond = [this](const Bytes& frame) {
+    link.incoming.push_back(Bytes(5, 0xFF));
+    Bytes cut = frame;
+    cut.resize(20);
+    link.incoming.push_back(cut);
+    Bytes command = frame;
+    command[16] = 99;
+    link.incoming.push_back(command);
+    link.incoming.push_back(answered(frame));
+  };
+  EXPECT_TRUE(run());
+  EXPECT_EQ(counters().malformed, 3U);
+  EXPECT_EQ(counters().received, 1U);
+}
+
+TEST_F(Exchange, TheSameIndexWithOtherDatagramsIsNoAnswer) {
+  link.respond = [this](const Bytes& frame) {
+    const std::uint8_t index = frame[17];
+    FrameWriter writer;
+    writer.add(Command::kFprd, index, 0, 2);  // another length
+    link.incoming.emplace_back(writer.bytes().begin(), writer.bytes().end());
+    writer.clear();
+    writer.add(Command::kFpwr, index, 0, 4);  // another command
+    link.incoming.emplace_back(writer.bytes().begin(), writer.bytes().end());
+    writer.clear();
+    writer.add(Command::kFprd, index, 0, 4);
+    writer.add(Command::kNop, index, 0, 0);  // one more
+    link.incoming.emplace_back(writer.bytes().begin(), writer.bytes().end());
+  };
+  EXPECT_FALSE(run());
+  EXPECT_EQ(counters().malformed, 3U);
+  EXPECT_EQ(counters().lost, 1U);
+}
+
+TEST_F(Exchange, AFloodOfStrangersEnds) {
+  FrameWriter writer;
+  writer.add(Command::kBrd, 200, 0, 1);
+  for (int i = 0; i < 1000; ++i) link.incoming.emplace_back(writer.bytes().begin(), writer.bytes().end());
+  EXPECT_FALSE(run());
+  EXPECT_EQ(counters().late, 64U);
+  EXPECT_EQ(counters().lost, 1U);
+}
+
+TEST_F(Exchange, TheIndexWrapsAndGoesOnMatching) {
+  echo();
+  for (int i = 0; i < 600; ++i) {
+    ASSERT_TRUE(run()) << i;
+    ASSERT_EQ(transceiver.index(), (i + 1) & 0xFF);
+    ASSERT_EQ(link.sent.back()[17], (i + 1) & 0xFF);
+  }
+  EXPECT_EQ(counters().received, 600U);
+  EXPECT_EQ(counters().late + counters().duplicate + counters().malformed + counters().lost, 0U);
+}
+
+TEST_F(Exchange, AFrameTooLongForUsIsMalformed) {
+  link.respond = [this](const Bytes& frame) {
+    Bytes big = frame;
+    big.resize(9000, 0xAA);
+    store_le<std::uint16_t>(&big[14], 0x17FF);
+    link.incoming.push_back(big);
+  };
+  EXPECT_FALSE(run());
+  EXPECT_EQ(counters().malformed, 1U);
+}
+
+TEST_F(Exchange, TheTapSeesEveryFrameMalformedOnesToo) {
+  struct Tap final : FrameTap {
+    void frame(Direction direction, std::span<const std::uint8_t> bytes) noexcept override {
+      (direction == Direction::kSent ? sent : received) += 1;
+      last = bytes.size();
+    }
+    int sent = 0;
+    int received = 0;
+    std::size_t last = 0;
+  } tap;
+  Transceiver tapped(link, &tap);
+  link.respond = [this](const Bytes& frame) {
+    link.incoming.push_back(Bytes(3));
+    link.incoming.push_back(answered(frame));
+  };
+  tapped.begin().add(Command::kBrd, tapped.index(), 0, 1);
+  EXPECT_TRUE(tapped.exchange(1ms));
+  EXPECT_EQ(tap.sent, 1);
+  EXPECT_EQ(tap.received, 2);
+  EXPECT_EQ(tap.last, 60U);
+}
+
+}  // namespace
+}  // namespace drivers::ethercat::test

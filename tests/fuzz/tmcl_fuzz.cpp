@@ -1,0 +1,71 @@
+// Telegrams on each carrier, and the version text.
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "drivers/tmcl/firmware_version.h"
+#include "drivers/tmcl/telegram.h"
+#include "tests/fuzz/fuzz_target.h"
+
+namespace {
+
+using namespace drivers::tmcl;
+using fuzz::require;
+
+bool starts_with(const fuzz::Bytes& bytes, std::span<const std::uint8_t> start) {
+  return bytes.size() >= start.size() && std::equal(start.begin(), start.end(), bytes.begin());
+}
+
+void use(const Request& request, const Reply& reply) {
+  require(*name(request.command) != '\0' && *describe(reply.status) != '\0');
+  require(is_known(reply.status) == (describe(reply.status) != std::string_view("unknown status")));
+  if (matches(request, reply) && accepted(request, reply)) require(asks_for_text(request) || reply.ok());
+}
+
+}  // namespace
+
+std::vector<fuzz::Bytes> fuzz::seeds() {
+  const Request request{0, Command::kGetAxisParameter, 150, 0, -1000};
+  const Reply reply{1, 0, Status::kOk, Command::kGetAxisParameter, 65'535, {}};
+  const auto bytes = [](const auto& array) { return Bytes(array.begin(), array.end()); };
+  std::vector<Bytes> result{bytes(encode_mailbox(request)), bytes(encode_mailbox(reply)),
+                            bytes(encode_serial(request)), bytes(encode_serial(reply))};
+  const CanBytes can = encode_can(request);
+  result.emplace_back(can.data.begin(), can.data.begin() + can.size);
+  for (const std::string_view text : {"1610V148", "174V1.48", "KR842V20", "1610V200"})
+    result.emplace_back(text.begin(), text.end());
+  return result;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  const fuzz::Bytes bytes(data, data + size);
+
+  // What is read is what was written.
+  const auto request = decode_mailbox_request(bytes);
+  const auto reply = decode_mailbox_reply(bytes);
+  require(request.has_value() == (size >= kMailboxBytes) && reply.has_value() == request.has_value());
+  if (request) {
+    require(starts_with(bytes, encode_mailbox(*request)));
+    require(starts_with(bytes, encode_mailbox(*reply)));
+    use(*request, *reply);
+  }
+  if (const auto serial = decode_serial_request(bytes)) require(starts_with(bytes, encode_serial(*serial)));
+  if (const auto serial = decode_serial_reply(bytes)) require(starts_with(bytes, encode_serial(*serial)));
+  if (const auto can = decode_can_request(3, bytes)) {
+    require(can->module == 3);
+    const CanBytes again = encode_can(*can);
+    require(starts_with(bytes, std::span(again.data).first(7)));
+  }
+  if (const auto can = decode_can_reply(2, bytes)) {
+    require(can->host == 2);
+    const CanBytes again = encode_can(*can);
+    require(starts_with(bytes, std::span(again.data).first(7)));
+  }
+
+  constexpr FirmwareVersion kUntouched{-1, -1};
+  FirmwareVersion version = kUntouched;
+  const VersionText text = parse_version(bytes, version);
+  require((text == VersionText::kValid) == (version != kUntouched));
+  if (text == VersionText::kValid) require(version.controller >= 0 && version.version >= 0);
+  return 0;
+}
