@@ -294,7 +294,10 @@ void EthercatRobot::deactivate() noexcept {
 }
 
 CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sample) noexcept {
-  if (!bus_) return {Fault::kNotActive};
+  if (!bus_) {
+    sample.enabled = false;
+    return {Fault::kNotActive};
+  }
   if (!command.enable) latched_ = {};
   if (latched_.ok()) latched_ = check(command);
   prepare_or_stop(command.enable && latched_.ok());

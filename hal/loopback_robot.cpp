@@ -46,7 +46,10 @@ void LoopbackRobot::deactivate() noexcept {
 }
 
 CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sample) noexcept {
-  if (!active_) return {Fault::kNotActive};
+  if (!active_) {
+    sample.enabled = false;
+    return {Fault::kNotActive};
+  }
 
   RobotSample measured;
   measured.stamp = clock_.now();

@@ -151,8 +151,8 @@ std::vector<std::string> Diagnostics::findings() const {
         lines.push_back(place + counted(errors.symbol_errors, "new symbol error") +
                         " between frames: check plug and shield of " + cable);
       if (errors.lost_links > 0)
-        lines.push_back(place + counted(errors.lost_links, "new lost link") + ": check the plugs of " + cable +
-                        (port != 0 && !end.empty() ? " and the power there" : ""));
+        lines.push_back(place + counted(errors.lost_links, "new lost link") + ": check the plugs of " +
+                        cable + (port != 0 && !end.empty() ? " and the power there" : ""));
       if (errors.forwarded > 0 && !damage_found)
         lines.push_back(place + counted(errors.forwarded, "frame") +
                         " came in already damaged: the fault lies farther along, where nothing was counted");
@@ -170,10 +170,10 @@ std::vector<std::string> Diagnostics::findings() const {
 }
 
 std::string Diagnostics::summary(const FrameCounters& counters) const {
-  std::string text = std::to_string(counters.sent) + " frames sent: " + std::to_string(counters.lost) +
-                     " lost, " + std::to_string(counters.late) + " late, " +
-                     std::to_string(counters.duplicate) + " duplicate, " + std::to_string(counters.malformed) +
-                     " malformed, " + std::to_string(counters.not_sent) + " not sent";
+  std::string text =
+      std::to_string(counters.sent) + " frames sent: " + std::to_string(counters.lost) + " lost, " +
+      std::to_string(counters.late) + " late, " + std::to_string(counters.duplicate) + " duplicate, " +
+      std::to_string(counters.malformed) + " malformed, " + std::to_string(counters.not_sent) + " not sent";
   if (round_trips_.count() > 0)
     text += "; round trip " + microseconds(round_trips_.shortest()) + " at least, median " +
             microseconds(round_trips_.quantile(0.5)) + ", 99.9 % within " +

@@ -75,7 +75,8 @@ class Diagnostics {
   /// Its answer. A frame that is lost needs no call: the same slave is asked again.
   void answer(const Datagram& datagram) noexcept;
   /// The counters of slave i (from 0) as read; `cleared`: and set to zero by the same access.
-  void take(std::size_t i, std::span<const std::uint8_t, kErrorRegisterBytes> registers, bool cleared) noexcept;
+  void take(std::size_t i, std::span<const std::uint8_t, kErrorRegisterBytes> registers,
+            bool cleared) noexcept;
 
   std::size_t size() const noexcept { return stations_.size(); }
   /// Since construction.
@@ -84,7 +85,8 @@ class Diagnostics {
   void mark() noexcept;
   /// What is new since mark(), in words, with what to check; empty when nothing is.
   std::vector<std::string> findings() const;
-  /// "60000 frames sent: 2 lost, 0 late, 0 duplicate, 0 malformed, 0 not sent; round trip 38 us at least, ..."
+  /// "60000 frames sent: 2 lost, 0 late, 0 duplicate, 0 malformed, 0 not sent; round trip 38 us at least,
+  /// ..."
   std::string summary(const FrameCounters& counters) const;
 
  private:

@@ -24,6 +24,11 @@ std::size_t bytes_of(const Slave& slave) noexcept {
   return std::size_t{slave.outputs.bytes} + slave.inputs.bytes;
 }
 
+bool is_repaired(SlaveCondition condition) noexcept {
+  return condition == SlaveCondition::kLost || condition == SlaveCondition::kRestarting ||
+         condition == SlaveCondition::kResuming;
+}
+
 std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<SetupStep>& second) {
   first.insert(first.end(), second.begin(), second.end());
   return first;
@@ -130,15 +135,21 @@ void OpBus::build_frame(nanoseconds now) noexcept {
     }
   add(Purpose::kBroadcastState, 0, writer.add(Command::kBrd, index, address_of(0, reg::kAlStatus), 2));
 
-  // In turn, so that neither a slave with much to say nor the supervision of many keeps one of them from the
-  // frame's free room.
+  // In turn, so that no slave keeps another from the frame's free room for long: repairs, which are few, then
+  // supervision, then mailboxes.
   turn_ = (turn_ + 1) % slaves_.size();
   add_supervision(writer, index, turn_);
   add_service(writer, index, turn_, now);
+  const auto add_services = [&](bool repairs) {
+    for (std::size_t n = 1; n < slaves_.size(); ++n) {
+      const std::size_t i = (turn_ + n) % slaves_.size();
+      if (is_repaired(slaves_[i].health.condition) == repairs) add_service(writer, index, i, now);
+    }
+  };
+  add_services(true);
   for (std::size_t n = 1; n < slaves_.size() && suspicious_; ++n)
     add_supervision(writer, index, (turn_ + n) % slaves_.size());
-  for (std::size_t n = 1; n < slaves_.size(); ++n)
-    add_service(writer, index, (turn_ + n) % slaves_.size(), now);
+  add_services(false);
 }
 
 bool OpBus::add(Purpose purpose, std::size_t slave, const Datagram& datagram) noexcept {
@@ -272,6 +283,8 @@ void OpBus::update_conditions() noexcept {
         if (station.setup.status() == SlaveSetup::Status::kDone) {
           station.identified = true;
           health.condition = SlaveCondition::kNeedsParameters;
+          health.state = AlState::kPreOp;  // the probe may be older
+          health.al_error = false;
         }
         if (station.setup.status() == SlaveSetup::Status::kFailed) {
           lose(station);
@@ -279,8 +292,11 @@ void OpBus::update_conditions() noexcept {
         }
         break;
       case SlaveCondition::kResuming:
-        if (station.setup.status() == SlaveSetup::Status::kDone)
+        if (station.setup.status() == SlaveSetup::Status::kDone) {
           health.condition = SlaveCondition::kOperational;
+          health.state = AlState::kOp;  // the probe may be older
+          health.al_error = false;
+        }
         if (station.setup.status() == SlaveSetup::Status::kFailed)
           health.condition = SlaveCondition::kStopped;
         break;

@@ -43,8 +43,8 @@ Registers with(std::initializer_list<std::pair<std::uint16_t, std::uint8_t>> cou
 // ---- round trips ----
 
 TEST(RoundTripHistogram, IsExactForFewNanosecondsAndAnEighthWideAbove) {
-  for (const std::int64_t value : {0LL, 1LL, 7LL, 8LL, 15LL, 16LL, 17LL, 100LL, 45'000LL, 1'000'000LL,
-                                   4'294'967'295LL}) {
+  for (const std::int64_t value :
+       {0LL, 1LL, 7LL, 8LL, 15LL, 16LL, 17LL, 100LL, 45'000LL, 1'000'000LL, 4'294'967'295LL}) {
     RoundTripHistogram histogram;
     histogram.add(nanoseconds(value));
     histogram.add(10s);  // so that the longest does not bound the quantile
@@ -126,8 +126,9 @@ TEST(Diagnostics, ACounterAtItsEndIsALowerBound) {
   Diagnostics diagnostics(slaves());
   for (int i = 0; i < 3; ++i) diagnostics.take(3, with({{0x0300, 255}}), false);
   EXPECT_EQ(diagnostics.errors(3).ports[0].invalid_frames, 255U);
-  EXPECT_EQ(diagnostics.findings(), (Lines{"slave 4 (TMCM-1610) port 0: at least 255 new CRC errors: check the "
-                                           "cable from slave 2 (TMCM-1610) port 1"}));
+  EXPECT_EQ(diagnostics.findings(),
+            (Lines{"slave 4 (TMCM-1610) port 0: at least 255 new CRC errors: check the "
+                   "cable from slave 2 (TMCM-1610) port 1"}));
 }
 
 // ---- words ----
@@ -141,8 +142,10 @@ TEST(Diagnostics, SaysNothingAboutAHealthyBus) {
 TEST(Diagnostics, NamesTheCableOfDamagedFrames) {
   const std::vector<std::tuple<std::size_t, std::uint16_t, std::string>> cases{
       {0, 0x0300, "slave 1 (TMCM-1610) port 0: 12 new CRC errors: check the cable from the master"},
-      {1, 0x0300, "slave 2 (TMCM-1610) port 0: 12 new CRC errors: check the cable from slave 1 (TMCM-1610) port 1"},
-      {2, 0x0300, "slave 3 (TMCM-1610) port 0: 12 new CRC errors: check the cable from slave 2 (TMCM-1610) port 3"},
+      {1, 0x0300,
+       "slave 2 (TMCM-1610) port 0: 12 new CRC errors: check the cable from slave 1 (TMCM-1610) port 1"},
+      {2, 0x0300,
+       "slave 3 (TMCM-1610) port 0: 12 new CRC errors: check the cable from slave 2 (TMCM-1610) port 3"},
       {1, 0x0302, "slave 2 (TMCM-1610) port 1: 12 new CRC errors: check the cable from slave 4 (TMCM-1610)"},
       {1, 0x0306, "slave 2 (TMCM-1610) port 3: 12 new CRC errors: check the cable from slave 3 (TMCM-1610)"},
       {3, 0x0302, "slave 4 (TMCM-1610) port 1: 12 new CRC errors: check what is plugged in there"},
@@ -157,10 +160,12 @@ TEST(Diagnostics, NamesTheCableOfDamagedFrames) {
 TEST(Diagnostics, TellsTheOtherTroublesApart) {
   const std::vector<std::pair<Registers, std::string>> cases{
       {with({{0x0301, 3}}),
-       "slave 2 (TMCM-1610) port 0: 3 new symbol errors between frames: check plug and shield of the cable from "
+       "slave 2 (TMCM-1610) port 0: 3 new symbol errors between frames: check plug and shield of the cable "
+       "from "
        "slave 1 (TMCM-1610) port 1"},
       {with({{0x0311, 1}}),
-       "slave 2 (TMCM-1610) port 1: 1 new lost link: check the plugs of the cable from slave 4 (TMCM-1610) and "
+       "slave 2 (TMCM-1610) port 1: 1 new lost link: check the plugs of the cable from slave 4 (TMCM-1610) "
+       "and "
        "the power there"},
       {with({{0x0310, 2}}),
        "slave 2 (TMCM-1610) port 0: 2 new lost links: check the plugs of the cable from slave 1 (TMCM-1610) "
@@ -186,7 +191,8 @@ TEST(Diagnostics, BlamesTheFirstCableAndNotThoseBehindIt) {
   diagnostics.take(2, with({{0x0308, 7}, {0x030C, 7}}), false);  // marked by slave 2
   diagnostics.take(0, with({{0x0309, 7}}), false);               // and so they came back
   ASSERT_EQ(diagnostics.findings().size(), 1U);
-  EXPECT_NE(diagnostics.findings()[0].find("slave 2 (TMCM-1610) port 0: 7 new CRC errors"), std::string::npos);
+  EXPECT_NE(diagnostics.findings()[0].find("slave 2 (TMCM-1610) port 0: 7 new CRC errors"),
+            std::string::npos);
 }
 
 TEST(Diagnostics, OnlyWhatCameSinceTheMarkIsNew) {
@@ -206,9 +212,10 @@ TEST(Diagnostics, SummarisesFramesAndRoundTrips) {
   EXPECT_EQ(diagnostics.summary(counters),
             "1000 frames sent: 3 lost, 1 late, 0 duplicate, 0 malformed, 0 not sent");
   for (int i = 0; i < 1000; ++i) diagnostics.round_trips().add(45us);
-  EXPECT_EQ(diagnostics.summary(counters),
-            "1000 frames sent: 3 lost, 1 late, 0 duplicate, 0 malformed, 0 not sent; round trip 45 us at least, "
-            "median 45 us, 99.9 % within 45 us, 45 us at most");
+  EXPECT_EQ(
+      diagnostics.summary(counters),
+      "1000 frames sent: 3 lost, 1 late, 0 duplicate, 0 malformed, 0 not sent; round trip 45 us at least, "
+      "median 45 us, 99.9 % within 45 us, 45 us at most");
 }
 
 // ---- datagrams ----
@@ -313,8 +320,9 @@ TEST_F(DiagnosticsOnTheBus, FindsTheBadCable) {
   diagnostics.mark();
   damage(3, 12);
   look_at_all(diagnostics);
-  EXPECT_EQ(diagnostics.findings(), Lines{"slave 4 (TMCM-1610) port 0: 12 new CRC errors: check the cable from "
-                                          "slave 3 (TMCM-1610) port 1"});
+  EXPECT_EQ(diagnostics.findings(),
+            Lines{"slave 4 (TMCM-1610) port 0: 12 new CRC errors: check the cable from "
+                  "slave 3 (TMCM-1610) port 1"});
 }
 
 TEST_F(DiagnosticsOnTheBus, CountsPastTheEndOfTheCountersByClearingThem) {

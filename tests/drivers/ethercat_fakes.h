@@ -85,17 +85,17 @@ class ScriptedLink final : public Link {
   const std::string name_ = "scripted";
 };
 
-/// Passes frames on. Both hooks may change them; on_send loses the frame before the slaves by true, on_receive
-/// behind them by false.
+/// Passes frames on. Both hooks may change them; on_send loses the frame before the slaves by true,
+/// on_receive behind them by false.
 class MeddlingLink final : public Link {
  public:
   explicit MeddlingLink(Link& link) : link_(link) {}
   bool send(std::span<const std::uint8_t> frame) noexcept override {
     ++frames;
     longest = std::max(longest, frame.size());
+    if (!on_send) return link_.send(frame);
     Bytes copy(frame.begin(), frame.end());
-    if (on_send && on_send(copy)) return true;
-    return link_.send(copy);
+    return on_send(copy) || link_.send(copy);
   }
   std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override {
     const std::size_t size = link_.receive(buffer, timeout);

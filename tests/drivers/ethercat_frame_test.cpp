@@ -182,6 +182,7 @@ TEST(Frame, EachFaultHasItsName) {
   EXPECT_EQ(error_after(15, 0x40), FrameError::kNotDatagrams);
   EXPECT_EQ(error_after(14, 0xFF), FrameError::kTruncated) << "longer than what came";
   EXPECT_EQ(error_after(14, 0x0E), FrameError::kTruncated) << "ends after the first, which says more follows";
+  EXPECT_EQ(error_after(88, 0x07), FrameError::kTruncated) << "the last is longer than the frame says";
   EXPECT_EQ(error_after(16, 15), FrameError::kUnknownCommand);
   EXPECT_EQ(error_after(23, 0x00), FrameError::kLengthMismatch) << "the first says nothing follows";
   EXPECT_STREQ(describe(FrameError::kTruncated), "a length points beyond its end");

@@ -58,7 +58,9 @@ class Mailbox : public ::testing::Test {
     if (loss == Loss::kBefore)
       link.on_send = [this, concerned](Bytes& bytes) { return concerned(bytes) && left_-- > 0; };
     else
-      link.on_receive = [this, concerned](std::span<std::uint8_t> bytes) { return !(concerned(bytes) && left_-- > 0); };
+      link.on_receive = [this, concerned](std::span<std::uint8_t> bytes) {
+        return !(concerned(bytes) && left_-- > 0);
+      };
   }
   TestBoard& board() { return robot.board(0); }
   std::int32_t value() const { return tmcl_value(line->reply()); }
@@ -83,9 +85,9 @@ TEST_F(Mailbox, CarriesARequestAndItsReplyWithoutHeader) {
 
 TEST_F(Mailbox, SmallZeroAndNegativeValuesArrive) {
   // Byte 5 of such replies is what a master that expects a header takes for a type.
-  for (const std::int32_t number : {0, 1, 255, 256, 65535, 65536, 0x30000, -1, -65536, -1000000,
-                                    std::numeric_limits<std::int32_t>::min(),
-                                    std::numeric_limits<std::int32_t>::max()}) {
+  for (const std::int32_t number :
+       {0, 1, 255, 256, 65535, 65536, 0x30000, -1, -65536, -1000000, std::numeric_limits<std::int32_t>::min(),
+        std::numeric_limits<std::int32_t>::max()}) {
     board().value = number;
     ASSERT_EQ(run(1), Status::kReplied);
     EXPECT_EQ(value(), number);
@@ -138,7 +140,8 @@ TEST_F(Mailbox, ARepeatSurvivesLossesOfItsOwn) {
       const int before = board().executed;
       int reads = 0;
       link.on_receive = [&reads](std::span<std::uint8_t> bytes) {
-        return !(find_datagram(bytes, [](const Datagram& d) { return d.offset() == kMailboxIn; }) && ++reads == 1);
+        return !(find_datagram(bytes, [](const Datagram& d) { return d.offset() == kMailboxIn; }) &&
+                 ++reads == 1);
       };
       int others = 0;
       const auto concerned = [&others, offset](std::span<std::uint8_t> bytes) {
@@ -188,7 +191,9 @@ TEST_F(Mailbox, AWriteLostBeforeTheSlaveTimesOutAndTheNextWorks) {
 TEST_F(Mailbox, AFullOneIsWrittenWhenThereIsRoom) {
   board().busy = true;
   // Somebody's request fills it, and is taken later; its reply is not ours.
-  transceiver->begin().add(Command::kFpwr, transceiver->index(), address_of(0x1001, kMailboxOut), kMailboxBytes).data[2] = 99;
+  transceiver->begin()
+      .add(Command::kFpwr, transceiver->index(), address_of(0x1001, kMailboxOut), kMailboxBytes)
+      .data[2] = 99;
   ASSERT_TRUE(transceiver->exchange(1ms));
   ASSERT_TRUE(line->post(tmcl(0, 6, 8, 0, 0), 50ms));
   for (int i = 0; i < 10; ++i) frame();
@@ -260,7 +265,8 @@ TEST_F(Mailbox, TheRestOfTheMailboxIsZeros) {
   ASSERT_TRUE(line->post(tmcl(0, 6, 8, 0, 0), 10ms));
   Bytes written;
   link.on_send = [&](Bytes& bytes) {
-    if (const auto d = find_datagram(bytes, [](const Datagram& each) { return each.offset() == kMailboxOut; }))
+    if (const auto d =
+            find_datagram(bytes, [](const Datagram& each) { return each.offset() == kMailboxOut; }))
       written.assign(d->data.begin(), d->data.end());
     return false;
   };

@@ -59,7 +59,8 @@ TEST(PreOpBus, AMailboxThatFailsNamesSlaveAndReason) {
   EmulatedRobot robot(youbot());
   PreOpBus setup(robot.connect(), nullptr, impatient());
   setup.enter_pre_op();
-  EXPECT_EQ(error_of([&] { setup.mailbox_exchange(0, Bytes(8)); }), "slave 1 (KR-845): use its mailbox: it has none");
+  EXPECT_EQ(error_of([&] { setup.mailbox_exchange(0, Bytes(8)); }),
+            "slave 1 (KR-845): use its mailbox: it has none");
   EXPECT_EQ(error_of([&] { setup.mailbox_exchange(1, Bytes(33)); }),
             "slave 2 (TMCM-1632): use its mailbox: the request is longer than the mailbox");
   robot.bus.slave(1).hang_mailbox(true);
@@ -76,7 +77,8 @@ TEST(PreOpBus, ASlaveThatRestartedUnnoticedIsNamed) {
   robot.bus.set_cable(6, false);
   robot.bus.set_cable(6, true);
   const std::string error = error_of([&] { OpBus bus = std::move(setup).start(); });
-  EXPECT_TRUE(contains(error, "slave 7 (TMCM-1610): change state: write to register 0x0810: no answer for 5"));
+  EXPECT_TRUE(
+      contains(error, "slave 7 (TMCM-1610): change state: write to register 0x0810: no answer for 5"));
 }
 
 TEST(PreOpBus, ARefusedStateIsTold) {
@@ -85,8 +87,9 @@ TEST(PreOpBus, ARefusedStateIsTold) {
   setup.enter_pre_op();
   robot.bus.slave(6).report_error(AlState::kInit, 0x0022);
   const std::string error = error_of([&] { OpBus bus = std::move(setup).start(); });
-  EXPECT_TRUE(contains(error, "slave 7 (TMCM-1610): change state: SAFE-OP refused: it is in INIT with error, AL "
-                              "status code (register 0x0134) 0x0011 invalid requested state change, after "));
+  EXPECT_TRUE(contains(error,
+                       "slave 7 (TMCM-1610): change state: SAFE-OP refused: it is in INIT with error, AL "
+                       "status code (register 0x0134) 0x0011 invalid requested state change, after "));
 }
 
 TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
@@ -119,7 +122,8 @@ TEST(PreOpBus, AWorkingCounterThatStaysShortIsNoSilentStart) {
     });
     return true;
   };
-  EXPECT_TRUE(contains(error_of([&] { OpBus bus = std::move(setup).start(); }), "the working counter stays short"));
+  EXPECT_TRUE(
+      contains(error_of([&] { OpBus bus = std::move(setup).start(); }), "the working counter stays short"));
 }
 
 TEST(PreOpBus, ImagesThatDoNotFitAFrameAreRefusedWithNumbers) {
@@ -133,7 +137,8 @@ TEST(PreOpBus, ImagesThatDoNotFitAFrameAreRefusedWithNumbers) {
   setup.enter_pre_op();
   // 16 frame header, 1440 image, 8 datagrams of 12, 10 supervision, 32 mailbox.
   EXPECT_EQ(error_of([&] { OpBus bus = std::move(setup).start(); }),
-            "emulated bus: lay out the process image: 1440 bytes of 4 slaves, with supervision and a mailbox of 32, "
+            "emulated bus: lay out the process image: 1440 bytes of 4 slaves, with supervision and a mailbox "
+            "of 32, "
             "need a frame of 1594 bytes: 1514 are possible");
 }
 

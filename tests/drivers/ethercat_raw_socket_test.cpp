@@ -1,5 +1,5 @@
-// The raw socket over a veth pair. Needs root (CAP_NET_ADMIN to make the pair, CAP_NET_RAW to use it): skipped
-// visibly without.
+// The raw socket over a veth pair. Needs root (CAP_NET_ADMIN to make the pair, CAP_NET_RAW to use it):
+// skipped visibly without.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <linux/if_packet.h>
@@ -32,7 +32,8 @@ class RawSocket : public ::testing::TestWithParam<RawSocketLink::Wait> {
     far_ = "ecs" + number;
     made_ = shell("ip link add " + near_ + " type veth peer name " + far_);
     if (!made_) GTEST_SKIP() << "no veth pair: needs root and the ip command";
-    if (!shell("ip link set " + near_ + " up && ip link set " + far_ + " up")) GTEST_SKIP() << "cannot set it up";
+    if (!shell("ip link set " + near_ + " up && ip link set " + far_ + " up"))
+      GTEST_SKIP() << "cannot set it up";
   }
   void TearDown() override {
     if (made_) shell("ip link del " + near_);
@@ -195,9 +196,10 @@ TEST_P(RawSocket, WithoutPermissionItSaysWhatToDo) {
   if (child == 0) {
     if (setuid(65534) != 0) _exit(3);
     const std::string error = error_of([&] { RawSocketLink(near_, GetParam()); });
-    const std::string expected = near_ +
-                                 ": open a raw socket: Operation not permitted; give the program CAP_NET_RAW (setcap "
-                                 "cap_net_raw+ep) or run it as root";
+    const std::string expected =
+        near_ +
+        ": open a raw socket: Operation not permitted; give the program CAP_NET_RAW (setcap "
+        "cap_net_raw+ep) or run it as root";
     _exit(error == expected ? 0 : 1);
   }
   int status = 0;
@@ -224,7 +226,8 @@ TEST_P(RawSocket, SendAndReceiveDoNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Waiting, RawSocket, ::testing::Values(RawSocketLink::Wait::kBlock, RawSocketLink::Wait::kBusy),
+INSTANTIATE_TEST_SUITE_P(Waiting, RawSocket,
+                         ::testing::Values(RawSocketLink::Wait::kBlock, RawSocketLink::Wait::kBusy),
                          [](const auto& test) {
                            return test.param == RawSocketLink::Wait::kBlock ? "Blocking" : "Busy";
                          });

@@ -24,7 +24,8 @@ void check(const fuzz::Bytes& mailbox) {
 
 std::vector<fuzz::Bytes> fuzz::seeds() {
   const Bytes expedited{16, 10, 0, 0, 0, 0, 0x13, 0, 0x30, 0x43, 0x08, 0x10, 0, 1, 2, 3, 4};
-  const Bytes upload{22, 16, 0, 0, 0, 0, 0x13, 0, 0x30, 0x41, 0x08, 0x10, 0, 13, 0, 0, 0, 'E', 'K', '1', '1', '0', '0'};
+  const Bytes upload{22, 16, 0, 0, 0, 0,   0x13, 0,   0x30, 0x41, 0x08, 0x10,
+                     0,  13, 0, 0, 0, 'E', 'K',  '1', '1',  '0',  '0'};
   const Bytes segment{16, 10, 0, 0, 0, 0, 0x23, 0, 0x30, 0x01, 1, 2, 3, 4, 5, 6, 7};
   const Bytes downloaded{16, 10, 0, 0, 0, 0, 0x13, 0, 0x30, 0x60, 0x08, 0x10, 0, 0, 0, 0, 0};
   const Bytes downloaded_segment{16, 10, 0, 0, 0, 0, 0x23, 0, 0x30, 0x20, 0, 0, 0, 0, 0, 0, 0};
@@ -36,10 +37,8 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
     for (const Bytes& mail : mails) all.insert(all.end(), mail.begin(), mail.end());
     return all;
   };
-  return {joined(0x00, {expedited}),
-          joined(0x40, {emergency, upload, segment}),
-          joined(0x40, {upload, abort}),
-          joined(0x01, {downloaded}),
+  return {joined(0x00, {expedited}), joined(0x40, {emergency, upload, segment}),
+          joined(0x40, {upload, abort}), joined(0x01, {downloaded}),
           joined(0x49, {downloaded, downloaded_segment, emergency, downloaded_next})};
 }
 
@@ -57,13 +56,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::size_t length = input.byte();
     const fuzz::Bytes mail = input.bytes(length);
     check(mail);
-    require(!transfer.must_send() || (transfer.request().size() >= 16 && transfer.request().size() <= mailbox));
+    require(!transfer.must_send() ||
+            (transfer.request().size() >= 16 && transfer.request().size() <= mailbox));
     transfer.take(mail);
     require(transfer.transferred() <= memory.size());
     using Status = SdoTransfer::Status;
     require(transfer.failure().empty() ==
             (transfer.status() != Status::kAborted && transfer.status() != Status::kFailed));
-    require((scenario & 1) == 0 || transfer.status() != Status::kDone || transfer.transferred() == memory.size());
+    require((scenario & 1) == 0 || transfer.status() != Status::kDone ||
+            transfer.transferred() == memory.size());
   }
   return 0;
 }

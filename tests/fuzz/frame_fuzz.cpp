@@ -47,7 +47,8 @@ void read(fuzz::Bytes frame) {
     require(bytes <= frame.size());
     require(datagram.header >= frame.data() && datagram.counter + 2 <= frame.data() + frame.size());
     std::ranges::fill(datagram.data, std::uint8_t{0xA5});  // all of it is ours to change
-    const Datagram copy = writer.add(datagram.command, datagram.index, datagram.address, datagram.data.size());
+    const Datagram copy =
+        writer.add(datagram.command, datagram.index, datagram.address, datagram.data.size());
     fits = fits && copy.counter != nullptr;
     if (copy.counter != nullptr) std::ranges::copy(datagram.data, copy.data.begin());
   }

@@ -1,6 +1,6 @@
 /// @file
-/// What each fuzz target defines. libFuzzer calls it with inputs that reach new code; run_without_libfuzzer.cpp
-/// with seeded mutations of the target's own seeds.
+/// What each fuzz target defines. libFuzzer calls it with inputs that reach new code;
+/// run_without_libfuzzer.cpp with seeded mutations of the target's own seeds.
 #pragma once
 #include <cstdint>
 #include <cstdlib>

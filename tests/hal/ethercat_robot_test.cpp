@@ -1,0 +1,313 @@
+// The whole real stack against emulated boards, every byte of it, in virtual time.
+#include "hal/ethercat_robot.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "hal/setup_error.h"
+#include "sim/bus/bus_link.h"
+#include "sim/bus/youbot_bus.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace hal {
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::tmcl::Firmware;
+using sim::bus::FaultEvent;
+using sim::bus::FaultKind;
+
+struct Rig {
+  explicit Rig(EthercatOptions::Kind kind = EthercatOptions::Kind::kBase, Firmware firmware = Firmware::k148,
+               std::vector<FaultEvent> faults = {})
+      : emulation(options(kind, firmware, std::move(faults))),
+        robot(make_ethercat_robot(
+            [this]() -> std::unique_ptr<drivers::ethercat::Link> {
+              return std::make_unique<sim::bus::BusLink>(emulation.wire(), &emulation);
+            },
+            {.kind = kind}, clock, 1ms)) {}
+
+  static sim::bus::YoubotBusOptions options(EthercatOptions::Kind kind, Firmware firmware,
+                                            std::vector<FaultEvent> faults) {
+    sim::bus::YoubotBusOptions options;
+    options.robot = kind == EthercatOptions::Kind::kBase         ? sim::bus::RobotKind::kBase
+                    : kind == EthercatOptions::Kind::kArm        ? sim::bus::RobotKind::kArm
+                    : kind == EthercatOptions::Kind::kBaseAndArm ? sim::bus::RobotKind::kBaseAndArm
+                                                                 : sim::bus::RobotKind::kTwoArms;
+    options.board.firmware = firmware;
+    options.base.on_ground = false;
+    options.wire.faults = std::move(faults);
+    return options;
+  }
+
+  CycleStatus step() {
+    clock.sleep_until(clock.now() + 1ms);
+    const std::chrono::nanoseconds due = emulation.wire().now() + 1ms;
+    status = robot->exchange(command, sample);
+    if (due > emulation.wire().now()) emulation.advance(due - emulation.wire().now());
+    return status;
+  }
+  void run(std::chrono::milliseconds duration) {
+    for (auto left = duration; left > 0ms; left -= 1ms) (void)step();
+  }
+  /// Cycles until `condition`, at most `limit`; how long it took.
+  template <typename Condition>
+  std::chrono::milliseconds run_until(Condition&& condition, std::chrono::milliseconds limit = 20s) {
+    std::chrono::milliseconds passed{0};
+    for (; passed < limit && !condition(); passed += 1ms) (void)step();
+    return passed;
+  }
+  void enable() {
+    command.enable = true;
+    run_until([this] { return sample.enabled; });
+    ASSERT_TRUE(sample.enabled) << describe(status.fault);
+  }
+  void command_all_velocity(double velocity_rad_per_s) {
+    for (JointCommand& joint : command.joints) joint = JointCommand::velocity_rad_per_s(velocity_rad_per_s);
+  }
+
+  VirtualClock clock;
+  sim::bus::YoubotBus emulation;
+  std::unique_ptr<Robot> robot;
+  RobotCommand command;
+  RobotSample sample;
+  CycleStatus status;
+};
+
+TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
+  const Rig rig(EthercatOptions::Kind::kBaseAndArm);
+  const auto joints = rig.robot->joints();
+  ASSERT_EQ(joints.size(), 9U);
+  EXPECT_EQ(joints[0].name, "wheel-1");
+  EXPECT_EQ(joints[3].name, "wheel-4");
+  EXPECT_EQ(joints[4].name, "arm-1");
+  EXPECT_EQ(joints[8].name, "arm-5");
+  EXPECT_NEAR(joints[0].torque_limit_Nm, 2.85 * 0.0335 * 9405 / 364, 1e-9);
+  EXPECT_NEAR(joints[8].torque_limit_Nm, 1.0 * 0.049 * 71, 1e-9);
+}
+
+class EthercatRobotKinds : public ::testing::TestWithParam<std::tuple<EthercatOptions::Kind, Firmware>> {};
+
+TEST_P(EthercatRobotKinds, StartsCommutatesAndTurnsEveryJointTheWayItIsTold) {
+  const auto [kind, firmware] = GetParam();
+  Rig rig(kind, firmware);
+  rig.robot->activate();
+  rig.run(20ms);
+  EXPECT_FALSE(rig.sample.enabled) << "nothing moves before it is enabled";
+  rig.enable();
+
+  std::array<double, kMaxJoints> before{};
+  const std::size_t joints = rig.robot->joints().size();
+  for (std::size_t i = 0; i < joints; ++i) before[i] = rig.sample.joints[i].position_rad;
+  // Arm joints stand at their start, close to one end of their range: towards its middle.
+  for (std::size_t i = 0; i < joints; ++i) {
+    const double direction = rig.robot->joints()[i].name.ends_with("-3") && joints != 4 ? -1.0 : 1.0;
+    rig.command.joints[i] = JointCommand::velocity_rad_per_s(direction * 0.5);
+  }
+  rig.run(1s);
+  EXPECT_TRUE(rig.status.ok());
+  for (std::size_t i = 0; i < joints; ++i) {
+    const double moved = rig.sample.joints[i].position_rad - before[i];
+    // 0.5 rad/s for a second less the ramp up to it (the boards' acceleration limit).
+    EXPECT_GT(std::copysign(1.0, rig.command.joints[i].target) * moved, 0.2) << rig.robot->joints()[i].name;
+    EXPECT_LT(std::abs(moved), 0.6) << rig.robot->joints()[i].name;
+  }
+}
+INSTANTIATE_TEST_SUITE_P(AllRobotsAndFirmwares, EthercatRobotKinds,
+                         ::testing::Combine(::testing::Values(EthercatOptions::Kind::kBase,
+                                                              EthercatOptions::Kind::kArm,
+                                                              EthercatOptions::Kind::kBaseAndArm,
+                                                              EthercatOptions::Kind::kBaseAndTwoArms),
+                                            ::testing::Values(Firmware::k148, Firmware::k200)));
+
+TEST(EthercatRobot, TorqueGoesOutAndComesBackAsTorque) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  for (std::size_t i = 0; i < 4; ++i) rig.command.joints[i] = JointCommand::torque_Nm(0.3);
+  rig.run(300ms);
+  for (std::size_t i = 0; i < 4; ++i) {
+    // Counts of 1 mA are 0.9 mN·m, the sensors' noise 1.5 mN·m, the back-EMF takes 4 % while it accelerates.
+    EXPECT_NEAR(rig.sample.joints[i].torque_Nm, 0.3, 0.02) << i;
+    EXPECT_GT(rig.sample.joints[i].velocity_rad_per_s, 1.0) << i;
+  }
+}
+
+TEST(EthercatRobot, PositionCommandsArriveInTheJointsOwnFrame) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  for (std::size_t i = 0; i < 4; ++i) rig.command.joints[i] = JointCommand::position_rad(0.8 + 0.1 * static_cast<double>(i));
+  rig.run(6s);
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_NEAR(rig.sample.joints[i].position_rad, 0.8 + 0.1 * static_cast<double>(i), 0.02) << i;
+}
+
+TEST(EthercatRobot, ATargetThatIsNotANumberSwitchesEverythingOff) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  rig.command_all_velocity(2.0);
+  rig.run(500ms);
+  rig.command.joints[2].target = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(rig.step().fault, Fault::kBadCommand);
+  EXPECT_EQ(rig.status.joint, 2);
+  rig.command.joints[2].target = 2.0;
+  rig.run(2s);
+  EXPECT_EQ(rig.status.fault, Fault::kBadCommand) << "latched";
+  EXPECT_FALSE(rig.sample.enabled);
+  EXPECT_LT(std::abs(rig.sample.joints[0].velocity_rad_per_s), 0.2) << "the motors stop";
+}
+
+TEST(EthercatRobot, AMissingSlaveIsNamedWithItsPlaceAndNothingStarts) {
+  Rig rig;
+  rig.emulation.bus().set_power(3, false);  // wheel 3
+  try {
+    rig.robot->activate();
+    FAIL() << "started incomplete";
+  } catch (const SetupError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("slave 4, wheel 3 (rear-left)"), std::string::npos) << text;
+    EXPECT_NE(text.find("3 of 5"), std::string::npos) << text;
+    EXPECT_NE(text.find("slave 3 (TMCM-1632)"), std::string::npos) << text;
+  }
+  EXPECT_EQ(rig.step().fault, Fault::kNotActive);
+}
+
+TEST(EthercatRobot, ABaseIsNotTakenForABaseWithAnArm) {
+  sim::bus::YoubotBus base;
+  VirtualClock clock;
+  const auto robot = make_ethercat_robot(
+      [&base]() -> std::unique_ptr<drivers::ethercat::Link> {
+        return std::make_unique<sim::bus::BusLink>(base.wire(), &base);
+      },
+      {.kind = EthercatOptions::Kind::kBaseAndArm}, clock, 1ms);
+  EXPECT_THROW(robot->activate(), SetupError);
+}
+
+TEST(EthercatRobot, AFewLostFramesAreBridgedWithTheLastSample) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  rig.command_all_velocity(1.0);
+  rig.run(500ms);
+  rig.emulation.bus().set_cable(0, false);
+  const auto stamp = rig.sample.stamp;
+  rig.run(5ms);
+  EXPECT_TRUE(rig.status.ok()) << describe(rig.status.fault);
+  EXPECT_EQ(rig.sample.stamp, stamp) << "the age of the sample shows";
+  rig.emulation.bus().set_cable(0, true);
+  rig.run(50ms);
+  EXPECT_TRUE(rig.status.ok());
+  EXPECT_GT(rig.sample.stamp, stamp);
+  EXPECT_TRUE(rig.sample.enabled);
+}
+
+/// What a fault does to the bus for a while, and how it shows.
+struct FaultCase {
+  const char* name;
+  FaultKind kind;
+  std::uint32_t slave;
+  Fault expected;
+};
+class EthercatRobotFaults : public ::testing::TestWithParam<FaultCase> {};
+
+TEST_P(EthercatRobotFaults, StopsEverythingRecoversByItselfAndMovesOnlyAfterANewEnable) {
+  const FaultCase& fault = GetParam();
+  Rig rig(EthercatOptions::Kind::kBase, Firmware::k148,
+          {FaultEvent{.kind = fault.kind, .at = 5s, .duration = 400ms, .slave = fault.slave}});
+  rig.robot->activate();
+  rig.enable();
+  rig.command_all_velocity(2.0);
+  rig.run_until([&] { return rig.emulation.wire().now() >= 4990ms; });
+  ASSERT_TRUE(rig.status.ok());
+  ASSERT_GT(rig.sample.joints[0].velocity_rad_per_s, 1.0);
+
+  // Detected within the cycles that are bridged and those that count a slave as lost.
+  const auto detected = rig.run_until([&] { return !rig.status.ok(); }, 1s);
+  EXPECT_LT(detected, 10ms + 30ms) << fault.name;
+  EXPECT_EQ(rig.status.fault, fault.expected) << fault.name << ": " << describe(rig.status.fault);
+  EXPECT_FALSE(rig.sample.enabled);
+
+  // The fault ends by itself; nobody enables anew. Within 2 s the bus is whole, and no wheel moves.
+  rig.run_until([&] { return rig.emulation.wire().now() >= 5400ms + 2s; });
+  EXPECT_FALSE(rig.status.ok()) << "latched until disabled";
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_LT(std::abs(rig.emulation.base().wheel(static_cast<int>(i)).velocity_rad_per_s()), 0.05)
+        << fault.name << ", wheel " << i + 1;
+
+  rig.command.enable = false;
+  rig.run(5ms);
+  EXPECT_TRUE(rig.status.ok()) << fault.name << ": not recovered: " << describe(rig.status.fault) << " at joint "
+                               << static_cast<int>(rig.status.joint);
+  rig.enable();
+  rig.run(1s);
+  EXPECT_TRUE(rig.status.ok()) << fault.name;
+  for (std::size_t i = 0; i < 4; ++i)
+    EXPECT_GT(rig.emulation.base().wheel(static_cast<int>(i)).velocity_rad_per_s(), 1.0) << fault.name;
+}
+INSTANTIATE_TEST_SUITE_P(
+    Bus, EthercatRobotFaults,
+    ::testing::Values(FaultCase{"wheel 3 loses power", FaultKind::kSlaveOff, 3, Fault::kPartialBus},
+                      FaultCase{"the last wheel loses power", FaultKind::kSlaveOff, 4, Fault::kPartialBus},
+                      FaultCase{"the cable to wheel 2 is pulled", FaultKind::kCableOut, 2, Fault::kPartialBus},
+                      FaultCase{"the cable to the robot is pulled", FaultKind::kCableOut, 0, Fault::kFrameLost},
+                      FaultCase{"the supply breaks down", FaultKind::kBrownOut, 0, Fault::kFrameLost}),
+    [](const auto& parameter) {
+      std::string name = parameter.param.name;
+      for (char& c : name)
+        if (c == ' ') c = '_';
+      return name;
+    });
+
+TEST(EthercatRobot, ADrivesErrorFlagStopsTheRobotAndSaysWhich) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  rig.command_all_velocity(1.0);
+  rig.run(300ms);
+  rig.emulation.slave(1).set_fault(sim::bus::BoardFault::kOvertemperature, true);
+  rig.run(10ms);
+  EXPECT_EQ(rig.status.fault, Fault::kJointFault);
+  EXPECT_EQ(rig.status.joint, 1);
+  EXPECT_EQ(rig.status.detail, static_cast<std::uint32_t>(JointFault::kOvertemperature));
+  EXPECT_FALSE(rig.sample.enabled);
+}
+
+TEST(EthercatRobot, TheCycleDoesNotAllocateOrLockInAnyPhase) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns the allocator";
+  Rig rig(EthercatOptions::Kind::kBaseAndArm, Firmware::k148,
+          {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 4s, .duration = 300ms, .slave = 8}});
+  rig.robot->activate();
+  rig.run(10ms);
+  const support::NoAllocGuard guard;
+  rig.command.enable = true;
+  rig.run(4500ms);  // commutation, motion, a slave lost and configured again
+  rig.command.enable = false;
+  rig.run(1500ms);
+  rig.command.enable = true;
+  rig.run(2s);
+  EXPECT_EQ(guard.violations(), 0);
+  EXPECT_TRUE(rig.sample.enabled) << describe(rig.status.fault);
+}
+
+TEST(EthercatRobot, DeactivationStopsTheMotorsAndItCanStartAgain) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  rig.command_all_velocity(2.0);
+  rig.run(500ms);
+  rig.robot->deactivate();
+  EXPECT_EQ(rig.step().fault, Fault::kNotActive);
+  rig.emulation.advance(2s);
+  EXPECT_LT(std::abs(rig.emulation.base().wheel(0).velocity_rad_per_s()), 0.05);
+  rig.command = {};
+  rig.robot->activate();
+  rig.enable();
+  EXPECT_TRUE(rig.status.ok());
+}
+
+}  // namespace
+}  // namespace hal
