@@ -92,9 +92,9 @@ class DriveChannel {
     sequence_ = std::monostate{};
     output_ = tmcl::kStopMotor;
   }
-  /// Begins to make the drive obey.
+  /// Begins to make the drive obey, once its flags are known.
   void prepare() noexcept {
-    if (stage_ != Stage::kOff) return;
+    if (stage_ != Stage::kOff || !sensed_) return;
     queue_.clear();
     failed_ = false;
     if (input_.flags.has(tmcl::StatusFlag::kTimeout)) {
@@ -115,6 +115,7 @@ class DriveChannel {
   bool sense(std::span<const std::uint8_t> pdo) noexcept {
     if (!tmcl::unpack(firmware_, pdo, input_)) return false;
     position_ticks_ = position_.update(input_.position_ticks);
+    sensed_ = true;
     return true;
   }
   /// After every frame, answered or not: mailbox traffic.
@@ -124,6 +125,7 @@ class DriveChannel {
   void forget() noexcept {
     position_.reset();
     queue_.clear();
+    sensed_ = false;
     stop();
   }
 
@@ -204,6 +206,7 @@ class DriveChannel {
   std::variant<std::monostate, tmcl::TimeoutReset, tmcl::Commutation> sequence_;
   Stage stage_ = Stage::kOff;
   bool failed_ = false;
+  bool sensed_ = false;
   tmcl::DriveInput input_;
   tmcl::DriveOutput output_ = tmcl::kStopMotor;
   tmcl::PositionUnwrapper position_;

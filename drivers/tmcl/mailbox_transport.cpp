@@ -5,8 +5,8 @@
 namespace drivers::tmcl {
 namespace {
 
-/// Longer than a request queue waits, so that a late reply is still picked up and told as late.
-constexpr std::chrono::milliseconds kPatience{400};
+/// As long as a request queue waits for a reply and then for a late one: afterwards the line must be free.
+constexpr std::chrono::milliseconds kPatience{180};
 
 std::optional<Reply> decode(std::span<const std::uint8_t> mailbox) noexcept {
   if (mailbox.size() < kMailboxBytes) return std::nullopt;

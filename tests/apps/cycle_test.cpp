@@ -200,7 +200,7 @@ class BrokenRobot final : public hal::Robot {
   hal::RobotCommand last_command;
 
  private:
-  std::vector<hal::JointInfo> joints_{{"wheel-1", 1}, {"wheel-2", 1}, {"wheel-3", 1}, {"wheel-4", 1}};
+  std::vector<hal::JointInfo> joints_{{"wheel-1", 3}, {"wheel-2", 3}, {"wheel-3", 3}, {"wheel-4", 3}};
 };
 
 TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterTenSeconds) {
@@ -239,6 +239,12 @@ TEST(Cycle, ARobotWithoutFourWheelsIsRefused) {
   } arm;
   ScriptedMotion motion;
   EXPECT_THROW(Cycle(Cycle::Config{}, arm, motion, nullptr), std::invalid_argument);
+}
+
+TEST(Cycle, ATorqueLimitThatNoMotorDeliversIsRefused) {
+  Cycle::Config config;
+  config.controller.torque_limit_Nm = 2.45;  // the rig's wheels: 2.4
+  EXPECT_THROW(Rig{config}, std::invalid_argument);
 }
 
 TEST(Cycle, TheWholeCycleDoesNotAllocateOrLock) {

@@ -45,7 +45,7 @@ class IdleRobot final : public hal::Robot {
   }
 
  private:
-  std::vector<hal::JointInfo> joints_{4, {"wheel", 1.0}};
+  std::vector<hal::JointInfo> joints_{4, {"wheel", 3.0}};
 };
 
 struct Holding final : MotionSource {

@@ -4,7 +4,12 @@
 
 namespace {
 
-using namespace drivers::ethercat;
+using drivers::ethercat::CoeMail;
+using drivers::ethercat::decode_coe;
+using drivers::ethercat::describe_emergency;
+using drivers::ethercat::describe_sdo_abort;
+using drivers::ethercat::SdoObject;
+using drivers::ethercat::SdoTransfer;
 using fuzz::require;
 
 constexpr SdoObject kObject{0x1008, 0};

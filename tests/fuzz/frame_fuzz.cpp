@@ -8,7 +8,17 @@
 
 namespace {
 
-using namespace drivers::ethercat;
+using drivers::ethercat::address_of;
+using drivers::ethercat::Command;
+using drivers::ethercat::Datagram;
+using drivers::ethercat::FrameError;
+using drivers::ethercat::FrameReader;
+using drivers::ethercat::FrameWriter;
+using drivers::ethercat::kDatagramOverheadBytes;
+using drivers::ethercat::kFrameHeaderBytes;
+using drivers::ethercat::kMaxDatagramBytes;
+using drivers::ethercat::Link;
+using drivers::ethercat::Transceiver;
 using fuzz::require;
 
 /// Hands out one frame.

@@ -18,6 +18,7 @@
 #include "tests/fuzz/fuzz_target.h"
 
 /// Sanitizers end the process without a signal.
+// NOLINTNEXTLINE(bugprone-reserved-identifier,readability-identifier-naming)
 extern "C" void __sanitizer_set_death_callback(void (*callback)()) __attribute__((weak));
 
 namespace {

@@ -1,13 +1,13 @@
 // EEPROMs: the input is the image, behind a byte that says how wide the slave reads and whether it is
 // repeated.
-#include "drivers/ethercat/bus_scan.h"
 #include "drivers/ethercat/sii.h"
 #include "sim/bus/sii_image.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {
 
-using namespace drivers::ethercat;
+using drivers::ethercat::SiiInfo;
+using drivers::ethercat::SiiReader;
 using fuzz::require;
 
 /// The address space, and a last category of 0x1000 words that begins at its end.

@@ -9,7 +9,14 @@
 
 namespace {
 
-using namespace drivers::tmcl;
+using drivers::tmcl::CanBytes;
+using drivers::tmcl::Command;
+using drivers::tmcl::FirmwareVersion;
+using drivers::tmcl::kMailboxBytes;
+using drivers::tmcl::Reply;
+using drivers::tmcl::Request;
+using drivers::tmcl::Status;
+using drivers::tmcl::VersionText;
 using fuzz::require;
 
 bool starts_with(const fuzz::Bytes& bytes, std::span<const std::uint8_t> start) {
@@ -41,22 +48,24 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fuzz::Bytes bytes(data, data + size);
 
   // What is read is what was written.
-  const auto request = decode_mailbox_request(bytes);
-  const auto reply = decode_mailbox_reply(bytes);
+  const auto request = drivers::tmcl::decode_mailbox_request(bytes);
+  const auto reply = drivers::tmcl::decode_mailbox_reply(bytes);
   require(request.has_value() == (size >= kMailboxBytes) && reply.has_value() == request.has_value());
   if (request) {
     require(starts_with(bytes, encode_mailbox(*request)));
     require(starts_with(bytes, encode_mailbox(*reply)));
     use(*request, *reply);
   }
-  if (const auto serial = decode_serial_request(bytes)) require(starts_with(bytes, encode_serial(*serial)));
-  if (const auto serial = decode_serial_reply(bytes)) require(starts_with(bytes, encode_serial(*serial)));
-  if (const auto can = decode_can_request(3, bytes)) {
+  if (const auto serial = drivers::tmcl::decode_serial_request(bytes))
+    require(starts_with(bytes, encode_serial(*serial)));
+  if (const auto serial = drivers::tmcl::decode_serial_reply(bytes))
+    require(starts_with(bytes, encode_serial(*serial)));
+  if (const auto can = drivers::tmcl::decode_can_request(3, bytes)) {
     require(can->module == 3);
     const CanBytes again = encode_can(*can);
     require(starts_with(bytes, std::span(again.data).first(7)));
   }
-  if (const auto can = decode_can_reply(2, bytes)) {
+  if (const auto can = drivers::tmcl::decode_can_reply(2, bytes)) {
     require(can->host == 2);
     const CanBytes again = encode_can(*can);
     require(starts_with(bytes, std::span(again.data).first(7)));
