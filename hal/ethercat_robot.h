@@ -11,8 +11,9 @@
 #include "hal/robot.h"
 
 namespace drivers::ethercat {
+class FrameTap;
 class Link;
-}
+}  // namespace drivers::ethercat
 
 namespace hal {
 
@@ -25,6 +26,8 @@ struct EthercatOptions {
   bool unsigned_current = false;
   /// Cycles without an answer, or with slaves missing, that are bridged with the last sample.
   int tolerated_cycles = 10;
+  /// Sees every frame, such as a ring to be written after a fault; outlives the robot. Null: nobody looks.
+  drivers::ethercat::FrameTap* tap = nullptr;
 };
 
 /// Joints in bus order: wheel-1 … wheel-4, arm-1 … arm-5, arm2-1 … arm2-5 (those the kind has).

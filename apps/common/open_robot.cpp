@@ -34,6 +34,12 @@ sim::BaseParameters with_youbot_wheels(sim::BaseParameters parameters) {
 
 constexpr std::string_view kEthercatPrefix = "ethercat:";
 
+/// The last second: a frame out and one back each cycle.
+std::unique_ptr<drivers::ethercat::PcapRing> make_capture(const std::string& interface) {
+  return std::make_unique<drivers::ethercat::PcapRing>(
+      drivers::ethercat::PcapRing::Options{.interface = interface, .frames = 2000});
+}
+
 sim::bus::RobotKind emulated_kind(hal::EthercatOptions::Kind kind) {
   switch (kind) {
     case hal::EthercatOptions::Kind::kBase: return sim::bus::RobotKind::kBase;
@@ -46,8 +52,10 @@ sim::bus::RobotKind emulated_kind(hal::EthercatOptions::Kind kind) {
 
 }  // namespace
 
-OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period) {
+OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
+                       std::chrono::nanoseconds period) {
   OpenedRobot opened;
+  hal::EthercatOptions ethercat = options.ethercat;
   const sim::BaseParameters simulation = with_youbot_wheels(options.simulation);
   if (options.name == "loopback") {
     opened.plant = std::make_unique<sim::Base>(simulation);
@@ -58,12 +66,18 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std
     emulation.robot = emulated_kind(options.ethercat.kind);
     emulation.base = simulation;
     opened.emulation = std::make_unique<sim::bus::YoubotBus>(emulation);
-    opened.robot = std::make_unique<WireRobot>(*opened.emulation, options.ethercat, clock, period);
+    opened.capture = make_capture(options.name);
+    ethercat.tap = opened.capture.get();
+    opened.robot = std::make_unique<WireRobot>(*opened.emulation, ethercat, clock, period);
     if (opened.emulation->has_base()) opened.truth = &opened.emulation->base().pose();
   } else if (options.name.starts_with(kEthercatPrefix) && options.name.size() > kEthercatPrefix.size()) {
-    opened.robot = hal::make_ethercat_robot(options.name.substr(kEthercatPrefix.size()), options.ethercat, clock, period);
+    const std::string interface = options.name.substr(kEthercatPrefix.size());
+    opened.capture = make_capture(interface);
+    ethercat.tap = opened.capture.get();
+    opened.robot = hal::make_ethercat_robot(interface, ethercat, clock, period);
   } else {
-    throw std::invalid_argument("--robot: there is no '" + options.name + "', but loopback, wire, ethercat:IFACE");
+    throw std::invalid_argument("--robot: there is no '" + options.name +
+                                "', but loopback, wire, ethercat:IFACE");
   }
   // Off the ground the simulated body stays where it is, and the wheels tell more.
   if (!simulation.on_ground) opened.truth = nullptr;

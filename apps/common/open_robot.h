@@ -6,6 +6,7 @@
 #include <string>
 
 #include "control/planar.h"
+#include "drivers/ethercat/pcap_ring.h"
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
 #include "hal/robot.h"
@@ -24,6 +25,7 @@ struct OpenedRobot {
   // What stands behind a simulated robot, in order of construction.
   std::unique_ptr<sim::Base> plant;
   std::unique_ptr<sim::bus::YoubotBus> emulation;
+  std::unique_ptr<drivers::ethercat::PcapRing> capture;  ///< the last frames on the bus; null without a bus
   std::unique_ptr<hal::Robot> robot;
   /// True pose of the simulated base; null when there is none, or its wheels are off the ground.
   const control::PlanarPose* truth = nullptr;
@@ -32,7 +34,8 @@ struct OpenedRobot {
 /// - `loopback`: the simulated base behind the HAL.
 /// - `wire`: the same behind emulated motor controllers, through every byte of the EtherCAT master.
 /// - `ethercat:IFACE`: a robot, or youbot-sim, on a network interface.
-/// `clock` outlives the result. @throws std::invalid_argument for a name nobody knows, listing those there are.
+/// `clock` outlives the result. @throws std::invalid_argument for a name nobody knows, listing those there
+/// are.
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period);
 
 /// Whether such a robot can run in virtual time.

@@ -4,8 +4,8 @@
 
 namespace apps {
 
-WireRobot::WireRobot(sim::bus::YoubotBus& emulation, const hal::EthercatOptions& options, const hal::Clock& clock,
-                     std::chrono::nanoseconds period)
+WireRobot::WireRobot(sim::bus::YoubotBus& emulation, const hal::EthercatOptions& options,
+                     const hal::Clock& clock, std::chrono::nanoseconds period)
     : emulation_(emulation),
       period_(period),
       robot_(hal::make_ethercat_robot(

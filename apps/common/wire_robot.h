@@ -10,7 +10,8 @@
 
 namespace apps {
 
-/// Lets the emulated robot's time go on with the exchanges: one period each, of which the frame takes its part.
+/// Lets the emulated robot's time go on with the exchanges: one period each, of which the frame takes its
+/// part.
 class WireRobot final : public hal::Robot {
  public:
   /// `emulation` and `clock` outlive the robot.

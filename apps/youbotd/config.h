@@ -15,7 +15,6 @@ struct Config {
   RealTimeConfig real_time;
   Cycle::Config cycle;
   control::BasePath::Plan path;
-
 };
 
 /// Every key is optional; apps/youbotd/demo.toml shows them all.

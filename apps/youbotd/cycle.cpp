@@ -40,10 +40,10 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
                                 std::to_string(robot.joints().size()) + " joints");
   for (const hal::JointInfo& wheel : robot.joints().first(kWheels))
     if (config.controller.torque_limit_Nm > wheel.torque_limit_Nm)
-      throw std::invalid_argument("limits.wheel_torque_Nm = " +
-                                  std::to_string(config.controller.torque_limit_Nm) + " is more than the " +
-                                  std::to_string(wheel.torque_limit_Nm) + " N·m that " + wheel.name +
-                                  " can deliver");
+      throw std::invalid_argument(
+          "limits.wheel_torque_Nm = " + std::to_string(config.controller.torque_limit_Nm) +
+          " is more than the " + std::to_string(wheel.torque_limit_Nm) + " N·m that " + wheel.name +
+          " can deliver");
 }
 
 void Cycle::step(nanoseconds now) noexcept {

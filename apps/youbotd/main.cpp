@@ -137,7 +137,8 @@ int main(int argc, char** argv) {
   app.add_option("--config", arguments.session.config_file,
                  "TOML file; apps/youbotd/demo.toml shows every key")
       ->required();
-  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")->check(not_empty);
+  app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")
+      ->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(reasonable_duration);
   app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")

@@ -48,8 +48,8 @@ std::string fault_report_name() {
 
 /// Beside the recording where there is one, so that a lab finds both; where temporary files live if that
 /// cannot be written or there is none.
-void write_fault_report(const FlightRecorder& flight_recorder, const SessionOptions& options,
-                        Summary& summary) {
+void write_fault_report(const FlightRecorder& flight_recorder, const drivers::ethercat::PcapRing* frames,
+                        const SessionOptions& options, Summary& summary) {
   const std::string name = fault_report_name();
   std::vector<std::filesystem::path> directories;
   if (options.record_directory) directories.push_back(*options.record_directory);
@@ -58,6 +58,8 @@ void write_fault_report(const FlightRecorder& flight_recorder, const SessionOpti
   for (const std::filesystem::path& directory : directories) try {
       flight_recorder.write(directory / name, summary.stop_reason);
       summary.fault_report = directory / name;
+      if (frames != nullptr)
+        frames->write((directory / name).replace_extension(".pcapng").string(), summary.stop_reason);
       return;
     } catch (const std::exception& error) {
       summary.recording_problems.emplace_back(std::string("fault report: ") + error.what());
@@ -138,7 +140,7 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
   }
   if (const StopReason& reason = cycle.stop_reason()) {
     summary.stop_reason = describe(reason, *opened.robot);
-    write_fault_report(flight_recorder, options, summary);
+    write_fault_report(flight_recorder, opened.capture.get(), options, summary);
   }
   return summary;
 }

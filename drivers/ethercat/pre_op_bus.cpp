@@ -65,7 +65,9 @@ std::span<const std::uint8_t> PreOpBus::mailbox_exchange(std::size_t i,
                                                          std::span<const std::uint8_t> request) {
   MailboxLine& line = mailboxes_[i];
   line.clear();
-  if (!line.post(request, options_.mailbox_timeout))
+  const bool begun =
+      request.empty() ? line.listen(options_.mailbox_timeout) : line.post(request, options_.mailbox_timeout);
+  if (!begun)
     throw BusError(slaves_[i].label(), "use its mailbox",
                    line.exists() ? "the request is longer than the mailbox" : "it has none");
   while (line.status() == MailboxLine::Status::kBusy) {

@@ -40,7 +40,7 @@ class PreOpBus {
   void enter_pre_op();
 
   /// One request and its reply through the mailbox of slave i (from 0); the reply is valid until the next
-  /// call.
+  /// call. An empty request only waits for mail.
   /// @throws BusError when the slave has no mailbox or does not reply in time.
   std::span<const std::uint8_t> mailbox_exchange(std::size_t i, std::span<const std::uint8_t> request);
 

@@ -80,7 +80,8 @@ void SiiReader::take_header() {
     complete_ = true;
     return;
   }
-  if (++categories_seen_ > kMostCategories || (wanted(type) && words > kMostCategoryWords)) {
+  if (++categories_seen_ > kMostCategories ||
+      (wanted(type) && (words > kMostCategoryWords || header_word_ + 2 + words > kHighestWord))) {
     give_up("the category chain is not plausible (category " + std::to_string(type) + " of " +
             std::to_string(words) + " words); is the EEPROM programmed?");
     return;

@@ -1,7 +1,7 @@
 // Two processes, two network namespaces, real raw sockets: youbot-sim on one end of a veth pair, the real
 // master on the other. Conditions are waited for, never timed.
-#include <gtest/gtest.h>
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -28,10 +28,12 @@ bool shell(const std::string& command) { return std::system((command + " 2>/dev/
 /// A pair of namespaces joined by a veth pair; the calling thread lives in the second while this exists.
 class Namespaces {
  public:
-  Namespaces() : id_(std::to_string(getpid())), home_(open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC)) {
+  Namespaces()
+      : id_(std::to_string(getpid())), home_(open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC)) {
     usable_ = geteuid() == 0 && shell("ip netns add ybs" + id_) && shell("ip netns add ybc" + id_) &&
               shell("ip -n ybs" + id_ + " link add veth-s type veth peer name veth-c netns ybc" + id_) &&
-              shell("ip -n ybs" + id_ + " link set veth-s up") && shell("ip -n ybc" + id_ + " link set veth-c up");
+              shell("ip -n ybs" + id_ + " link set veth-s up") &&
+              shell("ip -n ybc" + id_ + " link set veth-c up");
     if (!usable_) return;
     const int there = open(("/run/netns/ybc" + id_).c_str(), O_RDONLY | O_CLOEXEC);
     usable_ = there >= 0 && setns(there, CLONE_NEWNET) == 0;
@@ -64,8 +66,8 @@ class Simulator {
     pid_ = fork();
     if (pid_ == 0) {
       dup2(ends[1], STDOUT_FILENO);
-      const std::string command = "exec ip netns exec " + namespaces.sim_namespace() + " " YOUBOT_SIM_BINARY
-                                  " --interface veth-s " + arguments;
+      const std::string command = "exec ip netns exec " + namespaces.sim_namespace() +
+                                  " " YOUBOT_SIM_BINARY " --interface veth-s " + arguments;
       execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
       _exit(127);
     }
@@ -129,7 +131,8 @@ TEST(EthercatOverVeth, TheBaseStartsDrivesLosesAWheelRecoversAndMovesAgainOnlyWh
   control.robot->activate();
   control.command.enable = true;
   for (std::size_t i = 0; i < 4; ++i) control.command.joints[i] = hal::JointCommand::velocity_rad_per_s(1.0);
-  ASSERT_TRUE(control.cycle_until([&] { return control.sample.enabled; })) << hal::describe(control.status.fault);
+  ASSERT_TRUE(control.cycle_until([&] { return control.sample.enabled; }))
+      << hal::describe(control.status.fault);
   EXPECT_TRUE(control.cycle_until([&] { return control.sample.joints[2].position_rad > 0.5; }));
 
   ASSERT_TRUE(control.cycle_until([&] { return !control.status.ok(); })) << "the lost wheel was not noticed";
@@ -143,7 +146,8 @@ TEST(EthercatOverVeth, TheBaseStartsDrivesLosesAWheelRecoversAndMovesAgainOnlyWh
   EXPECT_TRUE(control.cycle_until([n = 0]() mutable { return ++n == 300; }));
   EXPECT_NEAR(control.sample.joints[0].position_rad, resting, 0.2) << "it moved without being enabled";
   control.command.enable = true;
-  ASSERT_TRUE(control.cycle_until([&] { return control.sample.enabled; })) << hal::describe(control.status.fault);
+  ASSERT_TRUE(control.cycle_until([&] { return control.sample.enabled; }))
+      << hal::describe(control.status.fault);
   const double before = control.sample.joints[2].position_rad;
   EXPECT_TRUE(control.cycle_until([&] { return control.sample.joints[2].position_rad > before + 0.3; }));
   control.robot->deactivate();
@@ -157,9 +161,10 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
   ASSERT_TRUE(simulator.ready());
   const fs::path directory = fs::temp_directory_path() / ("youbot-veth-" + std::to_string(getpid()));
   fs::create_directories(directory);
-  std::ofstream(directory / "config.toml") << "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
-                                              "[loop]\ncommand_timeout_s = 2.0\n"
-                                              "[path]\nrest_s = 0.1\n[[path.leg]]\nforward_m = 0.05\n";
+  std::ofstream(directory / "config.toml")
+      << "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+         "[loop]\ncommand_timeout_s = 2.0\n"
+         "[path]\nrest_s = 0.1\n[[path.leg]]\nforward_m = 0.05\n";
   const std::string command = YOUBOTD_BINARY " --config " + (directory / "config.toml").string() +
                               " --allow-non-rt --record " + (directory / "run").string() + " > /dev/null";
   EXPECT_EQ(std::system(command.c_str()), 0);

@@ -178,6 +178,26 @@ TEST_F(Session, StopsAtOnceWhenAskedBeforeItBegan) {
   EXPECT_LT(summary.loop.robot_time, 100ms);
 }
 
+TEST_F(Session, OnTheWireAFaultLeavesTheFramesOfTheLastSecondToo) {
+  config.robot.name = "wire";
+  config.cycle.wheel_speed_limit_rad_per_s = 0.5;
+  options.record_directory = directory;
+  const Summary summary = run_session(config, options, stop);
+  ASSERT_TRUE(summary.fault_report.has_value());
+  std::ifstream capture(fs::path(*summary.fault_report).replace_extension(".pcapng"), std::ios::binary);
+  std::uint32_t section_header = 0;
+  capture.read(reinterpret_cast<char*>(&section_header), sizeof section_header);
+  EXPECT_EQ(section_header, 0x0A0D0D0AU);  // pcapng, section header block
+}
+
+TEST_F(Session, TheDemoBaseFollowsItsPathThroughEveryByteOfTheEthercatMasterToo) {
+  config.robot.name = "wire";
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_TRUE(summary.stop_reason.empty()) << summary.stop_reason;
+  EXPECT_LT(summary.path.rms_m(), 0.02);
+  EXPECT_LT(summary.path.final_m(), 0.02);
+}
+
 TEST_F(Session, AFaultReportFindsAnotherPlaceWhenTheRecordingHasNone) {
   std::ofstream(directory / "file") << "not a directory";
   options.record_directory = directory / "file" / "run";
@@ -229,7 +249,8 @@ TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
   EXPECT_EQ(config.path.rest_s, defaults.path.rest_s);
   EXPECT_EQ(config.robot.simulation.mass_kg, defaults.robot.simulation.mass_kg);
   EXPECT_EQ(config.robot.simulation.yaw_inertia_kg_m2, defaults.robot.simulation.yaw_inertia_kg_m2);
-  EXPECT_EQ(config.robot.simulation.drive.load_inertia_kg_m2, defaults.robot.simulation.drive.load_inertia_kg_m2);
+  EXPECT_EQ(config.robot.simulation.drive.load_inertia_kg_m2,
+            defaults.robot.simulation.drive.load_inertia_kg_m2);
   EXPECT_EQ(config.robot.simulation.loaded_friction_scale, defaults.robot.simulation.loaded_friction_scale);
   EXPECT_EQ(config.robot.simulation.roller_grip, defaults.robot.simulation.roller_grip);
   EXPECT_EQ(config.robot.simulation.roller_resistance, defaults.robot.simulation.roller_resistance);

@@ -310,8 +310,10 @@ TEST_F(Operation, ASlaveThatFallsToInitIsConfiguredFromScratch) {
   cycles(5);
   robot->bus.slave(kWheel).report_error(AlState::kInit, 0x0016);
   ASSERT_TRUE(until(kWheel, kStopped));
+  ASSERT_TRUE(bus->mailbox(kWheel).post(tmcl(0, 6, 1, 0, 0), 10s));
   bus->resume(kWheel);
   EXPECT_EQ(condition(kWheel), kRestarting);
+  EXPECT_EQ(bus->mailbox(kWheel).status(), MailboxLine::Status::kIdle) << "its mailbox is made anew";
   ASSERT_TRUE(until(kWheel, kNeedsParameters));
   bus->resume(kWheel);
   ASSERT_TRUE(until(kWheel, kOperational));

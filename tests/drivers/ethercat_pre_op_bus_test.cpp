@@ -110,6 +110,25 @@ TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
   EXPECT_TRUE(contains(error, "it is in SAFE-OP, AL status code (register 0x0134) 0x0000 no error, after 5"));
 }
 
+TEST(PreOpBus, ARefusedOpIsToldWithItsCode) {
+  EmulatedRobot robot({drive("TMCM-1610")});
+  MeddlingLink link(robot.connect());
+  PreOpBus setup(link, nullptr, impatient());
+  setup.enter_pre_op();
+  link.on_send = [](Bytes& frame) {
+    (void)find_datagram(frame, [](const Datagram& datagram) {
+      if (datagram.command == Command::kFpwr && datagram.offset() == reg::kAlControl && datagram.data[0] == 8)
+        datagram.data[0] = 3;  // it understands BOOT, which it has not
+      return false;
+    });
+    return false;
+  };
+  EXPECT_TRUE(
+      contains(error_of([&] { OpBus bus = std::move(setup).start(); }),
+               "slave 1 (TMCM-1610): change state: OP refused: it is in SAFE-OP with error, AL status code "
+               "(register 0x0134) 0x0011 invalid requested state change, after "));
+}
+
 TEST(PreOpBus, AWorkingCounterThatStaysShortIsNoSilentStart) {
   EmulatedRobot robot({drive("TMCM-1610"), drive("TMCM-1610")});
   MeddlingLink link(robot.connect());

@@ -32,12 +32,13 @@ void leave_input() {
   if (input_under_test == nullptr) return;
   constexpr std::string_view kDigits = "0123456789abcdef";
   std::array<char, 2> hex{};
-  (void)!write(STDERR_FILENO, "failing input: ", 15);
+  const auto print = [](std::string_view text) { (void)!write(STDERR_FILENO, text.data(), text.size()); };
+  print("failing input: ");
   for (const std::uint8_t byte : *input_under_test) {
     hex = {kDigits[byte >> 4], kDigits[byte & 15]};
-    (void)!write(STDERR_FILENO, hex.data(), hex.size());
+    print({hex.data(), hex.size()});
   }
-  (void)!write(STDERR_FILENO, "  (make a file of it with xxd -r -p)\n", 38);
+  print("  (make a file of it with xxd -r -p)\n");
 }
 
 void on_signal(int signal) {

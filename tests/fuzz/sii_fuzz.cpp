@@ -11,7 +11,7 @@ using drivers::ethercat::SiiReader;
 using fuzz::require;
 
 /// The address space, and a last category of 0x1000 words that begins at its end.
-constexpr std::size_t kMostWords = 0x10000 + 0x1000 + 8;
+constexpr std::size_t kMostWords = 0x10000 + 8;
 
 }  // namespace
 

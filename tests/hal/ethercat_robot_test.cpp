@@ -139,7 +139,8 @@ TEST(EthercatRobot, PositionCommandsArriveInTheJointsOwnFrame) {
   Rig rig;
   rig.robot->activate();
   rig.enable();
-  for (std::size_t i = 0; i < 4; ++i) rig.command.joints[i] = JointCommand::position_rad(0.8 + 0.1 * static_cast<double>(i));
+  for (std::size_t i = 0; i < 4; ++i)
+    rig.command.joints[i] = JointCommand::position_rad(0.8 + 0.1 * static_cast<double>(i));
   rig.run(6s);
   for (std::size_t i = 0; i < 4; ++i)
     EXPECT_NEAR(rig.sample.joints[i].position_rad, 0.8 + 0.1 * static_cast<double>(i), 0.02) << i;
@@ -240,8 +241,8 @@ TEST_P(EthercatRobotFaults, StopsEverythingRecoversByItselfAndMovesOnlyAfterANew
 
   rig.command.enable = false;
   rig.run(5ms);
-  EXPECT_TRUE(rig.status.ok()) << fault.name << ": not recovered: " << describe(rig.status.fault) << " at joint "
-                               << static_cast<int>(rig.status.joint);
+  EXPECT_TRUE(rig.status.ok()) << fault.name << ": not recovered: " << describe(rig.status.fault)
+                               << " at joint " << static_cast<int>(rig.status.joint);
   rig.enable();
   rig.run(1s);
   EXPECT_TRUE(rig.status.ok()) << fault.name;
@@ -250,11 +251,12 @@ TEST_P(EthercatRobotFaults, StopsEverythingRecoversByItselfAndMovesOnlyAfterANew
 }
 INSTANTIATE_TEST_SUITE_P(
     Bus, EthercatRobotFaults,
-    ::testing::Values(FaultCase{"wheel 3 loses power", FaultKind::kSlaveOff, 3, Fault::kPartialBus},
-                      FaultCase{"the last wheel loses power", FaultKind::kSlaveOff, 4, Fault::kPartialBus},
-                      FaultCase{"the cable to wheel 2 is pulled", FaultKind::kCableOut, 2, Fault::kPartialBus},
-                      FaultCase{"the cable to the robot is pulled", FaultKind::kCableOut, 0, Fault::kFrameLost},
-                      FaultCase{"the supply breaks down", FaultKind::kBrownOut, 0, Fault::kFrameLost}),
+    ::testing::Values(
+        FaultCase{"wheel 3 loses power", FaultKind::kSlaveOff, 3, Fault::kPartialBus},
+        FaultCase{"the last wheel loses power", FaultKind::kSlaveOff, 4, Fault::kPartialBus},
+        FaultCase{"the cable to wheel 2 is pulled", FaultKind::kCableOut, 2, Fault::kPartialBus},
+        FaultCase{"the cable to the robot is pulled", FaultKind::kCableOut, 0, Fault::kFrameLost},
+        FaultCase{"the supply breaks down", FaultKind::kBrownOut, 0, Fault::kFrameLost}),
     [](const auto& parameter) {
       std::string name = parameter.param.name;
       for (char& c : name)
