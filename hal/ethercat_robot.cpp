@@ -5,7 +5,6 @@
 #include <deque>
 #include <optional>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "drivers/ethercat/bus_error.h"
@@ -89,7 +88,7 @@ class DriveChannel {
   void stop() noexcept {
     stage_ = Stage::kOff;
     failed_ = false;
-    sequence_ = std::monostate{};
+    end_sequences();
     output_ = tmcl::kStopMotor;
   }
   /// Begins to make the drive obey, once its flags are known.
@@ -99,7 +98,7 @@ class DriveChannel {
     failed_ = false;
     if (input_.flags.has(tmcl::StatusFlag::kTimeout)) {
       stage_ = Stage::kClearing;
-      sequence_.emplace<tmcl::TimeoutReset>(tmcl::ResetConfig{}, period_);
+      reset_.emplace(tmcl::ResetConfig{}, period_);
     } else {
       begin_commutation();
     }
@@ -149,12 +148,19 @@ class DriveChannel {
     tmcl::CommutationConfig config;
     config.firmware = firmware_;
     config.rest = wheel_ ? tmcl::kHoldStill : tmcl::kNoCurrent;
-    sequence_.emplace<tmcl::Commutation>(config, period_);
+    end_sequences();
+    commutation_.emplace(config, period_);
+  }
+
+  void end_sequences() noexcept {
+    reset_.reset();
+    commutation_.reset();
   }
 
   void run_sequence() noexcept {
-    tmcl::Sequence* sequence = std::get_if<tmcl::TimeoutReset>(&sequence_);
-    if (sequence == nullptr) sequence = std::get_if<tmcl::Commutation>(&sequence_);
+    tmcl::Sequence* sequence = nullptr;
+    if (reset_) sequence = &*reset_;
+    if (commutation_) sequence = &*commutation_;
     std::optional<tmcl::Completion> answer;
     while (auto completion = queue_.pop())
       if (completion->tag == kSequenceTag) answer = completion;
@@ -171,7 +177,7 @@ class DriveChannel {
         begin_commutation();
       } else {
         stage_ = Stage::kReady;
-        sequence_ = std::monostate{};
+        end_sequences();
       }
     }
   }
@@ -203,7 +209,8 @@ class DriveChannel {
   nanoseconds period_;
   std::optional<tmcl::MailboxTransport> transport_;
   tmcl::RequestQueue queue_;
-  std::variant<std::monostate, tmcl::TimeoutReset, tmcl::Commutation> sequence_;
+  std::optional<tmcl::TimeoutReset> reset_;       // while kClearing
+  std::optional<tmcl::Commutation> commutation_;  // while kCommutating
   Stage stage_ = Stage::kOff;
   bool failed_ = false;
   bool sensed_ = false;

@@ -22,7 +22,7 @@ namespace {
 }
 
 std::string words(int error) {
-  const std::string text = std::strerror(error);
+  std::string text = std::strerror(error);
   if (error == EPERM || error == EACCES)
     return text + "; give the program CAP_NET_RAW (setcap cap_net_raw+ep) or run it as root";
   if (error == ENODEV) return text + "; 'ip link' lists the interfaces there are";

@@ -86,6 +86,7 @@ int run(const Arguments& arguments) {
 
 }  // namespace
 
+// NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app("Serves an emulated youBot to an EtherCAT master on a raw socket. Needs CAP_NET_RAW.",

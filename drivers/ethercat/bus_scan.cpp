@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <ranges>
 #include <utility>
 
 #include "drivers/ethercat/bus_error.h"
@@ -91,8 +92,8 @@ void find_parents(std::vector<Slave>& slaves) {
       path.back().free_ports.pop_back();
     }
     Branch branch{slave.position, {}};
-    for (auto port = kPortOrder.rbegin(); port != kPortOrder.rend(); ++port)
-      if (communicates(slave, *port)) branch.free_ports.push_back(*port);
+    for (const std::uint8_t port : std::views::reverse(kPortOrder))
+      if (communicates(slave, port)) branch.free_ports.push_back(port);
     path.push_back(std::move(branch));
   }
 }

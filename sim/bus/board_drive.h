@@ -37,7 +37,7 @@ class MotorUnits {
   double rpm(double velocity_rad_per_s) const noexcept {
     return sign_ * velocity_rad_per_s / rad_per_s_per_rpm_;
   }
-  double mA(double torque_Nm) const noexcept { return sign_ * torque_Nm / Nm_per_mA_; }
+  double current_mA(double torque_Nm) const noexcept { return sign_ * torque_Nm / Nm_per_mA_; }
   double velocity_rad_per_s(double motor_rpm) const noexcept {
     return sign_ * motor_rpm * rad_per_s_per_rpm_;
   }

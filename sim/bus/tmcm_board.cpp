@@ -156,7 +156,7 @@ void TmcmBoard::read_sensors() noexcept {
     motor_.position_ticks = wrapped(std::int64_t{motor_.position_ticks} + kGlitchTicks);
   motor_.velocity_rpm = stuck_encoder_ ? 0.0 : units_.rpm(sample.velocity_rad_per_s);
   smooth_rpm_ += kSmoothing * (motor_.velocity_rpm - smooth_rpm_);
-  current_mA_ = units_.mA(sample.torque_Nm);
+  current_mA_ = units_.current_mA(sample.torque_Nm);
 }
 
 void TmcmBoard::watch() noexcept {

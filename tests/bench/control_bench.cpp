@@ -4,12 +4,12 @@
 #include <chrono>
 
 #include "apps/common/latency_histogram.h"
+#include "apps/common/open_robot.h"
 #include "apps/common/spsc_ring.h"
 #include "apps/youbotd/cycle.h"
 #include "control/base_controller.h"
 #include "control/friction/wheel_curve.h"
 #include "hal/clock.h"
-#include "hal/loopback_robot.h"
 #include "sim/base.h"
 
 namespace {
@@ -75,16 +75,16 @@ class CirclingMotion final : public youbotd::MotionSource {
   nanoseconds begin_{};
 };
 
-/// exchange() with the simulated base, observers, controller, compensation, record: all that youbotd does
-/// in a cycle. The counters are quantiles over single cycles, the time is their mean.
-void WholeLoopbackCycle(benchmark::State& state) {
+/// All that youbotd does in a cycle on `robot`: exchange() with the simulated base, observers, controller,
+/// compensation. The counters are quantiles over single cycles, the time is their mean.
+void whole_cycle(benchmark::State& state, const char* robot_name) {
   hal::VirtualClock clock;
-  sim::Base base(sim::BaseParameters{});
-  hal::LoopbackRobot robot(base, clock, 1ms,
-                           {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
-  robot.activate();
+  apps::RobotOptions options;
+  options.name = robot_name;
+  const apps::OpenedRobot opened = apps::open_robot(options, clock, 1ms);
+  opened.robot->activate();
   CirclingMotion motion;
-  youbotd::Cycle cycle(youbotd::Cycle::Config{}, robot, motion, &base.pose());
+  youbotd::Cycle cycle(youbotd::Cycle::Config{}, *opened.robot, motion, opened.truth);
   const hal::SteadyClock stopwatch;
   apps::LatencyHistogram histogram;
   for (auto _ : state) {
@@ -100,7 +100,13 @@ void WholeLoopbackCycle(benchmark::State& state) {
   state.counters["median_us"] = microseconds(0.5);
   state.counters["p99_9_us"] = microseconds(0.999);
 }
+
+void WholeLoopbackCycle(benchmark::State& state) { whole_cycle(state, "loopback"); }
 BENCHMARK(WholeLoopbackCycle)->MinTime(2.0);
+
+/// The same through the EtherCAT master and five emulated slaves, whose own work is in the figure.
+void WholeWireCycle(benchmark::State& state) { whole_cycle(state, "wire"); }
+BENCHMARK(WholeWireCycle)->MinTime(2.0);
 
 void RecordIntoRing(benchmark::State& state) {
   apps::SpscRing<youbotd::CycleRecord> ring(1024);
