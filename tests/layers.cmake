@@ -8,7 +8,7 @@ set(plain_values "hal/(plant|joint|hand_plant)\\.h$|drivers/.*(_wire|/frame|/reg
 set(rules
   "^drivers/ethercat/"  "^drivers/ethercat/"
   "^drivers/tmcl/"      "^drivers/"
-  "^drivers/can/"       "^drivers/can/"
+  "^drivers/can/"       "^drivers/(can/|setup_error\\.h)"
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^(drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/"
   "^hal/.*\\.h$"        "^(hal|Eigen)/"

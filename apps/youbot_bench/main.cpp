@@ -1,14 +1,10 @@
 // youbot-bench: look at a bus, measure drives.
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
-#include <exception>
 #include <stdexcept>
 #include <string>
 
-#include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/run_app.h"
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/scan.h"
 #include "drivers/ethercat/raw_socket_link.h"
@@ -29,7 +25,6 @@ drivers::ethercat::RawSocketLink open_link(const std::string& robot) {
 int main(int argc, char** argv) {
   CLI::App app("Looks at a youBot's bus and measures its drives.", "youbot-bench");
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up.");
-  app.set_version_flag("--version", apps::build_version());
   app.require_subcommand(1);
 
   youbot_bench::CurveOptions curve;
@@ -47,25 +42,12 @@ int main(int argc, char** argv) {
       "parameters", "print all axis parameters of all motor controllers; takes the bus to PRE-OP");
   parameters_command->add_option("--robot", robot, "ethercat:IFACE")->required();
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? apps::kExitOk : apps::kExitUsage;
-  }
-  spdlog::set_default_logger(spdlog::stderr_color_st("youbot-bench"));
-  spdlog::set_pattern("%n: %^%l%$: %v");
-  try {
+  return apps::run_app(app, argc, argv, [&] {
     if (*curve_command) youbot_bench::print_curve(curve);
     if (*scan_command || *parameters_command) {
       drivers::ethercat::RawSocketLink link = open_link(robot);
       *scan_command ? youbot_bench::print_scan(link) : youbot_bench::print_parameters(link);
     }
     return apps::kExitOk;
-  } catch (const std::invalid_argument& error) {
-    spdlog::error("{}", error.what());
-    return apps::kExitUsage;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return apps::kExitSetup;
-  }
+  });
 }

@@ -1,5 +1,4 @@
 // youbot-sim: serves an emulated youBot to any EtherCAT master on the other end of a network cable.
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -8,13 +7,10 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <exception>
 #include <map>
-#include <stdexcept>
 
-#include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
-#include "apps/common/toml_reader.h"
+#include "apps/common/run_app.h"
 #include "apps/youbot_sim/fault_file.h"
 #include "apps/youbot_sim/frame_socket.h"
 #include "apps/youbot_sim/server.h"
@@ -92,7 +88,6 @@ int main(int argc, char** argv) {
   CLI::App app("Serves an emulated youBot to an EtherCAT master on a raw socket. Needs CAP_NET_RAW.",
                "youbot-sim");
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up.");
-  app.set_version_flag("--version", apps::build_version());
   app.add_option("--interface", arguments.interface, "network interface, such as one end of a veth pair")
       ->required();
   app.add_option("--robot", arguments.robot, "what stands on the bus")
@@ -109,24 +104,5 @@ int main(int argc, char** argv) {
   app.add_option("--duration", arguments.duration_s, "end after this many seconds")
       ->check(CLI::PositiveNumber);
   app.add_flag("--quiet", arguments.quiet, "print problems only");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? apps::kExitOk : apps::kExitUsage;
-  }
-
-  spdlog::set_default_logger(spdlog::stderr_color_st("youbot-sim"));
-  spdlog::set_pattern("%n: %^%l%$: %v");
-  try {
-    return run(arguments);
-  } catch (const apps::ConfigError& error) {
-    for (const std::string& problem : error.problems()) spdlog::error("{}", problem);
-    return apps::kExitUsage;
-  } catch (const std::invalid_argument& error) {
-    spdlog::error("{}", error.what());
-    return apps::kExitUsage;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return apps::kExitSetup;
-  }
+  return apps::run_app(app, argc, argv, [&] { return run(arguments); });
 }

@@ -1,5 +1,4 @@
 // youbotd: drives the base at 1 kHz along the path in its configuration.
-#include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -9,17 +8,14 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <exception>
 #include <optional>
-#include <stdexcept>
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
-#include "apps/common/toml_reader.h"
+#include "apps/common/run_app.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/report.h"
 #include "apps/youbotd/session.h"
-#include "hal/setup_error.h"
 
 namespace {
 
@@ -133,7 +129,6 @@ int main(int argc, char** argv) {
   CLI::App app("Drives the youBot's base at 1 kHz along the path in its configuration. THIS MOVES A MACHINE.",
                "youbotd");
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault.");
-  app.set_version_flag("--version", apps::build_version());
   app.add_option("--config", arguments.session.config_file,
                  "TOML file; apps/youbotd/demo.toml shows every key")
       ->required();
@@ -149,24 +144,5 @@ int main(int argc, char** argv) {
                "go on when the system refuses real-time scheduling or memory locking");
   app.add_flag("--demo", arguments.demo, "drive the path without and with friction compensation and compare");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? apps::kExitOk : apps::kExitUsage;
-  }
-
-  spdlog::set_default_logger(spdlog::stderr_color_st("youbotd"));
-  spdlog::set_pattern("%n: %^%l%$: %v");
-  try {
-    return run(arguments);
-  } catch (const apps::ConfigError& error) {
-    for (const std::string& problem : error.problems()) spdlog::error("{}", problem);
-    return apps::kExitUsage;
-  } catch (const std::invalid_argument& error) {
-    spdlog::error("{}", error.what());
-    return apps::kExitUsage;
-  } catch (const std::exception& error) {
-    spdlog::error("{}", error.what());
-    return apps::kExitSetup;
-  }
+  return apps::run_app(app, argc, argv, [&] { return run(arguments); });
 }

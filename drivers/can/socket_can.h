@@ -8,7 +8,7 @@
 #include <string>
 
 #include "drivers/can/bus_error.h"
-#include "drivers/can/setup_error.h"
+#include "drivers/setup_error.h"
 
 namespace drivers::can {
 

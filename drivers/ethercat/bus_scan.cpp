@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <ranges>
 #include <utility>
 
 #include "drivers/ethercat/bus_error.h"
@@ -92,8 +91,8 @@ void find_parents(std::vector<Slave>& slaves) {
       path.back().free_ports.pop_back();
     }
     Branch branch{slave.position, {}};
-    for (const std::uint8_t port : std::views::reverse(kPortOrder))
-      if (communicates(slave, port)) branch.free_ports.push_back(port);
+    for (std::size_t n = kPortOrder.size(); n-- > 0;)
+      if (communicates(slave, kPortOrder[n])) branch.free_ports.push_back(kPortOrder[n]);
     path.push_back(std::move(branch));
   }
 }

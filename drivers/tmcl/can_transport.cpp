@@ -4,7 +4,7 @@
 #include <system_error>
 #include <utility>
 
-#include "drivers/tmcl/setup_error.h"
+#include "drivers/setup_error.h"
 
 namespace drivers::tmcl {
 namespace {

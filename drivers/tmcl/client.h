@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
+#include "drivers/setup_error.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "drivers/tmcl/firmware_version.h"
-#include "drivers/tmcl/setup_error.h"
 #include "drivers/tmcl/transport.h"
 
 namespace drivers::tmcl {

@@ -4,7 +4,7 @@
 #include <string>
 #include <utility>
 
-namespace drivers::tmcl {
+namespace drivers {
 
 /// Thrown on set-up paths only. Reads "DEVICE: STEP: expected E, found F; what to try".
 class SetupError : public std::runtime_error {
@@ -27,4 +27,4 @@ class SetupError : public std::runtime_error {
   Report report_;
 };
 
-}  // namespace drivers::tmcl
+}  // namespace drivers
