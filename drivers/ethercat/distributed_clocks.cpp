@@ -166,12 +166,12 @@ DistributedClocks::DistributedClocks(RegisterAccess& access, std::span<const Sla
 
 bool DistributedClocks::add(FrameWriter& writer, std::uint8_t index) const noexcept {
   return active() &&
-         writer.add(Command::kFrmw, index, address_of(stations_.front(), reg::kDcSystemTime), 8).counter !=
-             nullptr;
+         writer.add(Command::kFrmw, index, address_of(stations_.front(), reg::kDcSystemTime), kClockBytes)
+                 .counter != nullptr;
 }
 
 bool DistributedClocks::answer(const Datagram& datagram) noexcept {
-  if (!active() || datagram.data.size() != 8 || datagram.working_counter() == 0) return false;
+  if (!active() || datagram.data.size() != kClockBytes || datagram.working_counter() == 0) return false;
   system_time_ns_ = load_le<std::uint64_t>(datagram.data.data());
   // Read once, written to every other slave: those without a clock count as well, so this is the least.
   return datagram.working_counter() >= stations_.size();

@@ -67,6 +67,8 @@ std::vector<ClockWrite> register_writes(const ClockPlan& plan);
 /// Registers 0x092C of a slave: how far its clock is ahead of the reference, filtered.
 std::chrono::nanoseconds decode_time_difference(std::uint32_t value) noexcept;
 
+inline constexpr std::size_t kClockBytes = 8;  ///< of system time, carried by one datagram a cycle
+
 class DistributedClocks {
  public:
   /// Setup: latches, plans and writes. `slaves` have their station addresses.

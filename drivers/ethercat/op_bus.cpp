@@ -14,6 +14,11 @@ using std::chrono::nanoseconds;
 // Beside the image: the state of all, of one slave, and what answers at its place; and one step or mailbox.
 constexpr std::size_t kSupervisionBytes = 2 + 6 + 2;
 constexpr std::size_t kLongestStep = 22;
+// Error counters end at 255: often enough for any bus that still works.
+constexpr unsigned kCyclesBetweenCounters = 10;
+// Patience per state on the way down, in frames that are answered; one that is not counts for many.
+constexpr int kLeaveFrames = 200;
+constexpr int kLostLeaveFrame = 20;
 
 /// LRW counts 1 for a read and 2 for a write.
 std::uint16_t counter_of(const Slave& slave) noexcept {
@@ -36,6 +41,19 @@ std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<Se
 
 }  // namespace
 
+const char* describe(SlaveCondition condition) noexcept {
+  switch (condition) {
+    case SlaveCondition::kOperational: return "operational";
+    case SlaveCondition::kLost: return "does not answer: check its power and the cable before it";
+    case SlaveCondition::kStopped: return "answers, but is not in OP";
+    case SlaveCondition::kRestarting: return "found again, on its way to PRE-OP";
+    case SlaveCondition::kNeedsParameters: return "in PRE-OP, waits for its parameters";
+    case SlaveCondition::kResuming: return "on its way to OP";
+    case SlaveCondition::kForeign: return "another device is in its place";
+  }
+  return "in an unknown condition";
+}
+
 OpBus::Station::Station(Slave slave)
     : info(std::move(slave)),
       mailbox(info),
@@ -44,8 +62,12 @@ OpBus::Station::Station(Slave slave)
       op_steps(steps_to_op()),
       expected_counter(counter_of(info)) {}
 
-OpBus::OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options)
-    : transceiver_(std::move(transceiver)), options_(options) {
+OpBus::OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options,
+             std::optional<DistributedClocks> clocks)
+    : transceiver_(std::move(transceiver)),
+      options_(options),
+      diagnostics_(slaves),
+      clocks_(std::move(clocks)) {
   if (slaves.empty()) throw BusError(transceiver_->link().name(), "start", "there are no slaves");
   std::size_t image = 0;
   slaves_.reserve(slaves.size());
@@ -60,8 +82,9 @@ OpBus::OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves
     if (station.mailbox.exists())
       service = std::max({service, std::size_t{station.info.sii.mailbox_out.length},
                           std::size_t{station.info.sii.mailbox_in.length}});
-  const std::size_t frame =
-      kFrameHeaderBytes + image + service + kSupervisionBytes + (slaves_.size() + 4) * kDatagramOverheadBytes;
+  const std::size_t frame = kFrameHeaderBytes + image + service + kSupervisionBytes +
+                            (clocks_ ? kClockBytes + kDatagramOverheadBytes : 0) +
+                            (slaves_.size() + 4) * kDatagramOverheadBytes;
   if (frame > kMaxFrameBytes)
     throw BusError(transceiver_->link().name(), "lay out the process image",
                    std::to_string(image) + " bytes of " + std::to_string(slaves_.size()) +
@@ -70,7 +93,7 @@ OpBus::OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves
                        " bytes: " + std::to_string(kMaxFrameBytes) + " are possible");
   output_image_.resize(image);
   input_image_.resize(image);
-  entries_.reserve(4 * slaves_.size() + 2);
+  entries_.reserve(4 * slaves_.size() + 4);
   for (Station& station : slaves_)
     station.setup.begin(station.info.station, station.op_steps, options_.step_timeout);
 }
@@ -102,6 +125,7 @@ CycleResult OpBus::exchange(nanoseconds now) noexcept {
   build_frame(now);
   result_.answered = transceiver_->exchange(options_.frame_timeout);
   if (result_.answered) {
+    diagnostics_.round_trips().add(transceiver_->round_trip());
     FrameReader answer = transceiver_->answer();
     Datagram datagram;
     for (const Entry& entry : entries_)
@@ -118,6 +142,8 @@ void OpBus::build_frame(nanoseconds now) noexcept {
   FrameWriter& writer = transceiver_->begin();
   const std::uint8_t index = transceiver_->index();
   entries_.clear();
+  // First: what comes before it delays the time it carries.
+  if (clocks_ && clocks_->add(writer, index)) entries_.push_back({Purpose::kClock, 0});
   if (!suspicious_ && !output_image_.empty()) {
     const Datagram image = writer.add(Command::kLrw, index, 0, output_image_.size());
     if (add(Purpose::kImage, 0, image))
@@ -150,6 +176,11 @@ void OpBus::build_frame(nanoseconds now) noexcept {
   for (std::size_t n = 1; n < slaves_.size() && suspicious_; ++n)
     add_supervision(writer, index, (turn_ + n) % slaves_.size());
   add_services(false);
+  // Last and least: without room it waits for the next frame.
+  if (++cycles_to_counters_ >= kCyclesBetweenCounters && diagnostics_.add(writer, index)) {
+    entries_.push_back({Purpose::kErrorCounters, 0});
+    cycles_to_counters_ = 0;
+  }
 }
 
 bool OpBus::add(Purpose purpose, std::size_t slave, const Datagram& datagram) noexcept {
@@ -211,6 +242,7 @@ void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) 
         accept_inputs(station, datagram.data.subspan(station.info.outputs.bytes));
       break;
     case Purpose::kBroadcastState:
+      most_answering_ = std::max(most_answering_, counter);
       broadcast_clean_ =
           counter == slaves_.size() && datagram.data[0] == static_cast<std::uint8_t>(AlState::kOp);
       break;
@@ -226,6 +258,8 @@ void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) 
       station.identified = false;
       restart(station);
       break;
+    case Purpose::kErrorCounters: diagnostics_.answer(datagram); break;
+    case Purpose::kClock: (void)clocks_->answer(datagram); break;
   }
 }
 
@@ -322,14 +356,26 @@ void OpBus::lose(Station& station) noexcept {
 }
 
 void OpBus::leave_op() noexcept {
-  // A few times: the frame may get lost, and nobody looks any more.
-  for (const AlState state : {AlState::kSafeOp, AlState::kSafeOp, AlState::kPreOp, AlState::kInit}) {
-    FrameWriter& writer = transceiver_->begin();
-    if (!output_image_.empty()) writer.add(Command::kLrw, transceiver_->index(), 0, output_image_.size());
-    const Datagram request =
-        writer.add(Command::kBwr, transceiver_->index(), address_of(0, reg::kAlControl), 2);
-    if (request.counter != nullptr) request.data[0] = static_cast<std::uint8_t>(state);
-    (void)transceiver_->exchange(options_.frame_timeout);
+  for (const AlState state : {AlState::kSafeOp, AlState::kPreOp, AlState::kInit}) {
+    bool reached = false;
+    for (int patience = kLeaveFrames; patience > 0 && !reached; --patience) {
+      FrameWriter& writer = transceiver_->begin();
+      const std::uint8_t index = transceiver_->index();
+      if (!output_image_.empty()) writer.add(Command::kLrw, index, 0, output_image_.size());
+      const Datagram request = writer.add(Command::kBwr, index, address_of(0, reg::kAlControl), 2);
+      if (request.counter != nullptr) request.data[0] = static_cast<std::uint8_t>(state);
+      (void)writer.add(Command::kBrd, index, address_of(0, reg::kAlStatus), 2);
+      if (!transceiver_->exchange(options_.frame_timeout)) {
+        patience -= kLostLeaveFrame;
+        continue;
+      }
+      FrameReader answer = transceiver_->answer();
+      Datagram datagram;
+      while (answer.next(datagram))
+        if (datagram.command == Command::kBrd)
+          // The states of all, ORed: what a slave above this one adds shows.
+          reached = (datagram.data[0] & 0x0F) <= static_cast<std::uint8_t>(state);
+    }
   }
 }
 
@@ -353,6 +399,24 @@ void OpBus::resume(std::size_t i) noexcept {
 std::string OpBus::failure(std::size_t i) const {
   const SlaveSetup& setup = slaves_[i].setup;
   return setup.status() == SlaveSetup::Status::kFailed ? setup.failure() : std::string();
+}
+
+std::vector<std::string> OpBus::findings() const {
+  std::vector<std::string> lines = diagnostics_.findings();
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const SlaveHealth& health = slaves_[i].health;
+    const std::string label = slaves_[i].info.label();
+    if (health.times_lost > 0)
+      lines.push_back(label + ": left operation " +
+                      (health.times_lost == 1 ? "once" : std::to_string(health.times_lost) + " times"));
+    if (health.condition != SlaveCondition::kOperational)
+      lines.push_back(label + ": " + describe(health.condition) +
+                      (failure(i).empty() ? std::string() : "; " + failure(i)));
+  }
+  if (most_answering_ > slaves_.size())
+    lines.push_back(std::to_string(most_answering_) + " slaves answer, " + std::to_string(slaves_.size()) +
+                    " were there at the start: something was plugged in, and works only after a restart");
+  return lines;
 }
 
 }  // namespace drivers::ethercat

@@ -4,10 +4,13 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "drivers/ethercat/diagnostics.h"
+#include "drivers/ethercat/distributed_clocks.h"
 #include "drivers/ethercat/mailbox_line.h"
 #include "drivers/ethercat/slave.h"
 #include "drivers/ethercat/slave_setup.h"
@@ -25,6 +28,8 @@ enum class SlaveCondition : std::uint8_t {
   kResuming,         ///< on its way to OP
   kForeign,          ///< another device came in its place; left alone until that is gone
 };
+
+const char* describe(SlaveCondition condition) noexcept;
 
 struct SlaveHealth {
   SlaveCondition condition = SlaveCondition::kResuming;
@@ -47,7 +52,9 @@ struct CycleResult {
 ///   counter tells slave by slave whose data is good (3: read 1 + write 2);
 /// - a broadcast read of the AL status, which shows any slave that left OP although it still answers;
 /// - one supervision datagram for one slave in turn, for all while something is wrong;
-/// - at most one mailbox or repair datagram per slave, in turn, as room permits.
+/// - at most one mailbox or repair datagram per slave, in turn, as room permits;
+/// - every tenth time the error counters of one slave;
+/// - with distributed clocks, before all that, the reference's time to all.
 /// A lost slave that answers to its station address again was only out of reach. One that lost its address,
 /// and with it its memory, is looked for at its place on the bus, gets the address back, and if vendor and
 /// product are right is brought to PRE-OP, where it waits for its parameters and resume(). A slave that fell
@@ -57,12 +64,14 @@ class OpBus {
  public:
   struct Options {
     std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
-    std::chrono::nanoseconds step_timeout = std::chrono::seconds(1);  ///< of one repair step
+    std::chrono::nanoseconds step_timeout = std::chrono::seconds(3);  ///< of one step to a state
     int lost_after_cycles = 3;  ///< cycles without an answer until a slave counts as lost
   };
 
   /// Slaves are in SAFE-OP and configured; they are taken to OP by the first exchanges.
-  OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options);
+  /// `clocks`: none unless they have been set up.
+  OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options,
+        std::optional<DistributedClocks> clocks = {});
 
   std::size_t size() const noexcept { return slaves_.size(); }
   const Slave& slave(std::size_t i) const noexcept { return slaves_[i].info; }
@@ -75,7 +84,8 @@ class OpBus {
   MailboxLine& mailbox(std::size_t i) noexcept { return slaves_[i].mailbox; }
 
   CycleResult exchange(std::chrono::nanoseconds now) noexcept;
-  /// Asks all slaves to leave OP, outputs zero. Nothing is to be exchanged afterwards.
+  /// Takes all slaves down to INIT, outputs zero; a few frames for each state, so that it ends without an
+  /// answer too. Nothing is to be exchanged afterwards.
   void leave_op() noexcept;
   /// Takes slave i from kStopped or kNeedsParameters to OP.
   void resume(std::size_t i) noexcept;
@@ -83,6 +93,11 @@ class OpBus {
   std::string failure(std::size_t i) const;
 
   const FrameCounters& counters() const noexcept { return transceiver_->counters(); }
+  const Diagnostics& diagnostics() const noexcept { return diagnostics_; }
+  /// None when they are off.
+  const std::optional<DistributedClocks>& clocks() const noexcept { return clocks_; }
+  /// Setup: what is wrong, in words, one finding a line; empty when nothing is.
+  std::vector<std::string> findings() const;
 
  private:
   /// Why a datagram is in the frame; they come back in order.
@@ -94,7 +109,9 @@ class OpBus {
     kMailbox,
     kSetup,
     kFind,
-    kAddress
+    kAddress,
+    kErrorCounters,
+    kClock
   };
   struct Entry {
     Purpose purpose;
@@ -139,6 +156,10 @@ class OpBus {
   std::size_t turn_ = 0;        // whose supervision and service comes first
   bool image_whole_ = false;    // the single LRW had its full counter
   bool broadcast_clean_ = false;
+  std::uint16_t most_answering_ = 0;  // slaves, to a broadcast, since the start
+  unsigned cycles_to_counters_ = 0;
+  Diagnostics diagnostics_;
+  std::optional<DistributedClocks> clocks_;
   CycleResult result_;
 };
 

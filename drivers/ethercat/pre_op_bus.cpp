@@ -10,6 +10,12 @@
 #include "drivers/ethercat/registers.h"
 
 namespace drivers::ethercat {
+namespace {
+
+/// Clocks that run 100 ppm apart find each other's rate within some thousand corrections.
+constexpr int kSettlingFrames = 3000;
+
+}  // namespace
 
 PreOpBus::PreOpBus(Link& link, FrameTap* tap, const Options& options)
     : transceiver_(std::make_unique<Transceiver>(link, tap)),
@@ -87,6 +93,12 @@ std::span<const std::uint8_t> PreOpBus::mailbox_exchange(std::size_t i,
 }
 
 OpBus PreOpBus::start() && {
+  std::optional<DistributedClocks> clocks;
+  if (options_.distributed_clocks) {
+    // Any moment will do for the slaves' time; ours can be compared with it.
+    clocks.emplace(access_, slaves_, static_cast<std::uint64_t>(monotonic_now().count()));
+    clocks->settle(access_, kSettlingFrames);
+  }
   std::vector<std::vector<SetupStep>> steps;
   std::vector<SlaveSetup> setups(slaves_.size());
   for (const Slave& slave : slaves_) steps.push_back(steps_to_safe_op(slave));
@@ -94,19 +106,17 @@ OpBus PreOpBus::start() && {
     setups[i].begin(slaves_[i].station, steps[i], options_.state_timeout);
   run_setups(setups);
 
-  OpBus::Options cyclic = options_.cyclic;
-  cyclic.step_timeout = options_.state_timeout;
-  OpBus bus(std::move(transceiver_), std::move(slaves_), cyclic);
+  OpBus bus(std::move(transceiver_), std::move(slaves_), options_.cyclic, std::move(clocks));
   // Some slaves enter OP only while they see outputs: the cycle runs at once.
   const std::chrono::nanoseconds begin = monotonic_now();
   const std::chrono::nanoseconds deadline = begin + options_.state_timeout;
   while (!bus.exchange(monotonic_now()).all_operational) {
+    const bool late = monotonic_now() > deadline;
     for (std::size_t i = 0; i < bus.size(); ++i) {
       const SlaveHealth& health = bus.health(i);
       const bool refused =
           health.condition == SlaveCondition::kStopped || health.condition == SlaveCondition::kLost;
-      if (!refused && (monotonic_now() <= deadline || health.condition == SlaveCondition::kOperational))
-        continue;
+      if (!refused && (!late || health.condition == SlaveCondition::kOperational)) continue;
       if (const std::string failure = bus.failure(i); !failure.empty())
         throw BusError(bus.slave(i).label(), "change state", failure);
       char text[200];
@@ -119,7 +129,7 @@ OpBus PreOpBus::start() && {
               std::chrono::duration_cast<std::chrono::milliseconds>(monotonic_now() - begin).count()));
       throw BusError(bus.slave(i).label(), "change state", text);
     }
-    if (monotonic_now() > deadline)
+    if (late)
       throw BusError("the bus", "start the cycle",
                      "all slaves are in OP, but the working counter stays short of what was mapped");
   }

@@ -24,10 +24,11 @@ namespace drivers::ethercat {
 class PreOpBus {
  public:
   struct Options {
-    RegisterAccess::Options access;
+    RegisterAccess::Options access{};
     std::chrono::nanoseconds state_timeout = std::chrono::seconds(3);
     std::chrono::nanoseconds mailbox_timeout = std::chrono::milliseconds(500);
-    OpBus::Options cyclic;
+    bool distributed_clocks = false;  ///< the youBot's slaves do not work with them
+    OpBus::Options cyclic{};
   };
 
   /// Scans. `link` and `tap` (null: none) outlive the bus it turns into. @throws BusError.
@@ -44,7 +45,8 @@ class PreOpBus {
   /// @throws BusError when the slave has no mailbox or does not reply in time.
   std::span<const std::uint8_t> mailbox_exchange(std::size_t i, std::span<const std::uint8_t> request);
 
-  /// Configures process data, takes all slaves to SAFE-OP and, with process data cycling, to OP.
+  /// Sets clocks up if asked to, configures process data, takes all slaves to SAFE-OP and, with process data
+  /// cycling, to OP.
   /// @throws BusError as enter_pre_op().
   OpBus start() &&;
 

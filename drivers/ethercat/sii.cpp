@@ -10,7 +10,6 @@ namespace {
 // Word addresses of the fixed area.
 constexpr std::size_t kAlias = 0x04;
 constexpr std::size_t kRevision = 0x0C;
-constexpr std::size_t kSerial = 0x0E;
 constexpr std::size_t kMailboxOut = 0x18;
 constexpr std::size_t kMailboxIn = 0x1A;
 constexpr std::size_t kMailboxProtocols = 0x1C;
@@ -110,7 +109,7 @@ SiiInfo SiiReader::info() {
   info.vendor = at_word<std::uint32_t>(image_, kSiiVendorWord);
   info.product = at_word<std::uint32_t>(image_, kSiiProductWord);
   info.revision = at_word<std::uint32_t>(image_, kRevision);
-  info.serial = at_word<std::uint32_t>(image_, kSerial);
+  info.serial = at_word<std::uint32_t>(image_, kSiiSerialWord);
   info.mailbox_out = {at_word<std::uint16_t>(image_, kMailboxOut),
                       at_word<std::uint16_t>(image_, kMailboxOut + 1)};
   info.mailbox_in = {at_word<std::uint16_t>(image_, kMailboxIn),

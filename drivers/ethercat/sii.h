@@ -43,6 +43,7 @@ inline constexpr std::uint16_t kCoe = 0x0004;
 /// Word addresses of the identity.
 inline constexpr std::uint16_t kSiiVendorWord = 0x08;
 inline constexpr std::uint16_t kSiiProductWord = 0x0A;
+inline constexpr std::uint16_t kSiiSerialWord = 0x0E;
 
 struct SiiInfo {
   std::uint32_t vendor = 0;

@@ -63,6 +63,11 @@ SetupStep sii(std::uint16_t word, std::uint32_t value) {
   return step;
 }
 
+const char* name_of_identity(std::uint16_t sii_word) noexcept {
+  if (sii_word == kSiiVendorWord) return "vendor";
+  return sii_word == kSiiProductWord ? "product" : "serial number";
+}
+
 }  // namespace
 
 std::vector<SetupStep> steps_to_identify(const Slave& slave) {
@@ -74,6 +79,7 @@ std::vector<SetupStep> steps_to_identify(const Slave& slave) {
   }
   steps.push_back(sii(kSiiVendorWord, slave.sii.vendor));
   steps.push_back(sii(kSiiProductWord, slave.sii.product));
+  steps.push_back(sii(kSiiSerialWord, slave.sii.serial));
   return steps;
 }
 
@@ -250,7 +256,7 @@ std::string SlaveSetup::failure() const {
                   milliseconds);
   else if (another_device_)
     std::snprintf(text, sizeof text, "another device is there: %s (SII word 0x%04X) is 0x%08X, not 0x%08X",
-                  step.sii_word == kSiiVendorWord ? "vendor" : "product", step.sii_word, unsigned{sii_found_},
+                  name_of_identity(step.sii_word), step.sii_word, unsigned{sii_found_},
                   unsigned{step.sii_value});
   else if (step.sii_word != 0)
     std::snprintf(text, sizeof text, "SII word 0x%04X (register 0x%04X): %s for %lld ms", step.sii_word,

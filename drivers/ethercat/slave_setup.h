@@ -25,8 +25,8 @@ struct SetupStep {
   AlState state = AlState::kNone;
 };
 
-/// Makes sure that vendor and product are those of `slave`: before anything else is written to a device that
-/// was not seen without interruption.
+/// Makes sure that vendor, product and serial number are those of `slave`: before anything else is written to
+/// a device that was not seen without interruption.
 std::vector<SetupStep> steps_to_identify(const Slave& slave);
 /// The steps that configure a slave from scratch; the state changes split them.
 std::vector<SetupStep> steps_to_pre_op(const Slave& slave);

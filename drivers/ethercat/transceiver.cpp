@@ -27,21 +27,23 @@ bool Transceiver::exchange(nanoseconds timeout) noexcept {
   sent_size_ = frame.size();
   if (tap_ != nullptr) tap_->frame(Direction::kSent, frame);
   ++counters_.sent;
+  const nanoseconds sent_at = monotonic_now();
   if (!link_.send(frame)) {
     ++counters_.not_sent;
     return false;
   }
-  const nanoseconds deadline = monotonic_now() + timeout;
   nanoseconds left = timeout;  // the first wait is the link's own time alone, which may be emulated
   for (int strangers = 0; strangers < kMostStrangers; ++strangers) {
     const std::size_t size = link_.receive(received_, left);
-    left = std::max(deadline - monotonic_now(), nanoseconds{0});
+    const nanoseconds passed = monotonic_now() - sent_at;
+    left = std::max(timeout - passed, nanoseconds{0});
     if (size == 0) break;
     const std::span<std::uint8_t> bytes(received_.data(), size);
     if (tap_ != nullptr) tap_->frame(Direction::kReceived, bytes);
     if (examine(bytes) == Match::kAnswer) {
       received_size_ = size;
       answered_index_ = index_;
+      round_trip_ = passed;
       ++counters_.received;
       return true;
     }

@@ -35,6 +35,8 @@ class Transceiver {
   bool exchange(std::chrono::nanoseconds timeout) noexcept;
   /// The answer's datagrams, from the first; after exchange() returned true, until begin().
   FrameReader answer() noexcept;
+  /// From sending to the answer, of the last exchange() that returned true.
+  std::chrono::nanoseconds round_trip() const noexcept { return round_trip_; }
 
   const FrameCounters& counters() const noexcept { return counters_; }
   Link& link() noexcept { return link_; }
@@ -52,6 +54,7 @@ class Transceiver {
   std::size_t received_size_ = 0;
   std::uint8_t index_ = 0;
   std::uint8_t answered_index_ = 0;
+  std::chrono::nanoseconds round_trip_{};
   FrameCounters counters_;
 };
 

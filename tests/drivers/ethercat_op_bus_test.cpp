@@ -364,7 +364,73 @@ TEST_F(Operation, ARefusedResumeSaysWhy) {
                        "0x0134) 0x001E invalid input configuration, after "));
 }
 
+// ---- what it notices ----
+
+TEST_F(Operation, ADamagedCableIsFoundWhileTheBusWorks) {
+  start({FaultEvent{.kind = FaultKind::kDamageOnCable, .at_frame = 400, .count = 2, .slave = 3}});
+  cycles(1000);
+  ASSERT_TRUE(cycle().all_operational);
+  EXPECT_EQ(bus->diagnostics().errors(3).ports[0].invalid_frames, 2U);
+  const std::vector<std::string> findings = bus->findings();
+  ASSERT_FALSE(findings.empty());
+  EXPECT_TRUE(contains(findings.front(), "slave 4 (")) << findings.front();
+  EXPECT_TRUE(contains(findings.front(), "port 0: 2 new CRC errors: check the cable from slave 3 ("));
+}
+
+TEST_F(Operation, NothingIsFoundOnASoundBus) {
+  start();
+  cycles(500);
+  EXPECT_EQ(bus->findings(), std::vector<std::string>{});
+  EXPECT_GE(bus->diagnostics().round_trips().count(), 500U);
+  EXPECT_GT(bus->diagnostics().round_trips().shortest(), 0ns);
+}
+
+TEST_F(Operation, FindingsTellWhoIsMissingAndHowOftenItWas) {
+  start();
+  cycles(5);
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  EXPECT_TRUE(contains(bus->findings().back(), "does not answer: check its power and the cable before it"));
+  robot->bus.set_power(kHand, true);
+  ASSERT_GE(recover(), 0);
+  ASSERT_EQ(bus->findings().size(), 1U);
+  EXPECT_EQ(bus->findings().front(), bus->slave(kHand).label() + ": left operation once");
+}
+
+TEST_F(Operation, ADevicePluggedInLaterIsReportedAndDisturbsNobody) {
+  start();
+  cycles(5);
+  counting = false;
+  robot->bus.set_power(kHand, false);
+  bus.reset();
+  {
+    PreOpBus setup(*link, nullptr, impatient());
+    setup.enter_pre_op();
+    bus.emplace(std::move(setup).start());
+  }
+  counting = true;
+  ASSERT_EQ(bus->size(), 10U);
+  cycles(20);
+  robot->bus.set_power(kHand, true);
+  cycles(100);
+  EXPECT_TRUE(cycle().all_operational);
+  ASSERT_FALSE(bus->findings().empty());
+  EXPECT_TRUE(contains(bus->findings().back(), "11 slaves answer, 10 were there at the start"));
+}
+
 // ---- another device ----
+
+TEST_F(Operation, ABoardOfTheSameKindWithAnotherSerialNumberIsNotTaken) {
+  start();
+  cycles(5);
+  robot->bus.set_power(kHand, false);
+  ASSERT_TRUE(until(kHand, kLost));
+  store_le(&robot->bus.slave(kHand).controller().sii().image()[2 * kSiiSerialWord], std::uint32_t{4712});
+  robot->bus.set_power(kHand, true);
+  ASSERT_TRUE(until(kHand, kForeign));
+  EXPECT_TRUE(contains(bus->failure(kHand),
+                       "another device is there: serial number (SII word 0x000E) is 0x00001268, not 0x"));
+}
 
 TEST_F(Operation, AnotherDeviceInALostSlavesPlaceIsNotTakenIntoOperation) {
   start();
@@ -708,6 +774,17 @@ TEST_F(Operation, LeavingOpZeroesOutputsAndGoesDownToInit) {
     EXPECT_EQ(robot->state(i), AlState::kInit);
     EXPECT_EQ(robot->board(i).outputs, (std::array<std::uint8_t, 5>{}));
   }
+}
+
+TEST_F(Operation, SlowSlavesAreWaitedForOnTheWayDown) {
+  robot.emplace(youbot(), SlaveOptions{.state_change_time = 300us});
+  link.emplace(robot->connect({.timed = true}));
+  PreOpBus setup(*link, nullptr, {});
+  setup.enter_pre_op();
+  bus.emplace(std::move(setup).start());
+  cycles(5);
+  bus->leave_op();
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(robot->state(i), AlState::kInit);
 }
 
 TEST_F(Operation, LeavingOpGetsThroughWhenTheFirstFrameIsLost) {
