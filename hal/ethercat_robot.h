@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "hal/clock.h"
 #include "hal/robot.h"
@@ -26,6 +27,16 @@ struct EthercatOptions {
   bool unsigned_current = false;
   /// Cycles without an answer, or with slaves missing, that are bridged with the last sample.
   int tolerated_cycles = 10;
+  /// Arm joints that do not know their zero find it at their end stops when the robot is enabled: the arm
+  /// MOVES, all joints at once. Fold it by hand first.
+  bool home_arms = false;
+  /// Written to the drives at start-up, and again to one that lost its power. Not kept in EEPROM.
+  struct Parameter {
+    std::string joint{};  ///< "wheel-1"
+    std::string name{};   ///< as youbot-bench parameters lists it
+    std::int32_t value = 0;
+  };
+  std::vector<Parameter> parameters{};
   /// Sees every frame, such as a ring to be written after a fault; outlives the robot. Null: nobody looks.
   drivers::ethercat::FrameTap* tap = nullptr;
 };
@@ -34,16 +45,22 @@ struct EthercatOptions {
 ///
 /// - activate() scans, compares with the expected topology, reads the firmware versions, takes all slaves to
 /// OP.
-/// - `enable` clears the drives' time-out flags and initialises their commutation where needed: with firmware
-///   2.0 the joints move a little. `sample.enabled` is true once all drives obey; that may take seconds.
+/// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded,
+/// initialises
+///   commutation where needed (with firmware 2.0 the joints move a little) and homes the arms if that is
+///   wanted. `sample.enabled` is true once all drives obey; that may take seconds.
 /// - A slave that is lost or falls out of OP, or a drive's error flag, switches all drives off (motor stop)
 /// and
 ///   is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
+/// - A gripper that is missing or fails never stops the arm.
 /// - deactivate() stops the motors and leaves OP.
 /// `open_link` is called by activate(); `clock` outlives the robot.
 std::unique_ptr<Robot> make_ethercat_robot(
     std::function<std::unique_ptr<drivers::ethercat::Link>()> open_link, const EthercatOptions& options,
     const Clock& clock, std::chrono::nanoseconds period);
+
+/// Setup: what is wrong with such a parameter, to follow its name in a message; empty when nothing is.
+std::string check(const EthercatOptions::Parameter& parameter);
 
 /// On a network interface, "eth0".
 std::unique_ptr<Robot> make_ethercat_robot(const std::string& interface, const EthercatOptions& options,

@@ -8,6 +8,7 @@ namespace hal {
 
 /// Base (4) and two arms (5 each): the largest youBot.
 inline constexpr int kMaxJoints = 14;
+inline constexpr int kMaxGrippers = 2;
 
 enum class CommandMode : std::uint8_t { kTorque, kVelocity, kPosition };
 
@@ -38,14 +39,20 @@ enum class JointFault : std::uint8_t {
   kI2t,             ///< thermal model of the winding over its limit
   kNotInitialized,  ///< the motor's commutation is not known, or could not be found
   kEmergencyStop,
-  kBadSample,  ///< a measured value is not finite
+  kBadSample,    ///< a measured value is not finite
+  kRefused,      ///< the drive refused a request; the backend's report says which
+  kNotPrepared,  ///< starting it up failed; the backend's report says where
+  kRestarted,    ///< the drive lost its memory while it was in use
 };
 
 struct JointSample {
-  double position_rad = 0.0;        ///< continuous, never wrapped
+  /// Continuous, never wrapped; after a loss of power it goes on from where it was. Homing sets it to zero.
+  double position_rad = 0.0;
   double velocity_rad_per_s = 0.0;  ///< as the motor controller reports it: coarse and noisy at low speed
   double torque_Nm = 0.0;  ///< motor current times torque constant and gear ratio; not a torque sensor
   JointFault fault = JointFault::kNone;
+  /// position_rad counts from the joint's end stop; otherwise from where it was at power-up.
+  bool homed = false;
 };
 
 }  // namespace hal

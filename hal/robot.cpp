@@ -28,6 +28,9 @@ const char* describe(JointFault fault) noexcept {
     case JointFault::kNotInitialized: return "the commutation is not known or could not be found";
     case JointFault::kEmergencyStop: return "emergency stop";
     case JointFault::kBadSample: return "a measured value that is not a finite number";
+    case JointFault::kRefused: return "the drive refused a request";
+    case JointFault::kNotPrepared: return "the drive could not be made ready";
+    case JointFault::kRestarted: return "the drive was restarted";
   }
   return "unknown joint fault";
 }

@@ -13,7 +13,9 @@
 #include <span>
 #include <string>
 #include <type_traits>
+#include <vector>
 
+#include "hal/gripper.h"
 #include "hal/joint.h"
 
 namespace hal {
@@ -27,13 +29,15 @@ struct RobotCommand {
   /// Level, not event: false takes the power off every drive. After a fault the robot stays off until it
   /// has seen one exchange with `enable == false`, so motion never resumes by itself.
   bool enable = false;
-  std::array<JointCommand, kMaxJoints> joints{};  ///< in the order of Robot::joints()
+  std::array<JointCommand, kMaxJoints> joints{};        ///< in the order of Robot::joints()
+  std::array<GripperCommand, kMaxGrippers> grippers{};  ///< arm by arm; those there are not are ignored
 };
 
 struct RobotSample {
   std::chrono::nanoseconds stamp{};  ///< of the clock the robot was made with; when the values were taken
   bool enabled = false;              ///< drives obey commands
   std::array<JointSample, kMaxJoints> joints{};
+  std::array<GripperSample, kMaxGrippers> grippers{};
 };
 static_assert(std::is_trivially_copyable_v<RobotCommand> && std::is_trivially_copyable_v<RobotSample>);
 
@@ -42,7 +46,7 @@ enum class Fault : std::uint8_t {
   kNone,
   kNotActive,   ///< exchange() before activate() or after deactivate()
   kBadCommand,  ///< a target was not finite; detail: the mode
-  kJointFault,  ///< detail: the JointFault
+  kJointFault,  ///< detail: the JointFault in the low byte, see CycleStatus::joint_fault()
   kFrameLost,   ///< no answer from the bus
   kPartialBus,  ///< some devices did not answer; detail: working counter
 };
@@ -53,6 +57,8 @@ struct [[nodiscard]] CycleStatus {
   std::int8_t joint = -1;  ///< first joint concerned, -1 when the whole robot is
   std::uint32_t detail = 0;
   bool ok() const noexcept { return fault == Fault::kNone; }
+  /// Of Fault::kJointFault.
+  JointFault joint_fault() const noexcept { return static_cast<JointFault>(detail & 0xFF); }
 };
 
 /// In words, for messages: "a command that is not a finite number".
@@ -78,9 +84,13 @@ class Robot {
   virtual void deactivate() noexcept = 0;
 
   /// Cycle: sends `command`, fills `sample` with what the joints measured when the command reached them.
-  /// On a fault the drives are off whatever the command says. When no fresh values came back, `sample` is
-  /// left untouched, so its stamp shows its age.
+  /// On a fault the drives are off whatever the command says. When fresh values did not come back from all
+  /// joints, the joints and the stamp are left as they were, so that the stamp shows their age.
   virtual CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept = 0;
+
+  /// Setup, while active: how the device fares in words, a finding a line, for the log after a run or a
+  /// fault. Empty when there is nothing to tell.
+  virtual std::vector<std::string> report() const { return {}; }
 };
 
 }  // namespace hal

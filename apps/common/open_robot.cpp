@@ -33,6 +33,11 @@ sim::BaseParameters with_youbot_wheels(sim::BaseParameters parameters) {
 }
 
 constexpr std::string_view kEthercatPrefix = "ethercat:";
+constexpr std::string_view kCanPrefix = "can:";
+
+bool names_interface(const std::string& name, std::string_view prefix) {
+  return name.starts_with(prefix) && name.size() > prefix.size();
+}
 
 /// The last second: a frame out and one back each cycle.
 std::unique_ptr<drivers::ethercat::PcapRing> make_capture(const std::string& interface) {
@@ -70,20 +75,24 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     ethercat.tap = opened.capture.get();
     opened.robot = std::make_unique<WireRobot>(*opened.emulation, ethercat, clock, period);
     if (opened.emulation->has_base()) opened.truth = &opened.emulation->base().pose();
-  } else if (options.name.starts_with(kEthercatPrefix) && options.name.size() > kEthercatPrefix.size()) {
+  } else if (names_interface(options.name, kEthercatPrefix)) {
     const std::string interface = options.name.substr(kEthercatPrefix.size());
     opened.capture = make_capture(interface);
     ethercat.tap = opened.capture.get();
     opened.robot = hal::make_ethercat_robot(interface, ethercat, clock, period);
+  } else if (names_interface(options.name, kCanPrefix)) {
+    opened.robot = hal::make_can_robot(options.name.substr(kCanPrefix.size()), options.can, clock, period);
   } else {
     throw std::invalid_argument("--robot: there is no '" + options.name +
-                                "', but loopback, wire, ethercat:IFACE");
+                                "', but loopback, wire, ethercat:IFACE, can:IFACE");
   }
   // Off the ground the simulated body stays where it is, and the wheels tell more.
   if (!simulation.on_ground) opened.truth = nullptr;
   return opened;
 }
 
-bool is_simulated(const std::string& name) { return !name.starts_with(kEthercatPrefix); }
+bool is_simulated(const std::string& name) {
+  return !name.starts_with(kEthercatPrefix) && !name.starts_with(kCanPrefix);
+}
 
 }  // namespace apps

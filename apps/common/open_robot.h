@@ -7,6 +7,7 @@
 
 #include "control/planar.h"
 #include "drivers/ethercat/pcap_ring.h"
+#include "hal/can_robot.h"
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
 #include "hal/robot.h"
@@ -18,6 +19,7 @@ namespace apps {
 struct RobotOptions {
   std::string name = "loopback";
   hal::EthercatOptions ethercat{.kind = hal::EthercatOptions::Kind::kBase};
+  hal::CanOptions can;
   sim::BaseParameters simulation;  ///< of loopback and wire; a real robot does not read it
 };
 
@@ -34,6 +36,7 @@ struct OpenedRobot {
 /// - `loopback`: the simulated base behind the HAL.
 /// - `wire`: the same behind emulated motor controllers, through every byte of the EtherCAT master.
 /// - `ethercat:IFACE`: a robot, or youbot-sim, on a network interface.
+/// - `can:IFACE`: one joint on a bench, on a CAN interface.
 /// `clock` outlives the result. @throws std::invalid_argument for a name nobody knows, listing those there
 /// are.
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period);

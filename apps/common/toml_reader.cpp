@@ -103,6 +103,42 @@ std::string read(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// Where a byte beyond ASCII stands outside strings and comments: TOML has no use for one there, and toml++
+/// 3.3 (Debian 12) runs into undefined behaviour on most of them.
+std::optional<std::size_t> stray_non_ascii(std::string_view text) {
+  std::size_t line = 1;
+  std::string_view closing;  // of the string or comment we are in
+  bool escapes = false;      // in a string that knows them
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  for (std::size_t i = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0; i < text.size(); ++i) {
+    const std::string_view rest = text.substr(i);
+    if (text[i] == '\n') ++line;
+    if (closing.empty()) {
+      if (static_cast<unsigned char>(text[i]) >= 0x80) return line;
+      for (const std::string_view quote : {"\"\"\"", "'''", "\"", "'"}) {
+        if (!rest.starts_with(quote)) continue;
+        closing = quote;
+        escapes = quote[0] == '"';
+        i += quote.size() - 1;
+        break;
+      }
+      if (text[i] == '#' && closing.empty()) {
+        closing = "\n";
+        escapes = false;
+      }
+    } else if (escapes && text[i] == '\\') {
+      ++i;
+      if (i < text.size() && text[i] == '\n') ++line;
+    } else if (rest.starts_with(closing)) {
+      i += closing.size() - 1;
+      closing = {};
+    } else if (text[i] == '\n' && closing.size() == 1) {
+      closing = {};  // an open string ends with its line: toml++ says so
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 ConfigError::ConfigError(std::vector<std::string> problems)
@@ -282,7 +318,12 @@ TomlFile TomlFile::parse(const std::filesystem::path& path) {
   auto state = std::make_unique<State>();
   state->name = path.string();
   try {
-    state->root = toml::parse(read(path));
+    const std::string text = read(path);
+    if (const auto line = stray_non_ascii(text))
+      throw ConfigError(
+          {fmt::format("{}:{}: a letter beyond ASCII outside quotes; put the key or value in quotes",
+                       state->name, *line)});
+    state->root = toml::parse(text);
   } catch (const toml::parse_error& error) {
     throw ConfigError(
         {fmt::format("{}:{}: {}", state->name, error.source().begin.line, error.description())});

@@ -5,7 +5,9 @@
 
 #include "apps/common/exit_code.h"
 #include "apps/common/run_app.h"
+#include "apps/common/stop_on_signals.h"
 #include "apps/youbot_bench/curve.h"
+#include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/scan.h"
 #include "drivers/ethercat/raw_socket_link.h"
 
@@ -24,7 +26,7 @@ drivers::ethercat::RawSocketLink open_link(const std::string& robot) {
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
   CLI::App app("Looks at a youBot's bus and measures its drives.", "youbot-bench");
-  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up.");
+  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 diagnose found a fault.");
   app.require_subcommand(1);
 
   youbot_bench::CurveOptions curve;
@@ -42,11 +44,26 @@ int main(int argc, char** argv) {
       "parameters", "print all axis parameters of all motor controllers; takes the bus to PRE-OP");
   parameters_command->add_option("--robot", robot, "ethercat:IFACE")->required();
 
+  youbot_bench::DiagnoseOptions diagnose;
+  CLI::App* const diagnose_command = app.add_subcommand(
+      "diagnose", "cycle the bus with the motors stopped and tell how frames, slaves and cables fare");
+  diagnose_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+  diagnose_command->add_option("--duration", diagnose.duration_s, "seconds")->check(CLI::Range(0.1, 1e6));
+  diagnose_command->add_option("--capture", diagnose.capture,
+                               "pcapng file for the last second of frames, for Wireshark");
+  diagnose_command->add_flag("--quiet", diagnose.quiet, "no progress");
+
   return apps::run_app(app, argc, argv, [&] {
     if (*curve_command) youbot_bench::print_curve(curve);
     if (*scan_command || *parameters_command) {
       drivers::ethercat::RawSocketLink link = open_link(robot);
       *scan_command ? youbot_bench::print_scan(link) : youbot_bench::print_parameters(link);
+    }
+    if (*diagnose_command) {
+      drivers::ethercat::RawSocketLink link = open_link(robot);
+      apps::stop_on_signals();
+      return youbot_bench::print_diagnosis(link, diagnose, apps::stop_requested) ? apps::kExitOk
+                                                                                 : apps::kExitFault;
     }
     return apps::kExitOk;
   });

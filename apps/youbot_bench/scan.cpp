@@ -36,7 +36,7 @@ void print_verdict(const std::vector<ethercat::Slave>& slaves, const std::string
     } catch (const ethercat::BusError&) {
       continue;  // another kind, then
     }
-  const bool arm_only = slaves.front().sii.name == "KR-843";
+  const bool arm_only = slaves.front().sii.is_called("KR-843");
   const bool base_only = slaves.size() <= 5;
   const NamedKind& nearest = arm_only              ? kKinds[1]
                              : base_only           ? kKinds[0]

@@ -2,15 +2,14 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <map>
 
 #include "apps/common/exit_code.h"
 #include "apps/common/run_app.h"
+#include "apps/common/stop_on_signals.h"
 #include "apps/youbot_sim/fault_file.h"
 #include "apps/youbot_sim/frame_socket.h"
 #include "apps/youbot_sim/server.h"
@@ -21,18 +20,6 @@ namespace {
 using drivers::tmcl::Firmware;
 using sim::bus::Hardware;
 using sim::bus::RobotKind;
-
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "written by a signal handler");
-
-void on_signal(int /*number*/) { stop_requested.store(true, std::memory_order_relaxed); }
-
-void stop_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-}
 
 const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
                                                {"arm", RobotKind::kArm},
@@ -65,13 +52,14 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
 int run(const Arguments& arguments) {
   sim::bus::YoubotBus robot(robot_options(arguments));
   youbot_sim::FrameSocket socket(arguments.interface);
-  stop_on_signals();
+  apps::stop_on_signals();
   if (!arguments.quiet) {
     std::printf("serving %zu slaves on %s\n", robot.bus().size(), arguments.interface.c_str());
     std::fflush(stdout);  // scripts wait for this line
   }
-  const youbot_sim::ServerSummary summary = youbot_sim::serve(
-      robot, socket, std::chrono::nanoseconds(std::llround(1e9 * arguments.duration_s)), stop_requested);
+  const youbot_sim::ServerSummary summary =
+      youbot_sim::serve(robot, socket, std::chrono::nanoseconds(std::llround(1e9 * arguments.duration_s)),
+                        apps::stop_requested);
   if (!arguments.quiet) std::fputs(youbot_sim::report(summary, robot).c_str(), stdout);
   if (summary.skipped.count() > 0)
     spdlog::warn("the machine was too busy: {:.3f} s did not pass for the robot",

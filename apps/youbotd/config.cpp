@@ -9,6 +9,10 @@ namespace {
 
 using apps::TomlTable;
 
+constexpr std::chrono::milliseconds kLongestBridge{100};
+/// A joint's whole travel takes a minute; found in its middle and blocked, it goes back and forth.
+constexpr std::chrono::seconds kHomingTimeout{150};
+
 std::chrono::nanoseconds to_nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
@@ -104,7 +108,7 @@ void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
 }
 
-void read_ethercat(TomlTable table, hal::EthercatOptions& ethercat) {
+void read_ethercat(TomlTable& table, hal::EthercatOptions& ethercat) {
   using Kind = hal::EthercatOptions::Kind;
   table.choice("kind", ethercat.kind,
                {{"base", Kind::kBase},
@@ -113,11 +117,23 @@ void read_ethercat(TomlTable table, hal::EthercatOptions& ethercat) {
                 {"base+two-arms", Kind::kBaseAndTwoArms}});
   table.boolean("busy_wait", ethercat.busy_wait);
   table.boolean("unsigned_current", ethercat.unsigned_current);
+  table.boolean("home_arms", ethercat.home_arms);
+  for (TomlTable& entry : table.tables("parameter")) {
+    hal::EthercatOptions::Parameter parameter;
+    entry.text("joint", parameter.joint, {.required = true});
+    entry.text("name", parameter.name, {.required = true});
+    entry.integer("value", parameter.value, {.required = true});
+    if (const std::string complaint = hal::check(parameter); !parameter.name.empty() && !complaint.empty())
+      entry.refuse("name", "= '" + parameter.name + "' " + complaint);
+    ethercat.parameters.push_back(parameter);
+  }
   table.integer("tolerated_cycles", ethercat.tolerated_cycles, {.min = 0, .max = 100});
 }
 
+/// A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
 bool known_robot(const std::string& name) {
-  return name == "loopback" || name == "wire" || (name.starts_with("ethercat:") && name.size() > 9);
+  return name == "loopback" || name == "wire" || (name.starts_with("ethercat:") && name.size() > 9) ||
+         (name.starts_with("can:") && name.size() > 4);
 }
 
 /// When the path drives and turns at its limits at once.
@@ -147,11 +163,16 @@ Config load_config(const std::filesystem::path& file) {
   read_compensation(compensation, config.cycle.controller);
   read_path(path, config.path);
   read_simulation(root.table("simulation"), config.robot.simulation);
-  read_ethercat(root.table("ethercat"), config.robot.ethercat);
+  TomlTable ethercat = root.table("ethercat");
+  read_ethercat(ethercat, config.robot.ethercat);
+  if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = kHomingTimeout;
 
   // What one value demands of another.
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
+  if (config.robot.ethercat.tolerated_cycles * cycle.period > kLongestBridge)
+    ethercat.refuse("tolerated_cycles",
+                    "times 'loop.period_s' is more than the 0.1 s after which the drives stop by themselves");
   if (cycle.command_timeout < 2 * cycle.period) loop.refuse("command_timeout_s", "is less than two periods");
   const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
   if (cutoff_rad_per_s * period_s > 1)

@@ -10,8 +10,6 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kWheels = 4;
-/// Commutation start-up takes up to 5 s a motor controller, clearing its time-out flag a moment more.
-constexpr std::chrono::seconds kEnableTimeout{10};
 /// Braking ends when all wheels are slower than this, or by force after the timeout.
 constexpr double kRest_rad_per_s = 0.02;
 /// That long, since the filter needs some 15 ms to know a velocity.
@@ -37,7 +35,8 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
     : config_(config), robot_(robot), motion_(motion), truth_(truth), controller_(config.controller) {
   if (robot.joints().size() < kWheels)
     throw std::invalid_argument("the base needs a robot with four wheels, this one has " +
-                                std::to_string(robot.joints().size()) + " joints");
+                                std::to_string(robot.joints().size()) +
+                                (robot.joints().size() == 1 ? " joint" : " joints"));
   for (const hal::JointInfo& wheel : robot.joints().first(kWheels))
     if (config.controller.torque_limit_Nm > wheel.torque_limit_Nm)
       throw std::invalid_argument(
@@ -83,7 +82,7 @@ void Cycle::step(nanoseconds now) noexcept {
         controller_.reset(position_rad);
         motion_.begin(now);
         enter(Phase::kRunning, now);
-      } else if (now - phase_begin_ > kEnableTimeout) {
+      } else if (now - phase_begin_ > config_.enable_timeout) {
         fail({.kind = StopReason::Kind::kNotEnabled}, now);
       }
       break;
@@ -198,9 +197,8 @@ std::string describe(const StopReason& reason, const hal::Robot& robot) {
     case StopReason::Kind::kNone: return "no stop reason";
     case StopReason::Kind::kRobotFault: {
       const hal::CycleStatus& status = reason.status;
-      const std::string what = status.fault == hal::Fault::kJointFault
-                                   ? hal::describe(static_cast<hal::JointFault>(status.detail))
-                                   : hal::describe(status.fault);
+      const std::string what = status.fault == hal::Fault::kJointFault ? hal::describe(status.joint_fault())
+                                                                       : hal::describe(status.fault);
       return when + name(status.joint) + ": " + what + "; drives switched off";
     }
     case StopReason::Kind::kNotEnabled: return when + "the drives did not start to obey within 10 s";

@@ -46,6 +46,8 @@ class Cycle {
     control::BaseController::Config controller;
     std::chrono::nanoseconds period{1'000'000};
     std::chrono::nanoseconds command_timeout{100'000'000};
+    /// Commutation takes up to 5 s a motor controller, a hot winding 14 s to cool.
+    std::chrono::nanoseconds enable_timeout{30'000'000'000};
     double wheel_speed_limit_rad_per_s = 12.0;
   };
 

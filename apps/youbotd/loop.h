@@ -4,9 +4,9 @@
 #include <chrono>
 #include <cstdint>
 
-#include "apps/common/latency_histogram.h"
 #include "apps/youbotd/cycle.h"
 #include "apps/youbotd/real_time.h"
+#include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 
 namespace youbotd {
@@ -16,9 +16,9 @@ struct LoopStatistics {
   std::uint64_t overruns = 0;  ///< periods skipped because a cycle ended after the next deadline
   std::chrono::nanoseconds robot_time{};
   std::chrono::nanoseconds wall_time{};
-  apps::LatencyHistogram wake_up;  ///< after the deadline; all zero in virtual time
-  apps::LatencyHistogram step;     ///< always on the machine's clock
-  Disturbances disturbances;       ///< of the loop after its first tenth of a second
+  drivers::LatencyHistogram wake_up;  ///< after the deadline; all zero in virtual time
+  drivers::LatencyHistogram step;     ///< always on the machine's clock
+  Disturbances disturbances;          ///< of the loop after its first tenth of a second
 };
 
 /// Steps `cycle` every `period` of `clock` until it has finished. A late cycle keeps the phase: the deadlines

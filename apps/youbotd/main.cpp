@@ -3,35 +3,20 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
-#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <csignal>
 #include <cstdio>
 #include <optional>
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/run_app.h"
+#include "apps/common/stop_on_signals.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/report.h"
 #include "apps/youbotd/session.h"
 
 namespace {
-
-std::atomic<bool> stop_requested{false};
-static_assert(std::atomic<bool>::is_always_lock_free, "written by a signal handler");
-
-void on_signal(int /*number*/) { stop_requested.store(true, std::memory_order_relaxed); }
-
-void stop_on_signals() {
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  sigaction(SIGINT, &action, nullptr);
-  sigaction(SIGTERM, &action, nullptr);
-  sigaction(SIGHUP, &action, nullptr);  // the terminal is gone: come to rest, do not just die
-  std::signal(SIGPIPE, SIG_IGN);        // and a reader that is gone is no reason to stop at all
-}
 
 struct Arguments {
   std::string robot;
@@ -63,7 +48,7 @@ void log_problems(const youbotd::Summary& summary) {
 }
 
 int run_once(const Arguments& arguments, const youbotd::Config& config) {
-  const youbotd::Summary summary = youbotd::run_session(config, arguments.session, stop_requested);
+  const youbotd::Summary summary = youbotd::run_session(config, arguments.session, apps::stop_requested);
   print(arguments, youbotd::report(summary));
   log_problems(summary);
   return exit_code(summary);
@@ -86,11 +71,11 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
     options.record_directory = recording_of(compensate);
     print(arguments, compensate ? "\n== with friction compensation\n" : "== without friction compensation\n");
     youbotd::Summary& summary = summaries[compensate ? 1 : 0];
-    summary = youbotd::run_session(config, options, stop_requested);
+    summary = youbotd::run_session(config, options, apps::stop_requested);
     print(arguments, youbotd::report(summary));
     log_problems(summary);
     if (const int code = exit_code(summary)) return code;
-    if (stop_requested) {
+    if (apps::stop_requested) {
       spdlog::info("stopped on request, nothing to compare");
       return apps::kExitOk;
     }
@@ -113,7 +98,7 @@ int run(Arguments arguments) {
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
-  stop_on_signals();
+  apps::stop_on_signals();
   if (!arguments.quiet)
     spdlog::info("{}: running {}, {:g} Hz{}", apps::build_version(), config.robot.name,
                  1 / std::chrono::duration<double>(config.cycle.period).count(),

@@ -14,7 +14,7 @@ std::string first_motion(const PathMetrics& path) {
   return path.first_motion() ? fmt::format("{:.2f} s", seconds(*path.first_motion())) : "never";
 }
 
-std::string quantiles(const apps::LatencyHistogram& histogram) {
+std::string quantiles(const drivers::LatencyHistogram& histogram) {
   return fmt::format("median {:.1f} us, 99.9 % {:.1f} us, worst {:.1f} us",
                      microseconds(histogram.quantile(0.5)), microseconds(histogram.quantile(0.999)),
                      microseconds(histogram.worst()));
@@ -57,6 +57,7 @@ std::string report(const Summary& summary) {
   text += fmt::format("memory, CPU  {} page faults (major {}), {} involuntary context switches\n",
                       events.minor_faults + events.major_faults, events.major_faults,
                       events.involuntary_switches);
+  for (const std::string& line : summary.robot_report) text += fmt::format("robot says   {}\n", line);
   for (const std::string& problem : summary.not_real_time)
     text += fmt::format("NOT REAL-TIME: {}\n", problem);
   if (summary.recorded)

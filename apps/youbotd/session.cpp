@@ -129,6 +129,7 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
           recording->add(record);
         },
         summary.loop);
+    summary.robot_report = opened.robot->report();
   }
 
   if (recording) {

@@ -36,6 +36,7 @@ struct Summary {
   std::uint64_t cycles_recorded = 0;
   std::uint64_t cycles_lost = 0;
   std::vector<std::string> recording_problems;
+  std::vector<std::string> robot_report;  ///< what the robot has to tell, see hal::Robot::report()
 };
 
 /// @throws std::invalid_argument when recording there would replace something.

@@ -36,31 +36,6 @@ PortErrors difference(const PortErrors& now, const PortErrors& before) noexcept 
 
 }  // namespace
 
-void RoundTripHistogram::add(nanoseconds duration) noexcept {
-  duration = std::max(duration, nanoseconds{0});
-  const auto value = static_cast<std::uint32_t>(std::min<std::int64_t>(duration.count(), UINT32_MAX));
-  const auto width = static_cast<unsigned>(std::bit_width(value));
-  const unsigned shift = width > kSubBits + 1 ? width - kSubBits - 1 : 0;
-  ++buckets_[(std::size_t{shift} << kSubBits) + (value >> shift)];
-  shortest_ = count_ == 0 ? duration : std::min(shortest_, duration);
-  longest_ = std::max(longest_, duration);
-  ++count_;
-}
-
-nanoseconds RoundTripHistogram::quantile(double fraction) const noexcept {
-  const double wanted = fraction * static_cast<double>(count_);
-  std::uint64_t seen = 0;
-  for (std::size_t i = 0; i < buckets_.size(); ++i) {
-    seen += buckets_[i];
-    if (seen == 0 || static_cast<double>(seen) < wanted) continue;
-    const std::size_t octave = i >> kSubBits;
-    const std::size_t shift = octave > 0 ? octave - 1 : 0;
-    const std::uint64_t mantissa = i - (shift << kSubBits);
-    return std::min(longest_, nanoseconds(static_cast<std::int64_t>(((mantissa + 1) << shift) - 1)));
-  }
-  return longest_;
-}
-
 Diagnostics::Diagnostics(std::vector<Slave> slaves) {
   stations_.reserve(slaves.size());
   for (Slave& slave : slaves) stations_.emplace_back().slave = std::move(slave);
@@ -175,9 +150,9 @@ std::string Diagnostics::summary(const FrameCounters& counters) const {
       std::to_string(counters.late) + " late, " + std::to_string(counters.duplicate) + " duplicate, " +
       std::to_string(counters.malformed) + " malformed, " + std::to_string(counters.not_sent) + " not sent";
   if (round_trips_.count() > 0)
-    text += "; round trip " + microseconds(round_trips_.shortest()) + " at least, median " +
+    text += "; round trip " + microseconds(round_trips_.best()) + " at least, median " +
             microseconds(round_trips_.quantile(0.5)) + ", 99.9 % within " +
-            microseconds(round_trips_.quantile(0.999)) + ", " + microseconds(round_trips_.longest()) +
+            microseconds(round_trips_.quantile(0.999)) + ", " + microseconds(round_trips_.worst()) +
             " at most";
   return text;
 }

@@ -8,8 +8,6 @@
 ///                 // "slave 4 (TMCM-1610) port 0: 12 new CRC errors: check the cable from slave 3 (...)"
 #pragma once
 #include <array>
-#include <bit>
-#include <chrono>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -18,28 +16,9 @@
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/slave.h"
 #include "drivers/ethercat/transceiver.h"
+#include "drivers/latency_histogram.h"
 
 namespace drivers::ethercat {
-
-/// Durations from 0 to 4 s in buckets an eighth of their value wide, 1 ns below 8 ns. Cycle: add().
-class RoundTripHistogram {
- public:
-  void add(std::chrono::nanoseconds duration) noexcept;
-
-  std::uint64_t count() const noexcept { return count_; }
-  std::chrono::nanoseconds shortest() const noexcept { return shortest_; }  ///< 0 when nothing was added
-  std::chrono::nanoseconds longest() const noexcept { return longest_; }
-  /// The duration that `fraction` (0 to 1) of all stay at or below: at most 12.5 % too high, never above
-  /// longest(). Median: 0.5.
-  std::chrono::nanoseconds quantile(double fraction) const noexcept;
-
- private:
-  static constexpr unsigned kSubBits = 3;
-  std::array<std::uint32_t, (32 - kSubBits + 1) << kSubBits> buckets_{};
-  std::uint64_t count_ = 0;
-  std::chrono::nanoseconds shortest_{};
-  std::chrono::nanoseconds longest_{};
-};
 
 struct PortErrors {
   std::uint64_t invalid_frames = 0;  ///< damaged on the cable into this port: wrong check sequence
@@ -67,8 +46,8 @@ class Diagnostics {
   /// Setup. @param slaves as scanned, with their cabling
   explicit Diagnostics(std::vector<Slave> slaves);
 
-  RoundTripHistogram& round_trips() noexcept { return round_trips_; }
-  const RoundTripHistogram& round_trips() const noexcept { return round_trips_; }
+  LatencyHistogram& round_trips() noexcept { return round_trips_; }
+  const LatencyHistogram& round_trips() const noexcept { return round_trips_; }
 
   /// Adds the datagram that asks the slave whose turn it is: 32 bytes. False when it does not fit.
   bool add(FrameWriter& writer, std::uint8_t index) noexcept;
@@ -99,7 +78,7 @@ class Diagnostics {
   };
   std::string far_end(const Slave& slave, std::size_t port) const;
 
-  RoundTripHistogram round_trips_;
+  LatencyHistogram round_trips_;
   std::vector<Station> stations_;
   std::size_t turn_ = 0;
 };

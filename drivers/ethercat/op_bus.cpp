@@ -286,6 +286,8 @@ void OpBus::restart(Station& station) noexcept {
 }
 
 void OpBus::accept_inputs(Station& station, std::span<const std::uint8_t> inputs) noexcept {
+  // Below SAFE-OP a slave may still answer, with what lies in its memory.
+  if (station.health.state != AlState::kSafeOp && station.health.state != AlState::kOp) return;
   std::copy(inputs.begin(), inputs.end(), input_image_.begin() + station.info.inputs.image_offset);
   station.health.inputs_fresh = true;
 }
@@ -321,6 +323,7 @@ void OpBus::update_conditions() noexcept {
           health.al_error = false;
         }
         if (station.setup.status() == SlaveSetup::Status::kFailed) {
+          station.failed_setup = station.setup;
           lose(station);
           if (station.setup.is_another_device()) health.condition = SlaveCondition::kForeign;
         }
@@ -328,16 +331,22 @@ void OpBus::update_conditions() noexcept {
       case SlaveCondition::kResuming:
         if (station.setup.status() == SlaveSetup::Status::kDone) {
           health.condition = SlaveCondition::kOperational;
+          station.failed_setup = {};
           health.state = AlState::kOp;  // the probe may be older
           health.al_error = false;
         }
-        if (station.setup.status() == SlaveSetup::Status::kFailed)
+        if (station.setup.status() == SlaveSetup::Status::kFailed) {
+          station.failed_setup = station.setup;
           health.condition = SlaveCondition::kStopped;
+        }
+        break;
+      case SlaveCondition::kNeedsParameters:
+        // Fallen back to INIT its mailbox is dead, and nobody could give it anything.
+        if (station.probed && (health.state != AlState::kPreOp || health.al_error)) restart(station);
         break;
       case SlaveCondition::kLost:
       case SlaveCondition::kStopped:
-      case SlaveCondition::kForeign:
-      case SlaveCondition::kNeedsParameters: break;
+      case SlaveCondition::kForeign: break;
     }
     all_operational = all_operational && health.condition == SlaveCondition::kOperational;
   }
@@ -397,7 +406,7 @@ void OpBus::resume(std::size_t i) noexcept {
 }
 
 std::string OpBus::failure(std::size_t i) const {
-  const SlaveSetup& setup = slaves_[i].setup;
+  const SlaveSetup& setup = slaves_[i].failed_setup;
   return setup.status() == SlaveSetup::Status::kFailed ? setup.failure() : std::string();
 }
 

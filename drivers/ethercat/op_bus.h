@@ -18,7 +18,7 @@
 
 namespace drivers::ethercat {
 
-/// How a slave is doing. Only kOperational slaves' outputs act and inputs are fresh.
+/// How a slave is doing. Only kOperational slaves' outputs act; inputs come from SAFE-OP on.
 enum class SlaveCondition : std::uint8_t {
   kOperational,
   kLost,             ///< does not answer
@@ -89,7 +89,8 @@ class OpBus {
   void leave_op() noexcept;
   /// Takes slave i from kStopped or kNeedsParameters to OP.
   void resume(std::size_t i) noexcept;
-  /// Setup: why the last attempt to change the state of slave i failed, in words; empty if it did not.
+  /// Setup: why an attempt to change the state of slave i failed since it was last in OP, in words; empty if
+  /// none did.
   std::string failure(std::size_t i) const;
 
   const FrameCounters& counters() const noexcept { return transceiver_->counters(); }
@@ -122,6 +123,7 @@ class OpBus {
     Slave info;
     MailboxLine mailbox;
     SlaveSetup setup;
+    SlaveSetup failed_setup;  // the last one that did, until it is in OP again
     SlaveHealth health;
     std::vector<SetupStep> restart_steps;  // to PRE-OP
     std::vector<SetupStep> resume_steps;   // from PRE-OP to OP

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <thread>
 #include <utility>
 
 #include "drivers/ethercat/bus_error.h"
@@ -14,6 +15,8 @@ namespace {
 
 /// Clocks that run 100 ppm apart find each other's rate within some thousand corrections.
 constexpr int kSettlingFrames = 3000;
+/// The youBot's controllers do not bear process data much faster.
+constexpr auto kStartPeriod = std::chrono::milliseconds(1);
 
 }  // namespace
 
@@ -110,15 +113,19 @@ OpBus PreOpBus::start() && {
   // Some slaves enter OP only while they see outputs: the cycle runs at once.
   const std::chrono::nanoseconds begin = monotonic_now();
   const std::chrono::nanoseconds deadline = begin + options_.state_timeout;
+  const auto fail = [&bus](const std::string& who, const char* step, const std::string& why) {
+    bus.leave_op();
+    throw BusError(who, step, why);
+  };
   while (!bus.exchange(monotonic_now()).all_operational) {
+    std::this_thread::sleep_for(kStartPeriod);
     const bool late = monotonic_now() > deadline;
     for (std::size_t i = 0; i < bus.size(); ++i) {
       const SlaveHealth& health = bus.health(i);
-      const bool refused =
-          health.condition == SlaveCondition::kStopped || health.condition == SlaveCondition::kLost;
+      const bool refused = health.condition == SlaveCondition::kStopped;
       if (!refused && (!late || health.condition == SlaveCondition::kOperational)) continue;
       if (const std::string failure = bus.failure(i); !failure.empty())
-        throw BusError(bus.slave(i).label(), "change state", failure);
+        fail(bus.slave(i).label(), "change state", failure);
       char text[200];
       std::snprintf(
           text, sizeof text,
@@ -127,11 +134,11 @@ OpBus PreOpBus::start() && {
           describe_al_status_code(health.al_code),
           static_cast<long long>(
               std::chrono::duration_cast<std::chrono::milliseconds>(monotonic_now() - begin).count()));
-      throw BusError(bus.slave(i).label(), "change state", text);
+      fail(bus.slave(i).label(), "change state", text);
     }
     if (late)
-      throw BusError("the bus", "start the cycle",
-                     "all slaves are in OP, but the working counter stays short of what was mapped");
+      fail("the bus", "start the cycle",
+           "all slaves are in OP, but the working counter stays short of what was mapped");
   }
   return bus;
 }

@@ -139,6 +139,7 @@ SiiInfo SiiReader::info() {
       default: break;
     }
   }
+  if (!strings_.empty()) info.first_string = strings_.front();
   if (name_index > 0 && name_index <= strings_.size()) info.name = strings_[name_index - 1];
   return info;
 }

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace drivers::ethercat {
@@ -54,11 +55,14 @@ struct SiiInfo {
   MailboxWindow mailbox_out;  ///< master to slave, sync manager 0
   MailboxWindow mailbox_in;   ///< slave to master, sync manager 1
   std::uint16_t mailbox_protocols = 0;
-  std::string name;
+  std::string name;  ///< as the general category has it: "EL1008 8K. Dig. Eingang 24V, 3ms"
+  /// Usually the order code, "EL1008": what SOEM, and drivers that stand on it, take for the name.
+  std::string first_string;
   std::vector<SyncManagerInfo> sync_managers;
   std::vector<PdoInfo> output_pdos;  ///< RxPDOs
   std::vector<PdoInfo> input_pdos;   ///< TxPDOs
 
+  bool is_called(std::string_view text) const noexcept { return name == text || first_string == text; }
   bool has_mailbox() const noexcept { return mailbox_out.length > 0 && mailbox_in.length > 0; }
   bool speaks_coe() const noexcept { return (mailbox_protocols & mailbox_protocol::kCoe) != 0; }
 };

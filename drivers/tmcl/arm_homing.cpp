@@ -12,7 +12,6 @@ using std::chrono::nanoseconds;
 constexpr Request kIsHomed = get_user_variable(user_variable::kCalibrated);
 constexpr Request kRememberHomed = set_user_variable(user_variable::kCalibrated, 1);
 constexpr Request kSetZero = set(drive_parameter("actual_position"), 0);
-constexpr nanoseconds kGettingGoing = std::chrono::milliseconds(500);
 // Process data follow the mailbox within a few cycles.
 constexpr nanoseconds kCounterPatience = std::chrono::milliseconds(100);
 
@@ -54,7 +53,7 @@ std::optional<DriveOutput> ArmHoming::rest(Progress progress) const noexcept {
 
 nanoseconds ArmHoming::time_for(std::int64_t distance_ticks) const noexcept {
   const std::int64_t ticks_per_minute = std::int64_t{config_.speed_rpm} * kTicksPerMotorRevolution;
-  return kGettingGoing + 2 * std::chrono::microseconds(distance_ticks * 60'000'000 / ticks_per_minute);
+  return config_.no_motion + 2 * std::chrono::microseconds(distance_ticks * 60'000'000 / ticks_per_minute);
 }
 
 void ArmHoming::enter(State state, const DriveInput& input) noexcept {

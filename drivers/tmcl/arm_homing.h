@@ -31,9 +31,10 @@ struct HomingConfig {
   std::chrono::milliseconds contact{20};  ///< short, because the motor pushes with all it has meanwhile
   /// The same when it has hardly moved since it was told to: breaking loose looks like a stop for a while.
   std::chrono::milliseconds contact_from_rest{200};
-  std::chrono::milliseconds no_motion{500};  ///< without current: given up
-  std::chrono::milliseconds release{100};    ///< without current before the counter is set (official driver)
-  bool even_if_remembered = false;           ///< home although user variable 16 says it has been done
+  /// Neither motion nor the threshold: given up. The velocity controller takes its time to build up current.
+  std::chrono::milliseconds no_motion{2000};
+  std::chrono::milliseconds release{100};  ///< without current before the counter is set (official driver)
+  bool even_if_remembered = false;         ///< home although user variable 16 says it has been done
 };
 
 inline constexpr std::int32_t kTicksPerMotorRevolution = 4000;
@@ -94,7 +95,7 @@ class ArmHoming final : public Sequence {
   void come_again(const DriveInput& input) noexcept;
   bool touches(const DriveInput& input, std::int32_t advance_ticks) noexcept;
   void await_motion(const DriveInput& input, std::int32_t advance_ticks) noexcept;
-  /// Twice as long as the distance takes, and some time to get going.
+  /// Twice as long as the distance takes, and `no_motion` for the controller to unwind and get going.
   std::chrono::nanoseconds time_for(std::int64_t distance_ticks) const noexcept;
 
   HomingConfig config_;

@@ -29,6 +29,7 @@ class CanTransport final : public Transport {
   std::string trouble() const override;
 
   can::SocketCan& socket() noexcept { return socket_; }
+  const can::SocketCan& socket() const noexcept { return socket_; }
 
  private:
   can::SocketCan socket_;

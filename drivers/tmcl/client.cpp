@@ -128,7 +128,9 @@ FirmwareVersion Client::version(std::uint8_t module) {
   const std::string step = "get firmware version";
   const Request request{module, Command::kGetFirmwareVersion, 0, 0, 0};
   Exchange last;
-  for (int i = 0; i < options_.version_tries; ++i) {
+  int tries = 0;
+  // Zeros may come for long and are an answer; silence is none.
+  for (int silent = 0; tries < options_.version_tries && silent < std::max(options_.tries, 1); ++tries) {
     last = try_once(request);
     FirmwareVersion version;
     if (last.reply && parse_version(last.reply->text, version) == VersionText::kValid) {
@@ -137,12 +139,13 @@ FirmwareVersion Client::version(std::uint8_t module) {
     }
     require(!last.reply, step, "text such as 1610V148", last.reply ? words(*last.reply) : "",
             "check that this module is a TMCL module");
+    silent = last.discarded_last ? 0 : silent + 1;
     clock_.wait(options_.poll_interval);
   }
   const std::string found =
       last.discarded_last ? "\"" + printable(last.discarded_last->text) + "\"" : describe_failure(last);
   throw SetupError({transport_.name(), step,
-                    "text such as 1610V148, " + to_string(options_.version_tries) + " tries", found,
+                    "text such as 1610V148, " + to_string(tries) + (tries == 1 ? " try" : " tries"), found,
                     kTimeoutHint});
 }
 

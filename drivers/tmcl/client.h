@@ -19,7 +19,8 @@ struct ClientOptions {
   std::chrono::nanoseconds poll_interval = std::chrono::milliseconds(1);
   /// Repeats are harmless: all requests but relative moves can be carried out twice, and those get one try.
   int tries = 3;
-  /// Real boards answer with zeros before the text; the Óbuda driver asks up to 50 times.
+  /// Real boards answer with zeros before the text; the Óbuda driver asks up to 50 times. A board that does
+  /// not answer at all gets `tries`.
   int version_tries = 50;
 };
 

@@ -12,6 +12,8 @@ constexpr std::array<Request, kGripperBars> kHaveArrived{
 constexpr std::array<Request, kGripperBars> kReadPositions{gripper_position(0), gripper_position(1)};
 constexpr std::array<Request, kGripperBars> kZeroPositions{set(gripper_parameter("actual_position"), 0, 0),
                                                            set(gripper_parameter("actual_position"), 0, 1)};
+constexpr std::array<Request, kGripperBars> kStopBars{Request{kGripperModule, Command::kMotorStop, 0, 0, 0},
+                                                      Request{kGripperModule, Command::kMotorStop, 0, 1, 0}};
 
 }  // namespace
 
@@ -73,6 +75,12 @@ Action GripperMotion::run(const DriveInput& /*input*/) noexcept {
       if (ask_both(kReadPositions, action)) finish();
       break;
   }
+  return action;
+}
+
+Action GripperStop::run(const DriveInput& /*input*/) noexcept {
+  Action action;
+  if (ask_both(kStopBars, action)) finish();
   return action;
 }
 

@@ -103,6 +103,16 @@ class GripperMotion final : public GripperSequence {
   State state_ = State::kMove;
 };
 
+/// Stops both bars and knows that they have heard it: a telegram that is lost fails the sequence.
+class GripperStop final : public GripperSequence {
+ public:
+  explicit GripperStop(std::chrono::nanoseconds cycle = std::chrono::milliseconds(1)) noexcept
+      : GripperSequence({}, cycle) {}
+
+ private:
+  Action run(const DriveInput& input) noexcept override;
+};
+
 /// Finds the closed position, as the official driver does: opens by the whole travel, closes by it, losing
 /// steps at the stop, and calls that zero. User variable 16 of the gripper remembers it until power-off.
 class GripperCalibration final : public GripperSequence {

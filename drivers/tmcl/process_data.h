@@ -85,21 +85,25 @@ class PositionUnwrapper {
     if (!started_) {
       started_ = true;
       position_ = ticks;
-    } else {
+    } else if (!counter_restarted_) {
       // The difference modulo 2^32, read as signed, is the shorter way round.
       position_ +=
           static_cast<std::int32_t>(static_cast<std::uint32_t>(ticks) - static_cast<std::uint32_t>(last_));
     }
+    counter_restarted_ = false;
     last_ = ticks;
     return position_;
   }
   void reset() noexcept { *this = {}; }
+  /// The counter starts anew and nobody moved: the position goes on from where it is.
+  void restart_counter() noexcept { counter_restarted_ = true; }
   std::int64_t position_ticks() const noexcept { return position_; }
 
  private:
   std::int64_t position_ = 0;
   std::int32_t last_ = 0;
   bool started_ = false;
+  bool counter_restarted_ = false;
 };
 
 }  // namespace drivers::tmcl

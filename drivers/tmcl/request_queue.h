@@ -23,7 +23,7 @@ struct Completion {
   Request request;
   std::uint32_t tag = 0;
   Outcome outcome = Outcome::kNotSent;
-  Reply reply;  ///< of kDone and kRefused
+  Reply reply{};  ///< of kDone and kRefused
 
   bool done() const noexcept { return outcome == Outcome::kDone; }
 };

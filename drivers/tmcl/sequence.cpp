@@ -29,6 +29,7 @@ const char* describe(SequenceFault fault) noexcept {
     case SequenceFault::kImplausible: return "a parameter of the drive makes no sense";
     case SequenceFault::kFlagStays: return "the flag was cleared and is still set";
     case SequenceFault::kBadTarget: return "the target is out of range";
+    case SequenceFault::kNotKept: return "a parameter was accepted and reads back as another value";
   }
   return "an unknown fault";
 }
@@ -59,6 +60,7 @@ const char* advice(SequenceFault fault) noexcept {
     case SequenceFault::kFlagStays:
       return "its cause is still there: process data missing, or motor still hot";
     case SequenceFault::kBadTarget: return "correct the target";
+    case SequenceFault::kNotKept: return "check that this firmware has the parameter, and its range";
   }
   return "";
 }

@@ -43,6 +43,7 @@ enum class SequenceFault : std::uint8_t {
   kImplausible,        ///< a parameter read from the drive makes no sense
   kFlagStays,          ///< clearing was accepted, and the flag is still there
   kBadTarget,
+  kNotKept,  ///< a parameter was accepted and reads back as another value
 };
 /// What happened, in words; and what to try.
 const char* describe(SequenceFault fault) noexcept;

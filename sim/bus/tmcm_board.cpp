@@ -30,6 +30,13 @@ constexpr std::uint32_t bit(StatusFlag flag, bool set) noexcept {
 }  // namespace
 
 TmcmBoard::TmcmBoard(EmulatedSlave& slave, BoardDrive& drive, const TmcmOptions& options)
+    : TmcmBoard(&slave, drive, options) {
+  slave.attach(*this);
+}
+
+TmcmBoard::TmcmBoard(BoardDrive& drive, const TmcmOptions& options) : TmcmBoard(nullptr, drive, options) {}
+
+TmcmBoard::TmcmBoard(EmulatedSlave* slave, BoardDrive& drive, const TmcmOptions& options)
     : slave_(slave),
       drive_(drive),
       options_(options),
@@ -39,7 +46,6 @@ TmcmBoard::TmcmBoard(EmulatedSlave& slave, BoardDrive& drive, const TmcmOptions&
                    2 * options.axis.ticks_per_motor_rev / options.axis.motor_poles),
       motion_(options.axis),
       zero_versions_left_(options.zero_version_replies) {
-  slave.attach(*this);
   power_changed(true);
 }
 

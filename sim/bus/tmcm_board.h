@@ -1,5 +1,6 @@
 /// @file
-/// The youBot's motor controller (TMCM-174, -1632, -KR-841, -1610) behind an emulated slave controller.
+/// The youBot's motor controller (TMCM-174, -1632, -KR-841, -1610) behind an emulated slave controller, or by
+/// itself for another bus.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -48,8 +49,13 @@ class TmcmBoard final : public Application {
 
   /// `slave` and `drive` outlive the board. Attaches itself.
   TmcmBoard(EmulatedSlave& slave, BoardDrive& drive, const TmcmOptions& options);
+  /// Without EtherCAT: whoever carries the telegrams calls execute().
+  TmcmBoard(BoardDrive& drive, const TmcmOptions& options);
   /// Setup: the gripper behind this board's mailbox.
   void attach(GripperBoard& gripper) noexcept { gripper_ = &gripper; }
+
+  /// Carries out a request to the drive at once; the reply as it stands in a mailbox. Cycle.
+  drivers::tmcl::MailboxBytes execute(const drivers::tmcl::Request& request) noexcept;
 
   // ---- for scripts and tests ----
 
@@ -88,14 +94,15 @@ class TmcmBoard final : public Application {
 
   // Telegrams, tmcm_telegrams.cpp.
   void serve_mailbox(std::chrono::nanoseconds step) noexcept;
-  MailboxBytes execute(const drivers::tmcl::Request& request) noexcept;
   TmcmParameters::Answer execute_command(const drivers::tmcl::Request& request) noexcept;
   TmcmParameters::Answer get_axis_parameter(std::uint8_t number) const noexcept;
   TmcmParameters::Answer set_axis_parameter(std::uint8_t number, std::int32_t value) noexcept;
   MailboxBytes version_text() noexcept;
   std::int32_t pwm() const noexcept;
 
-  EmulatedSlave& slave_;
+  TmcmBoard(EmulatedSlave* slave, BoardDrive& drive, const TmcmOptions& options);
+
+  EmulatedSlave* slave_;  // null: none
   BoardDrive& drive_;
   GripperBoard* gripper_ = nullptr;
   const TmcmOptions options_;

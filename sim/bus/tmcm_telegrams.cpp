@@ -1,4 +1,4 @@
-// The mailbox of TmcmBoard: TMCL without header (official driver; TMCL reference manual).
+// Telegrams of TmcmBoard, and its mailbox: TMCL without header (official driver; TMCL reference manual).
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -53,7 +53,7 @@ void TmcmBoard::serve_mailbox(nanoseconds step) noexcept {
     request_.reset();
   }
   // The one before may still wait for the master.
-  if (reply_ && slave_.post_mailbox(*reply_)) reply_.reset();
+  if (reply_ && slave_ != nullptr && slave_->post_mailbox(*reply_)) reply_.reset();
 }
 
 MailboxBytes TmcmBoard::execute(const Request& request) noexcept {

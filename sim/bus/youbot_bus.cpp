@@ -8,23 +8,25 @@ namespace {
 using drivers::tmcl::Firmware;
 using std::chrono::nanoseconds;
 
-// Identity: vendor solid; product code, process data places and sizes from the device table of an old SOEM,
-// plausible and unproven. Mailbox places and lengths are ours. Any master takes all of them from the SII.
+// Identity: vendor solid; process data places and sizes from the device table of an old SOEM, plausible and
+// unproven. Mailbox places and lengths are ours. Any master takes all of them from the SII.
+// Product codes are not known, but that they differ from board to board is: SOEM takes a slave whose vendor,
+// product and revision it has seen before for the same kind and does not read its SII again, and drivers that
+// stand on it tell the boards by their names. Here they are the number in the name.
 constexpr std::uint32_t kVendor = 0x286;
-constexpr std::uint32_t kProduct = 0x11;
-constexpr std::uint16_t kProcessDataBytes = 40;
 
-SlaveDescription power_board(const char* name) {
-  return {.name = name, .vendor = kVendor, .product = kProduct};
+SlaveDescription power_board(const char* name, int number) {
+  return {.name = name, .vendor = kVendor, .product = static_cast<std::uint32_t>(number)};
 }
 
-SlaveDescription motor_board(const char* name, Firmware firmware) {
-  SlaveDescription description = power_board(name);
+SlaveDescription motor_board(const char* name, int number, Firmware firmware,
+                             std::uint16_t process_data_bytes) {
+  SlaveDescription description = power_board(name, number);
   description.outputs = {
-      .start = 0x1000, .bytes = kProcessDataBytes, .entries = {{0x7000, 1, 32}, {0x7000, 2, 8}}};
-  description.inputs = {.start = 0x1100, .bytes = kProcessDataBytes};
+      .start = 0x1000, .bytes = process_data_bytes, .entries = {{0x7000, 1, 32}, {0x7000, 2, 8}}};
+  description.inputs = {.start = 0x1100, .bytes = process_data_bytes};
   const unsigned inputs = firmware == Firmware::k148 ? 5 : 8;  // all of them 32 bits
-  for (unsigned i = 1; i <= inputs; ++i)
+  for (unsigned i = 1; i <= std::min(inputs, process_data_bytes / 4U); ++i)
     description.inputs.entries.push_back({0x6000, static_cast<std::uint8_t>(i), 32});
   description.mailbox_out = {.start = 0x1800, .length = 64};
   description.mailbox_in = {.start = 0x1880, .length = 64};
@@ -42,7 +44,7 @@ YoubotBus::YoubotBus(const YoubotBusOptions& options) {
 }
 
 void YoubotBus::add_base(const YoubotBusOptions& options) {
-  add_power_board(options, "KR-845");
+  add_power_board(options, "KR-845", 845);
   wheels_ = std::make_unique<WheelMechanics>(options.base);
   const bool later = options.hardware == Hardware::kLater;
   for (std::size_t i = 0; i < 4; ++i)
@@ -51,7 +53,7 @@ void YoubotBus::add_base(const YoubotBusOptions& options) {
 }
 
 void YoubotBus::add_arm(const YoubotBusOptions& options) {
-  add_power_board(options, "KR-843");
+  add_power_board(options, "KR-843", 843);
   const bool later = options.hardware == Hardware::kLater;
   for (std::size_t i = 0; i < options.arm.size(); ++i) {
     arm_joints_.push_back(std::make_unique<ArmJoint>(options.arm[i], options.arm_start_rad[i],
@@ -64,8 +66,8 @@ void YoubotBus::add_arm(const YoubotBusOptions& options) {
   joints_.back().board->attach(*grippers_.back());
 }
 
-void YoubotBus::add_power_board(const YoubotBusOptions& options, const char* name) {
-  bus_.add(power_board(name), options.slave);
+void YoubotBus::add_power_board(const YoubotBusOptions& options, const char* name, int number) {
+  bus_.add(power_board(name, number), options.slave);
 }
 
 void YoubotBus::add_board(const YoubotBusOptions& options, const char* name, int controller,
@@ -73,7 +75,8 @@ void YoubotBus::add_board(const YoubotBusOptions& options, const char* name, int
   TmcmOptions board = options.board;
   board.controller = controller;
   board.axis = axis;
-  EmulatedSlave& slave = bus_.add(motor_board(name, board.firmware), options.slave);
+  EmulatedSlave& slave =
+      bus_.add(motor_board(name, controller, board.firmware, options.process_data_bytes), options.slave);
   joints_.push_back({bus_.size() - 1, std::make_unique<TmcmBoard>(slave, drive, board)});
 }
 

@@ -34,6 +34,7 @@ struct YoubotBusOptions {
   BoardAxis wheel = kWheelBoardAxis;
   std::array<ArmJointData, 5> arm = kArmJointData;
   std::array<double, 5> arm_start_rad{0.2, 0.2, -0.2, 0.2, 0.2};  ///< nearly folded
+  std::uint16_t process_data_bytes = 40;                          ///< each way; see youbot_bus.cpp
   bool gripper = true;
   GripperOptions gripper_options = {};
   BaseParameters base = {};
@@ -80,7 +81,7 @@ class YoubotBus final : public EmulatedTime {
   };
   void add_base(const YoubotBusOptions& options);
   void add_arm(const YoubotBusOptions& options);
-  void add_power_board(const YoubotBusOptions& options, const char* name);
+  void add_power_board(const YoubotBusOptions& options, const char* name, int number);
   void add_board(const YoubotBusOptions& options, const char* name, int controller, const BoardAxis& axis,
                  BoardDrive& drive);
   void advance_mechanics() noexcept;

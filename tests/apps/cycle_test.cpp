@@ -203,13 +203,13 @@ class BrokenRobot final : public hal::Robot {
   std::vector<hal::JointInfo> joints_{{"wheel-1", 3}, {"wheel-2", 3}, {"wheel-3", 3}, {"wheel-4", 3}};
 };
 
-TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterTenSeconds) {
+TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterHalfAMinute) {
   BrokenRobot robot;
   ScriptedMotion motion;
   Cycle cycle(Cycle::Config{}, robot, motion, nullptr);
   int milliseconds = 0;
-  for (; !cycle.finished() && milliseconds < 20'000; ++milliseconds) cycle.step(milliseconds * 1ms);
-  EXPECT_NEAR(milliseconds, 10022, 2);
+  for (; !cycle.finished() && milliseconds < 40'000; ++milliseconds) cycle.step(milliseconds * 1ms);
+  EXPECT_NEAR(milliseconds, 30022, 2);
   EXPECT_EQ(cycle.stop_reason().kind, StopReason::Kind::kNotEnabled);
 }
 

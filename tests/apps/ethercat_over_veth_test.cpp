@@ -1,14 +1,11 @@
 // Two processes, two network namespaces, real raw sockets: youbot-sim on one end of a veth pair, the real
 // master on the other. Conditions are waited for, never timed.
-#include <fcntl.h>
 #include <gtest/gtest.h>
-#include <sched.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
 #include <chrono>
-#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -17,84 +14,14 @@
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/veth.h"
 
 namespace {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
-
-bool shell(const std::string& command) { return std::system((command + " 2>/dev/null").c_str()) == 0; }
-
-/// A pair of namespaces joined by a veth pair; the calling thread lives in the second while this exists.
-class Namespaces {
- public:
-  Namespaces()
-      : id_(std::to_string(getpid())), home_(open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC)) {
-    usable_ = geteuid() == 0 && shell("ip netns add ybs" + id_) && shell("ip netns add ybc" + id_) &&
-              shell("ip -n ybs" + id_ + " link add veth-s type veth peer name veth-c netns ybc" + id_) &&
-              shell("ip -n ybs" + id_ + " link set veth-s up") &&
-              shell("ip -n ybc" + id_ + " link set veth-c up");
-    if (!usable_) return;
-    const int there = open(("/run/netns/ybc" + id_).c_str(), O_RDONLY | O_CLOEXEC);
-    usable_ = there >= 0 && setns(there, CLONE_NEWNET) == 0;
-    if (there >= 0) close(there);
-  }
-  Namespaces(const Namespaces&) = delete;
-  Namespaces& operator=(const Namespaces&) = delete;
-  ~Namespaces() {
-    (void)setns(home_, CLONE_NEWNET);
-    close(home_);
-    shell("ip netns del ybs" + id_);
-    shell("ip netns del ybc" + id_);
-  }
-  bool usable() const { return usable_; }
-  std::string sim_namespace() const { return "ybs" + id_; }
-  std::string control_namespace() const { return "ybc" + id_; }
-
- private:
-  std::string id_;
-  int home_;
-  bool usable_ = false;
-};
-
-/// youbot-sim in its namespace, ready to answer.
-class Simulator {
- public:
-  Simulator(const Namespaces& namespaces, const std::string& arguments) {
-    std::array<int, 2> ends{};
-    EXPECT_EQ(pipe(ends.data()), 0);
-    pid_ = fork();
-    if (pid_ == 0) {
-      dup2(ends[1], STDOUT_FILENO);
-      const std::string command = "exec ip netns exec " + namespaces.sim_namespace() +
-                                  " " YOUBOT_SIM_BINARY " --interface veth-s " + arguments;
-      execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
-      _exit(127);
-    }
-    close(ends[1]);
-    FILE* output = fdopen(ends[0], "r");
-    std::array<char, 256> line{};
-    while (fgets(line.data(), line.size(), output) != nullptr)
-      if (std::string(line.data()).find("serving") != std::string::npos) {
-        ready_ = true;
-        break;
-      }
-    output_ = output;
-  }
-  Simulator(const Simulator&) = delete;
-  Simulator& operator=(const Simulator&) = delete;
-  ~Simulator() {
-    kill(pid_, SIGTERM);
-    waitpid(pid_, nullptr, 0);
-    fclose(output_);
-  }
-  bool ready() const { return ready_; }
-
- private:
-  pid_t pid_ = 0;
-  FILE* output_ = nullptr;
-  bool ready_ = false;
-};
+using support::Namespaces;
+using support::Simulator;
 
 /// The robot through the interface, cycled at 1 kHz as far as this machine allows.
 struct Control {

@@ -468,4 +468,26 @@ TEST_F(TomlReader, MovingTheFileKeepsItsTables) {
   EXPECT_NO_THROW(moved.finish());
 }
 
+TEST_F(TomlReader, ALetterBeyondAsciiOutsideQuotesIsRefusedWithItsLine) {
+  const std::string complaint = "a letter beyond ASCII outside quotes; put the key or value in quotes";
+  for (const char* text : {"größe = 1\n", "name = é\n", "# ok\n\nname = \"a\" é\n", "name = 'a\nñ = 1\n"}) {
+    const auto found = problems(text);
+    ASSERT_EQ(found.size(), 1U) << text;
+    EXPECT_NE(found.front().find(complaint), std::string::npos) << found.front();
+  }
+  EXPECT_TRUE(problems("# ok\n\nname = 1 é\n").front().starts_with(":3: "));
+}
+
+TEST_F(TomlReader, LettersBeyondAsciiAreWelcomeInStringsAndComments) {
+  std::string name;
+  const auto ask = [&name](TomlTable root) { root.text("name", name); };
+  for (const char* text : {"# Größe\nname = \"é\"\n", "name = 'é' # é\n", "name = \"\"\"é\"\"\"\n",
+                           "name = \"é\" # it's\n", "name = '''é'''\n", "\xEF\xBB\xBFname = \"é\"\n"}) {
+    EXPECT_EQ(problems(text, ask), std::vector<std::string>{}) << text;
+    EXPECT_EQ(name, "é") << text;
+  }
+  EXPECT_EQ(problems("name = \"\\\"é\"\n", ask), std::vector<std::string>{});
+  EXPECT_EQ(name, "\"é");
+}
+
 }  // namespace

@@ -3,12 +3,12 @@
 
 #include <chrono>
 
-#include "apps/common/latency_histogram.h"
 #include "apps/common/open_robot.h"
 #include "apps/common/spsc_ring.h"
 #include "apps/youbotd/cycle.h"
 #include "control/base_controller.h"
 #include "control/friction/wheel_curve.h"
+#include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 #include "sim/base.h"
 
@@ -86,7 +86,7 @@ void whole_cycle(benchmark::State& state, const char* robot_name) {
   CirclingMotion motion;
   youbotd::Cycle cycle(youbotd::Cycle::Config{}, *opened.robot, motion, opened.truth);
   const hal::SteadyClock stopwatch;
-  apps::LatencyHistogram histogram;
+  drivers::LatencyHistogram histogram;
   for (auto _ : state) {
     clock.sleep_until(clock.now() + 1ms);
     const nanoseconds begin = stopwatch.now();

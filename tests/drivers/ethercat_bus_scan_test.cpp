@@ -165,6 +165,16 @@ TEST_F(Scan, AnEepromThatTheFirmwareHoldsIsTakenBack) {
 
 // ---- topology ----
 
+TEST_F(Scan, ASlaveMayBeCalledByItsFirstStringAsSoemDoes) {
+  EmulatedRobot robot(youbot());
+  std::vector<Slave> slaves = scan(robot);
+  slaves[2].sii.name = "Single-axis controller";
+  EXPECT_EQ(error_of([&] { check_topology(slaves, expected_youbot(), "eth7"); }), "");
+  slaves[2].sii.first_string = "EL1008";
+  EXPECT_TRUE(contains(error_of([&] { check_topology(slaves, expected_youbot(), "eth7"); }),
+                       "found 'Single-axis controller'"));
+}
+
 TEST_F(Scan, AMissingTailNamesTheSlaveAndPortBeforeIt) {
   std::vector<SlaveDescription> slaves = youbot();
   slaves.resize(5);

@@ -42,51 +42,6 @@ Registers with(std::initializer_list<std::pair<std::uint16_t, std::uint8_t>> cou
 
 // ---- round trips ----
 
-TEST(RoundTripHistogram, IsExactForFewNanosecondsAndAnEighthWideAbove) {
-  for (const std::int64_t value :
-       {0LL, 1LL, 7LL, 8LL, 15LL, 16LL, 17LL, 100LL, 45'000LL, 1'000'000LL, 4'294'967'295LL}) {
-    RoundTripHistogram histogram;
-    histogram.add(nanoseconds(value));
-    histogram.add(10s);  // so that the longest does not bound the quantile
-    const std::int64_t median = histogram.quantile(0.5).count();
-    EXPECT_GE(median, value);
-    EXPECT_LE(static_cast<double>(median), 1.125 * static_cast<double>(value));
-  }
-}
-
-TEST(RoundTripHistogram, AgreesWithSortedDurations) {
-  std::mt19937 random(7);
-  std::lognormal_distribution<double> distribution(10.7, 0.5);  // around 45 us
-  RoundTripHistogram histogram;
-  std::vector<double> all;
-  for (int i = 0; i < 10'000; ++i) {
-    const auto value = static_cast<std::int64_t>(distribution(random));
-    histogram.add(nanoseconds(value));
-    all.push_back(static_cast<double>(value));
-  }
-  std::ranges::sort(all);
-  EXPECT_EQ(histogram.count(), all.size());
-  EXPECT_EQ(static_cast<double>(histogram.shortest().count()), all.front());
-  EXPECT_EQ(static_cast<double>(histogram.longest().count()), all.back());
-  for (const double fraction : {0.01, 0.5, 0.9, 0.999}) {
-    const double exact = all[static_cast<std::size_t>(fraction * 10'000) - 1];
-    const auto estimate = static_cast<double>(histogram.quantile(fraction).count());
-    EXPECT_GE(estimate, exact);
-    EXPECT_LE(estimate, 1.125 * exact);
-  }
-  EXPECT_EQ(histogram.quantile(1.0), histogram.longest());
-}
-
-TEST(RoundTripHistogram, EmptyAndOutOfRangeAreHarmless) {
-  RoundTripHistogram histogram;
-  EXPECT_EQ(histogram.quantile(0.5), 0ns);
-  histogram.add(-5ns);
-  histogram.add(1h);
-  EXPECT_EQ(histogram.shortest(), 0ns);
-  EXPECT_EQ(histogram.longest(), 1h);
-  EXPECT_EQ(histogram.count(), 2U);
-}
-
 // ---- counters ----
 
 TEST(Diagnostics, ReadsEachCounterFromItsRegister) {

@@ -101,6 +101,9 @@ TEST_P(SiiReads, AHandMadeImageIsUnderstood) {
   EXPECT_EQ(info.serial, 0x12345678U);
   EXPECT_EQ(info.alias, 7);
   EXPECT_EQ(info.name, "TMCM-1610");
+  EXPECT_EQ(info.first_string, "abc");
+  EXPECT_TRUE(info.is_called("abc") && info.is_called("TMCM-1610"));
+  EXPECT_FALSE(info.is_called("TMCM-1632"));
   EXPECT_EQ(info.mailbox_out.start, 0x1000);
   EXPECT_EQ(info.mailbox_out.length, 0x40);
   EXPECT_EQ(info.mailbox_in.start, 0x1080);

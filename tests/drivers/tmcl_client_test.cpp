@@ -245,6 +245,14 @@ TEST_F(TmclClient, VersionGivesUpAndShowsWhatCame) {
   EXPECT_EQ(module.requests.size(), 3U);
 }
 
+TEST_F(TmclClient, VersionOfASilentModuleIsNotAskedForFiftyTimes) {
+  module.script.assign(60, std::nullopt);
+  Client client(module, clock);
+  const auto report = failure([&] { client.version(); });
+  EXPECT_EQ(report.expected, "text such as 1610V148, 3 tries");
+  EXPECT_EQ(module.requests.size(), 3U);
+}
+
 TEST_F(TmclClient, VersionRefusedIsNotRepeated) {
   module.script = {refusal({0, Command::kGetFirmwareVersion, 0, 0, 0}, Status::kInvalidCommand)};
   Client client(module, clock);

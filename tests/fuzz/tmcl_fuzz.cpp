@@ -1,9 +1,10 @@
-// Telegrams on each carrier, and the version text.
+// Telegrams on each carrier, the version text, and process data.
 #include <algorithm>
 #include <array>
 #include <string_view>
 
 #include "drivers/tmcl/firmware_version.h"
+#include "drivers/tmcl/process_data.h"
 #include "drivers/tmcl/telegram.h"
 #include "tests/fuzz/fuzz_target.h"
 
@@ -11,6 +12,10 @@ namespace {
 
 using drivers::tmcl::CanBytes;
 using drivers::tmcl::Command;
+using drivers::tmcl::CurrentSign;
+using drivers::tmcl::DriveInput;
+using drivers::tmcl::DriveOutput;
+using drivers::tmcl::Firmware;
 using drivers::tmcl::FirmwareVersion;
 using drivers::tmcl::kMailboxBytes;
 using drivers::tmcl::Reply;
@@ -29,6 +34,27 @@ void use(const Request& request, const Reply& reply) {
   if (matches(request, reply) && accepted(request, reply)) require(asks_for_text(request) || reply.ok());
 }
 
+/// A drive's inputs, and the outputs as an emulated board reads them: what is read is what was written.
+void read_process_data(const fuzz::Bytes& bytes) {
+  for (const Firmware firmware : {Firmware::k148, Firmware::k200}) {
+    DriveInput input;
+    const std::size_t length = input_bytes(firmware);
+    require(unpack(firmware, bytes, input) == (bytes.size() >= length));
+    if (bytes.size() < length) {
+      require(input == DriveInput{});
+      continue;
+    }
+    fuzz::Bytes again(length);
+    require(pack(firmware, input, again) && starts_with(bytes, again));
+    for (const CurrentSign sign : {CurrentSign::kSigned, CurrentSign::kAbsolute})
+      (void)signed_current_mA(sign, input, {});
+  }
+  DriveOutput output;
+  require(unpack(bytes, output) == (bytes.size() >= drivers::tmcl::kOutputBytes));
+  fuzz::Bytes again(drivers::tmcl::kOutputBytes);
+  require(pack(output, again) && (bytes.size() < again.size() || starts_with(bytes, again)));
+}
+
 }  // namespace
 
 std::vector<fuzz::Bytes> fuzz::seeds() {
@@ -41,11 +67,20 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
   result.emplace_back(can.data.begin(), can.data.begin() + can.size);
   for (const std::string_view text : {"1610V148", "174V1.48", "KR842V20", "1610V200"})
     result.emplace_back(text.begin(), text.end());
+  DriveInput input;
+  input.position_ticks = -1000;
+  input.current_mA = 700;
+  input.velocity_rpm = -156;
+  for (const Firmware firmware : {Firmware::k148, Firmware::k200}) {
+    result.emplace_back(input_bytes(firmware));
+    require(pack(firmware, input, result.back()));
+  }
   return result;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const fuzz::Bytes bytes(data, data + size);
+  read_process_data(bytes);
 
   // What is read is what was written.
   const auto request = drivers::tmcl::decode_mailbox_request(bytes);

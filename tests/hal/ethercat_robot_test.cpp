@@ -7,8 +7,7 @@
 #include <limits>
 
 #include "hal/setup_error.h"
-#include "sim/bus/bus_link.h"
-#include "sim/bus/youbot_bus.h"
+#include "tests/hal/ethercat_rig.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace hal {
@@ -18,63 +17,7 @@ using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
 using sim::bus::FaultEvent;
 using sim::bus::FaultKind;
-
-struct Rig {
-  explicit Rig(EthercatOptions::Kind kind = EthercatOptions::Kind::kBase, Firmware firmware = Firmware::k148,
-               std::vector<FaultEvent> faults = {})
-      : emulation(options(kind, firmware, std::move(faults))),
-        robot(make_ethercat_robot(
-            [this]() -> std::unique_ptr<drivers::ethercat::Link> {
-              return std::make_unique<sim::bus::BusLink>(emulation.wire(), &emulation);
-            },
-            {.kind = kind}, clock, 1ms)) {}
-
-  static sim::bus::YoubotBusOptions options(EthercatOptions::Kind kind, Firmware firmware,
-                                            std::vector<FaultEvent> faults) {
-    sim::bus::YoubotBusOptions options;
-    options.robot = kind == EthercatOptions::Kind::kBase         ? sim::bus::RobotKind::kBase
-                    : kind == EthercatOptions::Kind::kArm        ? sim::bus::RobotKind::kArm
-                    : kind == EthercatOptions::Kind::kBaseAndArm ? sim::bus::RobotKind::kBaseAndArm
-                                                                 : sim::bus::RobotKind::kTwoArms;
-    options.board.firmware = firmware;
-    options.base.on_ground = false;
-    options.wire.faults = std::move(faults);
-    return options;
-  }
-
-  CycleStatus step() {
-    clock.sleep_until(clock.now() + 1ms);
-    const std::chrono::nanoseconds due = emulation.wire().now() + 1ms;
-    status = robot->exchange(command, sample);
-    if (due > emulation.wire().now()) emulation.advance(due - emulation.wire().now());
-    return status;
-  }
-  void run(std::chrono::milliseconds duration) {
-    for (auto left = duration; left > 0ms; left -= 1ms) (void)step();
-  }
-  /// Cycles until `condition`, at most `limit`; how long it took.
-  template <typename Condition>
-  std::chrono::milliseconds run_until(Condition&& condition, std::chrono::milliseconds limit = 20s) {
-    std::chrono::milliseconds passed{0};
-    for (; passed < limit && !condition(); passed += 1ms) (void)step();
-    return passed;
-  }
-  void enable() {
-    command.enable = true;
-    run_until([this] { return sample.enabled; });
-    ASSERT_TRUE(sample.enabled) << describe(status.fault);
-  }
-  void command_all_velocity(double velocity_rad_per_s) {
-    for (JointCommand& joint : command.joints) joint = JointCommand::velocity_rad_per_s(velocity_rad_per_s);
-  }
-
-  VirtualClock clock;
-  sim::bus::YoubotBus emulation;
-  std::unique_ptr<Robot> robot;
-  RobotCommand command;
-  RobotSample sample;
-  CycleStatus status;
-};
+using Rig = test::EthercatRig;
 
 TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
   const Rig rig(EthercatOptions::Kind::kBaseAndArm);
@@ -263,6 +206,99 @@ INSTANTIATE_TEST_SUITE_P(
         if (c == ' ') c = '_';
       return name;
     });
+
+/// As long as the drives' own watchdog allows.
+constexpr int kLongTolerance = 90;
+
+TEST(EthercatRobot, ADriveThatLeavesOperationIsAFaultHoweverShortAndHoweverMuchIsTolerated) {
+  for (const int tolerated_cycles : {10, kLongTolerance}) {
+    Rig rig(Rig::options(EthercatOptions::Kind::kBase),
+            {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = tolerated_cycles});
+    rig.robot->activate();
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run(1s);
+    rig.emulation.slave(1).report_error(drivers::ethercat::AlState::kSafeOp, 0x001A);
+    rig.run(5ms);
+    EXPECT_EQ(rig.status.fault, Fault::kPartialBus);
+    EXPECT_EQ(rig.status.joint, 1);
+    rig.run(2s);
+    EXPECT_FALSE(rig.status.ok()) << "latched";
+    for (int i = 0; i < 4; ++i)
+      EXPECT_LT(std::abs(rig.emulation.base().wheel(i).velocity_rad_per_s()), 0.05) << "wheel " << i + 1;
+    rig.command.enable = false;
+    rig.run(5ms);
+    EXPECT_TRUE(rig.status.ok());
+  }
+}
+
+TEST(EthercatRobot, APowerBlipIsAFaultAndNothingTurnsByItself) {
+  for (const Firmware firmware : {Firmware::k148, Firmware::k200}) {
+    Rig rig(Rig::options(EthercatOptions::Kind::kBase, firmware,
+                         {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 6s, .duration = 15ms, .slave = 4}}),
+            {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = kLongTolerance});
+    rig.robot->activate();
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run_until([&] { return rig.emulation.wire().now() >= 5990ms; });
+    ASSERT_TRUE(rig.sample.enabled);
+    rig.run(2s);
+    EXPECT_EQ(rig.status.fault, Fault::kPartialBus);
+    EXPECT_FALSE(rig.sample.enabled);
+    for (int i = 0; i < 4; ++i)
+      EXPECT_LT(std::abs(rig.emulation.base().wheel(i).velocity_rad_per_s()), 0.05) << "wheel " << i + 1;
+  }
+}
+
+TEST(EthercatRobot, ADriveThatIsReadyBeforeTheOthersHoldsStill) {
+  Rig rig(Rig::options(EthercatOptions::Kind::kArm, Firmware::k148,
+                       {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 5s, .duration = 50ms, .slave = 5}}),
+          {.kind = EthercatOptions::Kind::kArm});
+  rig.robot->activate();
+  rig.enable();
+  rig.run_until([&] { return !rig.status.ok(); });
+  rig.command.enable = false;
+  rig.run_until([&] { return rig.status.ok(); });
+  rig.command_all_velocity(0.0);
+  rig.command.enable = true;
+  int waited = 0;
+  for (; waited < 5000 && !rig.sample.enabled; ++waited) {
+    (void)rig.step();
+    const drivers::tmcl::StatusFlags flags = rig.emulation.board(1).input().flags;
+    ASSERT_FALSE(flags.has(drivers::tmcl::StatusFlag::kCurrentMode)) << "without current an arm falls";
+  }
+  EXPECT_GT(waited, 100) << "joint 5 had to find its commutation";
+  EXPECT_TRUE(rig.sample.enabled);
+}
+
+TEST(EthercatRobot, ASlaveThatFallsBackWhileItWaitsForItsParametersIsConfiguredAnew) {
+  Rig rig(Rig::options(EthercatOptions::Kind::kBase, Firmware::k148,
+                       {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 3s, .duration = 50ms, .slave = 2}}),
+          {.kind = EthercatOptions::Kind::kBase, .parameters = {{"wheel-2", "motor_acceleration", 4321}}});
+  rig.robot->activate();
+  rig.enable();
+  rig.run_until([&] { return !rig.status.ok(); });
+  rig.run_until([&] { return rig.emulation.slave(1).state() == drivers::ethercat::AlState::kPreOp; });
+  rig.emulation.slave(1).report_error(drivers::ethercat::AlState::kInit, 0x0011);
+  rig.command.enable = false;
+  EXPECT_LT(rig.run_until([&] { return rig.status.ok(); }, 5s), 3s);
+  rig.enable();
+  EXPECT_EQ(rig.emulation.board(1).parameters()[11], 4321);
+}
+
+TEST(EthercatRobot, TooLittleProcessDataIsRefusedInsteadOfWaitedFor) {
+  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  bus.process_data_bytes = 16;
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  try {
+    rig.robot->activate();
+    FAIL() << "started with process data that nobody can read";
+  } catch (const SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find("20 bytes of inputs and 5 of outputs, its EEPROM maps 16 and"),
+              std::string::npos)
+        << error.what();
+  }
+}
 
 TEST(EthercatRobot, ADrivesErrorFlagStopsTheRobotAndSaysWhich) {
   Rig rig;

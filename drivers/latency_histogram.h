@@ -7,7 +7,7 @@
 #include <chrono>
 #include <cstdint>
 
-namespace apps {
+namespace drivers {
 
 /// Counts durations from 0 to about 4 s in buckets a sixteenth of their value wide (1 ns below 16 ns), so a
 /// quantile is at most 6.25 % too high. Cycle: add(). One thread.
@@ -17,6 +17,7 @@ class LatencyHistogram {
     const auto value = static_cast<std::uint64_t>(std::max<std::int64_t>(duration.count(), 0));
     ++counts_[bucket_of(value)];
     ++total_;
+    best_ = total_ == 1 ? duration : std::min(best_, duration);
     worst_ = std::max(worst_, duration);
   }
 
@@ -32,6 +33,7 @@ class LatencyHistogram {
     }
     return worst_;
   }
+  std::chrono::nanoseconds best() const noexcept { return best_; }  ///< 0 when nothing was added
   std::chrono::nanoseconds worst() const noexcept { return worst_; }
   std::uint64_t count() const noexcept { return total_; }
 
@@ -54,7 +56,8 @@ class LatencyHistogram {
 
   std::array<std::uint64_t, (32 - kSubBits + 1) << kSubBits> counts_{};
   std::uint64_t total_ = 0;
+  std::chrono::nanoseconds best_{};
   std::chrono::nanoseconds worst_{};
 };
 
-}  // namespace apps
+}  // namespace drivers

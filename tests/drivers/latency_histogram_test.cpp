@@ -1,11 +1,11 @@
-#include "apps/common/latency_histogram.h"
+#include "drivers/latency_histogram.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-namespace apps {
+namespace drivers {
 namespace {
 
 using namespace std::chrono_literals;
@@ -50,4 +50,4 @@ TEST(LatencyHistogram, NegativeCountsAsZeroAndTheWorstIsExact) {
 }
 
 }  // namespace
-}  // namespace apps
+}  // namespace drivers

@@ -1,0 +1,25 @@
+/// @file
+#pragma once
+#include <atomic>
+#include <chrono>
+#include <string>
+
+namespace drivers::ethercat {
+class Link;
+}
+
+namespace youbot_bench {
+
+struct DiagnoseOptions {
+  double duration_s = 10;
+  std::string capture{};  ///< pcapng file for the last second of frames; empty: none
+  bool quiet = false;     ///< no progress
+};
+
+/// Takes whatever is on the bus to OP with all outputs zero, cycles it at 1 kHz and prints how frames, slaves
+/// and cables fared. True when nothing was found wrong. `stop` ends it early.
+/// @throws drivers::ethercat::BusError, std::runtime_error when the capture cannot be written.
+bool print_diagnosis(drivers::ethercat::Link& link, const DiagnoseOptions& options,
+                     const std::atomic<bool>& stop);
+
+}  // namespace youbot_bench

@@ -1,0 +1,57 @@
+/// @file
+/// Several requests on their way to one module at once, for a carrier that queues them.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "drivers/tmcl/request_queue.h"
+#include "drivers/tmcl/transport.h"
+
+namespace drivers::tmcl {
+
+/// The TMCL manual wants one request at a time. A module on CAN that buffers frames answers them in order,
+/// and then a batch costs one round trip where its parts would cost one each. But no reply names its
+/// parameter, so a dropped request would give the next one's answer a wrong meaning. Therefore answers are
+/// handed out only when the whole batch has been answered in order; otherwise all of it is given up, and
+/// nothing is sent until late replies have had their time. Cycle: all of it. One thread.
+///
+///   batch.step(transport);                                    // each cycle, first
+///   for (const Completion& done : batch.take()) ...           // empty until all have come
+///   if (batch.free()) { batch.post(transport, a); batch.post(transport, b); }
+class RequestBatch {
+ public:
+  static constexpr std::size_t kCapacity = 8;
+
+  /// A batch is given up when it is not answered in full by the step() of this number, and the pause after
+  /// it is as long. @param patience at least 1
+  explicit RequestBatch(int patience) noexcept : patience_(patience) {}
+
+  /// Takes in what has come.
+  void step(Transport& transport) noexcept;
+  /// The answered batch, in the order of posting: done or refused. Valid until the next post().
+  std::span<const Completion> take() noexcept;
+
+  /// Nothing is on its way, and nothing late is to be feared.
+  bool free() const noexcept { return size_ == 0 && pause_ == 0; }
+  /// Adds to the batch. False when the transport does not take it. Allowed while not free(), for what cannot
+  /// wait, such as a motor stop: then it may go unheard, and its answer unseen.
+  bool post(Transport& transport, const Request& request) noexcept;
+
+  /// Batches given up.
+  std::uint64_t lost() const noexcept { return lost_; }
+
+ private:
+  void give_up() noexcept;
+
+  std::array<Completion, kCapacity> entries_{};
+  std::size_t size_ = 0;
+  std::size_t answered_ = 0;
+  int patience_;
+  int waited_ = 0;
+  int pause_ = 0;
+  std::uint64_t lost_ = 0;
+};
+
+}  // namespace drivers::tmcl

@@ -1,0 +1,89 @@
+/// @file
+/// A bench rig: one joint on one Trinamic module, over SocketCAN.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "hal/clock.h"
+#include "hal/robot.h"
+#include "hal/youbot_axes.h"
+
+namespace drivers::can {
+class SocketCan;
+}  // namespace drivers::can
+namespace drivers::tmcl {
+class Clock;
+}  // namespace drivers::tmcl
+
+namespace hal {
+
+struct CanOptions {
+  std::string joint_name = "wheel-1";
+  std::uint32_t module_id = 1;  ///< the module's global parameter 71
+  std::uint32_t reply_id = 2;   ///< its global parameter 70
+  std::uint8_t motor = 0;
+  AxisData axis = kWheelAxis;
+  /// What the interface must be set to; 0: whatever it is. Setting it takes an administrator.
+  std::uint32_t bitrate_bit_per_s = 1'000'000;
+  /// 1 to 5: one command, the rest reads, on their way at once. With 1 they take turns.
+  int requests_per_cycle = 3;
+  /// For the answers of a cycle's requests; then they count as lost, and the bus rests as long.
+  int patience_cycles = 3;
+  /// Cycles without a full answer that are bridged with the last sample. One lost frame costs twice the
+  /// patience.
+  int tolerated_cycles = 10;
+  /// For the motor stop in deactivate() to be acknowledged, all tries together.
+  std::chrono::milliseconds stop_timeout{300};
+  /// The module reports the current's magnitude only (a property of the firmware).
+  bool unsigned_current = false;
+};
+
+/// The shortest period whose requests and answers leave a fifth of the bus free: 250 bits a pair. At 1 Mbit/s
+/// and three requests 0.94 ms, at 250 kbit/s 3.75 ms.
+std::chrono::nanoseconds shortest_can_period(std::uint32_t bit_per_s, int requests_per_cycle) noexcept;
+
+/// TMCL has no process data on CAN: commands and measurements are axis parameters, one request and one reply
+/// each. exchange() takes in the answers to the requests of the cycle before and sends this cycle's; it never
+/// waits. With three requests a cycle, the default:
+///
+///   each cycle        target (155 mA, 2 rpm or 0 ticks; motor stop while off), actual position (1)
+///   and in turn       150 current, 3 velocity, 150, 156 status, 150, 3, 150, mark
+///   sample, cycles    position 1, torque 1 to 2, velocity 1 to 4, fault 1 to 8
+///
+/// `stamp` is when the position was asked for. The other settings: drivers/tmcl/polled_drive.h. The mark is
+/// user variable 55, in RAM: a module that has restarted no longer holds it.
+///
+/// - activate() stops the motor of a module it knows, and refuses a bit rate too slow for the period, a
+/// module it does not know
+///   (known: TMCM-174, -1632, -KR-841, -1610 with firmware 1.48 and 2.0; TMCM-1630), another encoder than the
+///   axis says, and a module that cannot take a cycle's requests at once: the TMCL manual wants one at a
+///   time, which is requests_per_cycle = 1.
+/// - `enable` clears the time-out flag and finds the commutation where needed, as on EtherCAT: with firmware
+///   2.0 the motor turns a little. The TMCM-1630 finds it by itself.
+/// - Lost answers, bus-off, a refused request, an error flag or a restarted module stop the motor and are
+///   latched. After a restart the position counts anew.
+/// - deactivate() stops the motor and waits for the acknowledgement.
+/// - NO WATCHDOG: a module that hears nothing goes on with its last target. When the cable breaks or this
+///   program dies, only the emergency stop helps.
+///
+/// `open_socket` is called by activate(); `clock` outlives the robot; so does `setup_clock`, on which set-up
+/// and deactivate() wait (null: the machine's).
+std::unique_ptr<Robot> make_can_robot(std::function<drivers::can::SocketCan()> open_socket,
+                                      const CanOptions& options, const Clock& clock,
+                                      std::chrono::nanoseconds period,
+                                      drivers::tmcl::Clock* setup_clock = nullptr);
+
+/// On a network interface, "can0".
+std::unique_ptr<Robot> make_can_robot(const std::string& interface, const CanOptions& options,
+                                      const Clock& clock, std::chrono::nanoseconds period);
+
+/// Setup. A status of such a robot in words: "no answer from the bus: bus off (check wiring ...)", "SAP
+/// target_speed (2) refused: invalid value". The detail of
+///   kFrameLost            CAN error classes (linux/can/error.h) | errno << 16
+///   kJointFault           the JointFault; with kRefused | TMCL status << 8 | parameter << 16 | command << 24
+std::string describe_can(const CycleStatus& status);
+
+}  // namespace hal

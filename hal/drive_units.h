@@ -1,0 +1,43 @@
+/// @file
+/// Between a TMCL drive's integers and a joint in SI: what every backend with such drives needs.
+#pragma once
+#include <cstdint>
+
+#include "hal/axis_scale.h"
+#include "hal/joint.h"
+#include "hal/youbot_axes.h"
+
+namespace drivers::tmcl {
+class StatusFlags;
+struct DriveInput;
+struct DriveOutput;
+}  // namespace drivers::tmcl
+
+namespace hal {
+
+/// The gravest error flag, kNone when there is none. Cycle.
+JointFault joint_fault_of(drivers::tmcl::StatusFlags flags) noexcept;
+
+/// Cycle: all but the constructor.
+class DriveUnits {
+ public:
+  /// @param unsigned_current the drive reports the current's magnitude only
+  /// @throws std::invalid_argument see AxisScale
+  DriveUnits(const AxisData& axis, bool unsigned_current);
+
+  /// What the motor's current limit can deliver.
+  double torque_limit_Nm() const noexcept { return torque_limit_Nm_; }
+  /// @param position_ticks the unwrapped counter, of which `input` holds the low 32 bits
+  drivers::tmcl::DriveOutput output(const JointCommand& command, const drivers::tmcl::DriveInput& input,
+                                    std::int64_t position_ticks) const noexcept;
+  JointSample sample(const drivers::tmcl::DriveInput& input, const drivers::tmcl::DriveOutput& commanded,
+                     std::int64_t position_ticks) const noexcept;
+
+ private:
+  AxisScale scale_;
+  std::int32_t current_limit_mA_;
+  double torque_limit_Nm_;
+  bool unsigned_current_;
+};
+
+}  // namespace hal

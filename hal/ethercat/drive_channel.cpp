@@ -1,0 +1,182 @@
+#include "hal/ethercat/drive_channel.h"
+
+#include <utility>
+
+namespace hal {
+
+namespace tmcl = drivers::tmcl;
+
+const AxisData& axis_of(const tmcl::YoubotBoard& board) noexcept {
+  return board.kind == tmcl::BoardKind::kWheel ? kWheelAxis : kArmAxes[static_cast<std::size_t>(board.index)];
+}
+
+DriveChannel::DriveChannel(Setup setup)
+    : setup_(std::move(setup)), units_(axis_of(setup_.board), setup_.unsigned_current) {}
+
+void DriveChannel::attach(drivers::ethercat::OpBus& bus) {
+  transport_.emplace(bus.mailbox(setup_.slave), bus.slave(setup_.slave).label());
+}
+
+// ---- what it is taken through ----
+
+void DriveChannel::stop() noexcept {
+  output_ = tmcl::kStopMotor;
+  failed_ = false;
+  if (stage_ == Stage::kRestoring) return;  // moves nothing, and is needed all the same
+  stage_ = Stage::kOff;
+  end_sequence();
+}
+
+void DriveChannel::prepare() noexcept {
+  if (stage_ != Stage::kOff || failed() || !sensed_) return;
+  if (input_.flags.has(tmcl::StatusFlag::kTimeout))
+    begin(Stage::kClearing, timeout_reset_.emplace(tmcl::ResetConfig{}, setup_.period));
+  else if (input_.flags.has(tmcl::StatusFlag::kI2tExceeded))
+    begin(Stage::kClearing, i2t_reset_.emplace(tmcl::ResetConfig{}, setup_.period));
+  else
+    commutate();
+}
+
+void DriveChannel::commutate() noexcept {
+  tmcl::CommutationConfig config;
+  config.firmware = setup_.firmware;
+  config.rest = tmcl::kHoldStill;  // where the official driver leaves arm joints without current: they fall
+  begin(Stage::kCommutating, commutation_.emplace(config, setup_.period));
+}
+
+void DriveChannel::home_or_finish() noexcept {
+  if (setup_.home && setup_.board.kind == tmcl::BoardKind::kArmJoint) {
+    const tmcl::HomingConfig& config = tmcl::kArmHoming[static_cast<std::size_t>(setup_.board.index)];
+    begin(Stage::kHoming, homing_.emplace(config, setup_.period));
+  } else {
+    stage_ = Stage::kReady;
+  }
+}
+
+void DriveChannel::begin(Stage stage, tmcl::Sequence& sequence) noexcept {
+  stage_ = stage;
+  running_ = &sequence;
+  tag_ = (tag_ + 1) % kOwnTags;
+  answer_.reset();
+}
+
+void DriveChannel::end_sequence() noexcept {
+  running_ = nullptr;
+  restoring_.reset();
+  timeout_reset_.reset();
+  i2t_reset_.reset();
+  commutation_.reset();
+  homing_.reset();
+}
+
+void DriveChannel::run_sequence() noexcept {
+  if (running_ == nullptr) return;
+  const tmcl::Action action = running_->step(input_, answer_ ? &*answer_ : nullptr);
+  answer_.reset();
+  if (action.drive) output_ = *action.drive;
+  if (action.ask && !queue_.push(*action.ask, tag_)) answer_ = tmcl::Completion{*action.ask, tag_};
+  const Stage ended = stage_;
+  switch (running_->progress()) {
+    case tmcl::Progress::kRunning: return;
+    case tmcl::Progress::kFailed:
+      fault_ = running_->fault();
+      failed_stage_ = std::exchange(stage_, Stage::kOff);
+      stop();
+      failed_ = true;
+      return;
+    case tmcl::Progress::kDone: break;
+  }
+  if (ended == failed_stage_) fault_ = tmcl::SequenceFault::kNone;
+  if (ended == Stage::kHoming) {
+    homed_ = true;
+    if (!homing_->was_homed()) position_.reset();  // the counter has been set to zero
+  }
+  end_sequence();
+  if (ended == Stage::kClearing) {
+    stage_ = Stage::kOff;  // there may be another flag behind the one that has gone
+    prepare();
+  } else if (ended == Stage::kCommutating) {
+    home_or_finish();
+  } else {
+    stage_ = ended == Stage::kHoming ? Stage::kReady : Stage::kOff;
+  }
+}
+
+JointFault DriveChannel::joint_fault() const noexcept {
+  // While it is being prepared, flags are what the preparation clears or fails on.
+  if (!ready() && !failed()) return JointFault::kNone;
+  const JointFault fault = joint_fault_of(input_.flags);
+  if (fault != JointFault::kNone) return fault;
+  if (failed() && failed_stage_ != Stage::kCommutating) return JointFault::kNotPrepared;
+  return failed() || !input_.flags.has(tmcl::StatusFlag::kInitialized) ? JointFault::kNotInitialized
+                                                                       : JointFault::kNone;
+}
+
+std::string DriveChannel::failure() const {
+  if (fault_ == tmcl::SequenceFault::kNone) return {};
+  const char* step = "start it up";
+  if (failed_stage_ == Stage::kRestoring) step = "give it its parameters back";
+  if (failed_stage_ == Stage::kClearing) step = "clear its fault";
+  if (failed_stage_ == Stage::kCommutating) step = "find its commutation";
+  if (failed_stage_ == Stage::kHoming) step = "find its end stop";
+  return std::string("could not ") + step + ": " + tmcl::describe(fault_) + "; " + tmcl::advice(fault_);
+}
+
+void DriveChannel::forget() noexcept {
+  position_.restart_counter();
+  queue_.clear();
+  sensed_ = homed_ = failed_ = false;
+  end_sequence();
+  output_ = tmcl::kStopMotor;
+}
+
+bool DriveChannel::restore() noexcept {
+  if (stage_ != Stage::kRestoring) {
+    forget();
+    begin(Stage::kRestoring, restoring_.emplace(setup_.parameters, setup_.period));
+  }
+  run_sequence();
+  return stage_ == Stage::kOff && !failed_;
+}
+
+// ---- every cycle ----
+
+void DriveChannel::serve_mailbox() noexcept {
+  queue_.step(*transport_);
+  while (const auto completion = queue_.pop()) {
+    if (completion->tag >= kOwnTags)
+      answer_for_others_ = completion;
+    else if (completion->tag == tag_)
+      answer_ = completion;
+  }
+}
+
+void DriveChannel::ask(const tmcl::Request& request, std::uint32_t tag) noexcept {
+  if (!queue_.push(request, tag)) answer_for_others_ = tmcl::Completion{request, tag};
+}
+
+std::optional<tmcl::Completion> DriveChannel::answer_for_others() noexcept {
+  return std::exchange(answer_for_others_, std::nullopt);
+}
+
+void DriveChannel::drive(const JointCommand& command, bool enabled, std::span<std::uint8_t> pdo) noexcept {
+  // Without news from the drive a sequence would take an old picture for standstill.
+  if (std::exchange(fresh_, false) && stage_ != Stage::kRestoring) run_sequence();
+  if (ready()) output_ = enabled ? units_.output(command, input_, position_ticks_) : tmcl::kHoldStill;
+  (void)tmcl::pack(output_, pdo);
+}
+
+bool DriveChannel::sense(std::span<const std::uint8_t> pdo) noexcept {
+  if (!tmcl::unpack(setup_.firmware, pdo, input_)) return false;
+  position_ticks_ = position_.update(input_.position_ticks);
+  sensed_ = fresh_ = true;
+  return true;
+}
+
+JointSample DriveChannel::sample() const noexcept {
+  JointSample sample = units_.sample(input_, output_, position_ticks_);
+  sample.homed = homed_;
+  return sample;
+}
+
+}  // namespace hal

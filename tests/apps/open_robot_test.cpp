@@ -1,0 +1,66 @@
+#include "apps/common/open_robot.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+
+#include "apps/youbotd/config.h"
+#include "apps/youbotd/session.h"
+
+namespace apps {
+namespace {
+
+using namespace std::chrono_literals;
+
+std::string refusal_of(const std::string& name) {
+  const hal::VirtualClock clock;
+  RobotOptions options;
+  options.name = name;
+  try {
+    (void)open_robot(options, clock, 1ms);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(OpenRobot, ABenchRigHasOneJointAndLivesInRealTime) {
+  const hal::VirtualClock clock;
+  RobotOptions options;
+  options.name = "can:can0";
+  options.can.joint_name = "wheel-3";
+  const OpenedRobot opened = open_robot(options, clock, 1ms);
+  ASSERT_EQ(opened.robot->joints().size(), 1U);
+  EXPECT_EQ(opened.robot->joints()[0].name, "wheel-3");
+  EXPECT_EQ(opened.truth, nullptr);
+  EXPECT_FALSE(is_simulated("can:can0"));
+  EXPECT_FALSE(is_simulated("ethercat:eth0"));
+  EXPECT_TRUE(is_simulated("loopback"));
+}
+
+TEST(OpenRobot, WhatNobodyKnowsIsAnsweredWithAllThereIs) {
+  for (const char* name : {"toaster", "can:", "can", "ethercat:"}) {
+    const std::string text = refusal_of(name);
+    for (const char* known : {"loopback", "wire", "ethercat:IFACE", "can:IFACE"})
+      EXPECT_NE(text.find(known), std::string::npos) << name << ": " << text;
+  }
+}
+
+TEST(OpenRobot, TheBasesPathIsNotDrivenOnOneJoint) {
+  youbotd::Config config =
+      youbotd::load_config(std::filesystem::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml");
+  config.robot.name = "can:can0";
+  const std::atomic<bool> stop{false};
+  try {
+    (void)youbotd::run_session(config, {}, stop);
+    FAIL() << "ran";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_STREQ(error.what(), "the base needs a robot with four wheels, this one has 1 joint");
+  }
+}
+
+}  // namespace
+}  // namespace apps

@@ -1,0 +1,296 @@
+// What an arm needs beyond wheels: end stops, a gripper, windings that get hot, parameters that are kept.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "drivers/tmcl/axis_parameters.h"
+#include "tests/hal/ethercat_rig.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace hal {
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::tmcl::Firmware;
+using sim::bus::FaultEvent;
+using sim::bus::FaultKind;
+using Kind = EthercatOptions::Kind;
+using Rig = test::EthercatRig;
+
+constexpr std::size_t kHand = 4;         // arm joint 5, whose mailbox leads to the gripper
+constexpr double kTravel_ticks = 66000;  // a bar's, closed to open
+
+// ---- end stops ----
+
+class ArmHoming : public ::testing::TestWithParam<Firmware> {};
+
+TEST_P(ArmHoming, FindsTheZeroOfEveryJointOnceAfterPowerUp) {
+  Rig rig(Rig::options(Kind::kArm, GetParam()), {.kind = Kind::kArm, .home_arms = true});
+  rig.robot->activate();
+  rig.run(10ms);
+  EXPECT_FALSE(rig.sample.joints[0].homed);
+  rig.command.enable = true;
+  rig.run_until([&] { return rig.sample.enabled; }, 60s);
+  ASSERT_TRUE(rig.sample.enabled) << describe(rig.status.fault) << ": "
+                                  << ::testing::PrintToString(rig.robot->report());
+
+  // Zero is the end stop: the true joint is there, within the degree that homing allows, and so is the
+  // sample.
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_TRUE(rig.sample.joints[i].homed) << i;
+    EXPECT_NEAR(rig.emulation.position_rad(i), 0.0, 0.0175) << i;
+    EXPECT_NEAR(rig.sample.joints[i].position_rad, 0.0, 0.0175) << i;
+  }
+
+  // Known from now on, until its power goes.
+  std::array<double, 5> stops{};
+  for (std::size_t i = 0; i < 5; ++i) stops[i] = rig.emulation.position_rad(i);
+  rig.command.enable = false;
+  rig.run(100ms);
+  rig.command.enable = true;
+  const auto again = rig.run_until([&] { return rig.sample.enabled; }, 5s);
+  EXPECT_LT(again, 1s);
+  for (std::size_t i = 0; i < 5; ++i) {
+    EXPECT_TRUE(rig.sample.joints[i].homed) << i;
+    EXPECT_NEAR(rig.emulation.position_rad(i), stops[i], 0.0175) << i << " moved";
+  }
+}
+INSTANTIATE_TEST_SUITE_P(BothFirmwares, ArmHoming, ::testing::Values(Firmware::k148, Firmware::k200),
+                         [](const auto& test) {
+                           return std::string(test.param == Firmware::k148 ? "k148" : "k200");
+                         });
+
+TEST(EthercatArm, AJointThatIsBlockedOnItsWayFailsWithItsNameAndNothingIsEnabled) {
+  Rig rig(Rig::options(Kind::kArm), {.kind = Kind::kArm, .home_arms = true});
+  rig.robot->activate();
+  // It gives way on the first touch and is elsewhere on the second.
+  rig.emulation.slave(2).set_fault(sim::bus::BoardFault::kStuckEncoder, true);
+  rig.command.enable = true;
+  rig.run_until([&] { return !rig.status.ok(); }, 60s);
+  EXPECT_EQ(rig.status.fault, Fault::kJointFault);
+  EXPECT_EQ(rig.status.joint, 2);
+  EXPECT_FALSE(rig.sample.enabled);
+  bool told = false;
+  for (const std::string& line : rig.robot->report())
+    told = told || line.starts_with("arm-3: could not find its end stop: ");
+  EXPECT_TRUE(told);
+}
+
+TEST(EthercatArm, APowerCycledJointIsHomedAgainBeforeItObeys) {
+  sim::bus::YoubotBusOptions bus =
+      Rig::options(Kind::kArm, Firmware::k148,
+                   {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 40s, .duration = 200ms, .slave = 5}});
+  Rig rig(bus, {.kind = Kind::kArm, .home_arms = true});
+  rig.robot->activate();
+  rig.command.enable = true;
+  rig.run_until([&] { return rig.sample.enabled; }, 39s);
+  ASSERT_TRUE(rig.sample.enabled);
+  rig.run_until([&] { return !rig.status.ok(); }, 45s);
+  ASSERT_EQ(rig.status.fault, Fault::kPartialBus);
+  rig.command.enable = false;
+  rig.run_until([&] { return rig.status.ok(); }, 5s);
+  EXPECT_FALSE(rig.sample.joints[kHand].homed);
+  EXPECT_TRUE(rig.sample.joints[0].homed);
+  rig.command.enable = true;
+  rig.run_until([&] { return rig.sample.enabled; }, 30s);
+  ASSERT_TRUE(rig.sample.enabled) << describe(rig.status.fault) << ": "
+                                  << ::testing::PrintToString(rig.robot->report());
+  EXPECT_TRUE(rig.sample.joints[kHand].homed);
+}
+
+// ---- gripper ----
+
+TEST(EthercatArm, TheGripperOpensWhileTheArmGoesOn) {
+  Rig rig(Kind::kArm);
+  rig.robot->activate();
+  rig.enable();
+  EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kIdle);
+  EXPECT_EQ(rig.sample.grippers[1].state, GripperState::kAbsent);
+  const double before_rad = rig.sample.joints[0].position_rad;
+  rig.command.joints[0] = JointCommand::velocity_rad_per_s(0.2);
+  rig.command.grippers[0] = {.move = true, .opening_m = 0.010};
+  rig.run(1s);
+  EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kMoving);
+  EXPECT_NEAR(rig.sample.joints[0].position_rad - before_rad, 0.2, 0.06);
+  rig.command.joints[0] = JointCommand::velocity_rad_per_s(0.0);
+  const auto rest = rig.run_until([&] { return rig.sample.grippers[0].state == GripperState::kIdle; }, 15s);
+  EXPECT_LT(rest, 15s);
+  EXPECT_TRUE(rig.status.ok());
+  EXPECT_NEAR(rig.sample.grippers[0].opening_m, 0.010, 1e-5);
+  for (const std::size_t bar : {0U, 1U})
+    EXPECT_NEAR(rig.emulation.gripper(0).opening(bar), 0.005 / 0.0115 * kTravel_ticks, 2.0);
+
+  // It knows now where closed is, and goes straight to the next opening; beyond the end is the end.
+  rig.command.grippers[0].opening_m = 1.0;
+  rig.run(500ms);
+  EXPECT_GT(rig.emulation.gripper(0).opening(0), 0.005 / 0.0115 * kTravel_ticks);
+  rig.run_until([&] { return rig.sample.grippers[0].state == GripperState::kIdle; }, 10s);
+  EXPECT_NEAR(rig.sample.grippers[0].opening_m, kGripperTravel_m, 1e-5);
+  EXPECT_NEAR(rig.emulation.gripper(0).opening(1), kTravel_ticks, 2.0);
+}
+
+TEST(EthercatArm, DisablingStopsTheGripperWhereItIs) {
+  Rig rig(Kind::kArm);
+  rig.robot->activate();
+  rig.enable();
+  rig.command.grippers[0] = {.move = true, .opening_m = 0.0};
+  rig.run(300ms);
+  rig.command.enable = false;
+  rig.run(100ms);
+  const double there = rig.emulation.gripper(0).opening(0);
+  rig.run(1s);
+  EXPECT_EQ(rig.emulation.gripper(0).opening(0), there);
+  EXPECT_NE(rig.sample.grippers[0].state, GripperState::kMoving);
+}
+
+TEST(EthercatArm, AStopThatTheGripperDoesNotHearIsRepeated) {
+  for (const auto away : {1ms, 300ms}) {
+    Rig rig(Rig::options(Kind::kArm, Firmware::k148,
+                         {FaultEvent{.kind = FaultKind::kCableOut, .at = 4s, .duration = away, .slave = 5}}),
+            {.kind = Kind::kArm});
+    rig.robot->activate();
+    rig.enable();
+    rig.run_until([&] { return rig.emulation.wire().now() >= 3500ms; });
+    rig.command.grippers[0] = {.move = true, .opening_m = kGripperTravel_m};
+    rig.run_until([&] { return rig.emulation.wire().now() >= 3999ms; });
+    rig.command.enable = false;
+    rig.run_until([&] { return rig.sample.grippers[0].state != GripperState::kMoving; }, 5s);
+    EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kIdle);
+    const double there = rig.emulation.gripper(0).opening(0);
+    EXPECT_LT(there, kTravel_ticks - 1000) << "it went all the way";
+    rig.run(1s);
+    EXPECT_EQ(rig.emulation.gripper(0).opening(0), there);
+    EXPECT_EQ(rig.emulation.gripper(0).opening(1), rig.emulation.gripper(0).opening(1));
+  }
+}
+
+TEST(EthercatArm, AMissingGripperStopsNobody) {
+  sim::bus::YoubotBusOptions bus = Rig::options(Kind::kArm);
+  bus.gripper = false;
+  Rig rig(bus, {.kind = Kind::kArm});
+  rig.robot->activate();
+  rig.enable();
+  EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kAbsent);
+  rig.command.grippers[0] = {.move = true, .opening_m = 0.01};
+  rig.run(1s);
+  EXPECT_TRUE(rig.status.ok());
+  EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kAbsent);
+}
+
+TEST(EthercatArm, AnOpeningThatIsNotANumberIsRefused) {
+  Rig rig(Kind::kArm);
+  rig.robot->activate();
+  rig.enable();
+  rig.command.grippers[0] = {.move = true, .opening_m = std::numeric_limits<double>::quiet_NaN()};
+  EXPECT_EQ(rig.step().fault, Fault::kBadCommand);
+  EXPECT_FALSE(rig.sample.enabled);
+}
+
+// ---- windings ----
+
+TEST(EthercatArm, AHotWindingStopsTheRobotAndHasToCoolBeforeItIsEnabled) {
+  Rig rig(Kind::kArm);
+  rig.robot->activate();
+  rig.enable();
+  // The factory limit bears 4 A for ever; here 3 A into the end stop are too much after 5.6 s.
+  using namespace drivers::tmcl;
+  (void)rig.emulation.board(0).execute(set(drive_parameter("approve_protected_parameters"), 4711));
+  (void)rig.emulation.board(0).execute(set(drive_parameter("i2t_limit"), 50'000));
+  rig.command.joints[0] = JointCommand::torque_Nm(-3.0 * 0.0335 * 156);
+  const auto heated = rig.run_until([&] { return !rig.status.ok(); }, 60s);
+  EXPECT_EQ(rig.status.fault, Fault::kJointFault);
+  EXPECT_EQ(rig.status.detail, static_cast<std::uint32_t>(JointFault::kI2t));
+  EXPECT_EQ(rig.status.joint, 0);
+  EXPECT_NEAR(std::chrono::duration<double>(heated).count(), 50.0 / 9.0, 0.5);
+
+  rig.command.joints[0] = JointCommand::torque_Nm(0.0);
+  rig.command.enable = false;
+  rig.run(10ms);
+  rig.command.enable = true;
+  rig.run(2s);
+  EXPECT_FALSE(rig.sample.enabled) << "it cannot have cooled";
+  EXPECT_EQ(rig.sample.joints[0].fault, JointFault::kI2t) << "the sample says why";
+  const double winding_s = rig.emulation.board(0).parameters()[25] * 1e-3;
+  rig.run_until([&] { return rig.sample.enabled; },
+                std::chrono::milliseconds(static_cast<int>(1e3 * winding_s) + 5000));
+  EXPECT_TRUE(rig.sample.enabled) << describe(rig.status.fault);
+}
+
+// ---- parameters ----
+
+TEST(EthercatArm, ParametersAreWrittenAtTheStartAndAgainToADriveThatLostItsPower) {
+  constexpr std::uint8_t kAcceleration = 11;
+  sim::bus::YoubotBusOptions bus =
+      Rig::options(Kind::kBase, Firmware::k148,
+                   {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 3s, .duration = 200ms, .slave = 2}});
+  Rig rig(bus, {.kind = Kind::kBase,
+                .parameters = {{"wheel-2", "motor_acceleration", 4321},
+                               {"wheel-2", "velocity_pid1_p", 1234},
+                               {"wheel-4", "motor_acceleration", 5678}}});
+  const std::int32_t factory = rig.emulation.board(0).parameters()[kAcceleration];
+  rig.robot->activate();
+  EXPECT_EQ(rig.emulation.board(1).parameters()[kAcceleration], 4321);
+  EXPECT_EQ(rig.emulation.board(1).parameters()[140], 1234);
+  EXPECT_EQ(rig.emulation.board(3).parameters()[kAcceleration], 5678);
+  EXPECT_EQ(rig.emulation.board(0).parameters()[kAcceleration], factory);
+  rig.enable();
+
+  rig.run_until([&] { return rig.emulation.board(1).parameters()[kAcceleration] != 4321; }, 10s);
+  ASSERT_EQ(rig.emulation.board(1).parameters()[kAcceleration], factory) << "the power cycle took it";
+  rig.run_until([&] { return !rig.status.ok(); }, 1s);
+  ASSERT_EQ(rig.status.fault, Fault::kPartialBus);
+  rig.command.enable = false;
+  (void)rig.step();
+  const auto recovered = rig.run_until([&] { return rig.status.ok(); }, 5s);
+  EXPECT_LT(recovered, 2s + 200ms);
+  rig.enable();
+  EXPECT_EQ(rig.emulation.board(1).parameters()[kAcceleration], 4321);
+  EXPECT_EQ(rig.emulation.board(1).parameters()[140], 1234);
+}
+
+TEST(EthercatArm, AParameterThatCannotBeIsRefusedBeforeAnythingMoves) {
+  const VirtualClock clock;
+  const auto refused = [&clock](const char* name, std::int32_t value) -> std::string {
+    try {
+      (void)make_ethercat_robot("nowhere", {.parameters = {{"wheel-1", name, value}}}, clock, 1ms);
+      return "taken";
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+  };
+  EXPECT_NE(refused("motor_aceleration", 1).find("'motor_aceleration' of wheel-1 is none"),
+            std::string::npos);
+  EXPECT_NE(refused("actual_speed", 1).find("can only be read"), std::string::npos);
+  EXPECT_NE(refused("maximum_motor_current", 1).find("protected"), std::string::npos);
+  EXPECT_NE(refused("motor_acceleration", -1).find("must be 0 to 100000, not -1"), std::string::npos);
+  EXPECT_NE(refused("clear_i2t_exceeded_flag", 1).find("is an action"), std::string::npos);
+  EXPECT_EQ(refused("motor_acceleration", 1000), "taken");
+  EXPECT_THROW(
+      (void)make_ethercat_robot(
+          "nowhere", {.kind = Kind::kBase, .parameters = {{"arm-1", "motor_acceleration", 1}}}, clock, 1ms),
+      std::invalid_argument);
+}
+
+TEST(EthercatArm, NoneOfThisAllocatesInTheCycle) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns the allocator";
+  sim::bus::YoubotBusOptions bus =
+      Rig::options(Kind::kArm, Firmware::k148,
+                   {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 40s, .duration = 200ms, .slave = 5}});
+  Rig rig(bus,
+          {.kind = Kind::kArm, .home_arms = true, .parameters = {{"arm-5", "motor_acceleration", 4321}}});
+  rig.robot->activate();
+  const support::NoAllocGuard guard;
+  rig.command.enable = true;
+  rig.command.grippers[0] = {.move = true, .opening_m = 0.01};
+  rig.run(41s);
+  rig.command.enable = false;
+  rig.run(2s);
+  rig.command.enable = true;
+  rig.run(15s);
+  EXPECT_EQ(guard.violations(), 0);
+  EXPECT_TRUE(rig.sample.enabled) << describe(rig.status.fault);
+}
+
+}  // namespace
+}  // namespace hal

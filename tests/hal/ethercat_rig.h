@@ -1,0 +1,82 @@
+/// @file
+/// What tests of the EtherCAT robot stand on.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+#include <vector>
+
+#include "hal/clock.h"
+#include "hal/ethercat_robot.h"
+#include "sim/bus/bus_link.h"
+#include "sim/bus/youbot_bus.h"
+
+namespace hal::test {
+
+using namespace std::chrono_literals;
+using drivers::tmcl::Firmware;
+using sim::bus::FaultEvent;
+
+/// The robot and its emulated boards in one process, a millisecond a step.
+struct EthercatRig {
+  explicit EthercatRig(EthercatOptions::Kind kind = EthercatOptions::Kind::kBase,
+                       Firmware firmware = Firmware::k148, std::vector<FaultEvent> faults = {})
+      : EthercatRig(options(kind, firmware, std::move(faults)), {.kind = kind}) {}
+
+  EthercatRig(const sim::bus::YoubotBusOptions& bus, const EthercatOptions& ethercat)
+      : emulation(bus),
+        robot(make_ethercat_robot(
+            [this]() -> std::unique_ptr<drivers::ethercat::Link> {
+              return std::make_unique<sim::bus::BusLink>(emulation.wire(), &emulation);
+            },
+            ethercat, clock, 1ms)) {}
+
+  static sim::bus::YoubotBusOptions options(EthercatOptions::Kind kind, Firmware firmware = Firmware::k148,
+                                            std::vector<FaultEvent> faults = {}) {
+    sim::bus::YoubotBusOptions options;
+    options.robot = kind == EthercatOptions::Kind::kBase         ? sim::bus::RobotKind::kBase
+                    : kind == EthercatOptions::Kind::kArm        ? sim::bus::RobotKind::kArm
+                    : kind == EthercatOptions::Kind::kBaseAndArm ? sim::bus::RobotKind::kBaseAndArm
+                                                                 : sim::bus::RobotKind::kTwoArms;
+    options.board.firmware = firmware;
+    options.base.on_ground = false;
+    options.wire.faults = std::move(faults);
+    return options;
+  }
+
+  CycleStatus step() {
+    clock.sleep_until(clock.now() + 1ms);
+    const std::chrono::nanoseconds due = emulation.wire().now() + 1ms;
+    status = robot->exchange(command, sample);
+    if (due > emulation.wire().now()) emulation.advance(due - emulation.wire().now());
+    return status;
+  }
+  void run(std::chrono::milliseconds duration) {
+    for (auto left = duration; left > 0ms; left -= 1ms) (void)step();
+  }
+  /// Cycles until `condition`, at most `limit`; how long it took.
+  template <typename Condition>
+  std::chrono::milliseconds run_until(Condition&& condition, std::chrono::milliseconds limit = 20s) {
+    std::chrono::milliseconds passed{0};
+    for (; passed < limit && !condition(); passed += 1ms) (void)step();
+    return passed;
+  }
+  void enable() {
+    command.enable = true;
+    run_until([this] { return sample.enabled; });
+    ASSERT_TRUE(sample.enabled) << describe(status.fault);
+  }
+  void command_all_velocity(double velocity_rad_per_s) {
+    for (JointCommand& joint : command.joints) joint = JointCommand::velocity_rad_per_s(velocity_rad_per_s);
+  }
+
+  VirtualClock clock;
+  sim::bus::YoubotBus emulation;
+  std::unique_ptr<Robot> robot;
+  RobotCommand command;
+  RobotSample sample;
+  CycleStatus status;
+};
+
+}  // namespace hal::test
