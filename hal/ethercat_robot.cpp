@@ -120,7 +120,7 @@ void EthercatRobot::activate() {
   deactivate();
   try {
     link_ = open_link_();
-    ethercat::PreOpBus setup(*link_, options_.tap, {});
+    ethercat::PreOpBus setup(*link_, options_.tap, {.distributed_clocks = options_.distributed_clocks});
     const tmcl::YoubotKind kind = kind_of(options_.kind);
     check_topology(setup.slaves(), tmcl::youbot_topology(kind), link_->name());
     setup.enter_pre_op();

@@ -27,6 +27,8 @@ struct EthercatOptions {
   bool unsigned_current = false;
   /// Cycles without an answer, or with slaves missing, that are bridged with the last sample.
   int tolerated_cycles = 10;
+  /// Let the slaves' clocks follow one reference. The youBot's boards are said not to bear it.
+  bool distributed_clocks = false;
   /// Arm joints that do not know their zero find it at their end stops when the robot is enabled: the arm
   /// MOVES, all joints at once. Fold it by hand first.
   bool home_arms = false;

@@ -117,6 +117,7 @@ void read_ethercat(TomlTable& table, hal::EthercatOptions& ethercat) {
                 {"base+two-arms", Kind::kBaseAndTwoArms}});
   table.boolean("busy_wait", ethercat.busy_wait);
   table.boolean("unsigned_current", ethercat.unsigned_current);
+  table.boolean("distributed_clocks", ethercat.distributed_clocks);
   table.boolean("home_arms", ethercat.home_arms);
   for (TomlTable& entry : table.tables("parameter")) {
     hal::EthercatOptions::Parameter parameter;

@@ -5,7 +5,7 @@
 
 #include "apps/common/open_robot.h"
 #include "apps/youbotd/cycle.h"
-#include "apps/youbotd/real_time.h"
+#include "apps/common/real_time.h"
 #include "control/base_path.h"
 
 namespace youbotd {

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "apps/youbotd/cycle.h"
-#include "apps/youbotd/real_time.h"
+#include "apps/common/real_time.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 
