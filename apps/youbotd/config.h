@@ -4,15 +4,15 @@
 #include <filesystem>
 
 #include "apps/common/open_robot.h"
-#include "apps/youbotd/cycle.h"
 #include "apps/common/real_time.h"
+#include "apps/youbotd/cycle.h"
 #include "control/base_path.h"
 
 namespace youbotd {
 
 struct Config {
   apps::RobotOptions robot;
-  RealTimeConfig real_time;
+  apps::RealTimeConfig real_time;
   Cycle::Config cycle;
   control::BasePath::Plan path;
 };

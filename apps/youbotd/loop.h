@@ -4,8 +4,8 @@
 #include <chrono>
 #include <cstdint>
 
-#include "apps/youbotd/cycle.h"
 #include "apps/common/real_time.h"
+#include "apps/youbotd/cycle.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 
@@ -18,7 +18,7 @@ struct LoopStatistics {
   std::chrono::nanoseconds wall_time{};
   drivers::LatencyHistogram wake_up;  ///< after the deadline; all zero in virtual time
   drivers::LatencyHistogram step;     ///< always on the machine's clock
-  Disturbances disturbances;          ///< of the loop after its first tenth of a second
+  apps::Disturbances disturbances;    ///< of the loop after its first tenth of a second
 };
 
 /// Steps `cycle` every `period` of `clock` until it has finished. A late cycle keeps the phase: the deadlines
@@ -32,7 +32,7 @@ void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle,
   const std::chrono::nanoseconds wall_begin = stopwatch.now();
   const std::chrono::nanoseconds begin = clock.now();
   std::chrono::nanoseconds deadline = begin;
-  Disturbances warm;
+  apps::Disturbances warm;
   bool warmed_up = false;
 
   while (!cycle.finished()) {
@@ -42,7 +42,7 @@ void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle,
     const std::chrono::nanoseconds step_begin = stopwatch.now();
     if (!warmed_up && woke - begin >= kWarmUp) {
       warmed_up = true;
-      warm = Disturbances::of_this_thread();
+      warm = apps::Disturbances::of_this_thread();
     }
 
     if (stop_requested(woke - begin)) cycle.request_stop();
@@ -59,7 +59,7 @@ void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle,
     statistics.overruns += static_cast<std::uint64_t>(missed);
     deadline += missed * period;
   }
-  if (warmed_up) statistics.disturbances = Disturbances::of_this_thread().since(warm);
+  if (warmed_up) statistics.disturbances = apps::Disturbances::of_this_thread().since(warm);
   statistics.robot_time = clock.now() - begin;
   statistics.wall_time = stopwatch.now() - wall_begin;
 }

@@ -53,7 +53,7 @@ std::string report(const Summary& summary) {
                       quantiles(loop.step));
   text += summary.virtual_time ? "wake-up      not measured in virtual time\n"
                                : fmt::format("wake-up      {}\n", quantiles(loop.wake_up));
-  const Disturbances& events = loop.disturbances;
+  const apps::Disturbances& events = loop.disturbances;
   text += fmt::format("memory, CPU  {} page faults (major {}), {} involuntary context switches\n",
                       events.minor_faults + events.major_faults, events.major_faults,
                       events.involuntary_switches);

@@ -78,7 +78,7 @@ class Activation {
   hal::Robot& robot_;
 };
 
-void require_real_time(RealTimeThread& thread, const Config& config, const SessionOptions& options,
+void require_real_time(apps::RealTimeThread& thread, const Config& config, const SessionOptions& options,
                        Summary& summary) {
   summary.not_real_time = thread.enter(config.real_time);
   if (summary.not_real_time.empty() || options.allow_non_real_time) return;
@@ -112,7 +112,7 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
   const std::unique_ptr<BaseRecording> recording = make_recording(config, options);
   {
     const Activation activation(*opened.robot);
-    RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
+    apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time) require_real_time(real_time, config, options, summary);
     run_loop(
         *clock, config.cycle.period, cycle,
