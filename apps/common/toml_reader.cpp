@@ -115,7 +115,7 @@ std::optional<std::size_t> stray_non_ascii(std::string_view text) {
     if (text[i] == '\n') ++line;
     if (closing.empty()) {
       if (static_cast<unsigned char>(text[i]) >= 0x80) return line;
-      for (const std::string_view quote : {"\"\"\"", "'''", "\"", "'"}) {
+      for (const std::string_view quote : {R"(""")", "'''", R"(")", "'"}) {
         if (!rest.starts_with(quote)) continue;
         closing = quote;
         escapes = quote[0] == '"';
