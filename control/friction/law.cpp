@@ -1,0 +1,17 @@
+#include "control/friction/law.h"
+
+#include <sstream>
+#include <stdexcept>
+
+namespace control::friction {
+
+void require_within(std::string_view law, std::string_view parameter, double value, double lower,
+                    double upper) {
+  if (value >= lower && value <= upper) return;
+  std::ostringstream message;
+  message << "friction law " << law << ": " << parameter << " = " << value << ", expected " << lower << " to "
+          << upper;
+  throw std::invalid_argument(message.str());
+}
+
+}  // namespace control::friction
