@@ -8,6 +8,8 @@
 #include "apps/common/stop_on_signals.h"
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/diagnose.h"
+#include "apps/youbot_bench/experiments_cli.h"
+#include "apps/youbot_bench/identify.h"
 #include "apps/youbot_bench/scan.h"
 #include "drivers/ethercat/raw_socket_link.h"
 
@@ -26,7 +28,7 @@ drivers::ethercat::RawSocketLink open_link(const std::string& robot) {
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
   CLI::App app("Looks at a youBot's bus and measures its drives.", "youbot-bench");
-  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 diagnose found a fault.");
+  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 a fault.");
   app.require_subcommand(1);
 
   youbot_bench::CurveOptions curve;
@@ -53,7 +55,25 @@ int main(int argc, char** argv) {
                                "pcapng file for the last second of frames, for Wireshark");
   diagnose_command->add_flag("--quiet", diagnose.quiet, "no progress");
 
+  youbot_bench::ExperimentCommands experiments(app);
+
+  youbot_bench::IdentifyOptions identify;
+  CLI::App* const identify_command = app.add_subcommand(
+      "identify", "fit a drive model to recordings; says so where they do not determine a parameter");
+  identify_command->add_option("--map", identify.maps, "steady-state maps of one rig, one row per speed");
+  identify_command->add_option("--moving", identify.moving,
+                               "recording with changing velocity: inertia, friction");
+  identify_command->add_option(
+      "--presliding", identify.presliding,
+      "recording below break-away: stiffness and damping; with --map and the inertia");
+  identify_command->add_option("--law", identify.law,
+                               "auto, or a friction law such as kfm, with +offset, +asymmetry, +quadratic");
+  identify_command->add_option("--inertia", identify.inertia_kg_m2, "kg·m², joint side, when it is known");
+  identify_command->add_option("--out", identify.out, "directory for model.toml")->required();
+
   return apps::run_app(app, argc, argv, [&] {
+    if (*identify_command) youbot_bench::identify(identify);
+    if (experiments.chosen()) return experiments.run();
     if (*curve_command) youbot_bench::print_curve(curve);
     if (*scan_command || *parameters_command) {
       drivers::ethercat::RawSocketLink link = open_link(robot);

@@ -1,0 +1,44 @@
+/// @file
+/// Reads a recording (README, "Recording format") and believes nothing about it.
+///
+///     const apps::ReadRecording read = apps::read_recording("wheel-1.csv");
+///     for (const std::string& warning : read.warnings) ...
+///     fit(read.recording);
+///
+/// Refused, each with file, line and what to do, all of a file together: columns with a unit other than the
+/// contract's (position_deg), without time_s, named twice or not at all; rows of the wrong width, decimal
+/// commas, what is not a finite number; time that repeats or runs backward; files without rows or header.
+/// Taken: columns in any order, other columns (kept, with a warning), CRLF, a byte order mark, blanks round
+/// numbers. A last line without its end was torn by a crash or a full disk, and its last number may lack
+/// digits: it is left out, with a warning.
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/common/toml_reader.h"
+#include "sim/recording.h"
+
+namespace apps {
+
+/// The recording cannot be used. problems(): each "file:line: message", in the order of the lines, the first
+/// kMaxProblems and then how many more there are.
+class RecordingError : public ConfigError {
+ public:
+  static constexpr std::size_t kMaxProblems = 10;
+  using ConfigError::ConfigError;
+};
+
+struct ReadRecording {
+  sim::Recording recording;
+  std::vector<std::string> warnings;  ///< as problems()
+};
+
+/// @throws RecordingError, also when the file cannot be read.
+ReadRecording read_recording(const std::filesystem::path& path);
+/// The same for a text in memory; `name` stands for the file in messages.
+ReadRecording parse_recording(std::string_view text, const std::string& name);
+
+}  // namespace apps

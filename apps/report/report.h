@@ -1,0 +1,96 @@
+/// @file
+/// One page for people: a self-contained HTML file with text, tables and plots to zoom into.
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace report {
+
+enum class Style { kLine, kDashed, kPoints, kLineAndPoints };
+
+/// One name in the legend. The points are joined in their order, so x may go forth and back (a loop); a
+/// value that is not finite is a gap. Where y is empty, lower and upper alone are drawn, as an area.
+struct Series {
+  std::string name;
+  std::vector<double> x;
+  std::vector<double> y;
+  Style style = Style::kLine;
+  /// Both or neither: a band along a line, error bars on points.
+  std::vector<double> lower{};
+  std::vector<double> upper{};
+};
+
+struct Axis {
+  std::string label;
+  std::string unit{};            ///< as read, "rad/s"; empty without one
+  bool log = false;              ///< values that are not positive are left out
+  std::optional<double> from{};  ///< as the data need it when not given
+  std::optional<double> to{};
+};
+
+struct Plot {
+  std::string title;
+  Axis x;
+  Axis y;
+  std::vector<Series> series;
+  std::string note{};  ///< what to see in it, one or two sentences
+};
+
+struct Column {
+  std::string name;
+  std::string unit{};
+  /// When not given: none if all numbers of the column are whole, else four significant digits.
+  std::optional<int> decimals{};
+};
+/// Numbers are right-aligned; one that is not finite is shown as a dash.
+using Cell = std::variant<std::string, double>;
+using Row = std::vector<Cell>;
+
+/// Written from top to bottom:
+///
+///     report::Page page("Friction of wheel-1");
+///     page.text("Steady-state torque in both directions.");
+///     page.table({{"parameter"}, {"value"}, {"unit"}}, {{"viscous", 0.0125, "N·m·s/rad"}});
+///     page.plot({.title = "Friction curve",
+///                .x = {"velocity", "rad/s"},
+///                .y = {"torque", "N·m"},
+///                .series = {{"measured", velocity, torque, report::Style::kPoints},
+///                           {.name = "fitted", .x = v, .y = t, .lower = low, .upper = high}}});
+///     page.write("report.html");
+///
+/// Everything given is text, not HTML. The file loads nothing from elsewhere and follows the reader's
+/// light or dark setting. Numbers are stored with nine digits; a series of more than a few thousand
+/// points is thinned out to what a screen can show, and the page says so.
+class Page {
+ public:
+  explicit Page(std::string title) : title_(std::move(title)) {}
+
+  void heading(std::string_view text);
+  /// A paragraph. An empty line in it begins the next one.
+  void text(std::string_view text);
+
+  /// @throws std::invalid_argument if a row is not as wide as the columns.
+  void table(const std::vector<Column>& columns, const std::vector<Row>& rows, std::string_view caption = {});
+
+  /// @throws std::invalid_argument naming plot and series if their lengths differ, there is nothing to draw
+  ///         with, or an axis ends before it begins.
+  void plot(const Plot& plot) { plots({plot}); }
+  /// Side by side where the window is wide enough.
+  void plots(const std::vector<Plot>& plots);
+
+  /// Setup: writes the page; an older one of that name is replaced only by a whole new one.
+  /// @throws hal::SetupError naming path and cause.
+  void write(const std::filesystem::path& path) const;
+  std::string html() const;
+
+ private:
+  std::string title_;
+  std::string body_;
+};
+
+}  // namespace report

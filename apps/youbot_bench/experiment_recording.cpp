@@ -1,0 +1,249 @@
+#include "apps/youbot_bench/experiment_recording.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <system_error>
+
+#include "apps/common/build_info.h"
+#include "hal/setup_error.h"
+
+namespace youbot_bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Column = apps::RecordingFile::Column;
+using Comment = apps::RecordingFile::Comment;
+
+/// 8 s at 1 kHz: longer than a disk stalls.
+constexpr std::size_t kRingCapacity = 8192;
+/// Times are recorded to a microsecond.
+constexpr double kTimeGrain_s = 0.6e-6;
+
+std::string shortest(double value) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%g", value);
+  return text.data();
+}
+
+/// The numbers of a line of data. False for a line that holds something else, or another number of them.
+bool parse_row(const std::string& line, std::vector<double>& row) {
+  const char* at = line.data();
+  const char* const end = at + line.size();
+  for (double& value : row) {
+    const auto [next, error] = std::from_chars(at, end, value);
+    if (error != std::errc()) return false;
+    const bool last = &value == &row.back();
+    if (last != (next == end) || (!last && *next != ',')) return false;
+    at = next + 1;
+  }
+  return true;
+}
+
+std::string header_of(const std::vector<Column>& columns) {
+  std::string header;
+  for (const Column& column : columns) header += (header.empty() ? "" : ",") + column.name;
+  return header;
+}
+
+/// Calls `take` for each row of the recording at `path`.
+/// @throws std::invalid_argument when it cannot be read or has other columns.
+template <typename Take>
+void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take take) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw std::invalid_argument("--resume: " + path.string() + " cannot be read");
+  std::string line;
+  while (std::getline(file, line) && line.starts_with('#')) {
+  }
+  if (line != header_of(columns))
+    throw std::invalid_argument("--resume: " + path.string() + " has the columns '" + line +
+                                "', not those of this experiment");
+  std::vector<double> row(columns.size());
+  while (std::getline(file, line))
+    if (parse_row(line, row)) take(std::span<const double>(row));
+}
+
+void make_directory(const fs::path& path) {
+  std::error_code error;
+  fs::create_directories(path, error);
+  if (error) throw hal::SetupError(path.string(), "make this directory", error.message());
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file)
+    throw hal::SetupError(path.string(), "write the configuration", "make room or choose another DIR");
+}
+
+bool has_files(const fs::path& directory) {
+  std::error_code unknown;
+  return fs::exists(directory, unknown) && !fs::is_empty(directory, unknown);
+}
+
+}  // namespace
+
+bool ExperimentRecording::holds_recording(const Description& description) {
+  return has_files(description.directory / description.experiment) ||
+         (!description.result_columns.empty() && has_files(description.directory / description.result));
+}
+
+ExperimentRecording::ExperimentRecording(const Description& description, bool resume)
+    : resume_(resume), finished_(resume ? -1 : 0), result_values_(description.result_columns.size()) {
+  const fs::path rows_directory = description.directory / description.experiment;
+  const fs::path result_directory = description.directory / description.result;
+  if (!resume && holds_recording(description))
+    throw std::invalid_argument(
+        "--out: " + rows_directory.string() +
+        " holds a recording already; name another directory, or go on with --resume " +
+        description.directory.string());
+  if (!resume_) {
+    make_directory(rows_directory);
+    if (result_values_ > 0) make_directory(result_directory);
+    write_text(rows_directory / "experiment.toml", description.configuration);
+  }
+
+  const std::vector<Column> progress_columns{{"time_s", 6}, {"measurement", 0}};
+  std::vector<Column> result_columns{{"time_s", 6}};
+  for (const std::string& name : description.result_columns) result_columns.push_back({name, 9});
+  if (resume_) {
+    count_finished(rows_directory / "progress", progress_columns);
+    // A power cut may have kept the line that was written last and not what came before it.
+    for (const std::string& joint : description.joints)
+      if (result_values_ > 0) count_finished(result_directory / (joint + ".csv"), result_columns);
+  }
+  const auto finished = [this](std::span<const double>, int number) { return number < finished_; };
+
+  const std::vector<Comment> common{{"sample_rate_Hz", shortest(description.rate_Hz)},
+                                    {"software", apps::build_version()}};
+  const auto comments = [&common](const std::string& rig, const std::string& experiment) {
+    std::vector<Comment> result{{"rig", rig}, {"experiment", experiment}};
+    result.insert(result.end(), common.begin(), common.end());
+    return result;
+  };
+  const std::vector<Column> columns = choose_columns(description.commands);
+  for (const std::string& joint : description.joints) {
+    rows_.push_back(open(
+        rows_directory / (joint + ".csv"), comments(joint, description.experiment), columns,
+        [this](std::span<const double> row, int) { return row[0] <= finished_until_s_ + kTimeGrain_s; }));
+    if (result_values_ > 0) {
+      std::vector<Comment> result_comments{
+          {"rig", joint}, {"experiment", description.result}, {"software", apps::build_version()}};
+      results_.push_back(
+          open(result_directory / (joint + ".csv"), result_comments, result_columns, finished));
+    }
+  }
+  progress_ =
+      open(rows_directory / "progress", {{"experiment", description.experiment}}, progress_columns, finished);
+  line_.resize(1 + std::max(row_values_.size(), result_values_));
+  recorder_.emplace(
+      kRingCapacity, [this](const ExperimentRecord& record) { write(record); },
+      [this, also = description.about_every_100_ms] {
+        if (!failed()) flush_all(rows_);
+        also();
+      });
+}
+
+std::vector<Column> ExperimentRecording::choose_columns(const sim::experiments::RecordedCommands& commands) {
+  std::vector<Column> columns{{"time_s", 6}};
+  const auto add = [&](const char* name, int decimals, ExperimentRecord::Value value) {
+    columns.push_back({name, decimals});
+    row_values_.push_back(value);
+  };
+  if (commands.torque) add("torque_command_Nm", 6, ExperimentRecord::kTorqueCommand);
+  add("torque_measured_Nm", 6, ExperimentRecord::kTorqueMeasured);
+  add("position_rad", 7, ExperimentRecord::kPosition);
+  add("velocity_rad_per_s", 6, ExperimentRecord::kVelocity);
+  if (commands.velocity) add("velocity_command_rad_per_s", 6, ExperimentRecord::kVelocityCommand);
+  if (commands.position) add("position_command_rad", 7, ExperimentRecord::kPositionCommand);
+  return columns;
+}
+
+void ExperimentRecording::count_finished(const fs::path& path, const std::vector<Column>& columns) {
+  std::vector<double> times_s;
+  for_each_row(path, columns, [&times_s](std::span<const double> row) { times_s.push_back(row[0]); });
+  const int count = static_cast<int>(times_s.size());
+  if (finished_ >= 0 && count >= finished_) return;
+  finished_ = count;
+  finished_until_s_ = times_s.empty() ? -1.0 : times_s.back();
+}
+
+ExperimentRecording::File ExperimentRecording::open(
+    const fs::path& path, const std::vector<Comment>& comments, const std::vector<Column>& columns,
+    const std::function<bool(std::span<const double>, int)>& keep) {
+  if (!resume_) return std::make_unique<apps::RecordingFile>(path, comments, columns);
+  const fs::path fresh = path.string() + ".resumed";
+  auto file = std::make_unique<apps::RecordingFile>(fresh, comments, columns);
+  int number = 0;
+  for_each_row(path, columns, [&](std::span<const double> row) {
+    if (keep(row, number++)) file->append_row(row);
+  });
+  file->flush();
+  std::error_code error;
+  if (file->error().empty()) fs::rename(fresh, path, error);
+  if (!file->error().empty() || error)
+    throw hal::SetupError(path.string(), "take over the earlier recording",
+                          error ? error.message() : file->error());
+  return file;
+}
+
+void ExperimentRecording::write(const ExperimentRecord& record) {
+  if (failed()) return;
+  line_[0] = record.time_s;
+  if (record.kind == ExperimentRecord::Kind::kRow) {
+    for (std::size_t joint = 0; joint < rows_.size(); ++joint) {
+      for (std::size_t i = 0; i < row_values_.size(); ++i)
+        line_[i + 1] = record.values[joint][row_values_[i]];
+      rows_[joint]->append_row(std::span(line_).first(1 + row_values_.size()));
+      if (rows_[joint]->rows_lost() > 0) failed_.store(true, std::memory_order_relaxed);
+    }
+    return;
+  }
+  if (!flush_all(rows_)) return;
+  for (std::size_t joint = 0; joint < results_.size(); ++joint) {
+    std::copy_n(record.values[joint].begin(), result_values_, line_.begin() + 1);
+    results_[joint]->append_row(std::span(line_).first(1 + result_values_));
+  }
+  if (!flush_all(results_)) return;
+  progress_->append_row(std::array{record.time_s, static_cast<double>(record.measurement)});
+  progress_->flush();
+  if (!progress_->error().empty()) failed_.store(true, std::memory_order_relaxed);
+}
+
+bool ExperimentRecording::flush_all(std::vector<File>& files) {
+  for (const File& file : files) file->flush();
+  if (std::any_of(files.begin(), files.end(), [](const File& file) { return !file->error().empty(); }))
+    failed_.store(true, std::memory_order_relaxed);
+  return !failed();
+}
+
+void ExperimentRecording::close() noexcept {
+  recorder_->stop();
+  for (const File& file : rows_) file->close();
+  for (const File& file : results_) file->close();
+  progress_->close();
+}
+
+std::vector<std::string> ExperimentRecording::problems() const {
+  std::vector<std::string> problems;
+  for (const auto* files : {&rows_, &results_})
+    for (const File& file : *files)
+      if (!file->error().empty()) problems.push_back(file->error());
+  if (!progress_->error().empty()) problems.push_back(progress_->error());
+  if (const auto dropped = recorder_->statistics().dropped; dropped > 0)
+    problems.push_back("the disk was too slow: " + std::to_string(dropped) + " records lost");
+  if (const std::string failure = recorder_->first_sink_failure(); !failure.empty())
+    problems.push_back(failure);
+  return problems;
+}
+
+std::uint64_t ExperimentRecording::rows_on_disk() const noexcept {
+  std::uint64_t least = rows_.front()->rows_written();
+  for (const File& file : rows_) least = std::min(least, file->rows_written());
+  return least;
+}
+
+}  // namespace youbot_bench

@@ -1,0 +1,110 @@
+/// @file
+/// An experiment on disk: what every joint did, what every measurement gave, and where to go on.
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "apps/common/recorder.h"
+#include "apps/common/recording_file.h"
+#include "hal/joint.h"
+#include "sim/experiments/joint_experiment.h"
+
+namespace youbot_bench {
+
+/// What leaves the cycle: a row of every joint, or the results of a measurement that all joints have
+/// finished. Joints in the order in which they were chosen.
+struct ExperimentRecord {
+  enum class Kind : std::uint8_t { kRow, kResult };
+  /// In a row, `values` are these; in a result, those of JointExperiment::write_result().
+  enum Value : std::uint8_t {
+    kTorqueMeasured,
+    kPosition,
+    kVelocity,
+    kTorqueCommand,
+    kVelocityCommand,
+    kPositionCommand,
+  };
+  Kind kind = Kind::kRow;
+  int measurement = 0;
+  double time_s = 0.0;
+  std::array<std::array<double, sim::experiments::kMaxResults>, hal::kMaxJoints> values{};
+};
+
+/// `DIR/EXPERIMENT/JOINT.csv` (rows), `DIR/RESULT/JOINT.csv` (results, when the experiment has some),
+/// `DIR/EXPERIMENT/progress` (a line for each finished measurement) and `DIR/EXPERIMENT/experiment.toml`.
+///
+/// A measurement counts once its line is in `progress`, which is written after its rows and results have been
+/// handed to the operating system. Resuming keeps what counts and leaves out the rest, so that the files read
+/// as if nothing had come between. Files are replaced by renaming: a crash while resuming loses nothing.
+class ExperimentRecording {
+ public:
+  struct Description {
+    std::filesystem::path directory;  ///< DIR
+    std::string experiment;
+    std::string result;  ///< as "steady-state-map"
+    std::vector<std::string> joints{};
+    sim::experiments::RecordedCommands commands{};
+    std::vector<std::string> result_columns{};
+    double rate_Hz = 1000.0;
+    std::string configuration{};                       ///< TOML text
+    std::function<void()> about_every_100_ms = [] {};  ///< on the writer's thread
+  };
+  /// Recording there anew would replace or join something.
+  static bool holds_recording(const Description& description);
+
+  /// Setup: new, or going on with what is there. @throws hal::SetupError naming path and cause;
+  /// std::invalid_argument when there is a recording already, or, to resume, none or one that does not fit.
+  ExperimentRecording(const Description& description, bool resume);
+
+  int finished_measurements() const noexcept { return finished_; }  ///< in what is resumed
+  double finished_until_s() const noexcept { return finished_until_s_; }
+
+  /// Cycle: wait-free. False when the record was lost.
+  bool add(const ExperimentRecord& record) noexcept { return recorder_->push(record); }
+  /// Not for a real-time cycle.
+  void wait_for_room() const noexcept { recorder_->wait_for_room(); }
+  /// Cycle: the disk refused something. Nothing is written from then on.
+  bool failed() const noexcept { return failed_.load(std::memory_order_relaxed); }
+
+  /// Writes out what is pending and closes the files.
+  void close() noexcept;
+  /// What went wrong, in words; empty when everything is on disk. After close().
+  std::vector<std::string> problems() const;
+  /// Finished measurements on disk, those resumed included. After close().
+  int measurements_on_disk() const noexcept { return static_cast<int>(progress_->rows_written()); }
+  std::uint64_t rows_on_disk() const noexcept;  ///< of the joint that has fewest. After close().
+
+ private:
+  using File = std::unique_ptr<apps::RecordingFile>;
+  File open(const std::filesystem::path& path, const std::vector<apps::RecordingFile::Comment>& comments,
+            const std::vector<apps::RecordingFile::Column>& columns,
+            const std::function<bool(std::span<const double>, int)>& keep);
+  std::vector<apps::RecordingFile::Column> choose_columns(const sim::experiments::RecordedCommands& commands);
+  /// No more measurements count than `path` has rows.
+  void count_finished(const std::filesystem::path& path,
+                      const std::vector<apps::RecordingFile::Column>& columns);
+  void write(const ExperimentRecord& record);
+  bool flush_all(std::vector<File>& files);
+
+  bool resume_;
+  int finished_;  // -1: not known yet
+  double finished_until_s_ = -1.0;
+  std::vector<ExperimentRecord::Value> row_values_;  // of the columns after time_s
+  std::size_t result_values_ = 0;
+  std::vector<File> rows_;     // by joint
+  std::vector<File> results_;  // by joint, or none
+  File progress_;
+  std::atomic<bool> failed_{false};
+  std::vector<double> line_;                                  // the writer's
+  std::optional<apps::Recorder<ExperimentRecord>> recorder_;  // last: its thread uses the files
+};
+
+}  // namespace youbot_bench

@@ -1,0 +1,198 @@
+#include "apps/youbot_bench/experiment_runner.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "apps/youbot_bench/experiment_cycle.h"
+#include "apps/youbot_bench/experiment_recording.h"
+#include "apps/youbot_bench/progress.h"
+#include "hal/setup_error.h"
+
+namespace youbot_bench {
+namespace {
+
+using std::chrono::nanoseconds;
+
+double seconds(nanoseconds time) noexcept { return std::chrono::duration<double>(time).count(); }
+
+/// Switches the robot off however the experiment ends.
+class Activation {
+ public:
+  explicit Activation(hal::Robot& robot) : robot_(robot) { robot_.activate(); }
+  Activation(const Activation&) = delete;
+  Activation& operator=(const Activation&) = delete;
+  ~Activation() { robot_.deactivate(); }
+
+ private:
+  hal::Robot& robot_;
+};
+
+std::vector<std::size_t> choose_joints(const std::vector<std::string>& names, const hal::Robot& robot) {
+  const auto all = robot.joints();
+  std::vector<std::size_t> chosen;
+  std::string known;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    known += (known.empty() ? "" : ", ") + all[i].name;
+    if (names.empty() ? all[i].name.starts_with("wheel") : std::ranges::count(names, all[i].name) > 0)
+      chosen.push_back(i);
+  }
+  for (const std::string& name : names)
+    if (std::ranges::count(all, name, &hal::JointInfo::name) == 0)
+      throw std::invalid_argument("--joint: there is no '" + name + "' on this robot, but " + known);
+  if (chosen.empty()) throw std::invalid_argument("--joint: this robot has no wheels; name one of " + known);
+  return chosen;
+}
+
+/// Robot time of the measurements from each one on; a joint that takes longer holds up the others.
+std::vector<double> time_left_from(const std::vector<ExperimentCycle::Joint>& joints) {
+  const int count = joints.front().experiment->measurement_count();
+  std::vector<double> left(static_cast<std::size_t>(count) + 1, 0.0);
+  for (int i = count - 1; i >= 0; --i) {
+    double longest_s = 0.0;
+    for (const auto& joint : joints) longest_s = std::max(longest_s, joint.experiment->duration_s(i));
+    left[static_cast<std::size_t>(i)] = left[static_cast<std::size_t>(i) + 1] + longest_s;
+  }
+  return left;
+}
+
+void require_real_time(apps::RealTimeThread& thread, const ExperimentOptions& options,
+                       ExperimentOutcome& outcome) {
+  outcome.not_real_time = thread.enter(options.real_time);
+  if (outcome.not_real_time.empty() || options.allow_non_real_time) return;
+  std::string all;
+  for (const std::string& problem : outcome.not_real_time) all += "\n  " + problem;
+  throw hal::SetupError("youbot-bench", "become real-time",
+                        "or run with --allow-non-rt on a robot that cannot move anybody:" + all);
+}
+
+/// The last frames on the bus, beside the recording, under a name that no earlier fault has.
+void keep_frames(const drivers::ethercat::PcapRing& frames, const ExperimentPlan& plan,
+                 const ExperimentOptions& options, ExperimentOutcome& outcome) {
+  std::error_code unknown;
+  std::filesystem::path file;
+  for (int number = 1; file.empty() || std::filesystem::exists(file, unknown); ++number)
+    file = options.directory / plan.name / ("fault-" + std::to_string(number) + ".pcapng");
+  try {
+    frames.write(file.string(), outcome.fault);
+    outcome.frames = file;
+  } catch (const std::exception& error) {
+    outcome.recording_problems.emplace_back(error.what());
+  }
+}
+
+/// Absolute deadlines; a late cycle keeps the phase, and what it missed is skipped and counted.
+template <typename AfterStep>
+void run_loop(hal::Clock& clock, nanoseconds period, ExperimentCycle& cycle,
+              const ExperimentRecording& recording, const std::atomic<bool>& stop, AfterStep after_step,
+              ExperimentOutcome& outcome) noexcept {
+  const nanoseconds begin = clock.now();
+  nanoseconds deadline = begin;
+  while (!cycle.finished()) {
+    deadline += period;
+    clock.sleep_until(deadline);
+    if (stop.load(std::memory_order_relaxed) && !outcome.interrupted) {
+      outcome.interrupted = true;
+      cycle.request_stop();
+    }
+    if (recording.failed()) cycle.request_stop();
+    cycle.step(clock.now());
+    after_step();
+    const auto missed = (clock.now() - deadline) / period;
+    outcome.overruns += static_cast<std::uint64_t>(missed);
+    deadline += missed * period;
+  }
+  outcome.robot_time = clock.now() - begin;
+}
+
+}  // namespace
+
+ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
+                                 hal::Robot& robot, hal::Clock& clock, const std::atomic<bool>& stop) {
+  const double period_s = seconds(options.period);
+  std::vector<ExperimentCycle::Joint> joints;
+  ExperimentRecording::Description description{.directory = options.directory,
+                                               .experiment = plan.name,
+                                               .result = plan.result,
+                                               .configuration = plan.configuration};
+  for (const std::size_t index : choose_joints(options.joints, robot)) {
+    joints.push_back({index, plan.make(robot.joints()[index], period_s)});
+    description.joints.push_back(robot.joints()[index].name);
+  }
+  const sim::experiments::JointExperiment& first = *joints.front().experiment;
+  description.commands = first.recorded_commands();
+  description.result_columns.assign(first.result_columns().begin(), first.result_columns().end());
+  const int cycles_per_row =
+      std::max(1, static_cast<int>(std::lround(1 / (options.record_rate_Hz * period_s))));
+  description.rate_Hz = 1 / (cycles_per_row * period_s);
+
+  ExperimentOutcome outcome;
+  outcome.planned = first.measurement_count();
+  const std::vector<double> left_s = time_left_from(joints);
+  Progress progress(plan.name, outcome.planned, options.quiet);
+  description.about_every_100_ms = [&progress] { progress.show(); };
+  ExperimentRecording recording(description, options.resume);
+  const int done_before = recording.finished_measurements();
+  outcome.finished = done_before;
+  if (done_before > outcome.planned)
+    throw std::invalid_argument("--resume: more measurements are finished than this experiment has");
+  if (done_before == outcome.planned) {
+    recording.close();
+    return outcome;
+  }
+
+  ExperimentCycle cycle({.period = options.period,
+                         .enable_timeout = options.enable_timeout,
+                         .max_speed_rad_per_s = options.max_speed_rad_per_s,
+                         .max_travel_rad = options.max_travel_rad,
+                         .filter_cutoff_rad_per_s = options.filter_cutoff_rad_per_s,
+                         .cycles_per_row = cycles_per_row,
+                         .first_measurement = done_before,
+                         .first_time_s = std::max(0.0, recording.finished_until_s()),
+                         .wait_for_recording = options.virtual_time},
+                        robot, std::move(joints), recording);
+  const double planned_s = left_s[static_cast<std::size_t>(done_before)];
+  const hal::SteadyClock stopwatch;
+  const nanoseconds wall_begin = stopwatch.now();
+  {
+    const Activation activation(robot);
+    apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
+    if (!options.virtual_time) require_real_time(real_time, options, outcome);
+    run_loop(
+        clock, options.period, cycle, recording, stop,
+        [&]() noexcept {
+          const auto next = static_cast<std::size_t>(std::min(cycle.measurement(), outcome.planned - 1));
+          const double ahead_s = std::max(0.0, left_s[next] - cycle.measurement_time_s());
+          progress.set(static_cast<int>(next), planned_s - ahead_s, ahead_s);
+        },
+        outcome);
+    outcome.robot_report = robot.report();
+  }
+  outcome.wall_time = stopwatch.now() - wall_begin;
+  recording.close();
+  progress.finish();
+  outcome.finished = recording.measurements_on_disk();
+  outcome.recording_problems = recording.problems();
+  if (cycle.stop()) outcome.fault = describe(cycle.stop(), robot);
+  return outcome;
+}
+
+ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
+                                 const apps::RobotOptions& robot, const std::atomic<bool>& stop) {
+  if (options.virtual_time && !apps::is_simulated(robot.name))
+    throw std::invalid_argument("--virtual-time: " + robot.name + " lives in real time");
+  std::unique_ptr<hal::Clock> clock;
+  if (options.virtual_time)
+    clock = std::make_unique<hal::VirtualClock>();
+  else
+    clock = std::make_unique<hal::SteadyClock>();
+  const apps::OpenedRobot opened = apps::open_robot(robot, *clock, options.period);
+  ExperimentOutcome outcome = run_experiment(plan, options, *opened.robot, *clock, stop);
+  if (!outcome.fault.empty() && opened.capture) keep_frames(*opened.capture, plan, options, outcome);
+  return outcome;
+}
+
+}  // namespace youbot_bench

@@ -1,0 +1,453 @@
+#include "apps/youbot_bench/experiments_cli.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <map>
+#include <set>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+
+#include "apps/common/build_info.h"
+#include "apps/common/exit_code.h"
+#include "apps/common/stop_on_signals.h"
+#include "apps/common/toml_reader.h"
+#include "apps/youbot_bench/experiment_runner.h"
+#include "apps/youbot_bench/progress.h"
+#include "control/friction/sliding_table.h"
+#include "hal/axis_scale.h"
+#include "hal/youbot_axes.h"
+#include "sim/experiments/compensation.h"
+#include "sim/experiments/dahl.h"
+#include "sim/experiments/parameter.h"
+#include "sim/experiments/staircase.h"
+#include "sim/experiments/steady_state.h"
+#include "sim/experiments/stick_slip.h"
+#include "sim/experiments/torque_ramp.h"
+#include "sim/experiments/torque_wave.h"
+
+namespace youbot_bench {
+
+using sim::experiments::JointExperiment;
+using sim::experiments::Parameter;
+
+namespace {
+
+/// What all experiments have; the defaults of some depend on the experiment.
+struct CommonConfig {
+  std::string robot = "loopback";
+  std::string kind = "base";
+  std::string joints{};
+  double record_rate_Hz = 1000.0;
+  double max_speed_rad_per_s = 12.0;
+  double max_travel_rad = 0.0;
+  double filter_cutoff_rad_per_s = 125.0;
+  double simulation_step_s = 5e-5;
+  int noise_seed = 1;
+
+  template <typename Visitor>
+  void visit(Visitor&& v) {
+    v(Parameter{"robot", "loopback, wire, ethercat:IFACE, can:IFACE"}, robot);
+    v(Parameter{"kind", "what is on the bus: base, base+arm, base+two-arms, arm"}, kind);
+    v(Parameter{"joints", "such as wheel-2 or wheel-1,wheel-3; none named: all wheels"}, joints);
+    v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
+    v(Parameter{"max_speed_rad_per_s", "beyond, the drives are switched off", 0.01, 30}, max_speed_rad_per_s);
+    v(Parameter{"max_travel_rad", "in a measurement, likewise; 0: no limit", 0, 1e6}, max_travel_rad);
+    v(Parameter{"filter_cutoff_rad_per_s", "of the velocity", 1, 1000}, filter_cutoff_rad_per_s);
+    v(Parameter{"simulation_step_s", "of the simulated drives", 1e-6, 2e-4}, simulation_step_s);
+    v(Parameter{"noise_seed", "of the simulated sensors", 0, 2e9}, noise_seed);
+  }
+};
+
+hal::EthercatOptions::Kind kind_of(const std::string& name) {
+  using Kind = hal::EthercatOptions::Kind;
+  if (name == "base") return Kind::kBase;
+  if (name == "arm") return Kind::kArm;
+  if (name == "base+arm") return Kind::kBaseAndArm;
+  if (name == "base+two-arms") return Kind::kBaseAndTwoArms;
+  throw std::invalid_argument("--kind: there is no '" + name + "', but base, base+arm, base+two-arms, arm");
+}
+
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> parts;
+  std::istringstream text(list);
+  for (std::string part; std::getline(text, part, ',');)
+    if (!part.empty()) parts.push_back(part);
+  return parts;
+}
+
+/// "settle_s" → "--settle", "max_speed_rad_per_s" → "--max-speed".
+std::pair<std::string, std::string> option_and_unit(std::string_view key) {
+  constexpr auto kUnits =
+      std::to_array<std::pair<std::string_view, std::string_view>>({{"_Nm_per_rad", "N·m/rad"},
+                                                                    {"_Nm_per_s", "N·m/s"},
+                                                                    {"_rad_per_s", "rad/s"},
+                                                                    {"_kg_m2", "kg·m²"},
+                                                                    {"_rad", "rad"},
+                                                                    {"_Nm", "N·m"},
+                                                                    {"_Hz", "Hz"},
+                                                                    {"_s", "s"}});
+  std::string unit;
+  for (const auto& [suffix, name] : kUnits) {
+    if (!key.ends_with(suffix)) continue;
+    key.remove_suffix(suffix.size());
+    unit = name;
+    break;
+  }
+  if (key == "joints") key = "joint";
+  std::string option = "--" + std::string(key);
+  for (char& c : option)
+    if (c == '_') c = '-';
+  return {option, unit};
+}
+
+template <typename Value>
+std::string toml_text(const Value& value) {
+  if constexpr (std::is_same_v<Value, std::string>) {
+    std::string text = "\"";
+    for (const char c : value) text += (c == '"' || c == '\\') ? std::string("\\") + c : std::string(1, c);
+    return text + '"';
+  } else {
+    return fmt::format("{}", value);
+  }
+}
+
+template <typename Value>
+void read_toml(apps::TomlTable& table, const Parameter& parameter, Value& value) {
+  if constexpr (std::is_same_v<Value, std::string>)
+    table.text(parameter.key, value);
+  else if constexpr (std::is_same_v<Value, int>)
+    table.integer(parameter.key, value, {.min = parameter.min, .max = parameter.max});
+  else
+    table.number(parameter.key, value, {.min = parameter.min, .max = parameter.max});
+}
+
+template <typename Value>
+void read_option(const std::string& text, const Parameter& parameter, Value& value) {
+  if constexpr (std::is_same_v<Value, std::string>) {
+    value = text;
+  } else {
+    const char* const end = text.data() + text.size();
+    const auto [stopped, error] = std::from_chars(text.data(), end, value);
+    if (error != std::errc() || stopped != end)
+      throw std::invalid_argument(option_and_unit(parameter.key).first + ": '" + text + "' is not a number");
+  }
+}
+
+/// One tick of the encoder at the joint.
+double encoder_step_rad(const std::string& joint) {
+  hal::AxisConstants constants = hal::kWheelAxis.constants;
+  if (joint.starts_with("arm") && joint.back() >= '1' && joint.back() <= '5')
+    constants = hal::kArmAxes[static_cast<std::size_t>(joint.back() - '1')].constants;
+  return hal::AxisScale(constants).position_resolution_rad();
+}
+
+control::friction::SlidingTable friction_of(const std::string& joint) {
+  if (!joint.starts_with("wheel-") || joint.back() < '1' || joint.back() > '4')
+    throw std::invalid_argument("compensation: no friction curve was measured for " + joint +
+                                ", only for wheel-1 to wheel-4");
+  return control::friction::wheel_table(joint.back() - '0');
+}
+
+using sim::experiments::CompensationConfig;
+using sim::experiments::DahlConfig;
+using sim::experiments::MultisineConfig;
+using sim::experiments::PreslidingConfig;
+using sim::experiments::StaircaseConfig;
+using sim::experiments::SteadyStateConfig;
+using sim::experiments::StickSlipConfig;
+using sim::experiments::TorqueRampConfig;
+
+using Made = std::unique_ptr<JointExperiment>;
+Made make(const SteadyStateConfig& config, const std::string& /*joint*/, double period_s) {
+  return std::make_unique<sim::experiments::SteadyState>(config, period_s);
+}
+Made make(const TorqueRampConfig& config, const std::string& joint, double period_s) {
+  return std::make_unique<sim::experiments::TorqueRamp>(config, encoder_step_rad(joint), period_s);
+}
+Made make(const DahlConfig& config, const std::string& /*joint*/, double /*period_s*/) {
+  return std::make_unique<sim::experiments::Dahl>(config);
+}
+Made make(const PreslidingConfig& config, const std::string& /*joint*/, double period_s) {
+  return std::make_unique<sim::experiments::TorqueWave>(config, period_s);
+}
+Made make(const MultisineConfig& config, const std::string& /*joint*/, double period_s) {
+  return std::make_unique<sim::experiments::TorqueWave>(config, period_s);
+}
+Made make(const StickSlipConfig& config, const std::string& /*joint*/, double /*period_s*/) {
+  return std::make_unique<sim::experiments::StickSlip>(config);
+}
+Made make(const CompensationConfig& config, const std::string& joint, double period_s) {
+  return std::make_unique<sim::experiments::Compensation>(config, friction_of(joint), period_s);
+}
+Made make(const StaircaseConfig& config, const std::string& /*joint*/, double /*period_s*/) {
+  return std::make_unique<sim::experiments::Staircase>(config);
+}
+
+/// A robot that moves something: nobody's wheels turn without a word.
+void confirm_wheels_are_free(const std::string& robot, bool yes) {
+  if (apps::is_simulated(robot) || yes) return;
+  if (isatty(STDIN_FILENO) == 0)
+    throw std::invalid_argument("--robot " + robot +
+                                ": the joints will turn. Lift the wheels off the ground and add --yes");
+  std::fprintf(stderr, "The joints of %s will turn. Are the wheels off the ground? Type 'off the ground': ",
+               robot.c_str());
+  std::string answer;
+  std::getline(std::cin, answer);
+  if (answer != "off the ground") throw std::invalid_argument("not confirmed; nothing was moved");
+}
+
+}  // namespace
+
+/// One subcommand: what the command line said, until it is run.
+class ExperimentCommand {
+ public:
+  virtual ~ExperimentCommand() = default;
+  ExperimentCommand(const ExperimentCommand&) = delete;
+  ExperimentCommand& operator=(const ExperimentCommand&) = delete;
+
+  bool chosen() const { return command_->parsed(); }
+  int run();
+
+ protected:
+  ExperimentCommand(CLI::App& app, const std::string& name, std::string result, const std::string& about,
+                    CommonConfig common)
+      : name_(name), result_(std::move(result)), common_(std::move(common)) {
+    command_ = app.add_subcommand(name, about);
+    command_->footer("The recording is in OUT/" + name + "/JOINT.csv" +
+                     (result_.empty() ? "" : ", the results in OUT/" + result_ + "/JOINT.csv") +
+                     ".\nSimulated robots have their wheels in the air and run in virtual time.\n"
+                     "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, "
+                     "4 stopped by a "
+                     "fault.");
+    command_->add_option("--out", out_, "directory for the recordings, made if missing");
+    command_->add_option("--resume", resume_, "go on with the experiment in this directory");
+    command_->add_option("--config", config_file_, "TOML file, such as the experiment.toml of a recording");
+    command_->add_flag("--real-time", real_time_, "a simulated robot, too, in real time");
+    command_->add_flag("--allow-non-rt", allow_non_real_time_,
+                       "go on when the system refuses real-time scheduling or memory locking");
+    command_->add_flag("--yes", yes_, "the wheels are off the ground: do not ask");
+    command_->add_flag("--quiet", quiet_, "print problems only");
+    common_.visit([this](const Parameter& parameter, const auto& value) { add(parameter, value); });
+  }
+
+  template <typename Value>
+  void add(const Parameter& parameter, const Value& value) {
+    const auto [option, unit] = option_and_unit(parameter.key);
+    std::string help = parameter.help;
+    if (!unit.empty()) help += ", " + unit;
+    if (const std::string text = fmt::format("{}", value); !text.empty()) help += " (" + text + ")";
+    CLI::Option* const added = command_->add_option_function<std::vector<std::string>>(
+        option,
+        [this, key = std::string(parameter.key)](const std::vector<std::string>& values) {
+          given_[key] = fmt::format("{}", fmt::join(values, ","));
+        },
+        help);
+    if (option == "--joint") return;  // may be given several times
+    added->expected(1);
+  }
+
+  /// Takes what the command line gave over what was there.
+  template <typename Config>
+  void take_given(Config& config) const {
+    config.visit([this](const Parameter& parameter, auto& value) {
+      const auto given = given_.find(parameter.key);
+      if (given != given_.end()) read_option(given->second, parameter, value);
+    });
+  }
+  template <typename Config>
+  static void read(Config& config, apps::TomlTable table) {
+    config.visit([&table](const Parameter& parameter, auto& value) { read_toml(table, parameter, value); });
+  }
+  template <typename Config>
+  static std::string written(Config config) {
+    std::string text;
+    config.visit([&text](const Parameter& parameter, const auto& value) {
+      text += fmt::format("{} = {}  # {}\n", parameter.key, toml_text(value), parameter.help);
+    });
+    return text;
+  }
+
+  virtual void take_given_parameters() = 0;
+  virtual void read_parameters(apps::TomlTable table) = 0;
+  virtual std::string written_parameters() const = 0;
+  virtual Made make_experiment(const std::string& joint, double period_s) const = 0;
+
+ private:
+  void load(const std::filesystem::path& file);
+  int report(const ExperimentOutcome& outcome, const std::filesystem::path& directory) const;
+
+  std::string name_;
+  std::string result_;
+  CommonConfig common_;
+  CLI::App* command_ = nullptr;
+  std::map<std::string, std::string> given_;
+  std::string out_;
+  std::string resume_;
+  std::string config_file_;
+  bool real_time_ = false;
+  bool allow_non_real_time_ = false;
+  bool yes_ = false;
+  bool quiet_ = false;
+};
+
+namespace {
+
+template <typename Config>
+class CommandOf final : public ExperimentCommand {
+ public:
+  CommandOf(CLI::App& app, const std::string& name, std::string result, const std::string& about,
+            CommonConfig common = {})
+      : ExperimentCommand(app, name, std::move(result), about, std::move(common)) {
+    config_.visit([this](const Parameter& parameter, const auto& value) { add(parameter, value); });
+  }
+
+ private:
+  void take_given_parameters() override { take_given(config_); }
+  void read_parameters(apps::TomlTable table) override { read(config_, table); }
+  std::string written_parameters() const override { return written(config_); }
+  Made make_experiment(const std::string& joint, double period_s) const override {
+    return make(config_, joint, period_s);
+  }
+  Config config_;
+};
+
+}  // namespace
+
+void ExperimentCommand::load(const std::filesystem::path& file) {
+  apps::TomlFile toml = apps::TomlFile::parse(file);
+  apps::TomlTable root = toml.root();
+  std::string experiment = name_;
+  root.text("experiment", experiment);
+  if (experiment != name_) root.refuse("experiment", "is '" + experiment + "', not '" + name_ + "'");
+  read(common_, root);
+  read_parameters(root.table("parameters"));
+  toml.finish();
+}
+
+int ExperimentCommand::run() {
+  const bool resume = !resume_.empty();
+  const std::filesystem::path directory = resume ? resume_ : out_;
+  if (resume && (!out_.empty() || !config_file_.empty() || !given_.empty()))
+    throw std::invalid_argument("--resume: the configuration is that of the recording; give no other");
+  if (directory.empty()) throw std::invalid_argument("--out DIR is missing: where to record");
+  if (resume)
+    load(directory / name_ / "experiment.toml");
+  else if (!config_file_.empty())
+    load(config_file_);
+  take_given(common_);
+  take_given_parameters();
+  common_ = sim::experiments::checked(common_);
+
+  const bool simulated = apps::is_simulated(common_.robot);
+  ExperimentOptions options{.joints = split(common_.joints),
+                            .directory = directory,
+                            .resume = resume,
+                            .virtual_time = simulated && !real_time_,
+                            .quiet = quiet_,
+                            .allow_non_real_time = allow_non_real_time_,
+                            .record_rate_Hz = common_.record_rate_Hz,
+                            .max_speed_rad_per_s = common_.max_speed_rad_per_s,
+                            .max_travel_rad = common_.max_travel_rad,
+                            .filter_cutoff_rad_per_s = common_.filter_cutoff_rad_per_s};
+  apps::RobotOptions robot;
+  robot.name = common_.robot;
+  robot.ethercat.kind = kind_of(common_.kind);
+  robot.simulation.on_ground = false;
+  robot.simulation.step = std::chrono::nanoseconds(std::llround(common_.simulation_step_s * 1e9));
+  robot.simulation.noise_seed = static_cast<std::uint64_t>(common_.noise_seed);
+  const ExperimentPlan plan{.name = name_,
+                            .result = result_,
+                            .make = [this](const hal::JointInfo& joint,
+                                           double period_s) { return make_experiment(joint.name, period_s); },
+                            .configuration = fmt::format(
+                                "# youbot-bench {} --config THIS_FILE --out DIR makes it again\n"
+                                "# software: {}\n"
+                                "experiment = \"{}\"\n{}\n[parameters]\n{}",
+                                name_, apps::build_version(), name_, written(common_), written_parameters())};
+  confirm_wheels_are_free(common_.robot, yes_);
+  apps::stop_on_signals();
+  return report(run_experiment(plan, options, robot, apps::stop_requested), directory);
+}
+
+int ExperimentCommand::report(const ExperimentOutcome& outcome,
+                              const std::filesystem::path& directory) const {
+  for (const std::string& problem : outcome.not_real_time) spdlog::warn("not real-time: {}", problem);
+  if (!quiet_) {
+    std::printf("%s: %d of %d measurements, %s of robot time in %s\n", name_.c_str(), outcome.finished,
+                outcome.planned,
+                duration_text(std::chrono::duration<double>(outcome.robot_time).count()).c_str(),
+                duration_text(std::chrono::duration<double>(outcome.wall_time).count()).c_str());
+    std::printf("recorded in %s\n", (directory / (result_.empty() ? name_ : result_)).c_str());
+    if (outcome.overruns > 0)
+      std::printf("%llu cycles were late\n", static_cast<unsigned long long>(outcome.overruns));
+  }
+  for (const std::string& problem : outcome.recording_problems) spdlog::error("recording: {}", problem);
+  if (!outcome.fault.empty()) {
+    spdlog::error("stopped by a fault at {}", outcome.fault);
+    for (const std::string& finding : outcome.robot_report) spdlog::error("robot: {}", finding);
+    if (!outcome.frames.empty())
+      spdlog::error("the last frames before it are in {}", outcome.frames.string());
+  } else if (!quiet_) {
+    for (const std::string& finding : outcome.robot_report) std::printf("robot: %s\n", finding.c_str());
+  }
+  if (outcome.finished < outcome.planned)
+    spdlog::warn("not finished; go on with: youbot-bench {} --resume {}", name_, directory.string());
+  if (!outcome.fault.empty()) return apps::kExitFault;
+  return outcome.recording_problems.empty() ? apps::kExitOk : apps::kExitSetup;
+}
+
+ExperimentCommands::ExperimentCommands(CLI::App& app) {
+  commands_.push_back(std::make_unique<CommandOf<SteadyStateConfig>>(
+      app, "steady-state", "steady-state-map",
+      "friction against velocity: constant velocities, mean torque with its confidence interval",
+      CommonConfig{.record_rate_Hz = 10}));
+  commands_.push_back(std::make_unique<CommandOf<TorqueRampConfig>>(
+      app, "torque-ramp", "torque-ramp-result",
+      "slow torque ramps until the first encoder step, and break-away",
+      CommonConfig{.max_speed_rad_per_s = 5, .max_travel_rad = 3}));
+  commands_.push_back(std::make_unique<CommandOf<DahlConfig>>(
+      app, "dahl", "dahl-result", "sine of torque below stiction; slope of the torque-displacement loop",
+      CommonConfig{.max_speed_rad_per_s = 2, .max_travel_rad = 0.5}));
+  commands_.push_back(std::make_unique<CommandOf<PreslidingConfig>>(
+      app, "presliding", "presliding-result", "multisine or sine of torque below stiction",
+      CommonConfig{.max_speed_rad_per_s = 2, .max_travel_rad = 0.5}));
+  commands_.push_back(std::make_unique<CommandOf<StickSlipConfig>>(
+      app, "stick-slip", "stick-slip-result", "a soft spring in software drags the joint slowly",
+      CommonConfig{.max_speed_rad_per_s = 6, .max_travel_rad = 20}));
+  commands_.push_back(std::make_unique<CommandOf<CompensationConfig>>(
+      app, "compensation", "compensation-result",
+      "swings on a spring after a push, without and with friction compensation",
+      CommonConfig{.max_speed_rad_per_s = 10, .max_travel_rad = 6.3}));
+  commands_.push_back(std::make_unique<CommandOf<StaircaseConfig>>(
+      app, "staircase", "", "steps of torque or velocity in both directions"));
+  commands_.push_back(std::make_unique<CommandOf<MultisineConfig>>(
+      app, "multisine", "multisine-result", "multisine of torque, low peaks by Schroeder's phases"));
+}
+
+ExperimentCommands::~ExperimentCommands() = default;
+
+bool ExperimentCommands::chosen() const {
+  for (const auto& command : commands_)
+    if (command->chosen()) return true;
+  return false;
+}
+
+int ExperimentCommands::run() {
+  for (const auto& command : commands_)
+    if (command->chosen()) return command->run();
+  return apps::kExitUsage;
+}
+
+}  // namespace youbot_bench

@@ -1,0 +1,28 @@
+/// @file
+/// Writes a drive model file (format youbot-drive-model/1) from what was identified.
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/identify/static_fit.h"
+#include "sim/identify/statistics.h"
+
+namespace youbot_bench {
+
+struct IdentifiedModel {
+  std::string name;                       ///< of the rig
+  std::optional<double> inertia_kg_m2{};  ///< known or identified
+  std::vector<std::string> evidence{};    ///< comment lines at the top
+  std::optional<sim::identify::StaticFit> sliding{};
+  std::vector<sim::identify::Estimate> moving{};      ///< coulomb_Nm, viscous_…: used when there is no map
+  std::vector<sim::identify::Estimate> presliding{};  ///< stiffness_…, damping_…
+};
+
+/// The text of the file. Only what was identified becomes an effect; what was not is named in a comment.
+std::string model_text(const IdentifiedModel& model);
+/// Writes `directory`/model.toml, making the directory. @throws std::runtime_error naming path and cause.
+void write_model(const IdentifiedModel& model, const std::filesystem::path& directory);
+
+}  // namespace youbot_bench

@@ -1,0 +1,377 @@
+#include "sim/identify/model_choice.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "control/friction/kfm.h"
+
+namespace sim::identify {
+namespace {
+
+using Terms = std::set<Term>;
+
+/// One row per speed, everything divided by its standard deviation.
+struct Data {
+  Eigen::VectorXd v;
+  Eigen::VectorXd weight;  // 1/sigma
+  Eigen::VectorXd y;       // weighted
+  bool both_directions = false;
+};
+
+/// The law whose static_Nm alone is 1: the Stribeck term per N·m.
+double stribeck_shape(double v, double velocity, double exponent) {
+  return control::friction::Kfm({.coulomb_Nm = 0,
+                                 .static_Nm = 1,
+                                 .stribeck_velocity_rad_per_s = velocity,
+                                 .stribeck_exponent = exponent,
+                                 .viscous_Nm_s_per_rad = 0})
+      .steady_Nm(v);
+}
+
+double column_value(Term term, double v) {
+  switch (term) {
+    case Term::kCoulomb: return std::copysign(1.0, v);
+    case Term::kViscous: return v;
+    case Term::kTorqueOffset: return 1;
+    case Term::kViscousAsymmetry: return std::abs(v);
+    case Term::kQuadratic: return v * std::abs(v);
+    case Term::kStribeck:
+    case Term::kStribeckExponent: break;
+  }
+  throw std::logic_error("model choice: not a linear term");
+}
+
+/// Least squares on one set of terms at one Stribeck velocity and exponent, ready for any torques.
+struct Candidate {
+  Eigen::MatrixXd Q;         // orthonormal basis of the columns
+  Eigen::VectorXd leverage;  // diagonal of Q·Qᵀ
+  Eigen::RowVectorXd peak;   // height of the Stribeck term = peak·y; empty without one
+  double velocity = 0;
+  double exponent = 0;
+};
+
+/// All candidates of one set of terms; linear but for the choice among them.
+class Family {
+ public:
+  Family(const Terms& terms, const Data& data) {
+    if (!terms.contains(Term::kStribeck)) {
+      add(terms, data, 0, 0);
+      return;
+    }
+    // Below the slowest speed nothing of the term is seen, near the fastest no end of it.
+    const double slowest = std::log(data.v.cwiseAbs().minCoeff());
+    const double widest = std::log(0.7 * data.v.cwiseAbs().maxCoeff()) - slowest;
+    std::vector<double> exponents{1, 2};
+    if (terms.contains(Term::kStribeckExponent)) exponents = {0.3, 0.5, 0.75, 1, 1.5, 2, 3, 4};
+    for (const double exponent : exponents) {
+      // Finer and finer about the best, to a step that the noise hides: else other terms mend the grid.
+      constexpr int kVelocities = 20;
+      double step = widest / (kVelocities - 1);
+      double best = 0;
+      double most = -1;
+      const auto look = [&](double log_velocity) {
+        if (!add(terms, data, std::exp(log_velocity), exponent)) return;
+        if (const double explained = (candidates_.back().Q.transpose() * data.y).squaredNorm();
+            explained > most) {
+          most = explained;
+          best = log_velocity;
+        }
+      };
+      for (int i = 0; i < kVelocities; ++i) look(slowest + i * step);
+      for (int level = 0; level < 4 && most >= 0; ++level) {
+        step /= 3;
+        const double middle = best;
+        for (const int i : {-2, -1, 1, 2}) look(middle + i * step);
+      }
+    }
+  }
+  bool usable() const { return !candidates_.empty(); }
+
+  /// Sum of squared errors of predicting each entry of `y` from the others.
+  double held_out(const Eigen::VectorXd& y) const {
+    const Eigen::Index n = y.size();
+    const double square = y.squaredNorm();
+    best_sum_.setConstant(n, std::numeric_limits<double>::infinity());
+    best_error_.setZero(n);
+    for (const Candidate& candidate : candidates_) {
+      coefficients_.noalias() = candidate.Q.transpose() * y;
+      residual_.noalias() = y - candidate.Q * coefficients_;
+      const double sum = square - coefficients_.squaredNorm();
+      for (Eigen::Index i = 0; i < n; ++i) {
+        // Without row i the residual there is e/(1 − h) and the sum of squares e²/(1 − h) less.
+        const double left = 1 - candidate.leverage[i];
+        const double error = residual_[i] / left;
+        const double rest = sum - residual_[i] * error;
+        if (rest < best_sum_[i]) {
+          best_sum_[i] = rest;
+          best_error_[i] = error;
+        }
+      }
+    }
+    return best_error_.squaredNorm();
+  }
+
+  const Candidate& best(const Eigen::VectorXd& y) const {
+    return *std::max_element(candidates_.begin(), candidates_.end(), [&](const auto& a, const auto& b) {
+      return (a.Q.transpose() * y).squaredNorm() < (b.Q.transpose() * y).squaredNorm();
+    });
+  }
+
+ private:
+  /// False when the terms cannot be told apart there.
+  bool add(const Terms& terms, const Data& data, double velocity, double exponent) {
+    const Eigen::Index n = data.v.size();
+    Eigen::MatrixXd columns(n, static_cast<Eigen::Index>(terms.size()));
+    Eigen::Index count = 0;
+    Eigen::Index peak = -1;
+    for (const Term term : terms) {
+      if (term == Term::kStribeckExponent) continue;
+      if (term == Term::kStribeck) peak = count;
+      for (Eigen::Index i = 0; i < n; ++i)
+        columns(i, count) =
+            data.weight[i] * (term == Term::kStribeck ? stribeck_shape(data.v[i], velocity, exponent)
+                                                      : column_value(term, data.v[i]));
+      ++count;
+    }
+    columns.conservativeResize(n, count);
+    const Eigen::VectorXd length = columns.colwise().norm();
+    if (n <= count || !(length.minCoeff() > 0)) return false;
+    columns *= length.cwiseInverse().asDiagonal();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
+    const Eigen::MatrixXd R = qr.matrixQR().topRows(count).triangularView<Eigen::Upper>();
+    if (R.diagonal().cwiseAbs().minCoeff() < 1e-6) return false;  // two terms look alike here
+    Candidate candidate;
+    candidate.velocity = velocity;
+    candidate.exponent = exponent;
+    candidate.Q = qr.householderQ() * Eigen::MatrixXd::Identity(n, count);
+    candidate.leverage = candidate.Q.rowwise().squaredNorm();
+    if (candidate.leverage.maxCoeff() > 1 - 1e-9) return false;  // a point that only itself can predict
+    if (peak >= 0)
+      candidate.peak =
+          R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd(candidate.Q.transpose())).row(peak);
+    candidates_.push_back(std::move(candidate));
+    return true;
+  }
+
+  std::vector<Candidate> candidates_;
+  // Kept between calls of held_out(), which runs thousands of times.
+  mutable Eigen::VectorXd coefficients_;
+  mutable Eigen::VectorXd residual_;
+  mutable Eigen::VectorXd best_sum_;
+  mutable Eigen::VectorXd best_error_;
+};
+
+class Search {
+ public:
+  Search(const Data& data, const ChoiceOptions& options)
+      : data_(data), options_(options), random_(options.seed) {}
+
+  Terms run(std::vector<ChoiceStep>& steps) {
+    Terms terms{Term::kCoulomb, Term::kViscous};
+    while (add_one(terms, steps)) remove_some(terms, steps);
+    remove_some(terms, steps);
+    return terms;
+  }
+
+ private:
+  static std::vector<Term> addable(const Terms& terms, const Data& data) {
+    std::vector<Term> result;
+    for (const Term term : {Term::kTorqueOffset, Term::kViscousAsymmetry, Term::kQuadratic, Term::kStribeck,
+                            Term::kStribeckExponent}) {
+      if (terms.contains(term)) continue;
+      if (term == Term::kStribeckExponent && !terms.contains(Term::kStribeck)) continue;
+      if ((term == Term::kTorqueOffset || term == Term::kViscousAsymmetry) && !data.both_directions) continue;
+      result.push_back(term);
+    }
+    return result;
+  }
+  static Terms with(Terms terms, Term term) {
+    terms.insert(term);
+    return terms;
+  }
+  static Terms without(Terms terms, Term term) {
+    terms.erase(term);
+    if (term == Term::kStribeck) terms.erase(Term::kStribeckExponent);
+    return terms;
+  }
+  double percent(double held_out) const { return 100 * std::sqrt(held_out) / data_.y.norm(); }
+
+  /// How often data made from `simple` gain as much by one of `richer` as the measured ones did.
+  double chance_of(double gain, const Family& simple, const std::vector<Family>& richer) {
+    const Candidate& fit = simple.best(data_.y);
+    const Eigen::VectorXd expected = fit.Q * (fit.Q.transpose() * data_.y);
+    const Eigen::VectorXd noise = ((data_.y - expected).array() / (1 - fit.leverage.array()).sqrt()).matrix();
+    std::uniform_int_distribution<Eigen::Index> draw(0, noise.size() - 1);
+    Eigen::VectorXd made(noise.size());
+    int as_good = 0;
+    for (int repetition = 0; repetition < options_.repetitions; ++repetition) {
+      for (Eigen::Index i = 0; i < made.size(); ++i)
+        made[i] = expected[i] + ((random_() >> 63U) != 0 ? 1.0 : -1.0) * noise[draw(random_)];
+      const double before = simple.held_out(made);
+      double most = 0;
+      for (const Family& family : richer) most = std::max(most, 1 - family.held_out(made) / before);
+      as_good += most >= gain ? 1 : 0;
+    }
+    return (1.0 + as_good) / (1.0 + options_.repetitions);
+  }
+
+  bool add_one(Terms& terms, std::vector<ChoiceStep>& steps) {
+    const Family simple(terms, data_);
+    if (!simple.usable()) return false;
+    const double before = simple.held_out(data_.y);
+    std::vector<Family> families;
+    std::vector<Term> candidates;
+    for (const Term term : addable(terms, data_)) {
+      Family family(with(terms, term), data_);
+      if (!family.usable()) continue;
+      if (term == Term::kStribeck) {
+        const Candidate& fit = family.best(data_.y);
+        if (!(fit.peak.dot(data_.y) > 0)) continue;
+      }
+      families.push_back(std::move(family));
+      candidates.push_back(term);
+    }
+    if (families.empty() || !(before > 0)) return false;
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < families.size(); ++i)
+      if (const double held_out = families[i].held_out(data_.y); held_out < least) {
+        least = held_out;
+        best = i;
+      }
+    ChoiceStep step{.term = candidates[best],
+                    .held_out_before_percent = percent(before),
+                    .held_out_after_percent = percent(least)};
+    const double gain = 1 - least / before;
+    if (gain > 0) step.p_value = chance_of(gain, simple, families);
+    step.added = gain > 0 && step.p_value <= options_.false_positive_rate;
+    steps.push_back(step);
+    if (step.added) terms.insert(step.term);
+    return step.added;
+  }
+
+  void remove_some(Terms& terms, std::vector<ChoiceStep>& steps) {
+    const Terms asked = terms;
+    for (const Term term : asked) {
+      if (term == Term::kCoulomb && (terms.contains(Term::kStribeck) || !terms.contains(Term::kViscous)))
+        continue;
+      if (term == Term::kViscous && !terms.contains(Term::kCoulomb)) continue;
+      if (!steps.empty() && steps.back().added && steps.back().term == term) continue;
+      if (term == Term::kStribeck && terms.contains(Term::kStribeckExponent)) continue;
+      const Family simple(without(terms, term), data_);
+      std::vector<Family> richer;
+      richer.emplace_back(terms, data_);
+      if (!simple.usable() || !richer.front().usable()) continue;
+      ChoiceStep step{.term = term, .removal = true};
+      const double before = simple.held_out(data_.y);
+      const double after = richer.front().held_out(data_.y);
+      step.held_out_before_percent = percent(before);
+      step.held_out_after_percent = percent(after);
+      const double gain = 1 - after / before;
+      if (gain > 0) step.p_value = chance_of(gain, simple, richer);
+      step.added = gain > 0 && step.p_value <= options_.false_positive_rate;
+      if (step.added) continue;
+      terms = without(terms, term);
+      steps.push_back(step);
+    }
+  }
+
+  const Data& data_;
+  const ChoiceOptions& options_;
+  std::mt19937_64 random_;
+};
+
+/// The speeds of a map, weighted as a fit with all terms would, without its outliers.
+Data data_of(const StaticMap& map, const StaticFit& all) {
+  std::vector<bool> out(map.points.size(), false);
+  for (const std::size_t i : all.outliers) out[i] = true;
+  std::vector<double> v;
+  std::vector<double> y;
+  std::vector<double> weight;
+  bool forward = false;
+  bool backward = false;
+  for (const auto& speed : speeds_of(map)) {
+    double sum_w = 0;
+    double sum_v = 0;
+    double sum_y = 0;
+    for (const std::size_t i : speed) {
+      if (out[i]) continue;
+      const MapPoint& p = map.points[i];
+      const double sigma = p.torque_ci95_Nm / 1.96;
+      const double variance = sigma * sigma + all.scatter_Nm * all.scatter_Nm;
+      const double w = variance > 0 ? 1 / variance : 1;
+      sum_w += w;
+      sum_v += w * p.velocity_rad_per_s;
+      sum_y += w * p.torque_Nm;
+    }
+    if (sum_w == 0) continue;
+    v.push_back(sum_v / sum_w);
+    weight.push_back(std::sqrt(sum_w));
+    y.push_back(sum_y / sum_w * std::sqrt(sum_w));
+    (v.back() > 0 ? forward : backward) = true;
+  }
+  const auto size = static_cast<Eigen::Index>(v.size());
+  return {Eigen::Map<Eigen::VectorXd>(v.data(), size), Eigen::Map<Eigen::VectorXd>(weight.data(), size),
+          Eigen::Map<Eigen::VectorXd>(y.data(), size), forward && backward};
+}
+
+}  // namespace
+
+const char* term_name(Term term) noexcept {
+  switch (term) {
+    case Term::kCoulomb: return "coulomb";
+    case Term::kViscous: return "viscous";
+    case Term::kTorqueOffset: return "torque offset or direction asymmetry";
+    case Term::kViscousAsymmetry: return "viscous asymmetry";
+    case Term::kQuadratic: return "quadratic drag";
+    case Term::kStribeck: return "stribeck";
+    case Term::kStribeckExponent: return "stribeck exponent";
+  }
+  return "?";
+}
+
+ModelChoice choose_model(const StaticMap& map, const ChoiceOptions& options) {
+  ModelChoice choice;
+  StaticForm rich{.law = "kfm",
+                  .torque_offset = true,
+                  .viscous_asymmetry = true,
+                  .quadratic = true,
+                  .fixed = {{"stribeck_exponent", 1.0}}};
+  const StaticFitOptions quick{.profile = false, .leave_one_out = false};
+  StaticFit all = fit_static(map, rich, quick);
+  if (!all.ok()) {
+    choice.verdicts.emplace_back(
+        "too few speeds to choose terms from; Coulomb and viscous friction are assumed");
+    choice.terms = {Term::kCoulomb, Term::kViscous};
+    choice.form.law = "stiction";
+    return choice;
+  }
+  const Data data = data_of(map, all);
+  const Terms terms = Search(data, options).run(choice.steps);
+  choice.terms.assign(terms.begin(), terms.end());
+
+  StaticForm& form = choice.form;
+  if (terms.contains(Term::kStribeck)) {
+    form.law = "kfm";
+    if (!terms.contains(Term::kStribeckExponent))
+      form.fixed.emplace_back("stribeck_exponent", Family(terms, data).best(data.y).exponent);
+    if (!terms.contains(Term::kViscous)) form.fixed.emplace_back("viscous_Nm_s_per_rad", 0.0);
+  } else if (!terms.contains(Term::kViscous)) {
+    form.law = "coulomb";
+  } else if (!terms.contains(Term::kCoulomb)) {
+    form.law = "viscous";
+  } else {
+    form.law = "stiction";
+  }
+  form.torque_offset = terms.contains(Term::kTorqueOffset);
+  form.viscous_asymmetry = terms.contains(Term::kViscousAsymmetry);
+  form.quadratic = terms.contains(Term::kQuadratic);
+  return choice;
+}
+
+}  // namespace sim::identify

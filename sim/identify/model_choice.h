@@ -1,0 +1,63 @@
+/// @file
+/// Which terms a steady-state map supports, so that a fit names no effect that is not there.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sim/identify/static_fit.h"
+
+namespace sim::identify {
+
+/// What the choice is made of. Each but the first two may be added.
+enum class Term : std::uint8_t {
+  kCoulomb,
+  kViscous,
+  kTorqueOffset,      ///< or Coulomb friction that differs by direction: the same in a map
+  kViscousAsymmetry,  ///< viscous friction that differs by direction
+  kQuadratic,
+  kStribeck,          ///< exponent 1 or 2, whichever predicts better
+  kStribeckExponent,  ///< any exponent from 0.3 to 4
+};
+const char* term_name(Term term) noexcept;
+
+struct ChoiceOptions {
+  /// How often a search adds a term to a map that has none more than it found already.
+  double false_positive_rate = 0.01;
+  int repetitions = 999;
+  std::uint64_t seed = 1;
+};
+
+struct ChoiceStep {
+  Term term{};
+  bool added = false;    ///< else considered and left out, or taken out again
+  bool removal = false;  ///< asked whether a term that is in may go
+  double held_out_before_percent = 0;
+  double held_out_after_percent = 0;  ///< with the term; relative error, weighted as the fit
+  double p_value = 1;
+};
+struct ModelChoice {
+  StaticForm form;
+  std::vector<Term> terms;
+  std::vector<ChoiceStep> steps;      ///< in the order they were decided
+  std::vector<std::string> verdicts;  ///< such as that the map was too small to choose
+};
+
+/// Begins with Coulomb + viscous friction and adds, one by one, the term with the least held-out error, as
+/// long as its gain is more than chance gives.
+///
+/// Held out: each speed is predicted by a fit to all others. That includes the Stribeck velocity and
+/// exponent, which are chosen from a grid anew for each, so nothing of a point is in its own prediction.
+/// Chance: `repetitions` maps are made from the simpler model and its own residuals (studentised, drawn with
+/// replacement, signs thrown) and the whole search is repeated on each: every candidate, every grid point.
+/// The term is added when not more than `false_positive_rate` of these maps gain as much, relative to their
+/// own error, as the measured one. This needs no noise level and no table: that the Stribeck velocity does
+/// not exist in a model without the term, which spoils the usual F and likelihood tests [R. B. Davies,
+/// Biometrika 74, 1987], is in the repetitions, and so is the choice among several terms. A Stribeck term
+/// must be a peak: one that only bends the curve down at low speed is not added. After each addition the
+/// other terms are asked the same question and leave when they no longer gain. Weights and outliers as
+/// fit_static() finds them with all terms. Deterministic for a seed.
+/// @throws std::invalid_argument as fit_static().
+ModelChoice choose_model(const StaticMap& map, const ChoiceOptions& options = {});
+
+}  // namespace sim::identify

@@ -1,0 +1,138 @@
+// youbot-bench identify as a user meets it: files in, table and model out, refusals in words.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include "tests/support/measured_data.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+class IdentifyCommand : public testing::Test {
+ protected:
+  void SetUp() override {
+    const auto* const test = testing::UnitTest::GetInstance()->current_test_info();
+    directory_ = fs::path(testing::TempDir()) / ("identify_" + std::string(test->name()));
+    fs::remove_all(directory_);
+    fs::create_directories(directory_);
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(directory_ / name, std::ios::binary) << text;
+    return (directory_ / name).string();
+  }
+  static std::string map_text(const sim::identify::StaticMap& map) {
+    std::ostringstream text;
+    text.precision(9);
+    text << "# youbot recording v1\n# rig: " << map.rig << "\n# experiment: steady-state-map\n"
+         << "time_s,velocity_rad_per_s,torque_measured_Nm,torque_ci95_Nm,velocity_command_rad_per_s\n";
+    for (std::size_t i = 0; i < map.points.size(); ++i)
+      text << i << ',' << map.points[i].velocity_rad_per_s << ',' << map.points[i].torque_Nm << ','
+           << map.points[i].torque_ci95_Nm << ',' << map.points[i].velocity_rad_per_s << '\n';
+    return text.str();
+  }
+  /// Both streams into output_; the exit code.
+  int run(const std::string& arguments) {
+    const std::string command =
+        std::string(YOUBOT_BENCH_BINARY) + " identify " + arguments + " --out " + out() + " 2>&1";
+    FILE* const pipe = popen(command.c_str(), "r");
+    if (pipe == nullptr) return -1;
+    output_.clear();
+    char line[512];
+    while (fgets(line, sizeof line, pipe) != nullptr) output_ += line;
+    const int status = pclose(pipe);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  std::string out() const { return (directory_ / "out").string(); }
+  std::string model() const {
+    std::ifstream file(directory_ / "out" / "model.toml");
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+  }
+  bool said(const std::string& part) const { return output_.find(part) != std::string::npos; }
+
+  fs::path directory_;
+  std::string output_;
+};
+
+TEST_F(IdentifyCommand, WritesAStribeckEffectForThePlainScrewOnly) {
+  EXPECT_EQ(run("--map " + write("1.csv", map_text(test_support::screw_drive_map(1)))), 0) << output_;
+  EXPECT_TRUE(said("95 % interval")) << output_;
+  EXPECT_NE(model().find("format = \"youbot-drive-model/1\"\nname = \"tro2021-drive-1\""), std::string::npos);
+  EXPECT_NE(model().find("type = \"stribeck\""), std::string::npos) << model();
+  EXPECT_NE(model().find("type = \"torque_offset\""), std::string::npos);
+
+  EXPECT_EQ(run("--inertia 2.186e-6 --map " + write("2.csv", map_text(test_support::screw_drive_map(2)))), 0);
+  EXPECT_EQ(model().find("type = \"stribeck\""), std::string::npos) << model();
+  EXPECT_NE(model().find("inertia_kg_m2 = 2.186e-06"), std::string::npos) << model();
+  EXPECT_NE(model().find("coefficient_Nm_s_per_rad = "), std::string::npos);
+}
+
+TEST_F(IdentifyCommand, FitsTheLawThatIsAskedFor) {
+  const std::string map = write("1.csv", map_text(test_support::screw_drive_map(1)));
+  EXPECT_EQ(run("--law kfm+offset+asymmetry --map " + map), 0) << output_;
+  EXPECT_TRUE(said("kfm + torque offset + viscous asymmetry")) << output_;
+  EXPECT_EQ(run("--law nonsense --map " + map), 2);
+  EXPECT_TRUE(said("there is no friction law nonsense")) << output_;
+  EXPECT_EQ(run("--law kfm+sugar --map " + map), 2);
+}
+
+TEST_F(IdentifyCommand, RefusesWhatDoesNotFitTogether) {
+  const std::string one = write("1.csv", map_text(test_support::screw_drive_map(1)));
+  const std::string two = write("2.csv", map_text(test_support::screw_drive_map(2)));
+  EXPECT_EQ(run("--map " + one + " " + two), 2);
+  EXPECT_TRUE(said("identify one rig at a time")) << output_;
+  EXPECT_EQ(run(""), 2);
+  EXPECT_EQ(run("--map " + one + ".missing"), 2);
+  EXPECT_TRUE(said("cannot be opened")) << output_;
+  EXPECT_EQ(run("--presliding " + one), 2);
+  EXPECT_EQ(run("--presliding " + one + " --map " + one), 2);
+  EXPECT_TRUE(said("--inertia")) << output_;
+  EXPECT_EQ(run("--moving " + one), 2);
+  EXPECT_EQ(run("--map " + write("3.csv", "# youbot recording v1\ntime_s,velocity_rpm\n0,nan\n")), 2);
+  EXPECT_TRUE(said("3.csv:2: column 'velocity_rpm' must be velocity_rad_per_s")) << output_;
+  EXPECT_TRUE(said("3.csv:3: velocity_rpm 'nan'")) << output_;
+  EXPECT_FALSE(fs::exists(directory_ / "out" / "model.toml"));
+}
+
+TEST_F(IdentifyCommand, GoesFromMapMotionAndPreslidingToOneModel) {
+  sim::identify::StaticMap map{"wheel-1", {}};
+  for (int i = 1; i <= 10; ++i)
+    for (const double sign : {1.0, -1.0})
+      map.points.push_back(
+          {0.6 * i * sign, sign * (0.045 + 0.0125 * 0.6 * i) + 1e-4 * ((i * 7) % 5 - 2), 2e-4});
+  std::ostringstream moving;
+  moving.precision(12);
+  moving << "# youbot recording v1\n# rig: wheel-1\n# experiment: "
+            "moving\ntime_s,torque_measured_Nm,position_rad\n";
+  for (int i = 0; i < 8000; ++i) {
+    const double t = i * 1e-3;
+    const double v = 5 * std::sin(3 * t);
+    const double torque = 0.0112 * 15 * std::cos(3 * t) + (v > 0 ? 0.045 : -0.045) + 0.0125 * v;
+    moving << t << ',' << torque + 1e-4 * ((i * 13) % 7 - 3) << ',' << -5.0 / 3 * std::cos(3 * t) << '\n';
+  }
+  std::ostringstream coarse;
+  coarse << "# youbot recording v1\n# rig: wheel-1\n# experiment: "
+            "presliding\ntime_s,torque_measured_Nm,position_rad\n";
+  for (int i = 0; i < 2000; ++i)
+    coarse << i * 1e-3 << ',' << 0.03 * std::sin(0.01 * i) << ',' << (i % 600 < 300 ? 0 : 6.04e-5) << '\n';
+  EXPECT_EQ(run("--map " + write("map.csv", map_text(map)) + " --moving " +
+                write("moving.csv", moving.str()) + " --presliding " + write("presliding.csv", coarse.str())),
+            0)
+      << output_;
+  EXPECT_TRUE(said("encoder is too coarse")) << output_;
+  EXPECT_NE(model().find("inertia_kg_m2 = 0.0112"), std::string::npos) << model();
+  EXPECT_EQ(model().find("type = \"presliding\""), std::string::npos) << model();
+  EXPECT_NE(model().find("# not identifiable: stiffness_Nm_per_rad"), std::string::npos) << model();
+}
+
+}  // namespace

@@ -1,0 +1,453 @@
+// Experiments end to end: what is measured, what is on disk, and what stops.
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <atomic>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "apps/youbot_bench/experiment_cycle.h"
+#include "apps/youbot_bench/experiment_recording.h"
+#include "apps/youbot_bench/experiment_runner.h"
+#include "control/friction/wheel_curve.h"
+#include "sim/experiments/staircase.h"
+#include "sim/experiments/steady_state.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace youbot_bench {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+using Rows = std::vector<std::vector<double>>;
+
+/// Rows of numbers below the header of a recording.
+Rows rows(const fs::path& path) {
+  std::ifstream file(path);
+  Rows result;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#") || line.starts_with("time_s")) continue;
+    std::vector<double> row;
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) row.push_back(std::stod(cell));
+    result.push_back(row);
+  }
+  return result;
+}
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Passes everything on; a hook sees each exchange and may turn it into a fault.
+class WatchedRobot final : public hal::Robot {
+ public:
+  using Hook =
+      std::function<hal::CycleStatus(std::uint64_t cycle, const hal::RobotCommand&, hal::CycleStatus)>;
+  WatchedRobot(hal::Robot& robot, Hook hook) : robot_(robot), hook_(std::move(hook)) {}
+
+  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
+  void activate() override { robot_.activate(); }
+  void deactivate() noexcept override {
+    robot_.deactivate();
+    deactivated = true;
+  }
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    last_command = command;
+    return hook_(cycle_++, command, robot_.exchange(command, sample));
+  }
+  std::vector<std::string> report() const override { return {"a finding"}; }
+
+  hal::RobotCommand last_command{};
+  bool deactivated = false;
+
+ private:
+  hal::Robot& robot_;
+  Hook hook_;
+  std::uint64_t cycle_ = 0;
+};
+
+class BenchExperiment : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string pattern = (fs::temp_directory_path() / "youbot-experiment-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    directory = pattern;
+    options.directory = directory / "run";
+    options.virtual_time = true;
+    options.quiet = true;
+    options.record_rate_Hz = 10;
+    loopback.simulation.on_ground = false;
+  }
+  void TearDown() override { fs::remove_all(directory); }
+
+  /// A map at these velocities, 3 s each, of all wheels.
+  static ExperimentPlan map_at(std::vector<double> velocities) {
+    return {.name = "steady-state",
+            .result = "steady-state-map",
+            .make =
+                [velocities](const hal::JointInfo&, double period_s) {
+                  return std::make_unique<sim::experiments::SteadyState>(
+                      sim::experiments::SteadyStateConfig{.settle_s = 1, .measure_s = 2, .extra_s = 0},
+                      velocities, period_s);
+                },
+            .configuration = "experiment = \"steady-state\"\n"};
+  }
+  ExperimentOutcome run(const ExperimentPlan& plan, WatchedRobot::Hook hook = pass_on()) {
+    hal::VirtualClock clock;
+    const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+    WatchedRobot robot(*opened.robot, std::move(hook));
+    const ExperimentOutcome outcome = run_experiment(plan, options, robot, clock, stop);
+    EXPECT_TRUE(robot.deactivated);
+    last_command = robot.last_command;
+    return outcome;
+  }
+  /// Without a robot that is watched, for runs that never get to move it.
+  ExperimentOutcome run_unchecked(const ExperimentPlan& plan) {
+    return run_experiment(plan, options, loopback, stop);
+  }
+  static WatchedRobot::Hook pass_on() {
+    return [](std::uint64_t, const hal::RobotCommand&, hal::CycleStatus status) { return status; };
+  }
+  fs::path map(int wheel) const {
+    return options.directory / "steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv");
+  }
+  fs::path raw(int wheel) const {
+    return options.directory / "steady-state" / ("wheel-" + std::to_string(wheel) + ".csv");
+  }
+
+  fs::path directory;
+  ExperimentOptions options;
+  apps::RobotOptions loopback;
+  std::atomic<bool> stop{false};
+  hal::RobotCommand last_command{};
+};
+
+TEST_F(BenchExperiment, TheMapAgreesWithThePublishedWheelCurves) {
+  // The check values of the thesis notes: wheel, rad/s, N·m.
+  constexpr double kPublished[][3] = {{1, 1.0, 0.0536847}, {1, 3.2, 0.122475},   {1, -9.0, -0.310798},
+                                      {2, 2.0, 0.0549988}, {2, -4.0, -0.123525}, {3, 5.0, 0.149057},
+                                      {4, -7.0, -0.299831}};
+  const std::vector<double> velocities{1.0, 2.0, 3.2, 5.0, -4.0, -7.0, -9.0};
+  const ExperimentOutcome outcome = run(map_at(velocities));
+  EXPECT_TRUE(outcome.fault.empty()) << outcome.fault;
+  EXPECT_TRUE(outcome.recording_problems.empty());
+  EXPECT_EQ(outcome.finished, 7);
+  for (const auto& [wheel, velocity, torque_Nm] : kPublished) {
+    const Rows measured = rows(map(static_cast<int>(wheel)));
+    ASSERT_EQ(measured.size(), velocities.size());
+    for (const auto& row : measured) {
+      if (row[4] != velocity) continue;
+      // A wheel turns a whole number of encoder steps in 2 s, give or take one, and the filter's memory.
+      EXPECT_NEAR(row[1], velocity, 0.01);
+      // Half a count of the current, 8.7e-4 N·m, beside the interval; the mean speed is not quite the
+      // nominal.
+      const double off_Nm = control::friction::wheel_curve_Nm(static_cast<int>(wheel), row[1]) -
+                            control::friction::wheel_curve_Nm(static_cast<int>(wheel), velocity);
+      EXPECT_NEAR(row[2], torque_Nm + off_Nm, row[3] + 4.4e-4) << "wheel " << wheel << " at " << velocity;
+      EXPECT_LT(row[3], 1e-3);
+    }
+  }
+}
+
+TEST_F(BenchExperiment, MapAndRecordingHaveTheContractsFormat) {
+  (void)run(map_at({1.0, -1.0}));
+  std::ifstream head(map(3));
+  std::string line;
+  for (const char* expected : {"# youbot recording v1", "# rig: wheel-3", "# experiment: steady-state-map"}) {
+    std::getline(head, line);
+    EXPECT_EQ(line, expected);
+  }
+  while (line.starts_with("#")) std::getline(head, line);
+  EXPECT_EQ(line, "time_s,velocity_rad_per_s,torque_measured_Nm,torque_ci95_Nm,velocity_command_rad_per_s");
+  const std::string text = text_of(raw(3));
+  EXPECT_NE(text.find("# experiment: steady-state\n# sample_rate_Hz: 10\n"), std::string::npos);
+  EXPECT_NE(
+      text.find("\ntime_s,torque_measured_Nm,position_rad,velocity_rad_per_s,velocity_command_rad_per_s\n"),
+      std::string::npos);
+  const Rows recorded = rows(raw(3));
+  ASSERT_EQ(recorded.size(), 60U);  // 2·3 s at 10 Hz
+  for (std::size_t i = 1; i < recorded.size(); ++i)
+    EXPECT_NEAR(recorded[i][0] - recorded[i - 1][0], 0.1, 1e-9);
+  EXPECT_EQ(text_of(options.directory / "steady-state/experiment.toml"), "experiment = \"steady-state\"\n");
+}
+
+TEST_F(BenchExperiment, InterruptedAndResumedItHasTheSameMeasurementsAsInOneGo) {
+  const ExperimentPlan plan = map_at({0.5, 1.0, 2.0, -1.0, -3.0});
+  const ExperimentOutcome whole = run(plan);
+  EXPECT_EQ(whole.finished, 5);
+  const fs::path in_one_go = options.directory;
+
+  options.directory = directory / "in-parts";
+  const auto stop_after = [this](std::uint64_t cycles) {
+    return [this, cycles](std::uint64_t cycle, const hal::RobotCommand&, hal::CycleStatus status) {
+      if (cycle == cycles) stop = true;
+      return status;
+    };
+  };
+  const ExperimentOutcome first = run(plan, stop_after(7500));  // into the third
+  EXPECT_TRUE(first.interrupted);
+  EXPECT_TRUE(first.fault.empty()) << first.fault;
+  EXPECT_EQ(first.finished, 2);
+  EXPECT_FALSE(last_command.enable);
+  options.resume = true;
+  stop = false;
+  EXPECT_EQ(run(plan, stop_after(100)).finished, 2);  // before anything was finished
+  stop = false;
+  EXPECT_EQ(run(plan, stop_after(4000)).finished, 3);
+  stop = false;
+  const ExperimentOutcome last = run(plan);
+  EXPECT_EQ(last.finished, 5);
+  EXPECT_FALSE(last.interrupted);
+
+  for (int wheel = 1; wheel <= 4; ++wheel) {
+    const Rows once = rows(in_one_go / "steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv"));
+    const Rows parts = rows(map(wheel));
+    ASSERT_EQ(parts.size(), once.size());
+    for (std::size_t i = 0; i < once.size(); ++i) {
+      EXPECT_NEAR(parts[i][0], once[i][0], 0.01);  // a cycle more or less at each seam
+      EXPECT_EQ(parts[i][4], once[i][4]);
+      EXPECT_NEAR(parts[i][2], once[i][2], parts[i][3] + once[i][3] + 8.7e-4);
+    }
+    const Rows recorded = rows(raw(wheel));
+    EXPECT_NEAR(static_cast<double>(recorded.size()), 150, 2);  // nothing twice, nothing missing
+    for (std::size_t i = 1; i < recorded.size(); ++i) EXPECT_GT(recorded[i][0], recorded[i - 1][0]);
+  }
+  for (const auto& entry : fs::recursive_directory_iterator(options.directory))
+    EXPECT_NE(entry.path().extension(), ".resumed") << entry.path();
+
+  const std::string before = text_of(map(1));
+  EXPECT_EQ(run_unchecked(plan).finished, 5);  // nothing left to do
+  EXPECT_EQ(text_of(map(1)), before);
+}
+
+TEST_F(BenchExperiment, AFaultStopsTheMotorsAndKeepsWhatWasMeasured) {
+  bool enabled_after = false;
+  const ExperimentOutcome outcome =
+      run(map_at({1.0, 2.0}),
+          [&](std::uint64_t cycle, const hal::RobotCommand& command, hal::CycleStatus status) {
+            if (cycle < 4000) return status;
+            enabled_after = enabled_after || (cycle > 4000 && command.enable);
+            return hal::CycleStatus{hal::Fault::kJointFault, 1,
+                                    static_cast<std::uint32_t>(hal::JointFault::kOvercurrent)};
+          });
+  EXPECT_NE(outcome.fault.find("measurement 2"), std::string::npos) << outcome.fault;
+  EXPECT_NE(outcome.fault.find("wheel-2"), std::string::npos) << outcome.fault;
+  EXPECT_EQ(outcome.robot_report, std::vector<std::string>{"a finding"});
+  EXPECT_FALSE(enabled_after);
+  EXPECT_FALSE(last_command.enable);
+  EXPECT_EQ(outcome.finished, 1);
+  EXPECT_EQ(rows(map(1)).size(), 1U);
+}
+
+TEST_F(BenchExperiment, TooMuchSpeedOrTravelSwitchesOff) {
+  options.max_speed_rad_per_s = 1.5;
+  EXPECT_NE(run(map_at({1.0, 2.0})).fault.find("more than --max-speed"), std::string::npos);
+  EXPECT_FALSE(last_command.enable);
+  options.directory = directory / "far";
+  options.max_travel_rad = 2.0;
+  EXPECT_NE(run(map_at({1.0})).fault.find("more than --max-travel"), std::string::npos);
+  EXPECT_FALSE(last_command.enable);
+}
+
+TEST_F(BenchExperiment, AFullDiskStopsTheExperimentAndItGoesOnWhenThereIsRoom) {
+  const ExperimentPlan plan = map_at({0.5, 1.0, 2.0, 3.0});
+  options.record_rate_Hz = 100;
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit full{40'000, before.rlim_max};  // some 800 of 1200 rows
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  const ExperimentOutcome outcome = run(plan);
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_FALSE(outcome.recording_problems.empty());
+  EXPECT_TRUE(outcome.fault.empty()) << outcome.fault;
+  EXPECT_FALSE(last_command.enable);
+  EXPECT_GE(outcome.finished, 1);
+  EXPECT_LT(outcome.finished, 4);
+  EXPECT_EQ(rows(map(2)).size(), static_cast<std::size_t>(outcome.finished));
+
+  options.resume = true;
+  EXPECT_EQ(run(plan).finished, 4);
+  EXPECT_EQ(rows(map(2)).size(), 4U);
+  EXPECT_NEAR(static_cast<double>(rows(raw(2)).size()), 1200, 2);
+}
+
+TEST_F(BenchExperiment, NothingRecordedIsEverReplaced) {
+  (void)run(map_at({1.0}));
+  const std::string before = text_of(map(1));
+  EXPECT_THROW((void)run_unchecked(map_at({2.0})), std::invalid_argument);
+  EXPECT_EQ(text_of(map(1)), before);
+  options.directory = directory / "nothing-there";
+  options.resume = true;
+  EXPECT_THROW((void)run_unchecked(map_at({2.0})), std::invalid_argument);
+  EXPECT_FALSE(fs::exists(options.directory));
+}
+
+TEST_F(BenchExperiment, WhatAPowerCutTookFromTheMapIsMeasuredAgain) {
+  const ExperimentPlan plan = map_at({0.5, 1.0, 2.0});
+  (void)run(plan);
+  const std::string text = text_of(map(2));  // as if the last row of one wheel had not reached the disk
+  fs::resize_file(map(2), text.rfind('\n', text.size() - 2) + 5);
+  options.resume = true;
+  EXPECT_EQ(run(plan).finished, 3);
+  for (int wheel = 1; wheel <= 4; ++wheel) {
+    const Rows measured = rows(map(wheel));
+    ASSERT_EQ(measured.size(), 3U);
+    EXPECT_EQ(measured[2][4], 2.0);
+    EXPECT_NEAR(measured[2][0], 9.0, 0.01);
+    EXPECT_NEAR(static_cast<double>(rows(raw(wheel)).size()), 90, 1);
+  }
+}
+
+TEST_F(BenchExperiment, RunsOnOneChosenJointAndRefusesOneThatIsNotThere) {
+  options.joints = {"wheel-2"};
+  (void)run(map_at({1.0}));
+  EXPECT_FALSE(fs::exists(map(1)));
+  EXPECT_EQ(rows(map(2)).size(), 1U);
+  options.directory = directory / "other";
+  options.joints = {"wheel-5"};
+  EXPECT_THROW((void)run_unchecked(map_at({1.0})), std::invalid_argument);
+}
+
+TEST_F(BenchExperiment, RowsOfATorqueExperimentShowTheCommandThatActsFromThenOn) {
+  options.record_rate_Hz = 1000;
+  std::vector<double> sent;
+  (void)run({.name = "staircase",
+             .result = "",
+             .make =
+                 [](const hal::JointInfo&, double) {
+                   return std::make_unique<sim::experiments::Staircase>(
+                       sim::experiments::StaircaseConfig{.step = 0.02, .highest = 0.04, .hold_s = 0.05});
+                 },
+             .configuration = ""},
+            [&](std::uint64_t, const hal::RobotCommand& command, hal::CycleStatus status) {
+              if (command.enable && command.joints[0].mode == hal::CommandMode::kTorque)
+                sent.push_back(command.joints[0].target);
+              return status;
+            });
+  const Rows recorded = rows(options.directory / "staircase/wheel-1.csv");
+  ASSERT_GT(recorded.size(), 400U);
+  // The first exchange with the drives enabled comes before the first row.
+  for (std::size_t i = 0; i < recorded.size(); ++i) EXPECT_NEAR(recorded[i][1], sent[i + 1], 1e-6) << i;
+}
+
+TEST_F(BenchExperiment, TheCycleDoesNotAllocateOrLock) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the allocation guard is off under a sanitizer";
+  hal::VirtualClock clock;
+  const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+  std::vector<ExperimentCycle::Joint> joints;
+  joints.push_back({2, map_at({0.5, 1.0}).make(opened.robot->joints()[2], 1e-3)});
+  ExperimentRecording recording({.directory = options.directory,
+                                 .experiment = "steady-state",
+                                 .result = "steady-state-map",
+                                 .joints = {"wheel-3"},
+                                 .commands = {.velocity = true},
+                                 .result_columns = {"a", "b", "c", "d"}},
+                                false);
+  ExperimentCycle cycle({}, *opened.robot, std::move(joints), recording);
+  opened.robot->activate();
+  {
+    const support::NoAllocGuard guard;
+    while (!cycle.finished()) {
+      clock.sleep_until(clock.now() + 1ms);
+      cycle.step(clock.now());
+    }
+    EXPECT_EQ(guard.violations(), 0);
+  }
+  EXPECT_FALSE(cycle.stop());
+  recording.close();
+}
+
+struct CommandResult {
+  int exit_code = -1;
+  std::string output;
+};
+
+CommandResult bench(const std::string& arguments) {
+  CommandResult result;
+  FILE* const pipe = popen((YOUBOT_BENCH_BINARY " " + arguments + " </dev/null 2>&1").c_str(), "r");
+  std::array<char, 512> text{};
+  while (fgets(text.data(), text.size(), pipe) != nullptr) result.output += text.data();
+  const int status = pclose(pipe);
+  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
+  return result;
+}
+
+class BenchCommand : public BenchExperiment {
+ protected:
+  std::string out(const char* name) const { return " --out " + (directory / name).string() + " "; }
+};
+
+TEST_F(BenchCommand, EveryExperimentRunsAndIsMadeAgainByTheConfigurationItLeaves) {
+  const std::vector<std::pair<std::string, std::string>> short_runs{
+      {"steady-state", "--sets 9 --settle 0.2 --measure 0.3 --extra 0.1 --noise-seed 7"},
+      {"torque-ramp", "--repeats 1 --rate 0.05 --rest 0.1"},
+      {"dahl", "--cycles 2 --frequency 2"},
+      {"presliding", "--periods 1 --period 2 --lowest 0.5"},
+      {"stick-slip", "--duration 3"},
+      {"compensation", "--duration 4"},
+      {"staircase", "--hold 0.1"},
+      {"multisine", "--periods 1 --period 2 --lowest 0.5"}};
+  for (const auto& [name, arguments] : short_runs) {
+    const CommandResult first =
+        bench(name + out("a") + "--quiet --joint wheel-1 --joint wheel-4 " + arguments);
+    EXPECT_EQ(first.exit_code, 0) << name << ": " << first.output;
+    EXPECT_EQ(first.output, "") << name;
+    const std::string config = (directory / "a" / name / "experiment.toml").string();
+    const CommandResult again = bench(name + out("b") + "--quiet --config " + config);
+    EXPECT_EQ(again.exit_code, 0) << name << ": " << again.output;
+    for (const char* joint : {"wheel-1.csv", "wheel-4.csv", "experiment.toml"}) {
+      const std::string text = text_of(directory / "a" / name / joint);
+      EXPECT_GT(text.size(), 200U);
+      EXPECT_EQ(text, text_of(directory / "b" / name / joint)) << name << "/" << joint;
+    }
+  }
+}
+
+TEST_F(BenchCommand, AFaultExitsWithFourAndSaysWhyEvenWhenQuiet) {
+  const CommandResult result =
+      bench("steady-state --quiet --sets 6 --settle 1 --measure 1 --max-speed 3.7" + out("run"));
+  EXPECT_EQ(result.exit_code, 4) << result.output;
+  EXPECT_NE(result.output.find("more than --max-speed"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("--resume"), std::string::npos) << result.output;
+}
+
+TEST_F(BenchCommand, WrongUseExitsWithTwoAndMovesNothing) {
+  EXPECT_EQ(bench("steady-state").exit_code, 2);
+  EXPECT_EQ(bench("steady-state --sets 10" + out("x")).exit_code, 2);
+  EXPECT_EQ(bench("steady-state --settle -1" + out("x")).exit_code, 2);
+  EXPECT_EQ(bench("steady-state --settle soon" + out("x")).exit_code, 2);
+  EXPECT_EQ(bench("steady-state --robot toaster" + out("x")).exit_code, 2);
+  EXPECT_EQ(bench("steady-state --resume " + (directory / "x").string()).exit_code, 2);
+  const CommandResult unasked = bench("torque-ramp --robot ethercat:nosuch0" + out("x"));
+  EXPECT_EQ(unasked.exit_code, 2);
+  EXPECT_NE(unasked.output.find("--yes"), std::string::npos) << unasked.output;
+  EXPECT_FALSE(fs::exists(directory / "x"));
+  EXPECT_EQ(bench("torque-ramp --yes --robot ethercat:nosuch0" + out("x")).exit_code, 3);
+}
+
+TEST_F(BenchCommand, TheWireRobotGivesTheSameMap) {
+  const CommandResult result =
+      bench("steady-state --robot wire --quiet --sets 9 --settle 0.5 --measure 0.5 --extra 0" + out("run"));
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  options.directory = directory / "run";
+  const Rows measured = rows(map(1));
+  ASSERT_EQ(measured.size(), 13U);
+  for (const auto& row : measured)  // half a second: the velocity loop has not quite settled
+    EXPECT_NEAR(row[2], control::friction::wheel_curve_Nm(1, row[1]), 0.02) << row[4];
+}
+
+}  // namespace
+}  // namespace youbot_bench

@@ -1,0 +1,388 @@
+// Opens a sample report from disk in Chromium and looks at it as a reader would, down to the pixels:
+//     node report_test.mjs REPORT_SAMPLE FOLDER
+// Leaves the page and screenshots in FOLDER.
+import assert from 'node:assert/strict';
+import {execFileSync} from 'node:child_process';
+import {mkdirSync, statSync, writeFileSync} from 'node:fs';
+import {join} from 'node:path';
+import {pathToFileURL} from 'node:url';
+
+import {launch} from './chromium.mjs';
+
+const [sample, folder] = process.argv.slice(2);
+const file = join(folder, 'report_sample.html');
+mkdirSync(folder, {recursive: true});
+execFileSync(sample, [file], {stdio: 'inherit'});
+
+const kCurve = 0, kLoop = 1, kLog = 2, kLarge = 3, kGap = 4, kSeven = 5, kEmpty = 6;  // plots, in the order of the page
+const complaints = [];
+const requests = [];
+
+const page = await launch();
+let passed = 0;
+try {
+  page.listen((method, {entry, exceptionDetails, request, ...rest}) => {
+    if (method === 'Runtime.exceptionThrown') complaints.push(exceptionDetails.exception?.description);
+    if (method === 'Runtime.consoleAPICalled') complaints.push(JSON.stringify(rest.args));
+    // This test reads the canvas often, which no page does.
+    if (method === 'Log.entryAdded' && !entry.text.includes('willReadFrequently')) complaints.push(entry.text);
+    if (method === 'Network.requestWillBeSent') requests.push(request.url);
+  });
+  for (const domain of ['Page', 'Runtime', 'Log', 'Network']) await page.send(`${domain}.enable`);
+  await show({width: 1200, scheme: 'light'});
+
+  await check('is one small file that asks for nothing and complains about nothing', async () => {
+    assert.deepEqual(requests, [pathToFileURL(file).href]);
+    assert.deepEqual(complaints, []);
+    const data = await page.evaluate(() => [...document.querySelectorAll('figure script')]
+      .reduce((bytes, script) => bytes + script.textContent.length, 0));
+    assert.ok(statSync(file).size - data < 100_000, 'without its data a page is below 100 kB');
+  });
+
+  await check('shows text as it was given, and tables with numbers to the right', async () => {
+    const seen = await page.evaluate(() => ({
+      title: document.title,
+      bold: document.querySelectorAll('b').length,
+      paragraph: document.querySelectorAll('main > p')[1].textContent,
+      figure: document.querySelectorAll('figcaption')[4].textContent,
+      header: [...document.querySelectorAll('table')[1].querySelectorAll('th')].map(cell => cell.textContent),
+      rows: [...document.querySelector('tbody').rows].map(row => [...row.cells].map(cell => cell.textContent)),
+      aligned: [...document.querySelector('tbody').rows[0].cells].map(cell => getComputedStyle(cell).textAlign),
+    }));
+    assert.equal(seen.title, 'Friction of wheel-1 <sample>');
+    assert.equal(seen.bold, 0);
+    assert.equal(seen.paragraph, 'Values & units are text: <b>not bold</b>.');
+    assert.equal(seen.figure, '</script><b>Escaped & "quoted"</b>');
+    assert.deepEqual(seen.header, ['model', 'rms residual (mN·m)']);
+    assert.deepEqual(seen.rows[0], ['Coulomb', '0.04500', 'N·m', '0.044 … 0.046', '40']);
+    assert.deepEqual(seen.rows[3], ['bristle stiffness', '–', 'N·m/rad', 'not seen in this data', '0']);
+    assert.deepEqual(seen.aligned, ['left', 'right', 'left', 'left', 'right']);
+  });
+
+  await check('draws every series in its colour where its points are', async () => {
+    for (let plot = kCurve; plot <= kSeven; ++plot) {
+      for (const {name, found, of} of await page.evaluate(seriesOnCanvas, plot)) {
+        assert.ok(of > 0 && found >= 0.9 * of, `plot ${plot}, "${name}": ${found} of ${of} points have its colour`);
+      }
+    }
+  });
+
+  await check('draws a loop as a loop: two branches, and nothing inside', async () => {
+    // At displacement 0 the ellipse passes torque ±0.06 sin(0.6).
+    const height = 0.06 * Math.sin(0.6);
+    assert.ok(await page.evaluate(hasColour, kLoop, 0, 0, height));
+    assert.ok(await page.evaluate(hasColour, kLoop, 0, 0, -height));
+    assert.ok(!await page.evaluate(hasColour, kLoop, 0, 0, 0.3 * height));
+    assert.ok(!await page.evaluate(hasColour, kLoop, 0, 0, -0.3 * height));
+  });
+
+  await check('draws a band between its limits and not beyond', async () => {
+    // Where the curve's markers are not, above and below the line; 0.0585 N·m is at its middle there.
+    const middle = 0.045 + 0.0125 * 1.55;
+    for (const y of [middle + 0.0035, middle - 0.0035]) assert.ok(await page.evaluate(isTinted, kCurve, 1.55, y));
+    for (const y of [middle + 0.012, middle - 0.02]) assert.ok(!await page.evaluate(isTinted, kCurve, 1.55, y));
+    assert.ok(await page.evaluate(isTinted, kGap, 2.4, 0.3));
+    assert.ok(!await page.evaluate(isTinted, kGap, 2.4, 0.8));
+  });
+
+  await check('leaves a gap where a value is missing', async () => {
+    assert.ok(await page.evaluate(hasColour, kGap, 0, 0.5, 1));
+    assert.ok(!await page.evaluate(hasColour, kGap, 0, 2, 2));
+    assert.ok(await page.evaluate(hasColour, kGap, 0, 3.5, 1));
+  });
+
+  await check('draws one point, and says where there is none', async () => {
+    const [point] = await page.evaluate(seriesOnCanvas, kEmpty + 1);
+    assert.deepEqual(point, {name: 'once', found: 1, of: 1});
+    assert.equal(await page.evaluate(readoutOf, kEmpty), 'No values to show.');
+  });
+
+  await check('has logarithmic axes, without what they cannot show', async () => {
+    const {off, texts} = await page.evaluate(plot => {
+      const {uplot} = document.querySelectorAll('figure.plot')[plot];
+      const [low, middle, high] = [0.1, 10, 1000].map(x => uplot.valToPos(x, 'x'));
+      return {off: Math.abs((low + high) / 2 - middle), texts: uplot.axes[0]._values.filter(Boolean)};
+    }, kLog);
+    assert.ok(off < 0.5);
+    assert.deepEqual(texts, ['0.1', '1', '10', '100', '1000']);
+  });
+
+  await check('thins out a long series, says so and keeps its outliers', async () => {
+    const {count, extremes, said} = await page.evaluate(plot => {
+      const figure = document.querySelectorAll('figure.plot')[plot];
+      const y = figure.uplot.data[1][1];
+      return {
+        count: y.length,
+        extremes: [Math.min(...y), Math.max(...y)],
+        said: figure.querySelector('.thinned').textContent,
+      };
+    }, kLarge);
+    assert.ok(count > 4000 && count <= 8000, `${count} points`);
+    assert.deepEqual(extremes, [-5e-5, 5e-5]);
+    assert.match(said, /of 1,000,000 points/);
+  });
+
+  await check('zooms where the mouse drags, and back by double click', async () => {
+    const before = await page.evaluate(viewOf, kCurve);
+    await dragTo(kCurve, [0.25, 0.02], [1.25, 0.075]);
+    const zoomed = await page.evaluate(viewOf, kCurve);
+    [...zoomed.x, ...zoomed.y].forEach((seen, i) =>  // to a few pixels
+      assert.ok(Math.abs(seen - [0.25, 1.25, 0.02, 0.075][i]) < [0.02, 0.02, 0.002, 0.002][i], JSON.stringify(zoomed)));
+    assert.equal(zoomed.reset, true);
+    for (const {name, found, of} of await page.evaluate(seriesOnCanvas, kCurve))
+      assert.ok(found >= 0.9 * of, `zoomed, "${name}": ${found} of ${of}`);
+    await screenshot('zoomed');
+    const middle = await page.evaluate(placeOf, kCurve, 0.7, 0.05);
+    for (const clickCount of [1, 2]) await press(middle, clickCount);
+    assert.deepEqual(await page.evaluate(viewOf, kCurve), before);
+  });
+
+  await check('reads values out at the pointer', async () => {
+    const place = await page.evaluate(placeOf, kGap, 1, 2);
+    await page.send('Input.dispatchMouseEvent', {type: 'mouseMoved', x: place.x + 3, y: place.y + 3});
+    await until(() => page.evaluate(readoutOf, kGap), text => text === 'with gap: time 1.000 s, position 2.000 rad');
+  });
+
+  await check('can be read, zoomed and reset by keys alone', async () => {
+    await page.evaluate(plot => document.querySelectorAll('figure.plot .chart')[plot].focus(), kGap);
+    await type('Home');
+    await type('ArrowRight');
+    assert.equal(await page.evaluate(readoutOf, kGap), 'with gap: time 1.000 s, position 2.000 rad');
+    await type('ArrowRight');  // over the gap
+    assert.equal(await page.evaluate(readoutOf, kGap), 'with gap: time 3.000 s, position 2.000 rad');
+    await type('ArrowDown');
+    assert.equal(await page.evaluate(readoutOf, kGap), 'expected: time 0.000 s, -0.5000 to 0.5000 rad');
+    await type('+');
+    assert.equal((await page.evaluate(viewOf, kGap)).reset, true);
+    await type('-');
+    await type('-');  // no further out than the whole
+    assert.equal((await page.evaluate(viewOf, kGap)).reset, false);
+    await type('+');
+    await type('Escape');
+    assert.deepEqual(await page.evaluate(viewOf, kGap), {x: [0, 4], y: [-1, 3], reset: false});
+    const label = await page.evaluate(plot =>
+      document.querySelectorAll('figure.plot .chart')[plot].getAttribute('aria-label'), kGap);
+    assert.match(label, /position \(rad\) over time \(s\)\. with gap: 5 points, x 0\.000 to 4\.000/);
+  });
+
+  await check('hides and shows a series from the legend', async () => {
+    const click = plot => document.querySelectorAll('figure.plot')[plot].querySelector('.legend button').click();
+    await page.evaluate(click, kLoop);
+    await until(() => page.evaluate(seriesOnCanvas, kLoop), ([loop]) => loop.found === 0);
+    await page.evaluate(click, kLoop);
+    await until(() => page.evaluate(seriesOnCanvas, kLoop), ([loop]) => loop.found === loop.of);
+  });
+
+  await check('gives the data of a plot as tables and as CSV', async () => {
+    const open = async plot => {
+      await page.evaluate(number => {
+        document.querySelectorAll('figure.plot')[number].querySelector('details').open = true;
+      }, plot);
+      return until(() => page.evaluate(number => {
+        const details = document.querySelectorAll('figure.plot')[number].querySelector('details');
+        const link = details.querySelector('a');
+        return link && {
+          name: link.download,
+          csv: decodeURIComponent(link.href.replace(/^data:text\/csv;charset=utf-8,/, '')),
+          rows: [...details.querySelectorAll('tbody')].map(body => body.rows.length),
+        };
+      }, plot), Boolean);
+    };
+    const gap = await open(kGap);
+    assert.equal(gap.name, 'script-b-Escaped-quoted-b.csv');
+    assert.deepEqual(gap.csv.split('\r\n').slice(0, 4), [
+      '"series","time (s)","position (rad)","lower (rad)","upper (rad)"', '"with gap",0,0,,', '"with gap",1,2,,',
+      '"with gap",2,,,']);
+    assert.deepEqual(gap.rows, [5, 2]);
+    const large = await open(kLarge);
+    assert.deepEqual(large.rows, [200]);
+    assert.ok(large.csv.split('\r\n').length > 4000);
+  });
+  await screenshot('light');
+
+  await check('follows a change to dark, on the canvas too', async () => {
+    await emulate('dark');
+    const dark = await until(() => page.evaluate(seriesOnCanvas, kLoop), ([loop]) => loop.found === loop.of);
+    assert.ok(dark);
+    assert.ok(await page.evaluate(() => {
+      const [r, g, b] = getComputedStyle(document.body).backgroundColor.match(/\d+/g).map(Number);
+      return r + g + b < 150;
+    }));
+    await screenshot('dark');
+  });
+
+  await check('is printed light and as wide as paper, whatever the screen', async () => {
+    const widthOf = plot => document.querySelectorAll('figure.plot')[plot].uplot.width;
+    await page.evaluate(() => dispatchEvent(new Event('beforeprint')));
+    assert.equal(await page.evaluate(() =>
+      getComputedStyle(document.body).backgroundColor), 'rgb(255, 255, 255)');
+    assert.ok(await page.evaluate(widthOf, kCurve) <= 640);
+    await until(() => page.evaluate(seriesOnCanvas, kLoop), ([loop]) => loop.found === loop.of);
+    await page.evaluate(() => dispatchEvent(new Event('afterprint')));
+    await until(() => page.evaluate(widthOf, kCurve), width => width > 1000);
+  });
+
+  await check('fits a window of 400 pixels', async () => {
+    await show({width: 400, scheme: 'light'});
+    const {page: pageWidth, window, charts} = await page.evaluate(() => ({
+      page: document.documentElement.scrollWidth,
+      window: document.documentElement.clientWidth,
+      charts: [...document.querySelectorAll('.chart')].map(chart =>
+        chart.clientWidth - chart.querySelector('canvas').clientWidth),
+    }));
+    assert.ok(pageWidth <= window, `the page is ${pageWidth} pixels wide`);
+    for (const spare of charts) assert.ok(spare >= 0);
+    for (const {name, found, of} of await page.evaluate(seriesOnCanvas, kLoop)) assert.equal(found, of, name);
+    await screenshot('narrow');
+  });
+
+  await check('still asks for nothing and complains about nothing', async () => {
+    assert.deepEqual(requests.filter(url => url !== pathToFileURL(file).href && !url.startsWith('data:')), []);
+    assert.deepEqual(complaints, []);
+  });
+} finally {
+  await page.close();
+}
+console.log(`${passed} passed, 0 failed`);
+
+async function check(what, work) {
+  try {
+    await work();
+  } catch (error) {
+    await screenshot('failed').catch(() => {});
+    throw new Error(`not so: a report ${what} (see ${folder})`, {cause: error});
+  }
+  ++passed;
+  console.log(`ok: ${what}`);
+}
+
+// What comes after the next frame, such as a redraw, is waited for by condition, never by time alone.
+async function until(look, enough) {
+  for (const end = Date.now() + 10_000;;) {
+    const seen = await look();
+    if (enough(seen)) return seen;
+    assert.ok(Date.now() < end, `waited in vain; last seen: ${JSON.stringify(seen)}; the page says: ${complaints}`);
+    await new Promise(resolve => setTimeout(resolve, 20));
+  }
+}
+
+function emulate(scheme) {
+  return page.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: scheme}]});
+}
+
+async function show({width, scheme}) {
+  await page.send('Emulation.setDeviceMetricsOverride', {width, height: 900, deviceScaleFactor: 1, mobile: false});
+  await emulate(scheme);
+  requests.length = 0;
+  const {errorText} = await page.send('Page.navigate', {url: pathToFileURL(file).href});
+  assert.equal(errorText, undefined);
+  // Two frames after loading, all plots have their size and are drawn.
+  await until(() => page.evaluate(() => document.readyState === 'complete' &&
+    [...document.querySelectorAll('figure.plot')].every(figure => figure.uplot?.status === 1)), Boolean);
+  await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
+}
+
+async function screenshot(name) {
+  const {data} = await page.send('Page.captureScreenshot', {captureBeyondViewport: true});
+  writeFileSync(join(folder, `report_${name}.png`), Buffer.from(data, 'base64'));
+}
+
+async function press({x, y}, clickCount) {
+  for (const type of ['mousePressed', 'mouseReleased'])
+    await page.send('Input.dispatchMouseEvent', {type, x, y, button: 'left', clickCount});
+}
+
+async function dragTo(plot, from, to) {
+  const [a, b] = [await page.evaluate(placeOf, plot, ...from), await page.evaluate(placeOf, plot, ...to)];
+  const mouse = (type, {x, y}) =>
+    page.send('Input.dispatchMouseEvent', {type, x, y, button: 'left', buttons: 1, clickCount: 1});
+  await page.send('Input.dispatchMouseEvent', {type: 'mouseMoved', ...a});
+  await mouse('mousePressed', a);
+  for (const share of [0.3, 0.6, 1])
+    await mouse('mouseMoved', {x: a.x + (b.x - a.x) * share, y: a.y + (b.y - a.y) * share});
+  await mouse('mouseReleased', b);
+  await until(() => page.evaluate(viewOf, plot), ({reset}) => reset);
+}
+
+async function type(key) {
+  const text = key.length === 1 ? key : undefined;
+  await page.send('Input.dispatchKeyEvent', {type: 'keyDown', key, text});
+  await page.send('Input.dispatchKeyEvent', {type: 'keyUp', key});
+}
+
+// --- what runs in the page; each stands alone, because only its text gets there ---
+
+// Where a value lies in the window; scrolls there first.
+function placeOf(plot, x, y) {
+  const {uplot} = document.querySelectorAll('figure.plot')[plot];
+  uplot.root.scrollIntoView({block: 'center'});
+  const box = uplot.over.getBoundingClientRect();
+  return {x: box.left + uplot.valToPos(x, 'x'), y: box.top + uplot.valToPos(y, 'y')};
+}
+
+function viewOf(plot) {
+  const figure = document.querySelectorAll('figure.plot')[plot];
+  const {x, y} = figure.uplot.scales;
+  return {x: [x.min, x.max], y: [y.min, y.max], reset: !figure.querySelector('.below button').hidden};
+}
+
+function readoutOf(plot) {
+  return document.querySelectorAll('figure.plot')[plot].querySelector('.below p').textContent;
+}
+
+// Whether a series' colour is within two pixels of a value.
+function hasColour(plot, series, x, y) {
+  const {uplot} = document.querySelectorAll('figure.plot')[plot];
+  const colour = uplot.series[series + 1].stroke(uplot, series + 1).match(/[0-9a-f]{2}/gi)
+    .map(hex => parseInt(hex, 16));
+  const [left, top] = [uplot.valToPos(x, 'x', true), uplot.valToPos(y, 'y', true)].map(Math.round);
+  const {data} = uplot.ctx.getImageData(left - 2, top - 2, 5, 5);
+  for (let i = 0; i < data.length; i += 4) {
+    if (data[i + 3] > 200 && colour.every((part, k) => Math.abs(part - data[i + k]) < 40)) return true;
+  }
+  return false;
+}
+
+// For each series with a line or markers: how many of its points in view, with the ends of
+// error bars, have its colour nearby.
+function seriesOnCanvas(plot) {
+  const {uplot} = document.querySelectorAll('figure.plot')[plot];
+  const {width, height} = uplot.ctx.canvas;
+  const {data} = uplot.ctx.getImageData(0, 0, width, height);
+  const written = JSON.parse(document.querySelectorAll('figure.plot')[plot].querySelector('script').textContent);
+  const within = (value, {min, max}) => value !== null && value >= min && value <= max;
+  return written.series.flatMap((series, index) => {
+    if (!series.y) return [];
+    const own = uplot.series[index + 1];
+    const colour = own.stroke(uplot, index + 1).match(/[0-9a-f]{2}/gi).map(hex => parseInt(hex, 16));
+    const reach = series.style === 'dashed' ? 6 : 3;  // a point may lie between two dashes
+    const near = (left, top) => {
+      for (let y = top - reach; y <= top + reach; ++y) {
+        for (let x = left - reach; x <= left + reach; ++x) {
+          const i = 4 * (y * width + x);
+          if (data[i + 3] > 200 && colour.every((part, k) => Math.abs(part - data[i + k]) < 40)) return true;
+        }
+      }
+      return false;
+    };
+    let found = 0;
+    let of = 0;
+    const errorBars = series.style === 'points' && series.lower ? [series.lower, series.upper] : [];
+    for (const values of [series.y, ...errorBars]) {
+      series.x.forEach((x, k) => {
+        if (!within(x, uplot.scales.x) || !within(values[k], uplot.scales.y)) return;
+        ++of;
+        found += near(Math.round(uplot.valToPos(x, 'x', true)), Math.round(uplot.valToPos(values[k], 'y', true)));
+      });
+    }
+    return [{name: series.name, found, of}];
+  });
+}
+
+// Whether the pixel, which must not be one of the grid, has the colour of the second series and is transparent.
+function isTinted(plot, x, y) {
+  const {uplot} = document.querySelectorAll('figure.plot')[plot];
+  const [left, top] = [uplot.valToPos(x, 'x', true), uplot.valToPos(y, 'y', true)].map(Math.round);
+  const [r, g, b, alpha] = uplot.ctx.getImageData(left, top, 1, 1).data;
+  return alpha > 20 && alpha < 150 && r > b + 60 && r > g;
+}
