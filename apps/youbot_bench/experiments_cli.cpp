@@ -310,7 +310,7 @@ class CommandOf final : public ExperimentCommand {
   CommandOf(CLI::App& app, const std::string& name, std::string result, const std::string& about,
             CommonConfig common = {})
       : ExperimentCommand(app, name, std::move(result), about, std::move(common)) {
-    config_.visit([this](const Parameter& parameter, const auto& value) { add(parameter, value); });
+    config_.visit([this](const Parameter& parameter, const auto& value) { this->add(parameter, value); });
   }
 
  private:

@@ -159,7 +159,7 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
                       number(resolution > 0 ? range / resolution : 0) + " steps of " + number(resolution) +
                       " rad; 20 are the least");
   if (largest(torque) > options.sliding.static_Nm)
-    fit.verdicts.push_back("the torque exceeds the static friction; errors of the sliding friction enter");
+    fit.verdicts.emplace_back("the torque exceeds the static friction; errors of the sliding friction enter");
 
   const auto n = static_cast<Eigen::Index>(position.size());
   const Eigen::VectorXd measured = Eigen::Map<const Eigen::VectorXd>(position.data(), n);
