@@ -470,12 +470,18 @@ TEST_F(TomlReader, MovingTheFileKeepsItsTables) {
 
 TEST_F(TomlReader, ALetterBeyondAsciiOutsideQuotesIsRefusedWithItsLine) {
   const std::string complaint = "a letter beyond ASCII outside quotes; put the key or value in quotes";
-  for (const char* text : {"größe = 1\n", "name = é\n", "# ok\n\nname = \"a\" é\n", "name = 'a\nñ = 1\n"}) {
+  for (const char* text : {"größe = 1\n", "name = é\n", "# ok\n\nname = \"a\" é\n", "name = 'a\nñ = 1\n",
+                           "[[\x07name]]\n", "name\x7F = 1\n"}) {
     const auto found = problems(text);
     ASSERT_EQ(found.size(), 1U) << text;
     EXPECT_NE(found.front().find(complaint), std::string::npos) << found.front();
   }
   EXPECT_TRUE(problems("# ok\n\nname = 1 é\n").front().starts_with(":3: "));
+}
+
+TEST_F(TomlReader, WhatTomlTakesForGrantedIsRefusedToo) {
+  for (const char* text : {"[[<name]]\n", "[ =b]\n", "fault = []{ kind = 1 }]\n"})
+    EXPECT_EQ(problems(text).size(), 1U) << text;
 }
 
 TEST_F(TomlReader, LettersBeyondAsciiAreWelcomeInStringsAndComments) {
