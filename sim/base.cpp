@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -29,7 +30,19 @@ void require_positive(double value, const char* name) {
                                 std::to_string(value));
 }
 
+/// Whose friction is in the effects alone.
+Drive make_modelled_wheel(const BaseParameters& parameters, int wheel) {
+  DriveParameters drive = parameters.drive;
+  const effects::DriveModel& model = *parameters.model;
+  const double rotor_kg_m2 = drive.motor.rotor_inertia_kg_m2 * drive.gear_ratio * drive.gear_ratio;
+  drive.load_inertia_kg_m2 = model.inertia_kg_m2 - rotor_kg_m2;
+  drive.effects.insert(drive.effects.begin(), model.effects.begin(), model.effects.end());
+  if (model.torque_noise_Nm) drive.sensors.torque_noise_Nm = *model.torque_noise_Nm;
+  return {drive, std::nullopt, parameters.noise_seed + static_cast<std::uint64_t>(wheel)};
+}
+
 Drive make_wheel(const BaseParameters& parameters, int wheel) {
+  if (parameters.model) return make_modelled_wheel(parameters, wheel);
   // A fine grid: the plant is the measured curve, the compensator's coarse table an approximation of it.
   const control::friction::SlidingTable table =
       control::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005});

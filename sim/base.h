@@ -4,6 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <span>
 
 #include "control/link_map.h"
@@ -11,6 +12,7 @@
 #include "hal/plant.h"
 #include "sim/bounded_bristle.h"
 #include "sim/drive.h"
+#include "sim/effects/drive_model.h"
 
 namespace sim {
 
@@ -22,6 +24,9 @@ struct BaseParameters {
   double mass_kg = 29.5;
   double yaw_inertia_kg_m2 = 4.0;
   DriveParameters drive;
+  /// What the wheels' drives are instead of the measured curves, all four alike: friction and inertia, and
+  /// the noise of their torque sensors where it says so.
+  std::optional<effects::DriveModel> model{};
   /// Times the measured curves, which were taken with the wheels off the ground: loaded bearings and rollers
   /// take more, and not each wheel the same. An assumption, so that a compensator made from the measured
   /// curves is judged where it is imperfect. In the air the curves count as measured.

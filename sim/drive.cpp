@@ -6,15 +6,25 @@
 
 namespace sim {
 
-Drive::Drive(const DriveParameters& parameters, control::friction::SlidingTable friction,
+namespace {
+
+effects::Mechanics mechanics(const DriveParameters& parameters, const effects::EffectChain& effects) {
+  return effects.arranged(
+      {.inertia_kg_m2 = parameters.load_inertia_kg_m2 +
+                        parameters.motor.rotor_inertia_kg_m2 * parameters.gear_ratio * parameters.gear_ratio,
+       .stiffness_Nm_per_rad = parameters.presliding.stiffness,
+       .damping_Nm_s_per_rad = parameters.presliding.damping});
+}
+
+}  // namespace
+
+Drive::Drive(const DriveParameters& parameters, std::optional<control::friction::SlidingTable> friction,
              std::uint64_t noise_seed)
     : parameters_(parameters),
-      friction_(std::move(friction)),
+      effects_(parameters.effects),
       motor_(parameters.motor),
-      presliding_(parameters.presliding),
+      parts_(mechanics(parameters, effects_), std::move(friction), effects_),
       sensors_(parameters.sensors, noise_seed),
-      inertia_kg_m2_(parameters.load_inertia_kg_m2 +
-                     parameters.motor.rotor_inertia_kg_m2 * parameters.gear_ratio * parameters.gear_ratio),
       Nm_per_A_(parameters.motor.torque_constant_Nm_per_A * parameters.gear_ratio) {}
 
 void Drive::control(const hal::JointCommand& command, bool powered, double interval_s) noexcept {
@@ -24,7 +34,7 @@ void Drive::control(const hal::JointCommand& command, bool powered, double inter
     motor_.power_off();
     return;
   }
-  target_current_A_ = target_torque_Nm(command, interval_s) / Nm_per_A_;
+  target_current_A_ = effects_.deliver(target_torque_Nm(command, interval_s), interval_s) / Nm_per_A_;
 }
 
 double Drive::target_torque_Nm(const hal::JointCommand& command, double interval_s) noexcept {
@@ -45,19 +55,16 @@ double Drive::target_torque_Nm(const hal::JointCommand& command, double interval
 }
 
 void Drive::step(double load_Nm, double step_s) noexcept {
-  motor_torque_Nm_ =
-      powered_ ? parameters_.gear_ratio *
-                     motor_.step(target_current_A_, velocity_rad_per_s_ * parameters_.gear_ratio, step_s)
-               : 0.0;
-  const double speed = std::abs(velocity_rad_per_s_);
-  friction_torque_Nm_ =
-      presliding_.step(velocity_rad_per_s_, friction_.level_Nm(speed), friction_.level_Nm(-speed), step_s);
-  velocity_rad_per_s_ += step_s / inertia_kg_m2_ * (motor_torque_Nm_ - friction_torque_Nm_ - load_Nm);
-  position_rad_ += step_s * velocity_rad_per_s_;
+  motor_torque_Nm_ = powered_
+                         ? parameters_.gear_ratio *
+                               motor_.step(target_current_A_,
+                                           parts_.motor_velocity_rad_per_s() * parameters_.gear_ratio, step_s)
+                         : 0.0;
+  parts_.step(motor_torque_Nm_, load_Nm, step_s);
 }
 
 void Drive::sense(double interval_s) noexcept {
-  sensors_.update(position_rad_, motor_torque_Nm_, interval_s);
+  sensors_.update(parts_.motor_position_rad(), effects_.report_Nm(motor_torque_Nm_), interval_s);
 }
 
 hal::JointSample Drive::measured() const noexcept {

@@ -2,12 +2,16 @@
 /// One geared, torque-controlled joint: motor controller, motor, gear, friction, sensors.
 #pragma once
 #include <cstdint>
+#include <optional>
+#include <vector>
 
 #include "control/friction/sliding_table.h"
 #include "hal/joint.h"
 #include "sim/bounded_bristle.h"
+#include "sim/effects/effect_chain.h"
 #include "sim/joint_sensors.h"
 #include "sim/motor.h"
+#include "sim/moving_parts.h"
 
 namespace sim {
 
@@ -21,6 +25,8 @@ struct DriveParameters {
   /// Pre-sliding, thesis 2.5.2: σ0 from torque ramps, σ1 = 0.2·√(J·σ0).
   BoundedBristle::Parameters presliding{250.0, 0.127};
   SensorParameters sensors;
+  /// What else there is in this drive, besides its friction curve.
+  std::vector<effects::AnyEffect> effects{};
   /// The motor controller's own loops, used by velocity and position commands.
   double velocity_gain_Nm_s_per_rad = 0.3;
   double velocity_integral_gain_Nm_per_rad = 3.0;
@@ -28,13 +34,13 @@ struct DriveParameters {
   double position_speed_limit_rad_per_s = 5.0;
 };
 
-/// J·dω/dt = k_t·g·i − friction(ω, z) − load, integrated semi-implicitly (velocity first, then position with
-/// the new velocity). The fastest mechanical part is the stuck wheel, √(σ0/J) ≈ 150 rad/s; the winding with
-/// its current loop is ten times faster and sets the step: see the convergence test.
-/// One thread. Cycle: control(), step() and sense() neither allocate nor lock.
+/// J·dω/dt = k_t·g·i − friction(ω, z) − load; see MovingParts. The fastest mechanical part is the stuck
+/// wheel, √(σ0/J) ≈ 150 rad/s; the winding with its current loop is ten times faster and sets the step: see
+/// the convergence test. One thread. Cycle: control(), step() and sense() neither allocate nor lock.
 class Drive {
  public:
-  Drive(const DriveParameters& parameters, control::friction::SlidingTable friction,
+  /// `friction`: a measured curve; without one all friction is in the effects.
+  Drive(const DriveParameters& parameters, std::optional<control::friction::SlidingTable> friction,
         std::uint64_t noise_seed);
 
   /// Begins a controller period of `interval_s`: closes the loop that `command` asks for on what was sensed
@@ -49,32 +55,28 @@ class Drive {
   hal::JointSample measured() const noexcept;
 
   /// Truth, for tests, energy balances and the summary of a simulated run.
-  double position_rad() const noexcept { return position_rad_; }
-  double velocity_rad_per_s() const noexcept { return velocity_rad_per_s_; }
+  double position_rad() const noexcept { return parts_.position_rad(); }
+  double velocity_rad_per_s() const noexcept { return parts_.velocity_rad_per_s(); }
   double motor_torque_Nm() const noexcept { return motor_torque_Nm_; }  ///< at the joint, over the last step
-  double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< likewise
-  double inertia_kg_m2() const noexcept { return inertia_kg_m2_; }
-  double breakaway_Nm(double direction) const noexcept { return friction_.breakaway_Nm(direction); }
+  double friction_torque_Nm() const noexcept { return parts_.friction_torque_Nm(); }  ///< likewise
+  double inertia_kg_m2() const noexcept { return parts_.inertia_kg_m2(); }
+  double breakaway_Nm(double direction) const noexcept { return parts_.breakaway_Nm(direction); }
   const Motor& motor() const noexcept { return motor_; }
-  void set_velocity(double velocity_rad_per_s) noexcept { velocity_rad_per_s_ = velocity_rad_per_s; }
+  void set_velocity(double velocity_rad_per_s) noexcept { parts_.set_velocity(velocity_rad_per_s); }
 
  private:
   double target_torque_Nm(const hal::JointCommand& command, double interval_s) noexcept;
 
   DriveParameters parameters_;
-  control::friction::SlidingTable friction_;
+  effects::EffectChain effects_;
   Motor motor_;
-  BoundedBristle presliding_;
+  MovingParts parts_;
   JointSensors sensors_;
-  double inertia_kg_m2_;
   double Nm_per_A_;  // k_t·g
   bool powered_ = false;
   double target_current_A_ = 0.0;
   double velocity_integral_Nm_ = 0.0;
-  double position_rad_ = 0.0;
-  double velocity_rad_per_s_ = 0.0;
   double motor_torque_Nm_ = 0.0;
-  double friction_torque_Nm_ = 0.0;
 };
 
 }  // namespace sim

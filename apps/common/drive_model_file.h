@@ -1,0 +1,28 @@
+/// @file
+/// Drive models as files: format youbot-drive-model/1.
+#pragma once
+#include <filesystem>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sim/effects/drive_model.h"
+
+namespace apps {
+
+/// A parameter that an effect may leave out is one that is zero then, or a Stribeck exponent (2).
+/// @throws ConfigError with all problems of the file: another format, an unknown effect or key, a value
+///         without or beyond its bounds.
+sim::effects::DriveModel read_drive_model(const std::filesystem::path& path);
+
+/// What a model file says about one effect in comments.
+struct EffectRemarks {
+  std::vector<std::string> evidence{};    ///< lines above the effect
+  std::vector<std::string> parameters{};  ///< behind each parameter, in their order; may be shorter
+};
+/// The text of the file, readable by read_drive_model() to the last digit. `remarks`: of each effect, or
+/// none.
+std::string drive_model_text(const sim::effects::DriveModel& model, std::span<const std::string> header = {},
+                             std::span<const EffectRemarks> remarks = {});
+
+}  // namespace apps

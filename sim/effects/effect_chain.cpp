@@ -1,0 +1,86 @@
+#include "sim/effects/effect_chain.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <type_traits>
+
+namespace sim::effects {
+
+EffectChain::EffectChain(std::span<const AnyEffect> effects) : effects_(effects.begin(), effects.end()) {
+  for (const AnyEffect& any : effects_) {
+    std::visit(
+        [this](const auto& effect) {
+          if constexpr (ActsOnActuator<std::decay_t<decltype(effect)>>) lines_.emplace_back();
+        },
+        any);
+    if (const auto* coulomb = std::get_if<Coulomb>(&any)) coulomb_Nm_ += coulomb->parameters().torque_Nm;
+  }
+}
+
+double EffectChain::deliver(double command_Nm, double interval_s) noexcept {
+  double torque_Nm = command_Nm;
+  auto line = lines_.begin();
+  for (const AnyEffect& any : effects_) {
+    std::visit(
+        [&](const auto& effect) {
+          if constexpr (ActsOnActuator<std::decay_t<decltype(effect)>>)
+            torque_Nm = effect.deliver(*line++, torque_Nm, interval_s);
+        },
+        any);
+  }
+  return torque_Nm;
+}
+
+double EffectChain::level_Nm(double speed_rad_per_s, double direction, double running_s,
+                             double load_Nm) const noexcept {
+  const Sliding sliding{speed_rad_per_s, direction, running_s, coulomb_Nm_, load_Nm};
+  double level = 0;
+  for (const AnyEffect& any : effects_) {
+    std::visit(
+        [&](const auto& effect) {
+          if constexpr (ActsOnFriction<std::decay_t<decltype(effect)>>) level += effect.level_Nm(sliding);
+        },
+        any);
+  }
+  return std::max(level, 0.0);
+}
+
+double EffectChain::load_Nm(double position_rad) const noexcept {
+  double load = 0;
+  for (const AnyEffect& any : effects_) {
+    std::visit(
+        [&](const auto& effect) {
+          if constexpr (ActsOnPosition<std::decay_t<decltype(effect)>>) load += effect.load_Nm(position_rad);
+        },
+        any);
+  }
+  return load;
+}
+
+double EffectChain::report_Nm(double torque_Nm) const noexcept {
+  for (const AnyEffect& any : effects_) {
+    std::visit(
+        [&](const auto& effect) {
+          if constexpr (ActsOnSensor<std::decay_t<decltype(effect)>>) torque_Nm = effect.report_Nm(torque_Nm);
+        },
+        any);
+  }
+  return torque_Nm;
+}
+
+Mechanics EffectChain::arranged(Mechanics mechanics) const {
+  for (const AnyEffect& any : effects_) {
+    std::visit(
+        [&](const auto& effect) {
+          if constexpr (ActsOnMechanics<std::decay_t<decltype(effect)>>) effect.arrange(mechanics);
+        },
+        any);
+  }
+  if (!(mechanics.inertia_kg_m2 > 0))
+    throw std::invalid_argument("effect inertia: leaves " + std::to_string(mechanics.inertia_kg_m2) +
+                                " kg m² of inertia");
+  return mechanics;
+}
+
+}  // namespace sim::effects

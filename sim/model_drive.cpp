@@ -1,0 +1,37 @@
+#include "sim/model_drive.h"
+
+#include <cmath>
+#include <optional>
+
+namespace sim {
+namespace {
+
+/// A contact that nobody described is as stiff as the integration allows and settles within a few steps.
+constexpr double kContactAngle_rad = 0.3;  // per integration step
+constexpr double kContactDampingRatio = 0.3;
+
+effects::Mechanics mechanics(const effects::DriveModel& model, const effects::EffectChain& effects,
+                             double step_s) {
+  effects::Mechanics result = effects.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
+  if (!(result.stiffness_Nm_per_rad > 0)) {
+    const double resonance = kContactAngle_rad / step_s;
+    result.stiffness_Nm_per_rad = result.inertia_kg_m2 * resonance * resonance;
+    result.damping_Nm_s_per_rad = 2 * kContactDampingRatio * result.inertia_kg_m2 * resonance;
+  }
+  return result;
+}
+
+}  // namespace
+
+ModelDrive::ModelDrive(const effects::DriveModel& model, double step_s, int substeps)
+    : step_s_(step_s),
+      substeps_(substeps),
+      effects_(model.effects),
+      parts_(mechanics(model, effects_, step_s / substeps), std::nullopt, effects_) {}
+
+void ModelDrive::step(double command_Nm) noexcept {
+  delivered_Nm_ = effects_.deliver(command_Nm, step_s_);
+  for (int i = 0; i < substeps_; ++i) parts_.step(delivered_Nm_, 0, step_s_ / substeps_);
+}
+
+}  // namespace sim

@@ -1,0 +1,35 @@
+/// @file
+/// A drive model in motion: what its file says and nothing more.
+#pragma once
+#include "sim/effects/drive_model.h"
+#include "sim/moving_parts.h"
+
+namespace sim {
+
+/// Torque command in; motion, delivered and reported torque out, without noise and resolution. The current
+/// loop is taken as perfect: what it is not shows as actuator effects. One thread; step() neither allocates
+/// nor locks.
+class ModelDrive {
+ public:
+  /// `step_s`: sample period; a command holds that long, and each is integrated in `substeps` parts.
+  /// @throws std::invalid_argument for a model without inertia.
+  ModelDrive(const effects::DriveModel& model, double step_s, int substeps = 4);
+
+  void step(double command_Nm) noexcept;
+
+  double position_rad() const noexcept { return parts_.motor_position_rad(); }  ///< what an encoder sees
+  double velocity_rad_per_s() const noexcept { return parts_.motor_velocity_rad_per_s(); }
+  double delivered_Nm() const noexcept { return delivered_Nm_; }
+  double reported_Nm() const noexcept { return effects_.report_Nm(delivered_Nm_); }
+  void set_position(double position_rad) noexcept { parts_.set_position(position_rad); }
+  void set_velocity(double velocity_rad_per_s) noexcept { parts_.set_velocity(velocity_rad_per_s); }
+
+ private:
+  double step_s_;
+  int substeps_;
+  effects::EffectChain effects_;
+  MovingParts parts_;
+  double delivered_Nm_ = 0;
+};
+
+}  // namespace sim

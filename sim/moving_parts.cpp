@@ -1,0 +1,91 @@
+#include "sim/moving_parts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+namespace sim {
+namespace {
+
+/// A gap without a spring of its own: teeth meet as stiffly as those of a small steel gear, and settle.
+constexpr double kTeethResonance_rad_per_s = 2 * std::numbers::pi * 150;
+constexpr double kTeethDampingRatio = 0.5;
+
+BoundedBristle contact(const effects::Mechanics& mechanics, double share) {
+  return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share});
+}
+
+effects::Mechanics with_teeth(effects::Mechanics mechanics) {
+  if (!(mechanics.stiffness_Nm_per_rad > 0))
+    throw std::invalid_argument("simulated drive: the friction contact needs a stiffness");
+  if (mechanics.backlash_rad > 0 && !(mechanics.shaft_Nm_per_rad > 0)) {
+    const double reduced = mechanics.inertia_kg_m2 * mechanics.load_share * (1 - mechanics.load_share);
+    mechanics.shaft_Nm_per_rad = reduced * kTeethResonance_rad_per_s * kTeethResonance_rad_per_s;
+    mechanics.shaft_Nm_s_per_rad = 2 * kTeethDampingRatio * reduced * kTeethResonance_rad_per_s;
+  }
+  return mechanics;
+}
+
+}  // namespace
+
+MovingParts::MovingParts(const effects::Mechanics& mechanics,
+                         std::optional<control::friction::SlidingTable> curve,
+                         const effects::EffectChain& effects)
+    : mechanics_(with_teeth(mechanics)),
+      curve_(std::move(curve)),
+      effects_(effects),
+      motor_{mechanics.two_masses() ? 1 - mechanics.load_share : 1,
+             contact(mechanics, mechanics.two_masses() ? 1 - mechanics.load_share : 1)},
+      load_{mechanics.load_share, contact(mechanics, mechanics.two_masses() ? mechanics.load_share : 1)} {}
+
+double MovingParts::level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept {
+  const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
+  return curve_Nm + effects_.level_Nm(speed_rad_per_s, direction, running_s_, carried_Nm);
+}
+
+double MovingParts::move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept {
+  const double speed = std::abs(mass.velocity_rad_per_s);
+  const double friction =
+      mass.contact.step(mass.velocity_rad_per_s, mass.share * level_Nm(speed, +1, carried_Nm),
+                        mass.share * level_Nm(speed, -1, carried_Nm), step_s);
+  mass.velocity_rad_per_s += step_s / (mass.share * mechanics_.inertia_kg_m2) * (torque_Nm - friction);
+  mass.position_rad += step_s * mass.velocity_rad_per_s;
+  return friction;
+}
+
+double MovingParts::shaft_torque_Nm() const noexcept {
+  const double twist = motor_.position_rad - load_.position_rad;
+  const double half_gap = 0.5 * mechanics_.backlash_rad;
+  if (std::abs(twist) <= half_gap && half_gap > 0) return 0;
+  const double bent = twist - std::clamp(twist, -half_gap, half_gap);
+  const double torque =
+      mechanics_.shaft_Nm_per_rad * bent +
+      mechanics_.shaft_Nm_s_per_rad * (motor_.velocity_rad_per_s - load_.velocity_rad_per_s);
+  // Flanks push, they do not pull.
+  if (half_gap > 0 && torque * bent < 0) return 0;
+  return torque;
+}
+
+void MovingParts::step(double motor_torque_Nm, double load_Nm, double step_s) noexcept {
+  const double carried_Nm = effects_.load_Nm(position_rad()) + load_Nm;
+  running_s_ += step_s;
+  if (!mechanics_.two_masses()) {
+    friction_torque_Nm_ = move(motor_, motor_torque_Nm - carried_Nm, std::abs(carried_Nm), step_s);
+    return;
+  }
+  const double shaft_Nm = shaft_torque_Nm();
+  friction_torque_Nm_ = move(motor_, motor_torque_Nm - shaft_Nm, std::abs(carried_Nm), step_s) +
+                        move(load_, shaft_Nm - carried_Nm, std::abs(carried_Nm), step_s);
+}
+
+void MovingParts::set_velocity(double velocity_rad_per_s) noexcept {
+  motor_.velocity_rad_per_s = load_.velocity_rad_per_s = velocity_rad_per_s;
+}
+
+void MovingParts::set_position(double position_rad) noexcept {
+  motor_.position_rad = load_.position_rad = position_rad;
+}
+
+}  // namespace sim

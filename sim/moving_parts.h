@@ -1,0 +1,60 @@
+/// @file
+/// The mechanical half of a drive: one mass with friction, or two with a gap and a spring between them.
+#pragma once
+#include <optional>
+
+#include "control/friction/sliding_table.h"
+#include "sim/bounded_bristle.h"
+#include "sim/effects/effect_chain.h"
+
+namespace sim {
+
+/// J·dω/dt = τ − friction(ω, z) − load(θ), integrated semi-implicitly: velocity first, then position with the
+/// new velocity. Friction is the sum of a measured curve, when there is one, and of the effects; a bristle
+/// carries it, so that a joint at rest rests. With a gap or spring the load has its share of inertia and
+/// friction, and the motor the rest. One thread. Cycle: step() neither allocates nor locks.
+class MovingParts {
+ public:
+  /// `effects` have had their say in `mechanics` (EffectChain::arranged); its friction contact is a spring.
+  /// @throws std::invalid_argument without one.
+  MovingParts(const effects::Mechanics& mechanics, std::optional<control::friction::SlidingTable> curve,
+              const effects::EffectChain& effects);
+
+  /// One step under a torque on the motor, against `load_Nm` on the load, positive when it brakes positive
+  /// motion.
+  void step(double motor_torque_Nm, double load_Nm, double step_s) noexcept;
+
+  double motor_position_rad() const noexcept { return motor_.position_rad; }
+  double motor_velocity_rad_per_s() const noexcept { return motor_.velocity_rad_per_s; }
+  /// Of the load; the motor's where there is one mass.
+  double position_rad() const noexcept { return load().position_rad; }
+  double velocity_rad_per_s() const noexcept { return load().velocity_rad_per_s; }
+  double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< all of it, last step
+  double inertia_kg_m2() const noexcept { return mechanics_.inertia_kg_m2; }  ///< all of it
+  double breakaway_Nm(double direction) const noexcept { return level_Nm(0, direction, 0); }
+  void set_velocity(double velocity_rad_per_s) noexcept;
+  void set_position(double position_rad) noexcept;
+
+ private:
+  struct Mass {
+    double share;  // of inertia and friction
+    BoundedBristle contact;
+    double position_rad = 0;
+    double velocity_rad_per_s = 0;
+  };
+  const Mass& load() const noexcept { return mechanics_.two_masses() ? load_ : motor_; }
+  double level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept;
+  /// Friction on that mass over the step, whose velocity and position follow.
+  double move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept;
+  double shaft_torque_Nm() const noexcept;
+
+  effects::Mechanics mechanics_;
+  std::optional<control::friction::SlidingTable> curve_;
+  effects::EffectChain effects_;
+  Mass motor_;
+  Mass load_;
+  double running_s_ = 0;
+  double friction_torque_Nm_ = 0;
+};
+
+}  // namespace sim
