@@ -70,7 +70,7 @@ class CanRobot final : public Robot {
         period_(period),
         setup_clock_(setup_clock != nullptr ? *setup_clock : machine_clock_),
         units_(options.axis, options.unsigned_current),
-        joints_{{{options.joint_name, units_.torque_limit_Nm()}}} {}
+        joints_{{{options.joint_name, units_.torque_limit_Nm(), options.axis.speed_limit_rad_per_s}}} {}
   ~CanRobot() override { deactivate(); }
 
   std::span<const JointInfo> joints() const noexcept override { return joints_; }
@@ -97,7 +97,8 @@ class CanRobot final : public Robot {
   void take_in(bool answered) noexcept;
   void switch_off() noexcept;
   void prepare() noexcept;
-  void begin_commutation() noexcept;
+  void commutate() noexcept;
+  void end_sequence() noexcept;
   void run_sequence() noexcept;
 
   std::function<can::SocketCan()> open_socket_;
@@ -116,14 +117,18 @@ class CanRobot final : public Robot {
   std::optional<tmcl::PolledDrive> drive_;  // while active
 
   Stage stage_ = Stage::kOff;
-  bool failed_ = false;                           // in its preparation
-  std::optional<tmcl::TimeoutReset> reset_;       // while kClearing
-  std::optional<tmcl::Commutation> commutation_;  // while kCommutating
+  bool failed_ = false;  // in its preparation
+  // While kClearing one of the resets, while kCommutating the commutation: what `running_` points to.
+  std::optional<tmcl::TimeoutReset> timeout_reset_;
+  std::optional<tmcl::I2tReset> i2t_reset_;
+  std::optional<tmcl::Commutation> commutation_;
+  tmcl::Sequence* running_ = nullptr;
   tmcl::DriveOutput output_ = tmcl::kStopMotor;
   tmcl::PositionUnwrapper position_;
   std::int64_t position_ticks_ = 0;
   int silent_cycles_ = 0;
   CycleStatus latched_{};
+  bool stop_unheard_ = false;  // of the last deactivate()
 };
 
 // ---- set-up ----
@@ -262,6 +267,7 @@ void CanRobot::try_whole_cycles() {
 
 void CanRobot::deactivate() noexcept {
   if (drive_) {
+    stop_unheard_ = true;
     drive_->stop();  // at once; what follows makes sure
     drive_.reset();
     constexpr int kTries = 6;
@@ -271,13 +277,13 @@ void CanRobot::deactivate() noexcept {
       tmcl::Request stop = kStop;
       stop.motor = options_.motor;
       client.execute(stop, "stop the motor");
+      stop_unheard_ = false;
     } catch (const std::exception&) {
-      // Nobody to tell: the bus is gone, and the fault that says so was reported by exchange().
+      // The bus is gone: told by report().
     }
   }
   transport_.reset();
-  reset_.reset();
-  commutation_.reset();
+  end_sequence();
   stage_ = Stage::kOff;
 }
 
@@ -356,33 +362,50 @@ CycleStatus CanRobot::check_drive() const noexcept {
 }
 
 std::vector<std::string> CanRobot::report() const {
+  if (!drive_) {
+    if (!stop_unheard_) return {};
+    return {options_.joint_name +
+            ": nobody acknowledged the motor stop, and a module on CAN has no watchdog: " +
+            "the motor may still turn; press the emergency stop"};
+  }
   if (latched_.ok()) return {};
   return {options_.joint_name + ": " + describe_can(latched_)};
 }
 
-/// Forgets all preparation; out of turn when the motor may be moving.
+/// Forgets all preparation; out of turn when the motor may be moving. From then on the stop goes out with the
+/// cycle's requests: every cycle, and after each silence's pause while there are no answers. More often, the
+/// pause would never end, and without it no answer could be told from a late one.
 void CanRobot::switch_off() noexcept {
   if (output_ != tmcl::kStopMotor) drive_->stop();
   output_ = tmcl::kStopMotor;
   stage_ = Stage::kOff;
   failed_ = false;
-  reset_.reset();
-  commutation_.reset();
+  end_sequence();
   drive_->forget_ask();
+}
+
+void CanRobot::end_sequence() noexcept {
+  running_ = nullptr;
+  timeout_reset_.reset();
+  i2t_reset_.reset();
+  commutation_.reset();
 }
 
 void CanRobot::prepare() noexcept {
   if (stage_ != Stage::kOff || failed_) return;
-  if (drive_->input().flags.has(tmcl::StatusFlag::kTimeout)) {
+  const tmcl::StatusFlags flags = drive_->input().flags;
+  if (flags.has(tmcl::StatusFlag::kTimeout)) {
     stage_ = Stage::kClearing;
-    reset_.emplace(tmcl::ResetConfig{}, period_);
+    running_ = &timeout_reset_.emplace(tmcl::ResetConfig{}, period_);
+  } else if (flags.has(tmcl::StatusFlag::kI2tExceeded)) {
+    stage_ = Stage::kClearing;
+    running_ = &i2t_reset_.emplace(tmcl::ResetConfig{}, period_);
   } else {
-    begin_commutation();
+    commutate();
   }
 }
 
-void CanRobot::begin_commutation() noexcept {
-  reset_.reset();
+void CanRobot::commutate() noexcept {
   if (!is_youbots_) {
     stage_ = Stage::kReady;
     return;
@@ -391,29 +414,22 @@ void CanRobot::begin_commutation() noexcept {
   tmcl::CommutationConfig config;
   config.firmware = firmware_;
   config.rest = tmcl::kHoldStill;
-  commutation_.emplace(config, period_);
+  running_ = &commutation_.emplace(config, period_);
 }
 
 void CanRobot::run_sequence() noexcept {
-  tmcl::Sequence* sequence = nullptr;
-  if (reset_) sequence = &*reset_;
-  if (commutation_) sequence = &*commutation_;
-  if (sequence == nullptr) return;
-
+  if (running_ == nullptr) return;
   const std::optional<tmcl::Completion>& answer = drive_->answer();
-  const tmcl::Action action = sequence->step(drive_->input(), answer ? &*answer : nullptr);
+  const tmcl::Action action = running_->step(drive_->input(), answer ? &*answer : nullptr);
   if (action.drive) output_ = *action.drive;
   if (action.ask) drive_->ask(*action.ask);
-  if (sequence->progress() == tmcl::Progress::kFailed) {
+  if (running_->progress() == tmcl::Progress::kFailed) {
     switch_off();
     failed_ = true;  // reported by the next cycle's check
-  } else if (sequence->progress() == tmcl::Progress::kDone) {
-    if (stage_ == Stage::kClearing) {
-      begin_commutation();
-    } else {
-      stage_ = Stage::kReady;
-      commutation_.reset();
-    }
+  } else if (running_->progress() == tmcl::Progress::kDone) {
+    // After clearing there may be another flag behind the one that has gone: prepare() looks.
+    stage_ = stage_ == Stage::kClearing ? Stage::kOff : Stage::kReady;
+    end_sequence();
   }
 }
 

@@ -61,11 +61,12 @@ std::chrono::nanoseconds shortest_can_period(std::uint32_t bit_per_s, int reques
 ///   (known: TMCM-174, -1632, -KR-841, -1610 with firmware 1.48 and 2.0; TMCM-1630), another encoder than the
 ///   axis says, and a module that cannot take a cycle's requests at once: the TMCL manual wants one at a
 ///   time, which is requests_per_cycle = 1.
-/// - `enable` clears the time-out flag and finds the commutation where needed, as on EtherCAT: with firmware
-///   2.0 the motor turns a little. The TMCM-1630 finds it by itself.
+/// - `enable` clears the time-out flag, lets a winding cool whose I²t limit was exceeded and finds the
+///   commutation where needed, as on EtherCAT: with firmware 2.0 the motor turns a little. The TMCM-1630
+///   finds it by itself.
 /// - Lost answers, bus-off, a refused request, an error flag or a restarted module stop the motor and are
 ///   latched. After a restart the position counts anew.
-/// - deactivate() stops the motor and waits for the acknowledgement.
+/// - deactivate() stops the motor and waits for the acknowledgement; without one report() says so afterwards.
 /// - NO WATCHDOG: a module that hears nothing goes on with its last target. When the cable breaks or this
 ///   program dies, only the emergency stop helps.
 ///

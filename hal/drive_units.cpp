@@ -35,6 +35,7 @@ DriveUnits::DriveUnits(const AxisData& axis, bool unsigned_current)
       current_limit_mA_(static_cast<std::int32_t>(1000 * axis.current_limit_A)),
       torque_limit_Nm_(axis.current_limit_A * axis.constants.torque_constant_Nm_per_A *
                        axis.constants.gear_ratio),
+      speed_limit_rad_per_s_(axis.speed_limit_rad_per_s),
       unsigned_current_(unsigned_current) {}
 
 tmcl::DriveOutput DriveUnits::output(const JointCommand& command, const tmcl::DriveInput& input,
@@ -43,7 +44,9 @@ tmcl::DriveOutput DriveUnits::output(const JointCommand& command, const tmcl::Dr
     case CommandMode::kTorque:
       return {tmcl::ControllerMode::kCurrent,
               std::clamp(scale_.motor_current_mA(command.target), -current_limit_mA_, current_limit_mA_)};
-    case CommandMode::kVelocity: return {tmcl::ControllerMode::kVelocity, scale_.motor_rpm(command.target)};
+    case CommandMode::kVelocity:
+      return {tmcl::ControllerMode::kVelocity,
+              scale_.motor_rpm(std::clamp(command.target, -speed_limit_rad_per_s_, speed_limit_rad_per_s_))};
     case CommandMode::kPosition: {
       // The drive counts modulo 2^32: the distance to go is the same in its counter and in ours.
       const double distance_ticks =

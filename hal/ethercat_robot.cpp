@@ -41,17 +41,17 @@ std::string name_of(const tmcl::YoubotBoard& board) {
   return (board.arm == 0 ? "arm-" : "arm2-") + number;
 }
 
-/// Sets its stall detection up as the official driver does. False when none answers.
-bool find_gripper(tmcl::Transport& transport, tmcl::Clock& clock) {
+/// Sets its stall detection up as the official driver does. What is wrong with it, empty when nothing is.
+std::string find_gripper(tmcl::Transport& transport, tmcl::Clock& clock) {
   try {
     tmcl::Client client(transport, clock, {.tries = 2});
     for (std::uint8_t bar = 0; bar < tmcl::kGripperBars; ++bar) {
       client.set(tmcl::gripper_parameter("stall_guard_threshold"), 50, bar);
       client.set(tmcl::gripper_parameter("stall_guard_filter_enable"), 1, bar);
     }
-    return true;
-  } catch (const drivers::SetupError&) {
-    return false;  // an arm without gripper is whole
+    return {};
+  } catch (const drivers::SetupError& error) {
+    return error.what();  // an arm without gripper is whole
   }
 }
 
@@ -75,7 +75,9 @@ class EthercatRobot final : public Robot {
       : open_link_(std::move(open_link)), options_(options), clock_(clock), period_(period) {
     for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(kind_of(options.kind))) {
       if (board.kind == tmcl::BoardKind::kPower) continue;
-      joints_.push_back({name_of(board), DriveUnits(axis_of(board), false).torque_limit_Nm()});
+      const AxisData& axis = axis_of(board);
+      joints_.push_back(
+          {name_of(board), DriveUnits(axis, false).torque_limit_Nm(), axis.speed_limit_rad_per_s});
       settings_.push_back(settings_of(options, joints_.back().name));
     }
     for (const EthercatOptions::Parameter& each : options.parameters)
@@ -98,7 +100,9 @@ class EthercatRobot final : public Robot {
   CycleStatus check_drives() const noexcept;
   void repair() noexcept;
   void restore(std::size_t slave) noexcept;
-  void prepare_or_stop(bool enable) noexcept;
+  void prepare() noexcept;
+  void switch_off(bool by_operator) noexcept;
+  void stop_grippers() noexcept;
 
   OpenLink open_link_;
   EthercatOptions options_;
@@ -111,9 +115,11 @@ class EthercatRobot final : public Robot {
   // Neither is ever moved: others point to them.
   std::deque<DriveChannel> drives_;
   std::deque<GripperChannel> grippers_;
+  std::vector<std::string> gripper_trouble_;  // of each: why it is taken for absent
   bool enabled_ = false;
   int bad_cycles_ = 0;
   CycleStatus latched_{};
+  bool gripper_left_moving_ = false;  // by the last deactivate()
 };
 
 void EthercatRobot::activate() {
@@ -166,16 +172,42 @@ void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard
                                                .home = options_.home_arms,
                                                .unsigned_current = options_.unsigned_current,
                                                .period = period_});
-  if (board.kind == tmcl::BoardKind::kArmJoint && board.index == tmcl::kArmJoints - 1)
-    grippers_.emplace_back(drive, find_gripper(transport, clock), period_);
+  if (board.kind == tmcl::BoardKind::kArmJoint && board.index == tmcl::kArmJoints - 1) {
+    gripper_trouble_.push_back(find_gripper(transport, clock));
+    grippers_.emplace_back(drive, gripper_trouble_.back().empty(), period_);
+  }
 }
 
 void EthercatRobot::deactivate() noexcept {
-  if (bus_) bus_->leave_op();
+  if (bus_) {
+    stop_grippers();
+    bus_->leave_op();
+  }
   bus_.reset();
   grippers_.clear();
+  gripper_trouble_.clear();
   drives_.clear();
   link_.reset();
+}
+
+/// A gripper that moves hears of its stop by telegrams, which need cycles; INIT alone would let it go on to
+/// its end.
+void EthercatRobot::stop_grippers() noexcept {
+  constexpr int kCycles = 200;
+  constexpr nanoseconds kPause = std::chrono::milliseconds(1);
+  const auto any_moves = [this] {
+    return std::ranges::any_of(grippers_, [](const GripperChannel& gripper) {
+      return gripper.sample().state == GripperState::kMoving;
+    });
+  };
+  RobotSample sample;
+  std::array<std::uint8_t, ethercat::kMaxFrameBytes> stray{};
+  for (int i = 0; i < kCycles && any_moves(); ++i) {
+    (void)exchange({}, sample);
+    // Waits in the bus' own time, emulated or not; what comes late is nobody's.
+    (void)link_->receive(stray, kPause);
+  }
+  gripper_left_moving_ = any_moves();
 }
 
 CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sample) noexcept {
@@ -185,7 +217,10 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   }
   if (!command.enable) latched_ = {};
   if (latched_.ok()) latched_ = check_command(command);
-  prepare_or_stop(command.enable && latched_.ok());
+  if (command.enable && latched_.ok())
+    prepare();
+  else
+    switch_off(!command.enable);
 
   for (std::size_t i = 0; i < drives_.size(); ++i)
     drives_[i].drive(command.joints[i], enabled_, bus_->outputs(drives_[i].slave()));
@@ -201,7 +236,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   const CycleStatus bus_status = check_bus(result);
   if (latched_.ok()) latched_ = bus_status;
   if (latched_.ok() && command.enable) latched_ = check_drives();
-  if (!latched_.ok()) prepare_or_stop(false);
+  if (!latched_.ok()) switch_off(!command.enable);
   repair();
 
   if (all_fresh) {
@@ -216,12 +251,12 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   return latched_;
 }
 
-void EthercatRobot::prepare_or_stop(bool enable) noexcept {
-  if (!enable) {
-    enabled_ = false;
-    for (DriveChannel& drive : drives_) drive.stop();
-    return;
-  }
+void EthercatRobot::switch_off(bool by_operator) noexcept {
+  enabled_ = false;
+  for (DriveChannel& drive : drives_) by_operator ? drive.stand_by() : drive.stop();
+}
+
+void EthercatRobot::prepare() noexcept {
   bool all_ready = true;
   for (DriveChannel& drive : drives_) {
     drive.prepare();
@@ -292,22 +327,28 @@ void EthercatRobot::repair() noexcept {
 }
 
 void EthercatRobot::restore(std::size_t slave) noexcept {
-  for (GripperChannel& gripper : grippers_)
-    if (gripper.slave() == slave) gripper.forget();
-  for (DriveChannel& drive : drives_)
-    if (drive.slave() == slave && !drive.restore()) return;
+  for (DriveChannel& drive : drives_) {
+    if (drive.slave() != slave) continue;
+    if (!drive.restoring())
+      for (GripperChannel& gripper : grippers_)
+        if (gripper.slave() == slave) gripper.forget();
+    if (!drive.restore()) return;
+  }
   bus_->resume(slave);
 }
 
 std::vector<std::string> EthercatRobot::report() const {
-  if (!bus_) return {};
+  if (!bus_) {
+    if (!gripper_left_moving_) return {};
+    return {"the gripper did not acknowledge its stop and may go on to its end: keep away from it"};
+  }
   std::vector<std::string> lines = bus_->findings();
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (const std::string failure = drives_[i].failure(); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);
   for (std::size_t arm = 0; arm < grippers_.size(); ++arm)
     if (grippers_[arm].sample().state == GripperState::kAbsent)
-      lines.push_back("arm " + std::to_string(arm + 1) + ": no gripper answered at the start");
+      lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_trouble_[arm]);
   lines.push_back(bus_->diagnostics().summary(bus_->counters()));
   return lines;
 }
@@ -318,7 +359,11 @@ std::string check(const EthercatOptions::Parameter& parameter) {
   const tmcl::AxisParameter* const known = tmcl::find_drive_parameter(parameter.name);
   if (known == nullptr) return "is none that the drives have; youbot-bench parameters lists them";
   if (!tmcl::writable(known->access)) return "can only be read";
-  if (!tmcl::readable(known->access)) return "is an action, not a setting";
+  // All that is no setting moves the motor, moves its counter or starts something, and does so as soon as it
+  // is written: before anybody has enabled the robot.
+  const bool is_setting =
+      tmcl::storable(known->access) || known->number == tmcl::drive_parameter("pwm_limit").number;
+  if (!is_setting) return "is a command, not a setting";
   if (known->protection == tmcl::Protection::kPassword) return "is protected by the manufacturer's password";
   if (!known->in_range(parameter.value))
     return "must be " + std::to_string(known->min) + " to " + std::to_string(known->max) + ", not " +

@@ -55,7 +55,9 @@ struct EthercatOptions {
 /// and
 ///   is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
 /// - A gripper that is missing or fails never stops the arm.
-/// - deactivate() stops the motors and leaves OP.
+/// - A drive that heard nothing for 100 ms holds the place it had then, by itself, until its time-out flag is
+///   cleared: while disabled, under a commanded stop, or by `enable`. Until then the sample shows the flag.
+/// - deactivate() stops the motors and leaves OP. A gripper that moves is stopped first, for 0.3 s at most.
 /// `open_link` is called by activate(); `clock` outlives the robot.
 std::unique_ptr<Robot> make_ethercat_robot(
     std::function<std::unique_ptr<drivers::ethercat::Link>()> open_link, const EthercatOptions& options,

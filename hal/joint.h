@@ -29,7 +29,6 @@ struct JointCommand {
 /// Why a joint does not obey. The first cause is kept until the robot is disabled.
 enum class JointFault : std::uint8_t {
   kNone,
-  kOvercurrent,
   kUndervoltage,
   kOvervoltage,
   kOvertemperature,

@@ -62,7 +62,7 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (latched_.ok()) latched_ = check(command);
   enabled_ = command.enable && latched_.ok();
 
-  applied_ = enabled_ ? command : RobotCommand{};
+  applied_ = enabled_ ? within_limits(command) : RobotCommand{};
   advance(period_);
   measured.enabled = enabled_;
   if (!all_finite(std::span(measured.joints).first(joints_.size())))
@@ -85,6 +85,16 @@ void LoopbackRobot::catch_up(std::chrono::nanoseconds now) noexcept {
   const bool lost_the_thread = now - expected >= kMaxPeriods * period_ || now < expected - period_;
   next_exchange_ =
       (lost_the_thread ? now : expected + std::max<std::int64_t>(skipped, 0) * period_) + period_;
+}
+
+RobotCommand LoopbackRobot::within_limits(RobotCommand command) const noexcept {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const double limit_rad_per_s = joints_[i].speed_limit_rad_per_s;
+    JointCommand& joint = command.joints[i];
+    if (joint.mode == CommandMode::kVelocity)
+      joint.target = std::clamp(joint.target, -limit_rad_per_s, limit_rad_per_s);
+  }
+  return command;
 }
 
 CycleStatus LoopbackRobot::check(const RobotCommand& command) const noexcept {

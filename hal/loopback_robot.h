@@ -28,6 +28,7 @@ class LoopbackRobot final : public Robot {
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
 
  private:
+  RobotCommand within_limits(RobotCommand command) const noexcept;
   CycleStatus check(const RobotCommand& command) const noexcept;
   CycleStatus check(const RobotSample& sample) const noexcept;
   void advance(std::chrono::nanoseconds duration) noexcept;

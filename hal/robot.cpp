@@ -17,7 +17,6 @@ const char* describe(Fault fault) noexcept {
 const char* describe(JointFault fault) noexcept {
   switch (fault) {
     case JointFault::kNone: return "no fault";
-    case JointFault::kOvercurrent: return "overcurrent";
     case JointFault::kUndervoltage: return "undervoltage";
     case JointFault::kOvervoltage: return "overvoltage";
     case JointFault::kOvertemperature: return "overtemperature";

@@ -10,6 +10,7 @@
 #include <array>
 #include <chrono>
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -23,11 +24,14 @@ namespace hal {
 struct JointInfo {
   std::string name;            ///< "wheel-1", "arm-3": also the rig name in recordings
   double torque_limit_Nm = 0;  ///< what the motor's current limit can deliver
+  /// Faster velocity commands are cut to it. A position is approached as fast as the drive is set to.
+  double speed_limit_rad_per_s = std::numeric_limits<double>::infinity();
 };
 
 struct RobotCommand {
-  /// Level, not event: false takes the power off every drive. After a fault the robot stays off until it
-  /// has seen one exchange with `enable == false`, so motion never resumes by itself.
+  /// Level, not event: false stops every motor, also one that its own watchdog made hold its place. After a
+  /// fault the robot stays off until it has seen one exchange with `enable == false`, so motion never resumes
+  /// by itself.
   bool enable = false;
   std::array<JointCommand, kMaxJoints> joints{};        ///< in the order of Robot::joints()
   std::array<GripperCommand, kMaxGrippers> grippers{};  ///< arm by arm; those there are not are ignored
@@ -88,8 +92,9 @@ class Robot {
   /// joints, the joints and the stamp are left as they were, so that the stamp shows their age.
   virtual CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept = 0;
 
-  /// Setup, while active: how the device fares in words, a finding a line, for the log after a run or a
-  /// fault. Empty when there is nothing to tell.
+  /// Setup: how the device fares in words, a finding a line, for the log after a run or a fault; after
+  /// deactivate() what may still be moving, because nothing confirmed that it stopped. Empty when there is
+  /// nothing to tell.
   virtual std::vector<std::string> report() const { return {}; }
 };
 

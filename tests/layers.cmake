@@ -15,7 +15,7 @@ set(rules
   "^hal/.*\\.h$"        "^(hal|Eigen)/"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
   "^control/"           "^(control|Eigen|kdl)/"
-  "^sim/model_file\\."  "^((sim|control|Eigen|toml\\+\\+)/|${plain_values})"
+  "^sim/gap/"           "^((sim|control|Eigen|unsupported/Eigen)/|${plain_values})"
   "^sim/identify/"      "^((sim|control|Eigen|ceres)/|${plain_values})"
   "^sim/"               "^((sim|control|Eigen)/|${plain_values})"
   "^apps/"              "^(apps|sim|control|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")

@@ -16,7 +16,10 @@ std::vector<hal::JointInfo> wheel_joints() {
   const hal::AxisData& axis = hal::kWheelAxis;
   const double limit_Nm =
       axis.current_limit_A * axis.constants.torque_constant_Nm_per_A * axis.constants.gear_ratio;
-  return {{"wheel-1", limit_Nm}, {"wheel-2", limit_Nm}, {"wheel-3", limit_Nm}, {"wheel-4", limit_Nm}};
+  std::vector<hal::JointInfo> joints;
+  for (const char* name : {"wheel-1", "wheel-2", "wheel-3", "wheel-4"})
+    joints.push_back({name, limit_Nm, axis.speed_limit_rad_per_s});
+  return joints;
 }
 
 /// The simulated drive is the real axis: same gear, motor constant, current limit and sensor counts.

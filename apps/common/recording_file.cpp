@@ -1,7 +1,6 @@
 #include "apps/common/recording_file.h"
 
 #include <fcntl.h>
-#include <signal.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -10,12 +9,12 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
 
+#include "apps/common/file_size_signal.h"
 #include "hal/setup_error.h"
 
 namespace apps {
@@ -28,28 +27,6 @@ constexpr std::size_t kBufferBytes = 64 * 1024;
 constexpr std::size_t kLongestShortestChars = 24;
 /// Fixed notation spells the largest double out: sign, 309 digits, point, then the decimals.
 constexpr std::size_t kLongestFixedChars = 2 + std::numeric_limits<double>::max_exponent10 + 1;
-
-/// A write past RLIMIT_FSIZE raises SIGXFSZ in the writing thread, whose default action ends the
-/// process. This holds the signal back for a scope and throws it away; the write reports EFBIG anyway.
-class FileSizeSignalHeldBack {
- public:
-  FileSizeSignalHeldBack() noexcept {
-    sigemptyset(&held_);
-    sigaddset(&held_, SIGXFSZ);
-    pthread_sigmask(SIG_BLOCK, &held_, &before_);
-  }
-  FileSizeSignalHeldBack(const FileSizeSignalHeldBack&) = delete;
-  FileSizeSignalHeldBack& operator=(const FileSizeSignalHeldBack&) = delete;
-  ~FileSizeSignalHeldBack() {
-    const timespec at_once{};
-    if (sigismember(&before_, SIGXFSZ) == 0) sigtimedwait(&held_, nullptr, &at_once);
-    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
-  }
-
- private:
-  sigset_t held_{};
-  sigset_t before_{};
-};
 
 /// Repeats a system call that a signal interrupted.
 template <typename Call>

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <functional>
+#include <map>
 #include <set>
 #include <system_error>
 
@@ -88,7 +90,8 @@ bool parse_number(std::string_view text, double& value) {
 
 class Reader {
  public:
-  Reader(std::string_view text, const std::string& name) : left_(text), name_(name) {}
+  Reader(std::string_view text, const std::string& name, NotMeasured not_measured)
+      : left_(text), name_(name), not_measured_(not_measured) {}
 
   ReadRecording read() {
     if (left_.starts_with("\xEF\xBB\xBF")) left_.remove_prefix(3);
@@ -138,9 +141,23 @@ class Reader {
     recording.comments.emplace_back(key, value);
     if (key == "rig") recording.rig = value;
     if (key == "experiment") recording.experiment = value;
+    if (key == "not_measured") read_reason(value);
     if (key == "sample_rate_Hz" && !(parse_number(value, recording.sample_rate_Hz) &&
                                      std::isfinite(recording.sample_rate_Hz) && recording.sample_rate_Hz > 0))
       problem(line_, "sample_rate_Hz is " + quoted(value) + "; expected a positive number");
+  }
+
+  /// "COLUMN,COLUMN: reason"
+  void read_reason(std::string_view text) {
+    const std::size_t colon = text.find(':');
+    if (colon == text.npos) return;
+    const std::string reason(trimmed(text.substr(colon + 1)));
+    for (std::string_view names = text.substr(0, colon);;) {
+      const std::size_t comma = names.find(',');
+      reasons_.emplace(trimmed(names.substr(0, comma)), reason);
+      if (comma == names.npos) return;
+      names.remove_prefix(comma + 1);
+    }
   }
 
   bool read_header(std::string_view line, bool whole) {
@@ -216,6 +233,7 @@ class Reader {
   }
 
   bool read_row(std::string_view line, std::vector<double>& row) {
+    missing_.clear();
     std::size_t fields = 0;
     bool good = true;
     for (std::string_view rest = line;; ++fields) {
@@ -244,13 +262,32 @@ class Reader {
       have_time_ = true;
       last_time_s_ = time_s;
     }
-    return good;
+    return tell_missing() && good;
+  }
+
+  /// True when the row may be taken.
+  bool tell_missing() {
+    if (missing_.empty()) return true;
+    const std::string& first = result_.recording.columns[missing_.front()].name;
+    const std::string others =
+        missing_.size() > 1 ? " and " + std::to_string(missing_.size() - 1) + " more were" : " was";
+    const std::string message = first + others + " not measured: " + reasons_.at(first);
+    if (not_measured_ == NotMeasured::kTaken)
+      warn(line_, message);
+    else
+      problem(line_, message);
+    return not_measured_ == NotMeasured::kTaken;
   }
 
   bool read_field(std::string_view field, std::size_t column, double& value) {
     if (!parse_number(field, value)) {
       field = trimmed(field);
       if (!parse_number(field, value)) return refuse_field(field, column);
+    }
+    if (std::isnan(value) && column != time_column_ &&
+        reasons_.contains(result_.recording.columns[column].name)) {
+      missing_.push_back(column);
+      return true;
     }
     return std::isfinite(value) || refuse_field(field, column);
   }
@@ -291,6 +328,9 @@ class Reader {
 
   std::string_view left_;
   const std::string& name_;
+  NotMeasured not_measured_;
+  std::map<std::string, std::string, std::less<>> reasons_;  // of what is not measured, by column
+  std::vector<std::size_t> missing_;                         // columns of the row being read
   std::size_t line_ = 0;
   bool titled_ = false;
   std::size_t time_column_ = static_cast<std::size_t>(-1);
@@ -303,11 +343,11 @@ class Reader {
 
 }  // namespace
 
-ReadRecording parse_recording(std::string_view text, const std::string& name) {
-  return Reader(text, name).read();
+ReadRecording parse_recording(std::string_view text, const std::string& name, NotMeasured not_measured) {
+  return Reader(text, name, not_measured).read();
 }
 
-ReadRecording read_recording(const std::filesystem::path& path) {
+ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_measured) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     throw RecordingError({path.string() + ": is a directory; give the files in it"});
@@ -317,7 +357,7 @@ ReadRecording read_recording(const std::filesystem::path& path) {
   file.seekg(0);
   if (!file.read(text.data(), static_cast<std::streamsize>(text.size())))
     throw RecordingError({path.string() + ": cannot be read to its end"});
-  return parse_recording(text, path.string());
+  return parse_recording(text, path.string(), not_measured);
 }
 
 }  // namespace apps

@@ -11,8 +11,13 @@
 /// Taken: columns in any order, other columns (kept, with a warning), CRLF, a byte order mark, blanks round
 /// numbers. A last line without its end was torn by a crash or a full disk, and its last number may lack
 /// digits: it is left out, with a warning.
+///
+/// A measurement may have no result, which is `nan` in its row. The header says why, and for which columns:
+///
+///     # not_measured: first_step_rad,torque_command_Nm: wheel-3 never moved up to 0.3 N·m
 #pragma once
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -36,9 +41,15 @@ struct ReadRecording {
   std::vector<std::string> warnings;  ///< as problems()
 };
 
+/// What becomes of a row that lacks something for which the header has a reason: it is refused, or taken as
+/// NaN. The reason is told either way.
+enum class NotMeasured : std::uint8_t { kRefused, kTaken };
+
 /// @throws RecordingError, also when the file cannot be read.
-ReadRecording read_recording(const std::filesystem::path& path);
+ReadRecording read_recording(const std::filesystem::path& path,
+                             NotMeasured not_measured = NotMeasured::kRefused);
 /// The same for a text in memory; `name` stands for the file in messages.
-ReadRecording parse_recording(std::string_view text, const std::string& name);
+ReadRecording parse_recording(std::string_view text, const std::string& name,
+                              NotMeasured not_measured = NotMeasured::kRefused);
 
 }  // namespace apps

@@ -261,6 +261,8 @@ void TomlTable::refuse(std::string_view key, const std::string& complaint) {
   node_->file.problems.emplace(line, fmt::format("'{}{}' {}", node_->prefix, key, complaint));
 }
 
+void TomlTable::ignore(std::string_view key) { (void)node_->find(key, false); }
+
 TomlTable TomlTable::table(std::string_view key, const KeyRules& rules) {
   const std::string prefix = fmt::format("{}{}.", node_->prefix, key);
   if (const toml::node* found = node_->find(key, rules.required)) {
@@ -291,6 +293,15 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, const KeyRules& r
     }
   }
   return result;
+}
+
+std::string toml_string(std::string_view text) {
+  std::string quoted = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') quoted += '\\';
+    quoted += static_cast<unsigned char>(c) < 0x20 || c == 0x7f ? ' ' : c;
+  }
+  return quoted + '"';
 }
 
 TomlFile::TomlFile(std::unique_ptr<State> state) : state_(std::move(state)) {}

@@ -71,6 +71,9 @@ class TomlTable {
   /// it.
   void refuse(std::string_view key, const std::string& complaint);
 
+  /// Whatever is there is another program's business.
+  void ignore(std::string_view key);
+
   TomlTable table(std::string_view key, const KeyRules& rules = {});
   /// The elements of an array of tables, `[[key]]`.
   std::vector<TomlTable> tables(std::string_view key, const KeyRules& rules = {});
@@ -83,6 +86,9 @@ class TomlTable {
                                           const KeyRules& rules);
   Node* node_;
 };
+
+/// `text` quoted as TOML has it. Control characters, which such text cannot hold, become blanks.
+std::string toml_string(std::string_view text);
 
 class TomlFile {
  public:

@@ -15,7 +15,7 @@
   let colours = {};
   const css = name =>
     (colours[name] ??= getComputedStyle(document.documentElement).getPropertyValue(name).trim());
-  const colourName = index => `--series-${index % kColours}`;
+  const colourName = look => `--series-${look % kColours}`;
 
   const element = (tag, attributes = {}, ...children) => {
     const made = document.createElement(tag);
@@ -153,7 +153,7 @@
   }
 
   // What uPlot strokes and fills for one series: line, error bars and markers.
-  function pathsOf(u, plot, series, index) {
+  function pathsOf(u, plot, series) {
     const {x, y, limit, hasPoint, hasLimits} = placesOf(u, plot, series);
     const px = uPlot.pxRatio;
     const count = series.x.length;
@@ -171,7 +171,7 @@
     if (hasMarkers(series)) {
       const radius = (count > 500 ? 1.7 : 3) * px;
       for (let k = 0; k < count; ++k)
-        if (hasPoint(k)) addMarker(fill, kShapes[index % kShapes.length], x(k), y(series.y[k]), radius);
+        if (hasPoint(k)) addMarker(fill, kShapes[series.look % kShapes.length], x(k), y(series.y[k]), radius);
     }
     if (hasMarkers(series) && series.lower) {
       for (let k = 0; k < count; ++k) {
@@ -189,7 +189,7 @@
   }
 
   // Fills the area between lower and upper. Before all series, so that it covers no point.
-  function drawBand(u, plot, series, index) {
+  function drawBand(u, plot, series) {
     const {x, limit, hasLimits} = placesOf(u, plot, series);
     const path = new Path2D();
     for (let first = 0; first < series.x.length; ++first) {
@@ -203,7 +203,7 @@
     inside.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
     u.ctx.save();
     u.ctx.clip(inside);
-    u.ctx.fillStyle = css(colourName(index)) + '40';
+    u.ctx.fillStyle = css(colourName(series.look)) + '40';
     u.ctx.fill(path);
     u.ctx.restore();
   }
@@ -262,9 +262,9 @@
 
   // --- one plot ---
 
-  function swatch(series, index) {
+  function swatch(series) {
     const parts = [];
-    const colour = `var(${colourName(index)})`;
+    const colour = `var(${colourName(series.look)})`;
     if (series.lower && !hasMarkers(series))
       parts.push(`<rect width="26" height="12" fill="${colour}" fill-opacity="0.25"/>`);
     if (hasLine(series)) {
@@ -276,7 +276,7 @@
         circle: '<circle cx="13" cy="6" r="4"', square: '<rect x="9.5" y="2.5" width="7" height="7"',
         triangle: '<path d="M13 1l4.5 8.5h-9z"', diamond: '<path d="M13 1l5 5-5 5-5-5z"',
       };
-      parts.push(`${shapes[kShapes[index % kShapes.length]]} fill="${colour}"/>`);
+      parts.push(`${shapes[kShapes[series.look % kShapes.length]]} fill="${colour}"/>`);
     }
     const holder = element('span', {'aria-hidden': 'true', style: 'display:inline-flex'});
     holder.innerHTML = `<svg width="26" height="12">${parts.join('')}</svg>`;
@@ -285,6 +285,7 @@
 
   function draw(figure) {
     const plot = JSON.parse(figure.querySelector('script').textContent);
+    plot.series.forEach((series, index) => { series.look ??= index; });
     const all = key => plot.series.map(series => series[key]);
     const home = {
       x: homeRange(plot.x, all('x')),
@@ -352,16 +353,16 @@
       legend: {show: false},
       scales: {x: scale('x'), y: scale('y')},
       axes: [axis('x'), axis('y')],
-      series: [{}, ...plot.series.map((series, index) => ({
+      series: [{}, ...plot.series.map(series => ({
         auto: false,
         facets: [{scale: 'x', auto: false}, {scale: 'y', auto: false}],
-        stroke: () => css(colourName(index)),
-        fill: () => css(colourName(index)),
+        stroke: () => css(colourName(series.look)),
+        fill: () => css(colourName(series.look)),
         width: hasLine(series) ? 1.75 : 1.25,
         dash: series.style === 'dashed' ? [7, 5] : undefined,
         cap: series.style === 'dashed' ? 'butt' : 'round',
         points: {show: false},
-        paths: self => pathsOf(self, plot, series, index),
+        paths: self => pathsOf(self, plot, series),
       }))],
       cursor: {
         points: {show: false},
@@ -380,7 +381,7 @@
         }],
         drawAxes: [self => plot.series.forEach((series, index) => {
           const isBand = series.lower && !hasMarkers(series);
-          if (isBand && self.series[index + 1].show) drawBand(self, plot, series, index);
+          if (isBand && self.series[index + 1].show) drawBand(self, plot, series);
         })],
         draw: [() => placeMark()],
       },
@@ -500,7 +501,7 @@
     plot.series.forEach((series, index) => {
       if (!series.name) return;
       const button = element('button', {type: 'button', 'aria-pressed': 'true', title: 'Show or hide'},
-        swatch(series, index), series.name);
+        swatch(series), series.name);
       button.addEventListener('click', () => {
         const show = !isOn(index);
         if (!show && chosen?.index === index) choose(null);

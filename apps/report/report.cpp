@@ -13,6 +13,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "apps/common/file_size_signal.h"
 #include "apps/report/assets.h"
 #include "apps/report/decimate.h"
 #include "hal/setup_error.h"
@@ -120,7 +121,8 @@ Drawn drawn(const Series& series, const Plot& plot) {
   Drawn result;
   result.json = R"({"name":)" + json(series.name) + R"(,"style":")" + name_of(series.style) + R"(","x":)" +
                 json(series.x, kept) + R"(,"y":)" + y + R"(,"lower":)" + optional(series.lower) +
-                R"(,"upper":)" + optional(series.upper) + "}";
+                R"(,"upper":)" + optional(series.upper) + R"(,"look":)" +
+                (series.look ? std::to_string(*series.look) : "null") + "}";
   if (kept.size() < series.x.size()) {
     result.thinned = (series.name.empty() ? "" : series.name + ": ") + grouped(kept.size()) + " of " +
                      grouped(series.x.size()) + " points are in this page, " +
@@ -179,7 +181,7 @@ std::string four_digits(double value) {
 
 std::string html_cell(const Cell& cell, const Column& column, bool whole) {
   if (const auto* text = std::get_if<std::string>(&cell)) return "<td>" + escaped(*text) + "</td>";
-  const double value = std::get<double>(cell);
+  const double value = std::get<double>(cell) + 0.0;  // -0 becomes 0
   if (!std::isfinite(value)) return R"(<td class="number">–</td>)";
   return R"(<td class="number">)" +
          (column.decimals || whole ? fixed(value, column.decimals.value_or(0)) : four_digits(value)) +
@@ -211,6 +213,7 @@ class Unfinished {
 };
 
 bool write_all(int fd, std::string_view text) {
+  const apps::FileSizeSignalHeldBack held_back;
   while (!text.empty()) {
     const ssize_t count = ::write(fd, text.data(), text.size());
     if (count < 0 && errno == EINTR) continue;

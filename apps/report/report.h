@@ -23,6 +23,9 @@ struct Series {
   /// Both or neither: a band along a line, error bars on points.
   std::vector<double> lower{};
   std::vector<double> upper{};
+  /// Series with the same number share colour and marker, such as the points of a wheel and the curve through
+  /// them; by their order in the plot when not given.
+  std::optional<unsigned> look{};
 };
 
 struct Axis {

@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <iterator>
+#include <map>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "apps/common/build_info.h"
 #include "hal/setup_error.h"
@@ -65,18 +69,28 @@ void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take
     if (parse_row(line, row)) take(std::span<const double>(row));
 }
 
-void make_directory(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error) throw hal::SetupError(path.string(), "make this directory", error.message());
-}
-
 void write_text(const fs::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();
   if (!file)
     throw hal::SetupError(path.string(), "write the configuration", "make room or choose another DIR");
+}
+
+/// For each reason a comment with the columns it stands for.
+std::vector<Comment> reason_comments(const std::string& joint, const std::vector<std::string>& columns,
+                                     const std::vector<std::string>& reasons) {
+  std::map<std::string, std::string> columns_of;
+  for (std::size_t i = 0; i < reasons.size(); ++i) {
+    std::string& names = columns_of[reasons[i]];
+    names += (names.empty() ? "" : ",") + columns[i];
+  }
+  columns_of.erase("");
+  std::vector<Comment> comments;
+  comments.reserve(columns_of.size());
+  for (const auto& [reason, names] : columns_of)
+    comments.push_back({"not_measured", names + ": " + joint + " " + reason});
+  return comments;
 }
 
 bool has_files(const fs::path& directory) {
@@ -91,8 +105,30 @@ bool ExperimentRecording::holds_recording(const Description& description) {
          (!description.result_columns.empty() && has_files(description.directory / description.result));
 }
 
+ExperimentRecording::Made::~Made() {
+  std::error_code stays;
+  for (; !paths_.empty(); paths_.pop_back()) fs::remove(paths_.back(), stays);
+}
+
+void ExperimentRecording::make_directory(const fs::path& path) {
+  std::vector<fs::path> missing;
+  std::error_code error;
+  for (fs::path at = path; !at.empty() && !fs::exists(at, error); at = at.parent_path())
+    missing.push_back(at);
+  for (; !missing.empty(); missing.pop_back())
+    if (fs::create_directory(missing.back(), error)) made_.add(missing.back());
+  std::error_code unknown;
+  if (!fs::is_directory(path, unknown))
+    throw hal::SetupError(path.string(), "make this directory",
+                          error ? error.message() : "something else has that name");
+}
+
 ExperimentRecording::ExperimentRecording(const Description& description, bool resume)
-    : resume_(resume), finished_(resume ? -1 : 0), result_values_(description.result_columns.size()) {
+    : resume_(resume),
+      finished_(resume ? -1 : 0),
+      result_values_(description.result_columns.size()),
+      joints_(description.joints),
+      reasons_(description.not_measured) {
   const fs::path rows_directory = description.directory / description.experiment;
   const fs::path result_directory = description.directory / description.result;
   if (!resume && holds_recording(description))
@@ -103,6 +139,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
   if (!resume_) {
     make_directory(rows_directory);
     if (result_values_ > 0) make_directory(result_directory);
+    made_.add(rows_directory / "experiment.toml");
     write_text(rows_directory / "experiment.toml", description.configuration);
   }
 
@@ -116,6 +153,10 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
       if (result_values_ > 0) count_finished(result_directory / (joint + ".csv"), result_columns);
   }
   const auto finished = [this](std::span<const double>, int number) { return number < finished_; };
+  const auto finished_result = [&](std::span<const double> row, int number) {
+    if (finished(row, number)) note_missing(results_.size(), number, row.subspan(1));
+    return finished(row, number);
+  };
 
   const std::vector<Comment> common{{"sample_rate_Hz", shortest(description.rate_Hz)},
                                     {"software", apps::build_version()}};
@@ -132,8 +173,10 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
     if (result_values_ > 0) {
       std::vector<Comment> result_comments{
           {"rig", joint}, {"experiment", description.result}, {"software", apps::build_version()}};
+      std::ranges::move(reason_comments(joint, description.result_columns, reasons_),
+                        std::back_inserter(result_comments));
       results_.push_back(
-          open(result_directory / (joint + ".csv"), result_comments, result_columns, finished));
+          open(result_directory / (joint + ".csv"), result_comments, result_columns, finished_result));
     }
   }
   progress_ =
@@ -174,9 +217,10 @@ void ExperimentRecording::count_finished(const fs::path& path, const std::vector
 ExperimentRecording::File ExperimentRecording::open(
     const fs::path& path, const std::vector<Comment>& comments, const std::vector<Column>& columns,
     const std::function<bool(std::span<const double>, int)>& keep) {
-  if (!resume_) return std::make_unique<apps::RecordingFile>(path, comments, columns);
-  const fs::path fresh = path.string() + ".resumed";
+  const fs::path fresh = path.string() + (resume_ ? ".resumed" : "");
   auto file = std::make_unique<apps::RecordingFile>(fresh, comments, columns);
+  made_.add(fresh);
+  if (!resume_) return file;
   int number = 0;
   for_each_row(path, columns, [&](std::span<const double> row) {
     if (keep(row, number++)) file->append_row(row);
@@ -206,11 +250,21 @@ void ExperimentRecording::write(const ExperimentRecord& record) {
   for (std::size_t joint = 0; joint < results_.size(); ++joint) {
     std::copy_n(record.values[joint].begin(), result_values_, line_.begin() + 1);
     results_[joint]->append_row(std::span(line_).first(1 + result_values_));
+    note_missing(joint, record.measurement, std::span(line_).subspan(1, result_values_));
   }
   if (!flush_all(results_)) return;
   progress_->append_row(std::array{record.time_s, static_cast<double>(record.measurement)});
   progress_->flush();
   if (!progress_->error().empty()) failed_.store(true, std::memory_order_relaxed);
+}
+
+void ExperimentRecording::note_missing(std::size_t joint, int measurement, std::span<const double> values) {
+  for (std::size_t i = 0; i < std::min(values.size(), reasons_.size()); ++i) {
+    if (!std::isnan(values[i]) || reasons_[i].empty()) continue;
+    not_measured_.push_back(joints_[joint] + ", measurement " + std::to_string(measurement + 1) + ": " +
+                            reasons_[i]);
+    return;  // what is missing further right follows from it
+  }
 }
 
 bool ExperimentRecording::flush_all(std::vector<File>& files) {

@@ -44,6 +44,11 @@ struct ExperimentRecord {
 /// A measurement counts once its line is in `progress`, which is written after its rows and results have been
 /// handed to the operating system. Resuming keeps what counts and leaves out the rest, so that the files read
 /// as if nothing had come between. Files are replaced by renaming: a crash while resuming loses nothing.
+///
+/// A result that could not be measured is `nan`; the header says why (apps/common/recording_reader.h).
+///
+/// Until keep() is called, destruction removes again what the constructor has made, so that a set-up which
+/// fails leaves nothing behind.
 class ExperimentRecording {
  public:
   struct Description {
@@ -53,6 +58,7 @@ class ExperimentRecording {
     std::vector<std::string> joints{};
     sim::experiments::RecordedCommands commands{};
     std::vector<std::string> result_columns{};
+    std::vector<std::string> not_measured{};  ///< for each of them, JointExperiment::not_measured()
     double rate_Hz = 1000.0;
     std::string configuration{};                       ///< TOML text
     std::function<void()> about_every_100_ms = [] {};  ///< on the writer's thread
@@ -63,6 +69,9 @@ class ExperimentRecording {
   /// Setup: new, or going on with what is there. @throws hal::SetupError naming path and cause;
   /// std::invalid_argument when there is a recording already, or, to resume, none or one that does not fit.
   ExperimentRecording(const Description& description, bool resume);
+
+  /// Setup: from now on there is something worth keeping.
+  void keep() noexcept { made_.keep(); }
 
   int finished_measurements() const noexcept { return finished_; }  ///< in what is resumed
   double finished_until_s() const noexcept { return finished_until_s_; }
@@ -78,12 +87,30 @@ class ExperimentRecording {
   void close() noexcept;
   /// What went wrong, in words; empty when everything is on disk. After close().
   std::vector<std::string> problems() const;
+  /// Results on disk that could not be measured, in words: "wheel-3, measurement 1: never moved up to
+  /// 0.3 N·m". After close().
+  const std::vector<std::string>& not_measured() const noexcept { return not_measured_; }
   /// Finished measurements on disk, those resumed included. After close().
   int measurements_on_disk() const noexcept { return static_cast<int>(progress_->rows_written()); }
   std::uint64_t rows_on_disk() const noexcept;  ///< of the joint that has fewest. After close().
 
  private:
   using File = std::unique_ptr<apps::RecordingFile>;
+  /// Files and directories, removed at destruction unless they are to be kept. A directory that holds
+  /// something else stays.
+  class Made {
+   public:
+    Made() = default;
+    Made(const Made&) = delete;
+    Made& operator=(const Made&) = delete;
+    ~Made();
+    void add(const std::filesystem::path& path) { paths_.push_back(path); }
+    void keep() noexcept { paths_.clear(); }
+
+   private:
+    std::vector<std::filesystem::path> paths_;
+  };
+  void make_directory(const std::filesystem::path& path);
   File open(const std::filesystem::path& path, const std::vector<apps::RecordingFile::Comment>& comments,
             const std::vector<apps::RecordingFile::Column>& columns,
             const std::function<bool(std::span<const double>, int)>& keep);
@@ -93,14 +120,19 @@ class ExperimentRecording {
                       const std::vector<apps::RecordingFile::Column>& columns);
   void write(const ExperimentRecord& record);
   bool flush_all(std::vector<File>& files);
+  void note_missing(std::size_t joint, int measurement, std::span<const double> values);
 
+  Made made_;  // first: outlives the files
   bool resume_;
   int finished_;  // -1: not known yet
   double finished_until_s_ = -1.0;
   std::vector<ExperimentRecord::Value> row_values_;  // of the columns after time_s
   std::size_t result_values_ = 0;
-  std::vector<File> rows_;     // by joint
-  std::vector<File> results_;  // by joint, or none
+  std::vector<std::string> joints_;
+  std::vector<std::string> reasons_;       // why results are missing, by column
+  std::vector<std::string> not_measured_;  // the writer's, until close()
+  std::vector<File> rows_;                 // by joint
+  std::vector<File> results_;              // by joint, or none
   File progress_;
   std::atomic<bool> failed_{false};
   std::vector<double> line_;                                  // the writer's

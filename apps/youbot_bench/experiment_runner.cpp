@@ -9,8 +9,11 @@
 
 #include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
+#include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/progress.h"
 #include "hal/setup_error.h"
+#include "sim/experiments/low_pass.h"
+#include "sim/experiments/parameter.h"
 
 namespace youbot_bench {
 namespace {
@@ -59,6 +62,17 @@ std::vector<double> time_left_from(const std::vector<ExperimentCycle::Joint>& jo
   return left;
 }
 
+/// Else a measurement would not only tell of itself, but of what came before, too.
+void require_memory_shorter_than(double settle_s, double cutoff_rad_per_s) {
+  const double memory_s = sim::experiments::kForgotten / cutoff_rad_per_s;
+  if (settle_s < memory_s)
+    throw std::invalid_argument("the filter of the velocity remembers " +
+                                sim::experiments::number_text(memory_s) + " s, but only " +
+                                sim::experiments::number_text(settle_s) +
+                                " s are waited before a measurement: raise --settle, --rest or "
+                                "--filter-cutoff");
+}
+
 void require_real_time(apps::RealTimeThread& thread, const ExperimentOptions& options,
                        ExperimentOutcome& outcome) {
   outcome.not_real_time = thread.enter(options.real_time);
@@ -79,6 +93,18 @@ void keep_frames(const drivers::ethercat::PcapRing& frames, const ExperimentPlan
   try {
     frames.write(file.string(), outcome.fault);
     outcome.frames = file;
+  } catch (const std::exception& error) {
+    outcome.recording_problems.emplace_back(error.what());
+  }
+}
+
+/// The motors are off and the recording is closed: what goes wrong here costs the page and nothing else.
+void write_report(const ExperimentPlan& plan, const ExperimentOptions& options, ExperimentOutcome& outcome) {
+  try {
+    write_experiment_report(options.directory, {.experiment = plan.name,
+                                                .finished = outcome.finished,
+                                                .planned = outcome.planned,
+                                                .fault = outcome.fault});
   } catch (const std::exception& error) {
     outcome.recording_problems.emplace_back(error.what());
   }
@@ -125,6 +151,9 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   const sim::experiments::JointExperiment& first = *joints.front().experiment;
   description.commands = first.recorded_commands();
   description.result_columns.assign(first.result_columns().begin(), first.result_columns().end());
+  for (std::size_t i = 0; i < first.result_columns().size(); ++i)
+    description.not_measured.push_back(first.not_measured(i));
+  require_memory_shorter_than(first.settle_s(), options.filter_cutoff_rad_per_s);
   const int cycles_per_row =
       std::max(1, static_cast<int>(std::lround(1 / (options.record_rate_Hz * period_s))));
   description.rate_Hz = 1 / (cycles_per_row * period_s);
@@ -137,10 +166,12 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   ExperimentRecording recording(description, options.resume);
   const int done_before = recording.finished_measurements();
   outcome.finished = done_before;
+  outcome.not_measured = recording.not_measured();
   if (done_before > outcome.planned)
     throw std::invalid_argument("--resume: more measurements are finished than this experiment has");
   if (done_before == outcome.planned) {
     recording.close();
+    write_report(plan, options, outcome);
     return outcome;
   }
 
@@ -161,6 +192,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
     const Activation activation(robot);
     apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time) require_real_time(real_time, options, outcome);
+    recording.keep();
     run_loop(
         clock, options.period, cycle, recording, stop,
         [&]() noexcept {
@@ -176,7 +208,9 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   progress.finish();
   outcome.finished = recording.measurements_on_disk();
   outcome.recording_problems = recording.problems();
+  outcome.not_measured = recording.not_measured();
   if (cycle.stop()) outcome.fault = describe(cycle.stop(), robot);
+  write_report(plan, options, outcome);
   return outcome;
 }
 

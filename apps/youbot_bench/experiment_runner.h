@@ -53,6 +53,7 @@ struct ExperimentOutcome {
   std::vector<std::string> robot_report;   ///< see hal::Robot::report()
   std::vector<std::string> not_real_time;  ///< what the system refused
   std::vector<std::string> recording_problems;
+  std::vector<std::string> not_measured;  ///< results there are none of, and why; those of earlier runs, too
   std::chrono::nanoseconds robot_time{};
   std::chrono::nanoseconds wall_time{};
   std::uint64_t overruns = 0;  ///< periods skipped because a cycle was late
@@ -60,7 +61,8 @@ struct ExperimentOutcome {
 
 /// Waits until the drives obey, measures one after the other what is not on disk yet, brakes, switches off.
 /// A fault, too much speed or travel, or a cycle that did not come for 0.1 s switches the drives off at once;
-/// `stop`, a full disk and the end of the plan brake first. `clock` is the one `robot` was made with. Blocks.
+/// `stop`, a full disk and the end of the plan brake first. Then report.html is written beside the recording;
+/// one that cannot be is among the recording's problems. `clock` is the one `robot` was made with. Blocks.
 /// @throws hal::SetupError, std::invalid_argument before anything moves; the robot is then off, too.
 ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
                                  hal::Robot& robot, hal::Clock& clock, const std::atomic<bool>& stop);

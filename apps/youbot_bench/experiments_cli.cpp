@@ -9,6 +9,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <map>
 #include <set>
@@ -20,6 +21,8 @@
 #include <utility>
 
 #include "apps/common/build_info.h"
+#include "apps/common/drive_model_file.h"
+#include "apps/common/ethercat_config.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/common/toml_reader.h"
@@ -47,8 +50,8 @@ namespace {
 /// What all experiments have; the defaults of some depend on the experiment.
 struct CommonConfig {
   std::string robot = "loopback";
-  std::string kind = "base";
   std::string joints{};
+  std::string model{};
   double record_rate_Hz = 1000.0;
   double max_speed_rad_per_s = 12.0;
   double max_travel_rad = 0.0;
@@ -59,8 +62,8 @@ struct CommonConfig {
   template <typename Visitor>
   void visit(Visitor&& v) {
     v(Parameter{"robot", "loopback, wire, ethercat:IFACE, can:IFACE"}, robot);
-    v(Parameter{"kind", "what is on the bus: base, base+arm, base+two-arms, arm"}, kind);
     v(Parameter{"joints", "such as wheel-2 or wheel-1,wheel-3; none named: all wheels"}, joints);
+    v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
     v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
     v(Parameter{"max_speed_rad_per_s", "beyond, the drives are switched off", 0.01, 30}, max_speed_rad_per_s);
     v(Parameter{"max_travel_rad", "in a measurement, likewise; 0: no limit", 0, 1e6}, max_travel_rad);
@@ -70,14 +73,9 @@ struct CommonConfig {
   }
 };
 
-hal::EthercatOptions::Kind kind_of(const std::string& name) {
-  using Kind = hal::EthercatOptions::Kind;
-  if (name == "base") return Kind::kBase;
-  if (name == "arm") return Kind::kArm;
-  if (name == "base+arm") return Kind::kBaseAndArm;
-  if (name == "base+two-arms") return Kind::kBaseAndTwoArms;
-  throw std::invalid_argument("--kind: there is no '" + name + "', but base, base+arm, base+two-arms, arm");
-}
+/// Of youbotd's configuration, so that one file serves both programs; an experiment has no use for them.
+constexpr auto kTablesOfYoubotd = std::to_array<std::string_view>(
+    {"loop", "geometry", "controller", "limits", "compensation", "path", "simulation"});
 
 std::vector<std::string> split(const std::string& list) {
   std::vector<std::string> parts;
@@ -114,13 +112,10 @@ std::pair<std::string, std::string> option_and_unit(std::string_view key) {
 
 template <typename Value>
 std::string toml_text(const Value& value) {
-  if constexpr (std::is_same_v<Value, std::string>) {
-    std::string text = "\"";
-    for (const char c : value) text += (c == '"' || c == '\\') ? std::string("\\") + c : std::string(1, c);
-    return text + '"';
-  } else {
+  if constexpr (std::is_same_v<Value, std::string>)
+    return apps::toml_string(value);
+  else
     return fmt::format("{}", value);
-  }
 }
 
 template <typename Value>
@@ -196,13 +191,14 @@ Made make(const StaircaseConfig& config, const std::string& /*joint*/, double /*
 }
 
 /// A robot that moves something: nobody's wheels turn without a word.
-void confirm_wheels_are_free(const std::string& robot, bool yes) {
+void confirm_wheels_are_free(const std::string& robot, bool arms_move, bool yes) {
   if (apps::is_simulated(robot) || yes) return;
+  const char* const what =
+      arms_move ? "the joints will turn, and the arm goes to its end stops" : "the joints will turn";
   if (isatty(STDIN_FILENO) == 0)
-    throw std::invalid_argument("--robot " + robot +
-                                ": the joints will turn. Lift the wheels off the ground and add --yes");
-  std::fprintf(stderr, "The joints of %s will turn. Are the wheels off the ground? Type 'off the ground': ",
-               robot.c_str());
+    throw std::invalid_argument("--robot " + robot + ": " + what +
+                                ". Lift the wheels off the ground and add --yes");
+  std::fprintf(stderr, "%s: %s. Are the wheels off the ground? Type 'off the ground': ", robot.c_str(), what);
   std::string answer;
   std::getline(std::cin, answer);
   if (answer != "off the ground") throw std::invalid_argument("not confirmed; nothing was moved");
@@ -233,7 +229,11 @@ class ExperimentCommand {
                      "fault.");
     command_->add_option("--out", out_, "directory for the recordings, made if missing");
     command_->add_option("--resume", resume_, "go on with the experiment in this directory");
-    command_->add_option("--config", config_file_, "TOML file, such as the experiment.toml of a recording");
+    command_->add_option("--config", config_file_,
+                         "TOML file: the experiment.toml of a recording, or youbotd's, of which robot and "
+                         "[ethercat] are read");
+    command_->add_option("--kind", kind_,
+                         "what is on the bus: base, base+arm, base+two-arms, arm; overrides the file (base)");
     command_->add_flag("--real-time", real_time_, "a simulated robot, too, in real time");
     command_->add_flag("--allow-non-rt", allow_non_real_time_,
                        "go on when the system refuses real-time scheduling or memory locking");
@@ -296,6 +296,8 @@ class ExperimentCommand {
   std::string out_;
   std::string resume_;
   std::string config_file_;
+  std::string kind_;
+  hal::EthercatOptions ethercat_{.kind = hal::EthercatOptions::Kind::kBase};
   bool real_time_ = false;
   bool allow_non_real_time_ = false;
   bool yes_ = false;
@@ -333,13 +335,16 @@ void ExperimentCommand::load(const std::filesystem::path& file) {
   if (experiment != name_) root.refuse("experiment", "is '" + experiment + "', not '" + name_ + "'");
   read(common_, root);
   read_parameters(root.table("parameters"));
+  apps::TomlTable ethercat = root.table("ethercat");
+  apps::read_ethercat(ethercat, ExperimentOptions{}.period, ethercat_);
+  for (const std::string_view table : kTablesOfYoubotd) root.ignore(table);
   toml.finish();
 }
 
 int ExperimentCommand::run() {
   const bool resume = !resume_.empty();
   const std::filesystem::path directory = resume ? resume_ : out_;
-  if (resume && (!out_.empty() || !config_file_.empty() || !given_.empty()))
+  if (resume && (!out_.empty() || !config_file_.empty() || !kind_.empty() || !given_.empty()))
     throw std::invalid_argument("--resume: the configuration is that of the recording; give no other");
   if (directory.empty()) throw std::invalid_argument("--out DIR is missing: where to record");
   if (resume)
@@ -349,8 +354,11 @@ int ExperimentCommand::run() {
   take_given(common_);
   take_given_parameters();
   common_ = sim::experiments::checked(common_);
+  if (!kind_.empty()) ethercat_.kind = apps::ethercat_kind(kind_);
 
   const bool simulated = apps::is_simulated(common_.robot);
+  if (!common_.model.empty() && !simulated)
+    throw std::invalid_argument("--model: only a simulated robot follows a model, not " + common_.robot);
   ExperimentOptions options{.joints = split(common_.joints),
                             .directory = directory,
                             .resume = resume,
@@ -361,22 +369,29 @@ int ExperimentCommand::run() {
                             .max_speed_rad_per_s = common_.max_speed_rad_per_s,
                             .max_travel_rad = common_.max_travel_rad,
                             .filter_cutoff_rad_per_s = common_.filter_cutoff_rad_per_s};
+  if (ethercat_.home_arms) options.enable_timeout = apps::kHomingTimeout;
   apps::RobotOptions robot;
   robot.name = common_.robot;
-  robot.ethercat.kind = kind_of(common_.kind);
+  robot.ethercat = ethercat_;
   robot.simulation.on_ground = false;
   robot.simulation.step = std::chrono::nanoseconds(std::llround(common_.simulation_step_s * 1e9));
   robot.simulation.noise_seed = static_cast<std::uint64_t>(common_.noise_seed);
-  const ExperimentPlan plan{.name = name_,
-                            .result = result_,
-                            .make = [this](const hal::JointInfo& joint,
-                                           double period_s) { return make_experiment(joint.name, period_s); },
-                            .configuration = fmt::format(
-                                "# youbot-bench {} --config THIS_FILE --out DIR makes it again\n"
-                                "# software: {}\n"
-                                "experiment = \"{}\"\n{}\n[parameters]\n{}",
-                                name_, apps::build_version(), name_, written(common_), written_parameters())};
-  confirm_wheels_are_free(common_.robot, yes_);
+  if (!common_.model.empty()) {
+    // Where it is found again, from wherever the experiment is resumed.
+    common_.model = std::filesystem::absolute(common_.model).string();
+    robot.simulation.model = apps::read_drive_model(common_.model);
+  }
+  const ExperimentPlan plan{
+      .name = name_,
+      .result = result_,
+      .make = [this](const hal::JointInfo& joint,
+                     double period_s) { return make_experiment(joint.name, period_s); },
+      .configuration = fmt::format("# youbot-bench {} --config THIS_FILE --out DIR makes it again\n"
+                                   "# software: {}\n"
+                                   "experiment = \"{}\"\n{}\n[parameters]\n{}\n{}",
+                                   name_, apps::build_version(), name_, written(common_),
+                                   written_parameters(), apps::ethercat_text(ethercat_))};
+  confirm_wheels_are_free(common_.robot, ethercat_.home_arms, yes_);
   apps::stop_on_signals();
   return report(run_experiment(plan, options, robot, apps::stop_requested), directory);
 }
@@ -390,10 +405,12 @@ int ExperimentCommand::report(const ExperimentOutcome& outcome,
                 duration_text(std::chrono::duration<double>(outcome.robot_time).count()).c_str(),
                 duration_text(std::chrono::duration<double>(outcome.wall_time).count()).c_str());
     std::printf("recorded in %s\n", (directory / (result_.empty() ? name_ : result_)).c_str());
+    std::printf("report: %s\n", (directory / "report.html").c_str());
     if (outcome.overruns > 0)
       std::printf("%llu cycles were late\n", static_cast<unsigned long long>(outcome.overruns));
   }
   for (const std::string& problem : outcome.recording_problems) spdlog::error("recording: {}", problem);
+  for (const std::string& reason : outcome.not_measured) spdlog::warn("{}", reason);
   if (!outcome.fault.empty()) {
     spdlog::error("stopped by a fault at {}", outcome.fault);
     for (const std::string& finding : outcome.robot_report) spdlog::error("robot: {}", finding);

@@ -12,6 +12,7 @@
 #include "apps/common/recording_reader.h"
 #include "apps/youbot_bench/identify_report.h"
 #include "apps/youbot_bench/model_writer.h"
+#include "apps/youbot_bench/quantity.h"
 #include "sim/identify/model_choice.h"
 #include "sim/identify/moving_fit.h"
 #include "sim/identify/presliding_fit.h"
@@ -24,39 +25,17 @@ namespace {
 namespace fits = sim::identify;
 using fits::Estimate;
 
-struct Unit {
-  std::string_view suffix;
-  std::string_view unit;
-};
-/// The longer before those they end with.
-constexpr auto kUnits = std::to_array<Unit>({{"_Nm_s2_per_rad2", "N·m·s²/rad²"},
-                                             {"_Nm_s_per_rad", "N·m·s/rad"},
-                                             {"_Nm_per_rad", "N·m/rad"},
-                                             {"_rad_per_s", "rad/s"},
-                                             {"_kg_m2", "kg·m²"},
-                                             {"_Nm", "N·m"},
-                                             {"_rad", "rad"},
-                                             {"_s", "s"}});
-
 void print_estimates(const std::vector<Estimate>& estimates) {
   std::printf("  %-20s %12s   %-26s %s\n", "parameter", "value", "95 % interval", "unit");
   for (const Estimate& estimate : estimates) {
-    std::string name = estimate.name;
-    std::string_view unit;
-    for (const Unit& known : kUnits)
-      if (name.ends_with(known.suffix)) {
-        name.resize(name.size() - known.suffix.size());
-        unit = known.unit;
-        break;
-      }
-    std::replace(name.begin(), name.end(), '_', ' ');
-    const bool given = estimate.not_identifiable.starts_with("given");
+    const auto [name, unit] = quantity_of(estimate.name);
+    const bool given = is_given(estimate);
     char value[24] = "-";
     if (estimate.ok() || given) std::snprintf(value, sizeof value, "%.5g", estimate.value);
     char interval[64];
     std::snprintf(interval, sizeof interval, "%.5g … %.5g", estimate.lower, estimate.upper);
     if (estimate.ok())
-      std::printf("  %-20s %12s   %-28s %s\n", name.c_str(), value, interval, std::string(unit).c_str());
+      std::printf("  %-20s %12s   %-28s %s\n", name.c_str(), value, interval, unit.c_str());
     else
       std::printf("  %-20s %12s   %s%s\n", name.c_str(), value,
                   given ? "" : "not identifiable: ", estimate.not_identifiable.c_str());
@@ -67,8 +46,9 @@ void print_verdicts(const std::vector<std::string>& verdicts) {
   for (const std::string& verdict : verdicts) std::printf("  ! %s\n", verdict.c_str());
 }
 
-sim::Recording read(const std::filesystem::path& path) {
-  apps::ReadRecording read = apps::read_recording(path);
+sim::Recording read(const std::filesystem::path& path,
+                    apps::NotMeasured not_measured = apps::NotMeasured::kRefused) {
+  apps::ReadRecording read = apps::read_recording(path, not_measured);
   for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
   return std::move(read.recording);
 }
@@ -94,12 +74,87 @@ fits::StaticForm form_of(std::string_view text) {
   return form;
 }
 
-/// Rigs of all files must agree; the first that was named counts.
-void require_rig(std::string& rig, const sim::Recording& recording, const std::filesystem::path& path) {
-  if (rig.empty()) rig = recording.rig;
-  if (recording.rig != rig)
-    throw std::invalid_argument(path.string() + ": is of rig '" + recording.rig + "', the others are of '" +
-                                rig + "'; identify one rig at a time");
+/// The maps that `path` names: itself, or those in a directory, also one that an experiment has written to.
+std::vector<std::filesystem::path> maps_at(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_directory(path, error)) return {path};
+  std::filesystem::path directory = path / fits::kStaticMapExperiment;
+  if (!std::filesystem::is_directory(directory, error)) directory = path;
+  std::vector<std::filesystem::path> maps;
+  for (auto entry = std::filesystem::directory_iterator(directory, error);
+       !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
+    if (entry->path().extension() == ".csv") maps.push_back(entry->path());
+  if (error) throw std::invalid_argument("--map: " + directory.string() + ": " + error.message());
+  if (maps.empty()) throw std::invalid_argument("--map: there is no .csv in " + directory.string());
+  std::ranges::sort(maps);
+  return maps;
+}
+
+/// All recordings of one drive.
+struct Rig {
+  IdentifiedRig identified;
+  std::vector<sim::Recording> maps{};
+};
+
+/// The one of this name, added when it is not there yet.
+Rig& rig_named(std::vector<Rig>& rigs, const std::string& name) {
+  const std::string known = name.empty() ? "unnamed" : name;
+  const auto found =
+      std::ranges::find_if(rigs, [&](const Rig& rig) { return rig.identified.model.name == known; });
+  if (found != rigs.end()) return *found;
+  rigs.push_back({});
+  rigs.back().identified.model.name = known;
+  return rigs.back();
+}
+
+/// Motion and pre-sliding are of one rig, and so must be everything beside them.
+void require_one_rig(const std::vector<Rig>& rigs, const std::filesystem::path& path) {
+  if (rigs.size() > 1)
+    throw std::invalid_argument(path.string() + ": is of rig '" + rigs.back().identified.model.name +
+                                "', the others are of '" + rigs.front().identified.model.name +
+                                "'; with --moving or --presliding identify one rig at a time");
+}
+
+/// Each of several drives has a directory of its own, named after it.
+void require_directory_names(const std::vector<Rig>& rigs) {
+  if (rigs.size() < 2) return;
+  for (const Rig& rig : rigs) {
+    const std::string& name = rig.identified.model.name;
+    if (name.find_first_of(std::string_view("/\0", 2)) != name.npos || name == "." || name == "..")
+      throw std::invalid_argument("rig '" + name + "' cannot name a directory; identify it alone");
+  }
+}
+
+/// "fitted without speeds from 1 to 4 rad/s".
+std::string restriction(const fits::SpeedRange& speeds) {
+  const auto [low, high] = std::minmax(speeds.above_rad_per_s, speeds.below_rad_per_s);
+  char text[96];
+  if (std::isfinite(high))
+    std::snprintf(text, sizeof text, "speeds from %.4g to %.4g rad/s", low, high);
+  else
+    std::snprintf(text, sizeof text, "speeds from %.4g rad/s on", low);
+  const bool between = speeds.above_rad_per_s < speeds.below_rad_per_s;
+  return std::string("fitted ") + (between ? "to " : "without ") + text;
+}
+
+/// Before the fit, so that nothing of what is left out decides about a term or an outlier.
+void restrict_map(IdentifiedRig& rig, const fits::SpeedRange& speeds) {
+  auto& [model, evidence] = rig;
+  const std::size_t all = evidence.map.points.size();
+  evidence.not_asked_for = fits::leave_out(evidence.map, speeds);
+  if (evidence.not_asked_for.empty()) return;
+  if (evidence.map.points.empty())
+    throw std::invalid_argument("--speeds-above, --speeds-below: no speed in the map of " + model.name +
+                                " is left to fit");
+  std::string line = restriction(speeds) + ": " + std::to_string(evidence.not_asked_for.size()) + " of " +
+                     std::to_string(all) + " points left out, at";
+  for (const fits::MapPoint& point : evidence.not_asked_for) {
+    char velocity[24];
+    std::snprintf(velocity, sizeof velocity, " %.4g", point.velocity_rad_per_s);
+    line += velocity;
+  }
+  model.evidence.push_back(line + " rad/s");
+  std::printf("%s\n", model.evidence.back().c_str());
 }
 
 fits::StaticFit identify_map(IdentificationEvidence& evidence, const std::string& law) {
@@ -150,47 +205,13 @@ control::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
   return parameters;
 }
 
-}  // namespace
-
-void identify(const IdentifyOptions& options) {
-  if (options.maps.empty() && options.presliding.empty() && options.moving.empty())
-    throw std::invalid_argument("identify: give --map, --moving or --presliding");
-  if (!options.presliding.empty() && options.maps.empty())
-    throw std::invalid_argument("--presliding: needs the sliding friction too; give its map with --map");
-  if (!options.presliding.empty() && !options.inertia_kg_m2 && options.moving.empty())
-    throw std::invalid_argument(
-        "--presliding: needs the inertia; give --inertia or a recording with --moving");
-  if (options.inertia_kg_m2 && !(*options.inertia_kg_m2 > 0 && std::isfinite(*options.inertia_kg_m2)))
-    throw std::invalid_argument("--inertia: must be a positive number of kg·m²");
-  if (options.law != "auto") static_cast<void>(form_of(options.law));
-
-  // All files first: a mistake in the last one shows before the work.
-  std::string rig;
-  IdentifiedModel model;
-  std::vector<sim::Recording> maps;
-  for (const auto& path : options.maps) {
-    maps.push_back(read(path));
-    require_rig(rig, maps.back(), path);
-    model.evidence.push_back("sliding friction from " + path.filename().string());
-  }
-  std::optional<sim::Recording> moving;
-  if (!options.moving.empty()) {
-    moving = read(options.moving);
-    require_rig(rig, *moving, options.moving);
-    model.evidence.push_back("motion from " + options.moving.filename().string());
-  }
-  std::optional<sim::Recording> presliding;
-  if (!options.presliding.empty()) {
-    presliding = read(options.presliding);
-    require_rig(rig, *presliding, options.presliding);
-    model.evidence.push_back("pre-sliding from " + options.presliding.filename().string());
-  }
-  model.name = rig.empty() ? "unnamed" : rig;
+void identify_rig(Rig& rig, const std::optional<sim::Recording>& moving,
+                  const std::optional<sim::Recording>& presliding, const IdentifyOptions& options) {
+  auto& [model, evidence] = rig.identified;
   model.inertia_kg_m2 = options.inertia_kg_m2;
-
-  IdentificationEvidence evidence;
-  if (!maps.empty()) {
-    evidence.map = fits::static_map(maps);
+  if (!rig.maps.empty()) {
+    evidence.map = fits::static_map(rig.maps);
+    restrict_map(rig.identified, options.speeds);
     model.sliding = identify_map(evidence, options.law);
   }
   if (moving) {
@@ -215,9 +236,63 @@ void identify(const IdentifyOptions& options) {
     print_verdicts(fit.verdicts);
     model.presliding = fit.parameters;
   }
-  write_model(model, options.out);
-  write_identify_report(model, evidence, options.out);
-  std::printf("written: %s and report.html\n", (options.out / "model.toml").string().c_str());
+}
+
+}  // namespace
+
+void identify(const IdentifyOptions& options) {
+  if (options.maps.empty() && options.presliding.empty() && options.moving.empty())
+    throw std::invalid_argument("identify: give --map, --moving or --presliding");
+  if (!options.presliding.empty() && options.maps.empty())
+    throw std::invalid_argument("--presliding: needs the sliding friction too; give its map with --map");
+  if (!options.presliding.empty() && !options.inertia_kg_m2 && options.moving.empty())
+    throw std::invalid_argument(
+        "--presliding: needs the inertia; give --inertia or a recording with --moving");
+  if (options.inertia_kg_m2 && !(*options.inertia_kg_m2 > 0 && std::isfinite(*options.inertia_kg_m2)))
+    throw std::invalid_argument("--inertia: must be a positive number of kg·m²");
+  if (options.law != "auto") static_cast<void>(form_of(options.law));
+  const auto [above, below] = options.speeds;
+  if (!(above >= 0 && below > 0 && std::isfinite(above)) || above == below)
+    throw std::invalid_argument("--speeds-above, --speeds-below: must be two different speeds, in rad/s");
+  if (options.maps.empty() && (above > 0 || std::isfinite(below)))
+    throw std::invalid_argument("--speeds-above, --speeds-below: choose from a map; give it with --map");
+
+  // All files first: a mistake in the last one shows before the work.
+  std::vector<Rig> rigs;
+  for (const auto& named : options.maps)
+    for (const auto& path : maps_at(named)) {
+      sim::Recording map = read(path, apps::NotMeasured::kTaken);
+      Rig& rig = rig_named(rigs, map.rig);
+      rig.identified.model.evidence.push_back("sliding friction from " + path.filename().string());
+      rig.maps.push_back(std::move(map));
+    }
+  const auto read_beside = [&rigs](const std::filesystem::path& path, const std::string& what) {
+    std::optional<sim::Recording> recording;
+    if (path.empty()) return recording;
+    recording = read(path);
+    Rig& rig = rig_named(rigs, recording->rig);
+    require_one_rig(rigs, path);
+    rig.identified.model.evidence.push_back(what + " from " + path.filename().string());
+    return recording;
+  };
+  const std::optional<sim::Recording> moving = read_beside(options.moving, "motion");
+  const std::optional<sim::Recording> presliding = read_beside(options.presliding, "pre-sliding");
+  require_directory_names(rigs);
+
+  std::vector<IdentifiedRig> identified;
+  for (Rig& rig : rigs) {
+    if (rigs.size() > 1) std::printf("== %s\n", rig.identified.model.name.c_str());
+    identify_rig(rig, moving, presliding, options);
+    identified.push_back(std::move(rig.identified));
+  }
+  for (const IdentifiedRig& rig : identified) {
+    const std::filesystem::path directory =
+        identified.size() > 1 ? options.out / rig.model.name : options.out;
+    write_model(rig.model, directory);
+    std::printf("written: %s\n", (directory / "model.toml").string().c_str());
+  }
+  write_identify_report(identified, options.out);
+  std::printf("report: %s\n", (options.out / "report.html").string().c_str());
 }
 
 }  // namespace youbot_bench

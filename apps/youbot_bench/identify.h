@@ -6,21 +6,25 @@
 #include <string>
 #include <vector>
 
+#include "sim/identify/static_map.h"
+
 namespace youbot_bench {
 
 struct IdentifyOptions {
-  std::vector<std::filesystem::path> maps{};  ///< steady-state maps of one rig
+  std::vector<std::filesystem::path> maps{};  ///< steady-state maps, or directories with maps in them
   std::filesystem::path presliding{};         ///< needs a map, and an inertia or a moving recording
   std::filesystem::path moving{};
   /// "auto" chooses the terms; else a friction law, with "+offset", "+asymmetry" or "+quadratic" as wanted.
   std::string law = "auto";
   std::optional<double> inertia_kg_m2{};
+  sim::identify::SpeedRange speeds{};  ///< of the maps, that the law is fitted to
   std::filesystem::path out{};
 };
 
 /// Prints what was found, with intervals, errors and what the recordings do not tell, and writes
-/// `out`/model.toml and report.html. @throws std::invalid_argument or apps::RecordingError for files that do
-/// not fit together or an unknown law; std::runtime_error when the model cannot be written.
+/// `out`/model.toml and, about it, report.html. Maps of several rigs give `out`/RIG/model.toml for each and
+/// one report about all. @throws std::invalid_argument or apps::RecordingError for files that do not fit
+/// together or an unknown law; std::runtime_error when the model cannot be written.
 void identify(const IdentifyOptions& options);
 
 }  // namespace youbot_bench

@@ -2,34 +2,42 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/report/report.h"
+#include "apps/youbot_bench/findings_series.h"
+#include "apps/youbot_bench/quantity.h"
+#include "apps/youbot_bench/wording.h"
 
 namespace youbot_bench {
 namespace {
 
 namespace fits = sim::identify;
+using report::Series;
 
 constexpr int kCurvePoints = 200;  // each direction
 
-/// Points with their intervals; those without one have none drawn.
-report::Series points(const std::string& name) {
-  return {.name = name, .x = {}, .y = {}, .style = report::Style::kPoints, .lower = {}, .upper = {}};
-}
-void add(report::Series& series, double velocity, double torque, double half_interval) {
-  series.x.push_back(velocity);
-  series.y.push_back(torque);
-  series.lower.push_back(torque - half_interval);
-  series.upper.push_back(torque + half_interval);
-}
+struct Points {
+  std::vector<double> velocity_rad_per_s;
+  std::vector<double> torque_Nm;
+  std::vector<double> ci95_Nm;
+  void add(const fits::MapPoint& point, double less_Nm = 0.0) {
+    velocity_rad_per_s.push_back(point.velocity_rad_per_s);
+    torque_Nm.push_back(point.torque_Nm - less_Nm);
+    ci95_Nm.push_back(point.torque_ci95_Nm);
+  }
+  Series series(const std::string& name, unsigned look) const {
+    return points(name, velocity_rad_per_s, torque_Nm, ci95_Nm, look);
+  }
+};
 
 /// From standstill to the fastest point of each direction, closer where the curve bends; a gap at zero, where
 /// friction jumps.
-report::Series fitted_curve(const fits::StaticMap& map, const fits::StaticFit& fit) {
-  report::Series curve{.name = fits::form_name(fit.form), .x = {}, .y = {}};
+Series fitted_curve(const std::string& name, const fits::StaticMap& map, const fits::StaticFit& fit,
+                    unsigned look) {
+  Series curve{.name = name, .x = {}, .y = {}, .look = look};
   const auto [slowest, fastest] = std::ranges::minmax(
       map.points, {}, [](const fits::MapPoint& point) { return point.velocity_rad_per_s; });
   for (int n = kCurvePoints; n >= -kCurvePoints; --n) {
@@ -38,90 +46,146 @@ report::Series fitted_curve(const fits::StaticMap& map, const fits::StaticFit& f
         share > 0 ? std::min(slowest.velocity_rad_per_s, 0.0) : -std::max(fastest.velocity_rad_per_s, 0.0);
     const double velocity = end * share * std::abs(share);
     curve.x.push_back(velocity);
-    curve.y.push_back(n == 0 ? std::numeric_limits<double>::quiet_NaN() : fit.torque_Nm(velocity));
+    curve.y.push_back(n == 0 ? kUnknown : fit.torque_Nm(velocity));
   }
   return curve;
 }
 
-void add_sliding(report::Page& page, const fits::StaticMap& map, const fits::StaticFit& fit) {
-  report::Series used = points("measured, 95 %");
-  report::Series left_out = points("left out");
-  report::Series residual = points("measured − fitted, 95 %");
-  for (std::size_t i = 0; i < map.points.size(); ++i) {
-    const fits::MapPoint& point = map.points[i];
-    const bool out = std::ranges::find(fit.outliers, i) != fit.outliers.end();
-    add(out ? left_out : used, point.velocity_rad_per_s, point.torque_Nm, point.torque_ci95_Nm);
-    if (fit.ok() && !out)
-      add(residual, point.velocity_rad_per_s, point.torque_Nm - fit.torque_Nm(point.velocity_rad_per_s),
-          point.torque_ci95_Nm);
+void add_sliding(report::Page& page, std::span<const IdentifiedRig> rigs) {
+  report::Plot curves{.title = "Friction against velocity, measured and fitted",
+                      .x = {"velocity", "rad/s"},
+                      .y = {"friction torque", "N·m"},
+                      .series = {}};
+  report::Plot residuals{
+      .title = "What the laws leave: measured − fitted",
+      .x = {"velocity", "rad/s"},
+      .y = {"torque", "N·m"},
+      .series = {},
+      .note = "Without structure and within the 95 % bars there is nothing left to explain."};
+  std::vector<Series> laws;
+  Points left_out;
+  std::vector<report::Row> quality;
+  for (unsigned look = 0; look < rigs.size(); ++look) {
+    const auto& [model, evidence] = rigs[look];
+    if (!model.sliding) continue;
+    const fits::StaticFit& fit = *model.sliding;
+    Points used;
+    Points residual;
+    for (std::size_t i = 0; i < evidence.map.points.size(); ++i) {
+      const fits::MapPoint& point = evidence.map.points[i];
+      const bool out = std::ranges::find(fit.outliers, i) != fit.outliers.end();
+      (out ? left_out : used).add(point);
+      if (fit.ok() && !out) residual.add(point, fit.torque_Nm(point.velocity_rad_per_s));
+    }
+    for (const fits::MapPoint& point : evidence.not_asked_for) left_out.add(point);
+    curves.series.push_back(used.series(model.name, look));
+    if (!fit.ok()) continue;
+    laws.push_back(fitted_curve(model.name + ", fitted", evidence.map, fit, look));
+    residuals.series.push_back(residual.series(model.name, look));
+    quality.push_back({model.name, fits::form_name(fit.form), fit.relative_error_percent,
+                       fit.leave_one_out_percent, fit.scatter_Nm,
+                       static_cast<double>(evidence.map.points.size()),
+                       static_cast<double>(fit.outliers.size())});
   }
-  report::Plot curve{.title = "Friction against velocity",
-                     .x = {"velocity", "rad/s"},
-                     .y = {"friction torque", "N·m"},
-                     .series = {used}};
-  if (!left_out.x.empty()) curve.series.push_back(left_out);
-  if (!fit.ok()) {
-    page.plot(curve);
-    return;
+  curves.series.insert(curves.series.end(), laws.begin(), laws.end());
+  if (!left_out.torque_Nm.empty())
+    curves.series.push_back(left_out.series("left out", static_cast<unsigned>(rigs.size())));
+  if (curves.series.empty()) return;
+  page.heading("Sliding friction");
+  std::vector<report::Plot> plots{curves};
+  if (!residuals.series.empty()) plots.push_back(residuals);
+  page.plots(plots);
+  if (quality.empty()) return;
+  page.table({{"drive"},
+              {"law"},
+              {"error", "%"},
+              {"leave-one-speed-out error", "%"},
+              {"scatter", "N·m"},
+              {"points"},
+              {"left out"}},
+             quality, "How well the laws fit");
+}
+
+void add_choice(report::Page& page, std::span<const IdentifiedRig> rigs) {
+  std::vector<report::Row> rows;
+  for (const auto& [model, evidence] : rigs) {
+    if (!evidence.choice) continue;
+    for (const fits::ChoiceStep& step : evidence.choice->steps)
+      rows.push_back({model.name, std::string(fits::term_name(step.term)), step.held_out_before_percent,
+                      step.held_out_after_percent, step.p_value,
+                      std::string(step.added     ? "added"
+                                  : step.removal ? "taken out"
+                                                 : "not added")});
   }
-  curve.series.push_back(fitted_curve(map, fit));
-  page.plots({curve,
-              {.title = "What the law leaves",
-               .x = {"velocity", "rad/s"},
-               .y = {"torque", "N·m"},
-               .series = {residual},
-               .note = "Without structure and within the bars there is nothing left to explain."}});
+  if (rows.empty()) return;
   page.table(
-      {{"error", "%"}, {"leave-one-speed-out error", "%"}, {"scatter", "N·m"}, {"points"}, {"left out"}},
-      {{fit.relative_error_percent, fit.leave_one_out_percent, fit.scatter_Nm,
-        static_cast<double>(map.points.size()), static_cast<double>(fit.outliers.size())}},
-      "How well the law fits");
+      {{"drive"}, {"term"}, {"held-out error without", "%"}, {"with", "%"}, {"by chance p"}, {"decision"}},
+      rows, "Terms tried, each speed predicted from the others");
 }
 
-void add_choice(report::Page& page, const fits::ModelChoice& choice) {
+template <typename EstimatesOf>
+void add_parameters(report::Page& page, std::span<const IdentifiedRig> rigs, EstimatesOf estimates_of) {
   std::vector<report::Row> rows;
-  for (const fits::ChoiceStep& step : choice.steps)
-    rows.push_back({std::string(fits::term_name(step.term)), step.held_out_before_percent,
-                    step.held_out_after_percent, step.p_value,
-                    std::string(step.added     ? "added"
-                                : step.removal ? "taken out"
-                                               : "not added")});
-  page.table({{"term"}, {"held-out error without", "%"}, {"with", "%"}, {"by chance p"}, {"decision"}}, rows,
-             "Terms tried, each speed predicted from the others");
+  for (const auto& [model, evidence] : rigs)
+    for (const fits::Estimate& estimate : estimates_of(model)) {
+      const Quantity quantity = quantity_of(estimate.name);
+      const bool known = estimate.ok() || is_given(estimate);
+      rows.push_back({model.name, quantity.name, known ? estimate.value : kUnknown,
+                      estimate.ok() ? estimate.lower : kUnknown, estimate.ok() ? estimate.upper : kUnknown,
+                      quantity.unit, estimate.not_identifiable});
+    }
+  if (rows.empty()) return;
+  page.table({{"drive"}, {"parameter"}, {"value"}, {"95 % from"}, {"to"}, {"unit"}, {"remark"}}, rows,
+             "Parameters with their 95 % intervals");
 }
 
-void add_parameters(report::Page& page, const std::string& caption,
-                    const std::vector<fits::Estimate>& estimates) {
-  if (estimates.empty()) return;
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  std::vector<report::Row> rows;
-  for (const fits::Estimate& estimate : estimates)
-    rows.push_back({estimate.name, estimate.ok() ? estimate.value : kNone,
-                    estimate.ok() ? estimate.lower : kNone, estimate.ok() ? estimate.upper : kNone,
-                    estimate.not_identifiable});
-  page.table({{"parameter"}, {"value"}, {"from"}, {"to"}, {"remark"}}, rows, caption);
+std::vector<fits::Estimate> sliding_estimates(const IdentifiedModel& model) {
+  return model.sliding ? model.sliding->parameters : std::vector<fits::Estimate>();
+}
+
+/// "Coulomb friction 0.0451 to 0.06 N·m", of the drives for which it was identified; else nothing.
+std::string found(std::span<const IdentifiedRig> rigs, const std::string& what, std::string_view parameter) {
+  std::vector<double> values;
+  for (const auto& [model, evidence] : rigs)
+    for (const auto& estimates : {sliding_estimates(model), model.moving, model.presliding})
+      for (const fits::Estimate& estimate : estimates)
+        if (estimate.name == parameter && estimate.ok()) values.push_back(estimate.value);
+  return values.empty() ? "" : what + " " + range_text(values, quantity_of(parameter).unit);
+}
+
+std::string title_of(std::span<const IdentifiedRig> rigs) {
+  std::vector<std::string> names;
+  for (const auto& [model, evidence] : rigs) names.push_back(model.name);
+  std::string findings;
+  for (const std::string& finding :
+       {found(rigs, "Coulomb friction", "coulomb_Nm"), found(rigs, "viscous", "viscous_Nm_s_per_rad"),
+        found(rigs, "inertia", "inertia_kg_m2"), found(rigs, "bristle stiffness", "stiffness_Nm_per_rad")})
+    if (!finding.empty()) findings += (findings.empty() ? ": " : ", ") + finding;
+  return "Drive model of " + list_text(names) + (findings.empty() ? ": nothing identified" : findings);
 }
 
 }  // namespace
 
-void write_identify_report(const IdentifiedModel& model, const IdentificationEvidence& evidence,
-                           const std::filesystem::path& directory) {
-  report::Page page("Drive model of " + model.name);
-  for (const std::string& line : model.evidence) page.text(line);
-  if (model.sliding) {
-    page.heading("Sliding friction");
-    add_sliding(page, evidence.map, *model.sliding);
-    add_parameters(page, "Parameters with their 95 % intervals", model.sliding->parameters);
-    if (evidence.choice) add_choice(page, *evidence.choice);
-    for (const std::string& verdict : model.sliding->verdicts) page.text(verdict);
-  }
-  if (!model.moving.empty()) {
+void write_identify_report(std::span<const IdentifiedRig> rigs, const std::filesystem::path& directory) {
+  report::Page page(title_of(rigs));
+  std::string sources;
+  for (const auto& [model, evidence] : rigs)
+    for (const std::string& line : model.evidence)
+      sources += (sources.empty() ? "" : "; ") + model.name + ": " + line;
+  page.text(sources + ".");
+  add_sliding(page, rigs);
+  add_parameters(page, rigs, sliding_estimates);
+  add_choice(page, rigs);
+  for (const auto& [model, evidence] : rigs)
+    if (model.sliding)
+      for (const std::string& verdict : model.sliding->verdicts) page.text(model.name + ": " + verdict);
+  if (std::ranges::any_of(rigs, [](const IdentifiedRig& rig) { return !rig.model.moving.empty(); })) {
     page.heading("Inertia and friction in motion");
-    add_parameters(page, "Parameters with their 95 % intervals", model.moving);
+    add_parameters(page, rigs, [](const IdentifiedModel& model) { return model.moving; });
   }
-  if (!model.presliding.empty()) {
+  if (std::ranges::any_of(rigs, [](const IdentifiedRig& rig) { return !rig.model.presliding.empty(); })) {
     page.heading("Pre-sliding");
-    add_parameters(page, "Parameters with their 95 % intervals", model.presliding);
+    add_parameters(page, rigs, [](const IdentifiedModel& model) { return model.presliding; });
   }
   page.write(directory / "report.html");
 }

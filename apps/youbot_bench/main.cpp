@@ -60,7 +60,8 @@ int main(int argc, char** argv) {
   youbot_bench::IdentifyOptions identify;
   CLI::App* const identify_command = app.add_subcommand(
       "identify", "fit a drive model to recordings; says so where they do not determine a parameter");
-  identify_command->add_option("--map", identify.maps, "steady-state maps of one rig, one row per speed");
+  identify_command->add_option("--map", identify.maps,
+                               "steady-state maps, one row per speed, or directories of them");
   identify_command->add_option("--moving", identify.moving,
                                "recording with changing velocity: inertia, friction");
   identify_command->add_option(
@@ -68,8 +69,14 @@ int main(int argc, char** argv) {
       "recording below break-away: stiffness and damping; with --map and the inertia");
   identify_command->add_option("--law", identify.law,
                                "auto, or a friction law such as kfm, with +offset, +asymmetry, +quadratic");
+  identify_command->add_option("--speeds-above", identify.speeds.above_rad_per_s,
+                               "fit the map's speeds from this one on, rad/s");
+  identify_command->add_option(
+      "--speeds-below", identify.speeds.below_rad_per_s,
+      "fit the map's speeds up to this one, rad/s; when less than --speeds-above, what "
+      "lies between is left out");
   identify_command->add_option("--inertia", identify.inertia_kg_m2, "kg·m², joint side, when it is known");
-  identify_command->add_option("--out", identify.out, "directory for model.toml")->required();
+  identify_command->add_option("--out", identify.out, "directory for model.toml and report.html")->required();
 
   return apps::run_app(app, argc, argv, [&] {
     if (*identify_command) youbot_bench::identify(identify);

@@ -63,8 +63,6 @@ std::string comment(std::string_view text) {
   return result + "\n";
 }
 
-bool is_given(const Estimate& estimate) { return estimate.not_identifiable.starts_with("given"); }
-
 const Estimate* find(std::span<const Estimate> estimates, std::string_view name) {
   const auto found =
       std::find_if(estimates.begin(), estimates.end(), [&](const Estimate& e) { return e.name == name; });
@@ -100,6 +98,8 @@ std::string effect_text(std::string_view effect, std::span<const Estimate> estim
 }
 
 }  // namespace
+
+bool is_given(const Estimate& estimate) { return estimate.not_identifiable.starts_with("given"); }
 
 std::string model_text(const IdentifiedModel& model) {
   std::string text;

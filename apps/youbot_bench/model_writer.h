@@ -20,6 +20,9 @@ struct IdentifiedModel {
   std::vector<sim::identify::Estimate> presliding{};  ///< stiffness_…, damping_…
 };
 
+/// Its value was set by the user: it counts, without an interval.
+bool is_given(const sim::identify::Estimate& estimate);
+
 /// The text of the file. Only what was identified becomes an effect; what was not is named in a comment.
 std::string model_text(const IdentifiedModel& model);
 /// Writes `directory`/model.toml, making the directory. @throws std::runtime_error naming path and cause.

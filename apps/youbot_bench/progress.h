@@ -1,17 +1,22 @@
 /// @file
-/// How far a long piece of work is, told without disturbing it.
+/// How far the measurements are, told without disturbing them.
 #pragma once
 #include <atomic>
-#include <chrono>
 #include <string>
+#include <utility>
+
+#include "apps/common/progress_line.h"
 
 namespace youbot_bench {
 
-/// A bar on a terminal, a line now and then elsewhere, on standard error; nothing when quiet. The worker
-/// calls set(), which is wait-free, from its cycle; another thread calls show(), as often as it likes.
+using apps::duration_text;
+
+/// The worker calls set(), which is wait-free, from its cycle; another thread calls show(), as often as it
+/// likes.
 class Progress {
  public:
-  Progress(std::string name, int measurements, bool quiet);
+  Progress(std::string name, int measurements, bool quiet)
+      : line_(std::move(name), quiet), measurements_(measurements) {}
 
   /// Cycle. `done` and `left` in seconds of the robot's time.
   void set(int measurement, double done_s, double left_s) noexcept {
@@ -24,22 +29,11 @@ class Progress {
   void finish();
 
  private:
-  using Clock = std::chrono::steady_clock;
-  std::string text() const;
-
-  std::string name_;
+  apps::ProgressLine line_;
   int measurements_;
-  bool quiet_;
-  bool terminal_;
-  bool shown_ = false;
-  Clock::time_point begin_;
-  Clock::time_point told_;
   std::atomic<int> measurement_{0};
   std::atomic<double> done_s_{0};
   std::atomic<double> left_s_{0};
 };
-
-/// "7 h 48 min", "1 min 05 s", "12 s".
-std::string duration_text(double seconds);
 
 }  // namespace youbot_bench

@@ -2,16 +2,13 @@
 
 #include <cmath>
 
+#include "apps/common/ethercat_config.h"
 #include "apps/common/toml_reader.h"
 
 namespace youbotd {
 namespace {
 
 using apps::TomlTable;
-
-constexpr std::chrono::milliseconds kLongestBridge{100};
-/// A joint's whole travel takes a minute; found in its middle and blocked, it goes back and forth.
-constexpr std::chrono::seconds kHomingTimeout{150};
 
 std::chrono::nanoseconds to_nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
@@ -108,29 +105,6 @@ void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
 }
 
-void read_ethercat(TomlTable& table, hal::EthercatOptions& ethercat) {
-  using Kind = hal::EthercatOptions::Kind;
-  table.choice("kind", ethercat.kind,
-               {{"base", Kind::kBase},
-                {"arm", Kind::kArm},
-                {"base+arm", Kind::kBaseAndArm},
-                {"base+two-arms", Kind::kBaseAndTwoArms}});
-  table.boolean("busy_wait", ethercat.busy_wait);
-  table.boolean("unsigned_current", ethercat.unsigned_current);
-  table.boolean("distributed_clocks", ethercat.distributed_clocks);
-  table.boolean("home_arms", ethercat.home_arms);
-  for (TomlTable& entry : table.tables("parameter")) {
-    hal::EthercatOptions::Parameter parameter;
-    entry.text("joint", parameter.joint, {.required = true});
-    entry.text("name", parameter.name, {.required = true});
-    entry.integer("value", parameter.value, {.required = true});
-    if (const std::string complaint = hal::check(parameter); !parameter.name.empty() && !complaint.empty())
-      entry.refuse("name", "= '" + parameter.name + "' " + complaint);
-    ethercat.parameters.push_back(parameter);
-  }
-  table.integer("tolerated_cycles", ethercat.tolerated_cycles, {.min = 0, .max = 100});
-}
-
 /// A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
 bool known_robot(const std::string& name) {
   return name == "loopback" || name == "wire" || (name.starts_with("ethercat:") && name.size() > 9) ||
@@ -165,15 +139,12 @@ Config load_config(const std::filesystem::path& file) {
   read_path(path, config.path);
   read_simulation(root.table("simulation"), config.robot.simulation);
   TomlTable ethercat = root.table("ethercat");
-  read_ethercat(ethercat, config.robot.ethercat);
-  if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = kHomingTimeout;
+  apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
+  if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;
 
   // What one value demands of another.
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
-  if (config.robot.ethercat.tolerated_cycles * cycle.period > kLongestBridge)
-    ethercat.refuse("tolerated_cycles",
-                    "times 'loop.period_s' is more than the 0.1 s after which the drives stop by themselves");
   if (cycle.command_timeout < 2 * cycle.period) loop.refuse("command_timeout_s", "is less than two periods");
   const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
   if (cutoff_rad_per_s * period_s > 1)

@@ -54,6 +54,10 @@ void Cycle::step(nanoseconds now) noexcept {
   record_.phase = phase_;
   if (truth_ != nullptr) record_.truth_W = as_array(*truth_);
 
+  // Stopped by a debugger or starved: what was computed before is not to act now.
+  const bool stalled = gap > config_.command_timeout;
+  if (stalled)
+    for (std::size_t i = 0; i < kWheels; ++i) command_.joints[i] = {};
   const hal::CycleStatus status = robot_.exchange(command_, sample_);
   for (std::size_t i = 0; i < kWheels; ++i) {
     record_.torque_command_Nm[i] = sample_.enabled ? command_.joints[i].target : 0.0;
@@ -65,8 +69,8 @@ void Cycle::step(nanoseconds now) noexcept {
     fail({.kind = StopReason::Kind::kRobotFault, .joint = status.joint, .status = status}, now);
 
   const control::WheelVector position_rad = wheel_positions(sample_);
-  // Stopped by a debugger or starved, the reference has gone on without us: not to be chased.
-  if (gap > config_.command_timeout) {
+  // The reference has gone on without us: not to be chased.
+  if (stalled) {
     controller_.forget_velocity(position_rad);
     if (phase_ == Phase::kRunning) {
       keep({.kind = StopReason::Kind::kStalled, .value = std::chrono::duration<double>(gap).count()});
@@ -83,7 +87,9 @@ void Cycle::step(nanoseconds now) noexcept {
         motion_.begin(now);
         enter(Phase::kRunning, now);
       } else if (now - phase_begin_ > config_.enable_timeout) {
-        fail({.kind = StopReason::Kind::kNotEnabled}, now);
+        fail({.kind = StopReason::Kind::kNotEnabled,
+              .value = std::chrono::duration<double>(config_.enable_timeout).count()},
+             now);
       }
       break;
     case Phase::kRunning: run(now, position_rad); break;
@@ -201,7 +207,8 @@ std::string describe(const StopReason& reason, const hal::Robot& robot) {
                                                                        : hal::describe(status.fault);
       return when + name(status.joint) + ": " + what + "; drives switched off";
     }
-    case StopReason::Kind::kNotEnabled: return when + "the drives did not start to obey within 10 s";
+    case StopReason::Kind::kNotEnabled:
+      return when + "the drives did not start to obey within " + number("%g", reason.value) + " s";
     case StopReason::Kind::kCommandTimeout:
       return when + "no new set-point for " + number("%.3f", reason.value) + " s; braked and switched off";
     case StopReason::Kind::kStalled:

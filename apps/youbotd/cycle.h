@@ -27,7 +27,7 @@ struct StopReason {
   std::uint64_t cycle = 0;
   int joint = -1;
   std::chrono::nanoseconds time{};  ///< of that cycle, as in the recording
-  double value = 0.0;               ///< rad/s, or s since the last set-point or cycle
+  double value = 0.0;               ///< rad/s, or s: since the last set-point or cycle, or waited
   hal::CycleStatus status{};
   explicit operator bool() const noexcept { return kind != Kind::kNone; }
 };

@@ -131,6 +131,8 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
         summary.loop);
     summary.robot_report = opened.robot->report();
   }
+  for (std::string& still_moving : opened.robot->report())
+    summary.robot_report.push_back(std::move(still_moving));
 
   if (recording) {
     recording->close();

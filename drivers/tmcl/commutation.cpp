@@ -14,7 +14,10 @@ std::optional<DriveOutput> Commutation::rest(Progress progress) const noexcept {
 }
 
 Action Commutation::run(const DriveInput& input) noexcept {
-  if (const SequenceFault fault = fault_of(input.flags); fault != SequenceFault::kNone) {
+  const StatusFlag own = StatusFlag::kInitializationError;
+  old_error_ = old_error_ && input.flags.has(own);
+  const StatusFlags flags = old_error_ ? input.flags.without(own) : input.flags;
+  if (const SequenceFault fault = fault_of(flags); fault != SequenceFault::kNone) {
     fail(fault);
     return {};
   }

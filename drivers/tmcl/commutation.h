@@ -22,7 +22,8 @@ struct CommutationConfig {
 /// Reads parameter 15; a drive that is initialised is left alone. Otherwise firmware 1.48 gets mode 7,
 /// firmware 2.0 a velocity, until status bit 15 is set; then parameter 15 must read 1. A joint pressed
 /// against its end stop usually fails. Error flags end it at once; in particular the time-out flag is not
-/// cleared here.
+/// cleared here. The flag of an attempt that failed before stands until this one has begun, so it counts
+/// only once it has been seen to go.
 class Commutation final : public Sequence {
  public:
   explicit Commutation(const CommutationConfig& config,
@@ -40,6 +41,7 @@ class Commutation final : public Sequence {
   CommutationConfig config_;
   State state_ = State::kAsk;
   bool was_initialized_ = false;
+  bool old_error_ = true;  // the flag may be an earlier attempt's
 };
 
 }  // namespace drivers::tmcl

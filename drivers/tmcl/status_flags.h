@@ -95,6 +95,9 @@ class StatusFlags {
     }
     return StatusFlags(raw_ & mask);
   }
+  constexpr StatusFlags without(StatusFlag flag) const noexcept {
+    return StatusFlags(raw_ & ~(1U << static_cast<unsigned>(flag)));
+  }
   constexpr StatusFlags errors() const noexcept { return of(FlagKind::kError); }
   constexpr bool any() const noexcept { return raw_ != 0; }
   constexpr std::uint32_t raw() const noexcept { return raw_; }

@@ -27,10 +27,19 @@ void DriveChannel::stop() noexcept {
   end_sequence();
 }
 
+void DriveChannel::stand_by() noexcept {
+  if (!timeout_reset_) stop();
+  if (stage_ == Stage::kOff && sensed_ && input_.flags.has(tmcl::StatusFlag::kTimeout)) clear_timeout();
+}
+
+void DriveChannel::clear_timeout() noexcept {
+  begin(Stage::kClearing, timeout_reset_.emplace(tmcl::ResetConfig{}, setup_.period));
+}
+
 void DriveChannel::prepare() noexcept {
   if (stage_ != Stage::kOff || failed() || !sensed_) return;
   if (input_.flags.has(tmcl::StatusFlag::kTimeout))
-    begin(Stage::kClearing, timeout_reset_.emplace(tmcl::ResetConfig{}, setup_.period));
+    clear_timeout();
   else if (input_.flags.has(tmcl::StatusFlag::kI2tExceeded))
     begin(Stage::kClearing, i2t_reset_.emplace(tmcl::ResetConfig{}, setup_.period));
   else
@@ -89,17 +98,17 @@ void DriveChannel::run_sequence() noexcept {
   if (ended == failed_stage_) fault_ = tmcl::SequenceFault::kNone;
   if (ended == Stage::kHoming) {
     homed_ = true;
-    if (!homing_->was_homed()) position_.reset();  // the counter has been set to zero
+    if (!homing_->was_homed()) {
+      position_.reset();  // the counter has been set to zero
+      position_ticks_ = position_.update(input_.position_ticks);
+    }
   }
   end_sequence();
-  if (ended == Stage::kClearing) {
-    stage_ = Stage::kOff;  // there may be another flag behind the one that has gone
-    prepare();
-  } else if (ended == Stage::kCommutating) {
+  if (ended == Stage::kCommutating)
     home_or_finish();
-  } else {
+  else
+    // After clearing there may be another flag behind the one that has gone: prepare() looks.
     stage_ = ended == Stage::kHoming ? Stage::kReady : Stage::kOff;
-  }
 }
 
 JointFault DriveChannel::joint_fault() const noexcept {

@@ -53,10 +53,15 @@ class DriveChannel {
   /// Setup: `bus` outlives the channel's cycles.
   void attach(drivers::ethercat::OpBus& bus);
 
-  // Whether it obeys. prepare() begins, as soon as the drive's flags are known; stop() forgets all
-  // preparation, and the motor stops.
+  // Whether it obeys. prepare() begins, as soon as the drive's flags are known, and goes on with every call;
+  // stop() forgets all preparation, and the motor stops.
   void prepare() noexcept;
   void stop() noexcept;
+  /// As stop(), for an operator who has switched the robot off. A drive whose watchdog has run out drives
+  /// back to where it was then and holds that place, whatever it is told: it would push against whoever frees
+  /// a hand or an obstacle. So its flag is cleared, under a commanded stop; after that it is off like the
+  /// others.
+  void stand_by() noexcept;
   bool ready() const noexcept { return stage_ == Stage::kReady; }
   bool failed() const noexcept { return failed_; }
   /// What keeps it from obeying; kNone too while it is being prepared.
@@ -64,6 +69,7 @@ class DriveChannel {
   /// Setup: the last thing that failed and has not succeeded since, and what to try; empty without one.
   std::string failure() const;
 
+  bool restoring() const noexcept { return stage_ == Stage::kRestoring; }
   /// Once a cycle while a drive that lost its memory waits for its parameters: its counter starts anew,
   /// nothing that was asked is answered, and its parameters are written again. True when they are all back.
   bool restore() noexcept;
@@ -87,6 +93,7 @@ class DriveChannel {
 
   void forget() noexcept;
   void begin(Stage stage, drivers::tmcl::Sequence& sequence) noexcept;
+  void clear_timeout() noexcept;
   void commutate() noexcept;
   void home_or_finish() noexcept;
   void run_sequence() noexcept;

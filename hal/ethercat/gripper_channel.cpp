@@ -84,13 +84,11 @@ void GripperChannel::stop(GripperState afterwards) noexcept {
 }
 
 void GripperChannel::forget() noexcept {
-  running_ = nullptr;
-  calibration_.reset();
-  motion_.reset();
-  stop_.reset();
   goal_.reset();
   calibrated_ = false;
-  if (sample_.state != GripperState::kAbsent) sample_.state = GripperState::kIdle;
+  // The board in between may have kept its power, and so may the bars' motion have gone on; what was asked of
+  // them is not answered any more.
+  if (running_ != nullptr) stop(stop_ ? after_stop_ : GripperState::kIdle);
 }
 
 }  // namespace hal

@@ -22,7 +22,8 @@ class GripperChannel {
   /// Once a cycle, after DriveChannel::serve_mailbox(). Not enabled, or when it fails, its motors are
   /// stopped: until they answer that they have heard it, the state stays kMoving.
   void step(const GripperCommand& command, bool enabled) noexcept;
-  /// Its power was off: where closed is has to be found again.
+  /// Its power may have been off, and what was asked of it is lost: it is stopped anew if it may be moving,
+  /// and where closed is has to be asked again. Once when the hand's restoring begins.
   void forget() noexcept;
   GripperSample sample() const noexcept { return sample_; }
 

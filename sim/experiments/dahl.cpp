@@ -54,10 +54,15 @@ void Dahl::write_result(std::span<double> values) const noexcept {
     displacement += branch.displacement.products();
     torque += branch.torque.products();
   }
-  values[0] = squares / displacement;
-  values[1] = torque / displacement;
+  const bool moved = displacement != 0.0;
+  values[0] = moved ? squares / displacement : kUnknown;
+  values[1] = moved ? torque / displacement : kUnknown;
   values[2] = lowest_rad_;
   values[3] = highest_rad_;
+}
+
+std::string Dahl::not_measured(std::size_t column) const {
+  return column < 2 ? "never moved up to " + number_text(config_.amplitude_Nm) + " N·m" : "";
 }
 
 }  // namespace sim::experiments

@@ -68,6 +68,7 @@ class Dahl final : public JointExperiment {
   bool finished() const noexcept override { return finished_; }
   std::span<const char* const> result_columns() const noexcept override;
   void write_result(std::span<double> values) const noexcept override;
+  std::string not_measured(std::size_t column) const override;
 
  private:
   struct Branch {

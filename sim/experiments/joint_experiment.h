@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 #include <span>
+#include <string>
 
 #include "hal/joint.h"
 
@@ -54,7 +55,7 @@ class JointExperiment {
 
   virtual RecordedCommands recorded_commands() const noexcept = 0;
   virtual int measurement_count() const noexcept = 0;
-  /// The longest that measurement can take.
+  /// The longest that measurement takes of a joint that comes to rest when it is given time to.
   virtual double duration_s(int measurement) const noexcept = 0;
 
   virtual void begin(int measurement, const Reading& reading) noexcept = 0;
@@ -67,6 +68,13 @@ class JointExperiment {
   virtual std::span<const char* const> result_columns() const noexcept { return {}; }
   /// `values` holds as many as there are columns. A value that could not be measured is NaN.
   virtual void write_result(std::span<double> /*values*/) const noexcept {}
+  /// Setup: why the value of that column may be NaN, to follow the joint's name: "never moved up to 0.3 N·m".
+  /// Empty where it never is.
+  virtual std::string not_measured(std::size_t /*column*/) const { return {}; }
+
+  /// How long a measurement waits before its results depend on the velocity. Whatever came before, another
+  /// measurement or an interruption, must be forgotten by then. Infinite when they never do.
+  virtual double settle_s() const noexcept { return std::numeric_limits<double>::infinity(); }
 };
 
 }  // namespace sim::experiments

@@ -4,6 +4,10 @@
 
 namespace sim::experiments {
 
+/// Waited for this long, in units of 1/cutoff, a filter of first or second order remembers less than a
+/// thousandth of what was before.
+inline constexpr double kForgotten = 10.0;
+
 /// First-order low-pass y' = ω·(u − y), exact for an input held between samples. Its mean is its input's.
 /// Cycle.
 class LowPass {

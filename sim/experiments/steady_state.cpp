@@ -2,12 +2,19 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
 #include "sim/experiments/velocity_sets.h"
 
 namespace sim::experiments {
+namespace {
+
+/// Share of the commanded velocity from which on a joint counts as turning.
+constexpr double kFollows = 0.1;
+
+}  // namespace
 
 SteadyState::SteadyState(const SteadyStateConfig& config, double period_s)
     : SteadyState(config, velocities_rad_per_s(config.sets), period_s) {}
@@ -21,6 +28,10 @@ SteadyState::SteadyState(const SteadyStateConfig& config, std::vector<double> ve
   if (samples_per_block_ < 1)
     throw std::invalid_argument("measure_s = " + number_text(config.measure_s) + " has fewer cycles than " +
                                 std::to_string(config.blocks) + " blocks");
+  if (config_.settle_s * config_.torque_cutoff_rad_per_s < kForgotten)
+    throw std::invalid_argument("settle_s = " + number_text(config.settle_s) +
+                                " is less than the low-pass on the torque remembers, " +
+                                number_text(kForgotten / config.torque_cutoff_rad_per_s) + " s");
 }
 
 double SteadyState::duration_s(int /*measurement*/) const noexcept {
@@ -51,8 +62,14 @@ std::span<const char* const> SteadyState::result_columns() const noexcept {
 }
 
 void SteadyState::write_result(std::span<double> values) const noexcept {
-  const std::array<double, 4> result{velocity_.mean(), torque_.mean(), torque_.ci95(), velocity_command_};
+  std::array<double, 4> result{velocity_.mean(), torque_.mean(), torque_.ci95(), velocity_command_};
+  const bool turned = std::abs(velocity_.mean()) >= kFollows * std::abs(velocity_command_);
+  if (!turned) std::fill_n(result.begin(), 3, kUnknown);
   std::copy(result.begin(), result.end(), values.begin());
+}
+
+std::string SteadyState::not_measured(std::size_t column) const {
+  return column < 3 ? "did not turn as it was told" : "";
 }
 
 }  // namespace sim::experiments

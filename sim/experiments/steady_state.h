@@ -33,7 +33,9 @@ struct SteadyStateConfig {
 };
 
 /// Velocity control; without acceleration the torque that keeps the velocity is the friction. One result per
-/// measurement: mean velocity, mean torque with its confidence interval, velocity command.
+/// measurement: mean velocity, mean torque with its confidence interval, velocity command. A joint that turns
+/// at less than a tenth of what it is told is held by something else: then there is no velocity and no
+/// friction.
 class SteadyState final : public JointExperiment {
  public:
   SteadyState(const SteadyStateConfig& config, double period_s);
@@ -48,6 +50,8 @@ class SteadyState final : public JointExperiment {
   bool finished() const noexcept override { return finished_; }
   std::span<const char* const> result_columns() const noexcept override;
   void write_result(std::span<double> values) const noexcept override;
+  std::string not_measured(std::size_t column) const override;
+  double settle_s() const noexcept override { return config_.settle_s; }
 
  private:
   SteadyStateConfig config_;

@@ -63,4 +63,8 @@ void StickSlip::write_result(std::span<double> values) const noexcept {
   values[3] = slips_ > 0 ? released_Nm_ / slips : kUnknown;
 }
 
+std::string StickSlip::not_measured(std::size_t column) const {
+  return column < 2 ? "" : "did not slip at up to " + number_text(config_.torque_limit_Nm) + " N·m";
+}
+
 }  // namespace sim::experiments

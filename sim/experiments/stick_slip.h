@@ -43,6 +43,8 @@ class StickSlip final : public JointExperiment {
   bool finished() const noexcept override { return finished_; }
   std::span<const char* const> result_columns() const noexcept override;
   void write_result(std::span<double> values) const noexcept override;
+  std::string not_measured(std::size_t column) const override;
+  double settle_s() const noexcept override { return config_.rest_s; }
 
  private:
   void watch(const Reading& reading) noexcept;

@@ -10,6 +10,8 @@ namespace {
 
 /// The slope is taken up to this many encoder steps after the first: beyond, the bristles begin to yield.
 constexpr double kSlopeSteps = 3.0;
+/// For a joint that the ramp before has set in motion and that is still not at rest after the rest.
+constexpr double kPatience_s = 10.0;
 
 }  // namespace
 
@@ -37,7 +39,7 @@ void TorqueRamp::begin(int measurement, const Reading& reading) noexcept {
   phase_ = Phase::kRest;
   direction_ = measurement % 2 == 0 ? 1.0 : -1.0;
   origin_rad_ = reading.position_rad;
-  torque_filter_.reset(reading.torque_Nm);
+  torque_filter_.reset(0.0);  // it rests without torque; what the ramp before left must not linger
   first_step_ = last_step_ = still_ = {};
   slid_ = false;
 }
@@ -62,11 +64,16 @@ SetPoint TorqueRamp::step(const Reading& reading) noexcept {
   torque_filter_.step(reading.torque_Nm);
   if (phase_ == Phase::kRest) {
     origin_rad_ = reading.position_rad;
-    if (reading.time_s >= config_.rest_s) phase_ = Phase::kRamp;
+    const double rested_s = reading.time_s - config_.rest_s;
+    const bool still = std::abs(reading.velocity_rad_per_s) < config_.still_speed_rad_per_s;
+    if (rested_s >= kPatience_s || (still && rested_s >= 0)) {
+      phase_ = Phase::kRamp;
+      ramp_begin_s_ = reading.time_s;
+    }
   }
   if (phase_ == Phase::kRamp) {
     watch(reading);
-    const double torque_Nm = config_.rate_Nm_per_s * (reading.time_s - config_.rest_s);
+    const double torque_Nm = config_.rate_Nm_per_s * (reading.time_s - ramp_begin_s_);
     if (!slid_ && torque_Nm <= config_.highest_torque_Nm)
       return {hal::JointCommand::torque_Nm(direction_ * torque_Nm)};
     phase_ = Phase::kDone;
@@ -91,8 +98,13 @@ std::span<const char* const> TorqueRamp::result_columns() const noexcept {
 
 void TorqueRamp::write_result(std::span<double> values) const noexcept {
   const double x1_rad = direction_ * first_step_.displacement_rad;
-  const double by_command = presliding_stiffness_Nm_per_rad(first_step_.command_Nm, x1_rad);
-  const double by_measured = presliding_stiffness_Nm_per_rad(first_step_.measured_Nm, x1_rad);
+  // A joint that still creeps makes its first step before there is any torque to speak of.
+  const auto stiffness = [x1_rad](double torque_Nm) {
+    const double value = presliding_stiffness_Nm_per_rad(torque_Nm, x1_rad);
+    return value > 0 ? value : kUnknown;
+  };
+  const double by_command = stiffness(first_step_.command_Nm);
+  const double by_measured = stiffness(first_step_.measured_Nm);
   const double slope = direction_ * presliding_stiffness_Nm_per_rad(
                                         last_step_.command_Nm - first_step_.command_Nm,
                                         last_step_.displacement_rad - first_step_.displacement_rad);
@@ -108,6 +120,21 @@ void TorqueRamp::write_result(std::span<double> values) const noexcept {
                                       slid_ ? still_.command_Nm : kUnknown,
                                       slid_ ? still_.measured_Nm : kUnknown};
   std::copy(result.begin(), result.end(), values.begin());
+}
+
+std::string TorqueRamp::not_measured(std::size_t column) const {
+  const std::string limit = number_text(config_.highest_torque_Nm) + " N·m";
+  switch (column) {
+    case 0: return {};
+    case 4:
+    case 5:
+    case 7:
+    case 8: return "moved before the torque had risen; let it rest for longer";
+    case 6: return "showed no second encoder step before it slid";
+    case 9:
+    case 10: return "did not break away up to " + limit;
+    default: return "never moved up to " + limit;
+  }
 }
 
 }  // namespace sim::experiments

@@ -25,7 +25,7 @@ struct TorqueRampConfig {
 
   template <typename Visitor>
   void visit(Visitor&& v) {
-    v(Parameter{"rest_s", "without torque before each ramp", 0, 600}, rest_s);
+    v(Parameter{"rest_s", "without torque before each ramp, at least", 0, 600}, rest_s);
     v(Parameter{"rate_Nm_per_s", "slope of the ramp", 1e-5, 10}, rate_Nm_per_s);
     v(Parameter{"highest_torque_Nm", "where a ramp ends that moved nothing", 0.001, 20}, highest_torque_Nm);
     v(Parameter{"breakaway_travel_rad", "travel that counts as sliding", 1e-4, 1}, breakaway_travel_rad);
@@ -37,9 +37,9 @@ struct TorqueRampConfig {
   }
 };
 
-/// Even measurements ramp up, odd ones down. A result's first step is the displacement as the encoder shows
-/// it; where in its tick the joint rested is not known, so single σ0 scatter between half and all of it. The
-/// slope over the next steps, stiffness_slope, is free of that.
+/// Even measurements ramp up, odd ones down; each begins when the joint is at rest. A result's first step is
+/// the displacement as the encoder shows it; where in its tick the joint rested is not known, so single σ0
+/// scatter between half and all of it. The slope over the next steps, stiffness_slope, is free of that.
 class TorqueRamp final : public JointExperiment {
  public:
   /// `encoder_step_rad`: one tick at the joint.
@@ -53,6 +53,8 @@ class TorqueRamp final : public JointExperiment {
   bool finished() const noexcept override { return phase_ == Phase::kDone; }
   std::span<const char* const> result_columns() const noexcept override;
   void write_result(std::span<double> values) const noexcept override;
+  std::string not_measured(std::size_t column) const override;
+  double settle_s() const noexcept override { return config_.rest_s; }
 
  private:
   enum class Phase { kRest, kRamp, kDone };
@@ -69,6 +71,7 @@ class TorqueRamp final : public JointExperiment {
   Phase phase_ = Phase::kRest;
   double direction_ = 1.0;
   double origin_rad_ = 0.0;
+  double ramp_begin_s_ = 0.0;
   Moment first_step_;
   Moment last_step_;  ///< before sliding, of those the slope is taken over
   Moment still_;      ///< the last moment before it slid

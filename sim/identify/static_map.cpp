@@ -30,13 +30,30 @@ StaticMap static_map(std::span<const Recording> recordings) {
     const auto ci95 =
         recording.has("torque_ci95_Nm") ? recording.column("torque_ci95_Nm") : std::span<const double>();
     for (std::size_t i = 0; i < velocity.size(); ++i) {
+      if (std::isnan(velocity[i]) || std::isnan(torque[i])) continue;
       const std::string row = "data row " + std::to_string(i + 1);
       if (velocity[i] == 0) refuse(recording, row + " is at rest; a map holds moving points only");
       if (!ci95.empty() && ci95[i] < 0) refuse(recording, row + " has a negative torque_ci95_Nm");
-      map.points.push_back({velocity[i], torque[i], ci95.empty() ? 0.0 : ci95[i]});
+      map.points.push_back({velocity[i], torque[i], ci95.empty() || std::isnan(ci95[i]) ? 0.0 : ci95[i]});
     }
   }
   return map;
+}
+
+bool SpeedRange::holds(double velocity_rad_per_s) const noexcept {
+  const double speed = std::abs(velocity_rad_per_s);
+  const bool fast_enough = speed >= above_rad_per_s;
+  const bool slow_enough = speed <= below_rad_per_s;
+  return below_rad_per_s < above_rad_per_s ? fast_enough || slow_enough : fast_enough && slow_enough;
+}
+
+std::vector<MapPoint> leave_out(StaticMap& map, const SpeedRange& range) {
+  const auto outside =
+      std::stable_partition(map.points.begin(), map.points.end(),
+                            [&](const MapPoint& point) { return range.holds(point.velocity_rad_per_s); });
+  std::vector<MapPoint> left_out(outside, map.points.end());
+  map.points.erase(outside, map.points.end());
+  return left_out;
 }
 
 std::vector<std::vector<std::size_t>> speeds_of(const StaticMap& map) {

@@ -213,6 +213,34 @@ TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterHalfAMinute) {
   EXPECT_EQ(cycle.stop_reason().kind, StopReason::Kind::kNotEnabled);
 }
 
+TEST(Cycle, HowLongTheDrivesWereWaitedForIsTold) {
+  BrokenRobot robot;
+  ScriptedMotion motion;
+  Cycle::Config config;
+  config.enable_timeout = 2500ms;
+  Cycle cycle(config, robot, motion, nullptr);
+  for (int i = 0; !cycle.finished() && i < 5000; ++i) cycle.step(i * 1ms);
+  EXPECT_NE(describe(cycle.stop_reason(), robot).find("did not start to obey within 2.5 s"),
+            std::string::npos)
+      << describe(cycle.stop_reason(), robot);
+}
+
+TEST(Cycle, AfterAStallNoOldTorqueIsSentAnyMore) {
+  BrokenRobot robot;
+  robot.obeys = true;
+  ScriptedMotion motion;
+  Cycle cycle(Rig::moving(), robot, motion, nullptr);
+  nanoseconds now{};
+  for (; now < 1s; now += 1ms) cycle.step(now);
+  ASSERT_NE(robot.last_command.joints[0].target, 0.0) << "wheels that do not follow";
+  cycle.step(now += 3s);
+  EXPECT_EQ(cycle.stop_reason().kind, StopReason::Kind::kStalled);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_EQ(robot.last_command.joints[i].mode, hal::CommandMode::kTorque);
+    EXPECT_EQ(robot.last_command.joints[i].target, 0.0);
+  }
+}
+
 TEST(Cycle, ALostBusSwitchesOffAndTheFirstReasonIsKept) {
   BrokenRobot robot;
   robot.obeys = true;

@@ -14,6 +14,7 @@
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
 namespace {
@@ -56,7 +57,7 @@ struct Control {
 
 TEST(EthercatOverVeth, TheBaseStartsDrivesLosesAWheelRecoversAndMovesAgainOnlyWhenEnabled) {
   const Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const fs::path faults = fs::temp_directory_path() / ("youbot-faults-" + std::to_string(getpid()) + ".toml");
   std::ofstream(faults) << "[[fault]]\nkind = \"slave_off\"\nat_s = 8.0\nduration_s = 1.0\nslave = 4\n";
   const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
@@ -91,7 +92,7 @@ TEST(EthercatOverVeth, TheBaseStartsDrivesLosesAWheelRecoversAndMovesAgainOnlyWh
 
 TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
   const Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const Simulator simulator(namespaces, "--robot base --firmware 200");
   ASSERT_TRUE(simulator.ready());
   const fs::path directory = fs::temp_directory_path() / ("youbot-veth-" + std::to_string(getpid()));
@@ -129,7 +130,7 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
 
 TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {
   const Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const Simulator simulator(namespaces, "--robot base+arm");
   ASSERT_TRUE(simulator.ready());
   FILE* scan = popen(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c", "r");

@@ -20,6 +20,7 @@
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
 namespace {
@@ -127,7 +128,7 @@ class FaultsOverVeth : public ::testing::TestWithParam<Script> {};
 
 TEST_P(FaultsOverVeth, AreSurvived) {
   const support::Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const Directory directory;
   std::ofstream(directory.path / "faults.toml") << GetParam().faults;
   const support::Simulator simulator(namespaces,
@@ -209,9 +210,9 @@ std::vector<std::string> frames_of(const fs::path& file, const std::string& filt
 }
 
 TEST(CaptureOverVeth, TsharkDecodesEveryFrameFromTheStartThroughAFaultToTheStop) {
-  if (std::system("command -v tshark > /dev/null 2>&1") != 0) GTEST_SKIP() << "tshark is not installed";
+  SKIP_UNLESS(std::system("command -v tshark > /dev/null 2>&1") == 0, "tshark is not installed");
   const support::Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const Directory directory;
   std::ofstream(directory.path / "faults.toml")
       << "[[fault]]\nkind = \"slave_off\"\nslave = 4\nduration_s = 0.5\n" + kAtFrame;
@@ -220,7 +221,7 @@ TEST(CaptureOverVeth, TsharkDecodesEveryFrameFromTheStartThroughAFaultToTheStop)
   ASSERT_TRUE(simulator.ready());
   const fs::path file = directory.path / "run.pcapng";
   Capture capture(namespaces, file);
-  if (!capture.running()) GTEST_SKIP() << "dumpcap may not capture here";
+  SKIP_UNLESS(capture.running(), "dumpcap may not capture here");
   survive(hal::Fault::kPartialBus, 2);
   capture.stop();
 

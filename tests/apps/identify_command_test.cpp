@@ -52,12 +52,13 @@ class IdentifyCommand : public testing::Test {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
   std::string out() const { return (directory_ / "out").string(); }
-  std::string model() const {
-    std::ifstream file(directory_ / "out" / "model.toml");
+  static std::string text_of(const fs::path& path) {
+    std::ifstream file(path);
     std::ostringstream text;
     text << file.rdbuf();
     return text.str();
   }
+  std::string model() const { return text_of(directory_ / "out" / "model.toml"); }
   bool said(const std::string& part) const { return output_.find(part) != std::string::npos; }
 
   fs::path directory_;
@@ -86,10 +87,76 @@ TEST_F(IdentifyCommand, FitsTheLawThatIsAskedFor) {
   EXPECT_EQ(run("--law kfm+sugar --map " + map), 2);
 }
 
+TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {
+  fs::create_directories(directory_ / "run" / "steady-state-map");
+  for (const int drive : {1, 2})
+    write("run/steady-state-map/" + std::to_string(drive) + ".csv",
+          map_text(test_support::screw_drive_map(drive)));
+  EXPECT_EQ(run("--law coulomb --map " + (directory_ / "run").string()), 0) << output_;
+  for (const char* drive : {"tro2021-drive-1", "tro2021-drive-2"}) {
+    EXPECT_NE(text_of(directory_ / "out" / drive / "model.toml").find(std::string("name = \"") + drive),
+              std::string::npos);
+    EXPECT_NE(
+        text_of(directory_ / "out" / "report.html").find(std::string("\"name\":\"") + drive + ", fitted"),
+        std::string::npos);
+  }
+  EXPECT_FALSE(fs::exists(directory_ / "out" / "model.toml"));
+
+  EXPECT_EQ(run("--map " + directory_.string()), 2);
+  EXPECT_TRUE(said("there is no .csv in")) << output_;
+}
+
+TEST_F(IdentifyCommand, LeavesOutTheSpeedsItIsToldToAndSaysWhich) {
+  // Coulomb and viscous friction but for a dip between 1 and 4 rad/s.
+  sim::identify::StaticMap map{"wheel-1", {}};
+  for (int i = 1; i <= 16; ++i)
+    for (const double sign : {1.0, -1.0}) {
+      const double speed = 0.4 * i;
+      const double dip_Nm = speed > 1 && speed < 4 ? 0.02 : 0.0;
+      map.points.push_back(
+          {sign * speed, sign * (0.045 + 0.0125 * speed - dip_Nm) + 1e-5 * (i * 7 % 5 - 2), 2e-5});
+    }
+  const std::string file = write("dip.csv", map_text(map));
+  EXPECT_EQ(run("--law kfm --speeds-below 1 --speeds-above 4 --map " + file), 0) << output_;
+  EXPECT_TRUE(said("fitted without speeds from 1 to 4 rad/s: 14 of 32 points left out, at 1.2 -1.2 1.6"))
+      << output_;
+  EXPECT_NE(model().find("# fitted without speeds from 1 to 4 rad/s: 14 of 32"), std::string::npos)
+      << model();
+  const auto coulomb = [this] {
+    const std::string text = model();
+    const std::size_t at = text.find("torque_Nm = ");
+    return at == text.npos ? 0.0 : std::stod(text.substr(at + 12));
+  };
+  EXPECT_NEAR(coulomb(), 0.045, 2e-4) << model();
+  EXPECT_NE(text_of(directory_ / "out" / "report.html").find("\"left out\""), std::string::npos);
+
+  EXPECT_EQ(run("--law kfm --speeds-above 1.1 --speeds-below 3.9 --map " + file), 0) << output_;
+  EXPECT_TRUE(said("fitted to speeds from 1.1 to 3.9 rad/s: 18 of 32 points left out")) << output_;
+  EXPECT_NEAR(coulomb(), 0.025, 2e-4) << model();
+
+  EXPECT_EQ(run("--speeds-above 4 --speeds-below 4 --map " + file), 2);
+  EXPECT_EQ(run("--speeds-above 100 --map " + file), 2);
+  EXPECT_TRUE(said("no speed in the map of wheel-1 is left to fit")) << output_;
+  EXPECT_EQ(run("--speeds-above -1 --map " + file), 2);
+  EXPECT_EQ(run("--inertia 1 --speeds-above 1 --moving " + file), 2);
+  EXPECT_TRUE(said("give it with --map")) << output_;
+}
+
+TEST_F(IdentifyCommand, GoesOnWithoutThePointsThatCouldNotBeMeasured) {
+  std::string text = map_text(test_support::screw_drive_map(2));
+  const std::size_t names = text.find("time_s,");
+  text.insert(names,
+              "# not_measured: velocity_rad_per_s,torque_measured_Nm,torque_ci95_Nm: wheel-3 did not turn\n");
+  EXPECT_EQ(run("--law coulomb --map " + write("map.csv", text + "999,nan,nan,nan,0.5\n")), 0) << output_;
+  EXPECT_TRUE(said("velocity_rad_per_s and 2 more were not measured: wheel-3 did not turn")) << output_;
+  EXPECT_EQ(run("--law coulomb --moving " + write("moving.csv", text + "999,nan,nan,nan,0.5\n")), 2);
+  EXPECT_TRUE(said("wheel-3 did not turn")) << output_;
+}
+
 TEST_F(IdentifyCommand, RefusesWhatDoesNotFitTogether) {
   const std::string one = write("1.csv", map_text(test_support::screw_drive_map(1)));
   const std::string two = write("2.csv", map_text(test_support::screw_drive_map(2)));
-  EXPECT_EQ(run("--map " + one + " " + two), 2);
+  EXPECT_EQ(run("--inertia 1e-6 --map " + one + " " + two + " --presliding " + one), 2);
   EXPECT_TRUE(said("identify one rig at a time")) << output_;
   EXPECT_EQ(run(""), 2);
   EXPECT_EQ(run("--map " + one + ".missing"), 2);

@@ -17,12 +17,16 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/recording_reader.h"
 #include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "control/friction/wheel_curve.h"
 #include "sim/experiments/staircase.h"
 #include "sim/experiments/steady_state.h"
+#include "sim/experiments/torque_ramp.h"
+#include "sim/joint_sensors.h"
+#include "tests/hal/can_bench.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace youbot_bench {
@@ -105,10 +109,25 @@ class BenchExperiment : public ::testing::Test {
                 },
             .configuration = "experiment = \"steady-state\"\n"};
   }
+  /// Likewise, slow ramps of torque with two measurements for each of `repeats`.
+  static ExperimentPlan ramps(sim::experiments::TorqueRampConfig config) {
+    return {.name = "torque-ramp",
+            .result = "torque-ramp-result",
+            .make =
+                [config](const hal::JointInfo&, double period_s) {
+                  return std::make_unique<sim::experiments::TorqueRamp>(
+                      config, sim::SensorParameters{}.position_resolution_rad, period_s);
+                },
+            .configuration = "experiment = \"torque-ramp\"\n"};
+  }
   ExperimentOutcome run(const ExperimentPlan& plan, WatchedRobot::Hook hook = pass_on()) {
     hal::VirtualClock clock;
     const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
-    WatchedRobot robot(*opened.robot, std::move(hook));
+    return run_on(*opened.robot, clock, plan, std::move(hook));
+  }
+  ExperimentOutcome run_on(hal::Robot& watched, hal::Clock& clock, const ExperimentPlan& plan,
+                           WatchedRobot::Hook hook = pass_on()) {
+    WatchedRobot robot(watched, std::move(hook));
     const ExperimentOutcome outcome = run_experiment(plan, options, robot, clock, stop);
     EXPECT_TRUE(robot.deactivated);
     last_command = robot.last_command;
@@ -120,6 +139,26 @@ class BenchExperiment : public ::testing::Test {
   }
   static WatchedRobot::Hook pass_on() {
     return [](std::uint64_t, const hal::RobotCommand&, hal::CycleStatus status) { return status; };
+  }
+  WatchedRobot::Hook stop_after(std::uint64_t cycles) {
+    return [this, cycles](std::uint64_t cycle, const hal::RobotCommand&, hal::CycleStatus status) {
+      if (cycle == cycles) stop = true;
+      return status;
+    };
+  }
+  /// In one go on one robot, and on another that is stopped after `cycles` and goes on where it stands.
+  /// Directories "run" and "in-parts".
+  void run_whole_and_in_parts(const ExperimentPlan& plan, std::uint64_t cycles) {
+    EXPECT_TRUE(run(plan).fault.empty());
+    options.directory = directory / "in-parts";
+    hal::VirtualClock clock;
+    const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+    EXPECT_TRUE(run_on(*opened.robot, clock, plan, stop_after(cycles)).interrupted);
+    stop = false;
+    options.resume = true;
+    const ExperimentOutcome rest = run_on(*opened.robot, clock, plan);
+    EXPECT_EQ(rest.finished, rest.planned);
+    EXPECT_TRUE(rest.fault.empty()) << rest.fault;
   }
   fs::path map(int wheel) const {
     return options.directory / "steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv");
@@ -191,12 +230,6 @@ TEST_F(BenchExperiment, InterruptedAndResumedItHasTheSameMeasurementsAsInOneGo) 
   const fs::path in_one_go = options.directory;
 
   options.directory = directory / "in-parts";
-  const auto stop_after = [this](std::uint64_t cycles) {
-    return [this, cycles](std::uint64_t cycle, const hal::RobotCommand&, hal::CycleStatus status) {
-      if (cycle == cycles) stop = true;
-      return status;
-    };
-  };
   const ExperimentOutcome first = run(plan, stop_after(7500));  // into the third
   EXPECT_TRUE(first.interrupted);
   EXPECT_TRUE(first.fault.empty()) << first.fault;
@@ -233,6 +266,131 @@ TEST_F(BenchExperiment, InterruptedAndResumedItHasTheSameMeasurementsAsInOneGo) 
   EXPECT_EQ(text_of(map(1)), before);
 }
 
+TEST_F(BenchExperiment, TheMeasurementThatIsMadeAgainAfterAnInterruptionForgetsIt) {
+  // The shortest time to settle that the filters allow, and speeds so far apart that what came before would
+  // show: before an interruption the wheel turns the other way, after it it stands.
+  sim::experiments::SteadyStateConfig config{.settle_s = 1, .measure_s = 2, .extra_s = 0};
+  const std::vector<double> velocities{4.0, -4.0, 8.0, -1.0};
+  run_whole_and_in_parts(map_at(velocities), 4000);  // into the second
+  for (int wheel = 1; wheel <= 4; ++wheel) {
+    const Rows once = rows(directory / "run/steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv"));
+    const Rows parts = rows(map(wheel));
+    ASSERT_EQ(parts.size(), velocities.size());
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      // The drives regulate to a revolution a minute of the motor.
+      EXPECT_NEAR(parts[i][1], once[i][1], 4e-3) << "wheel " << wheel << " at " << velocities[i];
+      EXPECT_NEAR(parts[i][2], once[i][2], std::hypot(parts[i][3], once[i][3]))
+          << "wheel " << wheel << " at " << velocities[i];
+    }
+  }
+
+  config.settle_s = 0.1;
+  EXPECT_THROW(sim::experiments::SteadyState(config, velocities, 1e-3), std::invalid_argument)
+      << "the low-pass on the torque remembers for longer";
+  options = {.directory = directory / "slow-filter", .virtual_time = true, .quiet = true};
+  options.filter_cutoff_rad_per_s = 5;
+  EXPECT_THROW((void)run_unchecked(map_at(velocities)), std::invalid_argument) << "the velocity's likewise";
+  EXPECT_FALSE(fs::exists(options.directory));
+}
+
+TEST_F(BenchExperiment, RampsAfterAnInterruptionFindTheSameStiffnessAndBreakAway) {
+  options.joints = {"wheel-1", "wheel-3"};
+  run_whole_and_in_parts(ramps({.rest_s = 1, .rate_Nm_per_s = 0.02, .repeats = 2}), 7000);
+  for (const char* file : {"torque-ramp-result/wheel-1.csv", "torque-ramp-result/wheel-3.csv"}) {
+    const Rows once = rows(directory / "run" / file);
+    const Rows parts = rows(directory / "in-parts" / file);
+    ASSERT_EQ(once.size(), 4U);
+    ASSERT_EQ(parts.size(), 4U);
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      EXPECT_EQ(parts[i][1], once[i][1]);
+      EXPECT_NEAR(parts[i][7], once[i][7], 0.03 * once[i][7]);
+      EXPECT_NEAR(parts[i][10], once[i][10], 2e-3);  // it goes on rising until the wheel is seen to slide
+    }
+  }
+}
+
+TEST_F(BenchExperiment, AResultThatThereIsNoneOfIsSaidInWordsAndReadAgain) {
+  // Half an encoder step takes some 7 mN·m.
+  const ExperimentPlan plan =
+      ramps({.rest_s = 0.1, .rate_Nm_per_s = 0.01, .highest_torque_Nm = 0.002, .repeats = 1});
+  options.joints = {"wheel-3"};
+  EXPECT_EQ(run(plan, stop_after(350)).finished, 1);
+  stop = false;
+  options.resume = true;
+  const std::vector<std::string> told{"wheel-3, measurement 1: never moved up to 0.002 N·m",
+                                      "wheel-3, measurement 2: never moved up to 0.002 N·m"};
+  EXPECT_EQ(run(plan).not_measured, told);
+  EXPECT_EQ(run_unchecked(plan).not_measured, told) << "with nothing left to do";
+
+  const fs::path result = options.directory / "torque-ramp-result/wheel-3.csv";
+  const apps::ReadRecording read = apps::read_recording(result, apps::NotMeasured::kTaken);
+  ASSERT_EQ(read.recording.rows(), 2U);
+  EXPECT_EQ(read.recording.column("direction")[1], -1.0);
+  EXPECT_TRUE(std::isnan(read.recording.column("breakaway_command_Nm")[1]));
+  ASSERT_GE(read.warnings.size(), 2U);
+  EXPECT_NE(
+      read.warnings.back().find("first_step_rad and 9 more were not measured: wheel-3 never moved up to "
+                                "0.002 N·m"),
+      std::string::npos)
+      << read.warnings.back();
+  try {
+    (void)apps::read_recording(result);
+    FAIL() << "taken as a recording of motion";
+  } catch (const apps::RecordingError& error) {
+    EXPECT_NE(std::string(error.what()).find("wheel-3 never moved up to 0.002 N·m"), std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(BenchExperiment, ASetUpThatFailsLeavesNothingBehind) {
+  loopback.name = "ethercat:nosuch0";
+  options.virtual_time = false;
+  options.directory = directory / "some/where";
+  EXPECT_THROW((void)run_unchecked(map_at({1.0})), std::exception);
+  EXPECT_FALSE(fs::exists(directory / "some"));
+  // A directory that was there stays, with what it holds.
+  fs::create_directories(options.directory / "steady-state");
+  std::ofstream(options.directory / "notes.txt") << "mine";
+  EXPECT_THROW((void)run_unchecked(map_at({1.0})), std::exception);
+  EXPECT_EQ(text_of(options.directory / "notes.txt"), "mine");
+  EXPECT_TRUE(fs::is_empty(options.directory / "steady-state"));
+  EXPECT_FALSE(fs::exists(options.directory / "steady-state-map"));
+  // Nor does a failure take from a recording that is to go on.
+  options.directory = directory / "run";
+  options.virtual_time = true;
+  loopback.name = "loopback";
+  EXPECT_EQ(run(map_at({1.0, 2.0}), stop_after(4000)).finished, 1);
+  const std::string before = text_of(map(2));
+  stop = false;
+  options.resume = true;
+  options.virtual_time = false;
+  loopback.name = "ethercat:nosuch0";
+  EXPECT_THROW((void)run_unchecked(map_at({1.0, 2.0})), std::exception);
+  EXPECT_EQ(text_of(map(2)), before);
+  for (const auto& entry : fs::recursive_directory_iterator(directory))
+    EXPECT_NE(entry.path().extension(), ".resumed") << entry.path();
+}
+
+TEST_F(BenchExperiment, MeasuresTheJointOfABenchRigOverCan) {
+  hal::test::CanBench bench({.joint_name = "wheel-3"});
+  const auto cable = [&bench](std::uint64_t, const hal::RobotCommand&, hal::CycleStatus status) {
+    bench.cable.wait(bench.period);
+    return status;
+  };
+  const ExperimentOutcome outcome = run_on(*bench.robot, bench.clock, map_at({3.0, -2.0}), cable);
+  EXPECT_TRUE(outcome.fault.empty()) << outcome.fault;
+  EXPECT_EQ(outcome.finished, 2);
+  EXPECT_FALSE(fs::exists(map(1)));
+  const Rows measured = rows(map(3));
+  ASSERT_EQ(measured.size(), 2U);
+  const sim::bus::ArmJointData& joint = sim::can::kBenchWheel;
+  for (const auto& row : measured) {
+    const double friction_Nm = std::copysign(joint.coulomb_Nm, row[1]) + joint.viscous_Nm_s_per_rad * row[1];
+    EXPECT_NEAR(row[1], row[4], 0.02);  // the module takes whole revolutions a minute
+    EXPECT_NEAR(row[2], friction_Nm, row[3] + 4.4e-3) << row[1];  // 5 mA are a count of the module's current
+  }
+}
+
 TEST_F(BenchExperiment, AFaultStopsTheMotorsAndKeepsWhatWasMeasured) {
   bool enabled_after = false;
   const ExperimentOutcome outcome =
@@ -241,7 +399,7 @@ TEST_F(BenchExperiment, AFaultStopsTheMotorsAndKeepsWhatWasMeasured) {
             if (cycle < 4000) return status;
             enabled_after = enabled_after || (cycle > 4000 && command.enable);
             return hal::CycleStatus{hal::Fault::kJointFault, 1,
-                                    static_cast<std::uint32_t>(hal::JointFault::kOvercurrent)};
+                                    static_cast<std::uint32_t>(hal::JointFault::kOvertemperature)};
           });
   EXPECT_NE(outcome.fault.find("measurement 2"), std::string::npos) << outcome.fault;
   EXPECT_NE(outcome.fault.find("wheel-2"), std::string::npos) << outcome.fault;
@@ -393,10 +551,10 @@ class BenchCommand : public BenchExperiment {
 TEST_F(BenchCommand, EveryExperimentRunsAndIsMadeAgainByTheConfigurationItLeaves) {
   const std::vector<std::pair<std::string, std::string>> short_runs{
       {"steady-state", "--sets 9 --settle 0.2 --measure 0.3 --extra 0.1 --noise-seed 7"},
-      {"torque-ramp", "--repeats 1 --rate 0.05 --rest 0.1"},
+      {"torque-ramp", "--repeats 1 --rate 0.05 --rest 1"},
       {"dahl", "--cycles 2 --frequency 2"},
       {"presliding", "--periods 1 --period 2 --lowest 0.5"},
-      {"stick-slip", "--duration 3"},
+      {"stick-slip", "--duration 3 --speed 0.5"},
       {"compensation", "--duration 4"},
       {"staircase", "--hold 0.1"},
       {"multisine", "--periods 1 --period 2 --lowest 0.5"}};
@@ -434,8 +592,62 @@ TEST_F(BenchCommand, WrongUseExitsWithTwoAndMovesNothing) {
   const CommandResult unasked = bench("torque-ramp --robot ethercat:nosuch0" + out("x"));
   EXPECT_EQ(unasked.exit_code, 2);
   EXPECT_NE(unasked.output.find("--yes"), std::string::npos) << unasked.output;
-  EXPECT_FALSE(fs::exists(directory / "x"));
   EXPECT_EQ(bench("torque-ramp --yes --robot ethercat:nosuch0" + out("x")).exit_code, 3);
+  const CommandResult no_can = bench("torque-ramp --yes --robot can:nosuch0" + out("x"));
+  EXPECT_EQ(no_can.exit_code, 3);
+  EXPECT_NE(no_can.output.find("nosuch0"), std::string::npos) << no_can.output;
+  EXPECT_FALSE(fs::exists(directory / "x"));
+}
+
+TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
+  // Every key of youbotd is in it.
+  std::string text = text_of(YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml");
+  text.replace(text.find("robot = \"loopback\""), 18, "robot = \"wire\"");
+  text.replace(text.find("unsigned_current = false"), 24, "unsigned_current = true");
+  text += "\n[[ethercat.parameter]]\njoint = \"wheel-1\"\nname = \"motor_acceleration\"\nvalue = 2000\n";
+  const std::string config = (directory / "lab.toml").string();
+  std::ofstream(config) << text;
+  const std::string experiment = "staircase --quiet --hold 0.02 --kind base+arm --config ";
+  const CommandResult first = bench(experiment + config + out("a"));
+  EXPECT_EQ(first.exit_code, 0) << first.output;
+  const std::string effective = text_of(directory / "a/staircase/experiment.toml");
+  for (const char* line : {"\nrobot = \"wire\"", "\n[ethercat]\nkind = \"base+arm\"\n",
+                           "\nunsigned_current = true\n", "\nname = \"motor_acceleration\"\nvalue = 2000\n"})
+    EXPECT_NE(effective.find(line), std::string::npos) << line << "\nin\n" << effective;
+
+  // What it leaves makes it again, and holds nothing that resuming would not read.
+  const CommandResult again =
+      bench("staircase --quiet --config " + (directory / "a/staircase/experiment.toml").string() + out("b"));
+  EXPECT_EQ(again.exit_code, 0) << again.output;
+  EXPECT_EQ(text_of(directory / "b/staircase/experiment.toml"), effective);
+  EXPECT_EQ(text_of(directory / "b/staircase/wheel-1.csv"), text_of(directory / "a/staircase/wheel-1.csv"));
+  EXPECT_EQ(bench("staircase --quiet --resume " + (directory / "a").string()).exit_code, 0);
+
+  std::ofstream(config) << "[ethercat]\ntolerated_cycles = 101\nbusy = true\n[[ethercat.parameter]]\n"
+                           "joint = \"wheel-1\"\nname = \"no_such\"\nvalue = 1\n[loops]\n";
+  const CommandResult refused = bench(experiment + config + out("c"));
+  EXPECT_EQ(refused.exit_code, 2);
+  for (const char* problem :
+       {"lab.toml:2: ", "unknown key 'ethercat.busy'", "no_such", "unknown key 'loops'"})
+    EXPECT_NE(refused.output.find(problem), std::string::npos) << problem << "\nin\n" << refused.output;
+  EXPECT_EQ(bench("staircase --kind table" + out("c")).exit_code, 2);
+  EXPECT_FALSE(fs::exists(directory / "c"));
+}
+
+TEST_F(BenchCommand, ARampOnTheWireFindsWhatItFindsWithoutOne) {
+  const std::string ramp = "torque-ramp --quiet --joint wheel-2 --repeats 1 --rate 0.02 --rest 1 --robot ";
+  std::array<Rows, 2> results;
+  for (const std::string robot : {"loopback", "wire"}) {
+    const CommandResult result = bench(ramp + robot + out(robot.c_str()));
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    Rows& into = results[robot == "wire" ? 1 : 0];
+    into = rows(directory / robot / "torque-ramp-result/wheel-2.csv");
+    ASSERT_EQ(into.size(), 2U);
+  }
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_NEAR(results[1][i][7], results[0][i][7], 0.05 * results[0][i][7]);
+    EXPECT_NEAR(results[1][i][10], results[0][i][10], 3e-3);
+  }
 }
 
 TEST_F(BenchCommand, TheWireRobotGivesTheSameMap) {

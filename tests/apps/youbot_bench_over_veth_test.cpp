@@ -1,18 +1,40 @@
 // youbot-bench on a real network interface, with the emulated robot at the other end.
+#include <arpa/inet.h>
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <linux/if_ether.h>
+#include <linux/if_packet.h>
+#include <net/if.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
+#include <atomic>
+#include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <optional>
+#include <span>
 #include <string>
+#include <thread>
+#include <vector>
 
+#include "apps/common/recording_reader.h"
+#include "drivers/ethercat/frame.h"
+#include "drivers/tmcl/process_data.h"
+#include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
 namespace {
 
+using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
 struct Result {
@@ -38,7 +60,7 @@ bool contains(const Result& result, const std::string& text) {
 
 TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
   const support::Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const fs::path faults = fs::temp_directory_path() / ("diagnose-" + std::to_string(getpid()) + ".toml");
   const fs::path capture = fs::path(faults).replace_extension(".pcapng");
   // Bring-up takes some hundred frames; a cycle each afterwards.
@@ -60,12 +82,250 @@ TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
 
 TEST(YoubotBenchOverVeth, WithoutARobotItSaysWhatToCheck) {
   const support::Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   for (const char* command : {"scan", "parameters", "diagnose --quiet"}) {
     const Result result = bench(command);
     EXPECT_EQ(result.exit_code, 3) << result.output;
     EXPECT_TRUE(contains(result, "veth-c")) << result.output;
   }
+}
+
+/// Listens on the robot's end of the cable: what the drives were told last, whether or not they were there to
+/// hear it. Not on the other end, where the kernel shows nobody what a master sends past its queues.
+class Listener {
+ public:
+  explicit Listener(const support::Namespaces& namespaces) {
+    const int home = open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC);
+    const int there = open(("/run/netns/" + namespaces.sim_namespace()).c_str(), O_RDONLY | O_CLOEXEC);
+    (void)setns(there, CLONE_NEWNET);
+    socket_ = socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, htons(ETH_P_ALL));
+    sockaddr_ll address{};
+    address.sll_family = AF_PACKET;
+    address.sll_protocol = htons(ETH_P_ALL);
+    address.sll_ifindex = static_cast<int>(if_nametoindex("veth-s"));
+    (void)setns(home, CLONE_NEWNET);
+    close(home);
+    close(there);
+    const timeval patience{0, 100'000};
+    ready_ = setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) == 0 &&
+             bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+    thread_ = std::thread([this] { listen(); });
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+  ~Listener() {
+    (void)stop();
+    close(socket_);
+  }
+  /// Everything sent until now has been heard when this returns.
+  Listener& stop() {
+    stop_ = true;
+    if (thread_.joinable()) thread_.join();
+    return *this;
+  }
+
+  bool ready() const { return ready_; }
+  bool torque_was_commanded() const { return torque_seen_; }
+  bool last_word_was_motor_stop() const {
+    return !last_.empty() && std::ranges::all_of(last_, [](const drivers::tmcl::DriveOutput& output) {
+      return output.mode == drivers::tmcl::ControllerMode::kMotorStop;
+    });
+  }
+
+ private:
+  /// The image holds outputs and inputs of each wheel in turn; youbot-sim's boards map 40 bytes each way.
+  static constexpr std::size_t kWheels = 4;
+  static constexpr std::size_t kImageBytes = 80;
+
+  void listen() {
+    std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> buffer{};
+    for (;;) {
+      sockaddr_ll from{};
+      socklen_t length = sizeof from;
+      const ssize_t size =
+          recvfrom(socket_, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
+      if (size <= 0 && stop_) return;
+      if (size > 0 && from.sll_pkttype != PACKET_OUTGOING)
+        take(std::span(buffer).first(static_cast<std::size_t>(size)));
+    }
+  }
+  void take(std::span<std::uint8_t> frame) {
+    drivers::ethercat::FrameReader reader;
+    drivers::ethercat::Datagram datagram;
+    if (reader.parse(frame) != drivers::ethercat::FrameError::kNone) return;
+    while (reader.next(datagram)) {
+      if (datagram.command != drivers::ethercat::Command::kLrw) continue;
+      last_.resize(kWheels);
+      for (std::size_t at = 0; at < datagram.data.size(); at += kImageBytes) {
+        const std::size_t wheel = (datagram.address + at) / kImageBytes;
+        if (wheel >= kWheels || !unpack(datagram.data.subspan(at), last_[wheel])) continue;
+        torque_seen_ = torque_seen_ || (last_[wheel].mode == drivers::tmcl::ControllerMode::kCurrent &&
+                                        last_[wheel].value != 0);
+      }
+    }
+  }
+
+  int socket_ = -1;
+  bool ready_ = false;
+  std::atomic<bool> stop_{false};
+  std::vector<drivers::tmcl::DriveOutput> last_;
+  bool torque_seen_ = false;
+  std::thread thread_;  // last: uses the others
+};
+
+/// A slow torque ramp on wheel 3 under way in another process, in the namespace that the test lives in.
+class RunningRamp {
+ public:
+  explicit RunningRamp(const fs::path& directory, const std::string& arguments = "")
+      : out_(directory / "run") {
+    fs::remove_all(out_);
+    log_ = directory / "log";
+    const fs::path config = directory / "lab.toml";
+    // As long as the drives' own watchdog: a shared machine may not run us for a while.
+    std::ofstream(config) << "[ethercat]\ntolerated_cycles = 90\n";
+    const std::string command = "exec " YOUBOT_BENCH_BINARY
+                                " torque-ramp --robot ethercat:veth-c --yes --allow-non-rt --joint wheel-3 "
+                                "--rest 0.2 --config " +
+                                config.string() + " --out " + out_.string() + " " + arguments + " >" +
+                                log_.string() + " 2>&1";
+    pid_ = fork();
+    if (pid_ == 0) {
+      execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+      _exit(127);
+    }
+  }
+  RunningRamp(const RunningRamp&) = delete;
+  RunningRamp& operator=(const RunningRamp&) = delete;
+  ~RunningRamp() {
+    if (!ended_) kill(pid_, SIGKILL);
+    (void)wait();
+  }
+
+  /// False when it has ended before.
+  bool has_recorded(std::size_t rows) {
+    for (std::ifstream file; waitpid(pid_, &status_, WNOHANG) == 0; std::this_thread::sleep_for(20ms)) {
+      file.open(out_ / "torque-ramp/wheel-3.csv");
+      const auto lines = std::count(std::istreambuf_iterator<char>(file), {}, '\n');
+      if (lines > static_cast<std::ptrdiff_t>(rows)) return true;
+      file.close();
+    }
+    ended_ = true;
+    return false;
+  }
+  void interrupt() const { kill(pid_, SIGINT); }
+  Result wait() {
+    if (!ended_) waitpid(pid_, &status_, 0);
+    ended_ = true;
+    std::ifstream log(log_);
+    Result result;
+    if (WIFEXITED(status_)) result.exit_code = WEXITSTATUS(status_);
+    result.output.assign(std::istreambuf_iterator<char>(log), {});
+    return result;
+  }
+  const fs::path& out() const { return out_; }
+
+ private:
+  fs::path out_;
+  fs::path log_;
+  pid_t pid_ = -1;
+  int status_ = 0;
+  bool ended_ = false;
+};
+
+class BenchExperimentOverVeth : public testing::Test {
+ protected:
+  void SetUp() override {
+    SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+    std::string pattern = (fs::temp_directory_path() / "youbot-bench-veth-XXXXXX").string();
+    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
+    directory = pattern;
+  }
+  void TearDown() override {
+    if (!directory.empty()) fs::remove_all(directory);
+  }
+  /// A shared machine may starve either process for longer than any watchdog allows. Then the experiment ends
+  /// with a fault, rightly, and is tried again.
+  static constexpr int kAttempts = 5;
+
+  support::Namespaces namespaces;
+  fs::path directory;
+};
+
+TEST_F(BenchExperimentOverVeth, ATorqueRampLeavesReadableRecordingsAndStoppedMotors) {
+  const support::Simulator simulator(namespaces, "--robot base");
+  ASSERT_TRUE(simulator.ready());
+  Result result;
+  for (int attempt = 0; attempt < kAttempts && result.exit_code != 0; ++attempt) {
+    Listener listener(namespaces);
+    ASSERT_TRUE(listener.ready());
+    RunningRamp ramp(directory, "--repeats 1 --rate 0.2 --highest-torque 0.2");
+    result = ramp.wait();
+    ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 4) << result.output;
+    EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
+    EXPECT_TRUE(listener.torque_was_commanded() || result.exit_code != 0) << "it listens to something else";
+  }
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+
+  const sim::Recording rows = apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording;
+  EXPECT_EQ(rows.rig, "wheel-3");
+  EXPECT_GT(rows.rows(), 400U);
+  EXPECT_GT(std::ranges::max(rows.column("torque_command_Nm")), 0.05);
+  EXPECT_LT(std::ranges::min(rows.column("torque_command_Nm")), -0.05);
+  const apps::ReadRecording results =
+      apps::read_recording(directory / "run/torque-ramp-result/wheel-3.csv", apps::NotMeasured::kTaken);
+  ASSERT_EQ(results.recording.rows(), 2U);
+  EXPECT_EQ(results.recording.column("direction")[1], -1.0);
+}
+
+TEST_F(BenchExperimentOverVeth, InterruptedItStopsTheMotorsAndGoesOnLater) {
+  const support::Simulator simulator(namespaces, "--robot base");
+  ASSERT_TRUE(simulator.ready());
+  bool interrupted = false;
+  for (int attempt = 0; attempt < kAttempts && !interrupted; ++attempt) {
+    Listener listener(namespaces);
+    RunningRamp ramp(directory, "--repeats 1 --rate 0.02");
+    if (ramp.has_recorded(500)) ramp.interrupt();
+    const Result result = ramp.wait();
+    ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 4) << result.output;
+    EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
+    interrupted = result.exit_code == 0;
+    EXPECT_TRUE(!interrupted || contains(result, "not finished; go on with")) << result.output;
+  }
+  ASSERT_TRUE(interrupted);
+  EXPECT_GE(apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
+}
+
+TEST_F(BenchExperimentOverVeth, WhenTheCableIsPulledItEndsWithFourAndKeepsWhatItHas) {
+  std::optional<support::Simulator> simulator(std::in_place, namespaces, "--robot base");
+  ASSERT_TRUE(simulator->ready());
+  bool pulled = false;
+  for (int attempt = 0; attempt < kAttempts && !pulled; ++attempt) {
+    Listener listener(namespaces);
+    RunningRamp ramp(directory, "--repeats 1 --rate 0.02");
+    pulled = ramp.has_recorded(500);
+    if (pulled) simulator.reset();
+    const Result result = ramp.wait();
+    EXPECT_EQ(result.exit_code, 4) << result.output;
+    EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
+    EXPECT_TRUE(!pulled || contains(result, "no answer from the bus; drives switched off") ||
+                contains(result, "this program did not run for"))
+        << result.output;
+    EXPECT_TRUE(contains(result, "--resume")) << result.output;
+  }
+  ASSERT_TRUE(pulled);
+  EXPECT_GE(apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
+}
+
+TEST_F(BenchExperimentOverVeth, ARobotThatIsNotThereOrAnotherLeavesNothingBehind) {
+  Result result = RunningRamp(directory).wait();
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_TRUE(contains(result, "veth-c")) << result.output;
+  EXPECT_FALSE(fs::exists(directory / "run"));
+  const support::Simulator simulator(namespaces, "--robot base");
+  ASSERT_TRUE(simulator.ready());
+  result = RunningRamp(directory, "--kind base+arm").wait();
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_FALSE(fs::exists(directory / "run"));
 }
 
 }  // namespace

@@ -3,11 +3,12 @@
 // Leaves the page and screenshots in FOLDER.
 import assert from 'node:assert/strict';
 import {execFileSync} from 'node:child_process';
-import {mkdirSync, statSync, writeFileSync} from 'node:fs';
+import {mkdirSync, statSync} from 'node:fs';
 import {join} from 'node:path';
 import {pathToFileURL} from 'node:url';
 
 import {launch} from './chromium.mjs';
+import {emulate, listen, open, photograph, seriesOnCanvas, until} from './report_page.mjs';
 
 const [sample, folder] = process.argv.slice(2);
 const file = join(folder, 'report_sample.html');
@@ -15,20 +16,10 @@ mkdirSync(folder, {recursive: true});
 execFileSync(sample, [file], {stdio: 'inherit'});
 
 const kCurve = 0, kLoop = 1, kLog = 2, kLarge = 3, kGap = 4, kSeven = 5, kEmpty = 6;  // plots, in the order of the page
-const complaints = [];
-const requests = [];
-
 const page = await launch();
+const {complaints, requests} = listen(page);
 let passed = 0;
 try {
-  page.listen((method, {entry, exceptionDetails, request, ...rest}) => {
-    if (method === 'Runtime.exceptionThrown') complaints.push(exceptionDetails.exception?.description);
-    if (method === 'Runtime.consoleAPICalled') complaints.push(JSON.stringify(rest.args));
-    // This test reads the canvas often, which no page does.
-    if (method === 'Log.entryAdded' && !entry.text.includes('willReadFrequently')) complaints.push(entry.text);
-    if (method === 'Network.requestWillBeSent') requests.push(request.url);
-  });
-  for (const domain of ['Page', 'Runtime', 'Log', 'Network']) await page.send(`${domain}.enable`);
   await show({width: 1200, scheme: 'light'});
 
   await check('is one small file that asks for nothing and complains about nothing', async () => {
@@ -201,7 +192,7 @@ try {
   await screenshot('light');
 
   await check('follows a change to dark, on the canvas too', async () => {
-    await emulate('dark');
+    await emulate(page, 'dark');
     const dark = await until(() => page.evaluate(seriesOnCanvas, kLoop), ([loop]) => loop.found === loop.of);
     assert.ok(dark);
     assert.ok(await page.evaluate(() => {
@@ -256,35 +247,13 @@ async function check(what, work) {
   console.log(`ok: ${what}`);
 }
 
-// What comes after the next frame, such as a redraw, is waited for by condition, never by time alone.
-async function until(look, enough) {
-  for (const end = Date.now() + 10_000;;) {
-    const seen = await look();
-    if (enough(seen)) return seen;
-    assert.ok(Date.now() < end, `waited in vain; last seen: ${JSON.stringify(seen)}; the page says: ${complaints}`);
-    await new Promise(resolve => setTimeout(resolve, 20));
-  }
-}
-
-function emulate(scheme) {
-  return page.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: scheme}]});
-}
-
-async function show({width, scheme}) {
-  await page.send('Emulation.setDeviceMetricsOverride', {width, height: 900, deviceScaleFactor: 1, mobile: false});
-  await emulate(scheme);
+async function show(how) {
   requests.length = 0;
-  const {errorText} = await page.send('Page.navigate', {url: pathToFileURL(file).href});
-  assert.equal(errorText, undefined);
-  // Two frames after loading, all plots have their size and are drawn.
-  await until(() => page.evaluate(() => document.readyState === 'complete' &&
-    [...document.querySelectorAll('figure.plot')].every(figure => figure.uplot?.status === 1)), Boolean);
-  await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
+  await open(page, file, how);
 }
 
-async function screenshot(name) {
-  const {data} = await page.send('Page.captureScreenshot', {captureBeyondViewport: true});
-  writeFileSync(join(folder, `report_${name}.png`), Buffer.from(data, 'base64'));
+function screenshot(name) {
+  return photograph(page, join(folder, `report_${name}.png`));
 }
 
 async function press({x, y}, clickCount) {
@@ -341,42 +310,6 @@ function hasColour(plot, series, x, y) {
     if (data[i + 3] > 200 && colour.every((part, k) => Math.abs(part - data[i + k]) < 40)) return true;
   }
   return false;
-}
-
-// For each series with a line or markers: how many of its points in view, with the ends of
-// error bars, have its colour nearby.
-function seriesOnCanvas(plot) {
-  const {uplot} = document.querySelectorAll('figure.plot')[plot];
-  const {width, height} = uplot.ctx.canvas;
-  const {data} = uplot.ctx.getImageData(0, 0, width, height);
-  const written = JSON.parse(document.querySelectorAll('figure.plot')[plot].querySelector('script').textContent);
-  const within = (value, {min, max}) => value !== null && value >= min && value <= max;
-  return written.series.flatMap((series, index) => {
-    if (!series.y) return [];
-    const own = uplot.series[index + 1];
-    const colour = own.stroke(uplot, index + 1).match(/[0-9a-f]{2}/gi).map(hex => parseInt(hex, 16));
-    const reach = series.style === 'dashed' ? 6 : 3;  // a point may lie between two dashes
-    const near = (left, top) => {
-      for (let y = top - reach; y <= top + reach; ++y) {
-        for (let x = left - reach; x <= left + reach; ++x) {
-          const i = 4 * (y * width + x);
-          if (data[i + 3] > 200 && colour.every((part, k) => Math.abs(part - data[i + k]) < 40)) return true;
-        }
-      }
-      return false;
-    };
-    let found = 0;
-    let of = 0;
-    const errorBars = series.style === 'points' && series.lower ? [series.lower, series.upper] : [];
-    for (const values of [series.y, ...errorBars]) {
-      series.x.forEach((x, k) => {
-        if (!within(x, uplot.scales.x) || !within(values[k], uplot.scales.y)) return;
-        ++of;
-        found += near(Math.round(uplot.valToPos(x, 'x', true)), Math.round(uplot.valToPos(values[k], 'y', true)));
-      });
-    }
-    return [{name: series.name, found, of}];
-  });
 }
 
 // Whether the pixel, which must not be one of the grid, has the colour of the second series and is transparent.

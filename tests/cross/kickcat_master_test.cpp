@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "drivers/tmcl/process_data.h"
+#include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
 namespace {
@@ -56,7 +57,7 @@ class Bus : public kickcat::Bus {
 
 TEST(KickcatMaster, TakesTheRobotToOpWithTheFullCounterAndExchangesValues) {
   const support::Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::Simulator simulator(namespaces, "--robot base+arm");
   ASSERT_TRUE(simulator.ready());
 

@@ -24,6 +24,7 @@
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/ethercat/raw_socket_link.h"
 #include "drivers/ethercat/sdo_client.h"
+#include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
 namespace drivers::ethercat {
@@ -42,7 +43,7 @@ Bytes bytes_of(std::span<const std::uint8_t> span) { return {span.begin(), span.
 class KickcatSlaves : public testing::Test {
  protected:
   void SetUp() override {
-    if (!namespaces_.usable()) GTEST_SKIP() << "needs root and network namespaces";
+    SKIP_UNLESS(namespaces_.usable(), "needs root and network namespaces");
     server_.emplace(namespaces_,
                     KICKCAT_SLAVES_BINARY " veth-s " KICKCAT_SIMPLE_EEPROM " " KICKCAT_FOOT_EEPROM
                                           " " KICKCAT_FREEDOM_EEPROM " " KICKCAT_FOOT_EEPROM,

@@ -13,6 +13,7 @@
 #include "drivers/ethercat/registers.h"
 #include "drivers/tmcl/process_data.h"
 #include "drivers/tmcl/telegram.h"
+#include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
 extern "C" {
@@ -105,7 +106,7 @@ class Soem {
 
 TEST(SoemMaster, TakesTheRobotToOpWithTheFullCounterExchangesValuesAndReadsAMailbox) {
   const support::Namespaces namespaces;
-  if (!namespaces.usable()) GTEST_SKIP() << "needs root and network namespaces";
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::Simulator simulator(namespaces, "--robot base+arm");
   ASSERT_TRUE(simulator.ready());
   Soem soem;

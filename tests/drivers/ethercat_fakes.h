@@ -270,11 +270,12 @@ class EmulatedRobot {
   std::optional<sim::bus::BusLink> wire_link;
 };
 
-/// Set-up without patience, for tests in which it is real time that runs out.
-inline PreOpBus::Options impatient() {
+/// Set-up without patience, for tests in which it is real time that runs out. States are waited for as long
+/// as ever, unless a test is about one that never comes: a busy machine may take its time.
+inline PreOpBus::Options impatient(std::chrono::nanoseconds state_timeout = 3s) {
   PreOpBus::Options options;
   options.access.frame_timeout = 2ms;
-  options.state_timeout = 50ms;
+  options.state_timeout = state_timeout;
   options.mailbox_timeout = 20ms;
   return options;
 }

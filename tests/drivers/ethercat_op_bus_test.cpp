@@ -162,6 +162,55 @@ TEST_F(Operation, AShortCounterIsBrokenDownToTheSlave) {
   EXPECT_TRUE(cycle().all_operational);
 }
 
+TEST_F(Operation, ACounterThatIsTooHighDoesNotMakeTheImageWhole) {
+  start();
+  counting = false;
+  cycles(3);
+  link->on_receive = [](std::span<std::uint8_t> frame) {
+    (void)find_datagram(frame, [](const Datagram& d) {
+      if (d.command != Command::kLrw) return false;
+      store_le(d.counter, static_cast<std::uint16_t>(d.working_counter() + 1));
+      std::ranges::fill(d.data, std::uint8_t{0xEE});
+      return false;
+    });
+    return true;
+  };
+  const Bytes before = inputs(kWheel);
+  for (int n = 0; n < 3; ++n) {
+    EXPECT_FALSE(cycle().all_operational);
+    EXPECT_FALSE(bus->health(kWheel).inputs_fresh);
+    EXPECT_EQ(inputs(kWheel), before);
+  }
+}
+
+TEST_F(Operation, InputsBelowSafeOpAreNotTaken) {
+  start();
+  counting = false;
+  cycles(3);
+  // It says that it is in PRE-OP, and answers with what lies in its memory all the same.
+  const std::uint16_t station = bus->slave(kWheel).station;
+  const std::uint32_t image = bus->slave(kWheel).outputs.image_offset;
+  link->on_receive = [=](std::span<std::uint8_t> frame) {
+    (void)find_datagram(frame, [&](const Datagram& d) {
+      const std::uint8_t pre_op = static_cast<std::uint8_t>(AlState::kPreOp);
+      if (d.command == Command::kBrd) d.data[0] |= pre_op;
+      if (d.command == Command::kFprd && d.address == address_of(station, reg::kAlStatus)) d.data[0] = pre_op;
+      if (d.command == Command::kLrw && d.address == image) std::ranges::fill(d.data, std::uint8_t{0xEE});
+      return false;
+    });
+    return true;
+  };
+  cycles(12);  // until its turn for supervision
+  ASSERT_EQ(condition(kWheel), kStopped);
+  const Bytes before = inputs(kWheel);
+  for (int n = 0; n < 5; ++n) {
+    cycle();
+    EXPECT_FALSE(bus->health(kWheel).inputs_fresh);
+    EXPECT_TRUE(bus->health(kWheel + 1).inputs_fresh);
+    EXPECT_EQ(inputs(kWheel), before);
+  }
+}
+
 TEST_F(Operation, InputsOfAMissingSlaveAreKeptAndNotFresh) {
   start();
   robot->board(kHand).mark = 0x5C;

@@ -17,6 +17,7 @@
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/pcap_ring.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/skip.h"
 
 namespace drivers::ethercat {
 namespace {
@@ -314,7 +315,7 @@ TEST(PcapRing, NoticesAFullDisk) {
 }
 
 TEST(PcapRing, TsharkDecodesEveryFrame) {
-  if (std::system("command -v tshark > /dev/null 2>&1") != 0) GTEST_SKIP() << "tshark is not installed";
+  SKIP_UNLESS(std::system("command -v tshark > /dev/null 2>&1") == 0, "tshark is not installed");
   const TemporaryDirectory directory;
   PcapRing ring({.interface = "eth0", .frames = 64});
   for (std::uint8_t i = 0; i < 20; ++i) record_cycle(ring, i);

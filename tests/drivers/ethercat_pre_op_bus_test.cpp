@@ -70,15 +70,14 @@ TEST(PreOpBus, AMailboxThatFailsNamesSlaveAndReason) {
 
 TEST(PreOpBus, ASlaveThatRestartedUnnoticedIsNamed) {
   EmulatedRobot robot(youbot());
-  PreOpBus setup(robot.connect(), nullptr, impatient());
+  PreOpBus setup(robot.connect(), nullptr, impatient(300ms));
   setup.enter_pre_op();
   robot.bus.slave(6).set_power(false);  // too short for anybody to notice, but its address is gone
   robot.bus.slave(6).set_power(true);
   robot.bus.set_cable(6, false);
   robot.bus.set_cable(6, true);
   const std::string error = error_of([&] { OpBus bus = std::move(setup).start(); });
-  EXPECT_TRUE(
-      contains(error, "slave 7 (TMCM-1610): change state: write to register 0x0810: no answer for 5"));
+  EXPECT_TRUE(contains(error, "slave 7 (TMCM-1610): change state: write to register 0x0810: no answer for "));
 }
 
 TEST(PreOpBus, ARefusedStateIsTold) {
@@ -95,7 +94,7 @@ TEST(PreOpBus, ARefusedStateIsTold) {
 TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
   EmulatedRobot robot({drive("TMCM-1610")});
   MeddlingLink link(robot.connect());
-  PreOpBus setup(link, nullptr, impatient());
+  PreOpBus setup(link, nullptr, impatient(300ms));
   setup.enter_pre_op();
   link.on_send = [](Bytes& frame) {
     (void)find_datagram(frame, [](const Datagram& datagram) {
@@ -107,7 +106,7 @@ TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
   };
   const std::string error = error_of([&] { OpBus bus = std::move(setup).start(); });
   EXPECT_TRUE(contains(error, "slave 1 (TMCM-1610): change state: OP "));
-  EXPECT_TRUE(contains(error, "it is in SAFE-OP, AL status code (register 0x0134) 0x0000 no error, after 5"));
+  EXPECT_TRUE(contains(error, "it is in SAFE-OP, AL status code (register 0x0134) 0x0000 no error, after "));
 }
 
 TEST(PreOpBus, ARefusedOpIsToldWithItsCode) {
@@ -132,7 +131,7 @@ TEST(PreOpBus, ARefusedOpIsToldWithItsCode) {
 TEST(PreOpBus, AWorkingCounterThatStaysShortIsNoSilentStart) {
   EmulatedRobot robot({drive("TMCM-1610"), drive("TMCM-1610")});
   MeddlingLink link(robot.connect());
-  PreOpBus setup(link, nullptr, impatient());
+  PreOpBus setup(link, nullptr, impatient(300ms));
   setup.enter_pre_op();
   link.on_receive = [](std::span<std::uint8_t> frame) {
     (void)find_datagram(frame, [](const Datagram& datagram) {

@@ -17,6 +17,7 @@
 #include "drivers/ethercat/raw_socket_link.h"
 #include "drivers/ethercat/transceiver.h"
 #include "tests/drivers/ethercat_fakes.h"
+#include "tests/support/skip.h"
 
 namespace drivers::ethercat::test {
 namespace {
@@ -31,9 +32,8 @@ class RawSocket : public ::testing::TestWithParam<RawSocketLink::Wait> {
     near_ = "ecm" + number;
     far_ = "ecs" + number;
     made_ = shell("ip link add " + near_ + " type veth peer name " + far_);
-    if (!made_) GTEST_SKIP() << "no veth pair: needs root and the ip command";
-    if (!shell("ip link set " + near_ + " up && ip link set " + far_ + " up"))
-      GTEST_SKIP() << "cannot set it up";
+    SKIP_UNLESS(made_, "no veth pair: needs root and the ip command");
+    SKIP_UNLESS(shell("ip link set " + near_ + " up && ip link set " + far_ + " up"), "cannot set it up");
   }
   void TearDown() override {
     if (made_) shell("ip link del " + near_);

@@ -3,6 +3,7 @@
 
 #include "drivers/tmcl/commutation.h"
 #include "drivers/tmcl/drive_reset.h"
+#include "drivers/tmcl/parameter_application.h"
 #include "tests/drivers/tmcl_fakes.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -78,7 +79,6 @@ TEST_F(TmclCommutation, Bit15WithoutParameter15IsRefused) {
 TEST_F(TmclCommutation, ErrorFlagsEndItAtOnce) {
   for (const auto& [flag, fault] : {std::pair(StatusFlag::kTimeout, SequenceFault::kTimeoutFlag),
                                     std::pair(StatusFlag::kI2tExceeded, SequenceFault::kI2tFlag),
-                                    std::pair(StatusFlag::kInitializationError, SequenceFault::kDriveError),
                                     std::pair(StatusFlag::kUndervoltage, SequenceFault::kDriveError)}) {
     fake::Drive faulty;
     faulty.set(flag);
@@ -86,6 +86,34 @@ TEST_F(TmclCommutation, ErrorFlagsEndItAtOnce) {
     fake::Owner().run(commutation, faulty, 5);
     EXPECT_EQ(commutation.fault(), fault) << describe(fault);
     EXPECT_EQ(faulty.requests_seen[158], 0) << "never cleared unasked";
+  }
+}
+
+TEST_F(TmclCommutation, TheErrorFlagOfAnEarlierAttemptStandsUntilTheNextHasBegunAndEndsNothing) {
+  drive.set(StatusFlag::kInitializationError);
+  Commutation commutation({.firmware = Firmware::k148});
+  while (owner.output.mode != ControllerMode::kInitialize && commutation.progress() == Progress::kRunning)
+    owner.cycle(commutation, drive);
+  ASSERT_EQ(commutation.progress(), Progress::kRunning) << describe(commutation.fault());
+  drive.set(StatusFlag::kInitializationError, false);
+  owner.run(commutation, drive);
+  EXPECT_EQ(commutation.progress(), Progress::kDone) << describe(commutation.fault());
+}
+
+TEST_F(TmclCommutation, ItsOwnErrorFlagEndsItAtOnceAfterAnEarlierOneToo) {
+  for (const bool earlier : {false, true}) {
+    fake::Drive failing;
+    fake::Owner host;
+    failing.initializes_after_ms = -1;
+    failing.set(StatusFlag::kInitializationError, earlier);
+    Commutation commutation({.firmware = Firmware::k148});
+    for (int i = 0; i < 20; ++i) host.cycle(commutation, failing);
+    failing.set(StatusFlag::kInitializationError, false);
+    for (int i = 0; i < 20; ++i) host.cycle(commutation, failing);
+    ASSERT_EQ(commutation.progress(), Progress::kRunning) << describe(commutation.fault());
+    failing.set(StatusFlag::kInitializationError);
+    host.cycle(commutation, failing);
+    EXPECT_EQ(commutation.fault(), SequenceFault::kDriveError);
   }
 }
 
@@ -193,8 +221,20 @@ TEST_F(TmclReset, ImplausibleThermalTimeIsRefused) {
   }
 }
 
+TEST_F(Sequences, AParameterThatReadsBackAsAnotherValueFailsItsApplication) {
+  const ParameterSetting settings[] = {{&drive_parameter("thermal_winding_time_constant"), 1000}};
+  ParameterApplication kept(settings);
+  owner.run(kept, drive);
+  EXPECT_EQ(kept.progress(), Progress::kDone) << describe(kept.fault());
+
+  drive.thermal_time_ms = 999;  // it accepts the value and goes on with its own
+  ParameterApplication ignored(settings);
+  fake::Owner().run(ignored, drive);
+  EXPECT_EQ(ignored.fault(), SequenceFault::kNotKept);
+}
+
 TEST(TmclSequence, EveryFaultHasWordsAndAdvice) {
-  for (int i = 0; i <= static_cast<int>(SequenceFault::kBadTarget); ++i) {
+  for (int i = 0; i <= static_cast<int>(SequenceFault::kNotKept); ++i) {
     EXPECT_STRNE(describe(static_cast<SequenceFault>(i)), "an unknown fault");
     EXPECT_STRNE(advice(static_cast<SequenceFault>(i)), "");
   }

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/no_alloc_guard.h"
@@ -264,6 +265,19 @@ TEST(CanRobot, TorqueBeyondTheCurrentLimitIsCut) {
   EXPECT_EQ(Data(sent[0].data, sent[0].data + 7), (Data{5, 155, 0, 0xFF, 0xFF, 0xF4, 0xDE})) << "-2850";
 }
 
+TEST(CanRobot, VelocityBeyondTheLimitOfTheAxisIsCut) {
+  CanBench bench;
+  EXPECT_EQ(bench.robot->joints()[0].speed_limit_rad_per_s, 16.2);
+  bench.robot->activate();
+  bench.enable();
+  bench.cable.record();
+  const std::vector<can_frame>& sent = bench.cable.recorded();
+  bench.command.joints[0] = JointCommand::velocity_rad_per_s(1e300);
+  (void)bench.step();
+  ASSERT_FALSE(sent.empty());
+  EXPECT_EQ(Data(sent[0].data, sent[0].data + 7), (Data{5, 2, 0, 0, 0, 0x0F, 0x9D})) << "3997 rpm";
+}
+
 TEST(CanRobot, VelocityAndPositionReachTheirTargets) {
   CanBench bench;
   bench.robot->activate();
@@ -446,15 +460,19 @@ TEST_F(CanRobotMoving, AModuleThatWasAwayIsFoundOutToo) {
   expect_latched_until_disabled();
 }
 
-TEST_F(CanRobotMoving, ARefusedCommandIsAFaultThatSaysWhatAndWhy) {
+TEST(CanRobot, ARefusedCommandIsAFaultThatSaysWhatAndWhy) {
+  CanOptions options;
+  options.axis.speed_limit_rad_per_s = 1e6;  // beyond what the module takes
+  CanBench bench(options);
+  bench.robot->activate();
+  bench.enable();
   bench.command.joints[0] = JointCommand::velocity_rad_per_s(1e6);
   bench.run(2ms);
   EXPECT_EQ(bench.status.fault, Fault::kJointFault);
   EXPECT_EQ(bench.status.joint_fault(), JointFault::kRefused);
   EXPECT_EQ(bench.status.detail >> 8, 5U << 16 | 2U << 8 | 4U);
   EXPECT_EQ(describe_can(bench.status), "SAP target_speed (2) refused: invalid value");
-  bench.command.joints[0] = JointCommand::velocity_rad_per_s(3);
-  expect_latched_until_disabled();
+  EXPECT_FALSE(bench.sample.enabled);
 }
 
 TEST_F(CanRobotMoving, ADrivesErrorFlagStopsItAndSaysWhich) {
@@ -477,6 +495,95 @@ TEST(CanRobot, FailedCommutationIsAFault) {
   EXPECT_EQ(bench.status.fault, Fault::kJointFault);
   EXPECT_EQ(bench.status.detail, static_cast<std::uint32_t>(JointFault::kNotInitialized));
   EXPECT_FALSE(bench.sample.enabled);
+}
+
+TEST(CanRobot, ACommutationThatFailedIsTriedAgainByTheNextEnable) {
+  for (const Firmware firmware : {Firmware::k148, Firmware::k200})
+    for (const auto broken : {700ms, 3000ms}) {
+      BenchRigOptions options;
+      options.board.firmware = firmware;
+      CanBench bench({}, options);
+      bench.robot->activate();
+      bench.command.enable = true;
+      bench.run(20ms);
+      bench.rig.board().fault(sim::bus::BoardFault::kHallSensor, true);
+      bench.run(broken);
+      EXPECT_EQ(bench.status.joint_fault(), JointFault::kNotInitialized);
+      bench.rig.board().fault(sim::bus::BoardFault::kHallSensor, false);
+      bench.command.enable = false;
+      bench.run(20ms);
+      bench.enable();
+      EXPECT_TRUE(bench.status.ok()) << describe_can(bench.status);
+    }
+}
+
+TEST(CanRobot, AHotWindingHasToCoolBeforeItIsEnabled) {
+  using namespace drivers::tmcl;
+  CanBench bench;
+  bench.robot->activate();
+  bench.enable();
+  (void)bench.rig.board().execute(set(drive_parameter("approve_protected_parameters"), 4711));
+  (void)bench.rig.board().execute(set(drive_parameter("i2t_limit"), 1000));
+  bench.command.joints[0] = JointCommand::torque_Nm(1.0);
+  bench.run_until([&] { return !bench.status.ok(); }, 10s);
+  EXPECT_EQ(bench.status.joint_fault(), JointFault::kI2t);
+  bench.command.joints[0] = JointCommand::torque_Nm(0.0);
+  bench.command.enable = false;
+  bench.run(20ms);
+  bench.command.enable = true;
+  bench.run(2s);
+  EXPECT_TRUE(bench.status.ok()) << describe_can(bench.status);
+  EXPECT_FALSE(bench.sample.enabled) << "it cannot have cooled";
+  bench.run_until([&] { return bench.sample.enabled; }, 20s);
+  EXPECT_TRUE(bench.sample.enabled) << describe_can(bench.status);
+}
+
+/// Of so many cycles those that tell the motor to stop.
+int cycles_with_stop(CanBench& bench, int cycles) {
+  bench.cable.record();
+  const std::vector<can_frame>& sent = bench.cable.recorded();
+  int stops = 0;
+  for (int i = 0; i < cycles; ++i) {
+    const auto before = static_cast<std::ptrdiff_t>(sent.size());
+    (void)bench.step();
+    stops += std::any_of(sent.begin() + before, sent.end(),
+                         [](const can_frame& frame) { return frame.data[0] == 3; })
+                 ? 1
+                 : 0;
+  }
+  bench.cable.record(false);
+  return stops;
+}
+
+TEST_F(CanRobotMoving, TheStopOfTheOperatorDoesNotWaitForLateAnswers) {
+  bench.rig.lose_replies(100);
+  bench.run(2ms);
+  ASSERT_TRUE(bench.status.ok()) << "still bridged";
+  bench.command.enable = false;
+  EXPECT_EQ(cycles_with_stop(bench, 1), 1);
+}
+
+TEST_F(CanRobotMoving, TheStopIsRepeatedAsLongAsAFaultLastsWhetherOrNotItIsAnswered) {
+  bench.rig.board().fault(sim::bus::BoardFault::kOvertemperature, true);
+  bench.run_until([this] { return !bench.status.ok(); }, 1s);
+  ASSERT_EQ(bench.status.fault, Fault::kJointFault);
+  EXPECT_EQ(cycles_with_stop(bench, 60), 60);
+  bench.rig.lose_replies(1000);
+  bench.run(20ms);
+  EXPECT_GE(cycles_with_stop(bench, 60), 10) << "a silence of 3 cycles and a pause of 3";
+}
+
+TEST_F(CanRobotMoving, AStopThatNobodyAcknowledgedIsToldAfterDeactivation) {
+  bench.rig.set_cable(false);
+  bench.robot->deactivate();
+  const std::vector<std::string> report = bench.robot->report();
+  ASSERT_EQ(report.size(), 1U);
+  EXPECT_TRUE(has(report[0], "wheel-1: nobody acknowledged the motor stop")) << report[0];
+  bench.rig.set_cable(true);
+  bench.robot->activate();
+  EXPECT_TRUE(bench.robot->report().empty());
+  bench.robot->deactivate();
+  EXPECT_TRUE(bench.robot->report().empty()) << "acknowledged";
 }
 
 TEST_F(CanRobotMoving, DeactivationStopsTheMotorThroughLostFramesAndItCanStartAgain) {

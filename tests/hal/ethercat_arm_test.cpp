@@ -1,10 +1,17 @@
 // What an arm needs beyond wheels: end stops, a gripper, windings that get hot, parameters that are kept.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <string>
 
 #include "drivers/tmcl/axis_parameters.h"
+#include "hal/axis_scale.h"
+#include "hal/youbot_axes.h"
+#include "sim/can/bench_rig.h"
 #include "tests/hal/ethercat_rig.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -99,6 +106,36 @@ TEST(EthercatArm, APowerCycledJointIsHomedAgainBeforeItObeys) {
   EXPECT_TRUE(rig.sample.joints[kHand].homed);
 }
 
+TEST(EthercatArm, TheFirstPositionCommandAfterHomingIsTrueEvenWhenAReplyIsLostJustThen) {
+  // A joint that lost its power goes on from where it was, while its counter begins at zero: until it is
+  // homed the two differ by this.
+  constexpr double kTarget_rad = 0.5;
+  const auto homed_again_at = [&](std::vector<FaultEvent> faults) {
+    faults.push_back({.kind = FaultKind::kSlaveOff, .at = 12s, .duration = 200ms, .slave = kHand + 1});
+    Rig rig(Rig::options(Kind::kArm, Firmware::k148, std::move(faults)),
+            {.kind = Kind::kArm, .home_arms = true});
+    rig.robot->activate();
+    for (std::size_t i = 0; i < 5; ++i)
+      rig.command.joints[i] = JointCommand::position_rad(i == 2 ? -kTarget_rad : kTarget_rad);
+    rig.command.enable = true;
+    rig.run_until([&] { return rig.emulation.wire().now() > 11s && !rig.status.ok(); }, 20s);
+    EXPECT_EQ(rig.status.fault, Fault::kPartialBus);
+    EXPECT_NEAR(rig.sample.joints[kHand].position_rad, kTarget_rad, 0.02);
+    rig.command.enable = false;
+    rig.run_until([&] { return rig.status.ok(); }, 5s);
+    rig.command.enable = true;
+    rig.run_until([&] { return rig.sample.enabled; }, 20s);
+    EXPECT_TRUE(rig.sample.enabled) << describe(rig.status.fault);
+    constexpr auto kTarget = get(drivers::tmcl::drive_parameter("target_position"));
+    const auto reply = drivers::tmcl::decode_mailbox_reply(rig.emulation.board(kHand).execute(kTarget));
+    EXPECT_NEAR(AxisScale(kArmAxes[kHand].constants).position_rad(reply->value), kTarget_rad, 1e-3);
+    return rig.emulation.wire().now();
+  };
+  const std::chrono::nanoseconds ready = homed_again_at({});
+  for (const auto before : {0ms, 1ms, 2ms, 3ms})
+    (void)homed_again_at({{.kind = FaultKind::kDropReply, .at = ready - before - 500us}});
+}
+
 // ---- gripper ----
 
 TEST(EthercatArm, TheGripperOpensWhileTheArmGoesOn) {
@@ -161,7 +198,60 @@ TEST(EthercatArm, AStopThatTheGripperDoesNotHearIsRepeated) {
     EXPECT_LT(there, kTravel_ticks - 1000) << "it went all the way";
     rig.run(1s);
     EXPECT_EQ(rig.emulation.gripper(0).opening(0), there);
-    EXPECT_EQ(rig.emulation.gripper(0).opening(1), rig.emulation.gripper(0).opening(1));
+    EXPECT_NEAR(rig.emulation.gripper(0).opening(1), there, 1000);
+  }
+}
+
+/// Both bars on their way to closed.
+struct ClosingGripper : Rig {
+  ClosingGripper() : Rig(Kind::kArm) {
+    robot->activate();
+    enable();
+    command.grippers[0] = {.move = true, .opening_m = 0.020};
+    run(15s);
+    command.grippers[0].opening_m = 0.0;
+    run(100ms);
+  }
+  std::array<double, 2> openings() {
+    return {emulation.gripper(0).opening(0), emulation.gripper(0).opening(1)};
+  }
+};
+// In 300 ms.
+constexpr double kClosing_ticks = 10'000;
+
+TEST(EthercatArm, DeactivationStopsAGripperThatMoves) {
+  ClosingGripper rig;
+  const std::array<double, 2> before = rig.openings();
+  rig.robot->deactivate();
+  const std::array<double, 2> after = rig.openings();
+  rig.emulation.advance(4s);
+  EXPECT_EQ(rig.openings(), after) << "it goes on";
+  for (const std::size_t bar : {0U, 1U}) EXPECT_LT(before[bar] - after[bar], kClosing_ticks) << bar;
+  EXPECT_TRUE(rig.robot->report().empty());
+}
+
+TEST(EthercatArm, DeactivationWithAGripperThatCannotBeReachedEndsAndSaysSo) {
+  ClosingGripper rig;
+  rig.emulation.bus().set_cable(0, false);
+  const std::chrono::nanoseconds begin = rig.emulation.wire().now();
+  rig.robot->deactivate();
+  EXPECT_LT(rig.emulation.wire().now() - begin, 500ms);
+  ASSERT_EQ(rig.robot->report().size(), 1U);
+  EXPECT_NE(rig.robot->report()[0].find("did not acknowledge its stop"), std::string::npos);
+}
+
+TEST(EthercatArm, AGripperIsStoppedThoughItsBoardFellToInitOnTheWay) {
+  for (const auto later : {0ms, 4ms, 8ms, 12ms}) {
+    ClosingGripper rig;
+    rig.run(later);
+    rig.emulation.slave(kHand).report_error(drivers::ethercat::AlState::kInit, 0x0016);
+    const std::array<double, 2> before = rig.openings();
+    rig.run_until([&] { return rig.sample.grippers[0].state != GripperState::kMoving; }, 5s);
+    EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kIdle);
+    const std::array<double, 2> after = rig.openings();
+    rig.run(4s);
+    EXPECT_EQ(rig.openings(), after) << "it was called idle";
+    for (const std::size_t bar : {0U, 1U}) EXPECT_LT(before[bar] - after[bar], kClosing_ticks) << bar;
   }
 }
 
@@ -176,6 +266,10 @@ TEST(EthercatArm, AMissingGripperStopsNobody) {
   rig.run(1s);
   EXPECT_TRUE(rig.status.ok());
   EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kAbsent);
+  const std::vector<std::string> report = rig.robot->report();
+  EXPECT_TRUE(std::ranges::any_of(report, [](const std::string& line) {
+    return line.starts_with("arm 1 works without gripper: ") && line.find("stall_guard") != std::string::npos;
+  })) << ::testing::PrintToString(report);
 }
 
 TEST(EthercatArm, AnOpeningThatIsNotANumberIsRefused) {
@@ -264,12 +358,55 @@ TEST(EthercatArm, AParameterThatCannotBeIsRefusedBeforeAnythingMoves) {
   EXPECT_NE(refused("actual_speed", 1).find("can only be read"), std::string::npos);
   EXPECT_NE(refused("maximum_motor_current", 1).find("protected"), std::string::npos);
   EXPECT_NE(refused("motor_acceleration", -1).find("must be 0 to 100000, not -1"), std::string::npos);
-  EXPECT_NE(refused("clear_i2t_exceeded_flag", 1).find("is an action"), std::string::npos);
+  EXPECT_NE(refused("clear_i2t_exceeded_flag", 1).find("is a command"), std::string::npos);
   EXPECT_EQ(refused("motor_acceleration", 1000), "taken");
   EXPECT_THROW(
       (void)make_ethercat_robot(
           "nowhere", {.kind = Kind::kBase, .parameters = {{"arm-1", "motor_acceleration", 1}}}, clock, 1ms),
       std::invalid_argument);
+}
+
+/// Whether the board turns writing this into something that happens at once.
+bool acts_at_once(const drivers::tmcl::AxisParameter& row, Firmware firmware, bool commutated) {
+  using namespace drivers::tmcl;
+  sim::can::BenchRigOptions options;
+  options.board.firmware = firmware;
+  sim::can::BenchRig rig(options);
+  const auto write = [&rig](const AxisParameter& parameter, std::int32_t value) {
+    (void)rig.board().execute(set(parameter, value));
+  };
+  if (commutated) {
+    write(drive_parameter("initialize_joint"), 1);
+    rig.advance(3s);
+    EXPECT_TRUE(rig.board().initialized());
+  }
+  write(drive_parameter("approve_protected_parameters"), 4711);
+  rig.advance(100ms);
+  const DriveInput before = rig.board().input();
+  const double before_rad = rig.joint().position_rad();
+  write(row, row.in_range(1000) ? 1000 : row.max);
+  rig.advance(700ms);
+  const DriveInput after = rig.board().input();
+  constexpr std::uint32_t kModes = 0b1111U << 8;  // PWM, velocity, position, current
+  return std::abs(rig.joint().position_rad() - before_rad) > 1e-3 ||
+         std::abs(after.position_ticks - before.position_ticks) > 10 ||
+         rig.board().initialized() != commutated ||
+         (after.flags.raw() & kModes) != (before.flags.raw() & kModes);
+}
+
+TEST(EthercatArm, WhatMovesSomethingWhenItIsWrittenIsNoParameterForTheStart) {
+  std::set<std::string> acting;
+  for (const Firmware firmware : {Firmware::k148, Firmware::k200})
+    for (const bool commutated : {false, true})
+      for (const drivers::tmcl::AxisParameter& row : drivers::tmcl::kDriveParameters)
+        if (acts_at_once(row, firmware, commutated)) acting.emplace(row.name);
+  EXPECT_EQ(acting, (std::set<std::string>{"target_position", "actual_position", "target_speed",
+                                           "initialize_joint", "target_pwm", "target_current"}));
+  for (const std::string& name : acting)
+    for (const std::int32_t value : {0, 1})
+      EXPECT_EQ(check({.joint = "wheel-1", .name = name, .value = value}), "is a command, not a setting")
+          << name;
+  EXPECT_EQ(check({.joint = "wheel-1", .name = "pwm_limit", .value = 1000}), "");
 }
 
 TEST(EthercatArm, NoneOfThisAllocatesInTheCycle) {

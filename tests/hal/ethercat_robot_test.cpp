@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "drivers/ethercat/frame_tap.h"
+#include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
 #include "tests/hal/ethercat_rig.h"
 #include "tests/support/no_alloc_guard.h"
@@ -29,6 +31,8 @@ TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
   EXPECT_EQ(joints[8].name, "arm-5");
   EXPECT_NEAR(joints[0].torque_limit_Nm, 2.85 * 0.0335 * 9405 / 364, 1e-9);
   EXPECT_NEAR(joints[8].torque_limit_Nm, 1.0 * 0.049 * 71, 1e-9);
+  EXPECT_EQ(joints[0].speed_limit_rad_per_s, 16.2);
+  EXPECT_EQ(joints[8].speed_limit_rad_per_s, 1.57);
 }
 
 class EthercatRobotKinds : public ::testing::TestWithParam<std::tuple<EthercatOptions::Kind, Firmware>> {};
@@ -105,6 +109,143 @@ TEST(EthercatRobot, ATargetThatIsNotANumberSwitchesEverythingOff) {
   EXPECT_LT(std::abs(rig.sample.joints[0].velocity_rad_per_s), 0.2) << "the motors stop";
 }
 
+TEST(EthercatRobot, ATargetThatIsNotANumberIsFoundAtWhicheverJoint) {
+  Rig rig(EthercatOptions::Kind::kBaseAndArm);
+  rig.robot->activate();
+  for (std::size_t i = 0; i < rig.robot->joints().size(); ++i) {
+    rig.enable();
+    rig.command.joints[i].target = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(rig.step().fault, Fault::kBadCommand) << i;
+    EXPECT_EQ(rig.status.joint, static_cast<int>(i));
+    EXPECT_FALSE(rig.sample.enabled) << i;
+    rig.command.joints[i].target = 0.0;
+    rig.command.enable = false;
+    (void)rig.step();
+  }
+}
+
+/// What the first wheel was told last. While nothing is wrong a frame begins with the image, and that with
+/// this wheel's outputs.
+struct FirstWheel final : drivers::ethercat::FrameTap {
+  void frame(drivers::ethercat::Direction direction, std::span<const std::uint8_t> bytes) noexcept override {
+    constexpr std::size_t kOutputs = 16 + 10;
+    if (direction != drivers::ethercat::Direction::kSent || bytes.size() < kOutputs + 5) return;
+    (void)unpack(bytes.subspan(kOutputs, 5), told);
+  }
+  drivers::tmcl::DriveOutput told;
+};
+
+TEST(EthercatRobot, VelocityBeyondTheLimitOfTheAxisDoesNotGoOut) {
+  FirstWheel wheel;
+  Rig rig(Rig::options(EthercatOptions::Kind::kBase), {.kind = EthercatOptions::Kind::kBase, .tap = &wheel});
+  rig.robot->activate();
+  rig.enable();
+  rig.run(20ms);
+  for (const auto& [velocity_rad_per_s, rpm] :
+       {std::pair(2.0, 493), std::pair(1e3, 3997), std::pair(-1e9, -3997), std::pair(1e300, 3997)}) {
+    rig.command.joints[0] = JointCommand::velocity_rad_per_s(velocity_rad_per_s);
+    EXPECT_TRUE(rig.step().ok());
+    EXPECT_EQ(wheel.told, (drivers::tmcl::DriveOutput{drivers::tmcl::ControllerMode::kVelocity, rpm}));
+  }
+}
+
+TEST(EthercatRobot, ACommutationThatFailedIsTriedAgainByTheNextEnable) {
+  for (const Firmware firmware : {Firmware::k148, Firmware::k200})
+    for (const auto broken : {700ms, 3000ms}) {
+      Rig rig(EthercatOptions::Kind::kBase, firmware);
+      rig.robot->activate();
+      rig.command.enable = true;
+      rig.run(20ms);
+      rig.emulation.slave(1).set_fault(sim::bus::BoardFault::kHallSensor, true);
+      rig.run(broken);
+      EXPECT_EQ(rig.status.fault, Fault::kJointFault);
+      EXPECT_EQ(rig.status.joint, 1);
+      rig.emulation.slave(1).set_fault(sim::bus::BoardFault::kHallSensor, false);
+      rig.command.enable = false;
+      rig.run(20ms);
+      rig.enable();
+      EXPECT_TRUE(rig.status.ok()) << describe(rig.status.joint_fault());
+    }
+}
+
+TEST(EthercatRobot, ACommutationThatKeepsFailingIsAFaultEveryTime) {
+  Rig rig;
+  rig.robot->activate();
+  rig.command.enable = true;
+  rig.run(20ms);
+  rig.emulation.slave(1).set_fault(sim::bus::BoardFault::kHallSensor, true);
+  rig.run(700ms);
+  for (int attempt = 0; attempt < 3; ++attempt) {
+    rig.command.enable = false;
+    rig.run(20ms);
+    rig.command.enable = true;
+    rig.run(7s);
+    EXPECT_EQ(rig.status.fault, Fault::kJointFault) << attempt;
+    EXPECT_EQ(rig.status.joint, 1) << attempt;
+    EXPECT_FALSE(rig.sample.enabled) << attempt;
+  }
+}
+
+TEST(EthercatRobot, ADriveWhoseWatchdogHoldsItIsLetGoWhenTheRobotIsDisabledAndNotBefore) {
+  using drivers::tmcl::StatusFlag;
+  Rig rig(EthercatOptions::Kind::kBase, Firmware::k148,
+          {FaultEvent{.kind = FaultKind::kCableOut, .at = 3s, .duration = 300ms, .slave = 0}});
+  rig.robot->activate();
+  rig.enable();
+  rig.command_all_velocity(2.0);
+  rig.run_until([&] { return rig.emulation.wire().now() >= 5s; });
+  ASSERT_EQ(rig.status.fault, Fault::kFrameLost);
+  const auto held = [&](std::size_t i) {
+    return rig.emulation.board(i).input().flags.has(StatusFlag::kTimeout);
+  };
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(held(i)) << "nobody has looked at it yet: " << i;
+
+  std::array<double, 4> before_rad{};
+  for (std::size_t i = 0; i < 4; ++i) before_rad[i] = rig.emulation.position_rad(i);
+  rig.command.enable = false;
+  rig.run(200ms);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_FALSE(held(i)) << i;
+    EXPECT_NEAR(rig.emulation.position_rad(i), before_rad[i], 0.01) << i;
+    EXPECT_EQ(rig.sample.joints[i].fault, JointFault::kNone) << i;
+  }
+  EXPECT_TRUE(rig.status.ok());
+  EXPECT_FALSE(rig.sample.enabled);
+  rig.enable();
+  rig.run(1s);
+  EXPECT_GT(rig.sample.joints[0].velocity_rad_per_s, 1.0);
+}
+
+TEST(EthercatRobot, ALateAnswerToAnAttemptThatWasGivenUpDoesNotCountForTheNext) {
+  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  bus.board.reply_latency = 30ms;
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  rig.robot->activate();
+  rig.run(100ms);
+  const auto starting = [&] {
+    constexpr auto kStarting = get(drivers::tmcl::drive_parameter("sine_reinitialization_state"));
+    return drivers::tmcl::decode_mailbox_reply(rig.emulation.board(0).execute(kStarting))->value == 1;
+  };
+  rig.command.enable = true;
+  const auto once = rig.run_until(starting, 1s);
+  EXPECT_GT(once, 29ms) << "it asks first whether that is needed";
+  ASSERT_LT(once, 100ms);
+
+  Rig second(bus, {.kind = EthercatOptions::Kind::kBase});
+  second.robot->activate();
+  second.run(100ms);
+  second.command.enable = true;
+  second.run(5ms);
+  second.command.enable = false;
+  second.run(2ms);
+  second.command.enable = true;
+  const auto starting_again = [&] {
+    constexpr auto kStarting = get(drivers::tmcl::drive_parameter("sine_reinitialization_state"));
+    return drivers::tmcl::decode_mailbox_reply(second.emulation.board(0).execute(kStarting))->value == 1;
+  };
+  EXPECT_GT(second.run_until(starting_again, 1s), once + 15ms) << "the first answer was not its own";
+}
+
 TEST(EthercatRobot, AMissingSlaveIsNamedWithItsPlaceAndNothingStarts) {
   Rig rig;
   rig.emulation.bus().set_power(3, false);  // wheel 3
@@ -147,6 +288,33 @@ TEST(EthercatRobot, AFewLostFramesAreBridgedWithTheLastSample) {
   EXPECT_TRUE(rig.status.ok());
   EXPECT_GT(rig.sample.stamp, stamp);
   EXPECT_TRUE(rig.sample.enabled);
+}
+
+TEST(EthercatRobot, AsManyCyclesAreBridgedAsAreToleratedAndNotOneMore) {
+  for (const int tolerated : {0, 3, 10}) {
+    Rig rig(Rig::options(EthercatOptions::Kind::kBase),
+            {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = tolerated});
+    rig.robot->activate();
+    rig.run(50ms);
+    rig.enable();
+    rig.run(50ms);
+    rig.emulation.bus().set_cable(0, false);
+    for (int i = 0; i < tolerated; ++i) EXPECT_TRUE(rig.step().ok()) << i + 1 << " of " << tolerated;
+    EXPECT_EQ(rig.step().fault, Fault::kFrameLost) << tolerated;
+  }
+}
+
+TEST(EthercatRobot, WhatWasBridgedOnceIsNotCountedAgain) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  for (int again = 0; again < 10; ++again) {
+    rig.emulation.bus().set_cable(0, false);
+    rig.run(5ms);
+    rig.emulation.bus().set_cable(0, true);
+    rig.run(50ms);
+    ASSERT_TRUE(rig.status.ok()) << again << ": " << describe(rig.status.fault);
+  }
 }
 
 /// What a fault does to the bus for a while, and how it shows.
@@ -259,13 +427,17 @@ TEST(EthercatRobot, ADriveThatIsReadyBeforeTheOthersHoldsStill) {
   rig.run_until([&] { return !rig.status.ok(); });
   rig.command.enable = false;
   rig.run_until([&] { return rig.status.ok(); });
-  rig.command_all_velocity(0.0);
+  rig.command_all_velocity(2.0);
   rig.command.enable = true;
+  std::array<double, 5> before_rad{};
+  for (std::size_t i = 0; i < 5; ++i) before_rad[i] = rig.emulation.position_rad(i);
   int waited = 0;
   for (; waited < 5000 && !rig.sample.enabled; ++waited) {
     (void)rig.step();
     const drivers::tmcl::StatusFlags flags = rig.emulation.board(1).input().flags;
     ASSERT_FALSE(flags.has(drivers::tmcl::StatusFlag::kCurrentMode)) << "without current an arm falls";
+    for (std::size_t i = 0; i < 5 && !rig.sample.enabled; ++i)
+      ASSERT_NEAR(rig.emulation.position_rad(i), before_rad[i], 0.002) << i << " obeys before all do";
   }
   EXPECT_GT(waited, 100) << "joint 5 had to find its commutation";
   EXPECT_TRUE(rig.sample.enabled);
@@ -338,11 +510,31 @@ TEST(EthercatRobot, DeactivationStopsTheMotorsAndItCanStartAgain) {
   rig.command_all_velocity(2.0);
   rig.run(500ms);
   rig.robot->deactivate();
+  for (std::size_t slave = 0; slave < 5; ++slave)
+    EXPECT_EQ(rig.emulation.bus().slave(slave).state(), drivers::ethercat::AlState::kInit) << slave;
   EXPECT_EQ(rig.step().fault, Fault::kNotActive);
   rig.emulation.advance(2s);
   EXPECT_LT(std::abs(rig.emulation.base().wheel(0).velocity_rad_per_s()), 0.05);
   rig.command = {};
   rig.robot->activate();
+  rig.enable();
+  EXPECT_TRUE(rig.status.ok());
+}
+
+TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
+  Rig rig;
+  rig.robot->activate();
+  rig.enable();
+  rig.emulation.bus().set_cable(0, false);
+  rig.run(50ms);
+  ASSERT_EQ(rig.status.fault, Fault::kFrameLost);
+  rig.robot->deactivate();
+  rig.emulation.bus().set_cable(0, true);
+  rig.robot->activate();
+  rig.emulation.bus().set_cable(0, false);
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(rig.step().ok()) << "bridged as ever: " << i;
+  rig.emulation.bus().set_cable(0, true);
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(rig.step().ok()) << i << ": " << describe(rig.status.fault);
   rig.enable();
   EXPECT_TRUE(rig.status.ok());
 }

@@ -169,6 +169,22 @@ TEST_F(LoopbackRobotTest, CommandsOfEveryModeReachTheirJoint) {
   EXPECT_EQ(plant.last_commands[3].target, 0.0);
 }
 
+TEST_F(LoopbackRobotTest, VelocitiesAreCutToTheJointsLimitLikeThoseOfARealRobot) {
+  std::vector<hal::JointInfo> limited = names(4);
+  limited[1].speed_limit_rad_per_s = 2.0;
+  LoopbackRobot slow(plant, clock, 1ms, limited);
+  slow.activate();
+  EXPECT_EQ(slow.joints()[1].speed_limit_rad_per_s, 2.0);
+  for (const double velocity_rad_per_s : {1.5, -1e300}) {
+    RobotCommand command = enabled();
+    for (std::size_t i = 0; i < 4; ++i)
+      command.joints[i] = JointCommand::velocity_rad_per_s(velocity_rad_per_s);
+    ASSERT_TRUE(slow.exchange(command, sample).ok());
+    EXPECT_EQ(plant.last_commands[1].target, std::max(velocity_rad_per_s, -2.0));
+    EXPECT_EQ(plant.last_commands[2].target, velocity_rad_per_s) << "without a limit";
+  }
+}
+
 TEST_F(LoopbackRobotTest, TheSampleAnswersThePreviousCommand) {
   start();
   RobotCommand command = enabled();
@@ -409,11 +425,11 @@ TEST(Fault, EveryFaultHasWordsOfItsOwn) {
   EXPECT_FALSE(words.contains("unknown fault"));
 
   words.clear();
-  constexpr std::array kJointFaults{
-      JointFault::kNone,        JointFault::kOvercurrent,     JointFault::kUndervoltage,
-      JointFault::kOvervoltage, JointFault::kOvertemperature, JointFault::kHallSensor,
-      JointFault::kEncoder,     JointFault::kCommandTimeout,  JointFault::kI2t,
-      JointFault::kBadSample};
+  constexpr std::array kJointFaults{JointFault::kNone,           JointFault::kUndervoltage,
+                                    JointFault::kOvervoltage,    JointFault::kOvertemperature,
+                                    JointFault::kHallSensor,     JointFault::kEncoder,
+                                    JointFault::kCommandTimeout, JointFault::kI2t,
+                                    JointFault::kBadSample};
   for (const JointFault fault : kJointFaults) words.insert(hal::describe(fault));
   EXPECT_EQ(words.size(), kJointFaults.size());
   EXPECT_FALSE(words.contains("unknown joint fault"));

@@ -235,7 +235,7 @@ TEST(Experiments, DoNotAllocateOrLockInTheCycle) {
   if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the allocation guard is off under a sanitizer";
   std::vector<std::unique_ptr<JointExperiment>> all;
   all.push_back(std::make_unique<SteadyState>(
-      SteadyStateConfig{.settle_s = 0, .measure_s = 1, .extra_s = 0, .sets = "1"}, kPeriod_s));
+      SteadyStateConfig{.settle_s = 0.2, .measure_s = 1, .extra_s = 0, .sets = "1"}, kPeriod_s));
   all.push_back(std::make_unique<TorqueRamp>(TorqueRampConfig{}, 6e-5, kPeriod_s));
   all.push_back(std::make_unique<Dahl>(DahlConfig{}));
   all.push_back(std::make_unique<TorqueWave>(MultisineConfig{}, kPeriod_s));

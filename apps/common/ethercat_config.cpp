@@ -1,0 +1,70 @@
+#include "apps/common/ethercat_config.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <array>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+namespace apps {
+namespace {
+
+using Kind = hal::EthercatOptions::Kind;
+
+constexpr auto kKinds =
+    std::to_array<std::pair<std::string_view, Kind>>({{"base", Kind::kBase},
+                                                      {"arm", Kind::kArm},
+                                                      {"base+arm", Kind::kBaseAndArm},
+                                                      {"base+two-arms", Kind::kBaseAndTwoArms}});
+
+constexpr std::chrono::milliseconds kLongestBridge{100};
+
+}  // namespace
+
+void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::EthercatOptions& options) {
+  table.choice("kind", options.kind, {kKinds[0], kKinds[1], kKinds[2], kKinds[3]});
+  table.boolean("busy_wait", options.busy_wait);
+  table.boolean("unsigned_current", options.unsigned_current);
+  table.boolean("distributed_clocks", options.distributed_clocks);
+  table.boolean("home_arms", options.home_arms);
+  for (TomlTable& entry : table.tables("parameter")) {
+    hal::EthercatOptions::Parameter parameter;
+    entry.text("joint", parameter.joint, {.required = true});
+    entry.text("name", parameter.name, {.required = true});
+    entry.integer("value", parameter.value, {.required = true});
+    if (const std::string complaint = hal::check(parameter); !parameter.name.empty() && !complaint.empty())
+      entry.refuse("name", "= '" + parameter.name + "' " + complaint);
+    options.parameters.push_back(parameter);
+  }
+  table.integer("tolerated_cycles", options.tolerated_cycles, {.min = 0, .max = 100});
+  if (options.tolerated_cycles * period > kLongestBridge)
+    table.refuse("tolerated_cycles",
+                 "times the cycle's period is more than the 0.1 s after which the drives stop by themselves");
+}
+
+std::string ethercat_text(const hal::EthercatOptions& options) {
+  std::string_view kind;
+  for (const auto& [name, value] : kKinds)
+    if (value == options.kind) kind = name;
+  std::string text = fmt::format(
+      "[ethercat]\nkind = {}\nbusy_wait = {}\nunsigned_current = {}\ntolerated_cycles = {}\n"
+      "distributed_clocks = {}\nhome_arms = {}\n",
+      toml_string(kind), options.busy_wait, options.unsigned_current, options.tolerated_cycles,
+      options.distributed_clocks, options.home_arms);
+  for (const hal::EthercatOptions::Parameter& parameter : options.parameters)
+    text += fmt::format("\n[[ethercat.parameter]]\njoint = {}\nname = {}\nvalue = {}\n",
+                        toml_string(parameter.joint), toml_string(parameter.name), parameter.value);
+  return text;
+}
+
+Kind ethercat_kind(const std::string& name) {
+  std::string known;
+  for (const auto& [kind_name, kind] : kKinds) {
+    if (kind_name == name) return kind;
+    known += (known.empty() ? "" : ", ") + std::string(kind_name);
+  }
+  throw std::invalid_argument("--kind: there is no '" + name + "', but " + known);
+}
+
+}  // namespace apps

@@ -1,0 +1,83 @@
+#include "apps/common/progress_line.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <utility>
+
+namespace apps {
+namespace {
+
+constexpr std::chrono::milliseconds kBarInterval{200};
+constexpr std::chrono::seconds kLineInterval{10};
+constexpr std::chrono::seconds kStageInterval{1};
+constexpr int kBarWidth = 30;
+
+}  // namespace
+
+std::string duration_text(double seconds) {
+  std::array<char, 48> text{};
+  const long whole = std::lround(seconds);
+  if (whole >= 3600)
+    std::snprintf(text.data(), text.size(), "%ld h %02ld min", whole / 3600, whole / 60 % 60);
+  else if (whole >= 60)
+    std::snprintf(text.data(), text.size(), "%ld min %02ld s", whole / 60, whole % 60);
+  else
+    std::snprintf(text.data(), text.size(), "%ld s", whole);
+  return text.data();
+}
+
+ProgressLine::ProgressLine(std::string name, bool quiet)
+    : name_(std::move(name)),
+      quiet_(quiet),
+      terminal_(isatty(STDERR_FILENO) != 0),
+      begin_(Clock::now()),
+      told_(begin_) {}
+
+std::string ProgressLine::text(Clock::time_point now) const {
+  std::string text = name_ + ": ";
+  if (terminal_) {
+    const auto filled = static_cast<std::size_t>(done_ * kBarWidth);
+    text += "[" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + "] ";
+  }
+  text += std::to_string(std::lround(std::floor(100 * done_))) + " %";
+  for (const std::string* part : {&stage_, &detail_})
+    if (!part->empty()) text += ", " + *part;
+  const double passed_s = std::chrono::duration<double>(now - begin_).count();
+  if (done_ > 0) text += ", " + duration_text(passed_s * (1 - done_) / done_) + " left";
+  return text;
+}
+
+void ProgressLine::show(std::string_view stage, double done, std::string_view detail) {
+  if (quiet_) return;
+  const Clock::time_point now = Clock::now();
+  stage_ = stage;
+  detail_ = detail;
+  done_ = done > 0 ? std::min(done, 1.0) : 0.0;
+
+  const bool new_stage = stage_ != told_stage_;
+  const Clock::duration wait = terminal_   ? Clock::duration(kBarInterval)
+                               : new_stage ? Clock::duration(kStageInterval)
+                                           : Clock::duration(kLineInterval);
+  const bool first_stage = new_stage && told_stage_.empty();
+  if (!first_stage && now - told_ < wait) return;
+  told_ = now;
+  told_stage_ = stage_;
+  shown_ = true;
+  std::fprintf(stderr, terminal_ ? "\r\x1b[K%s" : "%s\n", text(now).c_str());
+  std::fflush(stderr);
+}
+
+void ProgressLine::finish() {
+  if (shown_ && terminal_) std::fprintf(stderr, "\r\x1b[K%s\n", text(Clock::now()).c_str());
+  shown_ = false;
+}
+
+ProgressLine::~ProgressLine() {
+  if (shown_ && terminal_) std::fputs("\r\x1b[K", stderr);
+}
+
+}  // namespace apps

@@ -1,0 +1,75 @@
+#include "apps/common/whole_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+#include <utility>
+
+#include "apps/common/file_size_signal.h"
+
+namespace apps {
+namespace {
+
+/// An open file under a name of its own, gone again unless it gets its final one.
+class Unfinished {
+ public:
+  explicit Unfinished(const std::filesystem::path& path)
+      : path_(path),
+        beside_(path.string() + "." + std::to_string(::getpid()) + ".tmp"),
+        fd_(::open(beside_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+    if (fd_ < 0) refuse("cannot be created");
+  }
+  Unfinished(const Unfinished&) = delete;
+  Unfinished& operator=(const Unfinished&) = delete;
+  ~Unfinished() {
+    if (fd_ >= 0) ::close(fd_);
+    if (!renamed_) ::unlink(beside_.c_str());
+  }
+
+  void write(std::string_view text) {
+    const FileSizeSignalHeldBack held_back;
+    while (!text.empty()) {
+      const ssize_t count = ::write(fd_, text.data(), text.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count == 0) errno = ENOSPC;
+      if (count <= 0) refuse("cannot be written");
+      text.remove_prefix(static_cast<std::size_t>(count));
+    }
+  }
+  void finish() {
+    // Before the rename: after a power cut the name must not lead to a file without its content.
+    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0) refuse("cannot be finished");
+    if (::rename(beside_.c_str(), path_.c_str()) != 0) refuse("cannot replace the older file");
+    renamed_ = true;
+  }
+
+ private:
+  [[noreturn]] void refuse(const std::string& what) const {
+    const int error = errno;
+    throw std::runtime_error(path_.string() + ": " + what + ": " + std::generic_category().message(error));
+  }
+
+  std::filesystem::path path_;
+  std::string beside_;
+  int fd_;
+  bool renamed_ = false;
+};
+
+}  // namespace
+
+void write_whole_file(const std::filesystem::path& path, std::string_view text) {
+  // The last step would replace a device, /dev/null among them, by a file.
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+    throw std::runtime_error(path.string() + ": is there and is no regular file; choose another path");
+  Unfinished file(path);
+  file.write(text);
+  file.finish();
+}
+
+}  // namespace apps

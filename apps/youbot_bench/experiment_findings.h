@@ -1,0 +1,36 @@
+/// @file
+/// What each experiment shows, as text, tables and plots for a page.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "apps/report/report.h"
+#include "apps/youbot_bench/experiment_data.h"
+
+namespace youbot_bench {
+
+struct ResultTable {
+  std::string caption;
+  std::vector<report::Column> columns;
+  std::vector<report::Row> rows{};
+};
+
+struct Findings {
+  std::string title{};                 ///< the result in one line
+  std::vector<std::string> remarks{};  ///< paragraphs below it
+  ResultTable table{};
+  std::vector<report::Plot> plots{};
+};
+
+// Each takes the data of its own experiment, an interrupted one too. @throws std::invalid_argument when
+// columns are missing.
+Findings steady_state_findings(const MeasuredExperiment& measured);
+Findings torque_ramp_findings(const MeasuredExperiment& measured);
+Findings dahl_findings(const MeasuredExperiment& measured);
+Findings presliding_findings(const MeasuredExperiment& measured);
+Findings stick_slip_findings(const MeasuredExperiment& measured);
+Findings compensation_findings(const MeasuredExperiment& measured);
+Findings staircase_findings(const MeasuredExperiment& measured);
+Findings multisine_findings(const MeasuredExperiment& measured);
+
+}  // namespace youbot_bench

@@ -1,0 +1,17 @@
+/// @file
+/// Names that end with their unit, as people read them.
+#pragma once
+#include <string>
+#include <string_view>
+
+namespace youbot_bench {
+
+struct Quantity {
+  std::string name;  ///< "static" of "static_Nm", words apart
+  std::string unit;  ///< "N·m"; empty when the name has none
+};
+
+/// "viscous_Nm_s_per_rad" → {"viscous", "N·m·s/rad"}.
+Quantity quantity_of(std::string_view name_with_unit);
+
+}  // namespace youbot_bench

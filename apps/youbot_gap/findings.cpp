@@ -1,0 +1,159 @@
+#include "apps/youbot_gap/findings.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <span>
+#include <utility>
+
+#include "apps/youbot_bench/quantity.h"
+#include "apps/youbot_bench/wording.h"
+
+namespace youbot_gap {
+namespace {
+
+using sim::gap::FoundEffect;
+using sim::gap::Verdict;
+using youbot_bench::number_text;
+
+constexpr double kWorthTelling = 1.05;  // a gap that is this many times another one
+
+std::string torque_text(double torque_Nm) { return number_text(torque_Nm, "N·m"); }
+
+/// "stribeck and cogging"
+std::string names_of(std::span<const FoundEffect> effects) {
+  std::vector<std::string> names;
+  names.reserve(effects.size());
+  for (const FoundEffect& found : effects) names.push_back(name_with_rivals(found));
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];
+  return text;
+}
+
+/// Where most of what is left is: "time 3.1 to 3.8 s of 3.csv".
+std::string strongest_unexplained(const sim::gap::Result& result) {
+  const auto strongest = std::ranges::max_element(result.unexplained, {}, &sim::gap::Unexplained::share);
+  return strongest == result.unexplained.end() ? "" : where_text(strongest->where);
+}
+
+}  // namespace
+
+std::string effect_words(std::string_view type) {
+  std::string words(type);
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
+std::string where_text(const sim::gap::Where& where) {
+  std::string text;
+  if (!where.coordinate.empty()) {
+    const youbot_bench::Quantity quantity = youbot_bench::quantity_of(where.coordinate);
+    text = quantity.name;
+    if (where.from < where.to)
+      text += " " + number_text(where.from) + " to " + number_text(where.to, quantity.unit);
+    else if (where.from != 0)
+      text += " " + number_text(where.from, quantity.unit);
+  }
+  if (!where.recording.empty()) text += (text.empty() ? "all" : "") + (" of " + where.recording);
+  return text;
+}
+
+std::string interval_text(const sim::identify::Estimate& estimate) {
+  if (!estimate.ok()) return "not identifiable: " + estimate.not_identifiable;
+  return fmt::format("95 %: {:.4g} to {:.4g}", estimate.lower, estimate.upper);
+}
+
+std::string evidence_text(const FoundEffect& found) {
+  return fmt::format(
+      "takes away {:.1f} % of the squared held-out residual, better in {} of {} blocks, p = {:.2g}",
+      100 * found.held_out_gain, found.blocks_improved, found.blocks, found.p_value);
+}
+
+std::string name_with_rivals(const FoundEffect& found) {
+  std::string name = effect_words(sim::effects::name_of(found.effect));
+  for (const std::string& rival : found.equivalent) name += " or " + effect_words(rival);
+  return name;
+}
+
+std::string headline(const Findings& findings) {
+  const sim::gap::Result& result = findings.result;
+  const std::string before = torque_text(result.gap_before_Nm);
+  const std::string after = torque_text(result.gap_after_Nm);
+  const std::string noise = torque_text(result.noise_floor_Nm);
+  const bool plural = result.effects.size() > 1;
+  const std::string missing = names_of(result.effects) + (plural ? " were missing" : " was missing");
+  const std::string falls = "the gap falls from " + before + " to " + after + ", noise is " + noise;
+  switch (result.verdict) {
+    case Verdict::kNoGap:
+      if (result.gap_before_Nm > kWorthTelling * result.gap_after_Nm)
+        return findings.drive + ": no effect is missing; with the parameters refitted " + falls;
+      return findings.drive + ": no gap; what the model leaves, " + after + ", is noise (" + noise + ")";
+    case Verdict::kExplained: return findings.drive + ": " + missing + "; " + falls;
+    case Verdict::kPartlyExplained:
+      return findings.drive + ": " + missing + ", and something is still; " + falls;
+    case Verdict::kAmbiguous:
+      return findings.drive + ": " + missing + " (this data cannot tell which); " + falls;
+    case Verdict::kUnexplained:
+      return findings.drive + ": something is missing that no known effect explains; the gap of " + after +
+             " stays, noise is " + noise;
+  }
+  return findings.drive;
+}
+
+std::vector<std::string> next_steps(const Findings& findings) {
+  const sim::gap::Result& result = findings.result;
+  std::vector<std::string> steps;
+  for (const FoundEffect& found : result.effects)
+    if (!found.deciding_experiment.empty())
+      steps.push_back("To tell " + name_with_rivals(found) + ": " + found.deciding_experiment +
+                      ". Until then the model holds the first.");
+
+  const std::string place = strongest_unexplained(result);
+  const std::string look =
+      "What is left shows most at " + (place.empty() ? "no one place" : place) +
+      ": see the report there, record that stretch again, and check what touches the joint.";
+  switch (result.verdict) {
+    case Verdict::kNoGap:
+      steps.emplace_back("Keep the model's form: within what these recordings exercise nothing is missing.");
+      break;
+    case Verdict::kExplained:
+    case Verdict::kAmbiguous:
+      steps.emplace_back("Use the new model in place of the given one: it loads wherever that does.");
+      break;
+    case Verdict::kPartlyExplained:
+      steps.emplace_back("The new model is better than the given one, but not complete.");
+      steps.push_back(look);
+      break;
+    case Verdict::kUnexplained: steps.push_back(look); break;
+  }
+  return steps;
+}
+
+std::vector<Refitted> refitted_parameters(const Findings& findings) {
+  const std::vector<sim::effects::AnyEffect>& effects = findings.base.effects;
+  std::vector<Refitted> all;
+  std::map<std::pair<std::string, std::string>, int> seen;  // several effects may be of one type
+  for (const auto& [type, estimate] : findings.result.refitted) {
+    Refitted refitted{.effect = effects.size(),
+                      .before = std::numeric_limits<double>::quiet_NaN(),
+                      .after = estimate,
+                      .effect_type = type};
+    if (estimate.name == "inertia_kg_m2") {
+      refitted.before = findings.base.inertia_kg_m2;
+    } else {
+      int earlier = seen[{type, estimate.name}]++;
+      for (std::size_t i = 0; i < effects.size() && refitted.effect == effects.size(); ++i)
+        if (sim::effects::name_of(effects[i]) == type && earlier-- == 0) refitted.effect = i;
+      if (refitted.effect < effects.size())
+        refitted.before = sim::effects::parameter_of(effects[refitted.effect], estimate.name);
+    }
+    all.push_back(std::move(refitted));
+  }
+  return all;
+}
+
+}  // namespace youbot_gap

@@ -1,0 +1,116 @@
+#include "apps/youbot_gap/gap_json.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "apps/common/build_info.h"
+
+namespace youbot_gap {
+namespace {
+
+using Json = nlohmann::ordered_json;
+using sim::identify::Estimate;
+
+Json json_of(const sim::gap::Where& where) {
+  Json json{{"coordinate", where.coordinate}, {"from", where.from}, {"to", where.to}};
+  if (!where.recording.empty()) json["recording"] = where.recording;
+  return json;
+}
+
+/// `value` counts where the estimate has none.
+Json json_of(const Estimate& estimate, double value, double lower, double upper) {
+  Json json{{"value", std::isfinite(estimate.value) ? estimate.value : value},
+            {"ci95", {std::max(estimate.lower, lower), std::min(estimate.upper, upper)}}};
+  if (!estimate.ok()) json["not_identifiable"] = estimate.not_identifiable;
+  return json;
+}
+
+Json parameters_of(const sim::gap::FoundEffect& found) {
+  Json json = Json::object();
+  for (const auto& parameter :
+       sim::effects::effect_description(sim::effects::name_of(found.effect)).parameters) {
+    const auto estimate = std::ranges::find(found.parameters, parameter.name, &Estimate::name);
+    const double value = sim::effects::parameter_of(found.effect, parameter.name);
+    json[std::string(parameter.name)] =
+        estimate != found.parameters.end()
+            ? json_of(*estimate, value, parameter.lower, parameter.upper)
+            : json_of({.name = std::string(parameter.name), .not_identifiable = "not fitted"}, value,
+                      parameter.lower, parameter.upper);
+  }
+  return json;
+}
+
+Json json_of(const sim::gap::FoundEffect& found) {
+  return {{"type", sim::effects::name_of(found.effect)},
+          {"where", json_of(found.where)},
+          {"evidence",
+           {{"held_out_gain", found.held_out_gain},
+            {"blocks_improved", std::to_string(found.blocks_improved) + "/" + std::to_string(found.blocks)},
+            {"p_value", found.p_value}}},
+          {"gap_before", found.gap_before},
+          {"gap_after", found.gap_after},
+          {"equivalent", found.equivalent},
+          {"deciding_experiment", found.deciding_experiment},
+          {"parameters", parameters_of(found)}};
+}
+
+/// Not a number, or the end of an interval that has none, would become `null`, which no reader expects.
+void require_finite(const Json& json, const std::string& path) {
+  if (json.is_number_float() && !std::isfinite(json.get<double>()))
+    throw std::logic_error("gap.json: " + path + " has no finite value; this is a mistake in youbot-gap");
+  if (!json.is_structured()) return;
+  for (const auto& [key, value] : json.items()) require_finite(value, path + "/" + key);
+}
+
+}  // namespace
+
+std::string gap_json(const Findings& findings) {
+  const sim::gap::Result& result = findings.result;
+  Json json{{"format", "youbot-gap/1"},
+            {"verdict", sim::gap::verdict_name(result.verdict)},
+            {"noise_floor_Nm", result.noise_floor_Nm},
+            {"held_out", result.held_out},
+            {"gap",
+             {{"metric", "rms torque residual, held-out"},
+              {"unit", "Nm"},
+              {"before", result.gap_before_Nm},
+              {"refitted", result.gap_base_Nm},
+              {"after", result.gap_after_Nm},
+              {"band_Hz", result.band_Hz}}},
+            {"effects", Json::array()},
+            {"rejected", Json::array()},
+            {"unexplained", Json::array()},
+            {"refitted", Json::array()},
+            {"notes", result.notes},
+            {"drive", findings.drive},
+            {"base_model", findings.base_path},
+            {"data", findings.data},
+            {"seed", findings.seed},
+            {"version", apps::build_version()}};
+  // A model that simulates to infinity still predicts the torque.
+  if (std::isfinite(result.simulation_before) && std::isfinite(result.simulation_after))
+    json["simulation"] = {{"metric", "rms velocity error of free simulation in windows, held-out"},
+                          {"unit", "rad/s"},
+                          {"before", result.simulation_before},
+                          {"after", result.simulation_after}};
+  for (const sim::gap::FoundEffect& found : result.effects) json["effects"].push_back(json_of(found));
+  for (const sim::gap::RejectedEffect& rejected : result.rejected)
+    if (std::isfinite(rejected.gap_after))
+      json["rejected"].push_back({{"type", rejected.type}, {"gap_after", rejected.gap_after}});
+  for (const sim::gap::Unexplained& unexplained : result.unexplained)
+    json["unexplained"].push_back({{"where", json_of(unexplained.where)}, {"share", unexplained.share}});
+  for (const Refitted& refitted : refitted_parameters(findings))
+    if (std::isfinite(refitted.before) && refitted.after.ok())
+      json["refitted"].push_back({{"type", refitted.effect_type},
+                                  {"parameter", refitted.after.name},
+                                  {"before", refitted.before},
+                                  {"value", refitted.after.value},
+                                  {"ci95", {refitted.after.lower, refitted.after.upper}}});
+  require_finite(json, "");
+  // Names of files and rigs may hold any bytes.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace youbot_gap

@@ -1,0 +1,33 @@
+/// @file
+/// What youbot-gap compares: a model and recordings of one drive.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/effects/drive_model.h"
+#include "sim/gap/gap.h"
+
+namespace youbot_gap {
+
+struct InputPaths {
+  std::filesystem::path model{};
+  std::vector<std::filesystem::path> data{};      ///< recordings, or directories of them
+  std::vector<std::filesystem::path> held_out{};  ///< the same; may be empty
+};
+
+struct Inputs {
+  sim::effects::DriveModel model;
+  std::string rig;  ///< of the recordings, empty when none says so
+  std::vector<sim::gap::Source> data;
+  std::vector<sim::gap::Source> held_out;
+  std::vector<std::string> warnings;
+};
+
+/// Of a directory all *.csv in it, by name; not those in its subdirectories. The sources are named after
+/// their files, with as many directories before the name as tell them apart.
+/// @throws apps::ConfigError with what is wrong with the model and every recording; std::invalid_argument
+///         for files that are given twice or do not fit together.
+Inputs read_inputs(const InputPaths& paths);
+
+}  // namespace youbot_gap

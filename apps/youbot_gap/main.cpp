@@ -1,0 +1,32 @@
+// youbot-gap: find what a drive model lacks, name it, add it.
+#include <CLI/CLI.hpp>
+
+#include "apps/common/exit_code.h"
+#include "apps/common/run_app.h"
+#include "apps/youbot_gap/explain.h"
+
+// NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Finds where a drive model and recordings disagree, names the missing effect, adds it to the model and "
+      "shows how much of the gap is left.",
+      "youbot-gap");
+  app.footer(
+      "Exit codes: 0 done, whatever the verdict; 2 usage, model or recordings; 3 a file that cannot be "
+      "written.");
+
+  youbot_gap::GapOptions options;
+  app.add_option("--model", options.inputs.model, "the drive model, TOML")->required();
+  app.add_option("--data", options.inputs.data, "recordings of the drive, or directories of them")
+      ->required();
+  app.add_option("--held-out", options.inputs.held_out,
+                 "recordings that only judge; without them parts of --data are set aside");
+  app.add_option("--out", options.out, "directory for model.toml, report.html and gap.json")->required();
+  app.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer");
+  app.add_flag("--quiet", options.quiet, "no progress and no summary");
+
+  return apps::run_app(app, argc, argv, [&] {
+    youbot_gap::explain_gap(options);
+    return apps::kExitOk;
+  });
+}

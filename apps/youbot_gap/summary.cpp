@@ -1,0 +1,54 @@
+#include "apps/youbot_gap/summary.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "apps/youbot_bench/quantity.h"
+#include "apps/youbot_bench/wording.h"
+
+namespace youbot_gap {
+namespace {
+
+/// "static torque 0.083 N·m (0.081 to 0.085), …"
+std::string parameters_text(const sim::gap::FoundEffect& found) {
+  std::string text;
+  for (const sim::identify::Estimate& estimate : found.parameters) {
+    const youbot_bench::Quantity quantity = youbot_bench::quantity_of(estimate.name);
+    text += text.empty() ? "" : ", ";
+    if (estimate.ok())
+      text += fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
+                          youbot_bench::number_text(estimate.value, quantity.unit), estimate.lower,
+                          estimate.upper);
+    else
+      text += quantity.name + " not identifiable";
+  }
+  return text;
+}
+
+std::string effect_text(const sim::gap::FoundEffect& found) {
+  std::string text = "  + " + name_with_rivals(found);
+  if (const std::string parameters = parameters_text(found); !parameters.empty()) text += ": " + parameters;
+  text += "; " + evidence_text(found);
+  if (const std::string where = where_text(found.where); !where.empty()) text += "; shows at " + where;
+  return text + "\n";
+}
+
+}  // namespace
+
+std::string summary_text(const Findings& findings) {
+  const sim::gap::Result& result = findings.result;
+  std::string text = fmt::format("{}: {}\n", findings.drive, sim::gap::verdict_name(result.verdict));
+  text += fmt::format(
+      "gap {:.3g} -> {:.3g} N·m on held-out data, noise floor {:.3g} N·m ({:.3g} N·m with the given model's "
+      "parameters refitted)\n",
+      result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
+  text += fmt::format("held out: {}\n", youbot_bench::list_text(result.held_out));
+  for (const sim::gap::FoundEffect& found : result.effects) text += effect_text(found);
+  for (const sim::gap::Unexplained& unexplained : result.unexplained)
+    text += fmt::format("  ? {}: {:.0f} % of the squared residual, unexplained\n",
+                        where_text(unexplained.where), 100 * unexplained.share);
+  for (const std::string& note : result.notes) text += "  ! " + note + "\n";
+  for (const std::string& step : next_steps(findings)) text += "next: " + step + "\n";
+  return text;
+}
+
+}  // namespace youbot_gap

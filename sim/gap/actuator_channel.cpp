@@ -1,0 +1,386 @@
+#include "sim/gap/actuator_channel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "sim/effects/effect_chain.h"
+#include "sim/gap/zero_phase.h"
+#include "sim/identify/sampling.h"
+#include "sim/identify/statistics.h"
+
+namespace sim::gap {
+namespace {
+
+constexpr double kHair = 0.02;
+/// Of the squared misfit between command and measured torque; less is not worth a name.
+constexpr double kLeastGain = 0.1;
+/// Pieces of this length, this many at most: the actuator is the same everywhere.
+constexpr double kPiece_s = 1.0;
+constexpr std::size_t kMostPieces = 80;
+/// What a piece's delay line and lag do not know yet.
+constexpr double kSettle_s = 0.1;
+
+/// The hypothesis of one simple actuator: what was commanded, through the effects, through a lag, plus a
+/// constant.
+struct Actuator {
+  double threshold_Nm = 0;
+  double delay_s = 0;
+  double lag_s = 0;
+  double offset_Nm = 0;
+};
+
+std::vector<double> delivered(const Signals& s, const effects::DriveModel& base, const Actuator& actuator) {
+  std::vector<effects::AnyEffect> effects = base.effects;
+  if (actuator.threshold_Nm > 0)
+    effects.push_back(effects::make_effect("torque_deadband", {{"threshold_Nm", actuator.threshold_Nm}}));
+  if (actuator.delay_s > 0)
+    effects.push_back(effects::make_effect("transport_delay", {{"delay_s", actuator.delay_s}}));
+  effects::EffectChain chain(effects);
+  std::vector<double> result;
+  result.reserve(s.raw_command_Nm.size());
+  double state = s.raw_command_Nm.empty() ? 0 : s.raw_command_Nm.front();
+  const double follow = actuator.lag_s > 0 ? -std::expm1(-s.raw_period_s / actuator.lag_s) : 1;
+  for (const double command : s.raw_command_Nm) {
+    state += follow * (chain.deliver(command, s.raw_period_s) - state);
+    result.push_back(state + actuator.offset_Nm);
+  }
+  return result;
+}
+
+std::size_t settled(const Signals& piece) {
+  return std::min(piece.raw_command_Nm.size() / 4, static_cast<std::size_t>(kSettle_s / piece.raw_period_s));
+}
+
+/// Sum of squared misfit of each piece, once it has settled.
+std::vector<double> misfit(const std::vector<Signals>& pieces, const effects::DriveModel& base,
+                           const Actuator& actuator) {
+  std::vector<double> squares;
+  for (const Signals& s : pieces) {
+    const std::vector<double> predicted = delivered(s, base, actuator);
+    double square = 0;
+    for (std::size_t i = settled(s); i < predicted.size(); ++i) {
+      const double error = s.raw_measured_Nm[i] - predicted[i];
+      square += error * error;
+    }
+    squares.push_back(square);
+  }
+  return squares;
+}
+
+/// Stretches of the recordings in which the command does something, evenly spread.
+std::vector<Signals> pieces_of(const std::vector<Signals>& signals) {
+  std::vector<Signals> pieces;
+  for (const Signals& s : signals) {
+    const auto length = static_cast<std::size_t>(std::max(20.0, kPiece_s / s.raw_period_s));
+    for (std::size_t first = 0; first + length <= s.raw_measured_Nm.size(); first += length) {
+      const auto cut = [&](const std::vector<double>& values) {
+        const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
+        return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(length));
+      };
+      Signals piece;
+      piece.raw_period_s = s.raw_period_s;
+      piece.raw_command_Nm = cut(s.raw_command_Nm);
+      piece.raw_measured_Nm = cut(s.raw_measured_Nm);
+      pieces.push_back(std::move(piece));
+    }
+  }
+  if (pieces.size() <= kMostPieces) return pieces;
+  std::vector<Signals> chosen;
+  for (std::size_t i = 0; i < kMostPieces; ++i) chosen.push_back(pieces[i * pieces.size() / kMostPieces]);
+  return chosen;
+}
+
+double sum(const std::vector<double>& values) {
+  double total = 0;
+  for (const double value : values) total += value;
+  return total;
+}
+
+/// Probability that chance lets so many more pieces improve than worsen, of those that changed by more than a
+/// hair.
+double chance_of(const std::vector<double>& before, const std::vector<double>& after) {
+  int better = 0;
+  int worse = 0;
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    better += after[i] < (1 - kHair) * before[i] ? 1 : 0;
+    worse += after[i] > (1 + kHair) * before[i] ? 1 : 0;
+  }
+  // Binomial tail: at least `better` of better + worse, each as likely as not.
+  const int n = better + worse;
+  double tail = 0;
+  for (int k = better; k <= n; ++k)
+    tail +=
+        std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) - n * std::numbers::ln2);
+  return std::min(tail, 1.0);
+}
+
+/// The value with the least misfit: a grid, then golden section around its best point.
+double least(const std::vector<double>& grid, const std::function<double(double)>& cost) {
+  std::size_t best = 0;
+  double lowest = cost(grid[0]);
+  for (std::size_t i = 1; i < grid.size(); ++i) {
+    const double value = cost(grid[i]);
+    if (value < lowest) {
+      lowest = value;
+      best = i;
+    }
+  }
+  constexpr double kGolden = 0.6180339887;
+  double a = grid[best > 0 ? best - 1 : 0];
+  double b = grid[std::min(best + 1, grid.size() - 1)];
+  double left = b - kGolden * (b - a);
+  double right = a + kGolden * (b - a);
+  double cost_left = cost(left);
+  double cost_right = cost(right);
+  for (int i = 0; i < 14; ++i) {
+    if (cost_left < cost_right) {
+      b = right;
+      right = left;
+      cost_right = cost_left;
+      cost_left = cost(left = b - kGolden * (b - a));
+    } else {
+      a = left;
+      left = right;
+      cost_left = cost_right;
+      cost_right = cost(right = a + kGolden * (b - a));
+    }
+  }
+  return 0.5 * (a + b);
+}
+
+std::vector<double> linear(double from, double to, int count) {
+  std::vector<double> grid;
+  for (int i = 0; i < count; ++i) grid.push_back(from + (to - from) * i / (count - 1));
+  return grid;
+}
+
+identify::Estimate estimate(const char* name, double value, double half_width) {
+  return {.name = name, .value = value, .lower = value - half_width, .upper = value + half_width};
+}
+
+/// Half the 95 % interval, from groups of pieces that are fitted each alone.
+double half_width(const std::vector<Signals>& pieces,
+                  const std::function<double(const std::vector<Signals>&)>& fit) {
+  constexpr std::size_t kGroups = 6;
+  double mean = 0;
+  double square = 0;
+  for (std::size_t group = 0; group < kGroups; ++group) {
+    std::vector<Signals> own;
+    for (std::size_t i = group; i < pieces.size(); i += kGroups) own.push_back(pieces[i]);
+    if (own.empty()) return std::numeric_limits<double>::infinity();
+    const double value = fit(own);
+    mean += value / kGroups;
+    square += value * value / kGroups;
+  }
+  const double sigma = std::sqrt(std::max(0.0, square - mean * mean) / (kGroups - 1));
+  return identify::student_975(kGroups - 1) * sigma;
+}
+
+}  // namespace
+
+RestoredSign restore_sign(std::vector<Source>& sources) {
+  double lowest = 0;
+  double highest = 0;
+  bool both_ways = false;
+  for (const Source& source : sources) {
+    if (!source.recording.has("torque_measured_Nm")) return {};
+    for (const double torque : source.recording.column("torque_measured_Nm")) {
+      lowest = std::min(lowest, torque);
+      highest = std::max(highest, torque);
+    }
+    for (const char* name : {"torque_command_Nm", "velocity_rad_per_s"}) {
+      if (!source.recording.has(name)) continue;
+      const auto column = source.recording.column(name);
+      const auto [low, high] = std::ranges::minmax_element(column);
+      both_ways = both_ways || (*low<-0.1 * *high&& * high> 0);
+    }
+    if (source.recording.has("position_rad")) {
+      const auto position = source.recording.column("position_rad");
+      double up = 0;
+      double down = 0;
+      for (std::size_t i = 1; i < position.size(); ++i)
+        (position[i] > position[i - 1] ? up : down) += std::abs(position[i] - position[i - 1]);
+      both_ways = both_ways || (up > 0.1 * down && down > 0.1 * up);
+    }
+  }
+  // Noise around zero may dip below it by little.
+  if (!both_ways || lowest < -0.05 * highest || highest <= 0) return {};
+  for (Source& source : sources) {
+    Recording& recording = source.recording;
+    std::vector<double> sign;
+    if (recording.has("torque_command_Nm")) {
+      const auto command = recording.column("torque_command_Nm");
+      sign.assign(command.begin(), command.end());
+    } else {
+      const double period_s = identify::even_period_s(recording);
+      if (recording.has("position_rad")) {
+        sign = derivative(
+            zero_phase(recording.column("position_rad"), period_s, std::min(10.0, 0.1 / period_s)), period_s);
+      } else {
+        const auto velocity = recording.column("velocity_rad_per_s");
+        sign.assign(velocity.begin(), velocity.end());
+      }
+    }
+    for (Recording::Column& column : recording.columns)
+      if (column.name == "torque_measured_Nm")
+        for (std::size_t i = 0; i < sign.size(); ++i)
+          column.values[i] = std::copysign(column.values[i], sign[i]);
+  }
+  return {true};
+}
+
+ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects::DriveModel& base,
+                                  double torque_sigma_Nm, const Options& options) {
+  ActuatorFindings findings;
+  const std::vector<Signals> signals = pieces_of(all);
+  double largest = 0;
+  double period_s = 0;
+  for (const Signals& s : signals) {
+    period_s = std::max(period_s, s.raw_period_s);
+    for (const double command : s.raw_command_Nm) largest = std::max(largest, std::abs(command));
+  }
+  if (signals.empty() || largest == 0) return findings;
+
+  std::size_t samples = 0;
+  for (const Signals& s : signals) samples += s.raw_command_Nm.size() - settled(s);
+  const auto rms = [&](const std::vector<double>& blocks) {
+    return std::sqrt(sum(blocks) / static_cast<double>(samples));
+  };
+  const auto cost = [&](const Actuator& a) { return sum(misfit(signals, base, a)); };
+
+  Actuator actuator;
+  const auto fit_lag = [&](Actuator a) {
+    a.lag_s = least(linear(0, 10 * std::max(period_s, 1e-3), 12), [&](double lag) {
+      Actuator b = a;
+      b.lag_s = lag;
+      return cost(b);
+    });
+    if (cost(a) < 1.001 * cost(Actuator{a.threshold_Nm, a.delay_s, 0, a.offset_Nm})) return a;
+    a.lag_s = 0;
+    return a;
+  };
+  findings.before_Nm = rms(misfit(signals, base, actuator));
+  actuator = fit_lag(actuator);
+
+  const bool has_deadband = base.find<effects::TorqueDeadband>() != nullptr;
+  const bool has_delay = base.find<effects::TransportDelay>() != nullptr;
+  const double noise = torque_sigma_Nm;
+  for (int round = 0; round < 3; ++round) {
+    const std::vector<double> now = misfit(signals, base, actuator);
+    struct Try {
+      const char* name;
+      Actuator actuator;
+      std::vector<double> blocks;
+    };
+    std::optional<Try> best;
+    const auto consider = [&](const char* name, const Actuator& a) {
+      std::vector<double> blocks = misfit(signals, base, a);
+      if (!best || sum(blocks) < sum(best->blocks)) best = Try{name, a, std::move(blocks)};
+    };
+    if (!has_deadband && actuator.threshold_Nm == 0) {
+      const auto fit = [&](const std::vector<Signals>& part) {
+        return least(linear(0.01 * largest, 0.9 * largest, 30), [&](double x) {
+          Actuator b = actuator;
+          b.threshold_Nm = x;
+          return sum(misfit(part, base, b));
+        });
+      };
+      Actuator a = actuator;
+      a.threshold_Nm = fit(signals);
+      consider("torque_deadband", a);
+    }
+    if (!has_delay && actuator.delay_s == 0) {
+      Actuator a = actuator;
+      a.delay_s = least(linear(period_s, std::min(0.4, 50 * period_s), 50), [&](double x) {
+        Actuator b = actuator;
+        b.lag_s = 0;
+        b.delay_s = x;
+        return cost(b);
+      });
+      a.lag_s = 0;
+      consider("transport_delay", fit_lag(a));
+    }
+    if (actuator.offset_Nm == 0) {
+      double mean = 0;
+      for (const Signals& s : signals) {
+        const std::vector<double> predicted = delivered(s, base, actuator);
+        for (std::size_t i = settled(s); i < predicted.size(); ++i)
+          mean += s.raw_measured_Nm[i] - predicted[i];
+      }
+      Actuator a = actuator;
+      a.offset_Nm = mean / static_cast<double>(samples);
+      consider("torque_offset", a);
+    }
+    if (!best) break;
+    const double gain = 1 - sum(best->blocks) / sum(now);
+    const double chance = chance_of(now, best->blocks);
+    if (gain < kLeastGain || chance > options.false_positive_rate || rms(now) < 1.1 * noise) break;
+    FoundEffect found{.effect = effects::make_effect("torque_offset"), .where = {}, .held_out_gain = gain};
+    const Actuator chosen = best->actuator;
+    if (best->name == std::string_view("torque_deadband")) {
+      found.effect = effects::make_effect("torque_deadband", {{"threshold_Nm", chosen.threshold_Nm}});
+      found.where = {
+          .coordinate = "torque_command_Nm", .from = -chosen.threshold_Nm, .to = chosen.threshold_Nm};
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        return least(linear(0.5 * chosen.threshold_Nm, 1.5 * chosen.threshold_Nm, 11), [&](double x) {
+          Actuator b = chosen;
+          b.threshold_Nm = x;
+          return sum(misfit(part, base, b));
+        });
+      });
+      found.parameters = {
+          estimate("threshold_Nm", chosen.threshold_Nm, std::max(half, 0.002 * chosen.threshold_Nm))};
+    } else if (best->name == std::string_view("transport_delay")) {
+      found.effect = effects::make_effect("transport_delay", {{"delay_s", chosen.delay_s}});
+      found.where = {.coordinate = "frequency_Hz", .from = 0, .to = 0.5 / period_s};
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        return least(linear(std::max(0.0, chosen.delay_s - 3 * period_s), chosen.delay_s + 3 * period_s, 13),
+                     [&](double x) {
+                       Actuator b = chosen;
+                       b.delay_s = x;
+                       return sum(misfit(part, base, b));
+                     });
+      });
+      found.parameters = {estimate("delay_s", chosen.delay_s, std::max(half, 0.5 * period_s))};
+    } else {
+      found.effect = effects::make_effect("torque_offset", {{"torque_Nm", -chosen.offset_Nm}});
+      found.where = {.coordinate = "torque_command_Nm", .from = -largest, .to = largest};
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        double mean = 0;
+        double n = 0;
+        Actuator b = chosen;
+        b.offset_Nm = 0;
+        for (const Signals& s : part) {
+          const std::vector<double> predicted = delivered(s, base, b);
+          for (std::size_t i = settled(s); i < predicted.size(); ++i)
+            mean += s.raw_measured_Nm[i] - predicted[i];
+          n += static_cast<double>(predicted.size() - settled(s));
+        }
+        return -mean / n;
+      });
+      found.parameters = {estimate("torque_Nm", -chosen.offset_Nm, half)};
+    }
+    found.gap_before = rms(now);
+    found.gap_after = rms(best->blocks);
+    found.blocks = static_cast<int>(now.size());
+    for (std::size_t b = 0; b < now.size(); ++b) found.blocks_improved += best->blocks[b] < now[b] ? 1 : 0;
+    found.p_value = chance;
+    findings.effects.push_back(std::move(found));
+    actuator = chosen;
+  }
+  findings.lag_s = actuator.lag_s;
+  for (const Signals& s : all) {
+    if (s.raw_measured_Nm.empty()) continue;
+    std::vector<double> left = delivered(s, base, actuator);
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] = s.raw_measured_Nm[i] - left[i];
+    findings.left_Nm.push_back(std::move(left));
+  }
+  findings.after_Nm = rms(misfit(signals, base, actuator));
+  return findings;
+}
+
+}  // namespace sim::gap

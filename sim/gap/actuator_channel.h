@@ -1,0 +1,36 @@
+/// @file
+/// Command against delivered torque: what the actuator and its sensor do before anything moves.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "sim/effects/any_effect.h"
+#include "sim/gap/gap.h"
+#include "sim/gap/signals.h"
+
+namespace sim::gap {
+
+/// What is done to the measured torque before the rest of the search sees it.
+struct RestoredSign {
+  bool lost = false;  ///< the sensor reports magnitude only
+};
+/// Whether the measured torque is a magnitude: never negative beyond noise although command or motion go both
+/// ways. If so, the sign is put back into `sources`: that of the command, or of the velocity without one.
+RestoredSign restore_sign(std::vector<Source>& sources);
+
+/// Dead-band, delay and offset between command and measured torque. A sensor or current loop that only lags
+/// is no effect; a delay must do better than any lag.
+/// Empty where torque was not measured or the command not recorded.
+struct ActuatorFindings {
+  std::vector<FoundEffect> effects;
+  double before_Nm = 0;  ///< rms of measured less commanded torque
+  double after_Nm = 0;
+  double lag_s = 0;  ///< of sensor and current loop
+  /// What the sensor reported beyond the command through all that: its noise, sample by sample, of each
+  /// recording that has both.
+  std::vector<std::vector<double>> left_Nm;
+};
+ActuatorFindings actuator_channel(const std::vector<Signals>& signals, const effects::DriveModel& base,
+                                  double torque_sigma_Nm, const Options& options);
+
+}  // namespace sim::gap

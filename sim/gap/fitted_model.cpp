@@ -1,0 +1,186 @@
+#include "sim/gap/fitted_model.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "sim/gap/zero_phase.h"
+
+namespace sim::gap {
+namespace {
+
+using effects::AnyEffect;
+
+constexpr std::size_t kIntervalBlocks = 40;
+/// A parameter whose whole plausible range changes the prediction by less than this share of the residual is
+/// not seen.
+constexpr double kUnseen = 1e-6;
+
+std::vector<double> torque_rate(const Signals& s) { return derivative(s.torque_Nm, s.period_s); }
+
+AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
+  const auto& described = effects::effect_descriptions()[effect.index()];
+  std::vector<effects::NamedValue> values;
+  for (const auto& parameter : described.parameters)
+    values.push_back(
+        {parameter.name, parameter.name == name ? value : effects::parameter_of(effect, parameter.name)});
+  return effects::make_effect(described.name, values);
+}
+
+Eigen::VectorXd lag_column(const Rows& rows) {
+  return rows.column([](const Signals& s) {
+    std::vector<double> rate = torque_rate(s);
+    for (double& value : rate) value = -value;
+    return rate;
+  });
+}
+
+}  // namespace
+
+std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows) {
+  std::vector<FreeParameter> list;
+  const double given = fitted.given_inertia_kg_m2;
+  if (fitted.model.find<effects::Inertia>() == nullptr)
+    list.push_back({FreeParameter::Kind::kInertia, 0, "inertia_kg_m2", fitted.model.inertia_kg_m2,
+                    (1 - kInertiaTolerance) * given, (1 + kInertiaTolerance) * given, given});
+  const bool measured = std::ranges::none_of(rows.signals(), &Signals::torque_is_command);
+  if (measured)
+    list.push_back(
+        {FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -kLongestLead_s, kLongestLag_s, 1e-3});
+  for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
+    const AnyEffect& effect = fitted.model.effects[i];
+    for (const auto& parameter : effects::effect_descriptions()[effect.index()].parameters) {
+      const double value = effects::parameter_of(effect, parameter.name);
+      const double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
+      list.push_back({FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower,
+                      parameter.upper, scale > 0 ? scale : 1e-3});
+    }
+  }
+  return list;
+}
+
+FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter, double value) {
+  FittedModel result = fitted;
+  const double bounded = std::clamp(value, parameter.lower, parameter.upper);
+  switch (parameter.kind) {
+    case FreeParameter::Kind::kInertia: result.model.inertia_kg_m2 = bounded; break;
+    case FreeParameter::Kind::kLag: result.lag_s = bounded; break;
+    case FreeParameter::Kind::kEffect:
+      result.model.effects[parameter.effect] =
+          changed(fitted.model.effects[parameter.effect], parameter.name, bounded);
+      break;
+  }
+  return result;
+}
+
+Eigen::VectorXd predicted_rows(const FittedModel& fitted, const Rows& rows) {
+  Eigen::VectorXd result =
+      rows.column([&](const Signals& s) { return predicted_torque_Nm(fitted.model, s); });
+  if (fitted.lag_s != 0) result += fitted.lag_s * lag_column(rows);
+  return result;
+}
+
+Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
+                                    const std::vector<FreeParameter>& parameters) {
+  Eigen::MatrixXd jacobian(rows.count(), static_cast<Eigen::Index>(parameters.size()));
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const FreeParameter& p = parameters[k];
+    auto column = jacobian.col(static_cast<Eigen::Index>(k));
+    if (p.kind == FreeParameter::Kind::kLag) {
+      column = lag_column(rows);
+      continue;
+    }
+    const double h = 1e-4 * p.scale;
+    const double above = std::min(p.value + h, p.upper);
+    const double below = std::max(p.value - h, p.lower);
+    if (!(above > below)) {
+      column.setZero();
+      continue;
+    }
+    column = (predicted_rows(with_value(fitted, p, above), rows) -
+              predicted_rows(with_value(fitted, p, below), rows)) /
+             (above - below);
+  }
+  return jacobian;
+}
+
+FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use) {
+  FittedModel current = fitted;
+  // Gauss-Newton with a trust region by halving: few rounds, each one Jacobian.
+  Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(current, rows))(use);
+  double cost = residual.squaredNorm();
+  double damping = 1e-6;
+  for (int round = 0; round < 8; ++round) {
+    const std::vector<FreeParameter> parameters = free_parameters(current, rows);
+    const Eigen::MatrixXd jacobian = prediction_jacobian(current, rows, parameters)(use, Eigen::all);
+    const Eigen::MatrixXd gram = jacobian.transpose() * jacobian;
+    const Eigen::VectorXd slope = jacobian.transpose() * residual;
+    const double before = cost;
+    bool improved = false;
+    for (int attempt = 0; attempt < 5 && !improved; ++attempt) {
+      Eigen::VectorXd unit = gram.diagonal().cwiseSqrt();
+      for (Eigen::Index i = 0; i < unit.size(); ++i) unit[i] = unit[i] > 0 ? 1 / unit[i] : 0;
+      Eigen::MatrixXd g = unit.asDiagonal() * gram * unit.asDiagonal();
+      g.diagonal().array() += damping;
+      const Eigen::VectorXd step = unit.cwiseProduct(g.ldlt().solve(unit.cwiseProduct(slope)));
+      FittedModel moved = current;
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        const FreeParameter& p = parameters[k];
+        // A shape may not run away in one step.
+        const double most =
+            p.kind == FreeParameter::Kind::kEffect ? std::max(std::abs(p.value), p.scale) : 1e9;
+        moved = with_value(moved, p,
+                           p.value + std::clamp(step[static_cast<Eigen::Index>(k)], -0.5 * most, 0.5 * most));
+      }
+      Eigen::VectorXd trial = (rows.torque_Nm() - predicted_rows(moved, rows))(use);
+      const double trial_cost = trial.squaredNorm();
+      if (trial_cost < cost) {
+        current = moved;
+        residual = std::move(trial);
+        cost = trial_cost;
+        improved = true;
+        damping = std::max(damping * 0.1, 1e-9);
+      } else {
+        damping = std::max(damping * 30, 1e-4);
+      }
+    }
+    if (!improved || before - cost < 1e-4 * before) break;
+  }
+  return current;
+}
+
+std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
+                                          const std::vector<Eigen::Index>& use) {
+  const std::vector<FreeParameter> parameters = free_parameters(fitted, rows);
+  const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(use, Eigen::all);
+  const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(use);
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index k = 0; k < jacobian.cols(); ++k) {
+    const double effect = jacobian.col(k).norm() * parameters[static_cast<std::size_t>(k)].scale;
+    if (effect > kUnseen * residual.norm()) seen.push_back(k);
+  }
+  const Eigen::MatrixXd covariance =
+      identify::block_covariance(jacobian(Eigen::all, seen), residual, kIntervalBlocks);
+  const double t = identify::student_975(static_cast<double>(kIntervalBlocks - 1));
+  std::vector<identify::Estimate> result;
+  for (const FreeParameter& p : parameters) {
+    identify::Estimate estimate{.name = std::string(p.name), .value = p.value};
+    const auto at = static_cast<Eigen::Index>(result.size());
+    const auto found = std::ranges::find(seen, at);
+    if (found == seen.end()) {
+      estimate.not_identifiable = "this data does not depend on it";
+    } else {
+      const auto k = found - seen.begin();
+      const double half = t * std::sqrt(std::max(0.0, covariance(k, k)));
+      estimate.lower = p.value - half;
+      estimate.upper = p.value + half;
+      if (!(half < 10 * std::max(std::abs(p.value), p.scale)))
+        estimate.not_identifiable = "its interval is wider than ten times its value";
+    }
+    result.push_back(std::move(estimate));
+  }
+  return result;
+}
+
+}  // namespace sim::gap

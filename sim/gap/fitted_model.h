@@ -1,0 +1,59 @@
+/// @file
+/// A drive model whose parameters follow the data.
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "sim/effects/drive_model.h"
+#include "sim/gap/prediction.h"
+#include "sim/identify/statistics.h"
+
+namespace sim::gap {
+
+/// How far the data may move the given inertia before that is called an effect.
+inline constexpr double kInertiaTolerance = 0.05;
+/// A torque sensor may report this late without being called an effect.
+inline constexpr double kLongestLag_s = 0.01;
+/// Nor early by what sampling may shift it.
+inline constexpr double kLongestLead_s = 0.002;
+
+/// The model, and what the torque sensor's filter does, which is no property of the drive.
+struct FittedModel {
+  effects::DriveModel model;
+  double given_inertia_kg_m2 = 0;
+  double lag_s = 0;
+};
+
+/// One number in a FittedModel that a fit may change.
+struct FreeParameter {
+  enum class Kind : std::uint8_t { kInertia, kLag, kEffect };
+  Kind kind = Kind::kEffect;
+  std::size_t effect = 0;   ///< index, for kEffect
+  std::string_view name{};  ///< for kEffect
+  double value = 0;
+  double lower = 0;
+  double upper = 0;
+  double scale = 1;  ///< how far it has to move to matter
+};
+/// All of them: inertia (within its tolerance, unless an inertia effect has taken over), sensor lag (where
+/// torque is measured), and the parameters of all effects.
+std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows);
+FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter, double value);
+
+/// Torque rows that the model predicts.
+Eigen::VectorXd predicted_rows(const FittedModel& fitted, const Rows& rows);
+/// ∂ prediction/∂ parameter, one column each.
+Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
+                                    const std::vector<FreeParameter>& parameters);
+
+/// Least squares over `use` (indices of rows): all free parameters together.
+FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use);
+
+/// Intervals that allow for residuals which are correlated over time; in the order of free_parameters(). One
+/// that the data does not move gets a reason instead of a number.
+std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
+                                          const std::vector<Eigen::Index>& use);
+
+}  // namespace sim::gap

@@ -1,0 +1,374 @@
+#include "sim/gap/gap.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <set>
+#include <stdexcept>
+
+#include "sim/gap/actuator_channel.h"
+#include "sim/gap/fitted_model.h"
+#include "sim/gap/search.h"
+#include "sim/gap/signals.h"
+#include "sim/gap/structure.h"
+#include "sim/gap/views.h"
+#include "sim/gap/zero_phase.h"
+
+namespace sim::gap {
+namespace {
+
+using Indices = std::vector<Eigen::Index>;
+
+constexpr int kBlocks = 32;
+constexpr Eigen::Index kLeastRows = 160;
+/// The stretch of each recording that is set aside when nothing else is: 65 % to 85 % of its time.
+constexpr double kSetAsideFrom = 0.65;
+constexpr double kSetAsideTo = 0.85;
+/// Explained: what is left is noise.
+constexpr double kAtTheFloor = 1.2;
+/// So far above the floor nothing is noise, even if nothing predicts it.
+constexpr double kNoise = 2;
+/// Share of the squared residual of a burst that is worth a line.
+constexpr double kLeastBurst = 0.02;
+/// An effect has to take away this much of the noise floor to be worth a name.
+constexpr double kLeastOfNoise = 0.5;
+
+double rms(const Eigen::VectorXd& residual, const Indices& use) {
+  return use.empty() ? 0 : std::sqrt(residual(use).squaredNorm() / static_cast<double>(use.size()));
+}
+
+void require_one_rig(std::span<const Source> data, std::span<const Source> held_out) {
+  std::string rig;
+  std::string first;
+  for (const auto& group : {data, held_out}) {
+    for (const Source& source : group) {
+      if (source.recording.rig.empty()) continue;
+      if (!rig.empty() && source.recording.rig != rig)
+        throw std::invalid_argument(source.name + ": is of rig " + source.recording.rig + ", but " + first +
+                                    " of rig " + rig + "; one model describes one rig");
+      rig = source.recording.rig;
+      first = source.name;
+    }
+  }
+}
+
+/// Rms of what `noise`, sampled like the recording, becomes in a row.
+double in_rows(const std::vector<double>& noise, const Signals& s) {
+  const std::vector<double> smooth =
+      zero_phase(zero_phase(noise, s.raw_period_s, s.filter_Hz), s.raw_period_s, s.band_Hz);
+  const auto length =
+      static_cast<std::size_t>(std::max(1LL, std::llround(0.5 / (s.band_Hz * s.raw_period_s))));
+  // The median of the squares, as a normal distribution would have it, so that a few jumps do not count.
+  std::vector<double> means;
+  for (std::size_t first = 0; first + length <= smooth.size(); first += length) {
+    double sum = 0;
+    for (std::size_t i = first; i < first + length; ++i) sum += smooth[i];
+    means.push_back(sum / static_cast<double>(length));
+  }
+  return identify::robust_sigma(std::move(means));
+}
+
+std::vector<double> white_noise(std::size_t count, double sigma) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> normal;
+  std::vector<double> noise(count);
+  std::ranges::generate(noise, [&] { return sigma * normal(random); });
+  return noise;
+}
+
+/// The torque's noise in rows: what the sensor reported beyond the command where both are recorded, else what
+/// differs from sample to sample, taken as white; and what the encoder's steps make of the acceleration.
+double noise_floor_Nm(const std::vector<Signals>& signals, const ActuatorFindings& actuator, const Band& band,
+                      double inertia_kg_m2) {
+  constexpr std::size_t kSamples = 20000;
+  double sensor = in_rows(white_noise(kSamples, band.torque_sigma_Nm), signals.front());
+  std::vector<double> reported;
+  for (std::size_t i = 0; i < actuator.left_Nm.size() && i < signals.size(); ++i)
+    reported.push_back(in_rows(actuator.left_Nm[i], signals[i]));
+  if (!reported.empty()) sensor = std::max(sensor, identify::median(reported));
+  const double period_s = signals.front().raw_period_s;
+  const std::vector<double> steps = white_noise(kSamples, band.resolution_rad / std::sqrt(12.0));
+  const std::vector<double> smooth = zero_phase(steps, period_s, signals.front().filter_Hz);
+  const double encoder =
+      inertia_kg_m2 * in_rows(derivative(derivative(smooth, period_s), period_s), signals.front());
+  return std::hypot(sensor, encoder);
+}
+
+struct Split {
+  Training training;
+  Indices held_out;
+};
+
+Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const std::vector<bool>& burst) {
+  Split result;
+  Indices train;
+  for (Eigen::Index i = 0; i < rows.count(); ++i) {
+    const std::size_t recording = rows.recording(i);
+    const Signals& s = rows.signals()[recording];
+    const double at = (rows.time_s(i) - s.time_s.front()) / (s.time_s.back() - s.time_s.front());
+    const bool held = recording >= data_recordings || (set_aside && at >= kSetAsideFrom && at < kSetAsideTo);
+    if (held)
+      result.held_out.push_back(i);
+    else if (!burst[static_cast<std::size_t>(i)])
+      train.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(train.size());
+  if (count < kLeastRows || result.held_out.empty())
+    throw std::invalid_argument(
+        "the recordings are too short to hold anything out: there are " + std::to_string(count) +
+        " stretches of motion of " +
+        std::to_string(rows.signals().empty() ? 0.0 : 0.5 / rows.signals().front().band_Hz) +
+        " s to search in and " + std::to_string(result.held_out.size()) +
+        " to check with; record a staircase in both directions of half a minute or more");
+  for (Eigen::Index i = 0; i < count; ++i)
+    result.training.block.push_back(static_cast<int>(i * kBlocks / count));
+  result.training.rows = std::move(train);
+  return result;
+}
+
+std::string deciding_experiment(std::string_view effect, const std::vector<std::string>& equivalent) {
+  std::set<std::string_view> all(equivalent.begin(), equivalent.end());
+  all.insert(effect);
+  const auto has = [&](std::string_view name) { return all.contains(name); };
+  if (equivalent.empty()) return "";
+  if (has("torque_offset") && has("direction_asymmetry"))
+    return "measure both directions over the whole range of speed: an offset stays the same, an asymmetry of "
+           "viscous "
+           "friction grows; constant parts cannot be told apart by motion";
+  if (has("backlash") && has("presliding"))
+    return "presliding: small torque sines at rest; a gap gives way freely, a contact like a spring";
+  if (has("inertia") || has("elasticity"))
+    return "multisine: a sweep of torque over frequency; an inertia acts alike at all of them, a spring at "
+           "one";
+  if (has("thermal_drift"))
+    return "the same staircase at the beginning and at the end of half an hour of motion";
+  if (has("stribeck") || has("midspeed_dip") || has("quadratic_drag") || has("viscous") || has("coulomb"))
+    return "steady-state: more constant speeds, close to each other where the curve bends, in both "
+           "directions";
+  if (has("cogging") || has("imbalance")) return "staircase: a slow constant speed over several turns";
+  return "multisine and staircase, longer";
+}
+
+std::vector<identify::Estimate> parameters_of(const effects::AnyEffect& effect, const FittedModel& fitted,
+                                              const Rows& rows, const std::vector<identify::Estimate>& all) {
+  // Estimates come in the order of the free parameters.
+  std::vector<identify::Estimate> own;
+  const auto parameters = free_parameters(fitted, rows);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].kind != FreeParameter::Kind::kEffect) continue;
+    const effects::AnyEffect& at = fitted.model.effects[parameters[k].effect];
+    if (at.index() == effect.index() &&
+        own.size() < effects::effect_descriptions()[effect.index()].parameters.size())
+      own.push_back(all[k]);
+  }
+  return own;
+}
+
+const effects::AnyEffect* find_effect(const effects::DriveModel& model, std::string_view name,
+                                      std::size_t skip) {
+  for (const effects::AnyEffect& effect : model.effects) {
+    if (effects::name_of(effect) != name) continue;
+    if (skip-- == 0) return &effect;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::string_view verdict_name(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::kNoGap: return "no gap";
+    case Verdict::kExplained: return "explained";
+    case Verdict::kPartlyExplained: return "partly explained";
+    case Verdict::kAmbiguous: return "ambiguous";
+    case Verdict::kUnexplained: return "unexplained";
+  }
+  return "";
+}
+
+Result analyse(const effects::DriveModel& base, std::span<const Source> data,
+               std::span<const Source> held_out, const Options& options) {
+  const auto progress = [&](std::string_view what, double done) {
+    if (options.progress) options.progress(what, done);
+  };
+  if (data.empty()) throw std::invalid_argument("no recordings");
+  require_one_rig(data, held_out);
+  progress("preparing the recordings", 0);
+  Result result;
+  std::vector<Source> sources(data.begin(), data.end());
+  sources.insert(sources.end(), held_out.begin(), held_out.end());
+
+  const RestoredSign sign = base.find<effects::UnsignedCurrent>() ? RestoredSign{} : restore_sign(sources);
+  const Band band = choose_band(sources, base);
+  std::vector<Signals> signals;
+  for (const Source& source : sources) signals.push_back(make_signals(source, band));
+  const Rows rows(signals);
+
+  // The actuator first: what was delivered decides what the rest is compared with.
+  const std::vector<Signals> searched(signals.begin(),
+                                      signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
+  const ActuatorFindings actuator = actuator_channel(searched, base, band.torque_sigma_Nm, options);
+
+  FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2, .lag_s = 0};
+  const std::vector<bool> burst = bursts(given, rows);
+  Split parts = split(rows, data.size(), held_out.empty(), burst);
+  result.noise_floor_Nm = noise_floor_Nm(signals, actuator, band, base.inertia_kg_m2);
+  parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
+  const SearchResult searching = search(given, rows, parts.training, options);
+
+  progress("looking for what is left", 0.92);
+  const FittedModel& final = searching.fitted;
+  const FittedModel refitted = refined(given, rows, parts.training.rows);
+  const auto residual = [&](const FittedModel& fitted) -> Eigen::VectorXd {
+    return rows.torque_Nm() - predicted_rows(fitted, rows);
+  };
+  const Eigen::VectorXd left = residual(final);
+  // Bursts have their own say below: they are not in what the gap is measured on.
+  Indices quiet;
+  for (const Eigen::Index i : parts.held_out)
+    if (!burst[static_cast<std::size_t>(i)]) quiet.push_back(i);
+  if (quiet.empty()) quiet = parts.held_out;
+  result.band_Hz = band.cutoff_Hz;
+  FittedModel as_given = given;
+  as_given.lag_s = final.lag_s;
+  result.gap_before_Nm = rms(residual(as_given), quiet);
+  result.gap_base_Nm = rms(residual(refitted), quiet);
+  result.gap_after_Nm = rms(left, quiet);
+  result.unexplained = structure(final, rows, parts.training, options);
+
+  if (result.unexplained.empty() && result.gap_after_Nm > kNoise * result.noise_floor_Nm)
+    result.unexplained.push_back({.where = {.coordinate = "time_s",
+                                            .from = signals.front().time_s.front(),
+                                            .to = signals.front().time_s.back()},
+                                  .share = 1 - std::pow(result.noise_floor_Nm / result.gap_after_Nm, 2)});
+
+  // Bursts that are left over, each with its time.
+  double all_square = 0;
+  for (Eigen::Index i = 0; i < rows.count(); ++i) all_square += left[i] * left[i];
+  for (Eigen::Index i = 0; i < rows.count();) {
+    if (!burst[static_cast<std::size_t>(i)]) {
+      ++i;
+      continue;
+    }
+    Eigen::Index to = i;
+    double square = 0;
+    while (to < rows.count() && burst[static_cast<std::size_t>(to)] &&
+           rows.recording(to) == rows.recording(i)) {
+      square += left[to] * left[to];
+      ++to;
+    }
+    const double mean = square / static_cast<double>(to - i);
+    if (square >= kLeastBurst * all_square && mean > 9 * result.noise_floor_Nm * result.noise_floor_Nm)
+      result.unexplained.push_back({.where = {.coordinate = "time_s",
+                                              .from = rows.time_s(i),
+                                              .to = rows.time_s(to - 1),
+                                              .recording = signals[rows.recording(i)].name},
+                                    .share = square / all_square});
+    i = to;
+  }
+  std::ranges::sort(result.unexplained, std::greater{}, &Unexplained::share);
+
+  result.model = final.model;
+  const std::vector<identify::Estimate> all = estimates(final, rows, parts.training.rows);
+  const auto free = free_parameters(final, rows);
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    if (free[k].kind == FreeParameter::Kind::kInertia) result.refitted.emplace_back("", all[k]);
+    if (free[k].kind == FreeParameter::Kind::kEffect && free[k].effect < base.effects.size())
+      result.refitted.emplace_back(effects::name_of(final.model.effects[free[k].effect]), all[k]);
+  }
+  if (sign.lost) {
+    FoundEffect found{.effect = effects::make_effect("unsigned_current"),
+                      .where = {.coordinate = "torque_measured_Nm"}};
+    std::vector<Source> unsigned_sources(data.begin(), data.end());
+    std::vector<Signals> as_logged;
+    for (const Source& source : unsigned_sources) as_logged.push_back(make_signals(source, band));
+    const Rows logged(as_logged);
+    Indices every(static_cast<std::size_t>(logged.count()));
+    for (std::size_t i = 0; i < every.size(); ++i) every[i] = static_cast<Eigen::Index>(i);
+    const FittedModel best = refined(given, logged, every);
+    const Eigen::VectorXd misfit = logged.torque_Nm() - predicted_rows(best, logged);
+    found.gap_before = rms(misfit, every);
+    found.gap_after = result.gap_base_Nm;
+    found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
+    found.blocks = kBlocks;
+    const auto count = static_cast<Eigen::Index>(every.size());
+    for (int b = 0; b < kBlocks; ++b) {
+      const Eigen::Index from = count * b / kBlocks;
+      const Eigen::Index to = count * (b + 1) / kBlocks;
+      const double block = std::sqrt(misfit.segment(from, to - from).squaredNorm() /
+                                     static_cast<double>(std::max<Eigen::Index>(1, to - from)));
+      found.blocks_improved += block > result.gap_base_Nm ? 1 : 0;
+    }
+    // That many blocks better by chance: each side alike likely.
+    found.p_value = std::pow(0.5, found.blocks_improved);
+    result.gap_before_Nm = std::max(result.gap_before_Nm, found.gap_before);
+    result.model.effects.push_back(found.effect);
+    result.effects.push_back(std::move(found));
+  }
+  for (const FoundEffect& found : actuator.effects) {
+    result.model.effects.push_back(found.effect);
+    result.effects.push_back(found);
+  }
+  std::set<std::string> named;
+  for (std::size_t n = 0; n < searching.added.size(); ++n) {
+    const Added& added = searching.added[n];
+    std::size_t earlier = 0;
+    for (std::size_t m = 0; m < n; ++m) earlier += searching.added[m].effect == added.effect ? 1 : 0;
+    for (const effects::AnyEffect& effect : base.effects)
+      earlier += effects::name_of(effect) == added.effect ? 1 : 0;
+    const effects::AnyEffect* effect = find_effect(final.model, added.effect, earlier);
+    if (effect == nullptr) continue;
+    FoundEffect found{
+        .effect = *effect,
+        .where =
+            where_of(added.effect, predicted_rows(added.after, rows) - predicted_rows(added.before, rows),
+                     rows, parts.training.rows)};
+    found.held_out_gain = added.gain;
+    found.blocks = added.blocks;
+    found.blocks_improved = added.blocks_improved;
+    found.p_value = added.p_value;
+    found.gap_before = rms(residual(added.before), quiet);
+    found.gap_after = rms(residual(added.after), quiet);
+    found.equivalent = added.equivalent;
+    found.deciding_experiment = deciding_experiment(added.effect, added.equivalent);
+    found.parameters = parameters_of(*effect, final, rows, all);
+    named.emplace(added.effect);
+    result.effects.push_back(std::move(found));
+  }
+  for (const auto& [type, gain] : searching.rejected)
+    if (!named.contains(type))
+      result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain))});
+
+  progress("simulating", 0.96);
+  const Simulated simulated = simulate(base, final.model, signals, rows, quiet);
+  result.simulation_before = simulated.before_rad_per_s;
+  result.simulation_after = simulated.after_rad_per_s;
+  result.traces = simulated.traces;
+  result.maps = residual_maps(as_given, final, rows, quiet);
+  result.curve = friction_curve(given, final, rows);
+  for (const Source& source : held_out) result.held_out.push_back(source.name);
+  if (held_out.empty()) {
+    for (const Signals& s : signals) {
+      const double length = s.time_s.back() - s.time_s.front();
+      const auto at = [&](double share) {
+        std::string text = std::to_string(s.time_s.front() + share * length);
+        return text.substr(0, text.find('.') + 3);
+      };
+      result.held_out.push_back(s.name + ", " + at(kSetAsideFrom) + " s to " + at(kSetAsideTo) + " s");
+    }
+  }
+  const bool ambiguous =
+      std::ranges::any_of(result.effects, [](const FoundEffect& e) { return !e.equivalent.empty(); });
+  const bool at_floor =
+      result.gap_after_Nm <= kAtTheFloor * result.noise_floor_Nm && result.unexplained.empty();
+  if (result.effects.empty())
+    result.verdict = result.unexplained.empty() ? Verdict::kNoGap : Verdict::kUnexplained;
+  else if (!at_floor)
+    result.verdict = Verdict::kPartlyExplained;
+  else
+    result.verdict = ambiguous ? Verdict::kAmbiguous : Verdict::kExplained;
+  progress("done", 1);
+  return result;
+}
+
+}  // namespace sim::gap

@@ -1,0 +1,179 @@
+#include "sim/gap/prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sim/effects/effect_chain.h"
+#include "sim/gap/zero_phase.h"
+
+namespace sim::gap {
+namespace {
+
+constexpr double kLoadDampingRatio = 0.05;
+/// Integration steps per radian of the load's resonance.
+constexpr double kStepsPerRadian = 10;
+
+/// Friction that is carried by a bristle of stiffness σ0 between the levels of the two directions, or follows
+/// the sign of the velocity without one.
+std::vector<double> friction(const effects::EffectChain& chain, const effects::DriveModel& model,
+                             const Signals& s, const std::vector<double>& load) {
+  const auto* contact = model.find<effects::Presliding>();
+  const double stiffness = contact ? contact->parameters().stiffness_Nm_per_rad : 0;
+  std::vector<double> result(s.size());
+  double spring_Nm = 0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const double v = s.velocity_rad_per_s[i];
+    const double carried = std::abs(load[i]);
+    if (contact == nullptr) {
+      result[i] = std::copysign(chain.level_Nm(std::abs(v), v < 0 ? -1 : 1, s.running_s[i], carried), v);
+      continue;
+    }
+    const double forward = chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
+    const double backward = chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
+    const double moved = i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
+    spring_Nm = std::clamp(spring_Nm + stiffness * moved, -backward, forward);
+    result[i] = spring_Nm;
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<double> friction_direction(const Signals& s, double breakaway_rad) {
+  std::vector<double> direction(s.size());
+  double bent = 0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    if (breakaway_rad > 0) {
+      bent += i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
+      bent = std::clamp(bent, -breakaway_rad, breakaway_rad);
+      direction[i] = bent / breakaway_rad;
+    } else {
+      direction[i] = s.velocity_rad_per_s[i] < 0 ? -1 : 1;
+    }
+  }
+  return direction;
+}
+
+std::vector<double> in_gap(const Signals& s, double gap_rad) {
+  std::vector<double> inside(s.size());
+  double travelled = 0;  // from the lower flank
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    travelled = std::clamp(travelled + s.position_rad[i] - s.position_rad[i - 1], 0.0, gap_rad);
+    inside[i] = travelled > 0 && travelled < gap_rad ? 1 : 0;
+  }
+  return inside;
+}
+
+std::vector<double> load_acceleration(const Signals& s, double resonance_rad_per_s, double damping_ratio) {
+  std::vector<double> result(s.size());
+  if (s.size() == 0) return result;
+  double position = s.position_rad[0];
+  double velocity = s.velocity_rad_per_s[0];
+  const auto steps =
+      static_cast<int>(std::ceil(std::max(1.0, kStepsPerRadian * resonance_rad_per_s * s.period_s)));
+  const double dt = s.period_s / steps;
+  const double k = resonance_rad_per_s * resonance_rad_per_s;
+  const double d = 2 * damping_ratio * resonance_rad_per_s;
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    double acceleration = 0;
+    for (int n = 1; n <= steps; ++n) {
+      const double share = static_cast<double>(n) / steps;
+      const auto between = [&](const std::vector<double>& x) { return x[i - 1] + share * (x[i] - x[i - 1]); };
+      acceleration =
+          k * (between(s.position_rad) - position) + d * (between(s.velocity_rad_per_s) - velocity);
+      velocity += dt * acceleration;
+      position += dt * velocity;
+    }
+    result[i] = acceleration;
+  }
+  return result;
+}
+
+std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model, const Signals& s) {
+  effects::EffectChain chain(model.effects);
+  std::vector<double> beyond;
+  beyond.reserve(s.raw_command_Nm.size());
+  for (const double command : s.raw_command_Nm)
+    beyond.push_back(chain.deliver(command, s.raw_period_s) - command);
+  if (beyond.empty()) return std::vector<double>(s.size());
+  const std::vector<double> smooth = zero_phase(beyond, s.raw_period_s, s.filter_Hz);
+  const auto step = static_cast<std::size_t>(std::llround(s.period_s / s.raw_period_s));
+  std::vector<double> result;
+  for (std::size_t i = 0; i < smooth.size(); i += step) result.push_back(smooth[i]);
+  return result;
+}
+
+std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const Signals& s) {
+  const effects::EffectChain chain(model.effects);
+  const effects::Mechanics mechanics = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
+  std::vector<double> load(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) load[i] = chain.load_Nm(s.position_rad[i]);
+  std::vector<double> torque = friction(chain, model, s, load);
+  const double inertia = mechanics.inertia_kg_m2;
+  for (std::size_t i = 0; i < s.size(); ++i) torque[i] += inertia * s.acceleration_rad_per_s2[i] + load[i];
+  if (mechanics.shaft_Nm_per_rad > 0) {
+    const double load_inertia = inertia * mechanics.load_share;
+    const double resonance = std::sqrt(mechanics.shaft_Nm_per_rad / load_inertia);
+    const double damping =
+        std::max(kLoadDampingRatio, mechanics.shaft_Nm_s_per_rad / (2 * resonance * load_inertia));
+    const std::vector<double> behind = load_acceleration(s, resonance, damping);
+    for (std::size_t i = 0; i < s.size(); ++i)
+      torque[i] += load_inertia * (behind[i] - s.acceleration_rad_per_s2[i]);
+  }
+  if (mechanics.backlash_rad > 0) {
+    const std::vector<double> gap = in_gap(s, mechanics.backlash_rad);
+    for (std::size_t i = 0; i < s.size(); ++i) torque[i] *= 1 - mechanics.load_share * gap[i];
+  }
+  if (s.torque_is_command) {
+    const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
+    for (std::size_t i = 0; i < s.size(); ++i) torque[i] -= beyond[i];
+  }
+  return torque;
+}
+
+Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals), length_(1) {
+  if (signals.empty()) return;
+  length_ = static_cast<std::size_t>(
+      std::max(1LL, std::llround(0.5 / (signals.front().band_Hz * signals.front().period_s))));
+  for (std::size_t r = 0; r < signals.size(); ++r) {
+    for (std::size_t first = 0; first + length_ <= signals[r].size(); first += length_) {
+      double moving = 0;
+      for (std::size_t i = first; i < first + length_; ++i) moving += signals[r].moving[i];
+      if (moving * 2 >= static_cast<double>(length_)) at_.push_back({r, first});
+    }
+  }
+  torque_Nm_ = column([](const Signals& s) { return s.torque_Nm; });
+}
+
+Eigen::VectorXd Rows::boxed(const std::function<std::vector<double>(const Signals&)>& samples) const {
+  Eigen::VectorXd result(count());
+  std::size_t recording = signals_->size();
+  std::vector<double> values;
+  for (Eigen::Index row = 0; row < count(); ++row) {
+    const At& at = at_[static_cast<std::size_t>(row)];
+    if (at.recording != recording) values = samples((*signals_)[recording = at.recording]);
+    double sum = 0;
+    for (std::size_t i = at.first; i < at.first + length_; ++i) sum += values[i];
+    result[row] = sum / static_cast<double>(length_);
+  }
+  return result;
+}
+
+Eigen::VectorXd Rows::column(const std::function<std::vector<double>(const Signals&)>& quantity) const {
+  return boxed([&](const Signals& s) {
+    std::vector<double> values = quantity(s);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] *= s.moving[i];
+    return zero_phase(values, s.period_s, s.band_Hz);
+  });
+}
+
+Eigen::VectorXd Rows::means(const std::function<std::vector<double>(const Signals&)>& quantity) const {
+  return boxed(quantity);
+}
+
+double Rows::time_s(Eigen::Index row) const {
+  const At& at = at_[static_cast<std::size_t>(row)];
+  return (*signals_)[at.recording].time_s[at.first];
+}
+
+}  // namespace sim::gap

@@ -1,0 +1,62 @@
+/// @file
+/// The torque a drive model says was needed for a motion that was measured.
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "sim/effects/drive_model.h"
+#include "sim/gap/signals.h"
+
+namespace sim::gap {
+
+/// Inverse dynamics at each sample of `signals`, before mask and filter:
+///   τ = J·a + friction(v, its history) + load(θ)
+/// with what backlash and elasticity change in it. Where the torque is only known as commanded, the command
+/// that it takes, actuator effects included.
+std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const Signals& signals);
+
+/// Direction of friction: the sign of the velocity, or, with a displacement of break-away > 0, how far the
+/// contact is bent, −1 to 1.
+std::vector<double> friction_direction(const Signals& signals, double breakaway_rad);
+/// 1 while the motor travels from one flank of a gap to the other, else 0.
+std::vector<double> in_gap(const Signals& signals, double gap_rad);
+/// Acceleration of a load on a spring [rad/s²] whose other end moves with the motor.
+std::vector<double> load_acceleration(const Signals& signals, double resonance_rad_per_s,
+                                      double damping_ratio);
+/// What the actuator effects of `model` add to the command, at the samples of `signals`, filtered.
+std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model, const Signals& signals);
+
+/// Rows in which data and predictions are compared: means over stretches of half a period of the band's edge,
+/// where the joint moves at least half of the time.
+class Rows {
+ public:
+  explicit Rows(const std::vector<Signals>& signals);
+
+  Eigen::Index count() const noexcept { return static_cast<Eigen::Index>(at_.size()); }
+  /// Of the torque itself.
+  const Eigen::VectorXd& torque_Nm() const noexcept { return torque_Nm_; }
+  /// Of a quantity at each sample, put through the same mask and filter as the torque.
+  Eigen::VectorXd column(const std::function<std::vector<double>(const Signals&)>& quantity) const;
+  /// Of a quantity as it is: for maps.
+  Eigen::VectorXd means(const std::function<std::vector<double>(const Signals&)>& quantity) const;
+
+  std::size_t recording(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].recording; }
+  double time_s(Eigen::Index row) const;
+  const std::vector<Signals>& signals() const noexcept { return *signals_; }
+
+ private:
+  struct At {
+    std::size_t recording;
+    std::size_t first;  // sample
+  };
+  Eigen::VectorXd boxed(const std::function<std::vector<double>(const Signals&)>& samples) const;
+
+  const std::vector<Signals>* signals_;
+  std::size_t length_;  // samples per row
+  std::vector<At> at_;
+  Eigen::VectorXd torque_Nm_;
+};
+
+}  // namespace sim::gap

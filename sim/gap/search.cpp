@@ -1,0 +1,283 @@
+#include "sim/gap/search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "sim/gap/candidates.h"
+#include "sim/gap/chance_data.h"
+#include "sim/gap/regression.h"
+
+namespace sim::gap {
+namespace {
+
+constexpr int kFolds = 8;
+constexpr int kMostEffects = 8;
+/// Rivals this close to the best are refined before a name is given.
+constexpr double kRival = 0.5;
+/// A difference between rivals counts when it is this many standard errors over the blocks.
+constexpr double kDecisive = 2.5;
+/// So must be the gain of the winner over none.
+constexpr double kSure = 2;
+constexpr double kMuch = 0.2;
+/// A rival gains this share of what the best one does.
+constexpr double kAsGood = 0.8;
+/// Chance data stops when as many searches have gained more: the answer is no.
+constexpr int kEnoughExceedances = 6;
+
+using Indices = std::vector<Eigen::Index>;
+
+Indices range(Eigen::Index from, Eigen::Index to) {
+  Indices result(static_cast<std::size_t>(to - from));
+  std::iota(result.begin(), result.end(), from);
+  return result;
+}
+
+/// What a linear step may do to each parameter.
+std::vector<Bounds> step_bounds(const std::vector<FreeParameter>& parameters) {
+  std::vector<Bounds> bounds;
+  for (const FreeParameter& p : parameters) bounds.push_back({p.lower - p.value, p.upper - p.value});
+  return bounds;
+}
+
+/// How a model does on blocks it was not fitted to, its parameters free.
+BlockRegression::Fit score(const FittedModel& fitted, const Rows& rows, const Training& training) {
+  const auto parameters = free_parameters(fitted, rows);
+  const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(training.rows, Eigen::all);
+  BlockRegression regression(jacobian, training.block, kFolds);
+  regression.set_target((rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows));
+  return regression.fit(range(0, jacobian.cols()), step_bounds(parameters));
+}
+
+/// Mean over standard error of the differences between the held-out squares of two models, block by block.
+double decisiveness(const std::vector<double>& worse, const std::vector<double>& better) {
+  const auto n = static_cast<double>(worse.size());
+  double sum = 0;
+  double square = 0;
+  for (std::size_t b = 0; b < worse.size(); ++b) {
+    const double d = worse[b] - better[b];
+    sum += d;
+    square += d * d;
+  }
+  const double variance = (square - sum * sum / n) / (n - 1);
+  return variance > 0 ? sum / n / std::sqrt(variance / n) : 0;
+}
+
+/// One round: the model as it is against every candidate.
+class Round {
+ public:
+  Round(const FittedModel& fitted, const Rows& rows, const Training& training)
+      : fitted_(fitted), rows_(rows), training_(training), dictionary_(make_dictionary(fitted, rows)) {
+    const auto parameters = free_parameters(fitted, rows);
+    jacobian_ = prediction_jacobian(fitted, rows, parameters)(training.rows, Eigen::all);
+    base_columns_ = range(0, jacobian_.cols());
+    base_bounds_ = step_bounds(parameters);
+    columns_.resize(jacobian_.rows(), jacobian_.cols() + dictionary_.columns.cols());
+    columns_ << jacobian_, dictionary_.columns(training.rows, Eigen::all);
+    regression_.emplace(columns_, training.block, kFolds);
+    residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
+    position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);
+    regression_->set_target(residual_);
+    base_ = regression_->fit(base_columns_, base_bounds_);
+    left_ = residual_ - jacobian_ * base_.coefficients;
+  }
+
+  struct Outcome {
+    std::string_view effect;
+    double gain = 0;
+    FittedModel model;  ///< not refined
+  };
+
+  /// The best shape of each effect, best effect first.
+  std::vector<Outcome> outcomes() {
+    std::map<std::string_view, Outcome> best;
+    for (const Candidate& candidate : dictionary_.candidates) {
+      const BlockRegression::Fit fit = fit_of(candidate);
+      const double gain = 1 - fit.held_out / base_.held_out;
+      Outcome& known = best[candidate.effect];
+      if (!known.effect.empty() && gain <= known.gain) continue;
+      const auto amplitudes = fit.coefficients.tail(static_cast<Eigen::Index>(candidate.columns.size()));
+      known = {candidate.effect, gain, candidate.add(fitted_, amplitudes)};
+    }
+    if (const double periods = ripple_periods_per_rev(left_, position_); periods > 0) {
+      const auto [gain, amplitudes] = ripple(periods, residual_, base_.held_out);
+      best["cogging"] = {"cogging", gain, with_ripple(fitted_, periods, amplitudes[0], amplitudes[1])};
+    }
+    std::vector<Outcome> result;
+    for (auto& [name, outcome] : best) result.push_back(std::move(outcome));
+    std::ranges::sort(result, std::greater{}, &Outcome::gain);
+    return result;
+  }
+
+  /// How often chance data lets the search gain `gain` or more.
+  double p_value(double gain, const Options& options) {
+    ChanceData chance(left_, options.seed);
+    int exceeded = 0;
+    int done = 0;
+    while (done < options.repetitions && exceeded < kEnoughExceedances) {
+      ++done;
+      const Eigen::VectorXd target = chance.draw();
+      regression_->set_target(target);
+      const BlockRegression::Fit base = regression_->fit(base_columns_, base_bounds_);
+      double most = 0;
+      for (const Candidate& candidate : dictionary_.candidates)
+        most = std::max(most, 1 - fit_of(candidate).held_out / base.held_out);
+      const double periods = ripple_periods_per_rev(target, position_);
+      if (periods > 0) most = std::max(most, ripple(periods, target, base.held_out).first);
+      if (most >= gain) ++exceeded;
+    }
+    regression_->set_target(residual_);
+    return (1.0 + exceeded) / (1.0 + done);
+  }
+
+  const BlockRegression::Fit& base() const noexcept { return base_; }
+
+ private:
+  BlockRegression::Fit fit_of(const Candidate& candidate) const {
+    Indices columns = base_columns_;
+    std::vector<Bounds> bounds = base_bounds_;
+    for (const Eigen::Index column : candidate.columns) columns.push_back(jacobian_.cols() + column);
+    bounds.insert(bounds.end(), candidate.bounds.begin(), candidate.bounds.end());
+    return regression_->fit(columns, bounds);
+  }
+
+  std::pair<double, Eigen::Vector2d> ripple(double periods, const Eigen::VectorXd& target,
+                                            double base_held_out) const {
+    Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
+    columns << jacobian_, ripple_columns(periods, rows_)(training_.rows, Eigen::all);
+    BlockRegression regression(columns, training_.block, kFolds);
+    regression.set_target(target);
+    std::vector<Bounds> bounds = base_bounds_;
+    bounds.resize(bounds.size() + 2);
+    const BlockRegression::Fit fit = regression.fit(range(0, columns.cols()), bounds);
+    return {1 - fit.held_out / base_held_out, fit.coefficients.tail<2>()};
+  }
+
+  const FittedModel& fitted_;
+  const Rows& rows_;
+  const Training& training_;
+  Dictionary dictionary_;
+  Eigen::MatrixXd jacobian_;
+  Eigen::MatrixXd columns_;
+  Indices base_columns_;
+  std::vector<Bounds> base_bounds_;
+  std::optional<BlockRegression> regression_;
+  Eigen::VectorXd residual_;
+  Eigen::VectorXd position_;
+  BlockRegression::Fit base_;
+  Eigen::VectorXd left_;
+};
+
+struct Rival {
+  std::string_view effect;
+  FittedModel model;
+  BlockRegression::Fit fit;
+  std::size_t parameters;
+};
+
+/// Whether one model predicts left-out blocks better than another, and not by luck in a few of them.
+bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& better) {
+  if (decisiveness(worse.held_out_of, better.held_out_of) >= kSure) return true;
+  // A few large blocks make the mean uncertain: then nearly all of them have to agree, on much.
+  std::size_t improved = 0;
+  for (std::size_t b = 0; b < worse.held_out_of.size(); ++b)
+    improved += better.held_out_of[b] < worse.held_out_of[b] ? 1 : 0;
+  return 5 * improved >= 4 * worse.held_out_of.size() && 1 - better.held_out / worse.held_out >= kMuch;
+}
+
+/// The winner first, then those the blocks do not tell from it; none when no gain is sure.
+std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const BlockRegression::Fit& base,
+                           const Rows& rows, const Training& training) {
+  std::vector<Rival> rivals;
+  for (const Round::Outcome& outcome : outcomes) {
+    if (outcome.gain < kRival * outcomes.front().gain || outcome.gain <= 0) break;
+    FittedModel model = refined(outcome.model, rows, training.rows);
+    BlockRegression::Fit fit = score(model, rows, training);
+    if (!is_sure(base, fit)) continue;
+    const std::size_t parameters = free_parameters(model, rows).size();
+    rivals.push_back({outcome.effect, std::move(model), std::move(fit), parameters});
+  }
+  if (rivals.empty()) return rivals;
+  std::ranges::sort(rivals, {}, [](const Rival& r) { return r.fit.held_out; });
+  const BlockRegression::Fit best = rivals.front().fit;
+  std::erase_if(rivals, [&](const Rival& r) {
+    return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best.held_out) ||
+           decisiveness(r.fit.held_out_of, best.held_out_of) > kDecisive;
+  });
+  // Of those that do as well, the simplest gives its name.
+  std::ranges::stable_sort(rivals, {}, &Rival::parameters);
+  return rivals;
+}
+
+/// Effects that were added and are no longer missed leave the model.
+void drop_idle(SearchResult& result, const Rows& rows, const Training& training, double least_gain) {
+  for (std::size_t i = 0; i + 1 < result.added.size();) {
+    const std::string_view effect = result.added[i].effect;
+    FittedModel without = result.fitted;
+    const auto at = std::ranges::find_if(
+        without.model.effects, [&](const effects::AnyEffect& e) { return effects::name_of(e) == effect; });
+    if (at == without.model.effects.end()) {  // replaced by one that contains it
+      result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+      continue;
+    }
+    without.model.effects.erase(at);
+    if (effect == "inertia") without.model.inertia_kg_m2 = without.given_inertia_kg_m2;
+    without = refined(without, rows, training.rows);
+    const BlockRegression::Fit with = score(result.fitted, rows, training);
+    const BlockRegression::Fit bare = score(without, rows, training);
+    const bool missed = 1 - with.held_out / bare.held_out >= least_gain &&
+                        decisiveness(bare.held_out_of, with.held_out_of) > kDecisive;
+    if (missed) {
+      ++i;
+    } else {
+      result.fitted = without;
+      result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+    }
+  }
+}
+
+void report(const Options& options, std::string_view what, double done) {
+  if (options.progress) options.progress(what, done);
+}
+
+}  // namespace
+
+SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
+                    const Options& options) {
+  SearchResult result;
+  report(options, "refitting the model's own parameters", 0.1);
+  result.fitted = refined(start, rows, training.rows);
+  const double least_square =
+      training.least_Nm * training.least_Nm * static_cast<double>(training.rows.size());
+  for (int step = 0;; ++step) {
+    report(options, "trying effects", 0.1 + 0.8 * step / (step + 2.0));
+    Round round(result.fitted, rows, training);
+    const std::vector<Round::Outcome> outcomes = round.outcomes();
+    const bool worth = step < kMostEffects && !outcomes.empty() &&
+                       outcomes.front().gain >= options.least_gain &&
+                       outcomes.front().gain * round.base().held_out >= least_square;
+    const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
+    const std::vector<Rival> rivals = worth && p <= options.false_positive_rate
+                                          ? contest(outcomes, round.base(), rows, training)
+                                          : std::vector<Rival>();
+    if (rivals.empty()) {
+      for (const Round::Outcome& outcome : outcomes)
+        result.rejected.emplace_back(outcome.effect, std::max(0.0, outcome.gain));
+      return result;
+    }
+    const Rival& winner = rivals.front();
+    Added added{.effect = winner.effect, .before = result.fitted, .after = winner.model, .p_value = p};
+    added.gain = 1 - winner.fit.held_out / round.base().held_out;
+    added.blocks = static_cast<int>(winner.fit.held_out_of.size());
+    for (std::size_t b = 0; b < winner.fit.held_out_of.size(); ++b)
+      added.blocks_improved += winner.fit.held_out_of[b] < round.base().held_out_of[b] ? 1 : 0;
+    for (std::size_t i = 1; i < rivals.size(); ++i) added.equivalent.emplace_back(rivals[i].effect);
+    result.fitted = winner.model;
+    result.added.push_back(std::move(added));
+    drop_idle(result, rows, training, options.least_gain);
+  }
+}
+
+}  // namespace sim::gap

@@ -1,0 +1,47 @@
+/// @file
+/// Which effects of the library the data asks for, one by one.
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/gap/fitted_model.h"
+#include "sim/gap/gap.h"
+
+namespace sim::gap {
+
+/// The rows a search may look at, in blocks that are left out as wholes.
+struct Training {
+  std::vector<Eigen::Index> rows;
+  std::vector<int> block;  ///< of each of these
+  double least_Nm = 0;     ///< rms that an effect has to take away to be worth a name
+};
+
+struct Added {
+  std::string_view effect;
+  FittedModel before;
+  FittedModel after;
+  double gain = 0;  ///< share of the squared held-out residual
+  int blocks_improved = 0;
+  int blocks = 0;
+  double p_value = 1;
+  std::vector<std::string> equivalent{};
+};
+struct SearchResult {
+  FittedModel fitted;
+  std::vector<Added> added;
+  /// Effects that are not in it, and the share of the squared residual each would still take away.
+  std::vector<std::pair<std::string, double>> rejected;
+};
+
+/// Begins with the given model, whose parameters are refitted with every hypothesis, and adds the effect that
+/// predicts the left-out blocks best, as long as its gain is more than chance gives the whole search: the
+/// same search on the model's own residuals, cut into stretches that are put elsewhere with a random sign,
+/// which keeps their colour and destroys what they had to do with the motion. After each addition, effects
+/// that no longer gain leave.
+SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
+                    const Options& options);
+
+}  // namespace sim::gap

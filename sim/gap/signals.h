@@ -1,0 +1,53 @@
+/// @file
+/// A recording made ready to be compared with a model: motion from position, all of it in one band.
+#pragma once
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "sim/gap/gap.h"
+
+namespace sim::gap {
+
+/// One recording, evenly sampled at several times the band. All signals have passed the same zero-phase
+/// filter, wider than the band, so that none lags and all lack the same. Where the joint stands still,
+/// friction is whatever holds: these samples count for nothing (`moving` is 0).
+struct Signals {
+  std::string name;
+  double period_s = 0;
+  double band_Hz = 0;    ///< in which data and model are compared
+  double filter_Hz = 0;  ///< of the signals here; wider, so that friction turns as sharply as it does
+  std::vector<double> time_s;
+  std::vector<double> running_s;  ///< since the first sample
+  std::vector<double> position_rad;
+  std::vector<double> velocity_rad_per_s;
+  std::vector<double> acceleration_rad_per_s2;
+  std::vector<double> moving;      ///< 1 or 0
+  std::vector<double> torque_Nm;   ///< delivered, as measured; commanded where nothing was measured
+  std::vector<double> command_Nm;  ///< empty when there is none, or when it is what torque_Nm is
+  bool torque_is_command = false;
+  /// At the recording's own rate, unfiltered: for what happens within milliseconds.
+  double raw_period_s = 0;
+  std::vector<double> raw_command_Nm;
+  std::vector<double> raw_measured_Nm;
+
+  std::size_t size() const noexcept { return time_s.size(); }
+};
+
+/// What all recordings of an analysis share.
+struct Band {
+  double cutoff_Hz = 0;
+  double resolution_rad = 0;
+  double torque_sigma_Nm = 0;    ///< of one raw sample: noise and resolution of the sensor
+  double slowest_rad_per_s = 0;  ///< below this the joint stands
+};
+
+/// The widest band, up to 25 Hz and a tenth of the sample rate, in which the encoder's steps make less torque
+/// noise (through inertia and acceleration) than the torque sensor does.
+/// @throws std::invalid_argument naming the recording that lacks a column, is uneven, or never moves.
+Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& base);
+
+Signals make_signals(const Source& source, const Band& band);
+
+}  // namespace sim::gap

@@ -1,0 +1,87 @@
+// A report in the browser: opening it, what it asks for and complains about, and what is on its canvases.
+import assert from 'node:assert/strict';
+import {writeFileSync} from 'node:fs';
+import {pathToFileURL} from 'node:url';
+
+// Two lists that grow as the page does something.
+export function listen(page) {
+  const complaints = [];
+  const requests = [];
+  page.listen((method, {entry, exceptionDetails, request, ...rest}) => {
+    if (method === 'Runtime.exceptionThrown') complaints.push(exceptionDetails.exception?.description);
+    if (method === 'Runtime.consoleAPICalled') complaints.push(JSON.stringify(rest.args));
+    // Tests read the canvas often, which no page does.
+    if (method === 'Log.entryAdded' && !entry.text.includes('willReadFrequently')) complaints.push(entry.text);
+    if (method === 'Network.requestWillBeSent') requests.push(request.url);
+  });
+  return {complaints, requests};
+}
+
+// What comes after the next frame, such as a redraw, is waited for by condition, never by time alone.
+export async function until(look, enough) {
+  for (const end = Date.now() + 10_000;;) {
+    const seen = await look();
+    if (enough(seen)) return seen;
+    assert.ok(Date.now() < end, `waited in vain; last seen: ${JSON.stringify(seen)}`);
+    await new Promise(resolve => setTimeout(resolve, 20));
+  }
+}
+
+export function emulate(page, scheme) {
+  return page.send('Emulation.setEmulatedMedia', {features: [{name: 'prefers-color-scheme', value: scheme}]});
+}
+
+export async function open(page, file, {width, scheme}) {
+  for (const domain of ['Page', 'Runtime', 'Log', 'Network']) await page.send(`${domain}.enable`);
+  await page.send('Emulation.setDeviceMetricsOverride', {width, height: 900, deviceScaleFactor: 1, mobile: false});
+  await emulate(page, scheme);
+  const {errorText} = await page.send('Page.navigate', {url: pathToFileURL(file).href});
+  assert.equal(errorText, undefined);
+  // Two frames after loading, all plots have their size and are drawn.
+  await until(() => page.evaluate(() => document.readyState === 'complete' &&
+    [...document.querySelectorAll('figure.plot')].every(figure => figure.uplot?.status === 1)), Boolean);
+  await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
+}
+
+export async function photograph(page, file) {
+  const {data} = await page.send('Page.captureScreenshot', {captureBeyondViewport: true});
+  writeFileSync(file, Buffer.from(data, 'base64'));
+}
+
+// --- what runs in the page; it stands alone, because only its text gets there ---
+
+// For each series with a line or markers: how many of its points in view, with the ends of
+// error bars, have its colour nearby.
+export function seriesOnCanvas(plot) {
+  const {uplot} = document.querySelectorAll('figure.plot')[plot];
+  const {width, height} = uplot.ctx.canvas;
+  const {data} = uplot.ctx.getImageData(0, 0, width, height);
+  const written = JSON.parse(document.querySelectorAll('figure.plot')[plot].querySelector('script').textContent);
+  const within = (value, {min, max}) => value !== null && value >= min && value <= max;
+  return written.series.flatMap((series, index) => {
+    if (!series.y) return [];
+    const own = uplot.series[index + 1];
+    const colour = own.stroke(uplot, index + 1).match(/[0-9a-f]{2}/gi).map(hex => parseInt(hex, 16));
+    const reach = series.style === 'dashed' ? 6 : 3;  // a point may lie between two dashes
+    const near = (left, top) => {
+      for (let y = top - reach; y <= top + reach; ++y) {
+        for (let x = left - reach; x <= left + reach; ++x) {
+          const i = 4 * (y * width + x);
+          if (data[i + 3] > 200 && colour.every((part, k) => Math.abs(part - data[i + k]) < 40)) return true;
+        }
+      }
+      return false;
+    };
+    let found = 0;
+    let of = 0;
+    const errorBars = series.style === 'points' && series.lower ? [series.lower, series.upper] : [];
+    for (const values of [series.y, ...errorBars]) {
+      series.x.forEach((x, k) => {
+        if (!within(x, uplot.scales.x) || !within(values[k], uplot.scales.y)) return;
+        ++of;
+        found += near(Math.round(uplot.valToPos(x, 'x', true)), Math.round(uplot.valToPos(values[k], 'y', true)));
+      });
+    }
+    return [{name: series.name, found, of}];
+  });
+}

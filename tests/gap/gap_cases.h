@@ -1,0 +1,49 @@
+/// @file
+/// The list of cases that the search for missing effects is judged by: nothing missing, one to three effects
+/// missing, or something that is no effect of the library. Always the same list.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "sim/effects/drive_model.h"
+#include "sim/gap/gap.h"
+#include "tests/gap/hidden_experiment.h"
+
+namespace gap_test {
+
+enum class CaseKind : std::uint8_t { kNone, kSingle, kPair, kTriple, kOutside };
+std::string_view name_of(CaseKind kind);
+
+struct CaseSpec {
+  CaseKind kind = CaseKind::kNone;
+  std::vector<Hidden> hidden{};  ///< what the model lacks
+  double size = 0;         ///< rms of what each does to the torque, in noise floors, as far as it can be
+  std::uint64_t seed = 1;  ///< of plant, shapes, sensors and recordings
+  std::string name() const;
+};
+
+struct TrueParameter {
+  std::string effect;
+  std::string parameter;
+  double value;
+  double resolution;  ///< how finely the data defines it
+};
+
+struct Case {
+  CaseSpec spec;
+  Drive drive;
+  sim::effects::DriveModel base;
+  std::vector<sim::gap::Source> data;
+  std::vector<sim::gap::Source> held_out;
+  std::vector<double> sizes;              ///< as they became, in the order of spec.hidden
+  std::vector<TrueParameter> parameters;  ///< those that mean the same in plant and library
+  double least_size() const;
+};
+
+std::vector<CaseSpec> gap_cases();
+/// `length` scales the recordings: five of 20 to 28 s, and two of 16 s held out.
+Case make_case(const CaseSpec& spec, double length = 1);
+
+}  // namespace gap_test

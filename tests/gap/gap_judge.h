@@ -1,0 +1,38 @@
+/// @file
+/// What the search said of a case, against what is in it.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "sim/gap/gap.h"
+#include "tests/gap/gap_cases.h"
+
+namespace gap_test {
+
+/// A name counts as right when it is the true one, or one of a set of two that the search says it cannot tell
+/// apart, of which the other is.
+struct Judgement {
+  CaseSpec spec;
+  double least_size = 0;
+  sim::gap::Verdict verdict = sim::gap::Verdict::kNoGap;
+  std::vector<std::string> named{};   ///< the true name where it counts as right, else the search's own
+  std::vector<std::string> missed{};  ///< true effects without a name
+  std::vector<std::string> extra{};   ///< names without a true effect
+  bool right() const { return missed.empty() && extra.empty(); }
+
+  double true_floor_Nm = 0;  ///< rms of the torque noise, as sampled
+  double floor_Nm = 0;       ///< the search's, in its band
+  double gap_before_Nm = 0;
+  double gap_after_Nm = 0;
+  /// Of the effects rightly named, parameters that mean the same in plant and library.
+  int parameters = 0;
+  int parameters_inside = 0;                      ///< their 95 % interval
+  std::vector<std::string> parameters_outside{};  ///< in words
+  double search_s = 0;                            ///< wall time
+  std::string failure{};                          ///< of the search, in its words
+};
+
+/// Runs the search on the case. Does not throw what the search throws.
+Judgement judge(const Case& gap_case);
+
+}  // namespace gap_test

@@ -1,0 +1,230 @@
+/// @file
+/// Runs the search for missing effects over the hidden data and holds it against its targets.
+///
+///     gap_proof --threads 2
+///     gap_proof --only cogging --verbose
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdio>
+#include <map>
+#include <mutex>
+#include <numeric>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "sim/effects/any_effect.h"
+#include "tests/gap/gap_cases.h"
+#include "tests/gap/gap_judge.h"
+
+namespace gap_test {
+namespace {
+
+constexpr double kStrong = 3;  // noise floors
+constexpr std::string_view kNobody = "-";
+
+struct Arguments {
+  std::size_t cases = 0;
+  std::string only;
+  bool verbose = false;
+  unsigned threads = 1;
+};
+
+std::vector<CaseSpec> chosen_cases(const Arguments& arguments) {
+  std::vector<CaseSpec> cases = gap_cases();
+  std::erase_if(cases, [&](const CaseSpec& spec) {
+    return !arguments.only.empty() && name_of(spec.kind) != arguments.only &&
+           std::none_of(spec.hidden.begin(), spec.hidden.end(),
+                        [&](Hidden hidden) { return name_of(hidden) == arguments.only; });
+  });
+  if (arguments.cases == 0 || arguments.cases >= cases.size()) return cases;
+  std::vector<CaseSpec> spread;  // over all kinds
+  for (std::size_t i = 0; i < arguments.cases; ++i)
+    spread.push_back(cases[i * cases.size() / arguments.cases]);
+  return spread;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  return names.empty()
+             ? std::string(kNobody)
+             : std::accumulate(names.begin() + 1, names.end(), names.front(),
+                               [](std::string sum, const std::string& name) { return sum + "+" + name; });
+}
+
+void print_case(const Judgement& judgement) {
+  std::printf("%5llu %-7s %-38s %5.1f  %-18s %-38s gap %.5f -> %.5f floor %.5f (sensor %.5f) %5.1f s%s\n",
+              static_cast<unsigned long long>(judgement.spec.seed),
+              std::string(name_of(judgement.spec.kind)).c_str(), judgement.spec.name().c_str(),
+              judgement.least_size, std::string(sim::gap::verdict_name(judgement.verdict)).c_str(),
+              joined(judgement.named).c_str(), judgement.gap_before_Nm, judgement.gap_after_Nm,
+              judgement.floor_Nm, judgement.true_floor_Nm, judgement.search_s,
+              judgement.right() ? "" : "  WRONG");
+  for (const std::string& words : judgement.parameters_outside) std::printf("      %s\n", words.c_str());
+  if (!judgement.failure.empty()) std::printf("      failed: %s\n", judgement.failure.c_str());
+  std::fflush(stdout);
+}
+
+std::vector<Judgement> run(const std::vector<CaseSpec>& cases, const Arguments& arguments) {
+  std::vector<Judgement> judgements(cases.size());
+  std::atomic<std::size_t> next{0};
+  std::size_t done = 0;
+  std::mutex printing;
+  const auto work = [&] {
+    for (std::size_t i = next++; i < cases.size(); i = next++) {
+      judgements[i] = judge(make_case(cases[i]));
+      const std::lock_guard lock(printing);
+      ++done;
+      if (arguments.verbose)
+        print_case(judgements[i]);
+      else if (done % 10 == 0 || done == cases.size())
+        std::fprintf(stderr, "%zu of %zu cases\n", done, cases.size());
+    }
+  };
+  std::vector<std::thread> threads;
+  for (unsigned i = 0; i < arguments.threads; ++i) threads.emplace_back(work);
+  for (std::thread& thread : threads) thread.join();
+  return judgements;
+}
+
+/// Rows: what is in the data. Columns: what was named, a dot for never.
+void print_confusion(const std::vector<Judgement>& judgements) {
+  std::vector<std::string> columns;
+  for (const auto& description : sim::effects::effect_descriptions()) columns.emplace_back(description.name);
+  columns.emplace_back(kNobody);
+  std::vector<std::string> rows;  // in the order of the list
+  std::map<std::string, std::map<std::string, int>> counts;
+  for (const Judgement& judgement : judgements) {
+    if (judgement.spec.kind == CaseKind::kPair || judgement.spec.kind == CaseKind::kTriple) continue;
+    std::string row = judgement.spec.name();
+    if (judgement.spec.kind == CaseKind::kSingle && judgement.least_size < kStrong) row += " (small)";
+    if (judgement.spec.kind == CaseKind::kOutside) row += " (outside)";
+    if (!counts.contains(row)) rows.push_back(row);
+    for (const std::string& name : judgement.named) ++counts[row][name];
+    if (judgement.named.empty()) ++counts[row][std::string(kNobody)];
+  }
+  std::printf("\nIn the data, against what was named; `-` is nothing:\n");
+  for (std::size_t i = 0; i < columns.size(); ++i)
+    std::printf("%c %s%s", static_cast<char>('a' + i), columns[i].c_str(), i % 6 == 5 ? "\n" : "  ");
+  std::printf("\n%-32s", "");
+  for (std::size_t i = 0; i < columns.size(); ++i) std::printf("%3c", static_cast<char>('a' + i));
+  std::printf("\n");
+  for (const std::string& row : rows) {
+    std::printf("%-32s", row.c_str());
+    for (const std::string& column : columns) {
+      const int count = counts[row][column];
+      count != 0 ? std::printf("%3d", count) : std::printf("  .");
+    }
+    std::printf("\n");
+  }
+
+  std::printf("\nSeveral effects:\n");
+  for (const Judgement& judgement : judgements) {
+    if (judgement.spec.kind != CaseKind::kPair && judgement.spec.kind != CaseKind::kTriple) continue;
+    std::printf("%-48s %s", judgement.spec.name().c_str(), judgement.right() ? "right" : "");
+    if (!judgement.missed.empty()) std::printf("missed %s ", joined(judgement.missed).c_str());
+    if (!judgement.extra.empty()) std::printf("extra %s", joined(judgement.extra).c_str());
+    std::printf("\n");
+  }
+}
+
+struct Share {
+  int part = 0;
+  int whole = 0;
+  void count(bool in) {
+    ++whole;
+    part += in ? 1 : 0;
+  }
+  double value() const { return whole > 0 ? static_cast<double>(part) / whole : 0; }
+};
+
+bool reached(const char* what, const Share& share, bool at_least, double target) {
+  const bool good = share.whole == 0 || (at_least ? share.value() >= target : share.value() <= target);
+  std::printf("%-4s %-66s %3d of %3d = %5.1f %%, %s %.0f %%\n", good ? "ok" : "MISS", what, share.part,
+              share.whole, 100 * share.value(), at_least ? "at least" : "at most", 100 * target);
+  return good;
+}
+
+bool print_targets(const std::vector<Judgement>& judgements) {
+  Share nothing, single, pairs, triples, outside, closed, inside;
+  Share small, overlooked, alarms;
+  std::map<sim::gap::Verdict, int> verdicts;
+  std::vector<double> floor_ratios;
+  double seconds = 0;
+  int failures = 0;
+  for (const Judgement& judgement : judgements) {
+    const bool named = !judgement.named.empty();
+    switch (judgement.spec.kind) {
+      case CaseKind::kNone:
+        nothing.count(named);
+        alarms.count(judgement.verdict != sim::gap::Verdict::kNoGap);
+        break;
+      case CaseKind::kSingle:
+        (judgement.least_size >= kStrong ? single : small).count(judgement.right());
+        break;
+      case CaseKind::kPair: pairs.count(judgement.right()); break;
+      case CaseKind::kTriple: triples.count(judgement.right()); break;
+      case CaseKind::kOutside:
+        outside.count(named);
+        if (judgement.least_size >= kStrong) overlooked.count(judgement.verdict == sim::gap::Verdict::kNoGap);
+        break;
+    }
+    if (judgement.verdict == sim::gap::Verdict::kExplained)
+      closed.count(judgement.gap_after_Nm <= 1.2 * judgement.floor_Nm);
+    inside.part += judgement.parameters_inside;
+    inside.whole += judgement.parameters;
+    ++verdicts[judgement.verdict];
+    floor_ratios.push_back(judgement.floor_Nm / judgement.true_floor_Nm);
+    seconds += judgement.search_s;
+    failures += judgement.failure.empty() ? 0 : 1;
+  }
+  std::sort(floor_ratios.begin(), floor_ratios.end());
+
+  std::printf("\nverdicts:");
+  for (const auto& [verdict, count] : verdicts)
+    std::printf("  %s %d", std::string(sim::gap::verdict_name(verdict)).c_str(), count);
+  std::printf("\nnoise floor in the search's band, of that of the torque samples: %.2f, %.2f to %.2f\n",
+              floor_ratios[floor_ratios.size() / 2], floor_ratios.front(), floor_ratios.back());
+  std::printf("small single effects named right: %d of %d; all of three effects: %d of %d\n", small.part,
+              small.whole, triples.part, triples.whole);
+  std::printf(
+      "no gap, though something outside the library is there: %d of %d; a gap, though nothing is: %d of %d\n",
+      overlooked.part, overlooked.whole, alarms.part, alarms.whole);
+  std::printf("search: %.2f s a case\n\n", seconds / static_cast<double>(judgements.size()));
+
+  bool good = reached("nothing missing, and something named", nothing, false, 0.03);
+  good = reached("one effect of three noise floors or more, named right", single, true, 0.95) && good;
+  good = reached("two effects, both named right and nothing else", pairs, true, 0.85) && good;
+  good = reached("outside the library, and named", outside, false, 0.05) && good;
+  good = reached("explained, and the gap left is within 1.2 noise floors", closed, true, 1) && good;
+  good = reached("parameters within their 95 % intervals", inside, true, 0.9) && good;
+  if (failures > 0) std::printf("MISS %d cases on which the search failed\n", failures);
+  return good && failures == 0;
+}
+
+int prove(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app(
+      "Proof of the search for missing effects on hidden data; exit code 1 when a target is missed.");
+  app.add_option("--cases", arguments.cases, "so many of the cases, spread over the list");
+  app.add_option("--only", arguments.only,
+                 "none, single, pair, triple, outside or the name of a hidden effect");
+  app.add_flag("--verbose", arguments.verbose, "a line for each case");
+  app.add_option("--threads", arguments.threads, "cases at a time")->check(CLI::Range(1, 256));
+  CLI11_PARSE(app, argc, argv);
+  const std::vector<CaseSpec> cases = chosen_cases(arguments);
+  if (cases.empty()) {
+    std::fprintf(stderr, "gap_proof: no case of kind or effect %s\n", arguments.only.c_str());
+    return 2;
+  }
+  const std::vector<Judgement> judgements = run(cases, arguments);
+  print_confusion(judgements);
+  return print_targets(judgements) ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace gap_test
+
+int main(int argc, char** argv) { return gap_test::prove(argc, argv); }

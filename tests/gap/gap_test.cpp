@@ -1,0 +1,88 @@
+// A few of the cases of gap_proof, with shorter recordings, on every change; gap_proof has the whole list.
+#include "sim/gap/gap.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/gap/gap_cases.h"
+#include "tests/gap/gap_judge.h"
+
+namespace gap_test {
+namespace {
+
+constexpr double kLength = 0.4;  // of the recordings: 47 s in five, and twice 6 s held out
+
+std::string words(const Judgement& judgement) {
+  std::string result = judgement.spec.name() + ": " + std::string(sim::gap::verdict_name(judgement.verdict));
+  for (const std::string& name : judgement.named) result += ", named " + name;
+  return result + (judgement.failure.empty() ? "" : ", failed: " + judgement.failure);
+}
+
+std::vector<Judgement> judged(const std::vector<CaseSpec>& cases) {
+  std::vector<Judgement> judgements;
+  for (const CaseSpec& spec : cases) {
+    judgements.push_back(judge(make_case(spec, kLength)));
+    EXPECT_EQ(judgements.back().failure, "") << spec.name();
+  }
+  return judgements;
+}
+
+/// Counts, as targets are shares: one case in a few may go wrong without the search being wrong.
+template <class Predicate>
+void expect_at_most(int allowed, const std::vector<Judgement>& judgements, Predicate wrong) {
+  int count = 0;
+  std::string which;
+  for (const Judgement& judgement : judgements) {
+    if (!wrong(judgement)) continue;
+    ++count;
+    which += words(judgement) + "\n";
+  }
+  EXPECT_LE(count, allowed) << which;
+}
+
+TEST(Gap, NothingMissingIsGivenNoName) {
+  std::vector<CaseSpec> cases;
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) cases.push_back({CaseKind::kNone, {}, 0, seed});
+  expect_at_most(0, judged(cases), [](const Judgement& judgement) { return !judgement.named.empty(); });
+}
+
+TEST(Gap, OneMissingEffectIsNamed) {
+  using enum Hidden;
+  std::vector<CaseSpec> cases;
+  std::uint64_t seed = 20;
+  for (const Hidden hidden : {kStribeck, kDirectionAsymmetry, kMidspeedDip, kQuadraticDrag, kCogging,
+                              kInertia, kTorqueOffset, kTorqueDeadband, kTransportDelay, kUnsignedCurrent})
+    cases.push_back({CaseKind::kSingle, {hidden}, 5, ++seed});
+  const std::vector<Judgement> judgements = judged(cases);
+  expect_at_most(1, judgements, [](const Judgement& judgement) { return !judgement.right(); });
+  expect_at_most(0, judgements, [](const Judgement& judgement) {
+    return judgement.verdict == sim::gap::Verdict::kExplained &&
+           judgement.gap_after_Nm > 1.2 * judgement.floor_Nm;
+  });
+}
+
+TEST(Gap, TwoMissingEffectsAreBothNamed) {
+  using enum Hidden;
+  expect_at_most(1,
+                 judged({{CaseKind::kPair, {kStribeck, kCogging}, 5, 41},
+                         {CaseKind::kPair, {kMidspeedDip, kTorqueOffset}, 5, 42},
+                         {CaseKind::kPair, {kTransportDelay, kImbalance}, 5, 43}}),
+                 [](const Judgement& judgement) { return !judgement.right(); });
+}
+
+TEST(Gap, WhatIsNoEffectOfTheLibraryIsNotCalledOne) {
+  using enum Hidden;
+  const std::vector<Judgement> judgements = judged({{CaseKind::kOutside, {kPush}, 5, 51},
+                                                    {CaseKind::kOutside, {kCyclicLoad}, 5, 52},
+                                                    {CaseKind::kOutside, {kStickingBrush}, 5, 53}});
+  expect_at_most(0, judgements, [](const Judgement& judgement) { return !judgement.named.empty(); });
+  // And it is not overlooked.
+  expect_at_most(0, judgements,
+                 [](const Judgement& judgement) { return judgement.verdict == sim::gap::Verdict::kNoGap; });
+}
+
+}  // namespace
+}  // namespace gap_test

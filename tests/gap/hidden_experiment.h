@@ -1,0 +1,52 @@
+/// @file
+/// Recordings of the hidden plant: what a test bench would do with it.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "sim/recording.h"
+#include "tests/gap/hidden_plant.h"
+
+namespace gap_test {
+
+enum class Experiment : std::uint8_t {
+  kStaircase,    ///< constant speeds, up and down, both directions
+  kMultisine,    ///< of velocity, and a faster one of torque on top
+  kTorqueRamp,   ///< slowly through break-away, both directions
+  kReversals,    ///< triangles of velocity
+  kPresliding,   ///< sines of torque that do not break away, after a short slide
+  kRandomSteps,  ///< of velocity
+};
+std::string_view name_of(Experiment experiment);
+
+struct Drive {
+  Plant plant;
+  HiddenEffects effects;
+  Sensors sensors;
+};
+struct Run {
+  Experiment experiment = Experiment::kStaircase;
+  double duration_s = 20;
+  double top_rad_per_s = 8;
+  std::uint64_t seed = 1;
+  double running_s = 0;  ///< warm-up before it
+};
+
+struct Simulated {
+  sim::Recording recording;
+  std::vector<double> torque_Nm;                       ///< the motor's, without what the sensor does
+  std::array<double, kHiddenKinds> contribution_Nm{};  ///< rms
+  double motor_work_J = 0;
+  double friction_heat_J = 0;
+  double kinetic_J = 0;
+};
+/// Row k: a command from its time on, and what the sensors saw within the millisecond that it held.
+Simulated simulate(const Drive& drive, const Run& run);
+
+/// rms over several, weighted by their lengths.
+double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind);
+
+}  // namespace gap_test
