@@ -234,7 +234,7 @@ RestoredSign restore_sign(std::vector<Source>& sources) {
 }
 
 ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects::DriveModel& base,
-                                  double torque_sigma_Nm, const Options& options) {
+                                  const Options& options) {
   ActuatorFindings findings;
   const std::vector<Signals> signals = pieces_of(all);
   double largest = 0;
@@ -268,7 +268,6 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
 
   const bool has_deadband = base.find<effects::TorqueDeadband>() != nullptr;
   const bool has_delay = base.find<effects::TransportDelay>() != nullptr;
-  const double noise = torque_sigma_Nm;
   for (int round = 0; round < 3; ++round) {
     const std::vector<double> now = misfit(signals, base, actuator);
     struct Try {
@@ -318,7 +317,7 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
     if (!best) break;
     const double gain = 1 - sum(best->blocks) / sum(now);
     const double chance = chance_of(now, best->blocks);
-    if (gain < kLeastGain || chance > options.false_positive_rate || rms(now) < 1.1 * noise) break;
+    if (gain < kLeastGain || chance > options.false_positive_rate) break;
     FoundEffect found{.effect = effects::make_effect("torque_offset"), .where = {}, .held_out_gain = gain};
     const Actuator chosen = best->actuator;
     if (best->name == std::string_view("torque_deadband")) {

@@ -31,6 +31,6 @@ struct ActuatorFindings {
   std::vector<std::vector<double>> left_Nm;
 };
 ActuatorFindings actuator_channel(const std::vector<Signals>& signals, const effects::DriveModel& base,
-                                  double torque_sigma_Nm, const Options& options);
+                                  const Options& options);
 
 }  // namespace sim::gap

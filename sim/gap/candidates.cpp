@@ -163,9 +163,8 @@ void Builder::friction() {
     }
   }
   if (!has<effects::MidspeedDip>()) {
-    for (const double centre : {0.12, 0.18, 0.25, 0.35, 0.45, 0.55, 0.65}) {
-      for (const double width : {0.06, 0.12, 0.2}) {
-        if (centre < 1.5 * width) continue;  // that is a dip at rest: the opposite of Stribeck
+    for (const double centre : geometric(0.05, 0.65, 9)) {
+      for (const double width : {0.25 * centre, 0.45 * centre, 0.8 * centre}) {
         const double at = centre * reach_.fastest;
         const double wide = width * reach_.fastest;
         add({"midspeed_dip",

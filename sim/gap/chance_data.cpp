@@ -23,11 +23,14 @@ ChanceData::ChanceData(Eigen::VectorXd residual, std::uint64_t seed)
 
 Eigen::VectorXd ChanceData::draw() {
   Eigen::VectorXd result(residual_.size());
-  std::uniform_int_distribution<Eigen::Index> start(0, residual_.size() - stretch_);
-  for (Eigen::Index at = 0; at < result.size(); at += stretch_) {
-    const Eigen::Index length = std::min(stretch_, result.size() - at);
+  const Eigen::Index n = residual_.size();
+  std::uniform_int_distribution<Eigen::Index> start(0, n - 1);
+  for (Eigen::Index at = 0; at < n; at += stretch_) {
+    const Eigen::Index from = start(random_);
     const double sign = random_() % 2 == 0 ? 1 : -1;
-    result.segment(at, length) = sign * residual_.segment(start(random_), length);
+    // The end goes on at the beginning, or the ends would be drawn less often.
+    for (Eigen::Index i = 0; i < std::min(stretch_, n - at); ++i)
+      result[at + i] = sign * residual_[(from + i) % n];
   }
   return result;
 }

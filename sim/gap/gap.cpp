@@ -207,7 +207,7 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
   // The actuator first: what was delivered decides what the rest is compared with.
   const std::vector<Signals> searched(signals.begin(),
                                       signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
-  const ActuatorFindings actuator = actuator_channel(searched, base, band.torque_sigma_Nm, options);
+  const ActuatorFindings actuator = actuator_channel(searched, base, options);
 
   FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2, .lag_s = 0};
   const std::vector<bool> burst = bursts(given, rows);

@@ -82,6 +82,7 @@ class Round {
     regression_->set_target(residual_);
     base_ = regression_->fit(base_columns_, base_bounds_);
     left_ = residual_ - jacobian_ * base_.coefficients;
+    least_left_ = left_;
   }
 
   struct Outcome {
@@ -96,13 +97,15 @@ class Round {
     for (const Candidate& candidate : dictionary_.candidates) {
       const BlockRegression::Fit fit = fit_of(candidate);
       const double gain = 1 - fit.held_out / base_.held_out;
+      remember(gain, columns_(Eigen::all, columns_of(candidate)) * fit.coefficients);
       Outcome& known = best[candidate.effect];
       if (!known.effect.empty() && gain <= known.gain) continue;
       const auto amplitudes = fit.coefficients.tail(static_cast<Eigen::Index>(candidate.columns.size()));
       known = {candidate.effect, gain, candidate.add(fitted_, amplitudes)};
     }
     if (const double periods = ripple_periods_per_rev(left_, position_); periods > 0) {
-      const auto [gain, amplitudes] = ripple(periods, residual_, base_.held_out);
+      const auto [gain, amplitudes, fitted] = ripple(periods, residual_, base_.held_out);
+      remember(gain, fitted);
       best["cogging"] = {"cogging", gain, with_ripple(fitted_, periods, amplitudes[0], amplitudes[1])};
     }
     std::vector<Outcome> result;
@@ -113,7 +116,8 @@ class Round {
 
   /// How often chance data lets the search gain `gain` or more.
   double p_value(double gain, const Options& options) {
-    ChanceData chance(left_, options.seed);
+    // What the best hypothesis leaves: else its own effect would be taken for noise that has to be beaten.
+    ChanceData chance(least_left_, options.seed);
     int exceeded = 0;
     int done = 0;
     while (done < options.repetitions && exceeded < kEnoughExceedances) {
@@ -125,7 +129,7 @@ class Round {
       for (const Candidate& candidate : dictionary_.candidates)
         most = std::max(most, 1 - fit_of(candidate).held_out / base.held_out);
       const double periods = ripple_periods_per_rev(target, position_);
-      if (periods > 0) most = std::max(most, ripple(periods, target, base.held_out).first);
+      if (periods > 0) most = std::max(most, ripple(periods, target, base.held_out).gain);
       if (most >= gain) ++exceeded;
     }
     regression_->set_target(residual_);
@@ -135,16 +139,28 @@ class Round {
   const BlockRegression::Fit& base() const noexcept { return base_; }
 
  private:
-  BlockRegression::Fit fit_of(const Candidate& candidate) const {
+  Indices columns_of(const Candidate& candidate) const {
     Indices columns = base_columns_;
-    std::vector<Bounds> bounds = base_bounds_;
     for (const Eigen::Index column : candidate.columns) columns.push_back(jacobian_.cols() + column);
+    return columns;
+  }
+  BlockRegression::Fit fit_of(const Candidate& candidate) const {
+    std::vector<Bounds> bounds = base_bounds_;
     bounds.insert(bounds.end(), candidate.bounds.begin(), candidate.bounds.end());
-    return regression_->fit(columns, bounds);
+    return regression_->fit(columns_of(candidate), bounds);
+  }
+  void remember(double gain, const Eigen::VectorXd& fitted) {
+    if (gain <= most_gain_) return;
+    most_gain_ = gain;
+    least_left_ = residual_ - fitted;
   }
 
-  std::pair<double, Eigen::Vector2d> ripple(double periods, const Eigen::VectorXd& target,
-                                            double base_held_out) const {
+  struct Ripple {
+    double gain;
+    Eigen::Vector2d amplitudes;
+    Eigen::VectorXd fitted;
+  };
+  Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out) const {
     Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
     columns << jacobian_, ripple_columns(periods, rows_)(training_.rows, Eigen::all);
     BlockRegression regression(columns, training_.block, kFolds);
@@ -152,7 +168,7 @@ class Round {
     std::vector<Bounds> bounds = base_bounds_;
     bounds.resize(bounds.size() + 2);
     const BlockRegression::Fit fit = regression.fit(range(0, columns.cols()), bounds);
-    return {1 - fit.held_out / base_held_out, fit.coefficients.tail<2>()};
+    return {1 - fit.held_out / base_held_out, fit.coefficients.tail<2>(), columns * fit.coefficients};
   }
 
   const FittedModel& fitted_;
@@ -167,7 +183,9 @@ class Round {
   Eigen::VectorXd residual_;
   Eigen::VectorXd position_;
   BlockRegression::Fit base_;
-  Eigen::VectorXd left_;
+  Eigen::VectorXd left_;        // of the model as it is, refitted
+  Eigen::VectorXd least_left_;  // of the best hypothesis so far
+  double most_gain_ = 0;
 };
 
 struct Rival {
@@ -179,11 +197,12 @@ struct Rival {
 
 /// Whether one model predicts left-out blocks better than another, and not by luck in a few of them.
 bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& better) {
-  if (decisiveness(worse.held_out_of, better.held_out_of) >= kSure) return true;
-  // A few large blocks make the mean uncertain: then nearly all of them have to agree, on much.
   std::size_t improved = 0;
   for (std::size_t b = 0; b < worse.held_out_of.size(); ++b)
     improved += better.held_out_of[b] < worse.held_out_of[b] ? 1 : 0;
+  if (2 * improved <= worse.held_out_of.size()) return false;
+  if (decisiveness(worse.held_out_of, better.held_out_of) >= kSure) return true;
+  // A few large blocks make the mean uncertain: then nearly all of them have to agree, on much.
   return 5 * improved >= 4 * worse.held_out_of.size() && 1 - better.held_out / worse.held_out >= kMuch;
 }
 
@@ -227,8 +246,7 @@ void drop_idle(SearchResult& result, const Rows& rows, const Training& training,
     without = refined(without, rows, training.rows);
     const BlockRegression::Fit with = score(result.fitted, rows, training);
     const BlockRegression::Fit bare = score(without, rows, training);
-    const bool missed = 1 - with.held_out / bare.held_out >= least_gain &&
-                        decisiveness(bare.held_out_of, with.held_out_of) > kDecisive;
+    const bool missed = 1 - with.held_out / bare.held_out >= least_gain && is_sure(bare, with);
     if (missed) {
       ++i;
     } else {

@@ -95,8 +95,9 @@ TEST_F(HiddenTruth, SlidingFrictionComesBackWithinItsIntervalsAndFivePercent) {
   int covered = 0;
   for (int wheel = 1; wheel <= 4; ++wheel) {
     const std::vector<sim::Recording> recordings = {
-        apps::read_recording(fs::path(out()) / "steady-state-map" /
-                             ("wheel-" + std::to_string(wheel) + ".csv"))
+        apps::read_recording(
+            fs::path(out()) / "steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv"),
+            apps::NotMeasured::kTaken)
             .recording};
     const sim::identify::StaticFit fit = sim::identify::fit_static(sim::identify::static_map(recordings), {});
     ASSERT_TRUE(fit.ok());

@@ -172,7 +172,7 @@ TEST(ModelDrive, ItRestsBelowBreakAwayAndSlidesAboveIt) {
       model({make_effect("coulomb", {{"torque_Nm", 0.04}}),
              make_effect("stribeck", {{"static_torque_Nm", 0.08}, {"velocity_rad_per_s", 0.1}})});
   ModelDrive below(wheel, 1e-3);
-  run(below, 2.0, [](double) { return 0.079; });
+  run(below, 2.0, [](double t) { return 0.079 * std::min(t, 1.0); });
   EXPECT_LT(std::abs(below.position_rad()), 1e-4);
   EXPECT_NEAR(below.velocity_rad_per_s(), 0, 1e-9);
   ModelDrive above(wheel, 1e-3);
@@ -186,7 +186,7 @@ TEST(ModelDrive, TheContactGivesLikeItsSpring) {
       model({make_effect("coulomb", {{"torque_Nm", 0.08}}),
              make_effect("presliding", {{"stiffness_Nm_per_rad", 250}, {"damping_Nm_s_per_rad", 0.3}})}),
       1e-3);
-  run(drive, 2.0, [](double) { return 0.05; });
+  run(drive, 3.0, [](double t) { return 0.05 * std::min(t, 1.0); });
   EXPECT_NEAR(drive.position_rad(), 0.05 / 250, 1e-6);
 }
 

@@ -207,7 +207,7 @@ Source commanded(double threshold_Nm, int delay_samples, bool lose_sign) {
 ActuatorFindings findings(const Source& source) {
   const effects::DriveModel base{.name = "bench"};
   const Band band = choose_band({source}, base);
-  return actuator_channel({make_signals(source, band)}, base, band.torque_sigma_Nm, {});
+  return actuator_channel({make_signals(source, band)}, base, {});
 }
 
 TEST(ActuatorChannel, APerfectActuatorLacksNothing) {
