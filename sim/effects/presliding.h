@@ -8,8 +8,8 @@
 namespace sim::effects {
 
 struct PreslidingParameters {
-  double stiffness_Nm_per_rad = 250;    ///< σ0
-  double damping_Nm_s_per_rad = 0;  ///< σ1, while it sticks
+  double stiffness_Nm_per_rad = 250;  ///< σ0
+  double damping_Nm_s_per_rad = 0;    ///< σ1, while it sticks
 };
 
 /// σ0 and σ1 of the bristle.
