@@ -111,7 +111,7 @@ AnyEffect make_effect(std::string_view effect, std::span<const NamedValue> value
     }
     result.emplace(E(parameters));
   });
-  return *std::move(result);
+  return *result;
 }
 
 AnyEffect make_effect(std::string_view effect, std::initializer_list<NamedValue> values) {

@@ -4,8 +4,23 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <variant>
 
 namespace sim::effects {
+namespace {
+
+/// std::visit that cannot throw: these effects never lose their value.
+template <std::size_t kIndex = 0, class Visit>
+void ask(const AnyEffect& effect, const Visit& of) noexcept {
+  if constexpr (kIndex < std::variant_size_v<AnyEffect>) {
+    if (const auto* found = std::get_if<kIndex>(&effect))
+      of(*found);
+    else
+      ask<kIndex + 1>(effect, of);
+  }
+}
+
+}  // namespace
 
 EffectChain::EffectChain(std::span<const AnyEffect> effects) : effects_(effects.begin(), effects.end()) {
   for (const AnyEffect& any : effects_) {
@@ -22,12 +37,10 @@ double EffectChain::deliver(double command_Nm, double interval_s) noexcept {
   double torque_Nm = command_Nm;
   auto line = lines_.begin();
   for (const AnyEffect& any : effects_) {
-    std::visit(
-        [&](const auto& effect) {
-          if constexpr (ActsOnActuator<std::decay_t<decltype(effect)>>)
-            torque_Nm = effect.deliver(*line++, torque_Nm, interval_s);
-        },
-        any);
+    ask(any, [&](const auto& effect) {
+      if constexpr (ActsOnActuator<std::decay_t<decltype(effect)>>)
+        torque_Nm = effect.deliver(*line++, torque_Nm, interval_s);
+    });
   }
   return torque_Nm;
 }
@@ -37,11 +50,9 @@ double EffectChain::level_Nm(double speed_rad_per_s, double direction, double ru
   const Sliding sliding{speed_rad_per_s, direction, running_s, coulomb_Nm_, load_Nm};
   double level = 0;
   for (const AnyEffect& any : effects_) {
-    std::visit(
-        [&](const auto& effect) {
-          if constexpr (ActsOnFriction<std::decay_t<decltype(effect)>>) level += effect.level_Nm(sliding);
-        },
-        any);
+    ask(any, [&](const auto& effect) {
+      if constexpr (ActsOnFriction<std::decay_t<decltype(effect)>>) level += effect.level_Nm(sliding);
+    });
   }
   return std::max(level, 0.0);
 }
@@ -49,22 +60,18 @@ double EffectChain::level_Nm(double speed_rad_per_s, double direction, double ru
 double EffectChain::load_Nm(double position_rad) const noexcept {
   double load = 0;
   for (const AnyEffect& any : effects_) {
-    std::visit(
-        [&](const auto& effect) {
-          if constexpr (ActsOnPosition<std::decay_t<decltype(effect)>>) load += effect.load_Nm(position_rad);
-        },
-        any);
+    ask(any, [&](const auto& effect) {
+      if constexpr (ActsOnPosition<std::decay_t<decltype(effect)>>) load += effect.load_Nm(position_rad);
+    });
   }
   return load;
 }
 
 double EffectChain::report_Nm(double torque_Nm) const noexcept {
   for (const AnyEffect& any : effects_) {
-    std::visit(
-        [&](const auto& effect) {
-          if constexpr (ActsOnSensor<std::decay_t<decltype(effect)>>) torque_Nm = effect.report_Nm(torque_Nm);
-        },
-        any);
+    ask(any, [&](const auto& effect) {
+      if constexpr (ActsOnSensor<std::decay_t<decltype(effect)>>) torque_Nm = effect.report_Nm(torque_Nm);
+    });
   }
   return torque_Nm;
 }

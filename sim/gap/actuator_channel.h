@@ -30,7 +30,7 @@ struct ActuatorFindings {
   /// recording that has both.
   std::vector<std::vector<double>> left_Nm;
 };
-ActuatorFindings actuator_channel(const std::vector<Signals>& signals, const effects::DriveModel& base,
+ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects::DriveModel& base,
                                   const Options& options);
 
 }  // namespace sim::gap

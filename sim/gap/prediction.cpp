@@ -131,7 +131,7 @@ std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const 
   return torque;
 }
 
-Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals), length_(1) {
+Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {
   if (signals.empty()) return;
   length_ = static_cast<std::size_t>(
       std::max(1LL, std::llround(0.5 / (signals.front().band_Hz * signals.front().period_s))));

@@ -54,7 +54,7 @@ class Rows {
   Eigen::VectorXd boxed(const std::function<std::vector<double>(const Signals&)>& samples) const;
 
   const std::vector<Signals>* signals_;
-  std::size_t length_;  // samples per row
+  std::size_t length_ = 1;  // samples per row
   std::vector<At> at_;
   Eigen::VectorXd torque_Nm_;
 };
