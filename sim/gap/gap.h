@@ -98,7 +98,7 @@ struct Result {
   std::vector<FoundEffect> effects;
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;
-  /// The model's own parameters after refitting: old value in the description of the text.
+  /// The given model's own parameters after refitting, by effect type; its inertia has an empty type.
   std::vector<std::pair<std::string, identify::Estimate>> refitted;  ///< effect type and its parameter
   std::vector<std::string> notes;  ///< what the data does not allow to say, in words
   std::vector<ResidualMap> maps;
@@ -111,7 +111,7 @@ struct Options {
   int repetitions = 199;              ///< of the search on chance data
   double least_gain = 0.02;  ///< share of the squared residual below which an effect is not worth a name
   std::uint64_t seed = 1;
-  /// Called now and then with what is being done and how much of it is done, 0 to 1.
+  /// Called now and then with what is being done and how much of the whole analysis is done, 0 to 1.
   std::function<void(std::string_view what, double done)> progress{};
 };
 
