@@ -5,12 +5,12 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <utility>
 
 #include "apps/common/file_size_signal.h"
+#include "hal/setup_error.h"
 
 namespace apps {
 namespace {
@@ -22,7 +22,7 @@ class Unfinished {
       : path_(path),
         beside_(path.string() + "." + std::to_string(::getpid()) + ".tmp"),
         fd_(::open(beside_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
-    if (fd_ < 0) refuse("cannot be created");
+    if (fd_ < 0) refuse("cannot be created", "its folder must exist and be writable");
   }
   Unfinished(const Unfinished&) = delete;
   Unfinished& operator=(const Unfinished&) = delete;
@@ -37,21 +37,21 @@ class Unfinished {
       const ssize_t count = ::write(fd_, text.data(), text.size());
       if (count < 0 && errno == EINTR) continue;
       if (count == 0) errno = ENOSPC;
-      if (count <= 0) refuse("cannot be written");
+      if (count <= 0) refuse("cannot be written", "make room or choose another folder");
       text.remove_prefix(static_cast<std::size_t>(count));
     }
   }
   void finish() {
     // Before the rename: after a power cut the name must not lead to a file without its content.
-    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0) refuse("cannot be finished");
-    if (::rename(beside_.c_str(), path_.c_str()) != 0) refuse("cannot replace the older file");
+    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0) refuse("cannot be finished", "choose another folder");
+    if (::rename(beside_.c_str(), path_.c_str()) != 0) refuse("cannot replace the older file", "choose another path");
     renamed_ = true;
   }
 
  private:
-  [[noreturn]] void refuse(const std::string& what) const {
+  [[noreturn]] void refuse(const std::string& what, const char* hint) const {
     const int error = errno;
-    throw std::runtime_error(path_.string() + ": " + what + ": " + std::generic_category().message(error));
+    throw hal::SetupError(path_.string(), what + ": " + std::generic_category().message(error), hint);
   }
 
   std::filesystem::path path_;
@@ -66,7 +66,7 @@ void write_whole_file(const std::filesystem::path& path, std::string_view text) 
   // The last step would replace a device, /dev/null among them, by a file.
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-    throw std::runtime_error(path.string() + ": is there and is no regular file; choose another path");
+    throw hal::SetupError(path.string(), "not a regular file", "choose another path");
   Unfinished file(path);
   file.write(text);
   file.finish();

@@ -3,6 +3,9 @@
 #pragma once
 #include <chrono>
 #include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
 #include "hal/ethercat_robot.h"
 #include "hal/robot.h"
@@ -22,6 +25,7 @@ class WireRobot final : public hal::Robot {
   void activate() override;
   void deactivate() noexcept override { robot_->deactivate(); }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override;
+  std::vector<std::string> report() const override { return robot_->report(); }
 
  private:
   sim::bus::YoubotBus& emulation_;

@@ -1,22 +1,15 @@
 #include "apps/report/report.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <span>
 #include <stdexcept>
-#include <system_error>
 
-#include "apps/common/file_size_signal.h"
+#include "apps/common/whole_file.h"
 #include "apps/report/assets.h"
 #include "apps/report/decimate.h"
-#include "hal/setup_error.h"
 
 namespace report {
 namespace {
@@ -194,36 +187,6 @@ bool is_whole(const Cell& cell) {
          (std::trunc(*value) == *value && std::abs(*value) < 1e15);
 }
 
-/// Holds an open descriptor and the name of an unfinished file, and removes both unless told to keep it.
-class Unfinished {
- public:
-  Unfinished(int fd, std::string path) : path_(std::move(path)), fd_(fd) {}
-  Unfinished(const Unfinished&) = delete;
-  Unfinished& operator=(const Unfinished&) = delete;
-  ~Unfinished() {
-    if (fd_ >= 0) ::close(fd_);
-    if (!path_.empty()) ::unlink(path_.c_str());
-  }
-  int close() { return ::close(std::exchange(fd_, -1)); }
-  void keep() { path_.clear(); }
-
- private:
-  std::string path_;
-  int fd_;
-};
-
-bool write_all(int fd, std::string_view text) {
-  const apps::FileSizeSignalHeldBack held_back;
-  while (!text.empty()) {
-    const ssize_t count = ::write(fd, text.data(), text.size());
-    if (count < 0 && errno == EINTR) continue;
-    if (count == 0) errno = ENOSPC;
-    if (count <= 0) return false;
-    text.remove_prefix(static_cast<std::size_t>(count));
-  }
-  return true;
-}
-
 }  // namespace
 
 void Page::heading(std::string_view text) { body_ += "<h2>" + escaped(text) + "</h2>\n"; }
@@ -309,26 +272,6 @@ std::string Page::html() const {
   return page;
 }
 
-void Page::write(const std::filesystem::path& path) const {
-  const auto refuse = [&path](const std::string& step, int error, const char* hint) {
-    throw hal::SetupError("report " + path.string(),
-                          step + (error != 0 ? ": " + std::generic_category().message(error) : ""), hint);
-  };
-  // The last step would replace a device, /dev/null among them, by a file.
-  struct stat status {};
-  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
-    refuse("not a regular file", 0, "choose another path");
-
-  const std::string beside = path.string() + "." + std::to_string(::getpid()) + ".tmp";
-  const int fd = ::open(beside.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (fd < 0) refuse("cannot create the file", errno, "the folder must exist and be writable");
-  Unfinished file(fd, beside);
-  if (!write_all(fd, html())) refuse("cannot write", errno, "make room or choose another folder");
-  // Before the rename: after a power cut the name must not lead to a file without its content.
-  if (::fsync(fd) != 0 || file.close() != 0) refuse("cannot finish writing", errno, "choose another folder");
-  if (::rename(beside.c_str(), path.c_str()) != 0)
-    refuse("cannot replace the older file", errno, "choose another path");
-  file.keep();
-}
+void Page::write(const std::filesystem::path& path) const { apps::write_whole_file(path, html()); }
 
 }  // namespace report

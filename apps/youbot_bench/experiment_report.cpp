@@ -9,8 +9,8 @@
 #include "apps/report/report.h"
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_findings.h"
-#include "apps/youbot_bench/quantity.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -54,7 +54,7 @@ std::string stopped_early(const ExperimentRun& run, const std::filesystem::path&
   if (!run.fault.empty()) text = "Stopped by a fault at " + run.fault + ". ";
   if (run.finished < run.planned)
     text += "Not finished: " + std::to_string(run.finished) + " of " +
-            count_text(run.planned, "measurement") +
+            apps::count_text(run.planned, "measurement") +
             ", and what was recorded of the next. Go on with: "
             "youbot-bench " +
             run.experiment + " --resume " + directory.string();
@@ -65,7 +65,7 @@ void add_configuration(report::Page& page, const std::vector<Setting>& settings)
   if (settings.empty()) return;
   std::vector<report::Row> rows;
   for (const Setting& setting : settings) {
-    const Quantity quantity = quantity_of(setting.key);
+    const apps::Quantity quantity = apps::quantity_of(setting.key);
     rows.push_back({quantity.name, setting.value.empty() ? std::string("–") : setting.value, quantity.unit,
                     setting.help});
   }
@@ -94,7 +94,7 @@ void write_experiment_report(const std::filesystem::path& directory, const Exper
     if (holds_experiment(directory, kind.experiment)) sections.push_back(section_of(directory, kind));
   const bool alone = sections.size() == 1;
   report::Page page(alone ? sections.front().findings.title
-                          : count_text(static_cast<long long>(sections.size()), "experiment") +
+                          : apps::count_text(static_cast<long long>(sections.size()), "experiment") +
                                 " on one robot");
   for (const Section& section : sections) {
     if (!alone) page.heading(section.findings.title);

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -24,6 +25,7 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/quantity.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/experiment_runner.h"
@@ -87,27 +89,10 @@ std::vector<std::string> split(const std::string& list) {
 
 /// "settle_s" → "--settle", "max_speed_rad_per_s" → "--max-speed".
 std::pair<std::string, std::string> option_and_unit(std::string_view key) {
-  constexpr auto kUnits =
-      std::to_array<std::pair<std::string_view, std::string_view>>({{"_Nm_per_rad", "N·m/rad"},
-                                                                    {"_Nm_per_s", "N·m/s"},
-                                                                    {"_rad_per_s", "rad/s"},
-                                                                    {"_kg_m2", "kg·m²"},
-                                                                    {"_rad", "rad"},
-                                                                    {"_Nm", "N·m"},
-                                                                    {"_Hz", "Hz"},
-                                                                    {"_s", "s"}});
-  std::string unit;
-  for (const auto& [suffix, name] : kUnits) {
-    if (!key.ends_with(suffix)) continue;
-    key.remove_suffix(suffix.size());
-    unit = name;
-    break;
-  }
-  if (key == "joints") key = "joint";
-  std::string option = "--" + std::string(key);
-  for (char& c : option)
-    if (c == '_') c = '-';
-  return {option, unit};
+  const apps::Quantity quantity = apps::quantity_of(key);
+  std::string option = "--" + (quantity.name == "joints" ? "joint" : quantity.name);
+  std::ranges::replace(option, ' ', '-');
+  return {option, quantity.unit};
 }
 
 template <typename Value>

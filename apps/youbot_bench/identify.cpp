@@ -12,7 +12,7 @@
 #include "apps/common/recording_reader.h"
 #include "apps/youbot_bench/identify_report.h"
 #include "apps/youbot_bench/model_writer.h"
-#include "apps/youbot_bench/quantity.h"
+#include "apps/common/quantity.h"
 #include "sim/identify/model_choice.h"
 #include "sim/identify/moving_fit.h"
 #include "sim/identify/presliding_fit.h"
@@ -28,7 +28,7 @@ using fits::Estimate;
 void print_estimates(const std::vector<Estimate>& estimates) {
   std::printf("  %-20s %12s   %-26s %s\n", "parameter", "value", "95 % interval", "unit");
   for (const Estimate& estimate : estimates) {
-    const auto [name, unit] = quantity_of(estimate.name);
+    const auto [name, unit] = apps::quantity_of(estimate.name);
     const bool given = is_given(estimate);
     char value[24] = "-";
     if (estimate.ok() || given) std::snprintf(value, sizeof value, "%.5g", estimate.value);

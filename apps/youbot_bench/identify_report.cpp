@@ -8,8 +8,8 @@
 
 #include "apps/report/report.h"
 #include "apps/youbot_bench/findings_series.h"
-#include "apps/youbot_bench/quantity.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -128,7 +128,7 @@ void add_parameters(report::Page& page, std::span<const IdentifiedRig> rigs, Est
   std::vector<report::Row> rows;
   for (const auto& [model, evidence] : rigs)
     for (const fits::Estimate& estimate : estimates_of(model)) {
-      const Quantity quantity = quantity_of(estimate.name);
+      const apps::Quantity quantity = apps::quantity_of(estimate.name);
       const bool known = estimate.ok() || is_given(estimate);
       rows.push_back({model.name, quantity.name, known ? estimate.value : kUnknown,
                       estimate.ok() ? estimate.lower : kUnknown, estimate.ok() ? estimate.upper : kUnknown,
@@ -150,7 +150,7 @@ std::string found(std::span<const IdentifiedRig> rigs, const std::string& what, 
     for (const auto& estimates : {sliding_estimates(model), model.moving, model.presliding})
       for (const fits::Estimate& estimate : estimates)
         if (estimate.name == parameter && estimate.ok()) values.push_back(estimate.value);
-  return values.empty() ? "" : what + " " + range_text(values, quantity_of(parameter).unit);
+  return values.empty() ? "" : what + " " + apps::range_text(values, apps::quantity_of(parameter).unit);
 }
 
 std::string title_of(std::span<const IdentifiedRig> rigs) {
@@ -161,7 +161,7 @@ std::string title_of(std::span<const IdentifiedRig> rigs) {
        {found(rigs, "Coulomb friction", "coulomb_Nm"), found(rigs, "viscous", "viscous_Nm_s_per_rad"),
         found(rigs, "inertia", "inertia_kg_m2"), found(rigs, "bristle stiffness", "stiffness_Nm_per_rad")})
     if (!finding.empty()) findings += (findings.empty() ? ": " : ", ") + finding;
-  return "Drive model of " + list_text(names) + (findings.empty() ? ": nothing identified" : findings);
+  return "Drive model of " + apps::list_text(names) + (findings.empty() ? ": nothing identified" : findings);
 }
 
 }  // namespace

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <fstream>
 #include <span>
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
+
+#include "apps/common/toml_reader.h"
+#include "apps/common/whole_file.h"
 
 namespace youbot_bench {
 namespace {
@@ -43,16 +45,6 @@ std::string number(double value) {
   std::string result(text.data(), end);
   if (result.find_first_of(".e") == result.npos) result += ".0";
   return result;
-}
-
-std::string toml_string(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) continue;
-    if (c == '"' || c == '\\') result += '\\';
-    result += c;
-  }
-  return result + "\"";
 }
 
 /// A comment of one line, whatever `text` holds.
@@ -104,7 +96,7 @@ bool is_given(const Estimate& estimate) { return estimate.not_identifiable.start
 std::string model_text(const IdentifiedModel& model) {
   std::string text;
   for (const std::string& line : model.evidence) text += comment(line);
-  text += "format = \"youbot-drive-model/1\"\nname = " + toml_string(model.name) + "\n";
+  text += "format = \"youbot-drive-model/1\"\nname = " + apps::toml_string(model.name) + "\n";
   if (model.inertia_kg_m2) text += "inertia_kg_m2 = " + number(*model.inertia_kg_m2) + "\n";
 
   std::vector<Estimate> estimates = model.sliding ? model.sliding->parameters : model.moving;
@@ -124,11 +116,7 @@ void write_model(const IdentifiedModel& model, const std::filesystem::path& dire
   std::filesystem::create_directories(directory, error);
   if (error)
     throw std::runtime_error(directory.string() + ": cannot make this directory: " + error.message());
-  const std::filesystem::path path = directory / "model.toml";
-  std::ofstream file(path, std::ios::binary);
-  file << model_text(model);
-  file.close();
-  if (!file) throw std::runtime_error(path.string() + ": cannot be written; is the disk full?");
+  apps::write_whole_file(directory / "model.toml", model_text(model));
 }
 
 }  // namespace youbot_bench

@@ -7,7 +7,7 @@
 
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -75,14 +75,14 @@ Findings driven_findings(const MeasuredExperiment& measured, bool velocity_comma
     velocity.series.push_back(moved);
     torque.series.push_back(pushed);
     displacement.series.push_back(turned);
-    velocity.note = torque.note = "Means over " + number_text(mean_over_s, "s") + ".";
+    velocity.note = torque.note = "Means over " + apps::number_text(mean_over_s, "s") + ".";
     speeds_rad_per_s.push_back(std::fmax(std::abs(reached.least), std::abs(reached.greatest)));
     findings.table.rows.push_back({joint.name, std::fmax(reached.greatest, 0.0),
                                    std::fmin(reached.least, 0.0), needed.greatest, needed.least, travel_rad});
   }
   findings.title = findings.table.rows.empty()
                        ? "nothing was recorded"
-                       : list_text(names(measured)) + " reached " + range_text(speeds_rad_per_s, "rad/s");
+                       : apps::list_text(names(measured)) + " reached " + apps::range_text(speeds_rad_per_s, "rad/s");
   findings.plots = {command, velocity, torque, displacement};
   return findings;
 }
@@ -100,7 +100,7 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
             .y = {"torque, commanded", "N·m"},
             .series = {}};
   const std::string slow =
-      "faster than " + number_text(measured.setting("slip_speed_rad_per_s", kUnknown), "rad/s");
+      "faster than " + apps::number_text(measured.setting("slip_speed_rad_per_s", kUnknown), "rad/s");
   std::vector<std::string> slipping;
   std::vector<std::string> holding;
   for (unsigned look = 0; look < measured.joints.size(); ++look) {
@@ -127,7 +127,7 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
         .title = joint.name, .x = {"time since the pull began", "s"}, .y = kVelocity, .series = {forward}};
     if (!slips.empty())
       velocity.title +=
-          all_slips > 0 ? ": " + count_text(std::llround(all_slips), "slip") : ": no slip " + slow;
+          all_slips > 0 ? ": " + apps::count_text(std::llround(all_slips), "slip") : ": no slip " + slow;
     if (!backward.x.empty()) velocity.series.push_back(backward);
     findings.plots.push_back(velocity);
     pull.series.push_back(pulled);
@@ -136,11 +136,11 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
   if (slipping.empty() && holding.empty())
     findings.title = "Stick-slip: no pull was finished";
   else if (slipping.empty())
-    findings.title = "No stick-slip: " + list_text(holding) + " never " + slow;
+    findings.title = "No stick-slip: " + apps::list_text(holding) + " never " + slow;
   else
-    findings.title = "Stick-slip: " + list_text(slipping) +
+    findings.title = "Stick-slip: " + apps::list_text(slipping) +
                      (slipping.size() == 1 ? " sticks and slips" : " stick and slip") +
-                     (holding.empty() ? "" : ", " + list_text(holding) + " never " + slow);
+                     (holding.empty() ? "" : ", " + apps::list_text(holding) + " never " + slow);
   return findings;
 }
 
@@ -170,7 +170,7 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
       if (those.empty()) continue;
       std::vector<double>& all = is_with ? swings_with : swings_without;
       all.insert(all.end(), those.begin(), those.end());
-      const std::string count = range_text(those);
+      const std::string count = apps::range_text(those);
       (is_with ? with : without).name += ": " + count + (count == "1" ? " swing" : " swings");
     }
     if (without.x.empty()) continue;
@@ -186,13 +186,13 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
     findings.title = "Friction compensation: no measurement was finished";
   else
     findings.title =
-        "Friction compensation: " + (swings_with.empty() ? "not measured yet" : range_text(swings_with)) +
-        " swings after a push, without it " + range_text(swings_without);
+        "Friction compensation: " + (swings_with.empty() ? "not measured yet" : apps::range_text(swings_with)) +
+        " swings after a push, without it " + apps::range_text(swings_without);
   findings.remarks.push_back(
       "Each joint is on a spring in software, u = −Kp·(x − xr), pushed once and left "
       "alone. Friction ends the swinging; compensated in full it would never end. Swings "
       "smaller than " +
-      number_text(measured.setting("smallest_swing_rad", kUnknown), "rad") + " are not counted.");
+      apps::number_text(measured.setting("smallest_swing_rad", kUnknown), "rad") + " are not counted.");
   return findings;
 }
 
@@ -201,15 +201,15 @@ Findings staircase_findings(const MeasuredExperiment& measured) {
       measured.settings, [](const Setting& s) { return s.key == "quantity" && s.value == "velocity"; });
   Findings findings = driven_findings(measured, velocity);
   findings.title = "Staircase of " +
-                   (velocity ? "velocity up to " + number_text(measured.setting("highest", kUnknown), "rad/s")
-                             : "torque up to " + number_text(measured.setting("highest", kUnknown), "N·m")) +
+                   (velocity ? "velocity up to " + apps::number_text(measured.setting("highest", kUnknown), "rad/s")
+                             : "torque up to " + apps::number_text(measured.setting("highest", kUnknown), "N·m")) +
                    ": " + findings.title;
   return findings;
 }
 
 Findings multisine_findings(const MeasuredExperiment& measured) {
   Findings findings = driven_findings(measured, false);
-  findings.title = "Multisine of torque up to " + number_text(measured.setting("peak_Nm", kUnknown), "N·m") +
+  findings.title = "Multisine of torque up to " + apps::number_text(measured.setting("peak_Nm", kUnknown), "N·m") +
                    ": " + findings.title;
   return findings;
 }

@@ -8,7 +8,7 @@
 
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -102,8 +102,8 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
       displacement.series.push_back(moved);
       presliding.series.push_back(loop);
     }
-    const double stiffness = mean_of(result(joint, "stiffness_slope_Nm_per_rad")).mean;
-    const double step_rad = mean_of(magnitudes(result(joint, "first_step_rad"))).mean;
+    const double stiffness = apps::mean_of(result(joint, "stiffness_slope_Nm_per_rad")).mean;
+    const double step_rad = apps::mean_of(magnitudes(result(joint, "first_step_rad"))).mean;
     if (std::isfinite(stiffness)) {
       presliding.series.push_back(slope("", stiffness, kSlopeReachSteps * step_rad, look));
       steps_rad.push_back(step_rad);
@@ -114,16 +114,16 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
       };
       const std::vector<double> ramps = those("direction");
       if (ramps.empty()) continue;
-      const MeanOf breakaway = mean_of(those("breakaway_command_Nm"));
+      const apps::MeanOf breakaway = apps::mean_of(those("breakaway_command_Nm"));
       all_held = all_held && breakaway.values < 1;
       breakaways_Nm.push_back(std::abs(breakaway.mean));
       findings.table.rows.push_back(
           {joint.name, std::string(direction > 0 ? "forward" : "backward"), static_cast<double>(ramps.size()),
-           breakaway.mean, breakaway.ci95, mean_of(those("breakaway_measured_Nm")).mean,
-           mean_of(those("first_step_rad")).mean, mean_of(those("torque_command_Nm")).mean,
-           mean_of(those("stiffness_command_Nm_per_rad")).mean,
-           mean_of(those("stiffness_slope_Nm_per_rad")).mean,
-           mean_of(those("damping_command_Nm_s_per_rad")).mean});
+           breakaway.mean, breakaway.ci95, apps::mean_of(those("breakaway_measured_Nm")).mean,
+           apps::mean_of(those("first_step_rad")).mean, apps::mean_of(those("torque_command_Nm")).mean,
+           apps::mean_of(those("stiffness_command_Nm_per_rad")).mean,
+           apps::mean_of(those("stiffness_slope_Nm_per_rad")).mean,
+           apps::mean_of(those("damping_command_Nm_s_per_rad")).mean});
     }
   }
   if (!broke_at.x.empty()) {
@@ -140,11 +140,11 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
     findings.title = "Torque ramp: no ramp was finished";
   else if (all_held)
     findings.title = "Torque ramp: nothing broke away up to " +
-                     number_text(measured.setting("highest_torque_Nm", kUnknown), "N·m");
+                     apps::number_text(measured.setting("highest_torque_Nm", kUnknown), "N·m");
   else
-    findings.title = "Torque ramp: " + list_text(names(measured)) +
+    findings.title = "Torque ramp: " + apps::list_text(names(measured)) +
                      (measured.joints.size() == 1 ? " breaks" : " break") + " away at " +
-                     range_text(breakaways_Nm, "N·m");
+                     apps::range_text(breakaways_Nm, "N·m");
   if (!findings.table.rows.empty())
     findings.remarks.emplace_back(
         "Break-away is the torque command at the last moment at which the joint did not slide yet. x1 is its "
@@ -187,9 +187,9 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
     }
     const std::vector<double> by_command = result(joint, "stiffness_command_Nm_per_rad");
     const std::vector<double> by_measured = result(joint, "stiffness_measured_Nm_per_rad");
-    const double stiffness = mean_of(by_command).mean;
+    const double stiffness = apps::mean_of(by_command).mean;
     stiffnesses.push_back(stiffness);
-    if (std::abs(mean_of(by_measured).mean - stiffness) > kFarApart * std::abs(stiffness))
+    if (std::abs(apps::mean_of(by_measured).mean - stiffness) > kFarApart * std::abs(stiffness))
       spoiled.push_back(joint.name);
     for (std::size_t i = 0; i < by_command.size(); ++i)
       findings.table.rows.push_back({joint.name, static_cast<double>(i + 1), by_command[i], by_measured[i],
@@ -202,22 +202,22 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
               .series = {as_measured, commanded}};
     if (std::isfinite(stiffness)) {
       const double amplitude_Nm = measured.setting("amplitude_Nm", reach_rad * stiffness);
-      loop.title = joint.name + ": σ0 = " + number_text(stiffness, "N·m/rad");
+      loop.title = joint.name + ": σ0 = " + apps::number_text(stiffness, "N·m/rad");
       loop.series.push_back(
           slope("slope at the centre", stiffness, std::min(reach_rad, amplitude_Nm / stiffness), kInk));
     }
     findings.plots.push_back(loop);
   }
-  const std::string range = range_text(stiffnesses, "N·m/rad");
+  const std::string range = apps::range_text(stiffnesses, "N·m/rad");
   findings.title = findings.table.rows.empty() ? "Dahl's loop: no measurement was finished"
                                                : "Dahl's loop: pre-sliding stiffness of " +
-                                                     list_text(names(measured)) + " is " + range;
+                                                     apps::list_text(names(measured)) + " is " + range;
   if (!findings.plots.empty())
     findings.remarks.emplace_back("The loops are those of all cycles after the first, which only settles.");
   if (!spoiled.empty())
     findings.remarks.push_back(
         "The torque as commanded and as measured give stiffnesses that differ by more than 10 % for " +
-        list_text(spoiled) +
+        apps::list_text(spoiled) +
         ": the motors do not deliver what small commands ask for, so neither number is the stiffness.");
   return findings;
 }
@@ -263,12 +263,12 @@ Findings presliding_findings(const MeasuredExperiment& measured) {
   if (findings.table.rows.empty())
     findings.title = "Pre-sliding: no measurement was finished";
   else if (slid.empty())
-    findings.title = "Pre-sliding: " + list_text(names(measured)) + " moved by " +
-                     range_text(largest_rad, "rad") + " at most and came back";
+    findings.title = "Pre-sliding: " + apps::list_text(names(measured)) + " moved by " +
+                     apps::range_text(largest_rad, "rad") + " at most and came back";
   else
-    findings.title = "Pre-sliding: " + list_text(slid) + " did not come back";
+    findings.title = "Pre-sliding: " + apps::list_text(slid) + " did not come back";
   if (!slid.empty())
-    findings.remarks.push_back("The torque was more than " + list_text(slid) +
+    findings.remarks.push_back("The torque was more than " + apps::list_text(slid) +
                                " withstood without sliding. Measure again with a lower peak.");
   findings.plots = {torque, motion};
   findings.plots.insert(findings.plots.end(), loops.begin(), loops.end());

@@ -7,7 +7,7 @@
 
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -88,7 +88,7 @@ Findings steady_state_findings(const MeasuredExperiment& measured) {
            .series = {},
            .note = "Bars: 95 % interval of the mean."};
   Plot slow = all;
-  slow.title = "The same at low speed, up to " + number_text(kSlow_rad_per_s, "rad/s");
+  slow.title = "The same at low speed, up to " + apps::number_text(kSlow_rad_per_s, "rad/s");
   Plot interval{.title = "How well each point is known",
                 .x = {"velocity", "rad/s"},
                 .y = {"half the 95 % interval", "N·m"},
@@ -129,8 +129,8 @@ Findings steady_state_findings(const MeasuredExperiment& measured) {
   }
   findings.title = findings.table.rows.empty()
                        ? "Friction map: no speed was measured"
-                       : "Friction of " + list_text(names(measured)) + ": " + range_text(torques_Nm, "N·m") +
-                             " at speeds of " + range_text(speeds_rad_per_s, "rad/s");
+                       : "Friction of " + apps::list_text(names(measured)) + ": " + apps::range_text(torques_Nm, "N·m") +
+                             " at speeds of " + apps::range_text(speeds_rad_per_s, "rad/s");
   findings.plots.push_back(all);
   if (beyond_slow) findings.plots.push_back(slow);
   findings.plots.push_back(interval);

@@ -9,15 +9,15 @@
 #include <span>
 #include <utility>
 
-#include "apps/youbot_bench/quantity.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 
 namespace youbot_gap {
 namespace {
 
 using sim::gap::FoundEffect;
 using sim::gap::Verdict;
-using youbot_bench::number_text;
+using apps::number_text;
 
 constexpr double kWorthTelling = 1.05;  // a gap that is this many times another one
 
@@ -51,7 +51,7 @@ std::string effect_words(std::string_view type) {
 std::string where_text(const sim::gap::Where& where) {
   std::string text;
   if (!where.coordinate.empty()) {
-    const youbot_bench::Quantity quantity = youbot_bench::quantity_of(where.coordinate);
+    const apps::Quantity quantity = apps::quantity_of(where.coordinate);
     text = quantity.name;
     if (where.from < where.to)
       text += " " + number_text(where.from) + " to " + number_text(where.to, quantity.unit);

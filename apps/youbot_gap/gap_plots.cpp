@@ -5,17 +5,17 @@
 #include <string>
 #include <utility>
 
-#include "apps/youbot_bench/quantity.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 
 namespace youbot_gap {
 namespace {
 
 using report::Series;
 using report::Style;
-using youbot_bench::number_text;
-using youbot_bench::Quantity;
-using youbot_bench::quantity_of;
+using apps::number_text;
+using apps::Quantity;
+using apps::quantity_of;
 
 constexpr unsigned kAfter = 0;
 constexpr unsigned kBefore = 1;

@@ -6,17 +6,17 @@
 #include <utility>
 #include <vector>
 
-#include "apps/youbot_bench/quantity.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 #include "apps/youbot_gap/gap_plots.h"
 
 namespace youbot_gap {
 namespace {
 
 using sim::identify::Estimate;
-using youbot_bench::number_text;
-using youbot_bench::Quantity;
-using youbot_bench::quantity_of;
+using apps::number_text;
+using apps::Quantity;
+using apps::quantity_of;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -167,8 +167,8 @@ void add_provenance(report::Page& page, const Findings& findings) {
   page.heading("What this is about");
   for (const std::string& note : findings.result.notes) page.text(note);
   page.text("Model: " + findings.base_path + ".");
-  page.text("Searched: " + youbot_bench::list_text(findings.data) +
-            ". Held out: " + youbot_bench::list_text(findings.result.held_out) +
+  page.text("Searched: " + apps::list_text(findings.data) +
+            ". Held out: " + apps::list_text(findings.result.held_out) +
             ". Random numbers begin with " + std::to_string(findings.seed) + ".");
 }
 

@@ -2,8 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "apps/youbot_bench/quantity.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 
 namespace youbot_gap {
 namespace {
@@ -12,11 +12,11 @@ namespace {
 std::string parameters_text(const sim::gap::FoundEffect& found) {
   std::string text;
   for (const sim::identify::Estimate& estimate : found.parameters) {
-    const youbot_bench::Quantity quantity = youbot_bench::quantity_of(estimate.name);
+    const apps::Quantity quantity = apps::quantity_of(estimate.name);
     text += text.empty() ? "" : ", ";
     if (estimate.ok())
       text += fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
-                          youbot_bench::number_text(estimate.value, quantity.unit), estimate.lower,
+                          apps::number_text(estimate.value, quantity.unit), estimate.lower,
                           estimate.upper);
     else
       text += quantity.name + " not identifiable";
@@ -41,7 +41,7 @@ std::string summary_text(const Findings& findings) {
       "gap {:.3g} -> {:.3g} N·m on held-out data, noise floor {:.3g} N·m ({:.3g} N·m with the given model's "
       "parameters refitted)\n",
       result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
-  text += fmt::format("held out: {}\n", youbot_bench::list_text(result.held_out));
+  text += fmt::format("held out: {}\n", apps::list_text(result.held_out));
   for (const sim::gap::FoundEffect& found : result.effects) text += effect_text(found);
   for (const sim::gap::Unexplained& unexplained : result.unexplained)
     text += fmt::format("  ? {}: {:.0f} % of the squared residual, unexplained\n",

@@ -17,8 +17,8 @@
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/experiment_runner.h"
-#include "apps/youbot_bench/quantity.h"
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 #include "sim/experiments/torque_ramp.h"
 
 namespace youbot_bench {
@@ -201,7 +201,7 @@ TEST_F(ExperimentReport, TracesAreTheMeasurementsFromTheEndOfTheirRestOn) {
 }
 
 TEST(Wording, NamesAreListedAsPeopleDo) {
-  const auto list = [](std::vector<std::string> names) { return list_text(names); };
+  const auto list = [](std::vector<std::string> names) { return apps::list_text(names); };
   EXPECT_EQ(list({"wheel-2"}), "wheel-2");
   EXPECT_EQ(list({"wheel-1", "wheel-2"}), "wheel-1 and wheel-2");
   EXPECT_EQ(list({"wheel-1", "wheel-2", "wheel-3"}), "wheel-1 to wheel-3");
@@ -211,25 +211,25 @@ TEST(Wording, NamesAreListedAsPeopleDo) {
 
 TEST(Wording, RangesLeaveOutWhatIsNoNumber) {
   const double nan = std::nan("");
-  EXPECT_EQ(range_text(std::array{nan, 0.0721, 0.10355}, "N·m"), "0.0721 to 0.104 N·m");
-  EXPECT_EQ(range_text(std::array{280.0, 280.01}), "280");
-  EXPECT_EQ(range_text(std::array{nan}, "N·m"), "–");
+  EXPECT_EQ(apps::range_text(std::array{nan, 0.0721, 0.10355}, "N·m"), "0.0721 to 0.104 N·m");
+  EXPECT_EQ(apps::range_text(std::array{280.0, 280.01}), "280");
+  EXPECT_EQ(apps::range_text(std::array{nan}, "N·m"), "–");
 }
 
 TEST(Wording, MeansHaveTheirInterval) {
-  const MeanOf mean = mean_of(std::array{1.0, 2.0, std::nan(""), 3.0});
+  const apps::MeanOf mean = apps::mean_of(std::array{1.0, 2.0, std::nan(""), 3.0});
   EXPECT_DOUBLE_EQ(mean.mean, 2.0);
   EXPECT_NEAR(mean.ci95, 4.3027 / std::sqrt(3.0), 1e-3);  // t(0.975; 2) = 4.3027
-  EXPECT_TRUE(std::isnan(mean_of(std::array{1.0}).ci95));
-  EXPECT_TRUE(std::isnan(mean_of({}).mean));
+  EXPECT_TRUE(std::isnan(apps::mean_of(std::array{1.0}).ci95));
+  EXPECT_TRUE(std::isnan(apps::mean_of({}).mean));
 }
 
 TEST(Wording, UnitsAreTakenFromTheNames) {
-  EXPECT_EQ(quantity_of("viscous_Nm_s_per_rad").name, "viscous");
-  EXPECT_EQ(quantity_of("viscous_Nm_s_per_rad").unit, "N·m·s/rad");
-  EXPECT_EQ(quantity_of("stribeck_exponent").name, "stribeck exponent");
-  EXPECT_EQ(quantity_of("stribeck_exponent").unit, "");
-  EXPECT_EQ(quantity_of("rest_s").unit, "s");
+  EXPECT_EQ(apps::quantity_of("viscous_Nm_s_per_rad").name, "viscous");
+  EXPECT_EQ(apps::quantity_of("viscous_Nm_s_per_rad").unit, "N·m·s/rad");
+  EXPECT_EQ(apps::quantity_of("stribeck_exponent").name, "stribeck exponent");
+  EXPECT_EQ(apps::quantity_of("stribeck_exponent").unit, "");
+  EXPECT_EQ(apps::quantity_of("rest_s").unit, "s");
 }
 
 }  // namespace

@@ -158,8 +158,8 @@ TEST_F(ReportFile, ReplacesAnOlderPageAndLeavesNothingElse) {
 TEST_F(ReportFile, SaysWhichPathAndWhy) {
   const auto path = folder_ / "missing" / "report.html";
   EXPECT_EQ(complaint<hal::SetupError>([&] { Page("P").write(path); }),
-            "report " + path.string() +
-                ": cannot create the file: No such file or directory: the folder must exist and be writable");
+            path.string() +
+                ": cannot be created: No such file or directory: its folder must exist and be writable");
 }
 
 TEST_F(ReportFile, ReplacesNeitherFoldersNorDevices) {

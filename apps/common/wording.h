@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace youbot_bench {
+namespace apps {
 
 /// "wheel-2"; "wheel-1 and wheel-4"; "wheel-1 to wheel-4" for three or more whose numbers follow each other;
 /// else "wheel-1, wheel-2 and wheel-4".
@@ -28,4 +28,4 @@ struct MeanOf {
 /// Of the values that are finite.
 MeanOf mean_of(std::span<const double> values);
 
-}  // namespace youbot_bench
+}  // namespace apps

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace youbot_bench {
+namespace apps {
 
 struct Quantity {
   std::string name;  ///< "static" of "static_Nm", words apart
@@ -14,4 +14,4 @@ struct Quantity {
 /// "viscous_Nm_s_per_rad" → {"viscous", "N·m·s/rad"}.
 Quantity quantity_of(std::string_view name_with_unit);
 
-}  // namespace youbot_bench
+}  // namespace apps

@@ -1,9 +1,9 @@
-#include "apps/youbot_bench/quantity.h"
+#include "apps/common/quantity.h"
 
 #include <algorithm>
 #include <array>
 
-namespace youbot_bench {
+namespace apps {
 namespace {
 
 struct Unit {
@@ -38,4 +38,4 @@ Quantity quantity_of(std::string_view name_with_unit) {
   return quantity;
 }
 
-}  // namespace youbot_bench
+}  // namespace apps

@@ -1,4 +1,4 @@
-#include "apps/youbot_bench/wording.h"
+#include "apps/common/wording.h"
 
 #include <algorithm>
 #include <array>
@@ -11,7 +11,7 @@
 
 #include "sim/identify/statistics.h"
 
-namespace youbot_bench {
+namespace apps {
 namespace {
 
 /// "wheel-3" → 3, when the name is `stem` and a number.
@@ -84,4 +84,4 @@ MeanOf mean_of(std::span<const double> values) {
   return {mean, sim::identify::student_975(count - 1) * std::sqrt(squares / (count - 1) / count), count};
 }
 
-}  // namespace youbot_bench
+}  // namespace apps
