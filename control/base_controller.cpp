@@ -5,8 +5,10 @@
 namespace control {
 namespace {
 
-FrictionObserver wheel_observer(int wheel, const FrictionObserver::Config& config) {
-  return {friction::wheel_table(wheel), config};
+FrictionObserver wheel_observer(int wheel, const BaseController::Config& config) {
+  if (!config.wheels) return {friction::wheel_table(wheel), config.observer};
+  const JointResistance& resistance = (*config.wheels)[static_cast<std::size_t>(wheel - 1)];
+  return {resistance.sliding, config.observer, resistance.position};
 }
 
 }  // namespace
@@ -16,14 +18,16 @@ BaseController::BaseController(const Config& config)
       map_(LinkMap::with_geometry(config.geometry)),
       odometry_(map_),
       compensator_(config.compensator),
-      observers_{wheel_observer(1, config.observer), wheel_observer(2, config.observer),
-                 wheel_observer(3, config.observer), wheel_observer(4, config.observer)} {
+      observers_{wheel_observer(1, config), wheel_observer(2, config), wheel_observer(3, config),
+                 wheel_observer(4, config)} {
   const auto usable = [](const PlanarVector& gain) { return gain.allFinite() && (gain.array() >= 0).all(); };
   if (!usable(config.stiffness) || !usable(config.damping) || !usable(config.feedforward_inertia))
     throw std::invalid_argument("base controller: gains must be finite and not negative");
   if (!(config.wrench_limits.force_N >= 0 && config.wrench_limits.moment_Nm >= 0 &&
         config.torque_limit_Nm >= 0))
     throw std::invalid_argument("base controller: limits must not be negative");
+  if (config.wheels && config.compensate_friction)
+    for (std::size_t i = 0; i < 4; ++i) small_torques_[i] = SmallTorques((*config.wheels)[i].least_torque_Nm);
 }
 
 void BaseController::reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB) noexcept {
@@ -33,6 +37,7 @@ void BaseController::reset(const WheelVector& wheel_position_rad, const PlanarPo
 
 void BaseController::forget_velocity(const WheelVector& wheel_position_rad) noexcept {
   for (Eigen::Index i = 0; i < 4; ++i) observers_[static_cast<std::size_t>(i)].reset(wheel_position_rad[i]);
+  for (SmallTorques& torques : small_torques_) torques.reset();
 }
 
 BaseController::Output BaseController::step(const WheelVector& wheel_position_rad,
@@ -67,7 +72,7 @@ BaseController::Output BaseController::observe(const WheelVector& wheel_position
   return output;
 }
 
-void BaseController::drive(const PlanarVector& wrench_B, bool compensate, Output& output) const noexcept {
+void BaseController::drive(const PlanarVector& wrench_B, bool compensate, Output& output) noexcept {
   const Limited<PlanarVector> wrench = limited_wrench(wrench_B, config_.wrench_limits);
   output.wrench_B = wrench.value;
   WheelVector torque_Nm = map_.wheel_torque(wrench.value);
@@ -77,7 +82,8 @@ void BaseController::drive(const PlanarVector& wrench_B, bool compensate, Output
       torque_Nm[i] += compensator_.torque_Nm(torque_Nm[i], estimates_[wheel], observers_[wheel]);
     }
   const Limited<WheelVector> torque = limited_torque(torque_Nm, config_.torque_limit_Nm);
-  output.torque_Nm = torque.value;
+  for (Eigen::Index i = 0; i < 4; ++i)
+    output.torque_Nm[i] = small_torques_[static_cast<std::size_t>(i)].step(torque.value[i]);
   output.limited = wrench.limited || torque.limited;
 }
 

@@ -3,13 +3,16 @@
 /// friction compensated wheel by wheel (thesis 2.7.2, figure 30).
 #pragma once
 #include <array>
+#include <optional>
 
 #include "control/base_odometry.h"
 #include "control/base_path.h"
 #include "control/friction_compensator.h"
 #include "control/friction_observer.h"
+#include "control/joint_resistance.h"
 #include "control/limits.h"
 #include "control/link_map.h"
+#include "control/small_torques.h"
 
 namespace control {
 
@@ -28,6 +31,8 @@ class BaseController {
     double torque_limit_Nm = 2.4;  ///< of a wheel, compensation included
     FrictionObserver::Config observer;
     FrictionCompensator::Config compensator;
+    /// What the compensator takes the four wheels to be; none: the measured wheel curves.
+    std::optional<std::array<JointResistance, 4>> wheels{};
     bool compensate_friction = true;
   };
   struct Output {
@@ -56,7 +61,7 @@ class BaseController {
   Output brake(const WheelVector& wheel_position_rad) noexcept;
 
  private:
-  void drive(const PlanarVector& wrench_B, bool compensate, Output& output) const noexcept;
+  void drive(const PlanarVector& wrench_B, bool compensate, Output& output) noexcept;
 
   Config config_;
   LinkMap map_;
@@ -64,6 +69,7 @@ class BaseController {
   FrictionCompensator compensator_;
   std::array<FrictionObserver, 4> observers_;
   std::array<FrictionEstimate, 4> estimates_{};
+  std::array<SmallTorques, 4> small_torques_{};
 };
 
 }  // namespace control

@@ -20,7 +20,8 @@ double FrictionCompensator::torque_Nm(double command_Nm, const FrictionEstimate&
   const double share = std::clamp(command_Nm / config_.full_command_Nm, -1.0, 1.0);
   const double holding_Nm =
       estimate.rest * observer.holding_Nm(std::abs(estimate.velocity_rad_per_s), command_Nm);
-  return config_.margin * (std::abs(share) * estimate.friction_Nm + share * holding_Nm);
+  return config_.margin *
+         (std::abs(share) * (estimate.friction_Nm + estimate.position_Nm) + share * holding_Nm);
 }
 
 }  // namespace control

@@ -5,13 +5,15 @@
 
 namespace control {
 
-/// u = c + m·[ |s|·F̂(v) + s·r(v)·min(F̂_break, |F̂(v)|) ],  s = clamp(c / c_full, −1, 1)
-/// with the commanded torque c, the observer's friction F̂ and rest share r, and the margin m. Between rest
-/// and the blend speed friction may have fallen below break-away already: what slides there bounds the help.
+/// u = c + m·[ |s|·(F̂(v) + T̂(θ)) + s·r(v)·min(F̂_break, |F̂(v)|) ],  s = clamp(c / c_full, −1, 1)
+/// with the commanded torque c, the observer's friction F̂, rest share r and torque by position T̂, and the
+/// margin m. Between rest and the blend speed friction may have fallen below break-away already: what slides
+/// there bounds the help.
 /// - Continuous in command and velocity, through zero of either.
 /// - At rest it helps break-away in the direction of the command.
 /// - It vanishes with the command: without one, friction alone acts on a moving joint, so the sum never keeps
 ///   it moving, however much too strong the model is.
+/// - T̂ without its constant part comes from a potential: however wrong, it drives no joint round.
 /// - With m at most 1, no blend speed helps by more than the model's friction at the estimated speed. The
 ///   estimate is the filter's, late by 2ζ/ω: while friction falls with speed the help is that much too large.
 /// Cycle: pure.

@@ -7,8 +7,12 @@
 
 namespace control {
 
-FrictionObserver::FrictionObserver(friction::SlidingTable table, const Config& config)
-    : table_(std::move(table)), filter_(config.filter), blend_speed_rad_per_s_(config.blend_speed_rad_per_s) {
+FrictionObserver::FrictionObserver(friction::SlidingTable table, const Config& config,
+                                   PositionTorque position)
+    : table_(std::move(table)),
+      position_(std::move(position)),
+      filter_(config.filter),
+      blend_speed_rad_per_s_(config.blend_speed_rad_per_s) {
   if (!(blend_speed_rad_per_s_ > 0))
     throw std::invalid_argument("friction observer: blend_speed_rad_per_s must be positive");
 }
@@ -16,7 +20,8 @@ FrictionObserver::FrictionObserver(friction::SlidingTable table, const Config& c
 FrictionEstimate FrictionObserver::step(double position_rad) noexcept {
   const double velocity = filter_.step(position_rad).velocity;
   const double direction = std::clamp(velocity / blend_speed_rad_per_s_, -1.0, 1.0);
-  return {velocity, direction * table_.level_Nm(velocity), 1 - std::abs(direction)};
+  return {velocity, direction * table_.level_Nm(velocity), 1 - std::abs(direction),
+          position_.at_Nm(position_rad)};
 }
 
 }  // namespace control

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "control/friction/sliding_table.h"
+#include "control/position_torque.h"
 #include "control/state_variable_filter.h"
 
 namespace control {
@@ -13,7 +14,8 @@ struct FrictionEstimate {
   double velocity_rad_per_s = 0.0;  ///< filtered
   double friction_Nm = 0.0;  ///< sliding friction, sign of the velocity; continuous through zero velocity
 
-  double rest = 1.0;  ///< 1 at standstill, 0 at the blend speed and above, linear between
+  double rest = 1.0;         ///< 1 at standstill, 0 at the blend speed and above, linear between
+  double position_Nm = 0.0;  ///< torque against positive motion by where the joint is
 };
 
 /// Cycle: step(). Owns its filter state, one observer per joint.
@@ -26,7 +28,7 @@ class FrictionObserver {
   };
 
   /// @throws std::invalid_argument as StateVariableFilter, or when the blend speed is not positive.
-  FrictionObserver(friction::SlidingTable table, const Config& config);
+  FrictionObserver(friction::SlidingTable table, const Config& config, PositionTorque position = {});
 
   void reset(double position_rad) noexcept { filter_.reset(position_rad); }
   FrictionEstimate step(double position_rad) noexcept;
@@ -40,6 +42,7 @@ class FrictionObserver {
 
  private:
   friction::SlidingTable table_;
+  PositionTorque position_;
   StateVariableFilter filter_;
   double blend_speed_rad_per_s_;
 };

@@ -236,6 +236,22 @@ void TomlTable::text(std::string_view key, std::string& value, const KeyRules& r
   node_->assign(key, value, "a string", rules);
 }
 
+void TomlTable::texts(std::string_view key, std::vector<std::string>& values, const KeyRules& rules) {
+  const toml::node* found = node_->find(key, rules.required);
+  if (found == nullptr) return;
+  const toml::array* array = found->as_array();
+  if (array == nullptr) return node_->refuse_type(*found, key, "an array of strings");
+  std::vector<std::string> texts;
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const toml::node& element = (*array)[i];
+    if (const auto* text = element.as_string())
+      texts.push_back(text->get());
+    else
+      node_->refuse_type(element, fmt::format("{}[{}]", key, i), "a string");
+  }
+  if (texts.size() == array->size()) values = std::move(texts);
+}
+
 std::optional<std::size_t> TomlTable::choice_index(std::string_view key,
                                                    std::span<const std::string_view> names,
                                                    const KeyRules& rules) {

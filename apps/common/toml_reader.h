@@ -57,6 +57,8 @@ class TomlTable {
   void numbers(std::string_view key, std::span<double> values, const NumberRules& rules = {});
   void boolean(std::string_view key, bool& value, const KeyRules& rules = {});
   void text(std::string_view key, std::string& value, const KeyRules& rules = {});
+  /// Takes an array of strings, of any length.
+  void texts(std::string_view key, std::vector<std::string>& values, const KeyRules& rules = {});
 
   template <typename Value>
   using Choices = std::initializer_list<std::pair<std::string_view, std::type_identity_t<Value>>>;

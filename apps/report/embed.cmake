@@ -1,5 +1,6 @@
-# Writes files as C++ constants: cmake -DOUTPUT=... "-DFILES=kName=path;..." -P embed.cmake
-set(source "#include \"apps/report/assets.h\"\n\nnamespace report {\n\n")
+# Writes files as the C++ constants that a header declares:
+# cmake -DOUTPUT=... -DHEADER=... -DNAMESPACE=... "-DFILES=kName=path;..." -P embed.cmake
+set(source "#include \"${HEADER}\"\n\nnamespace ${NAMESPACE} {\n\n")
 foreach(entry IN LISTS FILES)
   string(REGEX MATCH "^([^=]+)=(.+)$" entry "${entry}")
   set(name ${CMAKE_MATCH_1})
@@ -10,5 +11,5 @@ foreach(entry IN LISTS FILES)
   endif()
   string(APPEND source "const std::string_view ${name} = R\"embedded(${text})embedded\";\n")
 endforeach()
-string(APPEND source "\n}  // namespace report\n")
+string(APPEND source "\n}  // namespace ${NAMESPACE}\n")
 file(WRITE "${OUTPUT}" "${source}")

@@ -31,6 +31,7 @@ Findings presliding_findings(const MeasuredExperiment& measured);
 Findings stick_slip_findings(const MeasuredExperiment& measured);
 Findings compensation_findings(const MeasuredExperiment& measured);
 Findings staircase_findings(const MeasuredExperiment& measured);
+Findings reversals_findings(const MeasuredExperiment& measured);
 Findings multisine_findings(const MeasuredExperiment& measured);
 
 }  // namespace youbot_bench

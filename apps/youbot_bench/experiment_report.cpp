@@ -6,11 +6,11 @@
 #include <iterator>
 #include <vector>
 
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 #include "apps/report/report.h"
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_findings.h"
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -29,6 +29,7 @@ constexpr auto kKinds =
                          {"stick-slip", "stick-slip-result", true, stick_slip_findings},
                          {"compensation", "compensation-result", true, compensation_findings},
                          {"staircase", "", true, staircase_findings},
+                         {"reversals", "", true, reversals_findings},
                          {"multisine", "multisine-result", true, multisine_findings}});
 
 struct Section {

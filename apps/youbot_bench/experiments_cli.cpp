@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <iostream>
 #include <map>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <stdexcept>
@@ -22,9 +23,9 @@
 #include <utility>
 
 #include "apps/common/build_info.h"
-#include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/hidden_effect.h"
 #include "apps/common/quantity.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/common/toml_reader.h"
@@ -36,6 +37,7 @@
 #include "sim/experiments/compensation.h"
 #include "sim/experiments/dahl.h"
 #include "sim/experiments/parameter.h"
+#include "sim/experiments/reversals.h"
 #include "sim/experiments/staircase.h"
 #include "sim/experiments/steady_state.h"
 #include "sim/experiments/stick_slip.h"
@@ -54,6 +56,7 @@ struct CommonConfig {
   std::string robot = "loopback";
   std::string joints{};
   std::string model{};
+  int hidden_effect = -1;
   double record_rate_Hz = 1000.0;
   double max_speed_rad_per_s = 12.0;
   double max_travel_rad = 0.0;
@@ -66,6 +69,9 @@ struct CommonConfig {
     v(Parameter{"robot", "loopback, wire, ethercat:IFACE, can:IFACE"}, robot);
     v(Parameter{"joints", "such as wheel-2 or wheel-1,wheel-3; none named: all wheels"}, joints);
     v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
+    v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and nobody names; -1: none",
+                -1, 2e9},
+      hidden_effect);
     v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
     v(Parameter{"max_speed_rad_per_s", "beyond, the drives are switched off", 0.01, 30}, max_speed_rad_per_s);
     v(Parameter{"max_travel_rad", "in a measurement, likewise; 0: no limit", 0, 1e6}, max_travel_rad);
@@ -74,6 +80,11 @@ struct CommonConfig {
     v(Parameter{"noise_seed", "of the simulated sensors", 0, 2e9}, noise_seed);
   }
 };
+
+std::optional<std::uint64_t> hidden_effect_of(const CommonConfig& config) {
+  if (config.hidden_effect < 0) return std::nullopt;
+  return static_cast<std::uint64_t>(config.hidden_effect);
+}
 
 /// Of youbotd's configuration, so that one file serves both programs; an experiment has no use for them.
 constexpr auto kTablesOfYoubotd = std::to_array<std::string_view>(
@@ -144,6 +155,7 @@ using sim::experiments::CompensationConfig;
 using sim::experiments::DahlConfig;
 using sim::experiments::MultisineConfig;
 using sim::experiments::PreslidingConfig;
+using sim::experiments::ReversalsConfig;
 using sim::experiments::StaircaseConfig;
 using sim::experiments::SteadyStateConfig;
 using sim::experiments::StickSlipConfig;
@@ -173,6 +185,9 @@ Made make(const CompensationConfig& config, const std::string& joint, double per
 }
 Made make(const StaircaseConfig& config, const std::string& /*joint*/, double /*period_s*/) {
   return std::make_unique<sim::experiments::Staircase>(config);
+}
+Made make(const ReversalsConfig& config, const std::string& /*joint*/, double /*period_s*/) {
+  return std::make_unique<sim::experiments::Reversals>(config);
 }
 
 /// A robot that moves something: nobody's wheels turn without a word.
@@ -344,6 +359,9 @@ int ExperimentCommand::run() {
   const bool simulated = apps::is_simulated(common_.robot);
   if (!common_.model.empty() && !simulated)
     throw std::invalid_argument("--model: only a simulated robot follows a model, not " + common_.robot);
+  if (common_.hidden_effect >= 0 && !simulated)
+    throw std::invalid_argument("--hidden-effect: only a simulated robot has one to hide, not " +
+                                common_.robot);
   ExperimentOptions options{.joints = split(common_.joints),
                             .directory = directory,
                             .resume = resume,
@@ -361,11 +379,9 @@ int ExperimentCommand::run() {
   robot.simulation.on_ground = false;
   robot.simulation.step = std::chrono::nanoseconds(std::llround(common_.simulation_step_s * 1e9));
   robot.simulation.noise_seed = static_cast<std::uint64_t>(common_.noise_seed);
-  if (!common_.model.empty()) {
-    // Where it is found again, from wherever the experiment is resumed.
-    common_.model = std::filesystem::absolute(common_.model).string();
-    robot.simulation.model = apps::read_drive_model(common_.model);
-  }
+  // Where it is found again, from wherever the experiment is resumed.
+  if (!common_.model.empty()) common_.model = std::filesystem::absolute(common_.model).string();
+  robot.simulation.model = apps::simulated_wheel_model(common_.model, hidden_effect_of(common_));
   const ExperimentPlan plan{
       .name = name_,
       .result = result_,
@@ -434,6 +450,8 @@ ExperimentCommands::ExperimentCommands(CLI::App& app) {
       CommonConfig{.max_speed_rad_per_s = 10, .max_travel_rad = 6.3}));
   commands_.push_back(std::make_unique<CommandOf<StaircaseConfig>>(
       app, "staircase", "", "steps of torque or velocity in both directions"));
+  commands_.push_back(std::make_unique<CommandOf<ReversalsConfig>>(
+      app, "reversals", "", "velocity to and fro in triangles that become smaller"));
   commands_.push_back(std::make_unique<CommandOf<MultisineConfig>>(
       app, "multisine", "multisine-result", "multisine of torque, low peaks by Schroeder's phases"));
 }

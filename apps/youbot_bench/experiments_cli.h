@@ -13,7 +13,7 @@ namespace youbot_bench {
 class ExperimentCommand;
 
 /// `steady-state`, `torque-ramp`, `dahl`, `presliding`, `stick-slip`, `compensation`, `staircase`,
-/// `multisine`.
+/// `reversals`, `multisine`.
 ///
 ///     ExperimentCommands experiments(app);
 ///     ... app.parse() ...

@@ -1,15 +1,19 @@
 // youbot-bench: look at a bus, measure drives.
 #include <CLI/CLI.hpp>
+#include <cstdint>
+#include <cstdio>
 #include <stdexcept>
 #include <string>
 
 #include "apps/common/exit_code.h"
+#include "apps/common/hidden_effect.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/experiments_cli.h"
 #include "apps/youbot_bench/identify.h"
+#include "apps/youbot_bench/improve.h"
 #include "apps/youbot_bench/scan.h"
 #include "drivers/ethercat/raw_socket_link.h"
 
@@ -78,7 +82,30 @@ int main(int argc, char** argv) {
   identify_command->add_option("--inertia", identify.inertia_kg_m2, "kg·m², joint side, when it is known");
   identify_command->add_option("--out", identify.out, "directory for model.toml and report.html")->required();
 
+  youbot_bench::ImproveOptions improve;
+  CLI::App* const improve_command =
+      app.add_subcommand("improve",
+                         "find an effect hidden in a simulated robot, compensate it and drive better: "
+                         "experiments, search, demo");
+  improve_command->add_option("--hidden-effect", improve.hidden_effect, "seed that draws the effect")
+      ->check(CLI::Range(0, 2'000'000'000))
+      ->required();
+  improve_command->add_option("--out", improve.out, "directory for recordings, models and reports")
+      ->required();
+  improve_command
+      ->add_option("--wheel", improve.wheel,
+                   "explain this one and take its model for all; none: each wheel gets its own")
+      ->check(CLI::Range(1, 4));
+  improve_command->add_flag("--quiet", improve.quiet, "print problems only");
+
+  std::uint64_t revealed_effect = 0;
+  CLI::App* const reveal_command =
+      app.add_subcommand("reveal", "tell what --hidden-effect SEED hides; for the end");
+  reveal_command->add_option("--hidden-effect", revealed_effect, "the seed")->required();
+
   return apps::run_app(app, argc, argv, [&] {
+    if (*improve_command) return youbot_bench::improve(improve);
+    if (*reveal_command) std::printf("%s\n", apps::HiddenEffect(revealed_effect).reveal().c_str());
     if (*identify_command) youbot_bench::identify(identify);
     if (experiments.chosen()) return experiments.run();
     if (*curve_command) youbot_bench::print_curve(curve);

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
-#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -80,9 +80,9 @@ Findings driven_findings(const MeasuredExperiment& measured, bool velocity_comma
     findings.table.rows.push_back({joint.name, std::fmax(reached.greatest, 0.0),
                                    std::fmin(reached.least, 0.0), needed.greatest, needed.least, travel_rad});
   }
-  findings.title = findings.table.rows.empty()
-                       ? "nothing was recorded"
-                       : apps::list_text(names(measured)) + " reached " + apps::range_text(speeds_rad_per_s, "rad/s");
+  findings.title = findings.table.rows.empty() ? "nothing was recorded"
+                                               : apps::list_text(names(measured)) + " reached " +
+                                                     apps::range_text(speeds_rad_per_s, "rad/s");
   findings.plots = {command, velocity, torque, displacement};
   return findings;
 }
@@ -185,9 +185,9 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
   if (swings_without.empty())
     findings.title = "Friction compensation: no measurement was finished";
   else
-    findings.title =
-        "Friction compensation: " + (swings_with.empty() ? "not measured yet" : apps::range_text(swings_with)) +
-        " swings after a push, without it " + apps::range_text(swings_without);
+    findings.title = "Friction compensation: " +
+                     (swings_with.empty() ? "not measured yet" : apps::range_text(swings_with)) +
+                     " swings after a push, without it " + apps::range_text(swings_without);
   findings.remarks.push_back(
       "Each joint is on a spring in software, u = −Kp·(x − xr), pushed once and left "
       "alone. Friction ends the swinging; compensated in full it would never end. Swings "
@@ -200,17 +200,26 @@ Findings staircase_findings(const MeasuredExperiment& measured) {
   const bool velocity = std::ranges::any_of(
       measured.settings, [](const Setting& s) { return s.key == "quantity" && s.value == "velocity"; });
   Findings findings = driven_findings(measured, velocity);
-  findings.title = "Staircase of " +
-                   (velocity ? "velocity up to " + apps::number_text(measured.setting("highest", kUnknown), "rad/s")
-                             : "torque up to " + apps::number_text(measured.setting("highest", kUnknown), "N·m")) +
-                   ": " + findings.title;
+  findings.title =
+      "Staircase of " +
+      (velocity ? "velocity up to " + apps::number_text(measured.setting("highest", kUnknown), "rad/s")
+                : "torque up to " + apps::number_text(measured.setting("highest", kUnknown), "N·m")) +
+      ": " + findings.title;
+  return findings;
+}
+
+Findings reversals_findings(const MeasuredExperiment& measured) {
+  Findings findings = driven_findings(measured, true);
+  findings.title = "Reversals of velocity up to " +
+                   apps::number_text(measured.setting("highest_rad_per_s", kUnknown), "rad/s") + ": " +
+                   findings.title;
   return findings;
 }
 
 Findings multisine_findings(const MeasuredExperiment& measured) {
   Findings findings = driven_findings(measured, false);
-  findings.title = "Multisine of torque up to " + apps::number_text(measured.setting("peak_Nm", kUnknown), "N·m") +
-                   ": " + findings.title;
+  findings.title = "Multisine of torque up to " +
+                   apps::number_text(measured.setting("peak_Nm", kUnknown), "N·m") + ": " + findings.title;
   return findings;
 }
 

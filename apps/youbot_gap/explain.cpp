@@ -4,9 +4,9 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <iterator>
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include "apps/common/progress_line.h"
 #include "apps/common/whole_file.h"
@@ -20,6 +20,8 @@ namespace youbot_gap {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kFiles[] = {"model.toml", "report.html", "gap.json"};
 
 /// Before the work, so that its result has a place.
 void prepare(const fs::path& out, const fs::path& model) {
@@ -43,11 +45,9 @@ std::string drive_name(const Inputs& inputs) {
 
 }  // namespace
 
-void explain_gap(const GapOptions& options) {
-  const Inputs inputs = read_inputs(options.inputs);
+Findings write_findings(const Inputs& inputs, const GapOptions& options,
+                        const std::function<void(std::string_view, double)>& progress) {
   prepare(options.out, options.inputs.model);
-  for (const std::string& warning : inputs.warnings) spdlog::warn("{}", warning);
-
   Findings findings{.base = inputs.model,
                     .base_path = options.inputs.model.string(),
                     .drive = drive_name(inputs),
@@ -55,21 +55,29 @@ void explain_gap(const GapOptions& options) {
                     .seed = options.seed,
                     .result = {}};
   for (const sim::gap::Source& source : inputs.data) findings.data.push_back(source.name);
-  apps::ProgressLine progress("youbot-gap", options.quiet);
   sim::gap::Options search;
   search.seed = options.seed;
-  search.progress = [&progress](std::string_view what, double done) { progress.show(what, done); };
+  search.progress = progress;
   findings.result = sim::gap::analyse(inputs.model, inputs.data, inputs.held_out, search);
-  progress.finish();
 
   // Everything before the first file, so that a failure leaves the older ones together.
-  const std::pair<fs::path, std::string> files[] = {{"model.toml", improved_model_text(findings)},
-                                                    {"report.html", gap_report(findings).html()},
-                                                    {"gap.json", gap_json(findings)}};
-  for (const auto& [name, text] : files) apps::write_whole_file(options.out / name, text);
+  const std::string texts[] = {improved_model_text(findings), gap_report(findings).html(),
+                               gap_json(findings)};
+  for (std::size_t i = 0; i < std::size(kFiles); ++i)
+    apps::write_whole_file(options.out / kFiles[i], texts[i]);
+  return findings;
+}
+
+void explain_gap(const GapOptions& options) {
+  const Inputs inputs = read_inputs(options.inputs);
+  for (const std::string& warning : inputs.warnings) spdlog::warn("{}", warning);
+  apps::ProgressLine progress("youbot-gap", options.quiet);
+  const Findings findings = write_findings(
+      inputs, options, [&progress](std::string_view what, double done) { progress.show(what, done); });
+  progress.finish();
   if (options.quiet) return;
   std::fputs(summary_text(findings).c_str(), stdout);
-  for (const auto& [name, text] : files) std::printf("written: %s\n", (options.out / name).c_str());
+  for (const char* const name : kFiles) std::printf("written: %s\n", (options.out / name).c_str());
 }
 
 }  // namespace youbot_gap

@@ -3,7 +3,10 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <string_view>
 
+#include "apps/youbot_gap/findings.h"
 #include "apps/youbot_gap/inputs.h"
 
 namespace youbot_gap {
@@ -15,9 +18,15 @@ struct GapOptions {
   bool quiet = false;
 };
 
-/// Writes `out`/model.toml, report.html and gap.json, each whole or not at all, and prints what was found.
-/// @throws apps::ConfigError or std::invalid_argument when model, recordings or directory cannot be used, or
-///         the data cannot carry the question; std::runtime_error when a file cannot be written.
+/// Writes `out`/model.toml, report.html and gap.json about `inputs`, which were read from the paths in
+/// `options`; each whole or not at all. Prints nothing. `progress`: see sim::gap::Options.
+/// @throws std::invalid_argument when the directory cannot be used, or the data cannot carry the question;
+///         std::runtime_error when a file cannot be written.
+Findings write_findings(const Inputs& inputs, const GapOptions& options,
+                        const std::function<void(std::string_view what, double done)>& progress);
+
+/// Reads and writes the same with a progress line, and prints what was found.
+/// @throws likewise, and apps::ConfigError or std::invalid_argument when model or recordings cannot be used.
 void explain_gap(const GapOptions& options);
 
 }  // namespace youbot_gap

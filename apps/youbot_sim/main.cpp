@@ -6,8 +6,10 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <optional>
 
 #include "apps/common/exit_code.h"
+#include "apps/common/hidden_effect.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/youbot_sim/fault_file.h"
@@ -34,6 +36,8 @@ struct Arguments {
   std::string firmware = "148";
   std::string hardware = "later";
   std::string faults_file;
+  std::string model_file;
+  std::optional<std::uint64_t> hidden_effect;
   double duration_s = 0.0;
   bool quiet = false;
 };
@@ -45,6 +49,7 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.board.firmware = kFirmwares.at(arguments.firmware);
   options.hardware = kGenerations.at(arguments.hardware);
   options.wire.timed = false;
+  options.base.model = apps::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
   if (!arguments.faults_file.empty()) options.wire.faults = youbot_sim::load_faults(arguments.faults_file);
   return options;
 }
@@ -89,6 +94,10 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--faults", arguments.faults_file, "TOML file; apps/youbot_sim/fault_file.h describes it")
       ->check(CLI::ExistingFile);
+  app.add_option("--model", arguments.model_file,
+                 "drive model file that the wheels follow; none: the measured curves");
+  app.add_option("--hidden-effect", arguments.hidden_effect,
+                 "seed of an effect that the wheels have and nobody names; `youbot-bench reveal` tells");
   app.add_option("--duration", arguments.duration_s, "end after this many seconds")
       ->check(CLI::PositiveNumber);
   app.add_flag("--quiet", arguments.quiet, "print problems only");

@@ -1,9 +1,16 @@
 #include "apps/youbotd/config.h"
 
 #include <cmath>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
+#include "apps/common/hidden_effect.h"
 #include "apps/common/toml_reader.h"
+#include "sim/effects/resistance.h"
 
 namespace youbotd {
 namespace {
@@ -61,7 +68,37 @@ void read_limits(TomlTable table, Cycle::Config& cycle) {
   table.number("wheel_speed_rad_per_s", cycle.wheel_speed_limit_rad_per_s, {.min = 0.1, .max = 30});
 }
 
-void read_compensation(TomlTable table, control::BaseController::Config& controller) {
+/// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
+std::optional<sim::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
+                                                   const std::filesystem::path& folder,
+                                                   const std::string& name) {
+  try {
+    return apps::read_drive_model(folder / name);
+  } catch (const apps::ConfigError& error) {
+    for (const std::string& problem : error.problems())
+      table.refuse(key, "names a drive model that cannot be used: " + problem);
+    return std::nullopt;
+  }
+}
+
+void read_wheel_models(TomlTable& table, const std::filesystem::path& folder,
+                       control::BaseController::Config& controller) {
+  constexpr std::string_view kKey = "models";
+  std::vector<std::string> names;
+  table.texts(kKey, names);
+  if (names.empty()) return;
+  if (names.size() != 4)
+    return table.refuse(
+        kKey, "should have a drive model for each of the 4 wheels, found " + std::to_string(names.size()));
+  std::vector<control::JointResistance> wheels;
+  for (const std::string& name : names)
+    if (const auto model = read_model(table, kKey, folder, name))
+      wheels.push_back(sim::effects::resistance_of(*model));
+  if (wheels.size() == 4) controller.wheels = {wheels[0], wheels[1], wheels[2], wheels[3]};
+}
+
+void read_compensation(TomlTable& table, const std::filesystem::path& folder,
+                       control::BaseController::Config& controller) {
   table.boolean("enabled", controller.compensate_friction);
   table.number("margin", controller.compensator.margin, {.min = 0, .max = 1});
   table.number("full_command_Nm", controller.compensator.full_command_Nm, {.min = 1e-4, .max = 1});
@@ -70,6 +107,7 @@ void read_compensation(TomlTable table, control::BaseController::Config& control
   table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s,
                {.min = 5, .max = 1000});
   table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
+  read_wheel_models(table, folder, controller);
 }
 
 void read_path(TomlTable table, control::BasePath::Plan& path) {
@@ -91,7 +129,20 @@ void read_path(TomlTable table, control::BasePath::Plan& path) {
   }
 }
 
-void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
+void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder,
+                           sim::BaseParameters& simulation) {
+  std::string model;
+  int seed = -1;
+  table.text("model", model);
+  table.integer("hidden_effect", seed, {.min = 0});
+  if (!model.empty() && seed >= 0)
+    return table.refuse("hidden_effect",
+                        "and 'simulation.model' exclude each other: wheels follow one of them");
+  if (!model.empty()) simulation.model = read_model(table, "model", folder, model);
+  if (seed >= 0) simulation.model = apps::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model();
+}
+
+void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation) {
   table.boolean("on_ground", simulation.on_ground);
   table.number("mass_kg", simulation.mass_kg, {.min = 1, .max = 200});
   table.number("yaw_inertia_kg_m2", simulation.yaw_inertia_kg_m2, {.min = 0.05, .max = 50});
@@ -103,6 +154,7 @@ void read_simulation(TomlTable table, sim::BaseParameters& simulation) {
   int seed = static_cast<int>(simulation.noise_seed);
   table.integer("noise_seed", seed, {.min = 0});
   simulation.noise_seed = static_cast<std::uint64_t>(seed);
+  read_simulated_wheels(table, folder, simulation);
 }
 
 /// A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
@@ -135,9 +187,9 @@ Config load_config(const std::filesystem::path& file) {
   read_geometry(root.table("geometry"), config.cycle.controller.geometry);
   read_controller(root.table("controller"), config.cycle.controller);
   read_limits(limits, config.cycle);
-  read_compensation(compensation, config.cycle.controller);
+  read_compensation(compensation, file.parent_path(), config.cycle.controller);
   read_path(path, config.path);
-  read_simulation(root.table("simulation"), config.robot.simulation);
+  read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
   TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;

@@ -66,16 +66,17 @@ std::string report(const Summary& summary) {
   return text;
 }
 
-std::string compare(const Summary& without, const Summary& with) {
-  std::string text = fmt::format("{:<26}{:>14}{:>14}\n", "friction compensation", "without", "with");
+std::string side_by_side(const std::string& title, const std::string& left_name, const Summary& left_run,
+                         const std::string& right_name, const Summary& right_run) {
+  std::string text = fmt::format("{:<26}{:>14}{:>14}\n", title, left_name, right_name);
   const auto row = [&text](const char* name, const std::string& left, const std::string& right) {
     text += fmt::format("{:<26}{:>14}{:>14}\n", name, left, right);
   };
   const auto millimetres = [](double metres) { return fmt::format("{:.1f} mm", 1e3 * metres); };
   const auto radians = [](double angle) { return fmt::format("{:.3f} rad", angle); };
   const auto percent = [](double share) { return fmt::format("{:.0f} %", 100 * share); };
-  const PathMetrics& a = without.path;
-  const PathMetrics& b = with.path;
+  const PathMetrics& a = left_run.path;
+  const PathMetrics& b = right_run.path;
   row("first motion", first_motion(a), first_motion(b));
   row("path error, rms", millimetres(a.rms_m()), millimetres(b.rms_m()));
   row("path error, worst", millimetres(a.worst_m()), millimetres(b.worst_m()));
@@ -83,7 +84,11 @@ std::string compare(const Summary& without, const Summary& with) {
   row("final position error", millimetres(a.final_m()), millimetres(b.final_m()));
   row("final heading error", radians(a.final_rad()), radians(b.final_rad()));
   row("at the force limit", percent(a.limited_share()), percent(b.limited_share()));
-  return text + verdict(without, with);
+  return text;
+}
+
+std::string compare(const Summary& without, const Summary& with) {
+  return side_by_side("friction compensation", "without", without, "with", with) + verdict(without, with);
 }
 
 }  // namespace youbotd

@@ -124,6 +124,7 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
         [&](const CycleRecord& record) {
           summary.path.add(record);
           flight_recorder.add(record);
+          if (options.after_cycle) options.after_cycle(record);
           if (!recording) return;
           if (options.virtual_time) recording->wait_for_room();
           recording->add(record);

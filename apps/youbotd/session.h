@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -21,6 +22,8 @@ struct SessionOptions {
   std::optional<std::filesystem::path> record_directory{};
   bool virtual_time = false;
   bool allow_non_real_time = false;
+  /// Sees every cycle, as a part of it.
+  std::function<void(const CycleRecord&)> after_cycle{};
 };
 
 struct Summary {

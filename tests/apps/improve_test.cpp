@@ -1,0 +1,107 @@
+// The whole chain: measured, explained, compensated, driven.
+#include "apps/youbot_bench/improve.h"
+
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "apps/common/drive_model_file.h"
+#include "apps/common/hidden_effect.h"
+#include "apps/youbot_bench/improve_report.h"
+
+namespace youbot_bench {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Improve : public testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ = fs::path(testing::TempDir()) /
+                 ("improve_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::remove_all(directory_);
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  /// One wheel stands for all: a search takes seconds.
+  Improvement chain(std::uint64_t seed) const {
+    return run_chain({.hidden_effect = seed, .out = directory_, .wheel = 1, .quiet = true});
+  }
+
+  /// Standard output; the exit code.
+  int run(const std::string& arguments, std::string& output) const {
+    const std::string command = std::string(YOUBOT_BENCH_BINARY) + " improve " + arguments + " --out " +
+                                directory_.string() + " 2> /dev/null";
+    output.clear();
+    FILE* const pipe = popen(command.c_str(), "r");
+    std::array<char, 512> line{};
+    while (pipe != nullptr && fgets(line.data(), line.size(), pipe) != nullptr) output += line.data();
+    const int status = pipe != nullptr ? pclose(pipe) : -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  fs::path directory_;
+};
+
+/// What any seed must do whose effect a compensator can act on.
+void expect_better(const Improvement& improvement, std::string_view effect) {
+  ASSERT_EQ(improvement.wheels.size(), 1U);
+  const sim::gap::Result& result = improvement.wheels.front().result;
+  ASSERT_FALSE(result.effects.empty());
+  EXPECT_EQ(sim::effects::name_of(result.effects.front().effect), effect);
+  EXPECT_LT(result.gap_after_Nm, 0.2 * result.gap_before_Nm);
+  // Closer to the path, and most of what the effect did to the drive is gone.
+  EXPECT_TRUE(less(path_error_m(improvement.improved), path_error_m(improvement.base)))
+      << improvement_text(improvement);
+  EXPECT_LT(apart_m(improvement.improved, improvement.nothing_hidden),
+            0.3 * apart_m(improvement.base, improvement.nothing_hidden));
+  EXPECT_NE(improvement_text(improvement).find("The base drives better with the improved model"),
+            std::string::npos);
+}
+
+TEST_F(Improve, ACoggingIsFoundCompensatedAndDrivenBetter) {
+  ASSERT_EQ(sim::effects::name_of(apps::HiddenEffect(8).effect()), "cogging");
+  expect_better(chain(8), "cogging");
+  for (const char* file : {"wheel-1/base.toml", "wheel-1/gap.json", "wheel-1/report.html",
+                           "youbotd-base.toml", "youbotd-improved.toml", "recordings/reversals/wheel-4.csv"})
+    EXPECT_TRUE(fs::exists(directory_ / file)) << file;
+}
+
+TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
+  const apps::HiddenEffect hidden(3);
+  const auto* const truth = hidden.wheel_model().find<sim::effects::Imbalance>();
+  ASSERT_NE(truth, nullptr);
+  std::string output;
+  ASSERT_EQ(run("--wheel 1 --hidden-effect 3", output), 0) << output;
+  for (const char* said : {"imbalance", "The base drives better with the improved model"})
+    EXPECT_NE(output.find(said), std::string::npos) << said << "\nin\n" << output;
+  const std::size_t at = output.find("Hidden was " + hidden.reveal());
+  ASSERT_NE(at, std::string::npos) << output;
+  EXPECT_EQ(output.find('\n', at), output.size() - 1) << output;
+  EXPECT_TRUE(fs::exists(directory_ / "report.html"));
+
+  const auto model = apps::read_drive_model(directory_ / "wheel-1/model.toml");
+  const auto* const found = model.find<sim::effects::Imbalance>();
+  ASSERT_NE(found, nullptr);
+  EXPECT_NEAR(found->parameters().torque_Nm, truth->parameters().torque_Nm,
+              0.05 * truth->parameters().torque_Nm);
+  // A second time there is a recording already, which is not replaced.
+  EXPECT_EQ(run("--wheel 1 --hidden-effect 3", output), 2);
+}
+
+TEST_F(Improve, WrongUseIsRefusedBeforeAnythingIsMade) {
+  std::string output;
+  EXPECT_EQ(run("", output), 2);
+  EXPECT_EQ(run("--hidden-effect tree", output), 2);
+  EXPECT_EQ(run("--hidden-effect 3 --wheel 5", output), 2);
+  EXPECT_EQ(run("--hidden-effect 3 --model wheel.toml", output), 2);
+  EXPECT_FALSE(fs::exists(directory_));
+}
+
+}  // namespace
+}  // namespace youbot_bench

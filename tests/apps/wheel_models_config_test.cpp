@@ -1,0 +1,118 @@
+// youbotd's configuration: drive models for the compensator and for the simulated wheels.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "apps/common/drive_model_file.h"
+#include "apps/common/hidden_effect.h"
+#include "apps/common/toml_reader.h"
+#include "apps/youbotd/config.h"
+#include "apps/youbotd/demo_config.h"
+
+namespace youbotd {
+namespace {
+
+namespace fs = std::filesystem;
+
+class WheelModels : public testing::Test {
+ protected:
+  void SetUp() override {
+    directory_ =
+        fs::path(testing::TempDir()) /
+        ("wheel_models_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
+    fs::remove_all(directory_);
+    fs::create_directories(directory_ / "models");
+    write("models/good.toml", apps::drive_model_text(apps::known_wheel_model()));
+  }
+  void TearDown() override { fs::remove_all(directory_); }
+
+  fs::path write(const std::string& name, const std::string& text) const {
+    std::ofstream(directory_ / name) << text;
+    return directory_ / name;
+  }
+  /// The one problem of a configuration, without the directory.
+  std::string problem(const std::string& text) const {
+    try {
+      (void)load_config(write("lab.toml", text));
+    } catch (const apps::ConfigError& error) {
+      EXPECT_EQ(error.problems().size(), 1U) << error.what();
+      std::string what = error.problems().front();
+      for (std::size_t at; (at = what.find(directory_.string() + "/")) != std::string::npos;)
+        what.erase(at, directory_.string().size() + 1);
+      return what;
+    }
+    return "";
+  }
+
+  fs::path directory_;
+};
+
+TEST_F(WheelModels, StandRelativeToTheConfigurationAndReplaceTheMeasuredCurves) {
+  const Config config =
+      load_config(write("lab.toml",
+                        "[compensation]\nmodels = [\"models/good.toml\", \"models/good.toml\", "
+                        "\"models/good.toml\", \"models/good.toml\"]\n"));
+  ASSERT_TRUE(config.cycle.controller.wheels.has_value());
+  for (const control::JointResistance& wheel : *config.cycle.controller.wheels)
+    EXPECT_NEAR(wheel.sliding.level_Nm(-2), 0.055 + 0.015 * 2, 1e-9);
+  EXPECT_FALSE(load_config(write("plain.toml", "")).cycle.controller.wheels.has_value());
+}
+
+TEST_F(WheelModels, AMissingFileIsNamedWithTheLineThatNamesIt) {
+  const std::string text = problem(
+      "[compensation]\nenabled = true\nmodels = [\"models/good.toml\", \"models/good.toml\", "
+      "\"models/none.toml\", \"models/good.toml\"]\n");
+  EXPECT_EQ(
+      text.find(
+          "lab.toml:3: 'compensation.models' names a drive model that cannot be used: models/none.toml"),
+      0U)
+      << text;
+}
+
+TEST_F(WheelModels, AWrongCountIsRefused) {
+  EXPECT_EQ(problem("[compensation]\nmodels = [\"models/good.toml\"]\n"),
+            "lab.toml:2: 'compensation.models' should have a drive model for each of the 4 wheels, found 1");
+}
+
+TEST_F(WheelModels, AnUnknownEffectIsNamedWithBothLines) {
+  write("models/bad.toml",
+        "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.01\n[[effect]]\ntype = \"magic\"\n");
+  const std::string text = problem(
+      "[compensation]\nmodels = [\"models/bad.toml\", \"models/good.toml\", \"models/good.toml\", "
+      "\"models/good.toml\"]\n");
+  EXPECT_EQ(text.find("lab.toml:2: "), 0U) << text;
+  EXPECT_NE(text.find("models/bad.toml:4: 'effect[0].type' is 'magic'; there are coulomb"), std::string::npos)
+      << text;
+}
+
+TEST_F(WheelModels, OtherThanAListOfNamesIsRefused) {
+  EXPECT_EQ(problem("[compensation]\nmodels = \"models/good.toml\"\n"),
+            "lab.toml:2: 'compensation.models' should be an array of strings, found a string");
+  EXPECT_EQ(problem("[compensation]\nmodels = [1]\n"),
+            "lab.toml:2: 'compensation.models[0]' should be a string, found an integer");
+}
+
+TEST_F(WheelModels, SimulatedWheelsFollowAModelOrHideAnEffectNotBoth) {
+  const Config follows = load_config(write("a.toml", "[simulation]\nmodel = \"models/good.toml\"\n"));
+  ASSERT_TRUE(follows.robot.simulation.model.has_value());
+  EXPECT_EQ(follows.robot.simulation.model->effects.size(), apps::known_wheel_model().effects.size());
+  const Config hides = load_config(write("b.toml", "[simulation]\nhidden_effect = 3\n"));
+  ASSERT_TRUE(hides.robot.simulation.model.has_value());
+  EXPECT_EQ(apps::drive_model_text(*hides.robot.simulation.model),
+            apps::drive_model_text(apps::HiddenEffect(3).wheel_model()));
+  const std::string both = problem("[simulation]\nmodel = \"models/good.toml\"\nhidden_effect = 3\n");
+  EXPECT_EQ(both.find("lab.toml:3: 'simulation.hidden_effect' and 'simulation.model' exclude each other"), 0U)
+      << both;
+}
+
+TEST_F(WheelModels, TheBuiltInDemoIsTheFileItSays) {
+  std::ifstream file(fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml", std::ios::binary);
+  EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), kDemoConfig);
+}
+
+}  // namespace
+}  // namespace youbotd

@@ -1,0 +1,61 @@
+// What becomes of torques that an actuator cannot deliver.
+#include "control/small_torques.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/support/no_alloc_guard.h"
+
+namespace {
+
+using control::SmallTorques;
+
+constexpr double kLeast_Nm = 0.03;
+
+TEST(SmallTorques, WhatTheActuatorDeliversGoesThroughAndZeroStaysZero) {
+  SmallTorques torques(kLeast_Nm);
+  for (const double torque_Nm : {0.0, 0.03, -0.03, 0.5, -2.4}) EXPECT_EQ(torques.step(torque_Nm), torque_Nm);
+  SmallTorques none;
+  EXPECT_EQ(none.step(1e-6), 1e-6);
+}
+
+TEST(SmallTorques, PulsesHaveTheMeanThatWasWanted) {
+  for (const double wanted_Nm : {0.001, 0.01, -0.014, 0.0299}) {
+    SmallTorques torques(kLeast_Nm);
+    constexpr int kSteps = 3000;
+    double sum_Nm = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const double given_Nm = torques.step(wanted_Nm);
+      EXPECT_TRUE(given_Nm == 0 || std::abs(given_Nm) == kLeast_Nm) << given_Nm;
+      sum_Nm += given_Nm;
+    }
+    // What is owed never exceeds half a pulse.
+    EXPECT_NEAR(sum_Nm / kSteps, wanted_Nm, 0.5 * kLeast_Nm / kSteps + 1e-12) << wanted_Nm;
+  }
+}
+
+TEST(SmallTorques, WhatWasOwedIsForgottenWhenNothingIsWantedAnyMore) {
+  SmallTorques torques(kLeast_Nm);
+  EXPECT_EQ(torques.step(0.014), 0.0);
+  EXPECT_EQ(torques.step(0.0), 0.0);
+  EXPECT_EQ(torques.step(0.014), 0.0);  // 0.028 would have been a pulse
+  torques.reset();
+  EXPECT_EQ(torques.step(0.014), 0.0);
+}
+
+TEST(SmallTorques, NotANumberIsPassedOnForOthersToRefuse) {
+  SmallTorques torques(kLeast_Nm);
+  EXPECT_TRUE(std::isnan(torques.step(std::numeric_limits<double>::quiet_NaN())));
+  EXPECT_EQ(torques.step(0.02), kLeast_Nm);
+}
+
+TEST(SmallTorques, DoesNotAllocateOrLock) {
+  SmallTorques torques(kLeast_Nm);
+  const support::NoAllocGuard guard;
+  for (int i = 0; i < 100; ++i) (void)torques.step(0.001 * i);
+  EXPECT_EQ(guard.violations(), 0);
+}
+
+}  // namespace
