@@ -4,20 +4,21 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "sim/effects/effect_chain.h"
+#include "sim/gap/sign_test.h"
+#include "sim/gap/speed_channel.h"
 #include "sim/gap/zero_phase.h"
-#include "sim/identify/sampling.h"
 #include "sim/identify/statistics.h"
 
 namespace sim::gap {
 namespace {
 
-constexpr double kHair = 0.02;
 /// Of the squared misfit between command and measured torque; less is not worth a name.
 constexpr double kLeastGain = 0.1;
+/// A row may hold the torque from before its command: up to so many sample periods are no delay.
+constexpr double kLeastPeriods = 1.5;
 /// Pieces of this length, this many at most: the actuator is the same everywhere.
 constexpr double kPiece_s = 1.0;
 constexpr std::size_t kMostPieces = 80;
@@ -98,24 +99,6 @@ double sum(const std::vector<double>& values) {
   double total = 0;
   for (const double value : values) total += value;
   return total;
-}
-
-/// Probability that chance lets so many more pieces improve than worsen, of those that changed by more than a
-/// hair.
-double chance_of(const std::vector<double>& before, const std::vector<double>& after) {
-  int better = 0;
-  int worse = 0;
-  for (std::size_t i = 0; i < before.size(); ++i) {
-    better += after[i] < (1 - kHair) * before[i] ? 1 : 0;
-    worse += after[i] > (1 + kHair) * before[i] ? 1 : 0;
-  }
-  // Binomial tail: at least `better` of better + worse, each as likely as not.
-  const int n = better + worse;
-  double tail = 0;
-  for (int k = better; k <= n; ++k)
-    tail +=
-        std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) - n * std::numbers::ln2);
-  return std::min(tail, 1.0);
 }
 
 /// The value with the least misfit: a grid, then golden section around its best point.
@@ -216,7 +199,8 @@ RestoredSign restore_sign(std::vector<Source>& sources) {
       const auto command = recording.column("torque_command_Nm");
       sign.assign(command.begin(), command.end());
     } else {
-      const double period_s = identify::even_period_s(recording);
+      const auto time = recording.column("time_s");
+      const double period_s = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
       if (recording.has("position_rad")) {
         sign = derivative(
             zero_phase(recording.column("position_rad"), period_s, std::min(10.0, 0.1 / period_s)), period_s);
@@ -243,7 +227,10 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
     period_s = std::max(period_s, s.raw_period_s);
     for (const double command : s.raw_command_Nm) largest = std::max(largest, std::abs(command));
   }
-  if (signals.empty() || largest == 0) return findings;
+  if (signals.empty() || largest == 0) {
+    if (auto delay = speed_command_delay(all, base, options)) findings.effects.push_back(std::move(*delay));
+    return findings;
+  }
 
   std::size_t samples = 0;
   for (const Signals& s : signals) samples += s.raw_command_Nm.size() - settled(s);
@@ -265,6 +252,11 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
   };
   findings.before_Nm = rms(misfit(signals, base, actuator));
   actuator = fit_lag(actuator);
+  bool delayed = false;
+  if (!base.find<effects::TransportDelay>()) {
+    const Actuator next_row = fit_lag({.delay_s = period_s});
+    if (cost(next_row) < (1 - kLeastGain) * cost(actuator)) actuator = next_row;
+  }
 
   const bool has_deadband = base.find<effects::TorqueDeadband>() != nullptr;
   const bool has_delay = base.find<effects::TransportDelay>() != nullptr;
@@ -292,7 +284,7 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
       a.threshold_Nm = fit(signals);
       consider("torque_deadband", a);
     }
-    if (!has_delay && actuator.delay_s == 0) {
+    if (!has_delay && !delayed) {
       Actuator a = actuator;
       a.delay_s = least(linear(period_s, std::min(0.4, 50 * period_s), 50), [&](double x) {
         Actuator b = actuator;
@@ -301,7 +293,7 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
         return cost(b);
       });
       a.lag_s = 0;
-      consider("transport_delay", fit_lag(a));
+      if (a.delay_s >= kLeastPeriods * period_s) consider("transport_delay", fit_lag(a));
     }
     if (actuator.offset_Nm == 0) {
       double mean = 0;
@@ -369,6 +361,7 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
     for (std::size_t b = 0; b < now.size(); ++b) found.blocks_improved += best->blocks[b] < now[b] ? 1 : 0;
     found.p_value = chance;
     findings.effects.push_back(std::move(found));
+    delayed = delayed || best->name == std::string_view("transport_delay");
     actuator = chosen;
   }
   findings.lag_s = actuator.lag_s;

@@ -19,8 +19,8 @@ struct RestoredSign {
 RestoredSign restore_sign(std::vector<Source>& sources);
 
 /// Dead-band, delay and offset between command and measured torque. A sensor or current loop that only lags
-/// is no effect; a delay must do better than any lag.
-/// Empty where torque was not measured or the command not recorded.
+/// is no effect; a delay must do better than any lag. Without a torque command the delay may show in a
+/// velocity command (speed_channel.h). Empty where torque was not measured or no command recorded.
 struct ActuatorFindings {
   std::vector<FoundEffect> effects;
   double before_Nm = 0;  ///< rms of measured less commanded torque

@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <numbers>
 #include <span>
 #include <stdexcept>
 
 #include "sim/gap/zero_phase.h"
-#include "sim/identify/sampling.h"
+#include "sim/identify/statistics.h"
 
 namespace sim::gap {
 namespace {
@@ -20,11 +21,101 @@ constexpr double kOversampling = 8;
 constexpr double kFilterOverBand = 2.5;
 constexpr double kMostOfSampleRate = 0.25;
 
+/// Noise that the encoder makes may reach this share of the torque where its sensor has less.
+constexpr double kLittle = 0.01;
+constexpr std::size_t kLeastSamples = 100;
+/// A step this many times the usual one has samples missing; so many in a hundred may.
+constexpr double kMissing = 2.5;
+/// Times within this share of a period are even.
+constexpr double kEven = 0.02;
+
 [[noreturn]] void refuse(const Source& source, const std::string& why) {
   throw std::invalid_argument(source.name + ": " + why);
 }
 
-std::vector<double> position_of(const Source& source, double period_s) {
+/// Mean step of a recording without holes.
+double period_of(const Source& source) {
+  const std::span<const double> time = source.recording.column("time_s");
+  if (time.size() < kLeastSamples)
+    refuse(source, "has " + std::to_string(time.size()) + " rows, too few to tell motion from; " +
+                       std::to_string(kLeastSamples) + " are the least; record a staircase or multisine");
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < time.size(); ++i) steps.push_back(time[i] - time[i - 1]);
+  const double usual = identify::median(steps);
+  const auto holes = std::ranges::count_if(steps, [&](double step) { return step > kMissing * usual; });
+  if (100 * static_cast<std::size_t>(holes) > steps.size())
+    refuse(source, std::to_string(holes) + " time steps are more than " +
+                       std::to_string(kMissing).substr(0, 3) + " times the usual " + std::to_string(usual) +
+                       " s: samples are missing; record again");
+  return (time.back() - time.front()) / static_cast<double>(time.size() - 1);
+}
+
+enum class Between : std::uint8_t { kLine, kCurve };
+
+/// Lines between samples at rising times, or cubics whose slopes are those of parabolas through three
+/// samples: motion has no corners, and twice differentiated they would show. The ends hold.
+std::vector<double> interpolated(std::span<const double> time_s, std::span<const double> values,
+                                 double period_s, std::size_t count, Between between) {
+  const std::size_t last = values.size() - 1;
+  const auto secant = [&](std::size_t i) {
+    return (values[i + 1] - values[i]) / (time_s[i + 1] - time_s[i]);
+  };
+  const auto slope = [&](std::size_t i) {
+    if (i == 0) return secant(0);
+    if (i == last) return secant(last - 1);
+    const double before = time_s[i] - time_s[i - 1];
+    const double after = time_s[i + 1] - time_s[i];
+    return (secant(i - 1) * after + secant(i) * before) / (before + after);
+  };
+  std::vector<double> result;
+  result.reserve(count);
+  std::size_t next = 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double t = time_s.front() + static_cast<double>(k) * period_s;
+    while (next < last && time_s[next] < t) ++next;
+    const double step = time_s[next] - time_s[next - 1];
+    const double x = std::clamp((t - time_s[next - 1]) / step, 0.0, 1.0);
+    const double line = values[next - 1] + x * (values[next] - values[next - 1]);
+    const double rise = values[next] - values[next - 1];
+    const double bend =
+        between == Between::kLine
+            ? 0
+            : x * (1 - x) * ((1 - x) * (step * slope(next - 1) - rise) - x * (step * slope(next) - rise));
+    result.push_back(line + bend);
+  }
+  return result;
+}
+
+bool is_even(std::span<const double> time_s, double period_s) {
+  for (std::size_t i = 0; i < time_s.size(); ++i)
+    if (std::abs(time_s[i] - time_s.front() - static_cast<double>(i) * period_s) > kEven * period_s)
+      return false;
+  return true;
+}
+
+/// Whether a motion is smoother where the times put it than at even steps. Where samples are even and only
+/// what wrote the times was late, it is not.
+bool times_are_right(std::span<const double> time_s, std::span<const double> motion) {
+  double at_times = 0;
+  double at_even = 0;
+  for (std::size_t i = 1; i + 1 < motion.size(); ++i) {
+    const double share = (time_s[i] - time_s[i - 1]) / (time_s[i + 1] - time_s[i - 1]);
+    const double rise = motion[i + 1] - motion[i - 1];
+    at_times += std::pow(motion[i] - motion[i - 1] - share * rise, 2);
+    at_even += std::pow(motion[i] - motion[i - 1] - 0.5 * rise, 2);
+  }
+  return at_times <= at_even;
+}
+
+/// A column at even times, `period_s` apart; as it is when its samples are even.
+std::vector<double> evened(std::span<const double> time_s, std::span<const double> values, double period_s,
+                           Between between) {
+  if (is_even(time_s, period_s)) return {values.begin(), values.end()};
+  return interpolated(time_s, values, period_s, values.size(), between);
+}
+
+/// At the recording's own times.
+std::vector<double> position_of(const Source& source) {
   const Recording& recording = source.recording;
   if (recording.has("position_rad")) {
     const auto column = recording.column("position_rad");
@@ -32,11 +123,26 @@ std::vector<double> position_of(const Source& source, double period_s) {
   }
   if (!recording.has("velocity_rad_per_s"))
     refuse(source, "has no position_rad (nor velocity_rad_per_s); nothing can be said about motion");
-  std::vector<double> position;
-  double sum = 0;
-  for (const double velocity : recording.column("velocity_rad_per_s"))
-    position.push_back(sum += velocity * period_s);
+  const auto time = recording.column("time_s");
+  const auto velocity = recording.column("velocity_rad_per_s");
+  std::vector<double> position(velocity.size());
+  for (std::size_t i = 1; i < position.size(); ++i)
+    position[i] = position[i - 1] + 0.5 * (velocity[i] + velocity[i - 1]) * (time[i] - time[i - 1]);
   return position;
+}
+
+/// When the samples were taken: as the file says, unless that makes the motion rougher than even steps do.
+std::vector<double> sampled_at(const Source& source, double period_s) {
+  const Recording& recording = source.recording;
+  const auto stated = recording.column("time_s");
+  std::vector<double> times(stated.begin(), stated.end());
+  const char* const motion = recording.has("position_rad") ? "position_rad" : "velocity_rad_per_s";
+  if (is_even(stated, period_s) || !recording.has(motion) ||
+      times_are_right(stated, recording.column(motion)))
+    return times;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    times[i] = stated.front() + static_cast<double>(i) * period_s;
+  return times;
 }
 
 std::span<const double> torque_of(const Source& source) {
@@ -70,6 +176,12 @@ double sample_sigma(std::span<const double> values) {
   return identify::robust_sigma(std::move(differences)) / std::sqrt(6.0);
 }
 
+double rms(std::span<const double> values) {
+  double square = 0;
+  for (const double value : values) square += value * value;
+  return std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, values.size())));
+}
+
 std::vector<double> every(std::span<const double> values, std::size_t step) {
   std::vector<double> kept;
   for (std::size_t i = 0; i < values.size(); i += step) kept.push_back(values[i]);
@@ -80,45 +192,44 @@ std::vector<double> every(std::span<const double> values, std::size_t step) {
 
 Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& base) {
   Band band;
-  double longest_period_s = 0;
-  std::vector<double> sigmas;
+  std::vector<double> densities;  // sigma·√T: what filters leave of noise does not depend on the rate
+  std::vector<double> torques;
   std::vector<double> resolutions;
   double fastest = 0;
+  bool moves = false;
   for (const Source& source : sources) {
-    const double period_s = [&] {
-      try {
-        return identify::even_period_s(source.recording);
-      } catch (const std::invalid_argument& error) {
-        refuse(source, error.what());
-      }
-    }();
-    longest_period_s = std::max(longest_period_s, period_s);
-    const std::vector<double> position = position_of(source, period_s);
+    const double period_s = period_of(source);
+    band.raw_period_s = std::max(band.raw_period_s, period_s);
+    const std::vector<double> position = position_of(source);
     resolutions.push_back(resolution(position));
     const auto torque = torque_of(source);
-    sigmas.push_back(std::hypot(sample_sigma(torque), resolution(torque) / std::sqrt(12.0)));
+    densities.push_back(std::hypot(sample_sigma(torque), resolution(torque) / std::sqrt(12.0)) *
+                        std::sqrt(period_s));
+    torques.push_back(rms(torque));
+    const std::vector<double> even =
+        evened(sampled_at(source, period_s), position, period_s, Between::kCurve);
     const std::vector<double> smooth =
-        derivative(zero_phase(position, period_s, std::min(5.0, 0.1 / period_s)), period_s);
+        derivative(zero_phase(even, period_s, std::min(5.0, 0.1 / period_s)), period_s);
     for (const double v : smooth) fastest = std::max(fastest, std::abs(v));
   }
   band.resolution_rad = identify::median(resolutions);
   if (base.encoder_ticks_per_rev) band.resolution_rad = 2 * std::numbers::pi / *base.encoder_ticks_per_rev;
-  band.torque_sigma_Nm = identify::median(sigmas);
+  band.torque_sigma_Nm = identify::median(densities) / std::sqrt(band.raw_period_s);
   // Steps of q at rate 1/T are white noise of q/√12; twice differentiated and low-passed at ω it has about
   // q/√12·ω²·√(2·f·T/5), the torque √(2·f·T) of its own.
   const double q = band.resolution_rad / std::sqrt(12.0);
-  band.cutoff_Hz = std::min(kWidestBand_Hz, 0.1 / longest_period_s);
+  const double allowed = std::max(band.torque_sigma_Nm, kLittle * identify::median(torques));
+  band.cutoff_Hz = std::min(kWidestBand_Hz, 0.1 / band.raw_period_s);
   while (band.cutoff_Hz > 2) {
     const double omega = 2 * std::numbers::pi * band.cutoff_Hz;
-    if (base.inertia_kg_m2 * q * omega * omega / std::sqrt(5.0) <= band.torque_sigma_Nm) break;
+    if (base.inertia_kg_m2 * q * omega * omega / std::sqrt(5.0) <= allowed) break;
     band.cutoff_Hz *= 0.9;
   }
   band.slowest_rad_per_s =
       std::max(4 * kFilterOverBand * band.resolution_rad * band.cutoff_Hz, 1e-3 * fastest);
   const double least = band.resolution_rad > 0 ? 20 * band.resolution_rad : 1e-9;
-  bool moves = false;
   for (const Source& source : sources) {
-    const std::vector<double> position = position_of(source, longest_period_s);
+    const std::vector<double> position = position_of(source);
     const auto [low, high] = std::minmax_element(position.begin(), position.end());
     moves = moves || *high - *low > least;
   }
@@ -129,42 +240,63 @@ Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& 
 }
 
 Signals make_signals(const Source& source, const Band& band) {
+  const Recording& recording = source.recording;
+  const double own_period_s = period_of(source);
+  const std::vector<double> time = sampled_at(source, own_period_s);
   Signals s;
   s.name = source.name;
-  s.raw_period_s = identify::even_period_s(source.recording);
+  // The recordings' own rates, where they are the same.
+  const bool slower = band.raw_period_s > (1 + 1e-3) * own_period_s;
+  s.raw_period_s = slower ? band.raw_period_s : own_period_s;
   s.band_Hz = band.cutoff_Hz;
-  s.filter_Hz = std::min(kFilterOverBand * band.cutoff_Hz, kMostOfSampleRate / s.raw_period_s);
+  s.filter_Hz = std::min(kFilterOverBand * band.cutoff_Hz, kMostOfSampleRate / band.raw_period_s);
   const auto step = static_cast<std::size_t>(
-      std::max(1.0, std::floor(1 / (kOversampling * band.cutoff_Hz * s.raw_period_s))));
+      std::max(1.0, std::floor(1 / (kOversampling * band.cutoff_Hz * band.raw_period_s))));
   s.period_s = s.raw_period_s * static_cast<double>(step);
-  const auto low_pass = [&](std::span<const double> raw) {
-    return zero_phase(raw, s.raw_period_s, s.filter_Hz);
+
+  // What is measured bends; a command jumps.
+  const auto even = [&](std::span<const double> values, Between between = Between::kLine) {
+    return evened(time, values, own_period_s, between);
   };
-  const std::vector<double> position = low_pass(position_of(source, s.raw_period_s));
-  const std::vector<double> velocity = derivative(position, s.raw_period_s);
-  const std::vector<double> acceleration = derivative(velocity, s.raw_period_s);
-  const auto torque = torque_of(source);
-  std::vector<double> moving(velocity.size());
-  for (std::size_t i = 0; i < velocity.size(); ++i) {
-    moving[i] = std::abs(velocity[i]) > band.slowest_rad_per_s ? 1.0 : 0.0;
-  }
-  const auto time = source.recording.column("time_s");
-  s.time_s = every(time, step);
+  // From even values at the recording's own rate to the common one.
+  std::vector<double> own_times;
+  for (std::size_t i = 0; i < time.size(); ++i)
+    own_times.push_back(time.front() + static_cast<double>(i) * own_period_s);
+  const auto count = static_cast<std::size_t>((time.back() - time.front()) / s.raw_period_s * (1 + 1e-9)) + 1;
+  const auto common = [&](std::vector<double> values, Between between = Between::kLine) {
+    return slower ? interpolated(own_times, values, s.raw_period_s, count, between) : values;
+  };
+  const auto kept = [&](std::vector<double> values) {
+    return every(common(std::move(values), Between::kCurve), step);
+  };
+  const auto low_pass = [&](std::span<const double> raw) {
+    return zero_phase(even(raw), own_period_s, s.filter_Hz);
+  };
+  const std::vector<double> position =
+      zero_phase(even(position_of(source), Between::kCurve), own_period_s, s.filter_Hz);
+  const std::vector<double> velocity = derivative(position, own_period_s);
+  const std::vector<double> acceleration = derivative(velocity, own_period_s);
+  s.time_s = kept(own_times);
   for (const double t : s.time_s) s.running_s.push_back(t - time.front());
-  s.position_rad = every(position, step);
-  s.velocity_rad_per_s = every(velocity, step);
-  s.acceleration_rad_per_s2 = every(acceleration, step);
-  s.moving = every(moving, step);
-  s.torque_Nm = every(low_pass(torque), step);
-  s.torque_is_command = !source.recording.has("torque_measured_Nm");
-  if (source.recording.has("torque_command_Nm")) {
-    const auto command = source.recording.column("torque_command_Nm");
-    s.raw_command_Nm.assign(command.begin(), command.end());
+  s.position_rad = kept(position);
+  s.velocity_rad_per_s = kept(velocity);
+  s.acceleration_rad_per_s2 = kept(acceleration);
+  for (const double v : s.velocity_rad_per_s)
+    s.moving.push_back(std::abs(v) > band.slowest_rad_per_s ? 1.0 : 0.0);
+  s.torque_Nm = kept(low_pass(torque_of(source)));
+  s.torque_is_command = !recording.has("torque_measured_Nm");
+  if (recording.has("torque_command_Nm")) {
+    s.raw_command_Nm = common(even(recording.column("torque_command_Nm")));
     if (!s.torque_is_command) {
-      s.command_Nm = every(low_pass(command), step);
-      const auto measured = source.recording.column("torque_measured_Nm");
-      s.raw_measured_Nm.assign(measured.begin(), measured.end());
+      s.command_Nm = kept(low_pass(recording.column("torque_command_Nm")));
+      s.raw_measured_Nm = common(even(recording.column("torque_measured_Nm")));
     }
+  }
+  if (recording.has("velocity_command_rad_per_s")) {
+    s.raw_velocity_command_rad_per_s = common(even(recording.column("velocity_command_rad_per_s")));
+    s.raw_velocity_rad_per_s = recording.has("velocity_rad_per_s")
+                                   ? common(even(recording.column("velocity_rad_per_s")))
+                                   : common(derivative(even(position_of(source)), own_period_s));
   }
   return s;
 }

@@ -10,9 +10,9 @@
 
 namespace sim::gap {
 
-/// One recording, evenly sampled at several times the band. All signals have passed the same zero-phase
-/// filter, wider than the band, so that none lags and all lack the same. Where the joint stands still,
-/// friction is whatever holds: these samples count for nothing (`moving` is 0).
+/// One recording, evenly sampled at several times the band, at the same rate as all others. All signals have
+/// passed the same zero-phase filter, wider than the band, so that none lags and all lack the same. Where the
+/// joint stands still, friction is whatever holds: these samples count for nothing (`moving` is 0).
 struct Signals {
   std::string name;
   double period_s = 0;
@@ -27,10 +27,12 @@ struct Signals {
   std::vector<double> torque_Nm;   ///< delivered, as measured; commanded where nothing was measured
   std::vector<double> command_Nm;  ///< empty when there is none, or when it is what torque_Nm is
   bool torque_is_command = false;
-  /// At the recording's own rate, unfiltered: for what happens within milliseconds.
+  /// At the rate of the slowest recording, unfiltered: for what happens within milliseconds.
   double raw_period_s = 0;
   std::vector<double> raw_command_Nm;
   std::vector<double> raw_measured_Nm;
+  std::vector<double> raw_velocity_command_rad_per_s;  ///< empty when there is none
+  std::vector<double> raw_velocity_rad_per_s;          ///< only beside a command of it
 
   std::size_t size() const noexcept { return time_s.size(); }
 };
@@ -41,11 +43,13 @@ struct Band {
   double resolution_rad = 0;
   double torque_sigma_Nm = 0;    ///< of one raw sample: noise and resolution of the sensor
   double slowest_rad_per_s = 0;  ///< below this the joint stands
+  double raw_period_s = 0;       ///< of the recording with the lowest rate
 };
 
-/// The widest band, up to 25 Hz and a tenth of the sample rate, in which the encoder's steps make less torque
-/// noise (through inertia and acceleration) than the torque sensor does.
-/// @throws std::invalid_argument naming the recording that lacks a column, is uneven, or never moves.
+/// The widest band, up to 25 Hz and a tenth of the lowest sample rate, in which the encoder's steps make less
+/// torque noise (through inertia and acceleration) than the torque sensor does, or little against the torque.
+/// Rates may differ and times be uneven; a sample counts when its time says.
+/// @throws std::invalid_argument naming the recording that lacks a column or samples, or never moves.
 Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& base);
 
 Signals make_signals(const Source& source, const Band& band);

@@ -1,0 +1,49 @@
+// Rows of torque command and measured torque: what is late in them, and what only is written that way.
+#include "sim/gap/actuator_channel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <random>
+#include <vector>
+
+namespace {
+
+using sim::gap::actuator_channel;
+using sim::gap::Signals;
+
+/// Three sines at 100 Hz, measured some rows later.
+Signals rows_late(std::size_t rows) {
+  std::mt19937_64 random(1);
+  std::normal_distribution<double> noise(0, 1e-3);
+  Signals s;
+  s.raw_period_s = 1e-2;
+  for (std::size_t i = 0; i < 3000; ++i) {
+    const double t = 1e-2 * static_cast<double>(i);
+    s.raw_command_Nm.push_back(0.1 * std::sin(2 * t) + 0.08 * std::sin(7.3 * t) + 0.05 * std::sin(16.1 * t));
+    s.raw_measured_Nm.push_back(s.raw_command_Nm[i >= rows ? i - rows : 0] + noise(random));
+  }
+  return s;
+}
+
+TEST(GapActuatorChannel, ATorqueFromBeforeTheRowsCommandIsNoDelay) {
+  for (const std::size_t rows : {0, 1}) {
+    const auto findings = actuator_channel({rows_late(rows)}, {}, {});
+    EXPECT_TRUE(findings.effects.empty()) << rows;
+    EXPECT_LT(findings.after_Nm, 1.1e-3) << rows;  // only noise is left, wherever the row has it from
+  }
+}
+
+TEST(GapActuatorChannel, MoreThanARowIsADelay) {
+  for (const std::size_t rows : {2, 5}) {
+    const auto findings = actuator_channel({rows_late(rows)}, {}, {});
+    ASSERT_EQ(findings.effects.size(), 1U) << rows;
+    EXPECT_EQ(sim::effects::name_of(findings.effects[0].effect), "transport_delay");
+    EXPECT_NEAR(sim::effects::parameter_of(findings.effects[0].effect, "delay_s"),
+                1e-2 * static_cast<double>(rows), 2e-3);
+  }
+}
+
+}  // namespace

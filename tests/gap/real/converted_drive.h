@@ -1,0 +1,43 @@
+/// @file
+/// Measured drives in the project's own formats: what was published about each, and its recordings.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "sim/effects/drive_model.h"
+#include "sim/recording.h"
+
+namespace real_recordings {
+
+struct ConvertedRecording {
+  std::string file;  ///< name, with .csv
+  sim::Recording recording;
+};
+
+/// Joint side, SI. The model is what a laboratory has before it looks at the data: inertia, Coulomb and
+/// viscous friction as published or from data sheets, and a weight that was put on.
+struct ConvertedDrive {
+  sim::effects::DriveModel base;     ///< its name is that of the rig and of the directory
+  std::vector<std::string> remarks;  ///< where its numbers come from; comments of the model file
+  std::vector<ConvertedRecording> data;
+  std::vector<ConvertedRecording> held_out{};  ///< empty: the analysis sets aside what it likes
+};
+
+// One for each folder of tests/data; its README says what is mapped to what. `folder`: that folder.
+// @throws std::runtime_error naming the file that cannot be used.
+
+/// `drive`: 1 or 2.
+ConvertedDrive screw_drive(const std::filesystem::path& folder, int drive);
+/// `motor`: 1 to 3.
+ConvertedDrive omni_wheel(const std::filesystem::path& folder, int motor);
+ConvertedDrive outrunner(const std::filesystem::path& folder);
+ConvertedDrive pendulum_servo(const std::filesystem::path& folder);
+
+/// All of the above; `data`: the folder that holds theirs.
+std::vector<ConvertedDrive> converted_drives(const std::filesystem::path& data);
+
+/// DIRECTORY/base.toml, DIRECTORY/data/*.csv and, where there are any, DIRECTORY/held_out/*.csv.
+void write_drive(const ConvertedDrive& drive, const std::filesystem::path& directory);
+
+}  // namespace real_recordings
