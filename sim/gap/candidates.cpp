@@ -30,7 +30,7 @@ auto friction_column(const Level& level) {
   return [level](const Signals& s) {
     return each(s, [&](std::size_t i) {
       const double v = s.velocity_rad_per_s[i];
-      return std::copysign(level(std::abs(v)), v);
+      return v < 0 ? -level(-v) : level(v);
     });
   };
 }
@@ -122,6 +122,12 @@ class Builder {
 };
 
 constexpr Bounds kNotNegative{.lower = 0};
+/// For shapes that have no amplitude of their own.
+constexpr Bounds kAsItIs{.lower = 0.7, .upper = 1.3};
+/// Of inertia and friction, behind a gap or spring.
+constexpr Bounds kPossibleShare{.lower = 0.01, .upper = 0.95};
+constexpr double kTrialShare = 0.3;
+constexpr double kTrialDampingRatio = 0.05;
 
 void Builder::friction() {
   if (!has<effects::Coulomb>())
@@ -283,51 +289,53 @@ void Builder::mechanics() {
            return plus(given, "inertia",
                        {{"difference_kg_m2", a[0] + f.model.inertia_kg_m2 - f.given_inertia_kg_m2}});
          }});
-  if (!has<effects::Presliding>() && coulomb_Nm(fitted_) > 0) {
-    const double level = coulomb_Nm(fitted_);
+  // What the model says with an effect less what it says without, over `amount` of it.
+  const auto difference = [&](const AnyEffect& effect, double amount) {
+    return column([this, effect, amount](const Signals& s) {
+      FittedModel more = fitted_;
+      more.model.effects.push_back(effect);
+      const Samples with = predicted_torque_Nm(more.model, s);
+      const Samples without = predicted_torque_Nm(fitted_.model, s);
+      return each(s, [&](std::size_t i) { return (with[i] - without[i]) / amount; });
+    });
+  };
+  if (const double level = coulomb_Nm(fitted_); !has<effects::Presliding>() && level > 0) {
     // From a few samples' travel at the slowest speeds to what would be called a gap.
     for (const double bent : geometric(2e-4, 0.1, 9)) {
-      const auto late = [=](const Signals& s) {
-        const Samples elastic = friction_direction(s, bent);
-        return each(s,
-                    [&](std::size_t i) { return elastic[i] - (s.velocity_rad_per_s[i] < 0 ? -1.0 : 1.0); });
-      };
-      add({"presliding", {column(late)}, {kNotNegative}, [=](const FittedModel& f, const Eigen::VectorXd&) {
+      const AnyEffect presliding = effects::make_effect("presliding", {{"stiffness_Nm_per_rad", level / bent}});
+      add({"presliding",
+           {difference(presliding, 1)},
+           {kAsItIs},
+           [=](const FittedModel& f, const Eigen::VectorXd&) {
              return plus(f, "presliding", {{"stiffness_Nm_per_rad", level / bent}});
            }});
     }
   }
-  const auto torque = [this](const Signals& s) { return predicted_torque_Nm(fitted_.model, s); };
-  if (!has<effects::Backlash>()) {
-    for (const double gap : geometric(1e-3, 0.2, 9)) {
-      const auto missing = [=](const Signals& s) {
-        const Samples inside = in_gap(s, gap);
-        const Samples all = torque(s);
-        return each(s, [&](std::size_t i) { return -inside[i] * all[i]; });
+  if (!has<effects::Backlash>() && !has<effects::Elasticity>()) {
+    // Of a load behind it: its share is left to fit.
+    for (const double gap : geometric(1e-3, 0.2, 13)) {
+      const auto with = [=](double share) {
+        return effects::make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}});
       };
       add({"backlash",
-           {column(missing)},
-           {Bounds{0, 1}},
+           {difference(with(kTrialShare), kTrialShare)},
+           {kPossibleShare},
            [=](const FittedModel& f, const Eigen::VectorXd& a) {
              return plus(f, "backlash", {{"gap_rad", gap}, {"load_share", a[0]}});
            }});
     }
-  }
-  if (!has<effects::Elasticity>()) {
-    for (const double resonance : geometric(0.15 * reach_.band_rad_per_s, 2 * reach_.band_rad_per_s, 9)) {
-      const auto difference = [=](const Signals& s) {
-        const Samples behind = load_acceleration(s, resonance, 0.05);
-        return each(s, [&](std::size_t i) { return behind[i] - s.acceleration_rad_per_s2[i]; });
+    for (const double resonance : geometric(0.15 * reach_.band_rad_per_s, 2 * reach_.band_rad_per_s, 13)) {
+      const auto with = [=](double share) {
+        const double load_inertia = share * inertia;
+        return std::vector<NamedValue>{
+            {"stiffness_Nm_per_rad", load_inertia * resonance * resonance},
+            {"damping_Nm_s_per_rad", 2 * kTrialDampingRatio * load_inertia * resonance},
+            {"load_share", share}};
       };
       add({"elasticity",
-           {column(difference)},
-           {Bounds{0, inertia}},
-           [=](const FittedModel& f, const Eigen::VectorXd& a) {
-             return plus(f, "elasticity",
-                         {{"stiffness_Nm_per_rad", a[0] * resonance * resonance},
-                          {"damping_Nm_s_per_rad", 0.1 * a[0] * resonance},
-                          {"load_share", a[0] / f.model.inertia_kg_m2}});
-           }});
+           {difference(effects::make_effect("elasticity", with(kTrialShare)), kTrialShare)},
+           {kPossibleShare},
+           [=](const FittedModel& f, const Eigen::VectorXd& a) { return plus(f, "elasticity", with(a[0])); }});
     }
   }
 }
@@ -351,7 +359,7 @@ void Builder::actuator() {
   const auto by_value = [&](std::string_view effect, std::string_view parameter, double value) {
     add({effect,
          {beyond(effects::make_effect(effect, {{parameter, value}}))},
-         {Bounds{0.5, 1.5}},
+         {kAsItIs},
          [=](const FittedModel& f, const Eigen::VectorXd&) {
            return plus(f, effect, {{parameter, value}});
          }});

@@ -16,7 +16,7 @@ namespace sim::gap {
 inline constexpr double kInertiaTolerance = 0.05;
 /// A torque sensor may report this late without being called an effect.
 inline constexpr double kLongestLag_s = 0.01;
-/// Nor early by what sampling may shift it.
+/// Nor early by a sample, which is what a recorder's convention may shift it; at most this.
 inline constexpr double kLongestLead_s = 0.002;
 
 /// The model, and what the torque sensor's filter does, which is no property of the drive.

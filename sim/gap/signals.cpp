@@ -15,9 +15,9 @@ namespace {
 
 constexpr double kWidestBand_Hz = 25;
 /// Samples per period of the band's edge that are kept.
-constexpr double kOversampling = 8;
+constexpr double kOversampling = 20;
 /// Cutoff of the signals' filter over the band, as far as the sample rate allows.
-constexpr double kFilterOverBand = 2.5;
+constexpr double kFilterOverBand = 6;
 constexpr double kMostOfSampleRate = 0.25;
 
 [[noreturn]] void refuse(const Source& source, const std::string& why) {
@@ -140,10 +140,12 @@ Signals make_signals(const Source& source, const Band& band) {
   const auto low_pass = [&](std::span<const double> raw) {
     return zero_phase(raw, s.raw_period_s, s.filter_Hz);
   };
-  const std::vector<double> position = low_pass(position_of(source, s.raw_period_s));
+  s.raw_position_rad = position_of(source, s.raw_period_s);
+  const std::vector<double> position = low_pass(s.raw_position_rad);
   const std::vector<double> velocity = derivative(position, s.raw_period_s);
   const std::vector<double> acceleration = derivative(velocity, s.raw_period_s);
   const auto torque = torque_of(source);
+  s.raw_torque_Nm.assign(torque.begin(), torque.end());
   std::vector<double> moving(velocity.size());
   for (std::size_t i = 0; i < velocity.size(); ++i) {
     moving[i] = std::abs(velocity[i]) > band.slowest_rad_per_s ? 1.0 : 0.0;
@@ -155,7 +157,9 @@ Signals make_signals(const Source& source, const Band& band) {
   s.velocity_rad_per_s = every(velocity, step);
   s.acceleration_rad_per_s2 = every(acceleration, step);
   s.moving = every(moving, step);
-  s.torque_Nm = every(low_pass(torque), step);
+  const std::vector<double> smooth_torque = low_pass(torque);
+  s.torque_Nm = every(smooth_torque, step);
+  s.torque_rate_Nm_per_s = every(derivative(smooth_torque, s.raw_period_s), step);
   s.torque_is_command = !source.recording.has("torque_measured_Nm");
   if (source.recording.has("torque_command_Nm")) {
     const auto command = source.recording.column("torque_command_Nm");
