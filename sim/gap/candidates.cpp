@@ -7,6 +7,8 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "sim/gap/parallel.h"
+
 namespace sim::gap {
 namespace {
 
@@ -91,9 +93,10 @@ class Builder {
   bool has() const {
     return fitted_.model.find<E>() != nullptr;
   }
+  /// The column there will be.
   Eigen::Index column(const std::function<Samples(const Signals&)>& quantity) {
-    columns_.push_back(rows_.column(quantity));
-    return static_cast<Eigen::Index>(columns_.size()) - 1;
+    quantities_.push_back(quantity);
+    return static_cast<Eigen::Index>(quantities_.size()) - 1;
   }
   void add(Candidate candidate) { candidates_.push_back(std::move(candidate)); }
 
@@ -106,9 +109,10 @@ class Builder {
 
   Dictionary finish() {
     Dictionary dictionary;
-    dictionary.columns.resize(rows_.count(), static_cast<Eigen::Index>(columns_.size()));
-    for (std::size_t i = 0; i < columns_.size(); ++i)
-      dictionary.columns.col(static_cast<Eigen::Index>(i)) = columns_[i];
+    dictionary.columns.resize(rows_.count(), static_cast<Eigen::Index>(quantities_.size()));
+    in_parallel(quantities_.size(), [&](std::size_t i) {
+      dictionary.columns.col(static_cast<Eigen::Index>(i)) = rows_.column(quantities_[i]);
+    });
     dictionary.candidates = std::move(candidates_);
     return dictionary;
   }
@@ -117,7 +121,7 @@ class Builder {
   const FittedModel& fitted_;
   const Rows& rows_;
   Reach reach_;
-  std::vector<Eigen::VectorXd> columns_;
+  std::vector<std::function<Samples(const Signals&)>> quantities_;
   std::vector<Candidate> candidates_;
 };
 
@@ -414,14 +418,16 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
   return best;
 }
 
-Eigen::MatrixXd ripple_columns(double periods_per_rev, const Rows& rows) {
-  Eigen::MatrixXd columns(rows.count(), 2);
-  columns.col(0) = rows.column([=](const Signals& s) {
-    return each(s, [&](std::size_t i) { return std::sin(periods_per_rev * s.position_rad[i]); });
-  });
-  columns.col(1) = rows.column([=](const Signals& s) {
-    return each(s, [&](std::size_t i) { return std::cos(periods_per_rev * s.position_rad[i]); });
-  });
+Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,
+                               const Eigen::VectorXd& velocity_rad_per_s, double band_Hz) {
+  Eigen::MatrixXd columns(position_rad.size(), 2);
+  for (Eigen::Index i = 0; i < position_rad.size(); ++i) {
+    // What the band leaves of it at this speed.
+    const double over = periods_per_rev * velocity_rad_per_s[i] / (kTwoPi * band_Hz);
+    const double gain = 1 / (1 + over * over * over * over);
+    columns(i, 0) = gain * std::sin(periods_per_rev * position_rad[i]);
+    columns(i, 1) = gain * std::cos(periods_per_rev * position_rad[i]);
+  }
   return columns;
 }
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <string>
 
+#include "sim/gap/parallel.h"
+
 
 namespace sim::gap {
 namespace {
@@ -114,15 +116,11 @@ Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
                                     const std::vector<FreeParameter>& parameters) {
   Eigen::MatrixXd jacobian(rows.count(), static_cast<Eigen::Index>(parameters.size()));
   const Eigen::VectorXd here = predicted_rows(fitted, rows);
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
+  in_parallel(parameters.size(), [&](std::size_t k) {
     const FreeParameter& p = parameters[k];
-    auto column = jacobian.col(static_cast<Eigen::Index>(k));
-    if (p.kind == FreeParameter::Kind::kLag) {
-      column = lag_column(rows);
-      continue;
-    }
-    column = slope(fitted, rows, p, here);
-  }
+    jacobian.col(static_cast<Eigen::Index>(k)) =
+        p.kind == FreeParameter::Kind::kLag ? lag_column(rows) : slope(fitted, rows, p, here);
+  });
   return jacobian;
 }
 

@@ -81,6 +81,7 @@ class Round {
     regression_.emplace(columns_, training.block, kFolds);
     residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
     position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);
+    velocity_ = rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(training.rows);
     regression_->set_target(residual_);
     base_ = regression_->fit(base_columns_, base_bounds_);
     left_ = residual_ - jacobian_ * base_.coefficients;
@@ -173,7 +174,7 @@ class Round {
   };
   Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out) const {
     Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
-    columns << jacobian_, ripple_columns(periods, rows_)(training_.rows, Eigen::all);
+    columns << jacobian_, ripple_columns(periods, position_, velocity_, rows_.signals().front().band_Hz);
     BlockRegression regression(columns, training_.block, kFolds);
     regression.set_target(target);
     std::vector<Bounds> bounds = base_bounds_;
@@ -194,6 +195,7 @@ class Round {
   std::optional<BlockRegression> regression_;
   Eigen::VectorXd residual_;
   Eigen::VectorXd position_;
+  Eigen::VectorXd velocity_;
   BlockRegression::Fit base_;
   Eigen::VectorXd left_;        // of the model as it is, refitted
   Eigen::VectorXd least_left_;  // of the best hypothesis so far
