@@ -7,6 +7,8 @@
 #include <unsupported/Eigen/FFT>
 #include <utility>
 
+#include "sim/gap/parallel.h"
+
 namespace sim::gap {
 namespace {
 
@@ -30,7 +32,7 @@ auto friction_column(const Level& level) {
   return [level](const Signals& s) {
     return each(s, [&](std::size_t i) {
       const double v = s.velocity_rad_per_s[i];
-      return std::copysign(level(std::abs(v)), v);
+      return v < 0 ? -level(-v) : level(v);
     });
   };
 }
@@ -91,9 +93,10 @@ class Builder {
   bool has() const {
     return fitted_.model.find<E>() != nullptr;
   }
+  /// The column there will be.
   Eigen::Index column(const std::function<Samples(const Signals&)>& quantity) {
-    columns_.push_back(rows_.column(quantity));
-    return static_cast<Eigen::Index>(columns_.size()) - 1;
+    quantities_.push_back(quantity);
+    return static_cast<Eigen::Index>(quantities_.size()) - 1;
   }
   void add(Candidate candidate) { candidates_.push_back(std::move(candidate)); }
 
@@ -106,9 +109,10 @@ class Builder {
 
   Dictionary finish() {
     Dictionary dictionary;
-    dictionary.columns.resize(rows_.count(), static_cast<Eigen::Index>(columns_.size()));
-    for (std::size_t i = 0; i < columns_.size(); ++i)
-      dictionary.columns.col(static_cast<Eigen::Index>(i)) = columns_[i];
+    dictionary.columns.resize(rows_.count(), static_cast<Eigen::Index>(quantities_.size()));
+    in_parallel(quantities_.size(), [&](std::size_t i) {
+      dictionary.columns.col(static_cast<Eigen::Index>(i)) = rows_.column(quantities_[i]);
+    });
     dictionary.candidates = std::move(candidates_);
     return dictionary;
   }
@@ -117,11 +121,17 @@ class Builder {
   const FittedModel& fitted_;
   const Rows& rows_;
   Reach reach_;
-  std::vector<Eigen::VectorXd> columns_;
+  std::vector<std::function<Samples(const Signals&)>> quantities_;
   std::vector<Candidate> candidates_;
 };
 
 constexpr Bounds kNotNegative{.lower = 0};
+/// For shapes that have no amplitude of their own.
+constexpr Bounds kAsItIs{.lower = 0.7, .upper = 1.3};
+/// Of inertia and friction, behind a gap or spring.
+constexpr Bounds kPossibleShare{.lower = 0.01, .upper = 0.95};
+constexpr double kTrialShare = 0.3;
+constexpr double kTrialDampingRatio = 0.05;
 
 void Builder::friction() {
   if (!has<effects::Coulomb>())
@@ -276,58 +286,60 @@ void Builder::mechanics() {
   if (!has<effects::Inertia>())
     add({"inertia",
          {column([](const Signals& s) { return s.acceleration_rad_per_s2; })},
-         {Bounds{.lower = -0.9 * inertia}},
+         {Bounds{-kMostInertiaLess * inertia, kMostInertiaMore * inertia}},
          [](const FittedModel& f, const Eigen::VectorXd& a) {
            FittedModel given = f;
            given.model.inertia_kg_m2 = f.given_inertia_kg_m2;
            return plus(given, "inertia",
                        {{"difference_kg_m2", a[0] + f.model.inertia_kg_m2 - f.given_inertia_kg_m2}});
          }});
-  if (!has<effects::Presliding>() && coulomb_Nm(fitted_) > 0) {
-    const double level = coulomb_Nm(fitted_);
+  // What the model says with an effect less what it says without, over `amount` of it.
+  const auto difference = [&](const AnyEffect& effect, double amount) {
+    return column([this, effect, amount](const Signals& s) {
+      FittedModel more = fitted_;
+      more.model.effects.push_back(effect);
+      const Samples with = predicted_torque_Nm(more.model, s);
+      const Samples without = predicted_torque_Nm(fitted_.model, s);
+      return each(s, [&](std::size_t i) { return (with[i] - without[i]) / amount; });
+    });
+  };
+  if (const double level = coulomb_Nm(fitted_); !has<effects::Presliding>() && level > 0) {
     // From a few samples' travel at the slowest speeds to what would be called a gap.
     for (const double bent : geometric(2e-4, 0.1, 9)) {
-      const auto late = [=](const Signals& s) {
-        const Samples elastic = friction_direction(s, bent);
-        return each(s,
-                    [&](std::size_t i) { return elastic[i] - (s.velocity_rad_per_s[i] < 0 ? -1.0 : 1.0); });
-      };
-      add({"presliding", {column(late)}, {kNotNegative}, [=](const FittedModel& f, const Eigen::VectorXd&) {
+      const AnyEffect presliding = effects::make_effect("presliding", {{"stiffness_Nm_per_rad", level / bent}});
+      add({"presliding",
+           {difference(presliding, 1)},
+           {kAsItIs},
+           [=](const FittedModel& f, const Eigen::VectorXd&) {
              return plus(f, "presliding", {{"stiffness_Nm_per_rad", level / bent}});
            }});
     }
   }
-  const auto torque = [this](const Signals& s) { return predicted_torque_Nm(fitted_.model, s); };
-  if (!has<effects::Backlash>()) {
-    for (const double gap : geometric(1e-3, 0.2, 9)) {
-      const auto missing = [=](const Signals& s) {
-        const Samples inside = in_gap(s, gap);
-        const Samples all = torque(s);
-        return each(s, [&](std::size_t i) { return -inside[i] * all[i]; });
+  if (!has<effects::Backlash>() && !has<effects::Elasticity>()) {
+    // Of a load behind it: its share is left to fit.
+    for (const double gap : geometric(1e-3, 0.2, 13)) {
+      const auto with = [=](double share) {
+        return effects::make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}});
       };
       add({"backlash",
-           {column(missing)},
-           {Bounds{0, 1}},
+           {difference(with(kTrialShare), kTrialShare)},
+           {kPossibleShare},
            [=](const FittedModel& f, const Eigen::VectorXd& a) {
              return plus(f, "backlash", {{"gap_rad", gap}, {"load_share", a[0]}});
            }});
     }
-  }
-  if (!has<effects::Elasticity>()) {
-    for (const double resonance : geometric(0.15 * reach_.band_rad_per_s, 2 * reach_.band_rad_per_s, 9)) {
-      const auto difference = [=](const Signals& s) {
-        const Samples behind = load_acceleration(s, resonance, 0.05);
-        return each(s, [&](std::size_t i) { return behind[i] - s.acceleration_rad_per_s2[i]; });
+    for (const double resonance : geometric(0.15 * reach_.band_rad_per_s, 2 * reach_.band_rad_per_s, 13)) {
+      const auto with = [=](double share) {
+        const double load_inertia = share * inertia;
+        return std::vector<NamedValue>{
+            {"stiffness_Nm_per_rad", load_inertia * resonance * resonance},
+            {"damping_Nm_s_per_rad", 2 * kTrialDampingRatio * load_inertia * resonance},
+            {"load_share", share}};
       };
       add({"elasticity",
-           {column(difference)},
-           {Bounds{0, inertia}},
-           [=](const FittedModel& f, const Eigen::VectorXd& a) {
-             return plus(f, "elasticity",
-                         {{"stiffness_Nm_per_rad", a[0] * resonance * resonance},
-                          {"damping_Nm_s_per_rad", 0.1 * a[0] * resonance},
-                          {"load_share", a[0] / f.model.inertia_kg_m2}});
-           }});
+           {difference(effects::make_effect("elasticity", with(kTrialShare)), kTrialShare)},
+           {kPossibleShare},
+           [=](const FittedModel& f, const Eigen::VectorXd& a) { return plus(f, "elasticity", with(a[0])); }});
     }
   }
 }
@@ -351,7 +363,7 @@ void Builder::actuator() {
   const auto by_value = [&](std::string_view effect, std::string_view parameter, double value) {
     add({effect,
          {beyond(effects::make_effect(effect, {{parameter, value}}))},
-         {Bounds{0.5, 1.5}},
+         {kAsItIs},
          [=](const FittedModel& f, const Eigen::VectorXd&) {
            return plus(f, effect, {{parameter, value}});
          }});
@@ -390,7 +402,7 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
   for (Eigen::Index i = 0; i < residual.size(); ++i)
     sum[static_cast<std::size_t>((position_rad[i] - low) / bin)] += residual[i];
   std::vector<std::complex<double>> spectrum;
-  Eigen::FFT<double> fft;
+  thread_local Eigen::FFT<double> fft;  // keeps its tables
   fft.fwd(spectrum, sum);
   double best = 0;
   double most = 0;
@@ -406,14 +418,16 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
   return best;
 }
 
-Eigen::MatrixXd ripple_columns(double periods_per_rev, const Rows& rows) {
-  Eigen::MatrixXd columns(rows.count(), 2);
-  columns.col(0) = rows.column([=](const Signals& s) {
-    return each(s, [&](std::size_t i) { return std::sin(periods_per_rev * s.position_rad[i]); });
-  });
-  columns.col(1) = rows.column([=](const Signals& s) {
-    return each(s, [&](std::size_t i) { return std::cos(periods_per_rev * s.position_rad[i]); });
-  });
+Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,
+                               const Eigen::VectorXd& velocity_rad_per_s, double band_Hz) {
+  Eigen::MatrixXd columns(position_rad.size(), 2);
+  for (Eigen::Index i = 0; i < position_rad.size(); ++i) {
+    // What the band leaves of it at this speed.
+    const double over = periods_per_rev * velocity_rad_per_s[i] / (kTwoPi * band_Hz);
+    const double gain = 1 / (1 + over * over * over * over);
+    columns(i, 0) = gain * std::sin(periods_per_rev * position_rad[i]);
+    columns(i, 1) = gain * std::cos(periods_per_rev * position_rad[i]);
+  }
   return columns;
 }
 

@@ -32,8 +32,9 @@ Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows);
 /// How often per turn the residual repeats most, from its spectrum over position; 0 when the joint does not
 /// turn far enough to tell.
 double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::VectorXd& position_rad);
-/// Columns sin(N·θ), cos(N·θ).
-Eigen::MatrixXd ripple_columns(double periods_per_rev, const Rows& rows);
+/// Columns sin(N·θ), cos(N·θ), of rows at these positions and velocities, as far as the band passes them.
+Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,
+                               const Eigen::VectorXd& velocity_rad_per_s, double band_Hz);
 /// The model with one cogging harmonic more.
 FittedModel with_ripple(const FittedModel& fitted, double periods_per_rev, double sine_Nm, double cosine_Nm);
 

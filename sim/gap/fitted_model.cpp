@@ -3,9 +3,11 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <string>
 
-#include "sim/gap/zero_phase.h"
+#include "sim/gap/parallel.h"
+
 
 namespace sim::gap {
 namespace {
@@ -16,8 +18,12 @@ constexpr std::size_t kIntervalBlocks = 40;
 /// A parameter whose whole plausible range changes the prediction by less than this share of the residual is
 /// not seen.
 constexpr double kUnseen = 1e-6;
-
-std::vector<double> torque_rate(const Signals& s) { return derivative(s.torque_Nm, s.period_s); }
+/// Of a parameter's scale, to differentiate by.
+constexpr double kWidestStep = 0.03;
+constexpr int kMostNarrowings = 4;
+/// Difference of the slopes to both sides, of their sum, that is straight enough.
+constexpr double kStraight = 0.3;
+constexpr int kMostRounds = 20;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
   const auto& described = effects::effect_descriptions()[effect.index()];
@@ -28,12 +34,35 @@ AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) 
   return effects::make_effect(described.name, values);
 }
 
+/// A sensor that lags reports less of what rises: what was there is reported + lag·rate, which is exact for a
+/// first-order lag.
 Eigen::VectorXd lag_column(const Rows& rows) {
-  return rows.column([](const Signals& s) {
-    std::vector<double> rate = torque_rate(s);
-    for (double& value : rate) value = -value;
-    return rate;
-  });
+  return -rows.column([](const Signals& s) { return s.torque_rate_Nm_per_s; });
+}
+
+/// How the prediction changes with one parameter, by differences: over a wide step, for what counts in events,
+/// such as a gap, narrower where the prediction bends within it.
+Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreeParameter& p,
+                      const Eigen::VectorXd& here) {
+  Eigen::VectorXd straightest = Eigen::VectorXd::Zero(rows.count());
+  double least_bend = std::numeric_limits<double>::infinity();
+  double h = kWidestStep * p.scale;
+  for (int attempt = 0; attempt < kMostNarrowings && least_bend > kStraight; ++attempt, h *= 0.1) {
+    const double above = std::min(p.value + h, p.upper);
+    const double below = std::max(p.value - h, p.lower);
+    if (!(above > below)) break;
+    const Eigen::VectorXd up = predicted_rows(with_value(fitted, p, above), rows) - here;
+    const Eigen::VectorXd down = here - predicted_rows(with_value(fitted, p, below), rows);
+    const double length = (up + down).norm();
+    const bool one_sided = above == p.value || below == p.value;
+    const double bend = !(length > 0) ? std::numeric_limits<double>::max()
+                        : one_sided   ? 0
+                                      : (up - down).norm() / length;
+    if (bend >= least_bend) continue;
+    least_bend = bend;
+    straightest = (up + down) / (above - below);
+  }
+  return straightest;
 }
 
 }  // namespace
@@ -45,16 +74,23 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     list.push_back({FreeParameter::Kind::kInertia, 0, "inertia_kg_m2", fitted.model.inertia_kg_m2,
                     (1 - kInertiaTolerance) * given, (1 + kInertiaTolerance) * given, given});
   const bool measured = std::ranges::none_of(rows.signals(), &Signals::torque_is_command);
+  double lead_s = 0;
+  for (const Signals& s : rows.signals()) lead_s = std::max(lead_s, std::min(s.raw_period_s, kLongestLead_s));
   if (measured)
     list.push_back(
-        {FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -kLongestLead_s, kLongestLag_s, 1e-3});
+        {FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, kLongestLag_s, 1e-3});
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : effects::effect_descriptions()[effect.index()].parameters) {
       const double value = effects::parameter_of(effect, parameter.name);
       const double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
-      list.push_back({FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower,
-                      parameter.upper, scale > 0 ? scale : 1e-3});
+      FreeParameter free{FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower,
+                         parameter.upper, scale > 0 ? scale : 1e-3};
+      if (std::holds_alternative<effects::Inertia>(effect)) {
+        free.lower = std::max(free.lower, -kMostInertiaLess * given);
+        free.upper = std::min(free.upper, kMostInertiaMore * given);
+      }
+      list.push_back(free);
     }
   }
   return list;
@@ -84,24 +120,12 @@ Eigen::VectorXd predicted_rows(const FittedModel& fitted, const Rows& rows) {
 Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
                                     const std::vector<FreeParameter>& parameters) {
   Eigen::MatrixXd jacobian(rows.count(), static_cast<Eigen::Index>(parameters.size()));
-  for (std::size_t k = 0; k < parameters.size(); ++k) {
+  const Eigen::VectorXd here = predicted_rows(fitted, rows);
+  in_parallel(parameters.size(), [&](std::size_t k) {
     const FreeParameter& p = parameters[k];
-    auto column = jacobian.col(static_cast<Eigen::Index>(k));
-    if (p.kind == FreeParameter::Kind::kLag) {
-      column = lag_column(rows);
-      continue;
-    }
-    const double h = 1e-4 * p.scale;
-    const double above = std::min(p.value + h, p.upper);
-    const double below = std::max(p.value - h, p.lower);
-    if (!(above > below)) {
-      column.setZero();
-      continue;
-    }
-    column = (predicted_rows(with_value(fitted, p, above), rows) -
-              predicted_rows(with_value(fitted, p, below), rows)) /
-             (above - below);
-  }
+    jacobian.col(static_cast<Eigen::Index>(k)) =
+        p.kind == FreeParameter::Kind::kLag ? lag_column(rows) : slope(fitted, rows, p, here);
+  });
   return jacobian;
 }
 
@@ -111,7 +135,7 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
   Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(current, rows))(use);
   double cost = residual.squaredNorm();
   double damping = 1e-6;
-  for (int round = 0; round < 8; ++round) {
+  for (int round = 0; round < kMostRounds; ++round) {
     const std::vector<FreeParameter> parameters = free_parameters(current, rows);
     const Eigen::MatrixXd jacobian = prediction_jacobian(current, rows, parameters)(use, Eigen::all);
     const Eigen::MatrixXd gram = jacobian.transpose() * jacobian;

@@ -14,9 +14,13 @@ namespace sim::gap {
 
 /// How far the data may move the given inertia before that is called an effect.
 inline constexpr double kInertiaTolerance = 0.05;
+/// An inertia effect makes of it no less than a tenth and no more than ten times: beyond, another term that goes
+/// with the acceleration is taken for it, such as a speed loop's answer to a ripple.
+inline constexpr double kMostInertiaLess = 0.9;
+inline constexpr double kMostInertiaMore = 9;
 /// A torque sensor may report this late without being called an effect.
 inline constexpr double kLongestLag_s = 0.01;
-/// Nor early by what sampling may shift it.
+/// Nor early by a sample, which is what a recorder's convention may shift it; at most this.
 inline constexpr double kLongestLead_s = 0.002;
 
 /// The model, and what the torque sensor's filter does, which is no property of the drive.

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <random>
 #include <set>
 #include <stdexcept>
 
 #include "sim/gap/actuator_channel.h"
 #include "sim/gap/fitted_model.h"
+#include "sim/gap/rest_channel.h"
 #include "sim/gap/search.h"
 #include "sim/gap/signals.h"
 #include "sim/gap/structure.h"
@@ -149,17 +151,14 @@ std::string deciding_experiment(std::string_view effect, const std::vector<std::
   return "multisine and staircase, longer";
 }
 
-std::vector<identify::Estimate> parameters_of(const effects::AnyEffect& effect, const FittedModel& fitted,
+std::vector<identify::Estimate> parameters_of(const effects::AnyEffect* effect, const FittedModel& fitted,
                                               const Rows& rows, const std::vector<identify::Estimate>& all) {
   // Estimates come in the order of the free parameters.
   std::vector<identify::Estimate> own;
   const auto parameters = free_parameters(fitted, rows);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
     if (parameters[k].kind != FreeParameter::Kind::kEffect) continue;
-    const effects::AnyEffect& at = fitted.model.effects[parameters[k].effect];
-    if (at.index() == effect.index() &&
-        own.size() < effects::effect_descriptions()[effect.index()].parameters.size())
-      own.push_back(all[k]);
+    if (&fitted.model.effects[parameters[k].effect] == effect) own.push_back(all[k]);
   }
   return own;
 }
@@ -208,6 +207,8 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
   const std::vector<Signals> searched(signals.begin(),
                                       signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
   const ActuatorFindings actuator = actuator_channel(searched, base, options);
+
+  const std::optional<FoundEffect> gives = rest_channel(searched, base, band, options);
 
   FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2, .lag_s = 0};
   const std::vector<bool> burst = bursts(given, rows);
@@ -331,9 +332,16 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
     found.gap_after = rms(residual(added.after), quiet);
     found.equivalent = added.equivalent;
     found.deciding_experiment = deciding_experiment(added.effect, added.equivalent);
-    found.parameters = parameters_of(*effect, final, rows, all);
+    found.parameters = parameters_of(effect, final, rows, all);
     named.emplace(added.effect);
     result.effects.push_back(std::move(found));
+  }
+  // Unless what gives at rest was found in motion already.
+  if (gives && !result.model.find<effects::Presliding>() && !result.model.find<effects::Elasticity>() &&
+      !result.model.find<effects::Backlash>()) {
+    result.model.effects.push_back(gives->effect);
+    result.effects.push_back(*gives);
+    named.emplace(effects::name_of(gives->effect));
   }
   for (const auto& [type, gain] : searching.rejected)
     if (!named.contains(type))

@@ -4,14 +4,15 @@
 #include <cmath>
 
 #include "sim/effects/effect_chain.h"
+#include "sim/gap/load_side.h"
 #include "sim/gap/zero_phase.h"
 
 namespace sim::gap {
 namespace {
 
-constexpr double kLoadDampingRatio = 0.05;
-/// Integration steps per radian of the load's resonance.
-constexpr double kStepsPerRadian = 10;
+/// Where a recording begins and ends the filters have only half of what they need: this many periods of the
+/// band's edge count for nothing.
+constexpr double kEdgePeriods = 2;
 
 /// Friction that is carried by a bristle of stiffness σ0 between the levels of the two directions, or follows
 /// the sign of the velocity without one.
@@ -54,41 +55,6 @@ std::vector<double> friction_direction(const Signals& s, double breakaway_rad) {
   return direction;
 }
 
-std::vector<double> in_gap(const Signals& s, double gap_rad) {
-  std::vector<double> inside(s.size());
-  double travelled = 0;  // from the lower flank
-  for (std::size_t i = 1; i < s.size(); ++i) {
-    travelled = std::clamp(travelled + s.position_rad[i] - s.position_rad[i - 1], 0.0, gap_rad);
-    inside[i] = travelled > 0 && travelled < gap_rad ? 1 : 0;
-  }
-  return inside;
-}
-
-std::vector<double> load_acceleration(const Signals& s, double resonance_rad_per_s, double damping_ratio) {
-  std::vector<double> result(s.size());
-  if (s.size() == 0) return result;
-  double position = s.position_rad[0];
-  double velocity = s.velocity_rad_per_s[0];
-  const auto steps =
-      static_cast<int>(std::ceil(std::max(1.0, kStepsPerRadian * resonance_rad_per_s * s.period_s)));
-  const double dt = s.period_s / steps;
-  const double k = resonance_rad_per_s * resonance_rad_per_s;
-  const double d = 2 * damping_ratio * resonance_rad_per_s;
-  for (std::size_t i = 1; i < s.size(); ++i) {
-    double acceleration = 0;
-    for (int n = 1; n <= steps; ++n) {
-      const double share = static_cast<double>(n) / steps;
-      const auto between = [&](const std::vector<double>& x) { return x[i - 1] + share * (x[i] - x[i - 1]); };
-      acceleration =
-          k * (between(s.position_rad) - position) + d * (between(s.velocity_rad_per_s) - velocity);
-      velocity += dt * acceleration;
-      position += dt * velocity;
-    }
-    result[i] = acceleration;
-  }
-  return result;
-}
-
 std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model, const Signals& s) {
   effects::EffectChain chain(model.effects);
   std::vector<double> beyond;
@@ -110,20 +76,13 @@ std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const 
   for (std::size_t i = 0; i < s.size(); ++i) load[i] = chain.load_Nm(s.position_rad[i]);
   std::vector<double> torque = friction(chain, model, s, load);
   const double inertia = mechanics.inertia_kg_m2;
-  for (std::size_t i = 0; i < s.size(); ++i) torque[i] += inertia * s.acceleration_rad_per_s2[i] + load[i];
-  if (mechanics.shaft_Nm_per_rad > 0) {
-    const double load_inertia = inertia * mechanics.load_share;
-    const double resonance = std::sqrt(mechanics.shaft_Nm_per_rad / load_inertia);
-    const double damping =
-        std::max(kLoadDampingRatio, mechanics.shaft_Nm_s_per_rad / (2 * resonance * load_inertia));
-    const std::vector<double> behind = load_acceleration(s, resonance, damping);
+  for (std::size_t i = 0; i < s.size(); ++i) torque[i] += inertia * s.acceleration_rad_per_s2[i];
+  if (mechanics.two_masses()) {
+    const std::vector<double> behind = load_side_Nm(mechanics, chain, s);
     for (std::size_t i = 0; i < s.size(); ++i)
-      torque[i] += load_inertia * (behind[i] - s.acceleration_rad_per_s2[i]);
+      torque[i] += mechanics.load_share * (behind[i] - torque[i]);
   }
-  if (mechanics.backlash_rad > 0) {
-    const std::vector<double> gap = in_gap(s, mechanics.backlash_rad);
-    for (std::size_t i = 0; i < s.size(); ++i) torque[i] *= 1 - mechanics.load_share * gap[i];
-  }
+  for (std::size_t i = 0; i < s.size(); ++i) torque[i] += load[i];
   if (s.torque_is_command) {
     const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
     for (std::size_t i = 0; i < s.size(); ++i) torque[i] -= beyond[i];
@@ -136,7 +95,8 @@ Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {
   length_ = static_cast<std::size_t>(
       std::max(1LL, std::llround(0.5 / (signals.front().band_Hz * signals.front().period_s))));
   for (std::size_t r = 0; r < signals.size(); ++r) {
-    for (std::size_t first = 0; first + length_ <= signals[r].size(); first += length_) {
+    const auto edge = static_cast<std::size_t>(kEdgePeriods / (signals[r].band_Hz * signals[r].period_s));
+    for (std::size_t first = edge; first + length_ + edge <= signals[r].size(); first += length_) {
       double moving = 0;
       for (std::size_t i = first; i < first + length_; ++i) moving += signals[r].moving[i];
       if (moving * 2 >= static_cast<double>(length_)) at_.push_back({r, first});

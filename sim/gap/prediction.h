@@ -20,11 +20,6 @@ std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const 
 /// Direction of friction: the sign of the velocity, or, with a displacement of break-away > 0, how far the
 /// contact is bent, −1 to 1.
 std::vector<double> friction_direction(const Signals& signals, double breakaway_rad);
-/// 1 while the motor travels from one flank of a gap to the other, else 0.
-std::vector<double> in_gap(const Signals& signals, double gap_rad);
-/// Acceleration of a load on a spring [rad/s²] whose other end moves with the motor.
-std::vector<double> load_acceleration(const Signals& signals, double resonance_rad_per_s,
-                                      double damping_ratio);
 /// What the actuator effects of `model` add to the command, at the samples of `signals`, filtered.
 std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model, const Signals& signals);
 

@@ -5,6 +5,8 @@
 #include <map>
 #include <numeric>
 #include <optional>
+#include <cstdlib>
+#include <cstdio>
 
 #include "sim/gap/candidates.h"
 #include "sim/gap/chance_data.h"
@@ -70,15 +72,16 @@ class Round {
  public:
   Round(const FittedModel& fitted, const Rows& rows, const Training& training)
       : fitted_(fitted), rows_(rows), training_(training), dictionary_(make_dictionary(fitted, rows)) {
-    const auto parameters = free_parameters(fitted, rows);
-    jacobian_ = prediction_jacobian(fitted, rows, parameters)(training.rows, Eigen::all);
+    parameters_ = free_parameters(fitted, rows);
+    jacobian_ = prediction_jacobian(fitted, rows, parameters_)(training.rows, Eigen::all);
     base_columns_ = range(0, jacobian_.cols());
-    base_bounds_ = step_bounds(parameters);
+    base_bounds_ = step_bounds(parameters_);
     columns_.resize(jacobian_.rows(), jacobian_.cols() + dictionary_.columns.cols());
     columns_ << jacobian_, dictionary_.columns(training.rows, Eigen::all);
     regression_.emplace(columns_, training.block, kFolds);
     residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
     position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);
+    velocity_ = rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(training.rows);
     regression_->set_target(residual_);
     base_ = regression_->fit(base_columns_, base_bounds_);
     left_ = residual_ - jacobian_ * base_.coefficients;
@@ -101,12 +104,13 @@ class Round {
       Outcome& known = best[candidate.effect];
       if (!known.effect.empty() && gain <= known.gain) continue;
       const auto amplitudes = fit.coefficients.tail(static_cast<Eigen::Index>(candidate.columns.size()));
-      known = {candidate.effect, gain, candidate.add(fitted_, amplitudes)};
+      known = {candidate.effect, gain, candidate.add(moved(fit.coefficients), amplitudes)};
     }
     if (const double periods = ripple_periods_per_rev(left_, position_); periods > 0) {
-      const auto [gain, amplitudes, fitted] = ripple(periods, residual_, base_.held_out);
+      const auto [gain, steps, fitted] = ripple(periods, residual_, base_.held_out);
       remember(gain, fitted);
-      best["cogging"] = {"cogging", gain, with_ripple(fitted_, periods, amplitudes[0], amplitudes[1])};
+      const Eigen::Vector2d amplitudes = steps.tail<2>();
+      best["cogging"] = {"cogging", gain, with_ripple(moved(steps), periods, amplitudes[0], amplitudes[1])};
     }
     std::vector<Outcome> result;
     for (auto& [name, outcome] : best) result.push_back(std::move(outcome));
@@ -139,6 +143,14 @@ class Round {
   const BlockRegression::Fit& base() const noexcept { return base_; }
 
  private:
+  /// The model with the linear step that goes with a candidate: where refining it begins.
+  FittedModel moved(const Eigen::VectorXd& steps) const {
+    FittedModel result = fitted_;
+    for (std::size_t k = 0; k < parameters_.size(); ++k)
+      result = with_value(result, parameters_[k],
+                          parameters_[k].value + steps[static_cast<Eigen::Index>(k)]);
+    return result;
+  }
   Indices columns_of(const Candidate& candidate) const {
     Indices columns = base_columns_;
     for (const Eigen::Index column : candidate.columns) columns.push_back(jacobian_.cols() + column);
@@ -157,24 +169,25 @@ class Round {
 
   struct Ripple {
     double gain;
-    Eigen::Vector2d amplitudes;
+    Eigen::VectorXd steps;  // of the model's own parameters, then sine and cosine
     Eigen::VectorXd fitted;
   };
   Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out) const {
     Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
-    columns << jacobian_, ripple_columns(periods, rows_)(training_.rows, Eigen::all);
+    columns << jacobian_, ripple_columns(periods, position_, velocity_, rows_.signals().front().band_Hz);
     BlockRegression regression(columns, training_.block, kFolds);
     regression.set_target(target);
     std::vector<Bounds> bounds = base_bounds_;
     bounds.resize(bounds.size() + 2);
     const BlockRegression::Fit fit = regression.fit(range(0, columns.cols()), bounds);
-    return {1 - fit.held_out / base_held_out, fit.coefficients.tail<2>(), columns * fit.coefficients};
+    return {1 - fit.held_out / base_held_out, fit.coefficients, columns * fit.coefficients};
   }
 
   const FittedModel& fitted_;
   const Rows& rows_;
   const Training& training_;
   Dictionary dictionary_;
+  std::vector<FreeParameter> parameters_;
   Eigen::MatrixXd jacobian_;
   Eigen::MatrixXd columns_;
   Indices base_columns_;
@@ -182,6 +195,7 @@ class Round {
   std::optional<BlockRegression> regression_;
   Eigen::VectorXd residual_;
   Eigen::VectorXd position_;
+  Eigen::VectorXd velocity_;
   BlockRegression::Fit base_;
   Eigen::VectorXd left_;        // of the model as it is, refitted
   Eigen::VectorXd least_left_;  // of the best hypothesis so far
@@ -208,14 +222,18 @@ bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& bett
 
 /// The winner first, then those the blocks do not tell from it; none when no gain is sure.
 std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const BlockRegression::Fit& base,
-                           const Rows& rows, const Training& training) {
+                           const Rows& rows, const Training& training, double least_gain) {
   std::vector<Rival> rivals;
+  double most = 0;  // of those that hold
   for (const Round::Outcome& outcome : outcomes) {
-    if (outcome.gain < kRival * outcomes.front().gain || outcome.gain <= 0) break;
+    if (outcome.gain < std::max(kRival * most, least_gain)) break;
     FittedModel model = refined(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
+    if (getenv("DBG")) for (const FittedModel* m : {&outcome.model, static_cast<const FittedModel*>(&model)}) { fprintf(stderr,"     cost %g:", (rows.torque_Nm() - predicted_rows(*m, rows))(training.rows).squaredNorm()); for (auto&q: free_parameters(*m, rows)) fprintf(stderr," %s=%g", std::string(q.name).c_str(), q.value); fprintf(stderr,"\n"); }
+    if (getenv("DBG")) fprintf(stderr,"   rival %s lin %.3f refined %.3f sure %d dec %.2f\n", std::string(outcome.effect).c_str(), outcome.gain, 1-fit.held_out/base.held_out, (int)is_sure(base,fit), decisiveness(base.held_out_of, fit.held_out_of));
     if (!is_sure(base, fit)) continue;
     const std::size_t parameters = free_parameters(model, rows).size();
+    most = std::max(most, 1 - fit.held_out / base.held_out);
     rivals.push_back({outcome.effect, std::move(model), std::move(fit), parameters});
   }
   if (rivals.empty()) return rivals;
@@ -273,12 +291,13 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     report(options, "trying effects", 0.1 + 0.8 * step / (step + 2.0));
     Round round(result.fitted, rows, training);
     const std::vector<Round::Outcome> outcomes = round.outcomes();
+    if (getenv("DBG")) for (auto& o : outcomes) fprintf(stderr,"  step %d %s %.4f\n", step, std::string(o.effect).c_str(), o.gain);
     const bool worth = step < kMostEffects && !outcomes.empty() &&
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
     const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
     const std::vector<Rival> rivals = worth && p <= options.false_positive_rate
-                                          ? contest(outcomes, round.base(), rows, training)
+                                          ? contest(outcomes, round.base(), rows, training, options.least_gain)
                                           : std::vector<Rival>();
     if (rivals.empty()) {
       for (const Round::Outcome& outcome : outcomes)

@@ -16,9 +16,9 @@ namespace {
 
 constexpr double kWidestBand_Hz = 25;
 /// Samples per period of the band's edge that are kept.
-constexpr double kOversampling = 8;
+constexpr double kOversampling = 20;
 /// Cutoff of the signals' filter over the band, as far as the sample rate allows.
-constexpr double kFilterOverBand = 2.5;
+constexpr double kFilterOverBand = 6;
 constexpr double kMostOfSampleRate = 0.25;
 
 /// Noise that the encoder makes may reach this share of the torque where its sensor has less.
@@ -272,8 +272,9 @@ Signals make_signals(const Source& source, const Band& band) {
   const auto low_pass = [&](std::span<const double> raw) {
     return zero_phase(even(raw), own_period_s, s.filter_Hz);
   };
-  const std::vector<double> position =
-      zero_phase(even(position_of(source), Between::kCurve), own_period_s, s.filter_Hz);
+  const std::vector<double> as_measured = even(position_of(source), Between::kCurve);
+  s.raw_position_rad = common(as_measured, Between::kCurve);
+  const std::vector<double> position = zero_phase(as_measured, own_period_s, s.filter_Hz);
   const std::vector<double> velocity = derivative(position, own_period_s);
   const std::vector<double> acceleration = derivative(velocity, own_period_s);
   s.time_s = kept(own_times);
@@ -283,7 +284,10 @@ Signals make_signals(const Source& source, const Band& band) {
   s.acceleration_rad_per_s2 = kept(acceleration);
   for (const double v : s.velocity_rad_per_s)
     s.moving.push_back(std::abs(v) > band.slowest_rad_per_s ? 1.0 : 0.0);
-  s.torque_Nm = kept(low_pass(torque_of(source)));
+  s.raw_torque_Nm = common(even(torque_of(source)));
+  const std::vector<double> torque = low_pass(torque_of(source));
+  s.torque_Nm = kept(torque);
+  s.torque_rate_Nm_per_s = kept(derivative(torque, own_period_s));
   s.torque_is_command = !recording.has("torque_measured_Nm");
   if (recording.has("torque_command_Nm")) {
     s.raw_command_Nm = common(even(recording.column("torque_command_Nm")));

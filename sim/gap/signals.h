@@ -26,9 +26,12 @@ struct Signals {
   std::vector<double> moving;      ///< 1 or 0
   std::vector<double> torque_Nm;   ///< delivered, as measured; commanded where nothing was measured
   std::vector<double> command_Nm;  ///< empty when there is none, or when it is what torque_Nm is
+  std::vector<double> torque_rate_Nm_per_s;  ///< of torque_Nm
   bool torque_is_command = false;
   /// At the rate of the slowest recording, unfiltered: for what happens within milliseconds.
   double raw_period_s = 0;
+  std::vector<double> raw_position_rad;
+  std::vector<double> raw_torque_Nm;  ///< of which torque_Nm is made
   std::vector<double> raw_command_Nm;
   std::vector<double> raw_measured_Nm;
   std::vector<double> raw_velocity_command_rad_per_s;  ///< empty when there is none

@@ -64,6 +64,9 @@ std::vector<double> derivative(std::span<const double> samples, double period_s)
   if (samples.size() < 2) return result;
   const std::size_t last = samples.size() - 1;
   for (std::size_t i = 1; i < last; ++i) result[i] = (samples[i + 1] - samples[i - 1]) / (2 * period_s);
+  // Five points where there are as many: three lose 0.3 % of what is at a fiftieth of the sample rate.
+  for (std::size_t i = 2; i + 2 <= last; ++i)
+    result[i] = (8 * (samples[i + 1] - samples[i - 1]) - (samples[i + 2] - samples[i - 2])) / (12 * period_s);
   result[0] = (samples[1] - samples[0]) / period_s;
   result[last] = (samples[last] - samples[last - 1]) / period_s;
   return result;

@@ -55,7 +55,8 @@ struct Candidate {
   double exponent = 0;
 };
 
-/// All candidates of one set of terms; linear but for the choice among them.
+/// All candidates of one set of terms; linear but for the choice among them. A Stribeck term is a peak: where
+/// the data would have it a hollow, as if it were another kind of viscous friction, its height is zero.
 class Family {
  public:
   Family(const Terms& terms, const Data& data) {
@@ -63,6 +64,11 @@ class Family {
       add(terms, data, 0, 0);
       return;
     }
+    Terms flat = terms;
+    flat.erase(Term::kStribeck);
+    flat.erase(Term::kStribeckExponent);
+    if (!add(flat, data, 0, 0)) return;
+    const std::size_t flat_ones = candidates_.size();
     // Below the slowest speed nothing of the term is seen, near the fastest no end of it.
     const double slowest = std::log(data.v.cwiseAbs().minCoeff());
     const double widest = std::log(0.7 * data.v.cwiseAbs().maxCoeff()) - slowest;
@@ -75,7 +81,7 @@ class Family {
       double best = 0;
       double most = -1;
       const auto look = [&](double log_velocity) {
-        if (!add(terms, data, std::exp(log_velocity), exponent)) return;
+        if (!add(terms, data, std::exp(log_velocity), exponent) || !admits(candidates_.back(), data.y)) return;
         if (const double explained = (candidates_.back().Q.transpose() * data.y).squaredNorm();
             explained > most) {
           most = explained;
@@ -89,6 +95,7 @@ class Family {
         for (const int i : {-2, -1, 1, 2}) look(middle + i * step);
       }
     }
+    if (candidates_.size() == flat_ones) candidates_.clear();  // no peak can be told from the other terms
   }
   bool usable() const { return !candidates_.empty(); }
 
@@ -99,6 +106,7 @@ class Family {
     best_sum_.setConstant(n, std::numeric_limits<double>::infinity());
     best_error_.setZero(n);
     for (const Candidate& candidate : candidates_) {
+      if (!admits(candidate, y)) continue;
       coefficients_.noalias() = candidate.Q.transpose() * y;
       residual_.noalias() = y - candidate.Q * coefficients_;
       const double sum = square - coefficients_.squaredNorm();
@@ -117,12 +125,19 @@ class Family {
   }
 
   const Candidate& best(const Eigen::VectorXd& y) const {
+    const auto explained = [&](const Candidate& c) {
+      return admits(c, y) ? (c.Q.transpose() * y).squaredNorm() : -1.0;
+    };
     return *std::max_element(candidates_.begin(), candidates_.end(), [&](const auto& a, const auto& b) {
-      return (a.Q.transpose() * y).squaredNorm() < (b.Q.transpose() * y).squaredNorm();
+      return explained(a) < explained(b);
     });
   }
 
  private:
+  static bool admits(const Candidate& candidate, const Eigen::VectorXd& y) {
+    return candidate.peak.size() == 0 || candidate.peak.dot(y) > 0;
+  }
+
   /// False when the terms cannot be told apart there.
   bool add(const Terms& terms, const Data& data, double velocity, double exponent) {
     const Eigen::Index n = data.v.size();
@@ -229,10 +244,6 @@ class Search {
     for (const Term term : addable(terms, data_)) {
       Family family(with(terms, term), data_);
       if (!family.usable()) continue;
-      if (term == Term::kStribeck) {
-        const Candidate& fit = family.best(data_.y);
-        if (!(fit.peak.dot(data_.y) > 0)) continue;
-      }
       families.push_back(std::move(family));
       candidates.push_back(term);
     }

@@ -54,7 +54,7 @@ struct ModelChoice {
 /// own error, as the measured one. This needs no noise level and no table: that the Stribeck velocity does
 /// not exist in a model without the term, which spoils the usual F and likelihood tests [R. B. Davies,
 /// Biometrika 74, 1987], is in the repetitions, and so is the choice among several terms. A Stribeck term
-/// must be a peak: one that only bends the curve down at low speed is not added. After each addition the
+/// is a peak, in every fit: what bends the curve down at low speed is none. After each addition the
 /// other terms are asked the same question and leave when they no longer gain. Weights and outliers as
 /// fit_static() finds them with all terms. Deterministic for a seed.
 /// @throws std::invalid_argument as fit_static().

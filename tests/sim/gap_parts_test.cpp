@@ -149,37 +149,11 @@ Signals moving(const std::vector<double>& position) {
   return s;
 }
 
-TEST(Operators, AGapIsCrossedAfterAReversalOnly) {
-  const Signals s = moving({0, 0.1, 0.2, 0.3, 0.25, 0.2, 0.15, 0.1});
-  // Gap 0.12: forward contact after 0.12, backward after 0.12 the other way.
-  const std::vector<double> expected = {0, 1, 0, 0, 1, 1, 0, 0};
-  EXPECT_EQ(in_gap(s, 0.12), expected);
-}
-
 TEST(Operators, TheContactTurnsOverTwiceItsBreakAway) {
   const Signals s = moving({0, 0.1, 0.2, 0.3, 0.25, 0.2, 0.15, 0.1});
   const std::vector<double> bent = friction_direction(s, 0.1);
   const std::vector<double> expected = {0, 1, 1, 1, 0.5, 0, -0.5, -1};
   for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(bent[i], expected[i], 1e-9) << i;
-}
-
-// A load on a spring driven at w: amplitude 1/(1 − (w/w0)²) of the motor's, undamped, far from resonance.
-TEST(Operators, ALoadOnASpringAmplifiesBelowItsResonance) {
-  const double w = 10;
-  const double w0 = 40;
-  std::vector<double> position;
-  Signals s;
-  s.period_s = 5e-3;
-  for (int i = 0; i < 4000; ++i) {
-    const double t = 5e-3 * i;
-    s.time_s.push_back(t);
-    s.position_rad.push_back(std::sin(w * t));
-    s.velocity_rad_per_s.push_back(w * std::cos(w * t));
-  }
-  const std::vector<double> load = load_acceleration(s, w0, 0.05);
-  double most = 0;
-  for (std::size_t i = 3000; i < load.size(); ++i) most = std::max(most, std::abs(load[i]));
-  EXPECT_NEAR(most, w * w / (1 - (w / w0) * (w / w0)), 0.02 * w * w);
 }
 
 Source commanded(double threshold_Nm, int delay_samples, bool lose_sign) {

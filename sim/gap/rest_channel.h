@@ -1,0 +1,21 @@
+/// @file
+/// How far a joint at rest gives under torques that do not break it away.
+#pragma once
+#include <optional>
+#include <span>
+
+#include "sim/gap/gap.h"
+#include "sim/gap/signals.h"
+
+namespace sim::gap {
+
+/// Presliding in stretches at rest: position against torque below break-away, a straight line through stretches
+/// of little and of much torque alike. What gives way only above some torque, or by the same distance under
+/// any, is a spring or a gap behind the motor and is not named here. Gaps are the displacement times the
+/// stiffness found [N·m].
+/// Empty where the model has presliding already, where nothing rests under changing torque, or where the
+/// encoder does not resolve what it gives.
+std::optional<FoundEffect> rest_channel(std::span<const Signals> signals, const effects::DriveModel& base,
+                                        const Band& band, const Options& options);
+
+}  // namespace sim::gap
