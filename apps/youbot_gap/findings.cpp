@@ -15,9 +15,9 @@
 namespace youbot_gap {
 namespace {
 
+using apps::number_text;
 using sim::gap::FoundEffect;
 using sim::gap::Verdict;
-using apps::number_text;
 
 constexpr double kWorthTelling = 1.05;  // a gap that is this many times another one
 

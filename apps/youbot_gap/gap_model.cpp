@@ -43,8 +43,7 @@ std::vector<std::string> header(const Findings& findings) {
   std::vector<std::string> lines{
       "written by youbot-gap " + std::string(apps::build_version()),
       fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
-      "searched: " + apps::list_text(findings.data),
-      "held out: " + apps::list_text(result.held_out),
+      "searched: " + apps::list_text(findings.data), "held out: " + apps::list_text(result.held_out),
       fmt::format("verdict: {}; held-out gap {:.4g} -> {:.4g} N·m, noise floor {:.4g} N·m",
                   sim::gap::verdict_name(result.verdict), result.gap_before_Nm, result.gap_after_Nm,
                   result.noise_floor_Nm)};

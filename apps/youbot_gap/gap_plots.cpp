@@ -11,11 +11,11 @@
 namespace youbot_gap {
 namespace {
 
-using report::Series;
-using report::Style;
 using apps::number_text;
 using apps::Quantity;
 using apps::quantity_of;
+using report::Series;
+using report::Style;
 
 constexpr unsigned kAfter = 0;
 constexpr unsigned kBefore = 1;
@@ -94,13 +94,19 @@ std::vector<report::Plot> residual_plots(const sim::gap::Result& result) {
                       .x = axis_of(map.coordinate),
                       .y = {"torque residual", "N·m"},
                       .series = {}};
+    const bool is_spectrum = map.coordinate == "frequency_Hz";
+    if (is_spectrum) {
+      plot.y = {.label = "rms torque residual between two points", .unit = "N·m", .from = 0};
+      plot.note = "All points together, squared and added, are the squared gap.";
+    }
     const auto [least, greatest] = std::ranges::minmax(map.at);
-    plot.series.push_back({.name = "noise floor",
-                           .x = {least, greatest},
-                           .y = {},
-                           .lower = {-result.noise_floor_Nm, -result.noise_floor_Nm},
-                           .upper = {result.noise_floor_Nm, result.noise_floor_Nm},
-                           .look = kNoise});
+    if (!is_spectrum)
+      plot.series.push_back({.name = "noise floor",
+                             .x = {least, greatest},
+                             .y = {},
+                             .lower = {-result.noise_floor_Nm, -result.noise_floor_Nm},
+                             .upper = {result.noise_floor_Nm, result.noise_floor_Nm},
+                             .look = kNoise});
     plot.series.push_back(map_line("before", map.at, map.before_Nm, Style::kDashed, kBefore));
     plot.series.push_back(map_line("after", map.at, map.after_Nm, Style::kLine, kAfter));
     plots.push_back(std::move(plot));

@@ -13,10 +13,10 @@
 namespace youbot_gap {
 namespace {
 
-using sim::identify::Estimate;
 using apps::number_text;
 using apps::Quantity;
 using apps::quantity_of;
+using sim::identify::Estimate;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -168,8 +168,8 @@ void add_provenance(report::Page& page, const Findings& findings) {
   for (const std::string& note : findings.result.notes) page.text(note);
   page.text("Model: " + findings.base_path + ".");
   page.text("Searched: " + apps::list_text(findings.data) +
-            ". Held out: " + apps::list_text(findings.result.held_out) +
-            ". Random numbers begin with " + std::to_string(findings.seed) + ".");
+            ". Held out: " + apps::list_text(findings.result.held_out) + ". Random numbers begin with " +
+            std::to_string(findings.seed) + ".");
 }
 
 }  // namespace

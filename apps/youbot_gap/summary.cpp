@@ -16,8 +16,7 @@ std::string parameters_text(const sim::gap::FoundEffect& found) {
     text += text.empty() ? "" : ", ";
     if (estimate.ok())
       text += fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
-                          apps::number_text(estimate.value, quantity.unit), estimate.lower,
-                          estimate.upper);
+                          apps::number_text(estimate.value, quantity.unit), estimate.lower, estimate.upper);
     else
       text += quantity.name + " not identifiable";
   }

@@ -19,7 +19,7 @@ class Elasticity : public WithParameters<Elasticity, ElasticityParameters> {
   static constexpr std::string_view kShows =
       "less inertia than the model's above one frequency and more just below it";
   static constexpr auto kParameters = std::to_array<ParameterInfo<ElasticityParameters>>(
-      {{"stiffness_Nm_per_rad", member<&ElasticityParameters::stiffness_Nm_per_rad>, 1e-2, 1e8},
+      {{"stiffness_Nm_per_rad", member<&ElasticityParameters::stiffness_Nm_per_rad>, 1e-6, 1e8},
        {"damping_Nm_s_per_rad", member<&ElasticityParameters::damping_Nm_s_per_rad>, 0, 1e5},
        {"load_share", member<&ElasticityParameters::load_share>, 0.01, 0.99}});
   using WithParameters::WithParameters;

@@ -20,7 +20,7 @@ class Presliding : public WithParameters<Presliding, PreslidingParameters> {
       "the joint moves a little, and back, under torques that do not break it away; friction turns over a "
       "distance after a reversal";
   static constexpr auto kParameters = std::to_array<ParameterInfo<PreslidingParameters>>(
-      {{"stiffness_Nm_per_rad", member<&PreslidingParameters::stiffness_Nm_per_rad>, 1e-3, 1e8},
+      {{"stiffness_Nm_per_rad", member<&PreslidingParameters::stiffness_Nm_per_rad>, 1e-6, 1e8},
        {"damping_Nm_s_per_rad", member<&PreslidingParameters::damping_Nm_s_per_rad>, 0, 1e5}});
   using WithParameters::WithParameters;
 

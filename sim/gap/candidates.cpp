@@ -55,6 +55,12 @@ FittedModel plus(const FittedModel& fitted, std::string_view effect, std::vector
   return result;
 }
 
+bool allowed(std::string_view effect, std::string_view name, double value) {
+  return std::ranges::any_of(effects::effect_description(effect).parameters, [&](const auto& parameter) {
+    return parameter.name == name && parameter.lower <= value && value <= parameter.upper;
+  });
+}
+
 double coulomb_Nm(const FittedModel& fitted) {
   const auto* coulomb = fitted.model.find<effects::Coulomb>();
   return coulomb ? coulomb->parameters().torque_Nm : 0;
@@ -306,7 +312,9 @@ void Builder::mechanics() {
   if (const double level = coulomb_Nm(fitted_); !has<effects::Presliding>() && level > 0) {
     // From a few samples' travel at the slowest speeds to what would be called a gap.
     for (const double bent : geometric(2e-4, 0.1, 9)) {
-      const AnyEffect presliding = effects::make_effect("presliding", {{"stiffness_Nm_per_rad", level / bent}});
+      if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
+      const AnyEffect presliding =
+          effects::make_effect("presliding", {{"stiffness_Nm_per_rad", level / bent}});
       add({"presliding",
            {difference(presliding, 1)},
            {kAsItIs},
@@ -336,10 +344,13 @@ void Builder::mechanics() {
             {"damping_Nm_s_per_rad", 2 * kTrialDampingRatio * load_inertia * resonance},
             {"load_share", share}};
       };
+      if (!allowed("elasticity", "stiffness_Nm_per_rad", with(kPossibleShare.lower).front().value)) continue;
       add({"elasticity",
            {difference(effects::make_effect("elasticity", with(kTrialShare)), kTrialShare)},
            {kPossibleShare},
-           [=](const FittedModel& f, const Eigen::VectorXd& a) { return plus(f, "elasticity", with(a[0])); }});
+           [=](const FittedModel& f, const Eigen::VectorXd& a) {
+             return plus(f, "elasticity", with(a[0]));
+           }});
     }
   }
 }

@@ -8,7 +8,6 @@
 
 #include "sim/gap/parallel.h"
 
-
 namespace sim::gap {
 namespace {
 
@@ -40,8 +39,8 @@ Eigen::VectorXd lag_column(const Rows& rows) {
   return -rows.column([](const Signals& s) { return s.torque_rate_Nm_per_s; });
 }
 
-/// How the prediction changes with one parameter, by differences: over a wide step, for what counts in events,
-/// such as a gap, narrower where the prediction bends within it.
+/// How the prediction changes with one parameter, by differences: over a wide step, for what counts in
+/// events, such as a gap, narrower where the prediction bends within it.
 Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreeParameter& p,
                       const Eigen::VectorXd& here) {
   Eigen::VectorXd straightest = Eigen::VectorXd::Zero(rows.count());
@@ -77,15 +76,15 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   double lead_s = 0;
   for (const Signals& s : rows.signals()) lead_s = std::max(lead_s, std::min(s.raw_period_s, kLongestLead_s));
   if (measured)
-    list.push_back(
-        {FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, kLongestLag_s, 1e-3});
+    list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, kLongestLag_s, 1e-3});
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : effects::effect_descriptions()[effect.index()].parameters) {
       const double value = effects::parameter_of(effect, parameter.name);
       const double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
-      FreeParameter free{FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower,
-                         parameter.upper, scale > 0 ? scale : 1e-3};
+      FreeParameter free{
+          FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
+          scale > 0 ? scale : 1e-3};
       if (std::holds_alternative<effects::Inertia>(effect)) {
         free.lower = std::max(free.lower, -kMostInertiaLess * given);
         free.upper = std::min(free.upper, kMostInertiaMore * given);

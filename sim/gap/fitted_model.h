@@ -14,8 +14,8 @@ namespace sim::gap {
 
 /// How far the data may move the given inertia before that is called an effect.
 inline constexpr double kInertiaTolerance = 0.05;
-/// An inertia effect makes of it no less than a tenth and no more than ten times: beyond, another term that goes
-/// with the acceleration is taken for it, such as a speed loop's answer to a ripple.
+/// An inertia effect makes of it no less than a tenth and no more than ten times: beyond, another term that
+/// goes with the acceleration is taken for it, such as a speed loop's answer to a ripple.
 inline constexpr double kMostInertiaLess = 0.9;
 inline constexpr double kMostInertiaMore = 9;
 /// A torque sensor may report this late without being called an effect.

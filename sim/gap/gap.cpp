@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <random>
 #include <set>
 #include <stdexcept>
 
 #include "sim/gap/actuator_channel.h"
+#include "sim/gap/blind_spots.h"
 #include "sim/gap/fitted_model.h"
 #include "sim/gap/rest_channel.h"
 #include "sim/gap/search.h"
@@ -208,7 +208,8 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
                                       signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
   const ActuatorFindings actuator = actuator_channel(searched, base, options);
 
-  const std::optional<FoundEffect> gives = rest_channel(searched, base, band, options);
+  const RestFindings rest = rest_channel(searched, base, band, options);
+  result.notes = blind_spots(searched, rest.rests);
 
   FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2, .lag_s = 0};
   const std::vector<bool> burst = bursts(given, rows);
@@ -337,11 +338,11 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
     result.effects.push_back(std::move(found));
   }
   // Unless what gives at rest was found in motion already.
-  if (gives && !result.model.find<effects::Presliding>() && !result.model.find<effects::Elasticity>() &&
-      !result.model.find<effects::Backlash>()) {
-    result.model.effects.push_back(gives->effect);
-    result.effects.push_back(*gives);
-    named.emplace(effects::name_of(gives->effect));
+  if (rest.presliding && !result.model.find<effects::Presliding>() &&
+      !result.model.find<effects::Elasticity>() && !result.model.find<effects::Backlash>()) {
+    result.model.effects.push_back(rest.presliding->effect);
+    result.effects.push_back(*rest.presliding);
+    named.emplace(effects::name_of(rest.presliding->effect));
   }
   for (const auto& [type, gain] : searching.rejected)
     if (!named.contains(type))

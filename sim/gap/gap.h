@@ -60,7 +60,8 @@ struct Unexplained {
   double share = 0;  ///< of the squared residual
 };
 
-/// Residual against one coordinate, before and after: what the report plots.
+/// Residual against one coordinate, before and after: what the report plots. Its mean; over frequency_Hz the
+/// rms of what lies between two points.
 struct ResidualMap {
   std::string coordinate;
   std::vector<double> at;
@@ -100,7 +101,7 @@ struct Result {
   std::vector<Unexplained> unexplained;
   /// The given model's own parameters after refitting, by effect type; its inertia has an empty type.
   std::vector<std::pair<std::string, identify::Estimate>> refitted;  ///< effect type and its parameter
-  std::vector<std::string> notes;  ///< what the data does not allow to say, in words
+  std::vector<std::string> notes;  ///< which effects the data could not have shown, and which data would
   std::vector<ResidualMap> maps;
   std::vector<Trace> traces;
   FrictionCurve curve;
@@ -115,7 +116,7 @@ struct Options {
   std::function<void(std::string_view what, double done)> progress{};
 };
 
-/// Deterministic for a seed; one thread.
+/// Deterministic for a seed, whatever the number of cores, all of which it uses.
 /// `held_out` may be empty: then blocks of `data` are set aside, and the result says which.
 /// @throws std::invalid_argument saying which experiment is missing when the data cannot carry the question:
 ///         nothing moves, recordings too short to hold anything out, rigs that differ, columns missing.

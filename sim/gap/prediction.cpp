@@ -10,9 +10,9 @@
 namespace sim::gap {
 namespace {
 
-/// Where a recording begins and ends the filters have only half of what they need: this many periods of the
+/// Where a recording begins and ends the filters have only half of what they need: so many periods of the
 /// band's edge count for nothing.
-constexpr double kEdgePeriods = 2;
+constexpr double kEdgePeriods = 1;
 
 /// Friction that is carried by a bristle of stiffness σ0 between the levels of the two directions, or follows
 /// the sign of the velocity without one.
@@ -79,8 +79,7 @@ std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const 
   for (std::size_t i = 0; i < s.size(); ++i) torque[i] += inertia * s.acceleration_rad_per_s2[i];
   if (mechanics.two_masses()) {
     const std::vector<double> behind = load_side_Nm(mechanics, chain, s);
-    for (std::size_t i = 0; i < s.size(); ++i)
-      torque[i] += mechanics.load_share * (behind[i] - torque[i]);
+    for (std::size_t i = 0; i < s.size(); ++i) torque[i] += mechanics.load_share * (behind[i] - torque[i]);
   }
   for (std::size_t i = 0; i < s.size(); ++i) torque[i] += load[i];
   if (s.torque_is_command) {

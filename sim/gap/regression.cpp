@@ -55,17 +55,16 @@ Eigen::VectorXd solve(const Eigen::MatrixXd& gram, const Eigen::VectorXd& produc
 }  // namespace
 
 BlockRegression::BlockRegression(const Eigen::MatrixXd& columns, std::vector<int> block, int folds)
-    : columns_(&columns), block_(std::move(block)), folds_(folds) {
+    : columns_(&columns), block_(std::move(block)) {
   const int blocks = block_.empty() ? 0 : 1 + *std::max_element(block_.begin(), block_.end());
   const Eigen::Index m = columns.cols();
   gram_.assign(static_cast<std::size_t>(blocks), Eigen::MatrixXd::Zero(m, m));
   fold_gram_.assign(static_cast<std::size_t>(folds), Eigen::MatrixXd::Zero(m, m));
   total_gram_ = Eigen::MatrixXd::Zero(m, m);
   for (int b = 0; b < blocks; ++b) {
-    std::vector<Eigen::Index> rows;
-    for (std::size_t i = 0; i < block_.size(); ++i)
-      if (block_[i] == b) rows.push_back(static_cast<Eigen::Index>(i));
-    const Eigen::MatrixXd part = columns(rows, Eigen::all);
+    const auto first = std::ranges::lower_bound(block_, b) - block_.begin();
+    const auto last = std::ranges::upper_bound(block_, b) - block_.begin();
+    const auto part = columns.middleRows(first, last - first);
     Eigen::MatrixXd& gram = gram_[static_cast<std::size_t>(b)];
     gram.noalias() = part.transpose() * part;
     fold_gram_[static_cast<std::size_t>(b % folds)] += gram;
@@ -73,11 +72,14 @@ BlockRegression::BlockRegression(const Eigen::MatrixXd& columns, std::vector<int
   }
 }
 
-void BlockRegression::set_target(const Eigen::VectorXd& target) {
+BlockRegression::Target BlockRegression::target(const Eigen::VectorXd& values) const {
   const Eigen::Index m = columns_->cols();
-  product_.assign(gram_.size(), Eigen::VectorXd::Zero(m));
-  square_.assign(gram_.size(), 0);
-  // Blocks are contiguous: one product each.
+  Target result;
+  result.product.assign(gram_.size(), Eigen::VectorXd::Zero(m));
+  result.square.assign(gram_.size(), 0);
+  result.fold_product.assign(fold_gram_.size(), Eigen::VectorXd::Zero(m));
+  result.fold_square.assign(fold_gram_.size(), 0);
+  result.total_product = Eigen::VectorXd::Zero(m);
   std::size_t first = 0;
   while (first < block_.size()) {
     std::size_t last = first;
@@ -85,39 +87,52 @@ void BlockRegression::set_target(const Eigen::VectorXd& target) {
     const auto begin = static_cast<Eigen::Index>(first);
     const auto length = static_cast<Eigen::Index>(last - first);
     const auto b = static_cast<std::size_t>(block_[first]);
-    product_[b].noalias() += columns_->middleRows(begin, length).transpose() * target.segment(begin, length);
-    square_[b] += target.segment(begin, length).squaredNorm();
+    result.product[b].noalias() =
+        columns_->middleRows(begin, length).transpose() * values.segment(begin, length);
+    result.square[b] = values.segment(begin, length).squaredNorm();
+    result.fold_product[b % fold_gram_.size()] += result.product[b];
+    result.fold_square[b % fold_gram_.size()] += result.square[b];
+    result.total_product += result.product[b];
+    result.total_square += result.square[b];
     first = last;
   }
-  fold_product_.assign(static_cast<std::size_t>(folds_), Eigen::VectorXd::Zero(m));
-  total_product_ = Eigen::VectorXd::Zero(m);
-  total_square_ = 0;
-  for (std::size_t b = 0; b < gram_.size(); ++b) {
-    fold_product_[b % static_cast<std::size_t>(folds_)] += product_[b];
-    total_product_ += product_[b];
-    total_square_ += square_[b];
-  }
+  return result;
 }
 
-BlockRegression::Fit BlockRegression::fit(std::span<const Eigen::Index> columns,
+BlockRegression::Fit BlockRegression::fit(const Target& target, std::span<const Eigen::Index> columns,
                                           std::span<const Bounds> bounds) const {
   const std::vector<Eigen::Index> chosen(columns.begin(), columns.end());
   const Eigen::MatrixXd gram = total_gram_(chosen, chosen);
-  const Eigen::VectorXd product = total_product_(chosen);
+  const Eigen::VectorXd product = target.total_product(chosen);
   Fit result;
   result.coefficients = solve(gram, product, bounds);
   result.held_out_of.assign(gram_.size(), 0);
-  for (int fold = 0; fold < folds_; ++fold) {
-    const auto f = static_cast<std::size_t>(fold);
+  for (std::size_t f = 0; f < fold_gram_.size(); ++f) {
     const Eigen::MatrixXd own = fold_gram_[f](chosen, chosen);
-    const Eigen::VectorXd x = solve(gram - own, product - fold_product_[f](chosen), bounds);
-    for (std::size_t b = f; b < gram_.size(); b += static_cast<std::size_t>(folds_)) {
-      const double misfit = square_[b] - 2 * x.dot(product_[b](chosen)) + x.dot(gram_[b](chosen, chosen) * x);
+    const Eigen::VectorXd x = solve(gram - own, product - target.fold_product[f](chosen), bounds);
+    for (std::size_t b = f; b < gram_.size(); b += fold_gram_.size()) {
+      const double misfit =
+          target.square[b] - 2 * x.dot(target.product[b](chosen)) + x.dot(gram_[b](chosen, chosen) * x);
       result.held_out_of[b] = std::max(0.0, misfit);
       result.held_out += result.held_out_of[b];
     }
   }
   return result;
+}
+
+double BlockRegression::held_out(const Target& target, std::span<const Eigen::Index> columns,
+                                 std::span<const Bounds> bounds) const {
+  const std::vector<Eigen::Index> chosen(columns.begin(), columns.end());
+  const Eigen::MatrixXd gram = total_gram_(chosen, chosen);
+  const Eigen::VectorXd product = target.total_product(chosen);
+  double sum = 0;
+  for (std::size_t f = 0; f < fold_gram_.size(); ++f) {
+    const Eigen::MatrixXd own = fold_gram_[f](chosen, chosen);
+    const Eigen::VectorXd own_product = target.fold_product[f](chosen);
+    const Eigen::VectorXd x = solve(gram - own, product - own_product, bounds);
+    sum += std::max(0.0, target.fold_square[f] - 2 * x.dot(own_product) + x.dot(own * x));
+  }
+  return sum;
 }
 
 }  // namespace sim::gap

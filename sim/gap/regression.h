@@ -14,13 +14,24 @@ struct Bounds {
 };
 
 /// A fixed set of columns and blocks of rows; targets and subsets of columns may change. What costs time with
-/// the number of rows is done once per set of columns and once per target.
+/// the number of rows is done once per set of columns and once per target. Const functions may run in several
+/// threads.
 class BlockRegression {
  public:
-  /// `block` of each row, 0 to blocks − 1; `folds`: how many parts the blocks are dealt to in turn.
+  /// `block` of each row, 0 to blocks − 1, contiguous; `folds`: how many parts the blocks are dealt to in
+  /// turn. Keeps a reference to `columns`.
   BlockRegression(const Eigen::MatrixXd& columns, std::vector<int> block, int folds);
 
-  void set_target(const Eigen::VectorXd& target);
+  /// What has to be known of a target.
+  struct Target {
+    std::vector<Eigen::VectorXd> product;  ///< columnsᵀ·target of each block
+    std::vector<double> square;
+    std::vector<Eigen::VectorXd> fold_product;
+    std::vector<double> fold_square;
+    Eigen::VectorXd total_product;
+    double total_square = 0;
+  };
+  Target target(const Eigen::VectorXd& values) const;
 
   struct Fit {
     Eigen::VectorXd coefficients;     ///< of all rows, in the order of the columns asked for
@@ -28,23 +39,17 @@ class BlockRegression {
     std::vector<double> held_out_of;  ///< the same, by block
   };
   /// Coefficients stay within `bounds` (one per column). Columns that carry no information stay near zero.
-  Fit fit(std::span<const Eigen::Index> columns, std::span<const Bounds> bounds) const;
-
-  int blocks() const noexcept { return static_cast<int>(gram_.size()); }
-  double square() const noexcept { return total_square_; }  ///< of the target
+  Fit fit(const Target& target, std::span<const Eigen::Index> columns, std::span<const Bounds> bounds) const;
+  /// Only Fit::held_out, faster.
+  double held_out(const Target& target, std::span<const Eigen::Index> columns,
+                  std::span<const Bounds> bounds) const;
 
  private:
   const Eigen::MatrixXd* columns_;
   std::vector<int> block_;
-  int folds_;
-  std::vector<Eigen::MatrixXd> gram_;     // of each block
-  std::vector<Eigen::VectorXd> product_;  // columnsᵀ·target of each block
-  std::vector<double> square_;
-  Eigen::MatrixXd total_gram_;
+  std::vector<Eigen::MatrixXd> gram_;  // of each block
   std::vector<Eigen::MatrixXd> fold_gram_;
-  std::vector<Eigen::VectorXd> fold_product_;
-  Eigen::VectorXd total_product_;
-  double total_square_ = 0;
+  Eigen::MatrixXd total_gram_;
 };
 
 }  // namespace sim::gap

@@ -2,10 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sim/gap/sign_test.h"
@@ -83,8 +82,8 @@ void add_pieces(const Signals& s, const Band& band, double coulomb_Nm, std::vect
       const std::size_t length = count / parts;
       for (std::size_t p = 0; p < parts && length >= samples(kLeast_s); ++p) {
         const std::size_t begin = from + p * length;
-        const Piece piece = piece_of(std::span(position).subspan(begin, length),
-                                     std::span(torque).subspan(begin, length));
+        const Piece piece =
+            piece_of(std::span(position).subspan(begin, length), std::span(torque).subspan(begin, length));
         if (piece.swing_Nm >= kLeastSwing * coulomb_Nm) pieces.push_back(piece);
       }
     }
@@ -102,18 +101,21 @@ std::vector<double> slopes(const std::vector<Piece>& pieces, const Chosen& chose
 
 }  // namespace
 
-std::optional<FoundEffect> rest_channel(std::span<const Signals> signals, const effects::DriveModel& base,
-                                        const Band& band, const Options& options) {
+RestFindings rest_channel(std::span<const Signals> signals, const effects::DriveModel& base, const Band& band,
+                          const Options& options) {
+  RestFindings findings;
   const auto* coulomb = base.find<effects::Coulomb>();
-  if (coulomb == nullptr || base.find<effects::Presliding>() != nullptr) return {};
+  if (coulomb == nullptr) return findings;
   const double coulomb_Nm = coulomb->parameters().torque_Nm;
   std::vector<Piece> pieces;
   for (const Signals& s : signals) add_pieces(s, band, coulomb_Nm, pieces);
-  if (pieces.size() < kLeastPieces) return {};
+  findings.rests = pieces.size() >= kLeastPieces;
+  if (!findings.rests || base.find<effects::Presliding>() != nullptr) return findings;
 
   // Each half of the pieces is judged with what the other half gives.
   const double odd = identify::median(slopes(pieces, [](std::size_t i, const Piece&) { return i % 2 == 1; }));
-  const double even = identify::median(slopes(pieces, [](std::size_t i, const Piece&) { return i % 2 == 0; }));
+  const double even =
+      identify::median(slopes(pieces, [](std::size_t i, const Piece&) { return i % 2 == 0; }));
   std::vector<double> before;
   std::vector<double> after;
   std::vector<double> gains;
@@ -126,19 +128,18 @@ std::optional<FoundEffect> rest_channel(std::span<const Signals> signals, const 
   }
   const double compliance = identify::median(slopes(pieces, [](std::size_t, const Piece&) { return true; }));
   const double chance = chance_of(before, after);
-  if (getenv("DBG")) { fprintf(stderr,"  rest: %zu pieces compliance %g odd %g even %g chance %g gain %g\n", pieces.size(), compliance, odd, even, chance, identify::median(gains)); for (auto&p:pieces) fprintf(stderr,"     swing %.3f slope %g gain %g\n", p.swing_Nm/coulomb_Nm, p.slope, 1-p.left(compliance)/p.square_rad); }
   const double gain = identify::median(gains);
-  if (!(compliance > 0) || chance > options.false_positive_rate || gain < options.least_gain) return {};
-  if (2 * compliance * widest_Nm < band.resolution_rad) return {};
+  if (!(compliance > 0) || chance > options.false_positive_rate || gain < options.least_gain) return findings;
+  if (2 * compliance * widest_Nm < band.resolution_rad) return findings;
 
-  const auto little = slopes(
-      pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm < kLittle * coulomb_Nm; });
-  const auto much = slopes(
-      pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm >= kLittle * coulomb_Nm; });
+  const auto little =
+      slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm < kLittle * coulomb_Nm; });
+  const auto much =
+      slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm >= kLittle * coulomb_Nm; });
   const bool both = little.size() >= kLeastOfLittle && much.size() >= kLeastOfLittle;
   if (both) {
     const double agreement = identify::median(little) / identify::median(much);
-    if (!(agreement > kLeastAgreement && agreement < kMostAgreement)) return {};
+    if (!(agreement > kLeastAgreement && agreement < kMostAgreement)) return findings;
   }
 
   std::vector<double> off;
@@ -167,10 +168,12 @@ std::optional<FoundEffect> rest_channel(std::span<const Signals> signals, const 
   if (!both) {
     found.equivalent = {"elasticity"};
     found.deciding_experiment =
-        "presliding: torque sines at rest from a quarter to four fifths of break-away; a friction contact gives "
+        "presliding: torque sines at rest from a quarter to four fifths of break-away; a friction contact "
+        "gives "
         "under the smallest, a spring behind the motor's own friction does not";
   }
-  return found;
+  findings.presliding = std::move(found);
+  return findings;
 }
 
 }  // namespace sim::gap

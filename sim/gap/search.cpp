@@ -5,11 +5,11 @@
 #include <map>
 #include <numeric>
 #include <optional>
-#include <cstdlib>
-#include <cstdio>
+#include <span>
 
 #include "sim/gap/candidates.h"
 #include "sim/gap/chance_data.h"
+#include "sim/gap/parallel.h"
 #include "sim/gap/regression.h"
 
 namespace sim::gap {
@@ -24,10 +24,14 @@ constexpr double kDecisive = 2.5;
 /// So must be the gain of the winner over none.
 constexpr double kSure = 2;
 constexpr double kMuch = 0.2;
+/// Parameters more than the simplest that does as well.
+constexpr std::size_t kMuchFreer = 2;
 /// A rival gains this share of what the best one does.
 constexpr double kAsGood = 0.8;
 /// Chance data stops when as many searches have gained more: the answer is no.
 constexpr int kEnoughExceedances = 6;
+/// Looked at between two such counts, whatever the number of cores.
+constexpr std::size_t kDrawsAtOnce = 16;
 
 using Indices = std::vector<Eigen::Index>;
 
@@ -48,9 +52,9 @@ std::vector<Bounds> step_bounds(const std::vector<FreeParameter>& parameters) {
 BlockRegression::Fit score(const FittedModel& fitted, const Rows& rows, const Training& training) {
   const auto parameters = free_parameters(fitted, rows);
   const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(training.rows, Eigen::all);
-  BlockRegression regression(jacobian, training.block, kFolds);
-  regression.set_target((rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows));
-  return regression.fit(range(0, jacobian.cols()), step_bounds(parameters));
+  const BlockRegression regression(jacobian, training.block, kFolds);
+  const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
+  return regression.fit(regression.target(residual), range(0, jacobian.cols()), step_bounds(parameters));
 }
 
 /// Mean over standard error of the differences between the held-out squares of two models, block by block.
@@ -82,8 +86,8 @@ class Round {
     residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
     position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);
     velocity_ = rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(training.rows);
-    regression_->set_target(residual_);
-    base_ = regression_->fit(base_columns_, base_bounds_);
+    target_ = regression_->target(residual_);
+    base_ = regression_->fit(target_, base_columns_, base_bounds_);
     left_ = residual_ - jacobian_ * base_.coefficients;
     least_left_ = left_;
   }
@@ -98,7 +102,8 @@ class Round {
   std::vector<Outcome> outcomes() {
     std::map<std::string_view, Outcome> best;
     for (const Candidate& candidate : dictionary_.candidates) {
-      const BlockRegression::Fit fit = fit_of(candidate);
+      const BlockRegression::Fit fit =
+          regression_->fit(target_, columns_of(candidate), bounds_of(candidate.bounds));
       const double gain = 1 - fit.held_out / base_.held_out;
       remember(gain, columns_(Eigen::all, columns_of(candidate)) * fit.coefficients);
       Outcome& known = best[candidate.effect];
@@ -125,18 +130,13 @@ class Round {
     int exceeded = 0;
     int done = 0;
     while (done < options.repetitions && exceeded < kEnoughExceedances) {
-      ++done;
-      const Eigen::VectorXd target = chance.draw();
-      regression_->set_target(target);
-      const BlockRegression::Fit base = regression_->fit(base_columns_, base_bounds_);
-      double most = 0;
-      for (const Candidate& candidate : dictionary_.candidates)
-        most = std::max(most, 1 - fit_of(candidate).held_out / base.held_out);
-      const double periods = ripple_periods_per_rev(target, position_);
-      if (periods > 0) most = std::max(most, ripple(periods, target, base.held_out).gain);
-      if (most >= gain) ++exceeded;
+      std::vector<Eigen::VectorXd> draws;
+      for (; draws.size() < kDrawsAtOnce && done < options.repetitions; ++done)
+        draws.push_back(chance.draw());
+      std::vector<int> exceeds(draws.size(), 0);
+      in_parallel(draws.size(), [&](std::size_t i) { exceeds[i] = most_gain(draws[i]) >= gain ? 1 : 0; });
+      exceeded += std::accumulate(exceeds.begin(), exceeds.end(), 0);
     }
-    regression_->set_target(residual_);
     return (1.0 + exceeded) / (1.0 + done);
   }
 
@@ -147,8 +147,7 @@ class Round {
   FittedModel moved(const Eigen::VectorXd& steps) const {
     FittedModel result = fitted_;
     for (std::size_t k = 0; k < parameters_.size(); ++k)
-      result = with_value(result, parameters_[k],
-                          parameters_[k].value + steps[static_cast<Eigen::Index>(k)]);
+      result = with_value(result, parameters_[k], parameters_[k].value + steps[static_cast<Eigen::Index>(k)]);
     return result;
   }
   Indices columns_of(const Candidate& candidate) const {
@@ -156,10 +155,21 @@ class Round {
     for (const Eigen::Index column : candidate.columns) columns.push_back(jacobian_.cols() + column);
     return columns;
   }
-  BlockRegression::Fit fit_of(const Candidate& candidate) const {
+  std::vector<Bounds> bounds_of(std::span<const Bounds> own) const {
     std::vector<Bounds> bounds = base_bounds_;
-    bounds.insert(bounds.end(), candidate.bounds.begin(), candidate.bounds.end());
-    return regression_->fit(columns_of(candidate), bounds);
+    bounds.insert(bounds.end(), own.begin(), own.end());
+    return bounds;
+  }
+  /// What the best hypothesis gains on a target.
+  double most_gain(const Eigen::VectorXd& values) const {
+    const BlockRegression::Target target = regression_->target(values);
+    const double base = regression_->held_out(target, base_columns_, base_bounds_);
+    double most = 0;
+    for (const Candidate& candidate : dictionary_.candidates)
+      most = std::max(
+          most, 1 - regression_->held_out(target, columns_of(candidate), bounds_of(candidate.bounds)) / base);
+    const double periods = ripple_periods_per_rev(values, position_);
+    return periods > 0 ? std::max(most, ripple(periods, values, base).gain) : most;
   }
   void remember(double gain, const Eigen::VectorXd& fitted) {
     if (gain <= most_gain_) return;
@@ -175,11 +185,9 @@ class Round {
   Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out) const {
     Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
     columns << jacobian_, ripple_columns(periods, position_, velocity_, rows_.signals().front().band_Hz);
-    BlockRegression regression(columns, training_.block, kFolds);
-    regression.set_target(target);
-    std::vector<Bounds> bounds = base_bounds_;
-    bounds.resize(bounds.size() + 2);
-    const BlockRegression::Fit fit = regression.fit(range(0, columns.cols()), bounds);
+    const BlockRegression regression(columns, training_.block, kFolds);
+    const BlockRegression::Fit fit = regression.fit(regression.target(target), range(0, columns.cols()),
+                                                    bounds_of(std::vector<Bounds>(2)));
     return {1 - fit.held_out / base_held_out, fit.coefficients, columns * fit.coefficients};
   }
 
@@ -193,6 +201,7 @@ class Round {
   Indices base_columns_;
   std::vector<Bounds> base_bounds_;
   std::optional<BlockRegression> regression_;
+  BlockRegression::Target target_;
   Eigen::VectorXd residual_;
   Eigen::VectorXd position_;
   Eigen::VectorXd velocity_;
@@ -229,8 +238,6 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
     if (outcome.gain < std::max(kRival * most, least_gain)) break;
     FittedModel model = refined(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
-    if (getenv("DBG")) for (const FittedModel* m : {&outcome.model, static_cast<const FittedModel*>(&model)}) { fprintf(stderr,"     cost %g:", (rows.torque_Nm() - predicted_rows(*m, rows))(training.rows).squaredNorm()); for (auto&q: free_parameters(*m, rows)) fprintf(stderr," %s=%g", std::string(q.name).c_str(), q.value); fprintf(stderr,"\n"); }
-    if (getenv("DBG")) fprintf(stderr,"   rival %s lin %.3f refined %.3f sure %d dec %.2f\n", std::string(outcome.effect).c_str(), outcome.gain, 1-fit.held_out/base.held_out, (int)is_sure(base,fit), decisiveness(base.held_out_of, fit.held_out_of));
     if (!is_sure(base, fit)) continue;
     const std::size_t parameters = free_parameters(model, rows).size();
     most = std::max(most, 1 - fit.held_out / base.held_out);
@@ -243,8 +250,11 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
     return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best.held_out) ||
            decisiveness(r.fit.held_out_of, best.held_out_of) > kDecisive;
   });
-  // Of those that do as well, the simplest gives its name.
+  // Of those that do as well, the simplest gives its name; a shape that is free in much more is no rival to
+  // it.
   std::ranges::stable_sort(rivals, {}, &Rival::parameters);
+  const std::size_t simplest = rivals.front().parameters;
+  std::erase_if(rivals, [&](const Rival& r) { return r.parameters >= simplest + kMuchFreer; });
   return rivals;
 }
 
@@ -291,14 +301,14 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     report(options, "trying effects", 0.1 + 0.8 * step / (step + 2.0));
     Round round(result.fitted, rows, training);
     const std::vector<Round::Outcome> outcomes = round.outcomes();
-    if (getenv("DBG")) for (auto& o : outcomes) fprintf(stderr,"  step %d %s %.4f\n", step, std::string(o.effect).c_str(), o.gain);
     const bool worth = step < kMostEffects && !outcomes.empty() &&
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
     const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
-    const std::vector<Rival> rivals = worth && p <= options.false_positive_rate
-                                          ? contest(outcomes, round.base(), rows, training, options.least_gain)
-                                          : std::vector<Rival>();
+    const std::vector<Rival> rivals =
+        worth && p <= options.false_positive_rate
+            ? contest(outcomes, round.base(), rows, training, options.least_gain)
+            : std::vector<Rival>();
     if (rivals.empty()) {
       for (const Round::Outcome& outcome : outcomes)
         result.rejected.emplace_back(outcome.effect, std::max(0.0, outcome.gain));

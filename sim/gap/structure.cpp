@@ -99,12 +99,11 @@ Eigen::MatrixXd cycle_columns(double frequency_Hz, const Rows& rows, const std::
 }
 
 double gain_of(const Eigen::MatrixXd& columns, const std::vector<int>& block, const Eigen::VectorXd& target) {
-  BlockRegression regression(columns, block, kFolds);
-  regression.set_target(target);
+  const BlockRegression regression(columns, block, kFolds);
   std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
   std::iota(all.begin(), all.end(), Eigen::Index{0});
   const std::vector<Bounds> bounds(all.size());
-  return 1 - regression.fit(all, bounds).held_out / regression.square();
+  return 1 - regression.held_out(regression.target(target), all, bounds) / target.squaredNorm();
 }
 
 }  // namespace
@@ -171,18 +170,17 @@ std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, 
     const Eigen::VectorXd x = rows.means(coordinate.value)(training.rows);
     Eigen::MatrixXd columns = hats(x, coordinate.nodes);
     if (coordinate.by_direction) columns = direction.asDiagonal() * columns;
-    BlockRegression regression(columns, training.block, kFolds);
+    const BlockRegression regression(columns, training.block, kFolds);
     std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
     std::iota(all.begin(), all.end(), Eigen::Index{0});
     const std::vector<Bounds> bounds(all.size());
     const auto gain = [&](const Eigen::VectorXd& target) {
-      regression.set_target(target);
-      return 1 - regression.fit(all, bounds).held_out / regression.square();
+      return 1 - regression.held_out(regression.target(target), all, bounds) / target.squaredNorm();
     };
     const double own = gain(residual);
     if (!significant(own, gain)) continue;
-    regression.set_target(residual);
-    const Eigen::VectorXd shape = columns * regression.fit(all, bounds).coefficients;
+    const Eigen::VectorXd shape =
+        columns * regression.fit(regression.target(residual), all, bounds).coefficients;
     const double most = shape.cwiseAbs().maxCoeff();
     Unexplained piece{.where = {.coordinate = coordinate.name, .from = x.maxCoeff(), .to = x.minCoeff()},
                       .share = own};

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <numbers>
 #include <string>
+#include <unsupported/Eigen/FFT>
 
 #include "sim/effects/effect_chain.h"
 #include "sim/gap/structure.h"
@@ -69,6 +71,46 @@ Samples run(const effects::DriveModel& model, const Signals& s, std::size_t firs
   return velocity;
 }
 
+/// Mean square of the residual in each of `bins` equal bands of frequency, up to the band's edge.
+std::vector<double> spectrum(const Eigen::VectorXd& residual, const Rows& rows,
+                             const std::vector<Eigen::Index>& use, std::size_t bins) {
+  constexpr std::size_t kLength = 1 << 13;
+  std::vector<double> power(bins, 0);
+  const double row_s = 0.5 / rows.signals().front().band_Hz;
+  Eigen::FFT<double> fft;
+  for (std::size_t recording = 0; recording < rows.signals().size(); ++recording) {
+    std::vector<double> series(kLength, 0);
+    const double start_s = rows.signals()[recording].time_s.front();
+    for (const Eigen::Index row : use) {
+      if (rows.recording(row) != recording) continue;
+      const auto at = static_cast<std::size_t>((rows.time_s(row) - start_s) / row_s);
+      if (at < kLength) series[at] += residual[row];
+    }
+    std::vector<std::complex<double>> transform;
+    fft.fwd(transform, series);
+    for (std::size_t k = 0; k < kLength / 2; ++k)
+      power[k * bins / (kLength / 2)] +=
+          2 * std::norm(transform[k]) / static_cast<double>(kLength * use.size());
+  }
+  return power;
+}
+
+ResidualMap frequency_map(const Eigen::VectorXd& before, const Eigen::VectorXd& after, const Rows& rows,
+                          const std::vector<Eigen::Index>& use) {
+  constexpr std::size_t kBands = 40;
+  ResidualMap map{.coordinate = "frequency_Hz", .at = {}, .before_Nm = {}, .after_Nm = {}};
+  if (use.empty()) return map;
+  const std::vector<double> power_before = spectrum(before, rows, use, kBands);
+  const std::vector<double> power_after = spectrum(after, rows, use, kBands);
+  const double band_Hz = rows.signals().front().band_Hz;
+  for (std::size_t i = 0; i < kBands; ++i) {
+    map.at.push_back(band_Hz * (static_cast<double>(i) + 0.5) / kBands);
+    map.before_Nm.push_back(std::sqrt(power_before[i]));
+    map.after_Nm.push_back(std::sqrt(power_after[i]));
+  }
+  return map;
+}
+
 }  // namespace
 
 std::vector<ResidualMap> residual_maps(const FittedModel& before, const FittedModel& after, const Rows& rows,
@@ -101,6 +143,7 @@ std::vector<ResidualMap> residual_maps(const FittedModel& before, const FittedMo
     }
     maps.push_back(std::move(map));
   }
+  maps.push_back(frequency_map(left_before, left_after, rows, use));
   return maps;
 }
 

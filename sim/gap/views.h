@@ -8,7 +8,7 @@
 
 namespace sim::gap {
 
-/// Mean residual against each coordinate, with both models.
+/// Mean residual against each coordinate, and its rms over frequency, with both models.
 std::vector<ResidualMap> residual_maps(const FittedModel& before, const FittedModel& after, const Rows& rows,
                                        const std::vector<Eigen::Index>& use);
 FrictionCurve friction_curve(const FittedModel& before, const FittedModel& after, const Rows& rows);

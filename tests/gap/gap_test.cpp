@@ -64,6 +64,23 @@ TEST(Gap, OneMissingEffectIsNamed) {
   });
 }
 
+// What acts for milliseconds around a reversal, or on a joint at rest.
+TEST(Gap, WhatShowsAtReversalsIsNamed) {
+  using enum Hidden;
+  expect_at_most(0,
+                 judged({{CaseKind::kSingle, {kPresliding}, 5, 31},
+                         {CaseKind::kSingle, {kBacklash}, 5, 32},
+                         {CaseKind::kSingle, {kElasticity}, 5, 33}}),
+                 [](const Judgement& judgement) { return !judgement.right(); });
+}
+
+TEST(Gap, ADipInTheMiddleIsNotAFallFromRest) {
+  using enum Hidden;
+  expect_at_most(
+      0, judged({{CaseKind::kSingle, {kMidspeedDip}, 4, 23}, {CaseKind::kSingle, {kMidspeedDip}, 3, 24}}),
+      [](const Judgement& judgement) { return !judgement.right(); });
+}
+
 TEST(Gap, TwoMissingEffectsAreBothNamed) {
   using enum Hidden;
   expect_at_most(1,

@@ -101,7 +101,7 @@ TEST(GapSignals, EvenSamplesStayAsTheyAre) {
   const Source even = source(even_times(2e-3, 10));
   const Signals s = make_signals(even, choose_band({even}, kBase));
   EXPECT_NEAR(s.raw_period_s, 2e-3, 1e-9);
-  EXPECT_NEAR(s.period_s, 4e-3, 1e-9);  // eight samples or more a period of 25 Hz
+  EXPECT_NEAR(s.period_s, 2e-3, 1e-9);  // twenty samples or more a period of 25 Hz
   expect_motion(s, 0.002);
 }
 

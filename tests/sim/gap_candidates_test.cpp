@@ -43,9 +43,8 @@ void expect_columns_are_the_effects(const FittedModel& fitted, const Rows& rows,
       const auto at = static_cast<Eigen::Index>(k);
       const Bounds& bounds = candidate.bounds[k];
       // Small against Coulomb friction, so that no level is cut at zero; in the middle where there is one.
-      amplitudes[at] = std::isfinite(bounds.upper) && bounds.lower > 0
-                           ? 0.5 * (bounds.lower + bounds.upper)
-                           : between(bounds, 2e-4);
+      amplitudes[at] = std::isfinite(bounds.upper) && bounds.lower > 0 ? 0.5 * (bounds.lower + bounds.upper)
+                                                                       : between(bounds, 2e-4);
       said += amplitudes[at] * dictionary.columns.col(candidate.columns[k]);
     }
     const Eigen::VectorXd done = predicted_rows(candidate.add(fitted, amplitudes), rows) - without;
@@ -69,10 +68,9 @@ TEST(Candidates, TheirColumnsAreWhatTheEffectsDo) {
     fitted.model.effects.push_back(effects::make_effect("imbalance", {{"torque_Nm", 0.02}}));
     expect_columns_are_the_effects(fitted, rows, seen);
   }
-  for (const char* effect :
-       {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset", "direction_asymmetry", "thermal_drift",
-        "imbalance", "load_friction", "inertia", "presliding", "backlash", "elasticity", "torque_deadband",
-        "transport_delay"})
+  for (const char* effect : {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset",
+                             "direction_asymmetry", "thermal_drift", "imbalance", "load_friction", "inertia",
+                             "presliding", "backlash", "elasticity", "torque_deadband", "transport_delay"})
     EXPECT_TRUE(seen.contains(effect)) << effect;
 }
 

@@ -76,11 +76,12 @@ Problem problem(double noise) {
 
 TEST(BlockRegression, PredictsEachFoldFromTheOthers) {
   const Problem p = problem(0.3);
-  BlockRegression regression(p.columns, p.block, 4);
-  regression.set_target(p.target);
+  const BlockRegression regression(p.columns, p.block, 4);
+  const BlockRegression::Target target = regression.target(p.target);
   const std::vector<Eigen::Index> columns = {0, 2};
   const std::vector<Bounds> free(2);
-  const BlockRegression::Fit fit = regression.fit(columns, free);
+  const BlockRegression::Fit fit = regression.fit(target, columns, free);
+  EXPECT_NEAR(regression.held_out(target, columns, free), fit.held_out, 1e-9 * fit.held_out);
   double held_out = 0;
   for (int fold = 0; fold < 4; ++fold) {
     std::vector<Eigen::Index> in;
@@ -96,15 +97,15 @@ TEST(BlockRegression, PredictsEachFoldFromTheOthers) {
 
 TEST(BlockRegression, CoefficientsStayWithinTheirBounds) {
   const Problem p = problem(0);
-  BlockRegression regression(p.columns, p.block, 4);
-  regression.set_target(p.target);
+  const BlockRegression regression(p.columns, p.block, 4);
+  const BlockRegression::Target target = regression.target(p.target);
   const std::vector<Eigen::Index> all = {0, 1, 2};
   const std::vector<Bounds> free(3);
-  const BlockRegression::Fit fit = regression.fit(all, free);
+  const BlockRegression::Fit fit = regression.fit(target, all, free);
   EXPECT_NEAR(fit.coefficients[0], 2, 1e-6);
   EXPECT_NEAR(fit.coefficients[1], -1, 1e-6);
   const std::vector<Bounds> bounded = {{}, {.lower = 0}, {.lower = 0, .upper = 0.2}};
-  const BlockRegression::Fit held = regression.fit(all, bounded);
+  const BlockRegression::Fit held = regression.fit(target, all, bounded);
   EXPECT_EQ(held.coefficients[1], 0);
   EXPECT_EQ(held.coefficients[2], 0.2);
 }

@@ -35,7 +35,7 @@ std::optional<FoundEffect> found(const std::function<double(double torque_Nm)>& 
   effects::DriveModel base{.name = "bench", .encoder_ticks_per_rev = 104000};
   base.effects = {effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}})};
   const Band band = choose_band({source}, base);
-  return rest_channel(std::vector<Signals>{make_signals(source, band)}, base, band, {});
+  return rest_channel(std::vector<Signals>{make_signals(source, band)}, base, band, {}).presliding;
 }
 
 TEST(RestChannel, AContactThatGivesThreeTicksIsMeasured) {

@@ -1,0 +1,88 @@
+#include "sim/gap/blind_spots.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace sim::gap {
+namespace {
+
+/// Of the fastest speed: what is slower than this is where friction falls or rises when it begins to slide.
+constexpr double kSlow = 0.1;
+constexpr double kLeastShare = 0.02;
+constexpr double kLeastAngle_rad = 1;
+constexpr double kLeastRunning_s = 15;
+constexpr std::size_t kLeastReversals = 4;
+
+struct Coverage {
+  double samples = 0;
+  double forward = 0;
+  double backward = 0;
+  double slow = 0;
+  std::size_t reversals = 0;
+  double angle_rad = 0;
+  double longest_s = 0;
+  bool commanded = false;  // and measured
+};
+
+Coverage coverage_of(std::span<const Signals> signals) {
+  double fastest = 0;
+  for (const Signals& s : signals)
+    for (const double v : s.velocity_rad_per_s) fastest = std::max(fastest, std::abs(v));
+  Coverage c;
+  for (const Signals& s : signals) {
+    const auto [low, high] = std::ranges::minmax(s.position_rad);
+    c.angle_rad = std::max(c.angle_rad, high - low);
+    c.longest_s = std::max(c.longest_s, s.running_s.back());
+    c.commanded = c.commanded || !s.raw_measured_Nm.empty() || s.torque_is_command ||
+                  !s.raw_velocity_command_rad_per_s.empty();
+    double direction = 0;
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      if (s.moving[i] == 0) continue;
+      const double v = s.velocity_rad_per_s[i];
+      c.samples += 1;
+      (v > 0 ? c.forward : c.backward) += 1;
+      c.slow += std::abs(v) < kSlow * fastest ? 1 : 0;
+      if (v * direction < 0) ++c.reversals;
+      direction = v;
+    }
+  }
+  return c;
+}
+
+}  // namespace
+
+std::vector<std::string> blind_spots(std::span<const Signals> signals, bool rests) {
+  std::vector<std::string> notes;
+  const Coverage c = coverage_of(signals);
+  if (std::min(c.forward, c.backward) < kLeastShare * c.samples)
+    notes.emplace_back(
+        "the joint moves one way only: a torque offset, friction that differs by direction and Coulomb "
+        "friction "
+        "look the same; record a staircase both ways");
+  if (c.reversals < kLeastReversals)
+    notes.emplace_back(
+        "the joint hardly ever reverses: backlash, elasticity and presliding do not show; record reversals");
+  else if (!rests)
+    notes.emplace_back(
+        "the joint never rests while the torque changes: a friction contact that gives less than it travels "
+        "in "
+        "a few samples does not show; record presliding");
+  if (c.slow < kLeastShare * c.samples)
+    notes.emplace_back(
+        "the joint is hardly ever slow: Stribeck friction does not show; record slow torque ramps or the "
+        "lower "
+        "steps of a staircase");
+  if (c.angle_rad < kLeastAngle_rad)
+    notes.emplace_back(
+        "the joint turns less than a radian: imbalance and load friction do not show; record a staircase");
+  if (c.longest_s < kLeastRunning_s)
+    notes.emplace_back(
+        "no recording is longer than fifteen seconds: thermal drift does not show; record a minute or more");
+  if (!c.commanded)
+    notes.emplace_back(
+        "no command was recorded: dead-band, delay and offset of the actuator do not show; record "
+        "torque_command_Nm");
+  return notes;
+}
+
+}  // namespace sim::gap

@@ -1,0 +1,36 @@
+#include "sim/gap/parallel.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstddef>
+#include <stdexcept>
+#include <vector>
+
+namespace sim::gap {
+namespace {
+
+TEST(InParallel, DoesEachPieceOnce) {
+  std::vector<int> done(1000, 0);
+  in_parallel(done.size(), [&](std::size_t i) { done[i] += static_cast<int>(i) + 1; });
+  for (std::size_t i = 0; i < done.size(); ++i) ASSERT_EQ(done[i], static_cast<int>(i) + 1);
+  in_parallel(0, [](std::size_t) { FAIL(); });
+}
+
+TEST(InParallel, PassesOnWhatAPieceThrowsWhenNoThreadRunsAnyMore) {
+  std::atomic<int> running{0};
+  try {
+    in_parallel(100, [&](std::size_t i) {
+      ++running;
+      --running;
+      if (i == 7) throw std::runtime_error("piece 7");
+    });
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_STREQ(error.what(), "piece 7");
+  }
+  EXPECT_EQ(running, 0);
+}
+
+}  // namespace
+}  // namespace sim::gap
