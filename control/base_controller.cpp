@@ -1,6 +1,9 @@
 #include "control/base_controller.h"
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
+#include <string>
 
 namespace control {
 namespace {
@@ -9,6 +12,24 @@ FrictionObserver wheel_observer(int wheel, const BaseController::Config& config)
   if (!config.wheels) return {friction::wheel_table(wheel), config.observer};
   const JointResistance& resistance = (*config.wheels)[static_cast<std::size_t>(wheel - 1)];
   return {resistance.sliding, config.observer, resistance.position};
+}
+
+/// A wheel that its motor cannot turn is not the wheel that was measured: near zero each step of the encoder
+/// would become a blow.
+void require_drivable(const JointResistance& wheel, std::size_t number, double limit_Nm) {
+  const auto refuse = [&](const std::string& what, double torque_Nm) {
+    throw std::invalid_argument("base controller: " + what + " of wheel " + std::to_string(number) +
+                                "'s model is " + std::to_string(torque_Nm) +
+                                " N·m, not within the torque limit of " + std::to_string(limit_Nm) + " N·m");
+  };
+  double position_Nm = std::abs(wheel.position.constant_Nm);
+  for (const PositionTorque::Harmonic& harmonic : wheel.position.harmonics)
+    position_Nm += std::abs(harmonic.amplitude_Nm);
+  const double rest_Nm = std::max(wheel.sliding.breakaway_Nm(1), wheel.sliding.breakaway_Nm(-1));
+  if (!(rest_Nm <= limit_Nm)) refuse("friction at rest", rest_Nm);
+  if (!(position_Nm <= limit_Nm)) refuse("the torque by position", position_Nm);
+  if (!(wheel.least_torque_Nm >= 0 && wheel.least_torque_Nm <= limit_Nm))
+    refuse("the least torque", wheel.least_torque_Nm);
 }
 
 }  // namespace
@@ -26,8 +47,12 @@ BaseController::BaseController(const Config& config)
   if (!(config.wrench_limits.force_N >= 0 && config.wrench_limits.moment_Nm >= 0 &&
         config.torque_limit_Nm >= 0))
     throw std::invalid_argument("base controller: limits must not be negative");
-  if (config.wheels && config.compensate_friction)
-    for (std::size_t i = 0; i < 4; ++i) small_torques_[i] = SmallTorques((*config.wheels)[i].least_torque_Nm);
+  if (!config.wheels) return;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const JointResistance& wheel = (*config.wheels)[i];
+    require_drivable(wheel, i + 1, config.torque_limit_Nm);
+    if (config.compensate_friction) small_torques_[i] = SmallTorques(wheel.least_torque_Nm);
+  }
 }
 
 void BaseController::reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB) noexcept {

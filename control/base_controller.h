@@ -31,7 +31,8 @@ class BaseController {
     double torque_limit_Nm = 2.4;  ///< of a wheel, compensation included
     FrictionObserver::Config observer;
     FrictionCompensator::Config compensator;
-    /// What the compensator takes the four wheels to be; none: the measured wheel curves.
+    /// What the compensator takes the four wheels to be; none: the measured wheel curves. At rest no torque
+    /// of a model may be more than torque_limit_Nm.
     std::optional<std::array<JointResistance, 4>> wheels{};
     bool compensate_friction = true;
   };

@@ -11,9 +11,10 @@ namespace control {
 /// there bounds the help.
 /// - Continuous in command and velocity, through zero of either.
 /// - At rest it helps break-away in the direction of the command.
-/// - It vanishes with the command: without one, friction alone acts on a moving joint, so the sum never keeps
-///   it moving, however much too strong the model is.
-/// - T̂ without its constant part comes from a potential: however wrong, it drives no joint round.
+/// - It never turns the command round: where it would, u = 0. So what is commanded against a motion brakes
+/// it,
+///   with all of the friction there is, and without a command friction alone acts, however much too strong or
+///   wrong in sign the model is. A good model loses by this only where a command brakes less than friction.
 /// - With m at most 1, no blend speed helps by more than the model's friction at the estimated speed. The
 ///   estimate is the filter's, late by 2ζ/ω: while friction falls with speed the help is that much too large.
 /// Cycle: pure.

@@ -7,9 +7,9 @@ namespace control {
 
 /// For an actuator that delivers its least torque T for every smaller command but zero (the youBot's 0.03
 /// N·m, thesis 2.5.2): a torque below T becomes pulses of T, zero between, whose mean is the torque wanted.
-/// What is not delivered yet is carried over and stays within T/2. A T estimated too large costs nothing, the
-/// pulses are delivered as commanded; with one too small the mean is too large, by no more than the true T
-/// over it. One actuator each. Cycle: step().
+/// What is not delivered yet is carried over and stays within T/2. A T estimated too large only makes the
+/// pulses rarer and higher, as they are delivered as commanded; with one too small the mean is too large, by
+/// no more than the factor of the true T over it. One actuator each. Cycle: step().
 class SmallTorques {
  public:
   SmallTorques() = default;

@@ -18,6 +18,8 @@ sim::effects::DriveModel known_wheel_model();
 /// the known model holds already, and what is the bus's business (transport_delay, unsigned_current).
 class HiddenEffect {
  public:
+  static constexpr int kMostSeed = 2'000'000'000;  ///< that options and configurations take; the least is 0
+
   explicit HiddenEffect(std::uint64_t seed);
 
   /// The known model with the effect: what the wheels do.

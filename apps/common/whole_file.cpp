@@ -43,8 +43,10 @@ class Unfinished {
   }
   void finish() {
     // Before the rename: after a power cut the name must not lead to a file without its content.
-    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0) refuse("cannot be finished", "choose another folder");
-    if (::rename(beside_.c_str(), path_.c_str()) != 0) refuse("cannot replace the older file", "choose another path");
+    if (::fsync(fd_) != 0 || ::close(std::exchange(fd_, -1)) != 0)
+      refuse("cannot be finished", "choose another folder");
+    if (::rename(beside_.c_str(), path_.c_str()) != 0)
+      refuse("cannot replace the older file", "choose another path");
     renamed_ = true;
   }
 

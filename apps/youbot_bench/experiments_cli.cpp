@@ -70,7 +70,7 @@ struct CommonConfig {
     v(Parameter{"joints", "such as wheel-2 or wheel-1,wheel-3; none named: all wheels"}, joints);
     v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
     v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and nobody names; -1: none",
-                -1, 2e9},
+                -1, apps::HiddenEffect::kMostSeed},
       hidden_effect);
     v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
     v(Parameter{"max_speed_rad_per_s", "beyond, the drives are switched off", 0.01, 30}, max_speed_rad_per_s);
@@ -131,8 +131,12 @@ void read_option(const std::string& text, const Parameter& parameter, Value& val
   } else {
     const char* const end = text.data() + text.size();
     const auto [stopped, error] = std::from_chars(text.data(), end, value);
-    if (error != std::errc() || stopped != end)
-      throw std::invalid_argument(option_and_unit(parameter.key).first + ": '" + text + "' is not a number");
+    if (error == std::errc() && stopped == end) return;
+    const bool whole = std::is_same_v<Value, int>;
+    throw std::invalid_argument(option_and_unit(parameter.key).first + ": '" + text + "' is " +
+                                (error == std::errc::result_out_of_range ? "beyond all bounds"
+                                 : whole                                 ? "not a whole number"
+                                                                         : "not a number"));
   }
 }
 

@@ -9,10 +9,10 @@
 #include <stdexcept>
 #include <string_view>
 
+#include "apps/common/quantity.h"
 #include "apps/common/recording_reader.h"
 #include "apps/youbot_bench/identify_report.h"
 #include "apps/youbot_bench/model_writer.h"
-#include "apps/common/quantity.h"
 #include "sim/identify/model_choice.h"
 #include "sim/identify/moving_fit.h"
 #include "sim/identify/presliding_fit.h"
@@ -236,6 +236,10 @@ void identify_rig(Rig& rig, const std::optional<sim::Recording>& moving,
     print_verdicts(fit.verdicts);
     model.presliding = fit.parameters;
   }
+  if (!model.inertia_kg_m2)
+    std::printf(
+        "inertia: nothing here tells it; the model has %g kg·m², assumed. Give --moving or --inertia\n",
+        kAssumedInertia_kg_m2);
 }
 
 }  // namespace

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/report/report.h"
-#include "apps/youbot_bench/findings_series.h"
 #include "apps/common/quantity.h"
 #include "apps/common/wording.h"
+#include "apps/report/report.h"
+#include "apps/youbot_bench/findings_series.h"
 
 namespace youbot_bench {
 namespace {

@@ -77,6 +77,17 @@ void make_directory(const fs::path& path) {
     throw std::invalid_argument("--out: cannot make the directory " + path.string() + ": " + error.message());
 }
 
+/// What is there belongs to another run, or was written by `identify` under the same names.
+void make_new_directory(const fs::path& path) {
+  make_directory(path);
+  std::error_code error;
+  if (!fs::is_empty(path, error) || error)
+    throw std::invalid_argument("--out: " + path.string() + " is not empty; name a new directory");
+}
+
+/// Thrown through a search, which nothing else can stop.
+struct Stopped {};
+
 youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
   const fs::path directory = out / wheel_name(wheel);
   make_directory(directory);
@@ -89,7 +100,7 @@ youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
   return search;
 }
 
-/// All wheels at once: a search is one thread's work.
+/// All wheels at once. @throws Stopped when the program is asked to end.
 std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, apps::ProgressLine& progress) {
   struct Search {
     youbot_gap::GapOptions options;
@@ -107,7 +118,10 @@ std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, apps::P
   for (Search& search : searches)
     search.findings = std::async(std::launch::async, [&search] {
       return youbot_gap::write_findings(search.inputs, search.options,
-                                        [&search](std::string_view, double done) { search.done = done; });
+                                        [&search](std::string_view, double done) {
+                                          if (apps::stop_requested) throw Stopped();
+                                          search.done = done;
+                                        });
     });
   std::vector<youbot_gap::Findings> findings;
   for (Search& search : searches) {
@@ -169,7 +183,7 @@ Drive drive(const ImproveOptions& options, const std::string& name, const std::s
 }  // namespace
 
 Improvement run_chain(const ImproveOptions& options) {
-  make_directory(options.out);
+  make_new_directory(options.out);
   apps::ProgressLine progress("youbot-bench improve", options.quiet);
   Improvement improvement;
   double done = 0;
@@ -179,8 +193,11 @@ Improvement run_chain(const ImproveOptions& options) {
     if (apps::stop_requested) return improvement;
     done += kRecorded / static_cast<double>(experiments().size());
   }
-  improvement.wheels = explain(options, progress);
-  if (apps::stop_requested) return improvement;
+  try {
+    improvement.wheels = explain(options, progress);
+  } catch (const Stopped&) {
+    return improvement;
+  }
   progress.show("driving with the known model", kExplained);
   const std::string known = wheel_name(explained_wheels(options).front()) + "/base.toml";
   const std::string hiding = "hidden_effect = " + std::to_string(options.hidden_effect);

@@ -43,12 +43,12 @@ struct Improvement {
 /// 1. Records staircases, a multisine, ramps, pre-sliding and reversals of all wheels, in the air.
 /// 2. Searches for what the known model lacks, wheel by wheel, from these recordings alone.
 /// 3. Drives youbotd's demo on the same robot with either model in the compensator, and for comparison on
-/// wheels
-///    that hide nothing.
+///    wheels that hide nothing.
 /// All of it with the programs' own code and in virtual time. Prints what came out and, last, what was
 /// hidden. Writes into `out`: recordings/, wheel-N/ with base.toml, model.toml, gap.json and report.html, the
 /// configurations that were driven, youbotd-*.toml, and report.html.
-/// Returns the exit code (exit_code.h). @throws what its parts do.
+/// Returns the exit code (exit_code.h). @throws std::invalid_argument when `out` is not empty, or what its
+/// parts do.
 int improve(const ImproveOptions& options);
 
 /// The same without a word on standard output, and without report.html. Empty `wheels` or summaries when it

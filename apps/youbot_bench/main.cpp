@@ -88,7 +88,7 @@ int main(int argc, char** argv) {
                          "find an effect hidden in a simulated robot, compensate it and drive better: "
                          "experiments, search, demo");
   improve_command->add_option("--hidden-effect", improve.hidden_effect, "seed that draws the effect")
-      ->check(CLI::Range(0, 2'000'000'000))
+      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed))
       ->required();
   improve_command->add_option("--out", improve.out, "directory for recordings, models and reports")
       ->required();
@@ -101,7 +101,9 @@ int main(int argc, char** argv) {
   std::uint64_t revealed_effect = 0;
   CLI::App* const reveal_command =
       app.add_subcommand("reveal", "tell what --hidden-effect SEED hides; for the end");
-  reveal_command->add_option("--hidden-effect", revealed_effect, "the seed")->required();
+  reveal_command->add_option("--hidden-effect", revealed_effect, "the seed")
+      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed))
+      ->required();
 
   return apps::run_app(app, argc, argv, [&] {
     if (*improve_command) return youbot_bench::improve(improve);

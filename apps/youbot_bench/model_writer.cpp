@@ -1,5 +1,7 @@
 #include "apps/youbot_bench/model_writer.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -7,9 +9,11 @@
 #include <stdexcept>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
-#include "apps/common/toml_reader.h"
+#include "apps/common/drive_model_file.h"
 #include "apps/common/whole_file.h"
+#include "sim/effects/any_effect.h"
 
 namespace youbot_bench {
 namespace {
@@ -37,22 +41,14 @@ constexpr auto kEntries = std::to_array<Entry>({
     {"damping_Nm_s_per_rad", "presliding", "damping_Nm_s_per_rad", ""},
 });
 
-/// Seven digits, always a TOML float.
-std::string number(double value) {
+/// Seven digits: the last that an identification can mean.
+double rounded(double value) {
   std::array<char, 40> text{};
   const auto end =
       std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 7).ptr;
-  std::string result(text.data(), end);
-  if (result.find_first_of(".e") == result.npos) result += ".0";
+  double result = value;
+  std::from_chars(text.data(), end, result);
   return result;
-}
-
-/// A comment of one line, whatever `text` holds.
-std::string comment(std::string_view text) {
-  std::string result = "# ";
-  for (const char c : text)
-    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) result += c;
-  return result + "\n";
 }
 
 const Estimate* find(std::span<const Estimate> estimates, std::string_view name) {
@@ -61,32 +57,46 @@ const Estimate* find(std::span<const Estimate> estimates, std::string_view name)
   return found == estimates.end() ? nullptr : &*found;
 }
 
-/// An effect when all of its parameters are there, else the reason as a comment. An exponent that was given
-/// counts with the others.
-std::string effect_text(std::string_view effect, std::span<const Estimate> estimates) {
-  std::string lines;
-  std::string reasons;
+/// What the text of the file is made of.
+struct Contents {
+  sim::effects::DriveModel model{};
+  std::vector<std::string> header{};
+  std::vector<apps::EffectRemarks> remarks{};
+};
+
+/// Adds an effect when all of its parameters are there, else the reasons to the header. An exponent that was
+/// given counts with the others.
+void add_effect(std::string_view effect, std::span<const Estimate> estimates, Contents& contents) {
+  const auto& described = sim::effects::effect_description(effect).parameters;
+  std::vector<sim::effects::NamedValue> values;
+  apps::EffectRemarks remarks;
+  remarks.parameters.resize(described.size());
   bool fitted = false;
+  bool complete = true;
   for (const Entry& entry : kEntries) {
     if (entry.effect != effect) continue;
     const Estimate* const estimate = find(estimates, entry.parameter);
     if (estimate == nullptr) continue;
     if (!estimate->ok() && !is_given(*estimate)) {
-      reasons += comment("not identifiable: " + estimate->name + ": " + estimate->not_identifiable);
+      contents.header.push_back("not identifiable: " + estimate->name + ": " + estimate->not_identifiable);
+      complete = false;
       continue;
     }
-    lines += std::string(entry.key) + " = " + number(estimate->value);
-    if (estimate->ok())
-      lines += "  # 95 %: " + number(estimate->lower) + " to " + number(estimate->upper);
-    else
-      lines += "  # given";
-    if (!entry.remark.empty()) lines += "; " + std::string(entry.remark);
-    lines += "\n";
+    std::string remark =
+        estimate->ok() ? fmt::format("95 %: {:.7g} to {:.7g}", estimate->lower, estimate->upper) : "given";
+    if (!entry.remark.empty()) remark += "; " + std::string(entry.remark);
+    const auto at = std::ranges::find(described, entry.key, &sim::effects::ParameterDescription::name);
+    remarks.parameters[static_cast<std::size_t>(at - described.begin())] = remark;
+    values.push_back({entry.key, rounded(estimate->value)});
     fitted |= estimate->ok();
   }
-  if (!reasons.empty()) return "\n" + reasons;
-  if (!fitted) return "";
-  return "\n[[effect]]\ntype = \"" + std::string(effect) + "\"\n" + lines;
+  if (!fitted || !complete) return;
+  try {
+    contents.model.effects.push_back(sim::effects::make_effect(effect, values));
+    contents.remarks.push_back(std::move(remarks));
+  } catch (const std::invalid_argument& error) {  // a law may allow what no drive has
+    contents.header.push_back("left out: " + std::string(error.what()));
+  }
 }
 
 }  // namespace
@@ -94,10 +104,14 @@ std::string effect_text(std::string_view effect, std::span<const Estimate> estim
 bool is_given(const Estimate& estimate) { return estimate.not_identifiable.starts_with("given"); }
 
 std::string model_text(const IdentifiedModel& model) {
-  std::string text;
-  for (const std::string& line : model.evidence) text += comment(line);
-  text += "format = \"youbot-drive-model/1\"\nname = " + apps::toml_string(model.name) + "\n";
-  if (model.inertia_kg_m2) text += "inertia_kg_m2 = " + number(*model.inertia_kg_m2) + "\n";
+  Contents contents;
+  contents.header = model.evidence;
+  contents.model.name = model.name;
+  contents.model.inertia_kg_m2 = rounded(model.inertia_kg_m2.value_or(kAssumedInertia_kg_m2));
+  if (!model.inertia_kg_m2)
+    contents.header.emplace_back(
+        "inertia_kg_m2 is assumed, that of a youBot's wheel and its motor; identify it with --moving or give "
+        "--inertia");
 
   std::vector<Estimate> estimates = model.sliding ? model.sliding->parameters : model.moving;
   for (const Estimate& estimate : model.presliding)
@@ -106,9 +120,9 @@ std::string model_text(const IdentifiedModel& model) {
   for (const Entry& entry : kEntries) {
     if (entry.effect == last) continue;
     last = entry.effect;
-    text += effect_text(entry.effect, estimates);
+    add_effect(entry.effect, estimates, contents);
   }
-  return text;
+  return apps::drive_model_text(contents.model, contents.header, contents.remarks);
 }
 
 void write_model(const IdentifiedModel& model, const std::filesystem::path& directory) {

@@ -6,14 +6,18 @@
 #include <string>
 #include <vector>
 
+#include "sim/effects/drive_model.h"
 #include "sim/identify/static_fit.h"
 #include "sim/identify/statistics.h"
 
 namespace youbot_bench {
 
+/// Written where nothing tells it, as a file without an inertia is none: a youBot's wheel with its motor.
+inline constexpr double kAssumedInertia_kg_m2 = sim::effects::DriveModel{}.inertia_kg_m2;
+
 struct IdentifiedModel {
   std::string name;                       ///< of the rig
-  std::optional<double> inertia_kg_m2{};  ///< known or identified
+  std::optional<double> inertia_kg_m2{};  ///< known or identified; else assumed, which a comment says
   std::vector<std::string> evidence{};    ///< comment lines at the top
   std::optional<sim::identify::StaticFit> sliding{};
   std::vector<sim::identify::Estimate> moving{};      ///< coulomb_Nm, viscous_…: used when there is no map
@@ -23,7 +27,8 @@ struct IdentifiedModel {
 /// Its value was set by the user: it counts, without an interval.
 bool is_given(const sim::identify::Estimate& estimate);
 
-/// The text of the file. Only what was identified becomes an effect; what was not is named in a comment.
+/// The text of the file, which loads. Only what was identified becomes an effect; what was not is named in a
+/// comment.
 std::string model_text(const IdentifiedModel& model);
 /// Writes `directory`/model.toml, making the directory. @throws std::runtime_error naming path and cause.
 void write_model(const IdentifiedModel& model, const std::filesystem::path& directory);

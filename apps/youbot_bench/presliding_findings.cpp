@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
-#include "apps/common/wording.h"
 
 namespace youbot_bench {
 namespace {

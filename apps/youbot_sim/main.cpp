@@ -97,7 +97,8 @@ int main(int argc, char** argv) {
   app.add_option("--model", arguments.model_file,
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,
-                 "seed of an effect that the wheels have and nobody names; `youbot-bench reveal` tells");
+                 "seed of an effect that the wheels have and nobody names; `youbot-bench reveal` tells")
+      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed));
   app.add_option("--duration", arguments.duration_s, "end after this many seconds")
       ->check(CLI::PositiveNumber);
   app.add_flag("--quiet", arguments.quiet, "print problems only");

@@ -134,7 +134,7 @@ void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder
   std::string model;
   int seed = -1;
   table.text("model", model);
-  table.integer("hidden_effect", seed, {.min = 0});
+  table.integer("hidden_effect", seed, {.min = 0, .max = apps::HiddenEffect::kMostSeed});
   if (!model.empty() && seed >= 0)
     return table.refuse("hidden_effect",
                         "and 'simulation.model' exclude each other: wheels follow one of them");

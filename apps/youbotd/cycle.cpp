@@ -137,8 +137,9 @@ void Cycle::apply(const control::BaseController::Output& output) noexcept {
   // Nobody moves the arm yet; without torque it would fall.
   for (std::size_t i = kWheels; i < robot_.joints().size(); ++i)
     command_.joints[i] = hal::JointCommand::velocity_rad_per_s(0.0);
+  // Written so that a velocity that is not a number is none that is allowed.
   for (std::size_t i = 0; i < kWheels; ++i)
-    if (std::abs(record_.velocity_rad_per_s[i]) > config_.wheel_speed_limit_rad_per_s)
+    if (!(std::abs(record_.velocity_rad_per_s[i]) <= config_.wheel_speed_limit_rad_per_s))
       fail({.kind = StopReason::Kind::kOverspeed,
             .joint = static_cast<int>(i),
             .value = record_.velocity_rad_per_s[i]},

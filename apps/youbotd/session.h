@@ -22,7 +22,7 @@ struct SessionOptions {
   std::optional<std::filesystem::path> record_directory{};
   bool virtual_time = false;
   bool allow_non_real_time = false;
-  /// Sees every cycle, as a part of it.
+  /// Sees every cycle, as a part of it: outside virtual time it must neither allocate nor block.
   std::function<void(const CycleRecord&)> after_cycle{};
 };
 

@@ -38,8 +38,9 @@ struct TorqueRampConfig {
 };
 
 /// Even measurements ramp up, odd ones down; each begins when the joint is at rest. A result's first step is
-/// the displacement as the encoder shows it; where in its tick the joint rested is not known, so single σ0
-/// scatter between half and all of it. The slope over the next steps, stiffness_slope, is free of that.
+/// the displacement as the encoder shows it, a whole tick; where in its tick the joint rested is not known,
+/// so single σ0 scatter between nothing and all of it, and half of it is their mean where the rests are
+/// spread evenly. The slope over the next steps, stiffness_slope, is free of that.
 class TorqueRamp final : public JointExperiment {
  public:
   /// `encoder_step_rad`: one tick at the joint.

@@ -81,7 +81,8 @@ class Family {
       double best = 0;
       double most = -1;
       const auto look = [&](double log_velocity) {
-        if (!add(terms, data, std::exp(log_velocity), exponent) || !admits(candidates_.back(), data.y)) return;
+        if (!add(terms, data, std::exp(log_velocity), exponent) || !admits(candidates_.back(), data.y))
+          return;
         if (const double explained = (candidates_.back().Q.transpose() * data.y).squaredNorm();
             explained > most) {
           most = explained;
@@ -128,9 +129,8 @@ class Family {
     const auto explained = [&](const Candidate& c) {
       return admits(c, y) ? (c.Q.transpose() * y).squaredNorm() : -1.0;
     };
-    return *std::max_element(candidates_.begin(), candidates_.end(), [&](const auto& a, const auto& b) {
-      return explained(a) < explained(b);
-    });
+    return *std::max_element(candidates_.begin(), candidates_.end(),
+                             [&](const auto& a, const auto& b) { return explained(a) < explained(b); });
   }
 
  private:
@@ -369,8 +369,10 @@ ModelChoice choose_model(const StaticMap& map, const ChoiceOptions& options) {
   StaticForm& form = choice.form;
   if (terms.contains(Term::kStribeck)) {
     form.law = "kfm";
-    if (!terms.contains(Term::kStribeckExponent))
-      form.fixed.emplace_back("stribeck_exponent", Family(terms, data).best(data.y).exponent);
+    if (!terms.contains(Term::kStribeckExponent)) {
+      const double exponent = Family(terms, data).best(data.y).exponent;
+      form.fixed.emplace_back("stribeck_exponent", exponent > 0 ? exponent : 1.0);  // 0: a peak of no height
+    }
     if (!terms.contains(Term::kViscous)) form.fixed.emplace_back("viscous_Nm_s_per_rad", 0.0);
   } else if (!terms.contains(Term::kViscous)) {
     form.law = "coulomb";

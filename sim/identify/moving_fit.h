@@ -33,7 +33,8 @@ struct MovingFit {
 /// alike. Left out are the start of the recording, slow samples and those so close to a reversal that the
 /// filter mixes both signs of friction. Intervals allow for residuals that are correlated over time. A
 /// parameter that the motion does not excite gets a reason instead of a number: without acceleration there is
-/// no inertia, at one speed no viscous friction, in one direction no offset.
+/// no inertia, at one speed no viscous friction, in one direction no offset. Neither has friction that comes
+/// out below zero a number.
 /// @throws std::invalid_argument when columns or an even sample rate are missing, or nothing moves.
 MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options = {});
 

@@ -51,6 +51,8 @@ class Model {
       found->initial = value;
       found->fixed_because = "given, not fitted";
     }
+    coulomb_ = index("coulomb_Nm");
+    static_ = index("static_Nm");
     if (form.torque_offset) slots_.push_back({std::string(kTorqueOffsetName)});
     if (form.viscous_asymmetry) slots_.push_back({std::string(kViscousAsymmetryName)});
     if (form.quadratic) slots_.push_back({std::string(kQuadraticName)});
@@ -69,6 +71,14 @@ class Model {
     return std::nullopt;
   }
   std::size_t law_parameters() const { return law_parameters_; }
+  /// Friction at rest is not below that of sliding: where it would be, there is no Stribeck effect and both
+  /// are one. Whether that was so.
+  bool level_off(std::vector<double>& values) const {
+    if (!coulomb_ || !static_ || !slots_[*static_].fixed_because.empty()) return false;
+    if (values[*static_] > values[*coulomb_]) return false;
+    values[*static_] = values[*coulomb_];
+    return true;
+  }
 
   AnyLaw law(std::span<const double> values) const {
     return control::friction::make_law_from_values(law_, values.first(law_parameters_));
@@ -87,6 +97,8 @@ class Model {
   std::string law_;
   std::vector<Slot> slots_;
   std::size_t law_parameters_ = 0;
+  std::optional<std::size_t> coulomb_;
+  std::optional<std::size_t> static_;
 };
 
 struct Point {
@@ -139,6 +151,7 @@ class Fitter {
   std::vector<double> all_values(const Eigen::VectorXd& free) const {
     std::vector<double> values = base_;
     for (std::size_t k = 0; k < free_.size(); ++k) values[free_[k]] = free[static_cast<Eigen::Index>(k)];
+    model_.level_off(values);
     return values;
   }
   double scatter_variance() const { return scatter_ * scatter_; }
@@ -504,7 +517,9 @@ class Fitter {
       if (speed >= 1.5 * vs) above.insert(std::lround(std::log(speed) / 0.005));
     }
     std::string why;
-    if (!stribeck_matters())
+    if (std::vector<double> values = fit_.values; model_.level_off(values))
+      why = "friction does not fall as the joint begins to slide: there is no Stribeck effect";
+    else if (!stribeck_matters())
       why = "without a Stribeck term the map is described as well";
     else if (below.empty())
       why = "no speed below the Stribeck velocity: the slowest is " + number(slowest_) + ", it is about " +

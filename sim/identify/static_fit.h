@@ -64,8 +64,10 @@ struct StaticFit {
 /// alike. Points improbable at 1 % for the whole map under a robust fit are left out and listed, at most a
 /// fifth of them, and none when three neighbouring speeds are off to the same side, which is the law's fault
 /// and becomes a verdict. Intervals: from the covariance where the form is linear in its parameters and no
-/// bound is near, else where the profile of the sum of squares crosses the same level. Too few speeds give a
-/// fit without values and the reason in verdicts.
+/// bound is near, else where the profile of the sum of squares crosses the same level. A static torque is
+/// never below the Coulomb torque: where the map would have it there, both are equal, nothing of a Stribeck
+/// effect is identified and a verdict says so. Too few speeds give a fit without values and the reason in
+/// verdicts.
 /// @throws std::invalid_argument for an unknown law or fixed parameter, or a point at rest or that is not a
 ///         number.
 StaticFit fit_static(const StaticMap& map, const StaticForm& form, const StaticFitOptions& options = {});

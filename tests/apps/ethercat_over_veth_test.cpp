@@ -1,12 +1,9 @@
 // Two processes, two network namespaces, real raw sockets: youbot-sim on one end of a veth pair, the real
 // master on the other. Conditions are waited for, never timed.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <array>
 #include <chrono>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -14,6 +11,7 @@
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
@@ -104,12 +102,12 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
   // Starved for longer than the drives' watchdog allows, youbotd stops with exit code 4, as it should: try
   // again.
   const std::string command = YOUBOTD_BINARY " --config " + (directory / "config.toml").string() +
-                              " --allow-non-rt --record " + (directory / "run").string() + " > /dev/null";
+                              " --allow-non-rt --record " + (directory / "run").string();
   int result = -1;
   for (int attempt = 0; attempt < 5 && result != 0; ++attempt) {
     fs::remove_all(directory / "run");
-    result = std::system(command.c_str());
-    ASSERT_TRUE(result == 0 || WEXITSTATUS(result) == 4) << result;
+    result = support::run_command(command).exit_code;
+    ASSERT_TRUE(result == 0 || result == 4) << result;
   }
   EXPECT_EQ(result, 0);
 
@@ -133,13 +131,11 @@ TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const Simulator simulator(namespaces, "--robot base+arm");
   ASSERT_TRUE(simulator.ready());
-  FILE* scan = popen(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c", "r");
-  std::string output;
-  std::array<char, 256> line{};
-  while (fgets(line.data(), line.size(), scan) != nullptr) output += line.data();
-  EXPECT_EQ(pclose(scan), 0);
-  EXPECT_NE(output.find("this is a complete youBot: base+arm"), std::string::npos) << output;
-  EXPECT_NE(output.find("KR-843"), std::string::npos) << output;
+  const support::CommandResult scan =
+      support::run_command(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c");
+  EXPECT_EQ(scan.exit_code, 0);
+  EXPECT_TRUE(scan.said("this is a complete youBot: base+arm")) << scan.output;
+  EXPECT_TRUE(scan.said("KR-843")) << scan.output;
 }
 
 }  // namespace

@@ -14,11 +14,11 @@
 #include <memory>
 #include <string>
 
+#include "apps/common/quantity.h"
+#include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/experiment_runner.h"
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
 #include "sim/experiments/torque_ramp.h"
 
 namespace youbot_bench {

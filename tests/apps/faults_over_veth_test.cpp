@@ -20,6 +20,7 @@
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
@@ -200,12 +201,11 @@ std::vector<std::string> frames_of(const fs::path& file, const std::string& filt
   // TMCL in the mailbox has no header, which that dissector would take it for.
   const std::string command = "tshark -r " + file.string() + " --disable-protocol ecat_mailbox -Y '" +
                               filter + "' -T fields " + fields + " 2>/dev/null";
+  const support::CommandResult result = support::run_command(command);
+  EXPECT_EQ(result.exit_code, 0);
   std::vector<std::string> lines;
-  std::FILE* const pipe = popen(command.c_str(), "r");
-  std::array<char, 4096> line{};
-  while (pipe != nullptr && std::fgets(line.data(), static_cast<int>(line.size()), pipe) != nullptr)
-    lines.emplace_back(line.data());
-  EXPECT_EQ(pclose(pipe), 0);
+  std::istringstream text(result.output);
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
   return lines;
 }
 

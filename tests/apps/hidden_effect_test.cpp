@@ -2,10 +2,7 @@
 #include "apps/common/hidden_effect.h"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -14,29 +11,18 @@
 
 #include "apps/common/drive_model_file.h"
 #include "sim/effects/effect_chain.h"
+#include "tests/support/run_command.h"
 
 namespace apps {
 namespace {
 
 namespace fs = std::filesystem;
+using support::CommandResult;
+using support::run_command;
 
 std::string text_of(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(file), {}};
-}
-
-struct Result {
-  int exit_code = -1;
-  std::string output{};  ///< both streams
-};
-Result run(const std::string& command) {
-  Result result;
-  FILE* const pipe = popen((command + " 2>&1 < /dev/null").c_str(), "r");
-  std::array<char, 512> line{};
-  while (pipe != nullptr && fgets(line.data(), line.size(), pipe) != nullptr) result.output += line.data();
-  const int status = pipe != nullptr ? pclose(pipe) : -1;
-  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
-  return result;
 }
 
 TEST(HiddenEffect, TheSameSeedHidesTheSameOnEveryMachine) {
@@ -81,8 +67,8 @@ class HiddenEffectCommands : public testing::Test {
   }
   void TearDown() override { fs::remove_all(directory_); }
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
-  static Result bench(const std::string& arguments) {
-    return run(std::string(YOUBOT_BENCH_BINARY) + " " + arguments);
+  static CommandResult bench(const std::string& arguments) {
+    return run_command(std::string(YOUBOT_BENCH_BINARY) + " " + arguments);
   }
 
   fs::path directory_;
@@ -90,19 +76,20 @@ class HiddenEffectCommands : public testing::Test {
 
 TEST_F(HiddenEffectCommands, WheelsFollowAModelOrHideAnEffectNotBoth) {
   const std::string both = " --hidden-effect 3 --model " + path("wheel.toml");
-  const Result experiment = bench("presliding --quiet --out " + path("out") + both);
+  const CommandResult experiment = bench("presliding --quiet --out " + path("out") + both);
   EXPECT_EQ(experiment.exit_code, 2);
   EXPECT_NE(experiment.output.find("--hidden-effect and --model"), std::string::npos) << experiment.output;
   EXPECT_FALSE(fs::exists(path("out")));
-  const Result robot = run(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0" + both);
+  const CommandResult robot = run_command(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0" + both);
   EXPECT_EQ(robot.exit_code, 2);
   EXPECT_NE(robot.output.find("--hidden-effect and --model"), std::string::npos) << robot.output;
   // One of them alone gets as far as the interface.
-  EXPECT_EQ(run(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0 --hidden-effect 3").exit_code, 3);
+  EXPECT_EQ(run_command(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0 --hidden-effect 3").exit_code,
+            3);
 }
 
 TEST_F(HiddenEffectCommands, OnlyASimulatedRobotHidesAnything) {
-  const Result result =
+  const CommandResult result =
       bench("presliding --quiet --yes --robot can:nosuch0 --hidden-effect 3 --out " + path("out"));
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.output.find("--hidden-effect: only a simulated robot"), std::string::npos)
@@ -110,9 +97,29 @@ TEST_F(HiddenEffectCommands, OnlyASimulatedRobotHidesAnything) {
   EXPECT_EQ(bench("presliding --quiet --hidden-effect tree --out " + path("out")).exit_code, 2);
 }
 
+TEST_F(HiddenEffectCommands, ASeedIsAWholeNumberFromZero) {
+  for (const char* seed : {"-1", "3.5", "tree", "2000000001", "99999999999999999999", "''"}) {
+    EXPECT_EQ(bench(std::string("reveal --hidden-effect ") + seed).exit_code, 2) << seed;
+    EXPECT_EQ(run_command(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0 --hidden-effect " + seed)
+                  .exit_code,
+              2)
+        << seed;
+    if (std::string_view(seed) == "-1") continue;  // none, as experiment.toml has it
+    EXPECT_EQ(
+        bench(std::string("staircase --quiet --hidden-effect ") + seed + " --out " + path("out")).exit_code,
+        2)
+        << seed;
+  }
+  EXPECT_TRUE(
+      bench("staircase --hidden-effect 3000000000 --out " + path("out")).said("is beyond all bounds"));
+  EXPECT_TRUE(
+      bench("staircase --hidden-effect 3.5 --out " + path("out")).said("'3.5' is not a whole number"));
+  EXPECT_FALSE(fs::exists(path("out")));
+}
+
 TEST_F(HiddenEffectCommands, NothingSaysWhatItIsBeforeSomebodyAsks) {
   // 3 is an imbalance.
-  const Result result = bench(
+  const CommandResult result = bench(
       "multisine --periods 1 --period 2 --lowest 0.5 --joint wheel-1 --hidden-effect 3 --out " + path("out"));
   ASSERT_EQ(result.exit_code, 0) << result.output;
   std::string everything = result.output;
@@ -127,7 +134,7 @@ TEST_F(HiddenEffectCommands, NothingSaysWhatItIsBeforeSomebodyAsks) {
   const std::string made_by = text_of(path("out") + "/multisine/experiment.toml");
   EXPECT_NE(made_by.find("\nhidden_effect = 3 "), std::string::npos) << made_by;
 
-  const Result asked = bench("reveal --hidden-effect 3");
+  const CommandResult asked = bench("reveal --hidden-effect 3");
   EXPECT_EQ(asked.exit_code, 0);
   EXPECT_NE(asked.output.find("imbalance: torque"), std::string::npos) << asked.output;
 }
@@ -136,7 +143,7 @@ TEST_F(HiddenEffectCommands, ARecordingMadeAgainFromItsFileHidesTheSame) {
   const std::string experiment =
       "multisine --quiet --periods 1 --period 2 --lowest 0.5 --joint wheel-1 --out ";
   const auto recorded = [&](const std::string& name, const std::string& options) {
-    const Result result = bench(experiment + path(name) + options);
+    const CommandResult result = bench(experiment + path(name) + options);
     EXPECT_EQ(result.exit_code, 0) << result.output;
     return text_of(path(name) + "/multisine/wheel-1.csv");
   };

@@ -1,11 +1,9 @@
 // A lab's day on a drive whose truth is known: measured and identified with the commands a lab would type.
 // The drive is wheel 1 of the thesis' table 4 behind motor, current loop, encoder and noise.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -14,6 +12,7 @@
 #include "apps/common/recording_reader.h"
 #include "sim/identify/static_fit.h"
 #include "sim/identify/static_map.h"
+#include "tests/support/run_command.h"
 
 namespace {
 
@@ -66,13 +65,9 @@ class HiddenTruth : public testing::Test {
   }
   /// What youbot-bench prints; it must succeed.
   std::string bench(const std::string& arguments) const {
-    FILE* const pipe = popen((std::string(YOUBOT_BENCH_BINARY) + " " + arguments + " 2>&1").c_str(), "r");
-    std::string output;
-    std::array<char, 512> line{};
-    while (pipe != nullptr && fgets(line.data(), line.size(), pipe) != nullptr) output += line.data();
-    const int status = pipe != nullptr ? pclose(pipe) : -1;
-    EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << arguments << "\n" << output;
-    return output;
+    const support::CommandResult result = support::run_command(YOUBOT_BENCH_BINARY " " + arguments);
+    EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.output;
+    return result.output;
   }
   std::string out() const { return (directory_ / "out").string(); }
 
@@ -139,16 +134,11 @@ TEST_F(HiddenTruth, PreslidingSaysThatItCannotBeIdentifiedAndWhy) {
 }
 
 TEST_F(HiddenTruth, AModelIsForSimulatedRobotsOnly) {
-  const std::string command = std::string(YOUBOT_BENCH_BINARY) + " dahl --yes --robot can:nosuch0 --model " +
-                              file("truth.toml", kTable4) + " --out " + out() + " 2>&1";
-  FILE* const pipe = popen(command.c_str(), "r");
-  ASSERT_NE(pipe, nullptr);
-  std::array<char, 512> line{};
-  std::string output;
-  while (fgets(line.data(), line.size(), pipe) != nullptr) output += line.data();
-  const int status = pclose(pipe);
-  EXPECT_EQ(WEXITSTATUS(status), 2);
-  EXPECT_NE(output.find("--model: only a simulated robot follows a model"), std::string::npos) << output;
+  const support::CommandResult result =
+      support::run_command(YOUBOT_BENCH_BINARY " dahl --yes --robot can:nosuch0 --model " +
+                           file("truth.toml", kTable4) + " --out " + out());
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(result.said("--model: only a simulated robot follows a model")) << result.output;
 }
 
 }  // namespace

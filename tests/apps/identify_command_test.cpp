@@ -1,15 +1,16 @@
 // youbot-bench identify as a user meets it: files in, table and model out, refusals in words.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
+#include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <string>
 
+#include "apps/common/drive_model_file.h"
 #include "tests/support/measured_data.h"
+#include "tests/support/run_command.h"
 
 namespace {
 
@@ -41,15 +42,10 @@ class IdentifyCommand : public testing::Test {
   }
   /// Both streams into output_; the exit code.
   int run(const std::string& arguments) {
-    const std::string command =
-        std::string(YOUBOT_BENCH_BINARY) + " identify " + arguments + " --out " + out() + " 2>&1";
-    FILE* const pipe = popen(command.c_str(), "r");
-    if (pipe == nullptr) return -1;
-    output_.clear();
-    char line[512];
-    while (fgets(line, sizeof line, pipe) != nullptr) output_ += line;
-    const int status = pclose(pipe);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    const support::CommandResult result =
+        support::run_command(YOUBOT_BENCH_BINARY " identify " + arguments + " --out " + out());
+    output_ = result.output;
+    return result.exit_code;
   }
   std::string out() const { return (directory_ / "out").string(); }
   static std::string text_of(const fs::path& path) {
@@ -59,6 +55,16 @@ class IdentifyCommand : public testing::Test {
     return text.str();
   }
   std::string model() const { return text_of(directory_ / "out" / "model.toml"); }
+  /// The model file, which loads wherever one is asked for and makes sense.
+  sim::effects::DriveModel drive_model() const {
+    sim::effects::DriveModel model = apps::read_drive_model(directory_ / "out" / "model.toml");
+    const auto* const coulomb = model.find<sim::effects::Coulomb>();
+    if (const auto* const stribeck = model.find<sim::effects::Stribeck>()) {
+      const double coulomb_Nm = coulomb != nullptr ? coulomb->parameters().torque_Nm : 0;
+      EXPECT_GE(stribeck->parameters().static_torque_Nm, coulomb_Nm) << this->model();
+    }
+    return model;
+  }
   bool said(const std::string& part) const { return output_.find(part) != std::string::npos; }
 
   fs::path directory_;
@@ -71,6 +77,10 @@ TEST_F(IdentifyCommand, WritesAStribeckEffectForThePlainScrewOnly) {
   EXPECT_NE(model().find("format = \"youbot-drive-model/1\"\nname = \"tro2021-drive-1\""), std::string::npos);
   EXPECT_NE(model().find("type = \"stribeck\""), std::string::npos) << model();
   EXPECT_NE(model().find("type = \"torque_offset\""), std::string::npos);
+  // Nothing tells the inertia, without which a file is no model.
+  EXPECT_EQ(drive_model().inertia_kg_m2, sim::effects::DriveModel{}.inertia_kg_m2);
+  EXPECT_NE(model().find("# inertia_kg_m2 is assumed"), std::string::npos) << model();
+  EXPECT_TRUE(said("0.0112 kg·m², assumed")) << output_;
 
   EXPECT_EQ(run("--inertia 2.186e-6 --map " + write("2.csv", map_text(test_support::screw_drive_map(2)))), 0);
   EXPECT_EQ(model().find("type = \"stribeck\""), std::string::npos) << model();
@@ -85,6 +95,49 @@ TEST_F(IdentifyCommand, FitsTheLawThatIsAskedFor) {
   EXPECT_EQ(run("--law nonsense --map " + map), 2);
   EXPECT_TRUE(said("there is no friction law nonsense")) << output_;
   EXPECT_EQ(run("--law kfm+sugar --map " + map), 2);
+}
+
+TEST_F(IdentifyCommand, FrictionThatRisesFromRestGivesAModelWithoutAStaticTorqueBelowCoulomb) {
+  // What fitted the measured wheels best when a Stribeck term was allowed to be a hollow.
+  sim::identify::StaticMap map{"wheel-1", {}};
+  for (int i = 1; i <= 40; ++i) {
+    const double speed = 0.2 * i;
+    map.points.push_back({speed, 0.19 - 0.14 * std::exp(-speed * speed / 41) + 1e-4 * (i * 7 % 5 - 2), 2e-4});
+  }
+  const std::string file = write("rising.csv", map_text(map));
+  for (const char* law : {"auto", "kfm", "kfm+quadratic", "stiction"}) {
+    EXPECT_EQ(run(std::string("--law ") + law + " --map " + file), 0) << output_;
+    EXPECT_FALSE(drive_model().effects.empty()) << law << "\n" << model();
+  }
+}
+
+TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
+  const auto bench = [this](const std::string& experiment) {
+    const support::CommandResult result = support::run_command(
+        YOUBOT_BENCH_BINARY " " + experiment + " --quiet --joint wheel-1 --out " + directory_.string());
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+  };
+  bench("steady-state --sets 1,4,6 --settle 2 --measure 3");
+  bench("multisine --periods 2");
+  bench("staircase --hold 0.4");
+  EXPECT_EQ(run("--map " + (directory_ / "steady-state-map").string() + " --moving " +
+                (directory_ / "multisine/wheel-1.csv").string()),
+            0)
+      << output_;
+  const sim::effects::DriveModel model = drive_model();
+  for (const char* effect : {"coulomb", "viscous", "stribeck"})
+    EXPECT_TRUE(std::ranges::any_of(model.effects,
+                                    [&](const auto& any) { return sim::effects::name_of(any) == effect; }))
+        << effect << "\n"
+        << this->model();
+  EXPECT_NEAR(model.inertia_kg_m2, 0.0107, 0.0005);
+  bench("torque-ramp --repeats 1 --rest 1 --model " + out() + "/model.toml");
+
+  const support::CommandResult gap = support::run_command(
+      YOUBOT_GAP_BINARY " --model " + out() + "/model.toml --out " + (directory_ / "gap").string() +
+      " --data " + (directory_ / "staircase/wheel-1.csv").string());
+  EXPECT_EQ(gap.exit_code, 0) << gap.output;
+  EXPECT_TRUE(gap.said("+ midspeed dip")) << gap.output;
 }
 
 TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {

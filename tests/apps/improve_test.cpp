@@ -2,17 +2,16 @@
 #include "apps/youbot_bench/improve.h"
 
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
-#include <array>
-#include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 
 #include "apps/common/drive_model_file.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/youbot_bench/improve_report.h"
+#include "tests/support/run_command.h"
 
 namespace youbot_bench {
 namespace {
@@ -33,16 +32,10 @@ class Improve : public testing::Test {
     return run_chain({.hidden_effect = seed, .out = directory_, .wheel = 1, .quiet = true});
   }
 
-  /// Standard output; the exit code.
-  int run(const std::string& arguments, std::string& output) const {
-    const std::string command = std::string(YOUBOT_BENCH_BINARY) + " improve " + arguments + " --out " +
-                                directory_.string() + " 2> /dev/null";
-    output.clear();
-    FILE* const pipe = popen(command.c_str(), "r");
-    std::array<char, 512> line{};
-    while (pipe != nullptr && fgets(line.data(), line.size(), pipe) != nullptr) output += line.data();
-    const int status = pipe != nullptr ? pclose(pipe) : -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  /// Without the standard error, where progress goes.
+  support::CommandResult run(const std::string& arguments) const {
+    return support::run_command(YOUBOT_BENCH_BINARY " improve " + arguments + " --out " +
+                                directory_.string() + " 2> /dev/null");
   }
 
   fs::path directory_;
@@ -76,10 +69,11 @@ TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
   const apps::HiddenEffect hidden(3);
   const auto* const truth = hidden.wheel_model().find<sim::effects::Imbalance>();
   ASSERT_NE(truth, nullptr);
-  std::string output;
-  ASSERT_EQ(run("--wheel 1 --hidden-effect 3", output), 0) << output;
+  const support::CommandResult result = run("--wheel 1 --hidden-effect 3");
+  const std::string& output = result.output;
+  ASSERT_EQ(result.exit_code, 0) << output;
   for (const char* said : {"imbalance", "The base drives better with the improved model"})
-    EXPECT_NE(output.find(said), std::string::npos) << said << "\nin\n" << output;
+    EXPECT_TRUE(result.said(said)) << said << "\nin\n" << output;
   const std::size_t at = output.find("Hidden was " + hidden.reveal());
   ASSERT_NE(at, std::string::npos) << output;
   EXPECT_EQ(output.find('\n', at), output.size() - 1) << output;
@@ -90,16 +84,40 @@ TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
   ASSERT_NE(found, nullptr);
   EXPECT_NEAR(found->parameters().torque_Nm, truth->parameters().torque_Nm,
               0.05 * truth->parameters().torque_Nm);
-  // A second time there is a recording already, which is not replaced.
-  EXPECT_EQ(run("--wheel 1 --hidden-effect 3", output), 2);
+  // A second time there is a run already, which is not replaced.
+  EXPECT_EQ(run("--wheel 1 --hidden-effect 3").exit_code, 2);
+  EXPECT_TRUE(apps::read_drive_model(directory_ / "wheel-1/model.toml").find<sim::effects::Imbalance>());
+}
+
+TEST_F(Improve, WhatIsInADirectoryAlreadyIsNotWrittenOver) {
+  // Where README's `identify` writes.
+  fs::create_directories(directory_ / "wheel-1");
+  std::ofstream(directory_ / "wheel-1/model.toml") << "mine";
+  const support::CommandResult result =
+      support::run_command(YOUBOT_BENCH_BINARY " improve --hidden-effect 3 --out " + directory_.string());
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(result.said("is not empty; name a new directory")) << result.output;
+  EXPECT_EQ(fs::file_size(directory_ / "wheel-1/model.toml"), 4U);
+  EXPECT_FALSE(fs::exists(directory_ / "recordings"));
+}
+
+TEST_F(Improve, EndsSoonWhenItIsAskedToInTheMiddleOfTheSearch) {
+  // The search of four wheels takes many seconds on two cores.
+  const support::CommandResult result =
+      support::run_command(YOUBOT_BENCH_BINARY " improve --hidden-effect 3 --out " + directory_.string() +
+                           " & improve=$!; until test -e " + (directory_ / "wheel-4/base.toml").string() +
+                           " || ! kill -0 $improve; do sleep 0.05; done; kill -INT $improve; wait $improve");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(result.said("stopped on request, nothing to compare")) << result.output;
+  EXPECT_FALSE(fs::exists(directory_ / "report.html"));
+  EXPECT_FALSE(fs::exists(directory_ / "youbotd-base.toml"));
 }
 
 TEST_F(Improve, WrongUseIsRefusedBeforeAnythingIsMade) {
-  std::string output;
-  EXPECT_EQ(run("", output), 2);
-  EXPECT_EQ(run("--hidden-effect tree", output), 2);
-  EXPECT_EQ(run("--hidden-effect 3 --wheel 5", output), 2);
-  EXPECT_EQ(run("--hidden-effect 3 --model wheel.toml", output), 2);
+  for (const char* const wrong : {"", "--hidden-effect tree", "--hidden-effect -1", "--hidden-effect 3.5",
+                                  "--hidden-effect 99999999999999999999", "--hidden-effect 3 --wheel 5",
+                                  "--hidden-effect 3 --model wheel.toml"})
+    EXPECT_EQ(run(wrong).exit_code, 2) << wrong;
   EXPECT_FALSE(fs::exists(directory_));
 }
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "apps/common/wire_robot.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/session.h"
 
@@ -39,6 +40,31 @@ TEST(OpenRobot, ABenchRigHasOneJointAndLivesInRealTime) {
   EXPECT_FALSE(is_simulated("can:can0"));
   EXPECT_FALSE(is_simulated("ethercat:eth0"));
   EXPECT_TRUE(is_simulated("loopback"));
+}
+
+TEST(OpenRobot, ARobotOnTheEmulatedBusTellsWhatItsMasterFound) {
+  hal::VirtualClock clock;
+  sim::bus::YoubotBusOptions options;
+  // Bring-up takes some hundred frames; a cycle each afterwards.
+  options.wire.faults = {
+      {.kind = sim::bus::FaultKind::kDamageOnCable, .at_frame = 1000, .count = 3, .slave = 1}};
+  sim::bus::YoubotBus emulation(options);
+  WireRobot robot(emulation, {.kind = hal::EthercatOptions::Kind::kBase}, clock, 1ms);
+  EXPECT_TRUE(robot.report().empty());
+  robot.activate();
+  const hal::RobotCommand at_rest;
+  hal::RobotSample sample;
+  for (int cycle = 0; cycle < 3000; ++cycle) {
+    (void)robot.exchange(at_rest, sample);
+    clock.sleep_until(clock.now() + 1ms);
+  }
+  std::string told;
+  for (const std::string& line : robot.report()) told += line + "\n";
+  EXPECT_NE(told.find("slave 2 (TMCM-1632) port 0: 3 new CRC errors: check the cable from slave 1"),
+            std::string::npos)
+      << told;
+  robot.deactivate();
+  EXPECT_TRUE(robot.report().empty());
 }
 
 TEST(OpenRobot, WhatNobodyKnowsIsAnsweredWithAllThereIs) {

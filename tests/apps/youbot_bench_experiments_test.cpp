@@ -1,13 +1,11 @@
 // Experiments end to end: what is measured, what is on disk, and what stops.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <sys/wait.h>
 
 #include <array>
 #include <atomic>
 #include <cmath>
 #include <csignal>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -28,6 +26,7 @@
 #include "sim/joint_sensors.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/run_command.h"
 
 namespace youbot_bench {
 namespace {
@@ -528,19 +527,10 @@ TEST_F(BenchExperiment, TheCycleDoesNotAllocateOrLock) {
   recording.close();
 }
 
-struct CommandResult {
-  int exit_code = -1;
-  std::string output;
-};
+using support::CommandResult;
 
 CommandResult bench(const std::string& arguments) {
-  CommandResult result;
-  FILE* const pipe = popen((YOUBOT_BENCH_BINARY " " + arguments + " </dev/null 2>&1").c_str(), "r");
-  std::array<char, 512> text{};
-  while (fgets(text.data(), text.size(), pipe) != nullptr) result.output += text.data();
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
-  return result;
+  return support::run_command(YOUBOT_BENCH_BINARY " " + arguments);
 }
 
 class BenchCommand : public BenchExperiment {

@@ -16,7 +16,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -29,6 +28,7 @@
 #include "apps/common/recording_reader.h"
 #include "drivers/ethercat/frame.h"
 #include "drivers/tmcl/process_data.h"
+#include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
@@ -36,26 +36,11 @@ namespace {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
-
-struct Result {
-  int exit_code = -1;
-  std::string output;
-};
+using support::CommandResult;
 
 /// In the namespace that the test lives in.
-Result bench(const std::string& arguments) {
-  Result result;
-  FILE* pipe = popen((YOUBOT_BENCH_BINARY " " + arguments + " --robot ethercat:veth-c 2>&1").c_str(), "r");
-  if (pipe == nullptr) return result;
-  std::array<char, 512> line{};
-  while (fgets(line.data(), line.size(), pipe) != nullptr) result.output += line.data();
-  const int status = pclose(pipe);
-  if (WIFEXITED(status)) result.exit_code = WEXITSTATUS(status);
-  return result;
-}
-
-bool contains(const Result& result, const std::string& text) {
-  return result.output.find(text) != std::string::npos;
+CommandResult bench(const std::string& arguments) {
+  return support::run_command(YOUBOT_BENCH_BINARY " " + arguments + " --robot ethercat:veth-c");
 }
 
 TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
@@ -68,13 +53,12 @@ TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
                            "[[fault]]\nkind = \"slave_off\"\nat_s = 3.0\nduration_s = 0.3\nslave = 4\n";
   const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
-  const Result diagnosis = bench("diagnose --duration 6 --quiet --capture " + capture.string());
+  const CommandResult diagnosis = bench("diagnose --duration 6 --quiet --capture " + capture.string());
   EXPECT_EQ(diagnosis.exit_code, 4) << diagnosis.output;
-  EXPECT_TRUE(
-      contains(diagnosis, "slave 2 (TMCM-1632) port 0: 3 new CRC errors: check the cable from slave 1"))
+  EXPECT_TRUE(diagnosis.said("slave 2 (TMCM-1632) port 0: 3 new CRC errors: check the cable from slave 1"))
       << diagnosis.output;
-  EXPECT_TRUE(contains(diagnosis, "slave 4 (TMCM-1632): left operation")) << diagnosis.output;
-  EXPECT_TRUE(contains(diagnosis, "wake-up median"));
+  EXPECT_TRUE(diagnosis.said("slave 4 (TMCM-1632): left operation")) << diagnosis.output;
+  EXPECT_TRUE(diagnosis.said("wake-up median"));
   EXPECT_GT(fs::file_size(capture), 10'000U);
   fs::remove(faults);
   fs::remove(capture);
@@ -84,9 +68,9 @@ TEST(YoubotBenchOverVeth, WithoutARobotItSaysWhatToCheck) {
   const support::Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   for (const char* command : {"scan", "parameters", "diagnose --quiet"}) {
-    const Result result = bench(command);
+    const CommandResult result = bench(command);
     EXPECT_EQ(result.exit_code, 3) << result.output;
-    EXPECT_TRUE(contains(result, "veth-c")) << result.output;
+    EXPECT_TRUE(result.said("veth-c")) << result.output;
   }
 }
 
@@ -213,11 +197,11 @@ class RunningRamp {
     return false;
   }
   void interrupt() const { kill(pid_, SIGINT); }
-  Result wait() {
+  CommandResult wait() {
     if (!ended_) waitpid(pid_, &status_, 0);
     ended_ = true;
     std::ifstream log(log_);
-    Result result;
+    CommandResult result;
     if (WIFEXITED(status_)) result.exit_code = WEXITSTATUS(status_);
     result.output.assign(std::istreambuf_iterator<char>(log), {});
     return result;
@@ -254,7 +238,7 @@ class BenchExperimentOverVeth : public testing::Test {
 TEST_F(BenchExperimentOverVeth, ATorqueRampLeavesReadableRecordingsAndStoppedMotors) {
   const support::Simulator simulator(namespaces, "--robot base");
   ASSERT_TRUE(simulator.ready());
-  Result result;
+  CommandResult result;
   for (int attempt = 0; attempt < kAttempts && result.exit_code != 0; ++attempt) {
     Listener listener(namespaces);
     ASSERT_TRUE(listener.ready());
@@ -285,11 +269,11 @@ TEST_F(BenchExperimentOverVeth, InterruptedItStopsTheMotorsAndGoesOnLater) {
     Listener listener(namespaces);
     RunningRamp ramp(directory, "--repeats 1 --rate 0.02");
     if (ramp.has_recorded(500)) ramp.interrupt();
-    const Result result = ramp.wait();
+    const CommandResult result = ramp.wait();
     ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 4) << result.output;
     EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
     interrupted = result.exit_code == 0;
-    EXPECT_TRUE(!interrupted || contains(result, "not finished; go on with")) << result.output;
+    EXPECT_TRUE(!interrupted || result.said("not finished; go on with")) << result.output;
   }
   ASSERT_TRUE(interrupted);
   EXPECT_GE(apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
@@ -304,22 +288,22 @@ TEST_F(BenchExperimentOverVeth, WhenTheCableIsPulledItEndsWithFourAndKeepsWhatIt
     RunningRamp ramp(directory, "--repeats 1 --rate 0.02");
     pulled = ramp.has_recorded(500);
     if (pulled) simulator.reset();
-    const Result result = ramp.wait();
+    const CommandResult result = ramp.wait();
     EXPECT_EQ(result.exit_code, 4) << result.output;
     EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
-    EXPECT_TRUE(!pulled || contains(result, "no answer from the bus; drives switched off") ||
-                contains(result, "this program did not run for"))
+    EXPECT_TRUE(!pulled || result.said("no answer from the bus; drives switched off") ||
+                result.said("this program did not run for"))
         << result.output;
-    EXPECT_TRUE(contains(result, "--resume")) << result.output;
+    EXPECT_TRUE(result.said("--resume")) << result.output;
   }
   ASSERT_TRUE(pulled);
   EXPECT_GE(apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
 }
 
 TEST_F(BenchExperimentOverVeth, ARobotThatIsNotThereOrAnotherLeavesNothingBehind) {
-  Result result = RunningRamp(directory).wait();
+  CommandResult result = RunningRamp(directory).wait();
   EXPECT_EQ(result.exit_code, 3) << result.output;
-  EXPECT_TRUE(contains(result, "veth-c")) << result.output;
+  EXPECT_TRUE(result.said("veth-c")) << result.output;
   EXPECT_FALSE(fs::exists(directory / "run"));
   const support::Simulator simulator(namespaces, "--robot base");
   ASSERT_TRUE(simulator.ready());

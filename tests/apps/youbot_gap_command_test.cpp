@@ -1,11 +1,9 @@
 // youbot-gap as a user meets it: a model and recordings in, a better model, a page and numbers out, refusals
 // in words.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -16,6 +14,7 @@
 #include <vector>
 
 #include "apps/common/drive_model_file.h"
+#include "tests/support/run_command.h"
 
 namespace {
 
@@ -86,14 +85,9 @@ class GapCommand : public testing::Test {
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   /// Both streams into output_; the exit code.
   int run(const std::string& arguments) {
-    const std::string command = std::string(YOUBOT_GAP_BINARY) + " " + arguments + " 2>&1 < /dev/null";
-    FILE* const pipe = popen(command.c_str(), "r");
-    if (pipe == nullptr) return -1;
-    output_.clear();
-    char line[512];
-    while (fgets(line, sizeof line, pipe) != nullptr) output_ += line;
-    const int status = pclose(pipe);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+    const support::CommandResult result = support::run_command(YOUBOT_GAP_BINARY " " + arguments);
+    output_ = result.output;
+    return result.exit_code;
   }
   /// With the base model and an output directory.
   int explain(const std::string& arguments) {

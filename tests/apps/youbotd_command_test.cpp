@@ -11,15 +11,14 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/run_command.h"
+
 namespace {
 
 namespace fs = std::filesystem;
 const std::string kDemo = YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml";
 
-struct Result {
-  int exit_code = -1;
-  std::string output;  ///< both streams
-};
+using Result = support::CommandResult;
 
 /// A running youbotd with its output on a pipe.
 class Process {

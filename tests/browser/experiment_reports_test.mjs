@@ -9,7 +9,7 @@ import {join} from 'node:path';
 import {pathToFileURL} from 'node:url';
 
 import {launch} from './chromium.mjs';
-import {emulate, listen, open, photograph, seriesOnCanvas, until} from './report_page.mjs';
+import {checks, emulate, listen, open, photograph, read, seriesOnCanvas, until} from './report_page.mjs';
 
 const [bench, folder] = process.argv.slice(2);
 const kWheels = ['wheel-1', 'wheel-2', 'wheel-3', 'wheel-4'];
@@ -54,7 +54,8 @@ for (const {name, options} of kReports) {
 
 const page = await launch();
 const {complaints, requests} = listen(page);
-let passed = 0;
+const checked = checks(page, folder);
+const check = (name, what, work) => checked.check(`the report of ${name} ${what}`, work);
 try {
   for (const {name, title, axes} of kReports) {
     const file = join(folder, name, 'report.html');
@@ -137,18 +138,7 @@ try {
 } finally {
   await page.close();
 }
-console.log(`${passed} passed, 0 failed`);
-
-async function check(name, what, work) {
-  try {
-    await work();
-  } catch (error) {
-    await photograph(page, join(folder, 'failed.png')).catch(() => {});
-    throw new Error(`not so: the report of ${name} ${what} (see ${folder})`, {cause: error});
-  }
-  ++passed;
-  console.log(`ok: the report of ${name} ${what}`);
-}
+console.log(checked.summary());
 
 // --- what runs in the page; each stands alone, because only its text gets there ---
 
@@ -161,23 +151,4 @@ function showOnly(plot, only) {
   });
   uplot.redraw();
   return new Promise(done => requestAnimationFrame(() => done()));
-}
-
-function read() {
-  const text = node => node.textContent;
-  return {
-    title: document.title,
-    width: {page: document.documentElement.scrollWidth, window: document.documentElement.clientWidth},
-    figures: [...document.querySelectorAll('figure.plot')].map(figure => ({
-      caption: text(figure.querySelector('figcaption')),
-      axes: figure.uplot.axes.map(axis => axis.label),
-      legend: [...figure.querySelectorAll('.legend button')].map(text),
-      hint: text(figure.querySelector('.below p')),
-    })),
-    tables: [...document.querySelectorAll('main > .table table')].map(table => ({
-      caption: text(table.caption),
-      numbers: [...table.querySelectorAll('td.number')].filter(cell => Number.isFinite(Number(text(cell)))).length,
-      rows: [...table.tBodies[0].rows].map(row => [...row.cells].map(text)),
-    })),
-  };
 }

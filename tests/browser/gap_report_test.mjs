@@ -9,7 +9,7 @@ import {join} from 'node:path';
 import {pathToFileURL} from 'node:url';
 
 import {launch} from './chromium.mjs';
-import {emulate, listen, open, photograph, seriesOnCanvas, until} from './report_page.mjs';
+import {checks, emulate, listen, open, photograph, read, seriesOnCanvas, until} from './report_page.mjs';
 
 const [program, folder] = process.argv.slice(2);
 
@@ -34,7 +34,8 @@ const gap = JSON.parse(readFileSync(join(folder, 'out', 'gap.json'), 'utf8'));
 const page = await launch();
 const {complaints, requests} = listen(page);
 const file = join(folder, 'out', 'report.html');
-let passed = 0;
+const checked = checks(page, folder);
+const check = (what, work) => checked.check(`the report of a gap ${what}`, work);
 try {
   await open(page, file, {width: 1200, scheme: 'light'});
   const seen = await page.evaluate(read);
@@ -99,18 +100,7 @@ try {
 } finally {
   await page.close();
 }
-console.log(`${passed} passed, 0 failed`);
-
-async function check(what, work) {
-  try {
-    await work();
-  } catch (error) {
-    await photograph(page, join(folder, 'failed.png')).catch(() => {});
-    throw new Error(`not so: the report of a gap ${what} (see ${folder})`, {cause: error});
-  }
-  ++passed;
-  console.log(`ok: the report of a gap ${what}`);
-}
+console.log(checked.summary());
 
 // Coulomb and viscous friction, driven by sines whose phases tell the recordings apart.
 function recording(index) {
@@ -141,24 +131,4 @@ function recording(index) {
     }
   }
   return `${lines.join('\n')}\n`;
-}
-
-// --- what runs in the page; it stands alone, because only its text gets there ---
-
-function read() {
-  const text = node => node.textContent;
-  return {
-    title: document.title,
-    width: {page: document.documentElement.scrollWidth, window: document.documentElement.clientWidth},
-    figures: [...document.querySelectorAll('figure.plot')].map(figure => ({
-      caption: text(figure.querySelector('figcaption')),
-      axes: figure.uplot.axes.map(axis => axis.label),
-      legend: [...figure.querySelectorAll('.legend button')].map(text),
-      hint: text(figure.querySelector('.below p')),
-    })),
-    tables: [...document.querySelectorAll('main > .table table')].map(table => ({
-      caption: text(table.caption),
-      rows: [...table.tBodies[0].rows].map(row => [...row.cells].map(text)),
-    })),
-  };
 }

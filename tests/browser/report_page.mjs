@@ -1,6 +1,8 @@
-// A report in the browser: opening it, what it asks for and complains about, and what is on its canvases.
+// A report in the browser: opening it, what it asks for and complains about, what it says and what is on its
+// canvases.
 import assert from 'node:assert/strict';
 import {writeFileSync} from 'node:fs';
+import {join} from 'node:path';
 import {pathToFileURL} from 'node:url';
 
 // Two lists that grow as the page does something.
@@ -48,7 +50,46 @@ export async function photograph(page, file) {
   writeFileSync(file, Buffer.from(data, 'base64'));
 }
 
-// --- what runs in the page; it stands alone, because only its text gets there ---
+// Checks one after the other: each is a sentence and what shows that it is so. The first that fails ends the
+// test, with a photograph of the page in `folder`.
+export function checks(page, folder) {
+  let passed = 0;
+  return {
+    async check(sentence, work) {
+      try {
+        await work();
+      } catch (error) {
+        await photograph(page, join(folder, 'failed.png')).catch(() => {});
+        throw new Error(`not so: ${sentence} (see ${folder})`, {cause: error});
+      }
+      ++passed;
+      console.log(`ok: ${sentence}`);
+    },
+    summary: () => `${passed} passed, 0 failed`,
+  };
+}
+
+// --- what runs in the page; each stands alone, because only its text gets there ---
+
+// What the page says: its title, and what its plots and tables are labelled with and hold.
+export function read() {
+  const text = node => node.textContent;
+  return {
+    title: document.title,
+    width: {page: document.documentElement.scrollWidth, window: document.documentElement.clientWidth},
+    figures: [...document.querySelectorAll('figure.plot')].map(figure => ({
+      caption: text(figure.querySelector('figcaption')),
+      axes: figure.uplot.axes.map(axis => axis.label),
+      legend: [...figure.querySelectorAll('.legend button')].map(text),
+      hint: text(figure.querySelector('.below p')),
+    })),
+    tables: [...document.querySelectorAll('main > .table table')].map(table => ({
+      caption: text(table.caption),
+      numbers: [...table.querySelectorAll('td.number')].filter(cell => Number.isFinite(Number(text(cell)))).length,
+      rows: [...table.tBodies[0].rows].map(row => [...row.cells].map(text)),
+    })),
+  };
+}
 
 // For each series with a line or markers: how many of its points in view, with the ends of
 // error bars, have its colour nearby.

@@ -8,7 +8,7 @@ import {join} from 'node:path';
 import {pathToFileURL} from 'node:url';
 
 import {launch} from './chromium.mjs';
-import {emulate, listen, open, photograph, seriesOnCanvas, until} from './report_page.mjs';
+import {checks, emulate, listen, open, photograph, seriesOnCanvas, until} from './report_page.mjs';
 
 const [sample, folder] = process.argv.slice(2);
 const file = join(folder, 'report_sample.html');
@@ -18,7 +18,8 @@ execFileSync(sample, [file], {stdio: 'inherit'});
 const kCurve = 0, kLoop = 1, kLog = 2, kLarge = 3, kGap = 4, kSeven = 5, kEmpty = 6;  // plots, in the order of the page
 const page = await launch();
 const {complaints, requests} = listen(page);
-let passed = 0;
+const checked = checks(page, folder);
+const check = (what, work) => checked.check(`a report ${what}`, work);
 try {
   await show({width: 1200, scheme: 'light'});
 
@@ -234,18 +235,7 @@ try {
 } finally {
   await page.close();
 }
-console.log(`${passed} passed, 0 failed`);
-
-async function check(what, work) {
-  try {
-    await work();
-  } catch (error) {
-    await screenshot('failed').catch(() => {});
-    throw new Error(`not so: a report ${what} (see ${folder})`, {cause: error});
-  }
-  ++passed;
-  console.log(`ok: ${what}`);
-}
+console.log(checked.summary());
 
 async function show(how) {
   requests.length = 0;

@@ -230,6 +230,19 @@ TEST(BaseController, RefusesBadConfigurations) {
     expect_refused([bad](BaseController::Config& c) { c.compensator.margin = bad; });
     expect_refused([bad](BaseController::Config& c) { c.observer.filter.period_s = bad; });
   }
+  const auto expect_wheel_refused = [&](const control::JointResistance& wheel) {
+    expect_refused([&wheel](BaseController::Config& c) {
+      const control::JointResistance good{.sliding = control::friction::wheel_table(1)};
+      c.wheels = {good, good, wheel, good};
+    });
+  };
+  // A torque limit of 2.4 N·m.
+  const control::friction::SlidingTable table = control::friction::wheel_table(1);
+  expect_wheel_refused({.sliding = table.scaled(50)});
+  expect_wheel_refused({.sliding = table, .position = {.constant_Nm = -2.5}});
+  expect_wheel_refused({.sliding = table, .position = {.harmonics = {{1.5, 1, 0}, {-1.0, 12, 0}}}});
+  for (const double bad : {-0.01, 2.5, kNaN})
+    expect_wheel_refused({.sliding = table, .least_torque_Nm = bad});
   expect_refused([](BaseController::Config& c) { c.stiffness[0] = std::numeric_limits<double>::infinity(); });
 }
 

@@ -68,16 +68,35 @@ TEST_F(FrictionCompensatorTest, AtRestItHelpsBreakAwayInTheDirectionOfTheCommand
 }
 
 TEST_F(FrictionCompensatorTest, InMotionItCompensatesTheFrictionOfTheMotionWhateverTheCommandsSign) {
-  for (const double command_Nm : {-1.0, -kFull_Nm, kFull_Nm, 1.0}) {
+  for (const double command_Nm : {-1.0, -0.1, 0.1, 1.0}) {
     EXPECT_NEAR(torque_Nm(command_Nm, forward), +kMargin * 0.05, 1e-15) << command_Nm;
     EXPECT_NEAR(torque_Nm(command_Nm, backward), -kMargin * 0.08, 1e-15) << command_Nm;
   }
+  EXPECT_NEAR(torque_Nm(+kFull_Nm, forward), +kMargin * 0.05, 1e-15);
+  EXPECT_NEAR(torque_Nm(-kFull_Nm, backward), -kMargin * 0.08, 1e-15);
+}
+
+TEST_F(FrictionCompensatorTest, NeverTurnsACommandRoundHoweverWrongTheModelIs) {
+  // Against the motion by less than friction: left to friction.
+  EXPECT_EQ(torque_Nm(-kFull_Nm, forward), +kFull_Nm);
+  EXPECT_EQ(torque_Nm(+0.03, backward), -0.03);
+  const FrictionObserver mad({[](double v) { return std::copysign(50.0, v); }, {0.02, 10.0, 0.0}}, {});
+  for (const double velocity : {-3.0, -0.03, 0.0, 0.03, 3.0})
+    for (const double position_Nm : {-20.0, 0.0, 20.0})
+      for (const double command_Nm : {-100.0, -1.0, -1e-3, -1e-9, 0.0, 1e-9, 1e-3, 1.0, 100.0}) {
+        const double direction = std::clamp(velocity / kBlend_rad_per_s, -1.0, 1.0);
+        const FrictionEstimate estimate{velocity, 50 * direction, 1 - std::abs(direction), position_Nm};
+        const double help_Nm = compensator.torque_Nm(command_Nm, estimate, mad);
+        EXPECT_GE((command_Nm + help_Nm) * command_Nm, 0) << command_Nm << " at " << velocity;
+      }
+  EXPECT_TRUE(std::isnan(torque_Nm(std::nan(""), forward))) << "for the robot to refuse";
+  EXPECT_TRUE(std::isnan(torque_Nm(0.1, {std::nan(""), std::nan(""), std::nan("")})));
 }
 
 TEST_F(FrictionCompensatorTest, ASmallCommandGetsItsShare) {
   EXPECT_NEAR(torque_Nm(0.5 * kFull_Nm, at_rest), 0.5 * kMargin * 0.05, 1e-15);
   EXPECT_NEAR(torque_Nm(-0.25 * kFull_Nm, at_rest), -0.25 * kMargin * 0.08, 1e-15);
-  EXPECT_NEAR(torque_Nm(-0.25 * kFull_Nm, forward), 0.25 * kMargin * 0.05, 1e-15);
+  EXPECT_NEAR(torque_Nm(0.25 * kFull_Nm, forward), 0.25 * kMargin * 0.05, 1e-15);
 }
 
 TEST_F(FrictionCompensatorTest, BetweenRestAndMotionBothSharesAdd) {

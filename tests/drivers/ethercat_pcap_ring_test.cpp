@@ -17,6 +17,7 @@
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/pcap_ring.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 
 namespace drivers::ethercat {
@@ -324,13 +325,11 @@ TEST(PcapRing, TsharkDecodesEveryFrame) {
   const std::string command = "tshark -r " + path +
                               " --disable-protocol ecat_mailbox -T fields -e frame.interface_name"
                               " -e frame.packet_flags_direction -e ecat.cmd -e _ws.malformed 2>/dev/null";
-  std::FILE* const pipe = popen(command.c_str(), "r");
-  ASSERT_NE(pipe, nullptr);
+  const support::CommandResult result = support::run_command(command);
+  ASSERT_EQ(result.exit_code, 0);
   std::vector<std::string> lines;
-  std::array<char, 512> line{};
-  while (std::fgets(line.data(), static_cast<int>(line.size()), pipe) != nullptr)
-    lines.emplace_back(line.data());
-  ASSERT_EQ(pclose(pipe), 0);
+  std::istringstream text(result.output);
+  for (std::string line; std::getline(text, line);) lines.push_back(line);
   ASSERT_EQ(lines.size(), 40U);
   for (std::size_t i = 0; i < lines.size(); ++i) {
     std::istringstream fields(lines[i]);

@@ -75,6 +75,57 @@ double published_peak_Nm(int wheel) {
   return peak_Nm;
 }
 
+/// Rolling fast when the controller, which holds the base where it starts, takes over: what becomes of it.
+struct Held {
+  double fastest_m_per_s = 0;
+  double last_m_per_s = 0;
+  double last_m = 0;
+};
+Held held(const control::JointResistance& believed) {
+  BaseParameters parameters = noiseless();
+  parameters.model.emplace();
+  parameters.model->effects = {sim::effects::make_effect("coulomb", {{"torque_Nm", 0.055}}),
+                               sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.015}})};
+  Base base(parameters);
+  control::BaseController::Config config;
+  config.wheels = {believed, believed, believed, believed};
+  control::BaseController controller(config);
+  std::array<hal::JointSample, 4> samples{};
+  set_rolling(base, PlanarVector(0.3, 0, 0));
+  Held result;
+  for (int cycle = 0; cycle < 10'000; ++cycle) {
+    base.measure(samples);
+    WheelVector position_rad;
+    for (std::size_t i = 0; i < 4; ++i) position_rad[static_cast<Eigen::Index>(i)] = samples[i].position_rad;
+    if (cycle == 0) controller.reset(position_rad);
+    run(base, controller.step(position_rad, {}).torque_Nm, 1);
+    const double speed = base.twist().head<2>().norm();
+    result.fastest_m_per_s = std::max(result.fastest_m_per_s, speed);
+    if (cycle >= 9'000) result.last_m_per_s = std::max(result.last_m_per_s, speed);
+  }
+  result.last_m = std::hypot(base.pose().x_m, base.pose().y_m);
+  return result;
+}
+
+TEST(Base, ACompensationFarTooStrongOrWrongNeverDrivesTheBaseAway) {
+  const auto table = [](double factor) {
+    return control::friction::SlidingTable(
+        [factor](double v) { return factor * (std::copysign(0.055, v) + 0.015 * v); }, {0.02, 10.0, 0.0});
+  };
+  // As it is, thrice as strong, and with a steady torque that is not there, of thrice the commanded limit.
+  const control::JointResistance models[] = {
+      {.sliding = table(1)},
+      {.sliding = table(3)},
+      {.sliding = table(1), .position = {.constant_Nm = 0.18}},
+      {.sliding = table(1), .position = {.harmonics = {{0.18, 12, 0.3}}}}};
+  for (const control::JointResistance& model : models) {
+    const Held result = held(model);
+    EXPECT_LT(result.fastest_m_per_s, 0.31) << &model - models;
+    EXPECT_LT(result.last_m_per_s, 0.02) << &model - models;
+    EXPECT_LT(result.last_m, 0.05) << &model - models;
+  }
+}
+
 TEST(Base, InTheAirEveryWheelTurnsAloneAndTheBodyStays) {
   BaseParameters parameters = noiseless();
   parameters.on_ground = false;

@@ -65,6 +65,18 @@ TEST(IdentifyMoving, FindsInertiaAndFrictionTogether) {
   EXPECT_LT(fit.relative_error_percent, 3);
 }
 
+TEST(IdentifyMoving, FrictionBelowZeroIsSaidAndNoNumber) {
+  const MovingFit driven = fit_moving(recorded({.viscous = -0.004}, 1));
+  EXPECT_EQ(driven.parameter("viscous_Nm_s_per_rad").not_identifiable,
+            "came out below zero, where no friction is: something else is in this motion");
+  EXPECT_TRUE(driven.parameter("coulomb_Nm").ok());
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    const MovingFit none = fit_moving(recorded({.viscous = 0}, seed));
+    const Estimate& viscous = none.parameter("viscous_Nm_s_per_rad");
+    EXPECT_TRUE(!viscous.ok() || viscous.value >= 0) << viscous.value;
+  }
+}
+
 TEST(IdentifyMoving, IntervalsHoldTheTruth) {
   const Truth truth;
   constexpr int kRecordings = 60;
