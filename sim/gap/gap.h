@@ -109,7 +109,7 @@ struct Result {
 
 struct Options {
   double false_positive_rate = 0.01;  ///< of the whole search, per effect added
-  int repetitions = 199;              ///< of the search on chance data
+  int repetitions = 99;               ///< of the search on chance data
   double least_gain = 0.02;  ///< share of the squared residual below which an effect is not worth a name
   std::uint64_t seed = 1;
   /// Called now and then with what is being done and how much of the whole analysis is done, 0 to 1.
