@@ -39,7 +39,8 @@ std::vector<double> delivered(const Signals& s, const effects::DriveModel& base,
   if (actuator.threshold_Nm > 0)
     effects.push_back(effects::make_effect("torque_deadband", {{"threshold_Nm", actuator.threshold_Nm}}));
   if (actuator.delay_s > 0)
-    effects.push_back(effects::make_effect("transport_delay", {{"delay_s", actuator.delay_s}}));
+    effects.push_back(effects::make_effect(
+        "transport_delay", {{"delay_s", std::min(actuator.delay_s, effects::DelayLine::kLongest_s)}}));
   effects::EffectChain chain(effects);
   std::vector<double> result;
   result.reserve(s.raw_command_Nm.size());
@@ -259,7 +260,9 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
   }
 
   const bool has_deadband = base.find<effects::TorqueDeadband>() != nullptr;
-  const bool has_delay = base.find<effects::TransportDelay>() != nullptr;
+  // Nor where a few rows are longer than any delay that is looked for.
+  const bool has_delay = base.find<effects::TransportDelay>() != nullptr ||
+                         kLeastPeriods * period_s >= effects::DelayLine::kLongest_s;
   for (int round = 0; round < 3; ++round) {
     const std::vector<double> now = misfit(signals, base, actuator);
     struct Try {

@@ -21,7 +21,8 @@ struct Coverage {
   std::size_t reversals = 0;
   double angle_rad = 0;
   double longest_s = 0;
-  bool commanded = false;  // and measured
+  bool torque_commanded = false;
+  bool speed_commanded = false;
 };
 
 Coverage coverage_of(std::span<const Signals> signals) {
@@ -33,8 +34,8 @@ Coverage coverage_of(std::span<const Signals> signals) {
     const auto [low, high] = std::ranges::minmax(s.position_rad);
     c.angle_rad = std::max(c.angle_rad, high - low);
     c.longest_s = std::max(c.longest_s, s.running_s.back());
-    c.commanded = c.commanded || !s.raw_measured_Nm.empty() || s.torque_is_command ||
-                  !s.raw_velocity_command_rad_per_s.empty();
+    c.torque_commanded = c.torque_commanded || !s.raw_command_Nm.empty();
+    c.speed_commanded = c.speed_commanded || !s.raw_velocity_command_rad_per_s.empty();
     double direction = 0;
     for (std::size_t i = 0; i < s.size(); ++i) {
       if (s.moving[i] == 0) continue;
@@ -78,10 +79,10 @@ std::vector<std::string> blind_spots(std::span<const Signals> signals, bool rest
   if (c.longest_s < kLeastRunning_s)
     notes.emplace_back(
         "no recording is longer than fifteen seconds: thermal drift does not show; record a minute or more");
-  if (!c.commanded)
-    notes.emplace_back(
-        "no command was recorded: dead-band, delay and offset of the actuator do not show; record "
-        "torque_command_Nm");
+  if (!c.torque_commanded)
+    notes.emplace_back(std::string("no torque command was recorded: dead-band ") +
+                       (c.speed_commanded ? "" : "and delay ") +
+                       "of the actuator do not show; record torque_command_Nm");
   return notes;
 }
 

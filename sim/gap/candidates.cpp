@@ -379,10 +379,10 @@ void Builder::actuator() {
            return plus(f, effect, {{parameter, value}});
          }});
   };
-  if (!has<effects::TorqueDeadband>())
+  if (!has<effects::TorqueDeadband>() && largest > 0)
     for (const double threshold : geometric(0.02 * largest, 0.8 * largest, 12))
       by_value("torque_deadband", "threshold_Nm", threshold);
-  if (!has<effects::TransportDelay>())
+  if (!has<effects::TransportDelay>() && shortest_s < 0.5 * effects::DelayLine::kLongest_s)
     for (const double delay : geometric(shortest_s, std::min(0.4, 60 * shortest_s), 12))
       by_value("transport_delay", "delay_s", delay);
 }
@@ -413,7 +413,7 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
   for (Eigen::Index i = 0; i < residual.size(); ++i)
     sum[static_cast<std::size_t>((position_rad[i] - low) / bin)] += residual[i];
   std::vector<std::complex<double>> spectrum;
-  thread_local Eigen::FFT<double> fft;  // keeps its tables
+  thread_local Eigen::FFT<double> fft;  // keeps its tables while the thread lives
   fft.fwd(spectrum, sum);
   double best = 0;
   double most = 0;

@@ -23,6 +23,7 @@ constexpr int kMostNarrowings = 4;
 /// Difference of the slopes to both sides, of their sum, that is straight enough.
 constexpr double kStraight = 0.3;
 constexpr int kMostRounds = 20;
+constexpr double kAtBound = 1e-3;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
   const auto& described = effects::effect_descriptions()[effect.index()];
@@ -31,6 +32,13 @@ AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) 
     values.push_back(
         {parameter.name, parameter.name == name ? value : effects::parameter_of(effect, parameter.name)});
   return effects::make_effect(described.name, values);
+}
+
+/// Whether a fit was stopped by a bound that is no natural one, as zero is.
+bool at_the_end(const FreeParameter& p) {
+  if (p.kind != FreeParameter::Kind::kEffect) return false;
+  return (p.lower > 0 && p.value <= (1 + kAtBound) * p.lower) ||
+         (p.upper > 0 && p.value >= (1 - kAtBound) * p.upper);
 }
 
 /// A sensor that lags reports less of what rises: what was there is reported + lag·rate, which is exact for a
@@ -198,6 +206,7 @@ std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows&
       const double half = t * std::sqrt(std::max(0.0, covariance(k, k)));
       estimate.lower = p.value - half;
       estimate.upper = p.value + half;
+      if (at_the_end(p)) estimate.not_identifiable = "the fit runs to the end of the range it may have";
       if (!(half < 10 * std::max(std::abs(p.value), p.scale)))
         estimate.not_identifiable = "its interval is wider than ten times its value";
     }

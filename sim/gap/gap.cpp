@@ -1,6 +1,8 @@
 #include "sim/gap/gap.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <cmath>
 #include <random>
 #include <set>
@@ -96,12 +98,20 @@ double noise_floor_Nm(const std::vector<Signals>& signals, const ActuatorFinding
   return std::hypot(sensor, encoder);
 }
 
+std::string short_number(double value) {
+  std::array<char, 32> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
+  return {text.data(), end.ptr};
+}
+
 struct Split {
   Training training;
   Indices held_out;
 };
 
-Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const std::vector<bool>& burst) {
+Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const std::vector<bool>& burst,
+            const Band& band) {
   Split result;
   Indices train;
   for (Eigen::Index i = 0; i < rows.count(); ++i) {
@@ -117,11 +127,12 @@ Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const
   const auto count = static_cast<Eigen::Index>(train.size());
   if (count < kLeastRows || result.held_out.empty())
     throw std::invalid_argument(
-        "the recordings are too short to hold anything out: there are " + std::to_string(count) +
-        " stretches of motion of " +
-        std::to_string(rows.signals().empty() ? 0.0 : 0.5 / rows.signals().front().band_Hz) +
-        " s to search in and " + std::to_string(result.held_out.size()) +
-        " to check with; record a staircase in both directions of half a minute or more");
+        "the recordings are too short to hold anything out: above " + short_number(band.slowest_rad_per_s) +
+        " rad/s, from which on position_rad tells motion from rest, there are " + std::to_string(count) +
+        " stretches of " + short_number(0.5 / band.cutoff_Hz) + " s to search in, of " +
+        std::to_string(kLeastRows) + " at least, and " + std::to_string(result.held_out.size()) +
+        " to check with; record a staircase in both directions of half a minute or more, or with a finer "
+        "encoder");
   for (Eigen::Index i = 0; i < count; ++i)
     result.training.block.push_back(static_cast<int>(i * kBlocks / count));
   result.training.rows = std::move(train);
@@ -208,18 +219,17 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
                                       signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
   const ActuatorFindings actuator = actuator_channel(searched, base, options);
 
-  const RestFindings rest = rest_channel(searched, base, band, options);
-  result.notes = blind_spots(searched, rest.rests);
-
   FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2, .lag_s = 0};
   const std::vector<bool> burst = bursts(given, rows);
-  Split parts = split(rows, data.size(), held_out.empty(), burst);
+  Split parts = split(rows, data.size(), held_out.empty(), burst, band);
   result.noise_floor_Nm = noise_floor_Nm(signals, actuator, band, base.inertia_kg_m2);
   parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
   const SearchResult searching = search(given, rows, parts.training, options);
 
   progress("looking for what is left", 0.92);
   const FittedModel& final = searching.fitted;
+  const RestFindings rest = rest_channel(searched, final.model, band, options);
+  result.notes = blind_spots(searched, rest.rests);
   const FittedModel refitted = refined(given, rows, parts.training.rows);
   const auto residual = [&](const FittedModel& fitted) -> Eigen::VectorXd {
     return rows.torque_Nm() - predicted_rows(fitted, rows);
@@ -239,9 +249,8 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
   result.unexplained = structure(final, rows, parts.training, options);
 
   if (result.unexplained.empty() && result.gap_after_Nm > kNoise * result.noise_floor_Nm)
-    result.unexplained.push_back({.where = {.coordinate = "time_s",
-                                            .from = signals.front().time_s.front(),
-                                            .to = signals.front().time_s.back()},
+    // All over the band, not at any one place that was looked at.
+    result.unexplained.push_back({.where = {.coordinate = "frequency_Hz", .from = 0, .to = band.cutoff_Hz},
                                   .share = 1 - std::pow(result.noise_floor_Nm / result.gap_after_Nm, 2)});
 
   // Bursts that are left over, each with its time.

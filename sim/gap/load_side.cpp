@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace sim::gap {
 namespace {
@@ -10,6 +11,8 @@ namespace {
 constexpr double kLeastDampingRatio = 0.02;
 constexpr double kStepsPerRadian = 12;
 constexpr double kGapStep_s = 1e-3;
+/// A shaft that resonates so many times above the filter is rigid as far as the data can tell.
+constexpr double kRigidOverFilter = 4;
 
 /// The motor between two samples, from position and velocity at both.
 struct Stretch {
@@ -39,15 +42,15 @@ double rubbed(double velocity, double forward, double backward) {
 
 std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effects::EffectChain& chain,
                                  const Signals& s) {
-  std::vector<double> result(s.size());
-  if (s.size() < 2) return result;
+  std::vector<double> before(s.size());  // mean from the sample before to this one
+  if (s.size() < 2) return before;
   const double inertia = mechanics.inertia_kg_m2;
   const double half_gap = 0.5 * mechanics.backlash_rad;
-  const bool spring = mechanics.shaft_Nm_per_rad > 0;
   // Per unit of inertia: the load's share cancels in its own motion.
   const double load_inertia = mechanics.load_share * inertia;
   const double stiffness = mechanics.shaft_Nm_per_rad / load_inertia;
   const double resonance = std::sqrt(stiffness);
+  const bool spring = stiffness > 0 && resonance < kRigidOverFilter * 2 * std::numbers::pi * s.filter_Hz;
   const double damping =
       std::max(2 * kLeastDampingRatio * resonance, mechanics.shaft_Nm_s_per_rad / load_inertia);
   const double most_step_s = spring ? std::min(1 / (kStepsPerRadian * resonance), s.period_s) : kGapStep_s;
@@ -70,10 +73,12 @@ std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effe
       if (spring) {
         const double twist = motor_position - position;
         const double pressed = twist - std::clamp(twist, -half_gap, half_gap);
-        const double pull =
-            stiffness * pressed + (pressed != 0 || half_gap == 0 ? damping * (motor_velocity - velocity) : 0);
-        acceleration += pull;
-        velocity = rubbed(velocity + dt * pull, forward, backward);
+        const double loss = pressed != 0 || half_gap == 0 ? damping : 0;
+        // Implicit in the damping, which may be strong.
+        const double pulled =
+            (velocity + dt * (stiffness * pressed + loss * motor_velocity)) / (1 + dt * loss);
+        acceleration += (pulled - velocity) / dt;
+        velocity = rubbed(pulled, forward, backward);
         position += dt * velocity;
         continue;
       }
@@ -91,8 +96,12 @@ std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effe
         position = motor_position - std::copysign(half_gap, reach);
       }
     }
-    result[i] = inertia * acceleration / steps;
+    before[i] = inertia * acceleration / steps;
   }
+  std::vector<double> result(s.size());
+  before.front() = before[1];
+  for (std::size_t i = 0; i < result.size(); ++i)
+    result[i] = 0.5 * (before[i] + before[std::min(i + 1, result.size() - 1)]);
   return result;
 }
 

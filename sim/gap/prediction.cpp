@@ -40,21 +40,6 @@ std::vector<double> friction(const effects::EffectChain& chain, const effects::D
 
 }  // namespace
 
-std::vector<double> friction_direction(const Signals& s, double breakaway_rad) {
-  std::vector<double> direction(s.size());
-  double bent = 0;
-  for (std::size_t i = 0; i < s.size(); ++i) {
-    if (breakaway_rad > 0) {
-      bent += i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
-      bent = std::clamp(bent, -breakaway_rad, breakaway_rad);
-      direction[i] = bent / breakaway_rad;
-    } else {
-      direction[i] = s.velocity_rad_per_s[i] < 0 ? -1 : 1;
-    }
-  }
-  return direction;
-}
-
 std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model, const Signals& s) {
   effects::EffectChain chain(model.effects);
   std::vector<double> beyond;
@@ -128,6 +113,10 @@ Eigen::VectorXd Rows::column(const std::function<std::vector<double>(const Signa
 
 Eigen::VectorXd Rows::means(const std::function<std::vector<double>(const Signals&)>& quantity) const {
   return boxed(quantity);
+}
+
+double Rows::length_s() const {
+  return signals_->empty() ? 0 : static_cast<double>(length_) * signals_->front().period_s;
 }
 
 double Rows::time_s(Eigen::Index row) const {

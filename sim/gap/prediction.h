@@ -17,9 +17,6 @@ namespace sim::gap {
 /// that it takes, actuator effects included.
 std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const Signals& signals);
 
-/// Direction of friction: the sign of the velocity, or, with a displacement of break-away > 0, how far the
-/// contact is bent, −1 to 1.
-std::vector<double> friction_direction(const Signals& signals, double breakaway_rad);
 /// What the actuator effects of `model` add to the command, at the samples of `signals`, filtered.
 std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model, const Signals& signals);
 
@@ -39,6 +36,9 @@ class Rows {
 
   std::size_t recording(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].recording; }
   double time_s(Eigen::Index row) const;
+  double length_s() const;  ///< of one row, the same in all recordings
+  /// Which row of its recording it would be if none were left out.
+  std::size_t slot(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].first / length_; }
   const std::vector<Signals>& signals() const noexcept { return *signals_; }
 
  private:

@@ -29,6 +29,7 @@ constexpr double kSettle_s = 0.1;
 constexpr double kLeast_s = 0.25;
 constexpr double kPiece_s = 1;
 constexpr std::size_t kLeastPieces = 8;
+constexpr std::size_t kLeastSamples = 10;  // of a piece
 constexpr std::size_t kLeastOfLittle = 3;
 
 struct Piece {
@@ -69,6 +70,7 @@ void add_pieces(const Signals& s, const Band& band, double coulomb_Nm, std::vect
   const std::vector<double> torque = zero_phase(s.raw_torque_Nm, s.raw_period_s, cutoff_Hz);
   const std::vector<double> velocity = derivative(position, s.raw_period_s);
   const auto samples = [&](double seconds) { return static_cast<std::size_t>(seconds / s.raw_period_s); };
+  if (samples(kLeast_s) < kLeastSamples) return;
   const auto rests = [&](std::size_t i) {
     return std::abs(velocity[i]) <= band.slowest_rad_per_s && std::abs(torque[i]) <= kHolds * coulomb_Nm;
   };
@@ -149,6 +151,8 @@ RestFindings rest_channel(std::span<const Signals> signals, const effects::Drive
   const double half =
       identify::student_975(n - 1) * 1.2533 * identify::robust_sigma(std::move(off)) / std::sqrt(n);
   const double stiffness = 1 / compliance;
+  const auto& range = effects::effect_description("presliding").parameters[0];
+  if (stiffness < range.lower || stiffness > range.upper) return findings;
   FoundEffect found{.effect = effects::make_effect("presliding", {{"stiffness_Nm_per_rad", stiffness}}),
                     .where = {.coordinate = "torque_measured_Nm", .from = -widest_Nm, .to = widest_Nm}};
   found.held_out_gain = gain;

@@ -258,13 +258,26 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
   return rivals;
 }
 
+/// Where the i-th added effect stands: of its type, those of the given model come first, then in the order in
+/// which they were added.
+std::vector<effects::AnyEffect>::iterator place_of(std::size_t i, const std::vector<Added>& added,
+                                                   std::vector<effects::AnyEffect>& effects) {
+  const auto same = [&](const Added& other) { return other.effect == added[i].effect; };
+  const auto here = added.begin() + static_cast<std::ptrdiff_t>(i);
+  auto later = std::count_if(here, added.end(), same);  // itself among them
+  for (auto at = effects.end(); at != effects.begin();) {
+    --at;
+    if (effects::name_of(*at) == added[i].effect && --later == 0) return at;
+  }
+  return effects.end();
+}
+
 /// Effects that were added and are no longer missed leave the model.
 void drop_idle(SearchResult& result, const Rows& rows, const Training& training, double least_gain) {
   for (std::size_t i = 0; i + 1 < result.added.size();) {
     const std::string_view effect = result.added[i].effect;
     FittedModel without = result.fitted;
-    const auto at = std::ranges::find_if(
-        without.model.effects, [&](const effects::AnyEffect& e) { return effects::name_of(e) == effect; });
+    const auto at = place_of(i, result.added, without.model.effects);
     if (at == without.model.effects.end()) {  // replaced by one that contains it
       result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
       continue;

@@ -292,7 +292,6 @@ Signals make_signals(const Source& source, const Band& band) {
   if (recording.has("torque_command_Nm")) {
     s.raw_command_Nm = common(even(recording.column("torque_command_Nm")));
     if (!s.torque_is_command) {
-      s.command_Nm = kept(low_pass(recording.column("torque_command_Nm")));
       s.raw_measured_Nm = common(even(recording.column("torque_measured_Nm")));
     }
   }

@@ -25,7 +25,6 @@ struct Signals {
   std::vector<double> acceleration_rad_per_s2;
   std::vector<double> moving;                ///< 1 or 0
   std::vector<double> torque_Nm;             ///< delivered, as measured; commanded where nothing was measured
-  std::vector<double> command_Nm;            ///< empty when there is none, or when it is what torque_Nm is
   std::vector<double> torque_rate_Nm_per_s;  ///< of torque_Nm
   bool torque_is_command = false;
   /// At the rate of the slowest recording, unfiltered: for what happens within milliseconds.

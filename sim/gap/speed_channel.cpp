@@ -189,7 +189,7 @@ std::optional<FoundEffect> speed_command_delay(const std::vector<Signals>& signa
 
   const Fitted prompt = best_response(runs, velocity, 0, period_s);
   Fitted late = prompt;
-  const double longest = std::min({kLongestDelay_s, 50 * period_s, effects::DelayLine::kLongest_s});
+  const double longest = std::min(kLongestDelay_s, effects::DelayLine::kLongest_s);
   const double step = std::max(period_s, longest / 25);
   for (double delay = step; delay <= longest; delay += step) {
     const Fitted fitted = best_response(runs, velocity, delay, period_s);
@@ -199,7 +199,7 @@ std::optional<FoundEffect> speed_command_delay(const std::vector<Signals>& signa
   for (int round = 0; round < 2; ++round) {
     const double delay =
         finer_delay(runs, velocity, late.response, std::max(0.0, late.response.delay_s - step),
-                    late.response.delay_s + step);
+                    std::min(late.response.delay_s + step, effects::DelayLine::kLongest_s));
     const Fitted fitted = best_response(runs, velocity, delay, period_s);
     if (fitted.square < late.square) late = fitted;
   }

@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <complex>
 #include <functional>
@@ -61,28 +62,26 @@ std::vector<Coordinate> coordinates() {
 
 /// The frequency in time at which the residual repeats most, over all recordings; 0 when none can be told.
 double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::vector<Eigen::Index>& use) {
-  constexpr std::size_t kBins = 1 << 13;
-  const Signals& first = rows.signals().front();
-  const double bin_s = 0.5 / first.band_Hz;
-  std::vector<double> power(kBins / 2, 0);
+  constexpr std::size_t kLeastBins = 1 << 13;
+  std::size_t bins = kLeastBins;
+  for (const Eigen::Index row : use) bins = std::max(bins, std::bit_ceil(rows.slot(row) + 1));
+  std::vector<double> power(bins / 2, 0);
   for (std::size_t recording = 0; recording < rows.signals().size(); ++recording) {
-    std::vector<double> series(kBins, 0);
-    const double start_s = rows.signals()[recording].time_s.front();
-    for (std::size_t i = 0; i < use.size(); ++i) {
-      if (rows.recording(use[i]) != recording) continue;
-      const auto at = static_cast<std::size_t>((rows.time_s(use[i]) - start_s) / bin_s);
-      if (at < kBins) series[at] += residual[static_cast<Eigen::Index>(i)];
-    }
+    std::vector<double> series(bins, 0);
+    for (std::size_t i = 0; i < use.size(); ++i)
+      if (rows.recording(use[i]) == recording)
+        series[rows.slot(use[i])] = residual[static_cast<Eigen::Index>(i)];
     std::vector<std::complex<double>> spectrum;
     Eigen::FFT<double> fft;
     fft.fwd(spectrum, series);
     for (std::size_t k = 0; k < power.size(); ++k) power[k] += std::norm(spectrum[k]);
   }
   // Slower than a few seconds is drift, which has its own coordinate.
-  const auto slowest = static_cast<std::size_t>(0.3 * static_cast<double>(kBins) * bin_s);
-  const auto best = std::max_element(
-      power.begin() + static_cast<std::ptrdiff_t>(std::max<std::size_t>(1, slowest)), power.end());
-  return static_cast<double>(best - power.begin()) / (static_cast<double>(kBins) * bin_s);
+  const double length_s = static_cast<double>(bins) * rows.length_s();
+  const auto slowest = std::max<std::size_t>(1, static_cast<std::size_t>(0.3 * length_s));
+  if (slowest >= power.size()) return 0;
+  const auto best = std::max_element(power.begin() + static_cast<std::ptrdiff_t>(slowest), power.end());
+  return static_cast<double>(best - power.begin()) / length_s;
 }
 
 /// A sine and cosine of time for each recording, whose phases have nothing to do with each other.
@@ -192,6 +191,7 @@ std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, 
     found.push_back(std::move(piece));
   }
   const auto cycle_gain = [&](const Eigen::VectorXd& target) {
+    if (cycle_Hz(target, rows, training.rows) == 0) return 0.0;
     return gain_of(cycle_columns(cycle_Hz(target, rows, training.rows), rows, training.rows), training.block,
                    target);
   };

@@ -16,7 +16,7 @@ namespace sim::gap {
 std::vector<bool> bursts(const FittedModel& fitted, const Rows& rows);
 
 /// Smooth functions of one coordinate at a time (velocity, acceleration, position, time since reversal,
-/// running time, commanded torque, and a cycle in time) that predict left-out blocks of the residual better
+/// running time, and a cycle in time) that predict left-out blocks of the residual better
 /// than chance: structure that is there, whatever its cause.
 std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, const Training& training,
                                    const Options& options);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <complex>
 #include <functional>
@@ -71,26 +72,27 @@ Samples run(const effects::DriveModel& model, const Signals& s, std::size_t firs
   return velocity;
 }
 
-/// Mean square of the residual in each of `bins` equal bands of frequency, up to the band's edge.
+/// Mean square of the residual in each of `bins` equal bands of frequency, up to what rows can show.
 std::vector<double> spectrum(const Eigen::VectorXd& residual, const Rows& rows,
                              const std::vector<Eigen::Index>& use, std::size_t bins) {
-  constexpr std::size_t kLength = 1 << 13;
   std::vector<double> power(bins, 0);
-  const double row_s = 0.5 / rows.signals().front().band_Hz;
   Eigen::FFT<double> fft;
   for (std::size_t recording = 0; recording < rows.signals().size(); ++recording) {
-    std::vector<double> series(kLength, 0);
-    const double start_s = rows.signals()[recording].time_s.front();
+    std::vector<double> series;
     for (const Eigen::Index row : use) {
       if (rows.recording(row) != recording) continue;
-      const auto at = static_cast<std::size_t>((rows.time_s(row) - start_s) / row_s);
-      if (at < kLength) series[at] += residual[row];
+      if (rows.slot(row) >= series.size()) series.resize(std::bit_ceil(rows.slot(row) + 1), 0);
+      series[rows.slot(row)] = residual[row];
     }
+    if (series.size() < 2) continue;
     std::vector<std::complex<double>> transform;
     fft.fwd(transform, series);
-    for (std::size_t k = 0; k < kLength / 2; ++k)
-      power[k * bins / (kLength / 2)] +=
-          2 * std::norm(transform[k]) / static_cast<double>(kLength * use.size());
+    const std::size_t half = series.size() / 2;
+    for (std::size_t k = 0; k <= half; ++k) {
+      const double both_sides = k == 0 || k == half ? 1 : 2;
+      power[std::min(bins - 1, k * bins / half)] +=
+          both_sides * std::norm(transform[k]) / static_cast<double>(series.size() * use.size());
+    }
   }
   return power;
 }
@@ -102,9 +104,9 @@ ResidualMap frequency_map(const Eigen::VectorXd& before, const Eigen::VectorXd& 
   if (use.empty()) return map;
   const std::vector<double> power_before = spectrum(before, rows, use, kBands);
   const std::vector<double> power_after = spectrum(after, rows, use, kBands);
-  const double band_Hz = rows.signals().front().band_Hz;
+  const double highest_Hz = 0.5 / rows.length_s();
   for (std::size_t i = 0; i < kBands; ++i) {
-    map.at.push_back(band_Hz * (static_cast<double>(i) + 0.5) / kBands);
+    map.at.push_back(highest_Hz * (static_cast<double>(i) + 0.5) / kBands);
     map.before_Nm.push_back(std::sqrt(power_before[i]));
     map.after_Nm.push_back(std::sqrt(power_after[i]));
   }

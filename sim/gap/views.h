@@ -19,7 +19,6 @@ struct Simulated {
   double after_rad_per_s = 0;
   std::vector<Trace> traces;  ///< the windows in which the models differ most
 };
-/// `windows`: recording and time of the beginning of each.
 Simulated simulate(const effects::DriveModel& before, const effects::DriveModel& after,
                    const std::vector<Signals>& signals, const Rows& rows,
                    const std::vector<Eigen::Index>& use);

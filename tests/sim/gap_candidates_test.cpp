@@ -47,6 +47,7 @@ void expect_columns_are_the_effects(const FittedModel& fitted, const Rows& rows,
                                                                        : between(bounds, 2e-4);
       said += amplitudes[at] * dictionary.columns.col(candidate.columns[k]);
     }
+    EXPECT_GT(said.norm(), 0) << candidate.effect;
     const Eigen::VectorXd done = predicted_rows(candidate.add(fitted, amplitudes), rows) - without;
     EXPECT_LE((done - said).norm(), 0.02 * said.norm() + 1e-9) << candidate.effect;
   }

@@ -139,24 +139,6 @@ TEST(Ripple, IsFoundAtItsPeriodsPerTurnEvenBetweenWholeNumbers) {
   EXPECT_EQ(ripple_periods_per_rev(residual, Eigen::VectorXd::Zero(4000)), 0);
 }
 
-Signals moving(const std::vector<double>& position) {
-  Signals s;
-  s.period_s = 5e-3;
-  for (std::size_t i = 0; i < position.size(); ++i) {
-    s.time_s.push_back(5e-3 * static_cast<double>(i));
-    s.position_rad.push_back(position[i]);
-  }
-  s.velocity_rad_per_s = derivative(position, 5e-3);
-  return s;
-}
-
-TEST(Operators, TheContactTurnsOverTwiceItsBreakAway) {
-  const Signals s = moving({0, 0.1, 0.2, 0.3, 0.25, 0.2, 0.15, 0.1});
-  const std::vector<double> bent = friction_direction(s, 0.1);
-  const std::vector<double> expected = {0, 1, 1, 1, 0.5, 0, -0.5, -1};
-  for (std::size_t i = 0; i < expected.size(); ++i) EXPECT_NEAR(bent[i], expected[i], 1e-9) << i;
-}
-
 Source commanded(double threshold_Nm, int delay_samples, bool lose_sign) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
