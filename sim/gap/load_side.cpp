@@ -42,8 +42,8 @@ double rubbed(double velocity, double forward, double backward) {
 
 std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effects::EffectChain& chain,
                                  const Signals& s) {
-  std::vector<double> before(s.size());  // mean from the sample before to this one
-  if (s.size() < 2) return before;
+  std::vector<double> result(s.size());
+  if (s.size() < 2) return result;
   const double inertia = mechanics.inertia_kg_m2;
   const double half_gap = 0.5 * mechanics.backlash_rad;
   // Per unit of inertia: the load's share cancels in its own motion.
@@ -96,12 +96,8 @@ std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effe
         position = motor_position - std::copysign(half_gap, reach);
       }
     }
-    before[i] = inertia * acceleration / steps;
+    result[i] = inertia * acceleration / steps;
   }
-  std::vector<double> result(s.size());
-  before.front() = before[1];
-  for (std::size_t i = 0; i < result.size(); ++i)
-    result[i] = 0.5 * (before[i] + before[std::min(i + 1, result.size() - 1)]);
   return result;
 }
 
