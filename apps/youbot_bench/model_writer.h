@@ -13,7 +13,7 @@
 namespace youbot_bench {
 
 /// Written where nothing tells it, as a file without an inertia is none: a youBot's wheel with its motor.
-inline constexpr double kAssumedInertia_kg_m2 = sim::effects::DriveModel{}.inertia_kg_m2;
+inline constexpr double kAssumedInertia_kg_m2 = sim::effects::Mechanics{}.inertia_kg_m2;
 
 struct IdentifiedModel {
   std::string name;                       ///< of the rig
