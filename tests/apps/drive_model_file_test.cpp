@@ -3,12 +3,11 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "apps/common/toml_reader.h"
+#include "tests/support/temporary_directory.h"
 
 namespace apps {
 namespace {
@@ -18,12 +17,7 @@ using sim::effects::make_effect;
 
 class DriveModelFile : public testing::Test {
  protected:
-  void TearDown() override { std::filesystem::remove(path_); }
-
-  DriveModel read(const std::string& text) {
-    std::ofstream(path_) << text;
-    return read_drive_model(path_);
-  }
+  DriveModel read(const std::string& text) { return read_drive_model(directory_.write(kName, text)); }
   /// Without the path in front.
   std::vector<std::string> problems(const std::string& text) {
     try {
@@ -31,13 +25,14 @@ class DriveModelFile : public testing::Test {
     } catch (const ConfigError& error) {
       std::vector<std::string> found;
       for (const std::string& problem : error.problems())
-        found.push_back(problem.substr(path_.string().size()));
+        found.push_back(problem.substr((directory_ / kName).string().size()));
       return found;
     }
     return {};
   }
 
-  std::filesystem::path path_ = std::filesystem::path(testing::TempDir()) / "drive_model_test.toml";
+  static constexpr const char* kName = "model.toml";
+  support::TemporaryDirectory directory_;
 };
 
 constexpr const char* kHead =

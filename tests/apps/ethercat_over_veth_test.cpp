@@ -1,7 +1,6 @@
 // Two processes, two network namespaces, real raw sockets: youbot-sim on one end of a veth pair, the real
 // master on the other. Conditions are waited for, never timed.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -13,6 +12,7 @@
 #include "hal/ethercat_robot.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
 namespace {
@@ -56,8 +56,9 @@ struct Control {
 TEST(EthercatOverVeth, TheBaseStartsDrivesLosesAWheelRecoversAndMovesAgainOnlyWhenEnabled) {
   const Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
-  const fs::path faults = fs::temp_directory_path() / ("youbot-faults-" + std::to_string(getpid()) + ".toml");
-  std::ofstream(faults) << "[[fault]]\nkind = \"slave_off\"\nat_s = 8.0\nduration_s = 1.0\nslave = 4\n";
+  const support::TemporaryDirectory directory;
+  const fs::path faults = directory.write(
+      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_s = 8.0\nduration_s = 1.0\nslave = 4\n");
   const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
 
@@ -85,7 +86,6 @@ TEST(EthercatOverVeth, TheBaseStartsDrivesLosesAWheelRecoversAndMovesAgainOnlyWh
   const double before = control.sample.joints[2].position_rad;
   EXPECT_TRUE(control.cycle_until([&] { return control.sample.joints[2].position_rad > before + 0.3; }));
   control.robot->deactivate();
-  fs::remove(faults);
 }
 
 TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
@@ -93,16 +93,15 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const Simulator simulator(namespaces, "--robot base --firmware 200");
   ASSERT_TRUE(simulator.ready());
-  const fs::path directory = fs::temp_directory_path() / ("youbot-veth-" + std::to_string(getpid()));
-  fs::create_directories(directory);
-  std::ofstream(directory / "config.toml")
-      << "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
-         "[loop]\ncommand_timeout_s = 2.0\n"
-         "[path]\nrest_s = 0.1\n[[path.leg]]\nforward_m = 0.05\n";
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write("config.toml",
+                                          "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+                                          "[loop]\ncommand_timeout_s = 2.0\n"
+                                          "[path]\nrest_s = 0.1\n[[path.leg]]\nforward_m = 0.05\n");
   // Starved for longer than the drives' watchdog allows, youbotd stops with exit code 4, as it should: try
   // again.
-  const std::string command = YOUBOTD_BINARY " --config " + (directory / "config.toml").string() +
-                              " --allow-non-rt --record " + (directory / "run").string();
+  const std::string command = YOUBOTD_BINARY " --config " + config.string() + " --allow-non-rt --record " +
+                              (directory / "run").string();
   int result = -1;
   for (int attempt = 0; attempt < 5 && result != 0; ++attempt) {
     fs::remove_all(directory / "run");
@@ -123,7 +122,6 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
     return std::stod(row.substr(cell));
   };
   EXPECT_NEAR(position_rad(rows.back()) - position_rad(rows.front()), 0.05 / 0.0475, 0.6);
-  fs::remove_all(directory);
 }
 
 TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {

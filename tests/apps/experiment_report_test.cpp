@@ -7,7 +7,6 @@
 #include <atomic>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -20,6 +19,7 @@
 #include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "sim/experiments/torque_ramp.h"
+#include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
 namespace {
@@ -33,23 +33,15 @@ std::string text_of(const fs::path& path) {
 
 class ExperimentReport : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "youbot-report-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    directory = pattern;
+  ExperimentReport() {
     options = {.joints = {"wheel-1", "wheel-2"},
-               .directory = directory,
+               .directory = directory.path(),
                .virtual_time = true,
                .quiet = true,
                .record_rate_Hz = 100};
     loopback.simulation.on_ground = false;
   }
-  void TearDown() override { fs::remove_all(directory); }
 
-  void write(const fs::path& file, const std::string& text) const {
-    fs::create_directories((directory / file).parent_path());
-    std::ofstream(directory / file, std::ios::binary) << text;
-  }
   std::string page() const { return text_of(directory / "report.html"); }
   bool says(const std::string& part) const { return page().find(part) != std::string::npos; }
 
@@ -85,7 +77,7 @@ class ExperimentReport : public ::testing::Test {
                           options, *opened.robot, clock, stop);
   }
 
-  fs::path directory;
+  support::TemporaryDirectory directory;
   ExperimentOptions options;
   apps::RobotOptions loopback;
   std::atomic<bool> stop{false};
@@ -95,7 +87,7 @@ TEST_F(ExperimentReport, IsWrittenAfterARunAndAgainAfterAnInterruptedOneWasResum
   EXPECT_LT(ramps(2, 2).finished, 4);
   EXPECT_TRUE(says("<h1>Torque ramp: wheel-1 and wheel-2 break away at "));
   EXPECT_TRUE(says("Not finished: 1 of 4 measurements"));
-  EXPECT_TRUE(says("torque-ramp --resume " + directory.string()));
+  EXPECT_TRUE(says("torque-ramp --resume " + directory.path().string()));
   EXPECT_FALSE(says("backward"));
 
   options.resume = true;
@@ -118,7 +110,8 @@ TEST_F(ExperimentReport, ThatCannotBeWrittenIsAProblemAndLosesNothing) {
   ASSERT_EQ(outcome.recording_problems.size(), 1U);
   EXPECT_NE(outcome.recording_problems[0].find("report.html"), std::string::npos);
   EXPECT_NE(outcome.recording_problems[0].find("not a regular file"), std::string::npos);
-  const MeasuredExperiment measured = read_experiment(directory, "torque-ramp", "torque-ramp-result", true);
+  const MeasuredExperiment measured =
+      read_experiment(directory.path(), "torque-ramp", "torque-ramp-result", true);
   EXPECT_TRUE(measured.problems.empty());
   EXPECT_EQ(measured.joints.at(1).results.rows(), 2U);
 }
@@ -135,12 +128,12 @@ TEST_F(ExperimentReport, TellsOfAFaultAndOfWhatWasRecordedBeforeIt) {
 
 TEST_F(ExperimentReport, ShowsAllExperimentsOfADirectory) {
   (void)ramps(1);
-  write("steady-state/progress", "# youbot recording v1\ntime_s,measurement\n2.0,0\n4.0,1\n");
-  write("steady-state/wheel-3.csv", "");
-  write("steady-state-map/wheel-3.csv",
-        "# youbot recording v1\ntime_s,velocity_rad_per_s,torque_measured_Nm,torque_ci95_Nm\n"
-        "2.0,1.0,0.05,0.001\n4.0,-1.0,-0.06,0.001\n");
-  write_experiment_report(directory, {.experiment = "steady-state", .finished = 2, .planned = 2});
+  directory.write("steady-state/progress", "# youbot recording v1\ntime_s,measurement\n2.0,0\n4.0,1\n");
+  directory.write("steady-state/wheel-3.csv", "");
+  directory.write("steady-state-map/wheel-3.csv",
+                  "# youbot recording v1\ntime_s,velocity_rad_per_s,torque_measured_Nm,torque_ci95_Nm\n"
+                  "2.0,1.0,0.05,0.001\n4.0,-1.0,-0.06,0.001\n");
+  write_experiment_report(directory.path(), {.experiment = "steady-state", .finished = 2, .planned = 2});
   EXPECT_TRUE(says("<h1>2 experiments on one robot</h1>"));
   EXPECT_TRUE(says("<h2>Friction of wheel-3: 0.05 to 0.06 N·m at speeds of 1 rad/s</h2>"));
   EXPECT_TRUE(says("<h2>Torque ramp: wheel-1 and wheel-2"));
@@ -148,23 +141,25 @@ TEST_F(ExperimentReport, ShowsAllExperimentsOfADirectory) {
 
 TEST_F(ExperimentReport, SaysWhatOfARecordingCannotBeUsedAndShowsTheRest) {
   (void)ramps(1);
-  write("torque-ramp/wheel-1.csv", "# youbot recording v1\ntime_s,position_deg\n0,1\n");
-  write_experiment_report(directory, {.experiment = "torque-ramp", .finished = 2, .planned = 2});
+  directory.write("torque-ramp/wheel-1.csv", "# youbot recording v1\ntime_s,position_deg\n0,1\n");
+  write_experiment_report(directory.path(), {.experiment = "torque-ramp", .finished = 2, .planned = 2});
   EXPECT_TRUE(says("wheel-1.csv:2: column &#39;position_deg&#39; must be position_rad"))
       << page().substr(0, 500);
   EXPECT_TRUE(says(R"("name":"wheel-2")"));
 }
 
 TEST_F(ExperimentReport, AResultThatCouldNotBeMeasuredIsADashWithItsReason) {
-  write("dahl/progress", "# youbot recording v1\ntime_s,measurement\n2.0,0\n");
-  write("dahl/wheel-1.csv",
-        "# youbot recording v1\ntime_s,torque_command_Nm,torque_measured_Nm,position_rad,velocity_rad_per_s\n"
-        "1.0,0,0,0,0\n2.0,0,0,0,0\n");
-  write("dahl-result/wheel-1.csv",
-        "# youbot recording v1\n# not_measured: stiffness_command_Nm_per_rad,stiffness_measured_Nm_per_rad: "
-        "wheel-1 never moved up to 0.03 N·m\ntime_s,stiffness_command_Nm_per_rad,"
-        "stiffness_measured_Nm_per_rad,lowest_displacement_rad,highest_displacement_rad\n2.0,nan,nan,0,0\n");
-  write_experiment_report(directory, {.experiment = "dahl", .finished = 1, .planned = 1});
+  directory.write("dahl/progress", "# youbot recording v1\ntime_s,measurement\n2.0,0\n");
+  directory.write(
+      "dahl/wheel-1.csv",
+      "# youbot recording v1\ntime_s,torque_command_Nm,torque_measured_Nm,position_rad,velocity_rad_per_s\n"
+      "1.0,0,0,0,0\n2.0,0,0,0,0\n");
+  directory.write(
+      "dahl-result/wheel-1.csv",
+      "# youbot recording v1\n# not_measured: stiffness_command_Nm_per_rad,stiffness_measured_Nm_per_rad: "
+      "wheel-1 never moved up to 0.03 N·m\ntime_s,stiffness_command_Nm_per_rad,"
+      "stiffness_measured_Nm_per_rad,lowest_displacement_rad,highest_displacement_rad\n2.0,nan,nan,0,0\n");
+  write_experiment_report(directory.path(), {.experiment = "dahl", .finished = 1, .planned = 1});
   EXPECT_TRUE(says("A dash in the table: wheel-1 never moved up to 0.03 N·m."));
   EXPECT_TRUE(says(R"(<td class="number">–</td>)"));
 }

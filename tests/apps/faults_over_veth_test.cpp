@@ -11,7 +11,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <set>
 #include <sstream>
@@ -22,6 +21,7 @@
 #include "hal/ethercat_robot.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
 namespace {
@@ -32,17 +32,6 @@ namespace fs = std::filesystem;
 // Two seconds of cycles after the start-up and the commutation, which take some 800 frames.
 constexpr long kFaultFrame = 3000;
 const std::string kAtFrame = "at_frame = " + std::to_string(kFaultFrame) + "\n";
-
-struct Directory {
-  Directory() {
-    std::string name = (fs::temp_directory_path() / "faults-over-veth-XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) path = name;
-  }
-  Directory(const Directory&) = delete;
-  Directory& operator=(const Directory&) = delete;
-  ~Directory() { fs::remove_all(path); }
-  fs::path path;
-};
 
 /// The robot through the interface, cycled at 1 kHz as far as this machine allows.
 struct Operator {
@@ -130,10 +119,9 @@ class FaultsOverVeth : public ::testing::TestWithParam<Script> {};
 TEST_P(FaultsOverVeth, AreSurvived) {
   const support::Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
-  const Directory directory;
-  std::ofstream(directory.path / "faults.toml") << GetParam().faults;
-  const support::Simulator simulator(namespaces,
-                                     "--robot base --faults " + (directory.path / "faults.toml").string());
+  const support::TemporaryDirectory directory;
+  const fs::path faults = directory.write("faults.toml", GetParam().faults);
+  const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
   survive(GetParam().expected, GetParam().joint);
 }
@@ -213,13 +201,12 @@ TEST(CaptureOverVeth, TsharkDecodesEveryFrameFromTheStartThroughAFaultToTheStop)
   SKIP_UNLESS(std::system("command -v tshark > /dev/null 2>&1") == 0, "tshark is not installed");
   const support::Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
-  const Directory directory;
-  std::ofstream(directory.path / "faults.toml")
-      << "[[fault]]\nkind = \"slave_off\"\nslave = 4\nduration_s = 0.5\n" + kAtFrame;
-  const support::Simulator simulator(namespaces,
-                                     "--robot base --faults " + (directory.path / "faults.toml").string());
+  const support::TemporaryDirectory directory;
+  const fs::path faults = directory.write(
+      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nslave = 4\nduration_s = 0.5\n" + kAtFrame);
+  const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
-  const fs::path file = directory.path / "run.pcapng";
+  const fs::path file = directory / "run.pcapng";
   Capture capture(namespaces, file);
   SKIP_UNLESS(capture.running(), "dumpcap may not capture here");
   survive(hal::Fault::kPartialBus, 2);

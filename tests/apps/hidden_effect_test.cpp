@@ -12,6 +12,7 @@
 #include "apps/common/drive_model_file.h"
 #include "sim/effects/effect_chain.h"
 #include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
 
 namespace apps {
 namespace {
@@ -57,21 +58,13 @@ TEST(HiddenEffect, SeedsDrawSeveralKindsInDifferentSizesAndAlwaysOneEffect) {
 
 class HiddenEffectCommands : public testing::Test {
  protected:
-  void SetUp() override {
-    directory_ =
-        fs::path(testing::TempDir()) /
-        ("hidden_effect_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(directory_);
-    fs::create_directories(directory_);
-    std::ofstream(directory_ / "wheel.toml") << drive_model_text(known_wheel_model());
-  }
-  void TearDown() override { fs::remove_all(directory_); }
+  HiddenEffectCommands() { directory_.write("wheel.toml", drive_model_text(known_wheel_model())); }
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   static CommandResult bench(const std::string& arguments) {
     return run_command(std::string(YOUBOT_BENCH_BINARY) + " " + arguments);
   }
 
-  fs::path directory_;
+  support::TemporaryDirectory directory_;
 };
 
 TEST_F(HiddenEffectCommands, WheelsFollowAModelOrHideAnEffectNotBoth) {

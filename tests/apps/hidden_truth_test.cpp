@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -13,6 +12,7 @@
 #include "sim/identify/static_fit.h"
 #include "sim/identify/static_map.h"
 #include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -50,18 +50,8 @@ threshold_Nm = 0.03
 
 class HiddenTruth : public testing::Test {
  protected:
-  void SetUp() override {
-    directory_ =
-        fs::path(testing::TempDir()) /
-        ("hidden_truth_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(directory_);
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   std::string file(const std::string& name, const std::string& text) const {
-    std::ofstream(directory_ / name) << text;
-    return (directory_ / name).string();
+    return directory_.write(name, text).string();
   }
   /// What youbot-bench prints; it must succeed.
   std::string bench(const std::string& arguments) const {
@@ -71,7 +61,7 @@ class HiddenTruth : public testing::Test {
   }
   std::string out() const { return (directory_ / "out").string(); }
 
-  fs::path directory_;
+  support::TemporaryDirectory directory_;
 };
 
 TEST_F(HiddenTruth, SlidingFrictionComesBackWithinItsIntervalsAndFivePercent) {

@@ -11,6 +11,7 @@
 #include "apps/common/drive_model_file.h"
 #include "tests/support/measured_data.h"
 #include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -18,17 +19,8 @@ namespace fs = std::filesystem;
 
 class IdentifyCommand : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* const test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::path(testing::TempDir()) / ("identify_" + std::string(test->name()));
-    fs::remove_all(directory_);
-    fs::create_directories(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   std::string write(const std::string& name, const std::string& text) const {
-    std::ofstream(directory_ / name, std::ios::binary) << text;
-    return (directory_ / name).string();
+    return directory_.write(name, text).string();
   }
   static std::string map_text(const sim::identify::StaticMap& map) {
     std::ostringstream text;
@@ -67,7 +59,7 @@ class IdentifyCommand : public testing::Test {
   }
   bool said(const std::string& part) const { return output_.find(part) != std::string::npos; }
 
-  fs::path directory_;
+  support::TemporaryDirectory directory_;
   std::string output_;
 };
 
@@ -113,8 +105,9 @@ TEST_F(IdentifyCommand, FrictionThatRisesFromRestGivesAModelWithoutAStaticTorque
 
 TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
   const auto bench = [this](const std::string& experiment) {
-    const support::CommandResult result = support::run_command(
-        YOUBOT_BENCH_BINARY " " + experiment + " --quiet --joint wheel-1 --out " + directory_.string());
+    const support::CommandResult result =
+        support::run_command(YOUBOT_BENCH_BINARY " " + experiment + " --quiet --joint wheel-1 --out " +
+                             directory_.path().string());
     EXPECT_EQ(result.exit_code, 0) << result.output;
   };
   bench("steady-state --sets 1,4,6 --settle 2 --measure 3");
@@ -141,7 +134,6 @@ TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
 }
 
 TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {
-  fs::create_directories(directory_ / "run" / "steady-state-map");
   for (const int drive : {1, 2})
     write("run/steady-state-map/" + std::to_string(drive) + ".csv",
           map_text(test_support::screw_drive_map(drive)));
@@ -155,7 +147,7 @@ TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {
   }
   EXPECT_FALSE(fs::exists(directory_ / "out" / "model.toml"));
 
-  EXPECT_EQ(run("--map " + directory_.string()), 2);
+  EXPECT_EQ(run("--map " + directory_.path().string()), 2);
   EXPECT_TRUE(said("there is no .csv in")) << output_;
 }
 

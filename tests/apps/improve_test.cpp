@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <string_view>
 
@@ -12,6 +11,7 @@
 #include "apps/common/hidden_effect.h"
 #include "apps/youbot_bench/improve_report.h"
 #include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
 namespace {
@@ -20,13 +20,6 @@ namespace fs = std::filesystem;
 
 class Improve : public testing::Test {
  protected:
-  void SetUp() override {
-    directory_ = fs::path(testing::TempDir()) /
-                 ("improve_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   /// One wheel stands for all: a search takes seconds.
   Improvement chain(std::uint64_t seed) const {
     return run_chain({.hidden_effect = seed, .out = directory_, .wheel = 1, .quiet = true});
@@ -38,7 +31,8 @@ class Improve : public testing::Test {
                                 directory_.string() + " 2> /dev/null");
   }
 
-  fs::path directory_;
+  support::TemporaryDirectory temporary_;
+  const fs::path directory_ = temporary_ / "new";  // made by the chain
 };
 
 /// What any seed must do whose effect a compensator can act on.
@@ -91,8 +85,7 @@ TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
 
 TEST_F(Improve, WhatIsInADirectoryAlreadyIsNotWrittenOver) {
   // Where README's `identify` writes.
-  fs::create_directories(directory_ / "wheel-1");
-  std::ofstream(directory_ / "wheel-1/model.toml") << "mine";
+  temporary_.write("new/wheel-1/model.toml", "mine");
   const support::CommandResult result =
       support::run_command(YOUBOT_BENCH_BINARY " improve --hidden-effect 3 --out " + directory_.string());
   EXPECT_EQ(result.exit_code, 2);

@@ -11,6 +11,7 @@
 
 #include "apps/common/recording_file.h"
 #include "apps/common/recording_reader.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -146,7 +147,8 @@ TEST(RecordingReader, ListsTheFirstTenProblemsAndCountsTheRest) {
 }
 
 TEST(RecordingReader, ReadsWhatTheRecorderWrites) {
-  const auto path = std::filesystem::temp_directory_path() / "youbot_reader_test.csv";
+  const support::TemporaryDirectory directory;
+  const auto path = directory / "run.csv";
   {
     apps::RecordingFile file(path, {{"rig", "wheel-2"}}, {{"time_s", 6}, {"position_rad"}});
     for (int i = 0; i < 100; ++i) file.append_row(std::vector{i * 1e-3, 0.1 * i});
@@ -157,7 +159,7 @@ TEST(RecordingReader, ReadsWhatTheRecorderWrites) {
   EXPECT_TRUE(read.warnings.empty());
   std::filesystem::remove(path);
   EXPECT_THROW(apps::read_recording(path), RecordingError);
-  EXPECT_THROW(apps::read_recording(std::filesystem::temp_directory_path()), RecordingError);
+  EXPECT_THROW(apps::read_recording(directory.path()), RecordingError);
 }
 
 TEST(RecordingReader, ReadsAMillionRowsWellWithinASecondOrTwo) {

@@ -2,7 +2,6 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 #include <signal.h>
-#include <stdlib.h>
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -20,7 +19,6 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -30,6 +28,7 @@
 #include "apps/common/spsc_ring.h"
 #include "hal/setup_error.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -240,19 +239,10 @@ constexpr std::uintmax_t kRowBytes = std::string_view("0.001000,0.5\n").size();
 
 class RecordingFileTest : public testing::Test {
  protected:
-  RecordingFileTest() {
-    std::string folder = testing::TempDir() + "/recording_XXXXXX";
-    if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("cannot make " + folder);
-    folder_ = folder;
-  }
-  ~RecordingFileTest() override {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
   std::filesystem::path path() const { return folder_ / "run.csv"; }
   std::uintmax_t bytes_on_disk() const { return std::filesystem::file_size(path()); }
 
-  std::filesystem::path folder_;
+  support::TemporaryDirectory folder_;
 };
 using RecordingFileOnFullDisk = RecordingFileTest;
 

@@ -1,6 +1,5 @@
 // Report pages: what is in the file. What a reader sees of it is tests/browser's matter.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -21,6 +20,7 @@
 #include "apps/report/decimate.h"
 #include "apps/report/report.h"
 #include "hal/setup_error.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -137,22 +137,15 @@ TEST(Report, ASeriesWithoutPointsIsAllowed) {
 
 class ReportFile : public testing::Test {
  protected:
-  ReportFile()
-      : folder_(std::filesystem::temp_directory_path() / ("report_test." + std::to_string(::getpid()))) {
-    std::filesystem::create_directories(folder_);
-  }
-  ~ReportFile() override { std::filesystem::remove_all(folder_); }
-
-  std::filesystem::path folder_;
+  support::TemporaryDirectory folder_;
 };
 
 TEST_F(ReportFile, ReplacesAnOlderPageAndLeavesNothingElse) {
-  const auto path = folder_ / "report.html";
-  std::ofstream(path) << "older";
+  const auto path = folder_.write("report.html", "older");
   const Page page("newer");
   page.write(path);
   EXPECT_EQ(read(path), page.html());
-  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1);
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_.path()), {}), 1);
 }
 
 TEST_F(ReportFile, SaysWhichPathAndWhy) {
@@ -163,11 +156,11 @@ TEST_F(ReportFile, SaysWhichPathAndWhy) {
 }
 
 TEST_F(ReportFile, ReplacesNeitherFoldersNorDevices) {
-  for (const std::filesystem::path& path : {folder_, std::filesystem::path("/dev/null")})
+  for (const std::filesystem::path& path : {folder_.path(), std::filesystem::path("/dev/null")})
     EXPECT_TRUE(has(complaint<hal::SetupError>([&] { Page("P").write(path); }), "not a regular file"))
         << path;
   EXPECT_TRUE(std::filesystem::is_character_file("/dev/null"));
-  EXPECT_TRUE(std::filesystem::is_empty(folder_));
+  EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
 /// A line's points: what is between lower and upper is y.

@@ -9,6 +9,7 @@
 
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/base_recording.h"
+#include "tests/support/temporary_directory.h"
 
 namespace youbotd {
 namespace {
@@ -20,16 +21,12 @@ const fs::path kDemo = fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml";
 
 class Session : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "youbot-session-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    directory = pattern;
+  Session() {
     options.config_file = kDemo;
     options.virtual_time = true;
   }
-  void TearDown() override { fs::remove_all(directory); }
 
-  fs::path directory;
+  support::TemporaryDirectory directory;
   SessionOptions options;
   std::atomic<bool> stop{false};
   Config config = load_config(kDemo);
@@ -108,13 +105,13 @@ TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
 
 TEST_F(Session, ARecordingIsNeverReplaced) {
   options.duration = 100ms;
-  options.record_directory = directory;
+  options.record_directory = directory.path();
   (void)run_session(config, options, stop);
   EXPECT_THROW((void)run_session(config, options, stop), std::invalid_argument);
 }
 
 TEST_F(Session, WithoutAPlaceToRecordTheRobotRunsAndTheLossIsTold) {
-  std::ofstream(directory / "file") << "not a directory";
+  directory.write("file", "not a directory");
   options.duration = 3s;
   options.record_directory = directory / "file" / "run";
   const Summary summary = run_session(config, options, stop);
@@ -127,7 +124,7 @@ TEST_F(Session, WithoutAPlaceToRecordTheRobotRunsAndTheLossIsTold) {
 
 TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
   options.duration = 5s;
-  options.record_directory = directory;
+  options.record_directory = directory.path();
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
   const rlimit full{64 * 1024, before.rlim_max};  // the kernel refuses to grow a file beyond this
@@ -145,7 +142,7 @@ TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
 
 TEST_F(Session, AFaultLeavesTheLastSecondBehind) {
   config.cycle.wheel_speed_limit_rad_per_s = 0.5;  // the path is faster
-  options.record_directory = directory;
+  options.record_directory = directory.path();
   const Summary summary = run_session(config, options, stop);
   EXPECT_NE(summary.stop_reason.find("more than allowed"), std::string::npos) << summary.stop_reason;
   ASSERT_TRUE(summary.fault_report.has_value());
@@ -157,7 +154,7 @@ TEST_F(Session, AFaultLeavesTheLastSecondBehind) {
 
 TEST_F(Session, StoppedInMidMotionItBrakesToRestBeforeTheDrivesGoOff) {
   options.duration = 8s;  // the base is on its way
-  options.record_directory = directory;
+  options.record_directory = directory.path();
   const Summary summary = run_session(config, options, stop);
   EXPECT_TRUE(summary.stop_reason.empty()) << summary.stop_reason;
   EXPECT_TRUE(summary.cut_short);
@@ -181,7 +178,7 @@ TEST_F(Session, StopsAtOnceWhenAskedBeforeItBegan) {
 TEST_F(Session, OnTheWireAFaultLeavesTheFramesOfTheLastSecondToo) {
   config.robot.name = "wire";
   config.cycle.wheel_speed_limit_rad_per_s = 0.5;
-  options.record_directory = directory;
+  options.record_directory = directory.path();
   const Summary summary = run_session(config, options, stop);
   ASSERT_TRUE(summary.fault_report.has_value());
   std::ifstream capture(fs::path(*summary.fault_report).replace_extension(".pcapng"), std::ios::binary);
@@ -199,7 +196,7 @@ TEST_F(Session, TheDemoBaseFollowsItsPathThroughEveryByteOfTheEthercatMasterToo)
 }
 
 TEST_F(Session, AFaultReportFindsAnotherPlaceWhenTheRecordingHasNone) {
-  std::ofstream(directory / "file") << "not a directory";
+  directory.write("file", "not a directory");
   options.record_directory = directory / "file" / "run";
   config.cycle.wheel_speed_limit_rad_per_s = 0.5;
   const Summary summary = run_session(config, options, stop);
@@ -221,9 +218,7 @@ TEST_F(Session, AnUnknownRobotIsRefusedByName) {
 
 TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
   // What the file spells out and what the code assumes without it must not drift apart.
-  const fs::path empty = directory / "empty.toml";
-  std::ofstream(empty) << "\n";
-  const Config defaults = load_config(empty);
+  const Config defaults = load_config(directory.write("empty.toml", "\n"));
   const auto& demo = config.cycle.controller;
   const auto& code = defaults.cycle.controller;
   EXPECT_EQ(demo.stiffness, code.stiffness);
@@ -260,9 +255,10 @@ TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
 }
 
 TEST_F(Session, ConfigurationMistakesAreAllListedWithTheirLines) {
-  const fs::path bad = directory / "bad.toml";
-  std::ofstream(bad) << "[loop]\nperiod_s = 1\npriorty = 80\n\n[simulation]\nmass_g = 29500\n"
-                        "loaded_friction_scale = [1, 2]\n\n[compensation]\nmargin = nan\nenabled = \"yes\"\n";
+  const fs::path bad =
+      directory.write("bad.toml",
+                      "[loop]\nperiod_s = 1\npriorty = 80\n\n[simulation]\nmass_g = 29500\n"
+                      "loaded_friction_scale = [1, 2]\n\n[compensation]\nmargin = nan\nenabled = \"yes\"\n");
   try {
     (void)load_config(bad);
     FAIL();

@@ -4,29 +4,23 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
+#include "tests/support/temporary_directory.h"
+
 namespace {
 
 using apps::ConfigError;
 using apps::TomlFile;
 using apps::TomlTable;
-using testing::UnitTest;
 
-/// A file that is named after the test, which ctest may run beside others, and that goes with it.
 class TomlReader : public testing::Test {
  protected:
-  ~TomlReader() override { std::filesystem::remove_all(path_); }
-
-  TomlFile parse(std::string_view text) const {
-    std::ofstream(path_, std::ios::binary) << text;
-    return TomlFile::parse(path_);
-  }
+  TomlFile parse(std::string_view text) const { return TomlFile::parse(directory_.write(kName, text)); }
 
   /// The problems of parsing `text`, of `ask` and of finish(), without the path in front of ":line: message".
   std::vector<std::string> problems(std::string_view text,
@@ -55,8 +49,9 @@ class TomlReader : public testing::Test {
     }
   }
 
-  const std::filesystem::path path_ =
-      testing::TempDir() + "toml_reader_" + UnitTest::GetInstance()->current_test_info()->name() + ".toml";
+  static constexpr std::string_view kName = "read.toml";
+  const support::TemporaryDirectory directory_;
+  const std::filesystem::path path_ = directory_ / kName;
 };
 
 using Lines = std::vector<std::string>;

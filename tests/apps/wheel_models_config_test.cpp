@@ -12,6 +12,7 @@
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/demo_config.h"
+#include "tests/support/temporary_directory.h"
 
 namespace youbotd {
 namespace {
@@ -20,46 +21,34 @@ namespace fs = std::filesystem;
 
 class WheelModels : public testing::Test {
  protected:
-  void SetUp() override {
-    directory_ =
-        fs::path(testing::TempDir()) /
-        ("wheel_models_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(directory_);
-    fs::create_directories(directory_ / "models");
-    write("models/good.toml", apps::drive_model_text(apps::known_wheel_model()));
-  }
-  void TearDown() override { fs::remove_all(directory_); }
+  WheelModels() { directory_.write("models/good.toml", apps::drive_model_text(apps::known_wheel_model())); }
 
-  fs::path write(const std::string& name, const std::string& text) const {
-    std::ofstream(directory_ / name) << text;
-    return directory_ / name;
-  }
   /// The one problem of a configuration, without the directory.
   std::string problem(const std::string& text) const {
     try {
-      (void)load_config(write("lab.toml", text));
+      (void)load_config(directory_.write("lab.toml", text));
     } catch (const apps::ConfigError& error) {
       EXPECT_EQ(error.problems().size(), 1U) << error.what();
       std::string what = error.problems().front();
-      for (std::size_t at; (at = what.find(directory_.string() + "/")) != std::string::npos;)
-        what.erase(at, directory_.string().size() + 1);
+      const std::string front = directory_.path().string() + "/";
+      for (std::size_t at; (at = what.find(front)) != std::string::npos;) what.erase(at, front.size());
       return what;
     }
     return "";
   }
 
-  fs::path directory_;
+  support::TemporaryDirectory directory_;
 };
 
 TEST_F(WheelModels, StandRelativeToTheConfigurationAndReplaceTheMeasuredCurves) {
   const Config config =
-      load_config(write("lab.toml",
-                        "[compensation]\nmodels = [\"models/good.toml\", \"models/good.toml\", "
-                        "\"models/good.toml\", \"models/good.toml\"]\n"));
+      load_config(directory_.write("lab.toml",
+                                   "[compensation]\nmodels = [\"models/good.toml\", \"models/good.toml\", "
+                                   "\"models/good.toml\", \"models/good.toml\"]\n"));
   ASSERT_TRUE(config.cycle.controller.wheels.has_value());
   for (const control::JointResistance& wheel : *config.cycle.controller.wheels)
     EXPECT_NEAR(wheel.sliding.level_Nm(-2), 0.055 + 0.015 * 2, 1e-9);
-  EXPECT_FALSE(load_config(write("plain.toml", "")).cycle.controller.wheels.has_value());
+  EXPECT_FALSE(load_config(directory_.write("plain.toml", "")).cycle.controller.wheels.has_value());
 }
 
 TEST_F(WheelModels, AMissingFileIsNamedWithTheLineThatNamesIt) {
@@ -79,8 +68,8 @@ TEST_F(WheelModels, AWrongCountIsRefused) {
 }
 
 TEST_F(WheelModels, AnUnknownEffectIsNamedWithBothLines) {
-  write("models/bad.toml",
-        "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.01\n[[effect]]\ntype = \"magic\"\n");
+  directory_.write("models/bad.toml",
+                   "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.01\n[[effect]]\ntype = \"magic\"\n");
   const std::string text = problem(
       "[compensation]\nmodels = [\"models/bad.toml\", \"models/good.toml\", \"models/good.toml\", "
       "\"models/good.toml\"]\n");
@@ -97,10 +86,11 @@ TEST_F(WheelModels, OtherThanAListOfNamesIsRefused) {
 }
 
 TEST_F(WheelModels, SimulatedWheelsFollowAModelOrHideAnEffectNotBoth) {
-  const Config follows = load_config(write("a.toml", "[simulation]\nmodel = \"models/good.toml\"\n"));
+  const Config follows =
+      load_config(directory_.write("a.toml", "[simulation]\nmodel = \"models/good.toml\"\n"));
   ASSERT_TRUE(follows.robot.simulation.model.has_value());
   EXPECT_EQ(follows.robot.simulation.model->effects.size(), apps::known_wheel_model().effects.size());
-  const Config hides = load_config(write("b.toml", "[simulation]\nhidden_effect = 3\n"));
+  const Config hides = load_config(directory_.write("b.toml", "[simulation]\nhidden_effect = 3\n"));
   ASSERT_TRUE(hides.robot.simulation.model.has_value());
   EXPECT_EQ(apps::drive_model_text(*hides.robot.simulation.model),
             apps::drive_model_text(apps::HiddenEffect(3).wheel_model()));

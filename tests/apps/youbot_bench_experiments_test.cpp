@@ -6,7 +6,6 @@
 #include <atomic>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -27,6 +26,7 @@
 #include "tests/hal/can_bench.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
 namespace {
@@ -84,17 +84,13 @@ class WatchedRobot final : public hal::Robot {
 
 class BenchExperiment : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = (fs::temp_directory_path() / "youbot-experiment-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    directory = pattern;
+  BenchExperiment() {
     options.directory = directory / "run";
     options.virtual_time = true;
     options.quiet = true;
     options.record_rate_Hz = 10;
     loopback.simulation.on_ground = false;
   }
-  void TearDown() override { fs::remove_all(directory); }
 
   /// A map at these velocities, 3 s each, of all wheels.
   static ExperimentPlan map_at(std::vector<double> velocities) {
@@ -166,7 +162,7 @@ class BenchExperiment : public ::testing::Test {
     return options.directory / "steady-state" / ("wheel-" + std::to_string(wheel) + ".csv");
   }
 
-  fs::path directory;
+  support::TemporaryDirectory directory;
   ExperimentOptions options;
   apps::RobotOptions loopback;
   std::atomic<bool> stop{false};
@@ -349,7 +345,7 @@ TEST_F(BenchExperiment, ASetUpThatFailsLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(directory / "some"));
   // A directory that was there stays, with what it holds.
   fs::create_directories(options.directory / "steady-state");
-  std::ofstream(options.directory / "notes.txt") << "mine";
+  directory.write("some/where/notes.txt", "mine");
   EXPECT_THROW((void)run_unchecked(map_at({1.0})), std::exception);
   EXPECT_EQ(text_of(options.directory / "notes.txt"), "mine");
   EXPECT_TRUE(fs::is_empty(options.directory / "steady-state"));
@@ -366,7 +362,7 @@ TEST_F(BenchExperiment, ASetUpThatFailsLeavesNothingBehind) {
   loopback.name = "ethercat:nosuch0";
   EXPECT_THROW((void)run_unchecked(map_at({1.0, 2.0})), std::exception);
   EXPECT_EQ(text_of(map(2)), before);
-  for (const auto& entry : fs::recursive_directory_iterator(directory))
+  for (const auto& entry : fs::recursive_directory_iterator(directory.path()))
     EXPECT_NE(entry.path().extension(), ".resumed") << entry.path();
 }
 
@@ -595,8 +591,7 @@ TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
   text.replace(text.find("robot = \"loopback\""), 18, "robot = \"wire\"");
   text.replace(text.find("unsigned_current = false"), 24, "unsigned_current = true");
   text += "\n[[ethercat.parameter]]\njoint = \"wheel-1\"\nname = \"motor_acceleration\"\nvalue = 2000\n";
-  const std::string config = (directory / "lab.toml").string();
-  std::ofstream(config) << text;
+  const std::string config = directory.write("lab.toml", text);
   const std::string experiment = "staircase --quiet --hold 0.02 --kind base+arm --config ";
   const CommandResult first = bench(experiment + config + out("a"));
   EXPECT_EQ(first.exit_code, 0) << first.output;
@@ -613,8 +608,9 @@ TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
   EXPECT_EQ(text_of(directory / "b/staircase/wheel-1.csv"), text_of(directory / "a/staircase/wheel-1.csv"));
   EXPECT_EQ(bench("staircase --quiet --resume " + (directory / "a").string()).exit_code, 0);
 
-  std::ofstream(config) << "[ethercat]\ntolerated_cycles = 101\nbusy = true\n[[ethercat.parameter]]\n"
-                           "joint = \"wheel-1\"\nname = \"no_such\"\nvalue = 1\n[loops]\n";
+  directory.write("lab.toml",
+                  "[ethercat]\ntolerated_cycles = 101\nbusy = true\n[[ethercat.parameter]]\n"
+                  "joint = \"wheel-1\"\nname = \"no_such\"\nvalue = 1\n[loops]\n");
   const CommandResult refused = bench(experiment + config + out("c"));
   EXPECT_EQ(refused.exit_code, 2);
   for (const char* problem :

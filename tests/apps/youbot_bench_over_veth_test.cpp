@@ -16,7 +16,6 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -30,6 +29,7 @@
 #include "drivers/tmcl/process_data.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
 namespace {
@@ -46,11 +46,13 @@ CommandResult bench(const std::string& arguments) {
 TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
   const support::Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
-  const fs::path faults = fs::temp_directory_path() / ("diagnose-" + std::to_string(getpid()) + ".toml");
-  const fs::path capture = fs::path(faults).replace_extension(".pcapng");
+  const support::TemporaryDirectory directory;
+  const fs::path capture = directory / "capture.pcapng";
   // Bring-up takes some hundred frames; a cycle each afterwards.
-  std::ofstream(faults) << "[[fault]]\nkind = \"damage_on_cable\"\nat_frame = 1000\ncount = 3\nslave = 2\n"
-                           "[[fault]]\nkind = \"slave_off\"\nat_s = 3.0\nduration_s = 0.3\nslave = 4\n";
+  const fs::path faults =
+      directory.write("faults.toml",
+                      "[[fault]]\nkind = \"damage_on_cable\"\nat_frame = 1000\ncount = 3\nslave = 2\n"
+                      "[[fault]]\nkind = \"slave_off\"\nat_s = 3.0\nduration_s = 0.3\nslave = 4\n");
   const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
   const CommandResult diagnosis = bench("diagnose --duration 6 --quiet --capture " + capture.string());
@@ -60,8 +62,6 @@ TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
   EXPECT_TRUE(diagnosis.said("slave 4 (TMCM-1632): left operation")) << diagnosis.output;
   EXPECT_TRUE(diagnosis.said("wake-up median"));
   EXPECT_GT(fs::file_size(capture), 10'000U);
-  fs::remove(faults);
-  fs::remove(capture);
 }
 
 TEST(YoubotBenchOverVeth, WithoutARobotItSaysWhatToCheck) {
@@ -160,13 +160,11 @@ class Listener {
 /// A slow torque ramp on wheel 3 under way in another process, in the namespace that the test lives in.
 class RunningRamp {
  public:
-  explicit RunningRamp(const fs::path& directory, const std::string& arguments = "")
-      : out_(directory / "run") {
+  explicit RunningRamp(const support::TemporaryDirectory& directory, const std::string& arguments = "")
+      : out_(directory / "run"), log_(directory / "log") {
     fs::remove_all(out_);
-    log_ = directory / "log";
-    const fs::path config = directory / "lab.toml";
     // As long as the drives' own watchdog: a shared machine may not run us for a while.
-    std::ofstream(config) << "[ethercat]\ntolerated_cycles = 90\n";
+    const fs::path config = directory.write("lab.toml", "[ethercat]\ntolerated_cycles = 90\n");
     const std::string command = "exec " YOUBOT_BENCH_BINARY
                                 " torque-ramp --robot ethercat:veth-c --yes --allow-non-rt --joint wheel-3 "
                                 "--rest 0.2 --config " +
@@ -218,21 +216,13 @@ class RunningRamp {
 
 class BenchExperimentOverVeth : public testing::Test {
  protected:
-  void SetUp() override {
-    SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
-    std::string pattern = (fs::temp_directory_path() / "youbot-bench-veth-XXXXXX").string();
-    ASSERT_NE(mkdtemp(pattern.data()), nullptr);
-    directory = pattern;
-  }
-  void TearDown() override {
-    if (!directory.empty()) fs::remove_all(directory);
-  }
+  void SetUp() override { SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces"); }
   /// A shared machine may starve either process for longer than any watchdog allows. Then the experiment ends
   /// with a fault, rightly, and is tried again.
   static constexpr int kAttempts = 5;
 
   support::Namespaces namespaces;
-  fs::path directory;
+  support::TemporaryDirectory directory;
 };
 
 TEST_F(BenchExperimentOverVeth, ATorqueRampLeavesReadableRecordingsAndStoppedMotors) {

@@ -15,6 +15,7 @@
 
 #include "apps/common/drive_model_file.h"
 #include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -68,19 +69,8 @@ std::string recording(unsigned seed, const std::string& rig = "wheel-1", double 
 
 class GapCommand : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* const test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::path(testing::TempDir()) / ("gap_" + std::string(test->name()));
-    fs::remove_all(directory_);
-    fs::create_directories(directory_);
-    base_ = write("base.toml", kCoulombOnly);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   std::string write(const std::string& name, const std::string& text) const {
-    fs::create_directories((directory_ / name).parent_path());
-    std::ofstream(directory_ / name, std::ios::binary) << text;
-    return path(name);
+    return directory_.write(name, text).string();
   }
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   /// Both streams into output_; the exit code.
@@ -101,8 +91,8 @@ class GapCommand : public testing::Test {
   }
   bool said(const std::string& part) const { return output_.find(part) != std::string::npos; }
 
-  fs::path directory_;
-  std::string base_;
+  support::TemporaryDirectory directory_;
+  std::string base_ = write("base.toml", kCoulombOnly);
   std::string output_;
 };
 

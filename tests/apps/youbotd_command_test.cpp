@@ -7,11 +7,11 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <string>
 #include <vector>
 
 #include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -99,19 +99,16 @@ TEST(YoubotdCommand, WrongUseAndWrongConfigurationExitWithTwo) {
 }
 
 TEST(YoubotdCommand, AFaultExitsWithFourAndSaysWhyEvenWhenQuiet) {
-  std::string name = (fs::temp_directory_path() / "youbot-fault-XXXXXX").string();
-  ASSERT_NE(mkdtemp(name.data()), nullptr);
-  const fs::path config = fs::path(name) / "slow.toml";
-  std::ofstream(config)
-      << "[controller]\nstiffness_N_per_m = 0\ndamping_N_s_per_m = 0\nfeedforward_mass_kg = 200\n"  // far too
-                                                                                                    // fast
-         "[limits]\nforce_N = 50\nwheel_speed_rad_per_s = 2.3\n[path]\nturn_speed_rad_per_s = "
-         "0.01\n[[path.leg]]\nforward_m = 1\n";
-  const Result result = run({"--config", config, "--virtual-time", "--quiet", "--record", name + "/run"});
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write(
+      "slow.toml",  // far too fast
+      "[controller]\nstiffness_N_per_m = 0\ndamping_N_s_per_m = 0\nfeedforward_mass_kg = 200\n"
+      "[limits]\nforce_N = 50\nwheel_speed_rad_per_s = 2.3\n[path]\nturn_speed_rad_per_s = "
+      "0.01\n[[path.leg]]\nforward_m = 1\n");
+  const Result result = run({"--config", config, "--virtual-time", "--quiet", "--record", directory / "run"});
   EXPECT_EQ(result.exit_code, 4) << result.output;
   EXPECT_NE(result.output.find("more than allowed"), std::string::npos) << result.output;
   EXPECT_NE(result.output.find("youbotd-fault-"), std::string::npos) << result.output;
-  fs::remove_all(name);
 }
 
 TEST(YoubotdCommand, TerminateAndInterruptComeToACleanStop) {

@@ -19,6 +19,7 @@
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
 
 namespace drivers::ethercat {
 namespace {
@@ -260,17 +261,6 @@ TEST(PcapRing, StampsLieOnTheWallClock) {
   EXPECT_LE(packets[0].stamp_ns, after + 1'000'000);
 }
 
-struct TemporaryDirectory {
-  TemporaryDirectory() {
-    std::string name = (std::filesystem::temp_directory_path() / "pcap_ring_XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) path = name;
-  }
-  ~TemporaryDirectory() { std::filesystem::remove_all(path); }
-  TemporaryDirectory(const TemporaryDirectory&) = delete;
-  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
-  std::filesystem::path path;
-};
-
 /// A cycle as the master sends it: process data, AL status, supervision, a TMCL mailbox.
 void record_cycle(PcapRing& ring, std::uint8_t index) {
   FrameWriter writer;
@@ -287,10 +277,10 @@ void record_cycle(PcapRing& ring, std::uint8_t index) {
 }
 
 TEST(PcapRing, WritesAFile) {
-  const TemporaryDirectory directory;
+  const support::TemporaryDirectory directory;
   PcapRing ring({.interface = "eth0", .frames = 8});
   for (std::uint8_t i = 0; i < 3; ++i) record_cycle(ring, i);
-  const std::string path = directory.path / "fault.pcapng";
+  const std::string path = directory / "fault.pcapng";
   ring.write(path, "first");
   ring.write(path);  // replaces it
   std::ifstream file(path, std::ios::binary);
@@ -317,10 +307,10 @@ TEST(PcapRing, NoticesAFullDisk) {
 
 TEST(PcapRing, TsharkDecodesEveryFrame) {
   SKIP_UNLESS(std::system("command -v tshark > /dev/null 2>&1") == 0, "tshark is not installed");
-  const TemporaryDirectory directory;
+  const support::TemporaryDirectory directory;
   PcapRing ring({.interface = "eth0", .frames = 64});
   for (std::uint8_t i = 0; i < 20; ++i) record_cycle(ring, i);
-  const std::string path = directory.path / "fault.pcapng";
+  const std::string path = directory / "fault.pcapng";
   ring.write(path, "a test");
   const std::string command = "tshark -r " + path +
                               " --disable-protocol ecat_mailbox -T fields -e frame.interface_name"

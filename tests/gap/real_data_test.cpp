@@ -6,7 +6,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
@@ -19,6 +18,7 @@
 #include "sim/effects/effect_chain.h"
 #include "tests/gap/real/converted_drive.h"
 #include "tests/support/measured_data.h"
+#include "tests/support/temporary_directory.h"
 
 namespace {
 
@@ -30,13 +30,6 @@ const fs::path kData = YOUBOT_SOURCE_DIR "/tests/data";
 
 class RealData : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* const test = testing::UnitTest::GetInstance()->current_test_info();
-    directory_ = fs::path(testing::TempDir()) / ("real_" + std::string(test->name()));
-    fs::remove_all(directory_);
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   /// Converts to files, reads them and does what the command does, up to what it writes; with fewer searches
   /// on chance data, as few as a false positive rate of 1 % can do with.
   void explain(const ConvertedDrive& drive) {
@@ -57,8 +50,8 @@ class RealData : public testing::Test {
     options.repetitions = 99;
     findings.result = sim::gap::analyse(inputs.model, inputs.data, inputs.held_out, options);
     gap_ = json::parse(youbot_gap::gap_json(findings));
-    std::ofstream(directory / "model.toml", std::ios::binary) << youbot_gap::improved_model_text(findings);
-    model_ = apps::read_drive_model(directory / "model.toml");
+    model_ = apps::read_drive_model(
+        directory_.write(drive.base.name + "/model.toml", youbot_gap::improved_model_text(findings)));
     std::printf("%s: %s, gap %.3g, refitted %.3g, left %.3g N·m; found %s\n", inputs.rig.c_str(),
                 gap_.at("verdict").get<std::string>().c_str(), gap("before"), gap("refitted"), gap("after"),
                 types().c_str());
@@ -100,7 +93,7 @@ class RealData : public testing::Test {
     return 100 * std::sqrt(square / all);
   }
 
-  fs::path directory_;
+  support::TemporaryDirectory directory_;
   json gap_;
   sim::effects::DriveModel model_;
 };

@@ -1,0 +1,54 @@
+/// @file
+/// A directory for the files of one test: tests run side by side in processes of their own, so nothing that
+/// two of them could meet at may have a fixed name.
+#pragma once
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <ios>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+namespace support {
+
+/// Fresh and empty; it goes with this object, and so does everything in it.
+class TemporaryDirectory {
+ public:
+  /// Throws std::runtime_error when there is no place for it.
+  TemporaryDirectory() {
+    const std::string pattern = (std::filesystem::temp_directory_path() / "youbot-test-XXXXXX").string();
+    std::string made = pattern;
+    if (mkdtemp(made.data()) == nullptr)
+      throw std::runtime_error(pattern + ": cannot be made: " + std::generic_category().message(errno));
+    path_ = made;
+  }
+  TemporaryDirectory(const TemporaryDirectory&) = delete;
+  TemporaryDirectory& operator=(const TemporaryDirectory&) = delete;
+  ~TemporaryDirectory() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
+  }
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
+
+  /// The path of the file that now holds `text` and nothing else; the folders in `name` are made where they
+  /// are missing. Throws std::runtime_error when it could not be written.
+  std::filesystem::path write(std::string_view name, std::string_view text) const {
+    std::filesystem::path file = path_ / name;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream stream(file, std::ios::binary);
+    stream << text;
+    stream.close();
+    if (!stream) throw std::runtime_error(file.string() + ": cannot be written");
+    return file;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+}  // namespace support
