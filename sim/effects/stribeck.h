@@ -32,7 +32,8 @@ class Stribeck : public WithParameters<Stribeck, StribeckParameters> {
   }
   /// 1 at rest, towards 0 at speed.
   static double shape(double speed_rad_per_s, double velocity_rad_per_s, double exponent) noexcept {
-    return std::exp(-std::pow(speed_rad_per_s / velocity_rad_per_s, exponent));
+    const double ratio = speed_rad_per_s / velocity_rad_per_s;
+    return std::exp(-(exponent == 2 ? ratio * ratio : std::pow(ratio, exponent)));
   }
 };
 

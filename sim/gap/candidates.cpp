@@ -93,7 +93,9 @@ Reach reach_of(const Rows& rows) {
 class Builder {
  public:
   Builder(const FittedModel& fitted, const Rows& rows)
-      : fitted_(fitted), rows_(rows), reach_(reach_of(rows)) {}
+      : fitted_(fitted), rows_(rows), reach_(reach_of(rows)) {
+    for (const Signals& s : rows.signals()) modelled_Nm_.push_back(predicted_torque_Nm(fitted.model, s));
+  }
 
   template <class E>
   bool has() const {
@@ -127,6 +129,7 @@ class Builder {
   const FittedModel& fitted_;
   const Rows& rows_;
   Reach reach_;
+  std::vector<Samples> modelled_Nm_;  // of each recording, as the model is
   std::vector<std::function<Samples(const Signals&)>> quantities_;
   std::vector<Candidate> candidates_;
 };
@@ -305,7 +308,7 @@ void Builder::mechanics() {
       FittedModel more = fitted_;
       more.model.effects.push_back(effect);
       const Samples with = predicted_torque_Nm(more.model, s);
-      const Samples without = predicted_torque_Nm(fitted_.model, s);
+      const Samples& without = modelled_Nm_[static_cast<std::size_t>(&s - rows_.signals().data())];
       return each(s, [&](std::size_t i) { return (with[i] - without[i]) / amount; });
     });
   };

@@ -41,7 +41,7 @@ double rubbed(double velocity, double forward, double backward) {
 }  // namespace
 
 std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effects::EffectChain& chain,
-                                 const Signals& s) {
+                                 const Signals& s, std::span<const double> pull_Nm) {
   std::vector<double> result(s.size());
   if (s.size() < 2) return result;
   const double inertia = mechanics.inertia_kg_m2;
@@ -63,8 +63,10 @@ std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effe
     const Stretch motor{s.position_rad[i - 1], s.velocity_rad_per_s[i - 1], s.position_rad[i],
                         s.velocity_rad_per_s[i], s.period_s};
     const double speed = std::abs(s.velocity_rad_per_s[i]);
-    const double forward = chain.level_Nm(speed, +1, s.running_s[i], 0) / inertia * dt;
-    const double backward = chain.level_Nm(speed, -1, s.running_s[i], 0) / inertia * dt;
+    const double carried = std::abs(pull_Nm[i]);
+    const double forward = chain.level_Nm(speed, +1, s.running_s[i], carried) / inertia * dt;
+    const double backward = chain.level_Nm(speed, -1, s.running_s[i], carried) / inertia * dt;
+    const double falling = -pull_Nm[i] / load_inertia * dt;
     double acceleration = 0;  // that the motor gives to the load, mean
     for (int n = 1; n <= steps; ++n) {
       const double share = static_cast<double>(n) / steps;
@@ -76,20 +78,20 @@ std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effe
         const double loss = pressed != 0 || half_gap == 0 ? damping : 0;
         // Implicit in the damping, which may be strong.
         const double pulled =
-            (velocity + dt * (stiffness * pressed + loss * motor_velocity)) / (1 + dt * loss);
-        acceleration += (pulled - velocity) / dt;
+            (velocity + falling + dt * (stiffness * pressed + loss * motor_velocity)) / (1 + dt * loss);
+        acceleration += (pulled - falling - velocity) / dt;
         velocity = rubbed(pulled, forward, backward);
         position += dt * velocity;
         continue;
       }
-      const double coasting = rubbed(velocity, forward, backward);
+      const double coasting = rubbed(velocity + falling, forward, backward);
       const double reach = motor_position - (position + dt * coasting);
       if (std::abs(reach) <= half_gap) {
         velocity = coasting;
         position += dt * velocity;
       } else {
         // On the flank: what takes the load along is what it does not do by itself.
-        acceleration += (motor_velocity - velocity) / dt;
+        acceleration += (motor_velocity - velocity - falling) / dt;
         // Friction that the motor has to overcome, as far as the load slides.
         if (motor_velocity != 0) acceleration += (motor_velocity > 0 ? forward : -backward) / dt;
         velocity = motor_velocity;

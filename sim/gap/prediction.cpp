@@ -13,6 +13,8 @@ namespace {
 /// Where a recording begins and ends the filters have only half of what they need: so many periods of the
 /// band's edge count for nothing.
 constexpr double kEdgePeriods = 1;
+/// So many periods of the band's edge away, a sample has a millionth of the weight of a near one.
+constexpr double kReachPeriods = 3;
 
 /// Friction that is carried by a bristle of stiffness σ0 between the levels of the two directions, or follows
 /// the sign of the velocity without one.
@@ -63,10 +65,11 @@ std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const 
   const double inertia = mechanics.inertia_kg_m2;
   for (std::size_t i = 0; i < s.size(); ++i) torque[i] += inertia * s.acceleration_rad_per_s2[i];
   if (mechanics.two_masses()) {
-    const std::vector<double> behind = load_side_Nm(mechanics, chain, s);
+    const std::vector<double> behind = load_side_Nm(mechanics, chain, s, load);
     for (std::size_t i = 0; i < s.size(); ++i) torque[i] += mechanics.load_share * (behind[i] - torque[i]);
+  } else {
+    for (std::size_t i = 0; i < s.size(); ++i) torque[i] += load[i];
   }
-  for (std::size_t i = 0; i < s.size(); ++i) torque[i] += load[i];
   if (s.torque_is_command) {
     const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
     for (std::size_t i = 0; i < s.size(); ++i) torque[i] -= beyond[i];
@@ -76,10 +79,21 @@ std::vector<double> predicted_torque_Nm(const effects::DriveModel& model, const 
 
 Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {
   if (signals.empty()) return;
-  length_ = static_cast<std::size_t>(
-      std::max(1LL, std::llround(0.5 / (signals.front().band_Hz * signals.front().period_s))));
+  const double band_Hz = signals.front().band_Hz;
+  const double period_s = signals.front().period_s;
+  const auto samples_in = [&](double periods) {
+    return static_cast<std::size_t>(std::max(1LL, std::llround(periods / (band_Hz * period_s))));
+  };
+  length_ = samples_in(0.5);
+  reach_ = samples_in(kReachPeriods);
+  // What a filter without phase makes of a box is also what weighs the samples of a filtered mean.
+  std::vector<double> box(2 * reach_ + length_);
+  std::fill_n(box.begin() + static_cast<std::ptrdiff_t>(reach_), length_, 1 / static_cast<double>(length_));
+  const std::vector<double> weights = zero_phase(box, period_s, band_Hz);
+  filter_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), static_cast<Eigen::Index>(weights.size()));
+
+  const auto edge = static_cast<std::size_t>(kEdgePeriods / (band_Hz * period_s));
   for (std::size_t r = 0; r < signals.size(); ++r) {
-    const auto edge = static_cast<std::size_t>(kEdgePeriods / (signals[r].band_Hz * signals[r].period_s));
     for (std::size_t first = edge; first + length_ + edge <= signals[r].size(); first += length_) {
       double moving = 0;
       for (std::size_t i = first; i < first + length_; ++i) moving += signals[r].moving[i];
@@ -89,30 +103,32 @@ Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {
   torque_Nm_ = column([](const Signals& s) { return s.torque_Nm; });
 }
 
-Eigen::VectorXd Rows::boxed(const std::function<std::vector<double>(const Signals&)>& samples) const {
+Eigen::VectorXd Rows::weighted(const std::function<std::vector<double>(const Signals&)>& samples,
+                               const Eigen::VectorXd& weights, std::size_t reach) const {
   Eigen::VectorXd result(count());
   std::size_t recording = signals_->size();
   std::vector<double> values;
   for (Eigen::Index row = 0; row < count(); ++row) {
     const At& at = at_[static_cast<std::size_t>(row)];
-    if (at.recording != recording) values = samples((*signals_)[recording = at.recording]);
-    double sum = 0;
-    for (std::size_t i = at.first; i < at.first + length_; ++i) sum += values[i];
-    result[row] = sum / static_cast<double>(length_);
+    if (at.recording != recording)
+      values = with_mirrored_ends(samples((*signals_)[recording = at.recording]), reach);
+    result[row] = weights.dot(Eigen::Map<const Eigen::VectorXd>(&values[at.first], weights.size()));
   }
   return result;
 }
 
 Eigen::VectorXd Rows::column(const std::function<std::vector<double>(const Signals&)>& quantity) const {
-  return boxed([&](const Signals& s) {
+  const auto masked = [&](const Signals& s) {
     std::vector<double> values = quantity(s);
     for (std::size_t i = 0; i < values.size(); ++i) values[i] *= s.moving[i];
-    return zero_phase(values, s.period_s, s.band_Hz);
-  });
+    return values;
+  };
+  return weighted(masked, filter_, reach_);
 }
 
 Eigen::VectorXd Rows::means(const std::function<std::vector<double>(const Signals&)>& quantity) const {
-  return boxed(quantity);
+  const auto length = static_cast<Eigen::Index>(length_);
+  return weighted(quantity, Eigen::VectorXd::Constant(length, 1 / static_cast<double>(length_)), 0);
 }
 
 double Rows::length_s() const {

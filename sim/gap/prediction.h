@@ -46,11 +46,15 @@ class Rows {
     std::size_t recording;
     std::size_t first;  // sample
   };
-  Eigen::VectorXd boxed(const std::function<std::vector<double>(const Signals&)>& samples) const;
+  /// Row by row, the samples around it by their weights, of which `reach` lie before its first.
+  Eigen::VectorXd weighted(const std::function<std::vector<double>(const Signals&)>& samples,
+                           const Eigen::VectorXd& weights, std::size_t reach) const;
 
   const std::vector<Signals>* signals_;
   std::size_t length_ = 1;  // samples per row
   std::vector<At> at_;
+  std::size_t reach_ = 0;
+  Eigen::VectorXd filter_;  // weights of samples in the mean over a row of what the filter lets through
   Eigen::VectorXd torque_Nm_;
 };
 

@@ -46,17 +46,24 @@ std::vector<double> zero_phase(std::span<const double> samples, double period_s,
   if (samples.size() < 2) return {samples.begin(), samples.end()};
   const auto wanted = static_cast<std::size_t>(std::ceil(1 / (cutoff_Hz * period_s)));
   const std::size_t margin = std::min(wanted, samples.size() - 1);
-  std::vector<double> extended;
-  extended.reserve(samples.size() + 2 * margin);
-  for (std::size_t i = margin; i > 0; --i) extended.push_back(2 * samples.front() - samples[i]);
-  extended.insert(extended.end(), samples.begin(), samples.end());
-  for (std::size_t i = 1; i <= margin; ++i)
-    extended.push_back(2 * samples.back() - samples[samples.size() - 1 - i]);
+  std::vector<double> extended = with_mirrored_ends(samples, margin);
   const Section section(period_s, cutoff_Hz);
   section.run(extended.begin(), extended.end());
   section.run(extended.rbegin(), extended.rend());
   const auto first = extended.begin() + static_cast<std::ptrdiff_t>(margin);
   return {first, first + static_cast<std::ptrdiff_t>(samples.size())};
+}
+
+std::vector<double> with_mirrored_ends(std::span<const double> samples, std::size_t margin) {
+  const std::size_t last = samples.size() - 1;
+  std::vector<double> extended;
+  extended.reserve(samples.size() + 2 * margin);
+  for (std::size_t i = margin; i > 0; --i)
+    extended.push_back(2 * samples.front() - samples[std::min(i, last)]);
+  extended.insert(extended.end(), samples.begin(), samples.end());
+  for (std::size_t i = 1; i <= margin; ++i)
+    extended.push_back(2 * samples.back() - samples[last - std::min(i, last)]);
+  return extended;
 }
 
 std::vector<double> derivative(std::span<const double> samples, double period_s) {
