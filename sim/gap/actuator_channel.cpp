@@ -251,7 +251,6 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
     a.lag_s = 0;
     return a;
   };
-  findings.before_Nm = rms(misfit(signals, base, actuator));
   actuator = fit_lag(actuator);
   bool delayed = false;
   if (!base.find<effects::TransportDelay>()) {
@@ -367,14 +366,12 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
     delayed = delayed || best->name == std::string_view("transport_delay");
     actuator = chosen;
   }
-  findings.lag_s = actuator.lag_s;
   for (const Signals& s : all) {
     if (s.raw_measured_Nm.empty()) continue;
     std::vector<double> left = delivered(s, base, actuator);
     for (std::size_t i = 0; i < left.size(); ++i) left[i] = s.raw_measured_Nm[i] - left[i];
     findings.left_Nm.push_back(std::move(left));
   }
-  findings.after_Nm = rms(misfit(signals, base, actuator));
   return findings;
 }
 

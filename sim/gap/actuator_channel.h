@@ -23,9 +23,6 @@ RestoredSign restore_sign(std::vector<Source>& sources);
 /// velocity command (speed_channel.h). Empty where torque was not measured or no command recorded.
 struct ActuatorFindings {
   std::vector<FoundEffect> effects;
-  double before_Nm = 0;  ///< rms of measured less commanded torque
-  double after_Nm = 0;
-  double lag_s = 0;  ///< of sensor and current loop
   /// What the sensor reported beyond the command through all that: its noise, sample by sample, of each
   /// recording that has both.
   std::vector<std::vector<double>> left_Nm;

@@ -4,19 +4,20 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <random>
+#include <functional>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 
 #include "sim/gap/actuator_channel.h"
 #include "sim/gap/blind_spots.h"
 #include "sim/gap/fitted_model.h"
+#include "sim/gap/noise_floor.h"
 #include "sim/gap/rest_channel.h"
 #include "sim/gap/search.h"
 #include "sim/gap/signals.h"
 #include "sim/gap/structure.h"
 #include "sim/gap/views.h"
-#include "sim/gap/zero_phase.h"
 
 namespace sim::gap {
 namespace {
@@ -54,48 +55,6 @@ void require_one_rig(std::span<const Source> data, std::span<const Source> held_
       first = source.name;
     }
   }
-}
-
-/// Rms of what `noise`, sampled like the recording, becomes in a row.
-double in_rows(const std::vector<double>& noise, const Signals& s) {
-  const std::vector<double> smooth =
-      zero_phase(zero_phase(noise, s.raw_period_s, s.filter_Hz), s.raw_period_s, s.band_Hz);
-  const auto length =
-      static_cast<std::size_t>(std::max(1LL, std::llround(0.5 / (s.band_Hz * s.raw_period_s))));
-  // The median of the squares, as a normal distribution would have it, so that a few jumps do not count.
-  std::vector<double> means;
-  for (std::size_t first = 0; first + length <= smooth.size(); first += length) {
-    double sum = 0;
-    for (std::size_t i = first; i < first + length; ++i) sum += smooth[i];
-    means.push_back(sum / static_cast<double>(length));
-  }
-  return identify::robust_sigma(std::move(means));
-}
-
-std::vector<double> white_noise(std::size_t count, double sigma) {
-  std::mt19937_64 random(1);
-  std::normal_distribution<double> normal;
-  std::vector<double> noise(count);
-  std::ranges::generate(noise, [&] { return sigma * normal(random); });
-  return noise;
-}
-
-/// The torque's noise in rows: what the sensor reported beyond the command where both are recorded, else what
-/// differs from sample to sample, taken as white; and what the encoder's steps make of the acceleration.
-double noise_floor_Nm(const std::vector<Signals>& signals, const ActuatorFindings& actuator, const Band& band,
-                      double inertia_kg_m2) {
-  constexpr std::size_t kSamples = 20000;
-  double sensor = in_rows(white_noise(kSamples, band.torque_sigma_Nm), signals.front());
-  std::vector<double> reported;
-  for (std::size_t i = 0; i < actuator.left_Nm.size() && i < signals.size(); ++i)
-    reported.push_back(in_rows(actuator.left_Nm[i], signals[i]));
-  if (!reported.empty()) sensor = std::max(sensor, identify::median(reported));
-  const double period_s = signals.front().raw_period_s;
-  const std::vector<double> steps = white_noise(kSamples, band.resolution_rad / std::sqrt(12.0));
-  const std::vector<double> smooth = zero_phase(steps, period_s, signals.front().filter_Hz);
-  const double encoder =
-      inertia_kg_m2 * in_rows(derivative(derivative(smooth, period_s), period_s), signals.front());
-  return std::hypot(sensor, encoder);
 }
 
 std::string short_number(double value) {
@@ -183,6 +142,98 @@ const effects::AnyEffect* find_effect(const effects::DriveModel& model, std::str
   return nullptr;
 }
 
+/// What is left at no place in particular, all over the band, and bursts, each with its time, after what has
+/// structure; most first. `left` is the residual of all rows.
+std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::VectorXd& left,
+                                   const Rows& rows, const std::vector<bool>& burst, const Result& result) {
+  if (found.empty() && result.gap_after_Nm > kNoise * result.noise_floor_Nm)
+    found.push_back({.where = {.coordinate = "frequency_Hz", .from = 0, .to = result.band_Hz},
+                     .share = 1 - std::pow(result.noise_floor_Nm / result.gap_after_Nm, 2)});
+  const double all_square = left.squaredNorm();
+  const auto in_burst = [&](Eigen::Index i) { return burst[static_cast<std::size_t>(i)]; };
+  for (Eigen::Index i = 0; i < rows.count();) {
+    Eigen::Index to = i;
+    while (to < rows.count() && in_burst(to) && rows.recording(to) == rows.recording(i)) ++to;
+    if (to == i) {
+      ++i;
+      continue;
+    }
+    const double square = left.segment(i, to - i).squaredNorm();
+    const double mean = square / static_cast<double>(to - i);
+    if (square >= kLeastBurst * all_square && mean > 9 * result.noise_floor_Nm * result.noise_floor_Nm)
+      found.push_back({.where = {.coordinate = "time_s",
+                                 .from = rows.time_s(i),
+                                 .to = rows.time_s(to - 1),
+                                 .recording = rows.signals()[rows.recording(i)].name},
+                       .share = square / all_square});
+    i = to;
+  }
+  std::ranges::sort(found, std::greater{}, &Unexplained::share);
+  return found;
+}
+
+/// What a sensor that lost the sign costs: the best model against the torque as it was logged, over
+/// `restored_Nm`, the gap with the sign put back.
+FoundEffect lost_sign(const FittedModel& given, std::span<const Source> data, const Band& band,
+                      double restored_Nm) {
+  std::vector<Signals> as_logged;
+  for (const Source& source : data) as_logged.push_back(make_signals(source, band));
+  const Rows rows(as_logged);
+  Indices every(static_cast<std::size_t>(rows.count()));
+  std::iota(every.begin(), every.end(), 0);
+  const Eigen::VectorXd misfit = rows.torque_Nm() - predicted_rows(refined(given, rows, every), rows);
+  FoundEffect found{.effect = effects::make_effect("unsigned_current"),
+                    .where = {.coordinate = "torque_measured_Nm"}};
+  found.gap_before = rms(misfit, every);
+  found.gap_after = restored_Nm;
+  found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
+  found.blocks = kBlocks;
+  for (int b = 0; b < kBlocks; ++b) {
+    const Eigen::Index from = rows.count() * b / kBlocks;
+    const Eigen::Index count = rows.count() * (b + 1) / kBlocks - from;
+    const double block = std::sqrt(misfit.segment(from, count).squaredNorm() /
+                                   static_cast<double>(std::max<Eigen::Index>(1, count)));
+    found.blocks_improved += block > restored_Nm ? 1 : 0;
+  }
+  // That many blocks better by chance: each side alike likely.
+  found.p_value = std::pow(0.5, found.blocks_improved);
+  return found;
+}
+
+/// A gap that is left is the same in every block, so that their scatter says too little: intervals grow with
+/// what is left over noise (Birge 1932, Phys. Rev. 40:207).
+std::vector<identify::Estimate> widened(std::vector<identify::Estimate> estimates, double left_over_noise) {
+  const double ratio = std::max(1.0, left_over_noise);
+  for (identify::Estimate& estimate : estimates) {
+    estimate.lower = estimate.value - ratio * (estimate.value - estimate.lower);
+    estimate.upper = estimate.value + ratio * (estimate.upper - estimate.value);
+  }
+  return estimates;
+}
+
+/// Of the given model's effects, how many begin the final one: an offset may have become an asymmetry.
+std::size_t effects_kept(const effects::DriveModel& base, const effects::DriveModel& final) {
+  const bool replaced = base.find<effects::TorqueOffset>() && !final.find<effects::TorqueOffset>();
+  return base.effects.size() - (replaced ? 1 : 0);
+}
+
+/// The recordings that were given for it, or the stretches that were set aside.
+std::vector<std::string> held_out_names(const std::vector<Signals>& signals,
+                                        std::span<const Source> held_out) {
+  std::vector<std::string> names;
+  for (const Source& source : held_out) names.push_back(source.name);
+  if (!names.empty()) return names;
+  for (const Signals& s : signals) {
+    const auto at = [&](double share) {
+      const std::string text =
+          std::to_string(s.time_s.front() + share * (s.time_s.back() - s.time_s.front()));
+      return text.substr(0, text.find('.') + 3);
+    };
+    names.push_back(s.name + ", " + at(kSetAsideFrom) + " s to " + at(kSetAsideTo) + " s");
+  }
+  return names;
+}
+
 }  // namespace
 
 std::string_view verdict_name(Verdict verdict) noexcept {
@@ -222,7 +273,7 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
   FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2, .lag_s = 0};
   const std::vector<bool> burst = bursts(given, rows);
   Split parts = split(rows, data.size(), held_out.empty(), burst, band);
-  result.noise_floor_Nm = noise_floor_Nm(signals, actuator, band, base.inertia_kg_m2);
+  result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, base.inertia_kg_m2);
   parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
   const SearchResult searching = search(given, rows, parts.training, options);
 
@@ -246,72 +297,20 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
   result.gap_before_Nm = rms(residual(as_given), quiet);
   result.gap_base_Nm = rms(residual(refitted), quiet);
   result.gap_after_Nm = rms(left, quiet);
-  result.unexplained = structure(final, rows, parts.training, options);
-
-  if (result.unexplained.empty() && result.gap_after_Nm > kNoise * result.noise_floor_Nm)
-    // All over the band, not at any one place that was looked at.
-    result.unexplained.push_back({.where = {.coordinate = "frequency_Hz", .from = 0, .to = band.cutoff_Hz},
-                                  .share = 1 - std::pow(result.noise_floor_Nm / result.gap_after_Nm, 2)});
-
-  // Bursts that are left over, each with its time.
-  double all_square = 0;
-  for (Eigen::Index i = 0; i < rows.count(); ++i) all_square += left[i] * left[i];
-  for (Eigen::Index i = 0; i < rows.count();) {
-    if (!burst[static_cast<std::size_t>(i)]) {
-      ++i;
-      continue;
-    }
-    Eigen::Index to = i;
-    double square = 0;
-    while (to < rows.count() && burst[static_cast<std::size_t>(to)] &&
-           rows.recording(to) == rows.recording(i)) {
-      square += left[to] * left[to];
-      ++to;
-    }
-    const double mean = square / static_cast<double>(to - i);
-    if (square >= kLeastBurst * all_square && mean > 9 * result.noise_floor_Nm * result.noise_floor_Nm)
-      result.unexplained.push_back({.where = {.coordinate = "time_s",
-                                              .from = rows.time_s(i),
-                                              .to = rows.time_s(to - 1),
-                                              .recording = signals[rows.recording(i)].name},
-                                    .share = square / all_square});
-    i = to;
-  }
-  std::ranges::sort(result.unexplained, std::greater{}, &Unexplained::share);
+  result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst, result);
 
   result.model = final.model;
-  const std::vector<identify::Estimate> all = estimates(final, rows, parts.training.rows);
+  const std::vector<identify::Estimate> all =
+      widened(estimates(final, rows, parts.training.rows), result.gap_after_Nm / result.noise_floor_Nm);
   const auto free = free_parameters(final, rows);
+  const std::size_t of_base = effects_kept(base, final.model);
   for (std::size_t k = 0; k < free.size(); ++k) {
     if (free[k].kind == FreeParameter::Kind::kInertia) result.refitted.emplace_back("", all[k]);
-    if (free[k].kind == FreeParameter::Kind::kEffect && free[k].effect < base.effects.size())
+    if (free[k].kind == FreeParameter::Kind::kEffect && free[k].effect < of_base)
       result.refitted.emplace_back(effects::name_of(final.model.effects[free[k].effect]), all[k]);
   }
   if (sign.lost) {
-    FoundEffect found{.effect = effects::make_effect("unsigned_current"),
-                      .where = {.coordinate = "torque_measured_Nm"}};
-    std::vector<Source> unsigned_sources(data.begin(), data.end());
-    std::vector<Signals> as_logged;
-    for (const Source& source : unsigned_sources) as_logged.push_back(make_signals(source, band));
-    const Rows logged(as_logged);
-    Indices every(static_cast<std::size_t>(logged.count()));
-    for (std::size_t i = 0; i < every.size(); ++i) every[i] = static_cast<Eigen::Index>(i);
-    const FittedModel best = refined(given, logged, every);
-    const Eigen::VectorXd misfit = logged.torque_Nm() - predicted_rows(best, logged);
-    found.gap_before = rms(misfit, every);
-    found.gap_after = result.gap_base_Nm;
-    found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
-    found.blocks = kBlocks;
-    const auto count = static_cast<Eigen::Index>(every.size());
-    for (int b = 0; b < kBlocks; ++b) {
-      const Eigen::Index from = count * b / kBlocks;
-      const Eigen::Index to = count * (b + 1) / kBlocks;
-      const double block = std::sqrt(misfit.segment(from, to - from).squaredNorm() /
-                                     static_cast<double>(std::max<Eigen::Index>(1, to - from)));
-      found.blocks_improved += block > result.gap_base_Nm ? 1 : 0;
-    }
-    // That many blocks better by chance: each side alike likely.
-    found.p_value = std::pow(0.5, found.blocks_improved);
+    FoundEffect found = lost_sign(given, data, band, result.gap_base_Nm);
     result.gap_before_Nm = std::max(result.gap_before_Nm, found.gap_before);
     result.model.effects.push_back(found.effect);
     result.effects.push_back(std::move(found));
@@ -364,17 +363,7 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
   result.traces = simulated.traces;
   result.maps = residual_maps(as_given, final, rows, quiet);
   result.curve = friction_curve(given, final, rows);
-  for (const Source& source : held_out) result.held_out.push_back(source.name);
-  if (held_out.empty()) {
-    for (const Signals& s : signals) {
-      const double length = s.time_s.back() - s.time_s.front();
-      const auto at = [&](double share) {
-        std::string text = std::to_string(s.time_s.front() + share * length);
-        return text.substr(0, text.find('.') + 3);
-      };
-      result.held_out.push_back(s.name + ", " + at(kSetAsideFrom) + " s to " + at(kSetAsideTo) + " s");
-    }
-  }
+  result.held_out = held_out_names(signals, held_out);
   const bool ambiguous =
       std::ranges::any_of(result.effects, [](const FoundEffect& e) { return !e.equivalent.empty(); });
   const bool at_floor =

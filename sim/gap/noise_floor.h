@@ -1,0 +1,17 @@
+/// @file
+/// How much of a gap is noise.
+#pragma once
+#include <vector>
+
+#include "sim/gap/signals.h"
+
+namespace sim::gap {
+
+/// The torque's noise in rows (prediction.h), rms: what the sensor reported beyond the command where both are
+/// recorded (`reported_Nm`, sample by sample of the first recordings), else what differs from sample to
+/// sample, taken as white; and what the encoder's steps make of the acceleration.
+double noise_floor_Nm(const std::vector<Signals>& signals,
+                      const std::vector<std::vector<double>>& reported_Nm, const Band& band,
+                      double inertia_kg_m2);
+
+}  // namespace sim::gap
