@@ -105,8 +105,7 @@ std::string deciding_experiment(std::string_view effect, const std::vector<std::
   if (equivalent.empty()) return "";
   if (has("torque_offset") && has("direction_asymmetry"))
     return "measure both directions over the whole range of speed: an offset stays the same, an asymmetry of "
-           "viscous "
-           "friction grows; constant parts cannot be told apart by motion";
+           "viscous friction grows; constant parts cannot be told apart by motion";
   if (has("backlash") && has("presliding"))
     return "presliding: small torque sines at rest; a gap gives way freely, a contact like a spring";
   if (has("inertia") || has("elasticity"))

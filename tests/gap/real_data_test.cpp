@@ -6,14 +6,13 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <string>
 
 #include "apps/common/drive_model_file.h"
-#include "apps/youbot_gap/findings.h"
-#include "apps/youbot_gap/gap_json.h"
-#include "apps/youbot_gap/gap_model.h"
+#include "apps/youbot_gap/explain.h"
 #include "apps/youbot_gap/inputs.h"
 #include "sim/effects/effect_chain.h"
 #include "tests/gap/real/converted_drive.h"
@@ -30,28 +29,18 @@ const fs::path kData = YOUBOT_SOURCE_DIR "/tests/data";
 
 class RealData : public testing::Test {
  protected:
-  /// Converts to files, reads them and does what the command does, up to what it writes; with fewer searches
-  /// on chance data, as few as a false positive rate of 1 % can do with.
+  /// Converts to files and does what the command does with them.
   void explain(const ConvertedDrive& drive) {
     const fs::path directory = directory_ / drive.base.name;
     real_recordings::write_drive(drive, directory);
-    youbot_gap::InputPaths paths{.model = directory / "base.toml", .data = {directory / "data"}};
-    if (!drive.held_out.empty()) paths.held_out = {directory / "held_out"};
-    const youbot_gap::Inputs inputs = youbot_gap::read_inputs(paths);
+    youbot_gap::GapOptions options{
+        .inputs = {.model = directory / "base.toml", .data = {directory / "data"}}, .out = directory / "gap"};
+    if (!drive.held_out.empty()) options.inputs.held_out = {directory / "held_out"};
+    const youbot_gap::Inputs inputs = youbot_gap::read_inputs(options.inputs);
     EXPECT_EQ(inputs.rig, drive.base.name);
-    youbot_gap::Findings findings{.base = inputs.model,
-                                  .base_path = paths.model.string(),
-                                  .drive = inputs.rig,
-                                  .data = {},
-                                  .seed = 1,
-                                  .result = {}};
-    for (const sim::gap::Source& source : inputs.data) findings.data.push_back(source.name);
-    sim::gap::Options options;
-    options.repetitions = 99;
-    findings.result = sim::gap::analyse(inputs.model, inputs.data, inputs.held_out, options);
-    gap_ = json::parse(youbot_gap::gap_json(findings));
-    model_ = apps::read_drive_model(
-        directory_.write(drive.base.name + "/model.toml", youbot_gap::improved_model_text(findings)));
+    youbot_gap::write_findings(inputs, options, {});
+    gap_ = json::parse(std::ifstream(options.out / "gap.json"));
+    model_ = apps::read_drive_model(options.out / "model.toml");
     std::printf("%s: %s, gap %.3g, refitted %.3g, left %.3g N·m; found %s\n", inputs.rig.c_str(),
                 gap_.at("verdict").get<std::string>().c_str(), gap("before"), gap("refitted"), gap("after"),
                 types().c_str());

@@ -64,6 +64,28 @@ TEST(BlindSpots, OneWayOnlyShowsNeitherOffsetNorReversals) {
   EXPECT_TRUE(says(notes, "no torque command"));
   EXPECT_FALSE(says(notes, "thermal drift"));
   EXPECT_FALSE(says(notes, "less than a radian"));
+  EXPECT_FALSE(says(notes, "higher rate"));
+}
+
+// A torque of 2 Hz shows at 100 samples a second, and at 10 it does not.
+TEST(BlindSpots, TooFewSamplesForTheTorqueAreSaid) {
+  for (const double rate_Hz : {100.0, 10.0}) {
+    Source source = one_way(20);
+    const std::vector<double> time_s = source.recording.columns[0].values;
+    source.recording.columns.push_back({"torque_command_Nm", {}});
+    for (const double t : time_s)
+      source.recording.columns.back().values.push_back(0.1 * std::sin(2 * std::numbers::pi * 2 * t));
+    const auto every = static_cast<std::size_t>(std::llround(1 / (rate_Hz * (time_s[1] - time_s[0]))));
+    for (auto& column : source.recording.columns) {
+      std::vector<double> kept;
+      for (std::size_t i = 0; i < column.values.size(); i += every) kept.push_back(column.values[i]);
+      column.values = kept;
+    }
+    const Band band = choose_band({source}, {.name = "bench"});
+    const std::vector<std::string> notes =
+        blind_spots(std::vector<Signals>{make_signals(source, band)}, false);
+    EXPECT_EQ(says(notes, "higher rate"), rate_Hz == 10) << rate_Hz;
+  }
 }
 
 }  // namespace
