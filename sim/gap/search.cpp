@@ -82,6 +82,7 @@ class Round {
     base_bounds_ = step_bounds(parameters_);
     columns_.resize(jacobian_.rows(), jacobian_.cols() + dictionary_.columns.cols());
     columns_ << jacobian_, dictionary_.columns(training.rows, Eigen::all);
+    dictionary_.columns.resize(0, 0);  // large, and not needed any more
     regression_.emplace(columns_, training.block, kFolds);
     residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
     position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);

@@ -1,0 +1,52 @@
+#include "drivers/haptic/space_mouse_report.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace drivers {
+namespace {
+
+constexpr std::size_t kAxisBytes = 6;
+constexpr double kStop = 350;
+
+/// Three axes as the device has them (x right, y towards the user, z down) in our frame.
+std::array<double, 3> axes(std::span<const std::uint8_t> bytes) noexcept {
+  std::array<double, 3> result{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto raw =
+        static_cast<std::int16_t>(static_cast<std::uint16_t>(bytes[2 * i] | bytes[2 * i + 1] << 8));
+    result[i] = std::clamp((i == 0 ? 1 : -1) * static_cast<double>(raw) / kStop, -1.0, 1.0);
+  }
+  return result;
+}
+
+}  // namespace
+
+bool SpaceMouseReports::take(std::span<const std::uint8_t> report, double now_s) noexcept {
+  const std::uint8_t number = report.empty() ? 0 : report[0];
+  const std::span<const std::uint8_t> bytes = report.subspan(report.empty() ? 0 : 1);
+  if (number == 1 && (bytes.size() == kAxisBytes || bytes.size() == 2 * kAxisBytes)) {
+    deflection_.translation = axes(bytes);
+    if (bytes.size() == 2 * kAxisBytes) deflection_.rotation = axes(bytes.subspan(kAxisBytes));
+    deflected_at_s_ = now_s;
+  } else if (number == 2 && bytes.size() == kAxisBytes) {
+    deflection_.rotation = axes(bytes);
+    deflected_at_s_ = now_s;
+  } else if (number == 3 && !bytes.empty() && bytes.size() <= 6) {
+    buttons_ = 0;
+    for (std::size_t i = 0; i < std::min<std::size_t>(bytes.size(), 4); ++i)
+      buttons_ |= std::uint32_t{bytes[i]} << 8 * i;
+  } else if (number == 23 && !bytes.empty()) {
+    battery_percent_ = bytes[0];
+  } else {
+    ++unknown_;
+    return false;
+  }
+  return true;
+}
+
+SpaceMouseDeflection SpaceMouseReports::deflection(double now_s) const noexcept {
+  return now_s - deflected_at_s_ > kSilence_s ? SpaceMouseDeflection{} : deflection_;
+}
+
+}  // namespace drivers
