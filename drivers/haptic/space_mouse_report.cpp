@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-namespace drivers {
+namespace drivers::haptic {
 namespace {
 
 constexpr std::size_t kAxisBytes = 6;
@@ -49,4 +49,4 @@ SpaceMouseDeflection SpaceMouseReports::deflection(double now_s) const noexcept 
   return now_s - deflected_at_s_ > kSilence_s ? SpaceMouseDeflection{} : deflection_;
 }
 
-}  // namespace drivers
+}  // namespace drivers::haptic

@@ -11,7 +11,7 @@
 #include <optional>
 #include <span>
 
-namespace drivers {
+namespace drivers::haptic {
 
 /// Frame: x to the right, y away from the user, z up, as one looks at the device; rotations right-handed
 /// about the same axes. One at the stop of each axis, by its nominal range.
@@ -51,4 +51,4 @@ constexpr std::array<std::uint8_t, 2> space_mouse_light(bool on) noexcept {
   return {std::uint8_t{4}, on ? std::uint8_t{1} : std::uint8_t{0}};
 }
 
-}  // namespace drivers
+}  // namespace drivers::haptic

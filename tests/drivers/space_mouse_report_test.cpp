@@ -5,7 +5,7 @@
 
 #include <vector>
 
-namespace drivers {
+namespace drivers::haptic {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
@@ -73,4 +73,4 @@ TEST(SpaceMouseReport, TheLightIsReportFour) {
 }
 
 }  // namespace
-}  // namespace drivers
+}  // namespace drivers::haptic

@@ -1,0 +1,209 @@
+#include "drivers/haptic/falcon.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <utility>
+
+#include "drivers/setup_error.h"
+#include "drivers/usb/ftdi_serial.h"
+
+namespace drivers::haptic {
+namespace {
+
+using falcon::Vector3;
+using std::chrono::nanoseconds;
+using usb::TransferResult;
+using usb::TransferStatus;
+
+// Reads in one exchange. The device has one packet a millisecond to send, with or without bytes, and the port
+// holds a few that came since the last exchange.
+constexpr int kMaxReads = 32;
+
+bool is_finite(const Vector3& v) noexcept {
+  return std::ranges::all_of(v, [](double value) { return std::isfinite(value); });
+}
+
+Vector3 times(const Vector3& v, double factor) noexcept {
+  return {v[0] * factor, v[1] * factor, v[2] * factor};
+}
+
+}  // namespace
+
+std::vector<std::string> FalconConfig::problems() const {
+  std::vector<std::string> found;
+  const auto require = [&found](bool fulfilled, const char* what) {
+    if (!fulfilled) found.emplace_back(what);
+  };
+  require(force_limit_N > 0.0 && force_limit_N <= 12.0, "force_limit_N must be above 0 and at most 12");
+  require(std::isfinite(command_per_Nm) && command_per_Nm != 0.0 && std::abs(command_per_Nm) <= 1e6,
+          "command_per_Nm must be other than 0 and at most 1e6 in magnitude");
+  require(is_finite(p_FO_m), "p_FO_m must be finite");
+  require(reply_deadline > nanoseconds(0), "reply_deadline must be above 0");
+  require(lost_after_misses >= 1, "lost_after_misses must be 1 or more");
+  require(boot.alive_packets >= 1 && boot.query_attempts >= 1 && boot.load_attempts >= 1,
+          "boot: alive_packets, query_attempts and load_attempts must be 1 or more");
+  return found;
+}
+
+const char* describe(FalconFault fault) noexcept {
+  switch (fault) {
+    case FalconFault::kNone: return "no fault";
+    case FalconFault::kIdle: return "not activated";
+    case FalconFault::kBadForce: return "force not finite, zero sent";
+    case FalconFault::kMissed: return "no reply";
+    case FalconFault::kNoPosition: return "encoder counts fit no position";
+    case FalconFault::kLost: return "lost: several replies missing in a row";
+    case FalconFault::kUnplugged: return "unplugged";
+  }
+  return "unknown fault";
+}
+
+Falcon::Falcon(usb::UsbPort& port, FalconConfig config) : port_(port), config_(std::move(config)) {
+  const auto problems = config_.problems();
+  if (problems.empty()) return;
+  std::string all;
+  for (const std::string& problem : problems) all += (all.empty() ? "" : "; ") + problem;
+  throw SetupError({config_.boot.device, "check the configuration", "values that make sense", all,
+                    "correct the configuration"});
+}
+
+Falcon::~Falcon() { deactivate(); }
+
+falcon::Firmware Falcon::activate(std::span<const std::uint8_t> image) {
+  latched_ = {FalconFault::kIdle, {}, 0};
+  const falcon::Firmware firmware = falcon::start_firmware(port_, image, config_.boot);
+  stream_.reset();
+  misses_ = 0;
+  homed_ = false;  // until a reply says otherwise
+  located_ = false;
+  latched_ = {};
+  return firmware;
+}
+
+void Falcon::deactivate() noexcept {
+  if (latched_.fault == FalconFault::kIdle) return;
+  if (latched_.fault != FalconFault::kUnplugged) {
+    (void)port_.write(falcon::encode(at_rest()), config_.reply_deadline);
+  }
+  latched_ = {FalconFault::kIdle, {}, 0};
+}
+
+FalconStatus Falcon::exchange(const Vector3& f_G_F_N, FalconSample& sample) noexcept {
+  if (!latched_.ok()) {
+    if (latched_.fault == FalconFault::kLost) {
+      (void)port_.write(falcon::encode(at_rest()), config_.reply_deadline);
+    }
+    return latched_;
+  }
+  const bool good_force = is_finite(f_G_F_N);
+  const Drive sent = drive(good_force ? f_G_F_N : Vector3{});
+  const nanoseconds deadline = port_.now() + config_.reply_deadline;
+
+  TransferResult result = discard_late_replies();
+  if (!result.ok() && result.status != TransferStatus::kTimeout) return miss(result);
+  result = port_.write(falcon::encode(sent.command), config_.reply_deadline);
+  if (!result.ok()) return miss(result);
+  falcon::Reply reply;
+  result = receive(reply, deadline);
+  if (!result.ok()) return miss(result);
+  misses_ = 0;
+
+  if (!locate(reply)) return {FalconFault::kNoPosition, {}, 0};
+  sample.stamp = port_.now();
+  sample.homed = homed_;
+  for (std::size_t axis = 0; axis < falcon::kAxes; ++axis) {
+    sample.axis_homed[axis] = (reply.homed >> axis & 1U) != 0;
+  }
+  sample.p_OG_m = p_OG_m_;
+  sample.counts = reply.counts;
+  sample.buttons = reply.buttons;
+  sample.f_G_F_N = sent.force_N;
+  sample.limited = sent.limited;
+  return {good_force ? FalconFault::kNone : FalconFault::kBadForce, {}, 0};
+}
+
+falcon::Command Falcon::at_rest() const noexcept {
+  falcon::Command command;
+  command.leds = {.green = homed_, .red = !homed_};
+  return command;
+}
+
+Falcon::Drive Falcon::drive(const Vector3& wanted_N) const noexcept {
+  Drive result{at_rest(), {}, false};
+  const double magnitude_N = std::hypot(wanted_N[0], wanted_N[1], wanted_N[2]);
+  if (!located_ || magnitude_N == 0.0) return result;
+  // Finite numbers may have an infinite magnitude: that leaves no force.
+  const bool limited = magnitude_N > config_.force_limit_N;
+  const double share = limited ? config_.force_limit_N / magnitude_N : 1.0;
+  const Vector3 force_N = times(wanted_N, share);
+  const auto torques_Nm = falcon::leg_torques_Nm(p_FG_m_, force_N);
+  if (!torques_Nm) {
+    result.limited = true;
+    return result;
+  }
+  const Vector3 motors = times(*torques_Nm, config_.command_per_Nm);
+  const double largest = std::max({std::abs(motors[0]), std::abs(motors[1]), std::abs(motors[2])});
+  const bool saturated = largest > falcon::kMotorLimit;
+  const double part = saturated ? falcon::kMotorLimit / largest : 1.0;
+  for (std::size_t i = 0; i < falcon::kAxes; ++i) {
+    result.command.motors[i] = static_cast<std::int32_t>(std::lround(motors[i] * part));
+  }
+  result.force_N = times(force_N, part);
+  result.limited = limited || saturated;
+  return result;
+}
+
+/// False when the counts of homed axes fit no place.
+bool Falcon::locate(const falcon::Reply& reply) noexcept {
+  homed_ = reply.all_homed();
+  located_ = false;
+  if (!homed_) return true;
+  const auto grip = falcon::grip_position(falcon::angles_rad(reply.counts), p_FG_m_);
+  if (!grip.converged) return false;
+  located_ = true;
+  p_FG_m_ = grip.p_FG_m;
+  for (std::size_t k = 0; k < 3; ++k) p_OG_m_[k] = p_FG_m_[k] - config_.p_FO_m[k];
+  return true;
+}
+
+FalconStatus Falcon::miss(const TransferResult& result) noexcept {
+  FalconStatus status{FalconFault::kMissed, result.status, result.code};
+  if (result.status == TransferStatus::kUnplugged) {
+    status.fault = FalconFault::kUnplugged;
+    latched_ = status;
+  } else if (++misses_ >= config_.lost_after_misses) {
+    status.fault = FalconFault::kLost;
+    latched_ = status;
+    (void)port_.write(falcon::encode(at_rest()), config_.reply_deadline);
+  }
+  return status;
+}
+
+/// A reply that came after its deadline would pass for the next one's, and so on for ever.
+TransferResult Falcon::discard_late_replies() noexcept {
+  std::array<std::uint8_t, usb::ftdi::kPacketBytes> packet{};
+  TransferResult result;
+  for (int i = 0; i < kMaxReads && result.ok(); ++i) result = port_.read(packet, nanoseconds(0));
+  stream_.reset();
+  return result;
+}
+
+TransferResult Falcon::receive(falcon::Reply& reply, nanoseconds deadline) noexcept {
+  for (int i = 0; i < kMaxReads; ++i) {
+    const nanoseconds left = deadline - port_.now();
+    if (left <= nanoseconds(0)) break;
+    std::array<std::uint8_t, usb::ftdi::kPacketBytes> packet{};
+    const TransferResult result = port_.read(packet, left);
+    if (!result.ok()) return result;
+    const auto bytes =
+        usb::ftdi::strip_modem_status(std::span(packet).first(std::min(result.size, packet.size())));
+    if (const auto found = stream_.feed(bytes)) {
+      reply = *found;
+      return result;
+    }
+  }
+  return {TransferStatus::kTimeout, 0, 0};
+}
+
+}  // namespace drivers::haptic

@@ -1,0 +1,88 @@
+/// @file
+/// How a test steers the stand-in for the vendor's libdrd: a shared library of our own that exports the
+/// vendor's symbols and behaves as its documentation and users say (modes, watchdog, limits). Its time is
+/// virtual: nothing moves but in advance() and in calibration.
+///
+/// It is a test artifact under a name no search finds; load it by its path, then look up kStandInControl.
+/// What is not public is a guess and marked [G]. One thread.
+#pragma once
+#include <array>
+#include <cstdint>
+
+namespace sim::devices {
+
+using Axes = std::array<double, 3>;  ///< x towards the operator, y to the operator's right, z up
+
+/// What the device is and what happens to it. A test may write to it at any time.
+struct ForceDimensionScript {
+  bool connected = true;  ///< to the USB bus; false in mid-run: unplugged
+  bool powered = true;
+  bool held_by_other = false;  ///< counted, not available
+  int type = 34;
+  std::uint16_t serial = 4711;
+  double firmware = 3.2;  ///< below 3.0 there is no watchdog
+  int error = 0;          ///< the status' error slot
+  bool calibrated = true;
+  bool drd_agrees = true;  ///< false: drdIsInitialized says no although the device is calibrated
+  bool calibration_fails = false;
+  double calibration_s = 4.0;
+  std::uint32_t velocity_threshold_mm_per_s = 1500;  ///< 0: off [G]
+  int time_guard_us = 0;                             ///< the SDK's value before anybody sets one [G]
+  double effector_mass_kg = 0.25;                    ///< stored in the device [G]; fits the handle below
+
+  std::uint32_t buttons = 0;
+  Axes wrist_rad{};
+  Axes hand_N{};            ///< pushes on the handle
+  bool hand_holds = false;  ///< a spring and damper to hand_m, and the arm's mass
+  Axes hand_m{};
+
+  bool pose_is_nan = false;
+  bool refuses_force_when_braked = false;  ///< whether dhdSetForce fails with the force off is not public
+  bool refuses_to_enable = false;
+  int failing_stops = 0;        ///< so many dhdStop fail, each taking one off
+  int failing_poses = 0;        ///< so many pose reads fail with `failing_code`
+  int failing_forces = 0;       ///< so many force commands fail with `failing_code`
+  int failing_code = 7;         ///< time-out
+  double status_delay_s = 0.0;  ///< how long a status tells the mode before the latest change [G]
+};
+
+enum class ForceDimensionMode : std::uint8_t { kReset, kIdle, kForce, kBrake };
+
+/// What a test may look at.
+struct ForceDimensionState {
+  bool open = false;
+  ForceDimensionMode mode = ForceDimensionMode::kBrake;
+  int force_off_cause = 0;
+  Axes position_m{};
+  Axes velocity_m_per_s{};
+  Axes command_N{};              ///< the last set-force, limited, without gravity compensation
+  Axes motor_N{};                ///< what the motors push the handle with now
+  double largest_motor_N = 0.0;  ///< without gravity compensation, since reset()
+  int watchdog_ticks = 0;
+  double max_force_N = -1.0;  ///< negative: none
+  double effector_mass_kg = 0.0;
+  bool gravity_compensation = false;
+  bool expert = false;  ///< one for all devices
+  bool regulation = false;
+  long force_calls = 0;
+  long stop_calls = 0;
+  long velocity_threshold_writes = 0;
+  long calibrations = 0;
+};
+
+inline constexpr int kMaxStandInDevices = 2;
+
+struct ForceDimensionControl {
+  /// The process as it begins: `devices` devices, the second one left-handed and with the next serial number.
+  void (*reset)(int devices) noexcept;
+  void (*set_sdk_version)(int major, int minor, int release, int revision) noexcept;
+  void (*advance)(double seconds) noexcept;
+  ForceDimensionScript* (*script)(int device) noexcept;
+  const ForceDimensionState* (*state)(int device) noexcept;
+};
+
+/// extern "C" const ForceDimensionControl* fd_stand_in_control();
+inline constexpr const char* kStandInControl = "fd_stand_in_control";
+using StandInControlFunction = const ForceDimensionControl*();
+
+}  // namespace sim::devices

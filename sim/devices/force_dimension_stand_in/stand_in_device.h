@@ -1,0 +1,66 @@
+/// @file
+/// One omega.6 as the stand-in has it: modes, watchdog, limits, and a handle that moves in space.
+///
+/// Per axis: m a = f_motor + f_hand - m g (z only) - b v - Coulomb. Motor force: a pole of 300 Hz after a
+/// transport time of 0.25 ms. All numbers are guesses of the right order [G]; the braked motors are a damper.
+#pragma once
+#include <cstdint>
+
+#include "sim/devices/force_dimension_stand_in.h"
+
+namespace sim::devices {
+
+class StandInDevice {
+ public:
+  /// Open or not, moving or not: what the host side calls.
+  ForceDimensionScript script;
+  ForceDimensionState state;
+
+  void reset(const ForceDimensionScript& fresh);
+  void open();
+  void close();
+  void advance(double seconds);
+
+  bool reachable() const { return state.open && script.connected; }
+  /// Moves the handle about, for the script's time; the force stays on, regulated.
+  void calibrate();
+  void enable_force(bool on);
+  void brake(int cause);
+  /// True when the motors saturate.
+  bool set_force(const Axes& force_N);
+  /// True when the time guard lets only the old sample out.
+  bool read_guarded();
+  void set_time_guard(int guard_us) { time_guard_us_ = guard_us; }
+
+  /// As the SDK tells them: one transfer old, in steps of the sensors, constant while not calibrated.
+  Axes position_m() const { return guarded_position_m_; }
+  Axes wrist_rad() const { return guarded_wrist_rad_; }
+  ForceDimensionMode told_mode() const;
+
+ private:
+  struct Transfer {
+    Axes position_m{};
+    Axes wrist_rad{};
+  };
+
+  void change_to(ForceDimensionMode mode);
+  void step(double step_s);
+  void move(double step_s);
+  void transfer();
+
+  double now_s_ = 0.0;
+  double changed_s_ = 0.0;  ///< the mode
+  ForceDimensionMode previous_mode_ = ForceDimensionMode::kBrake;
+  double fed_s_ = 0.0;       ///< last force command
+  double transfer_s_ = 0.0;  ///< last USB transfer
+  double read_s_ = -1.0;     ///< last sample that was not the guarded one
+  int time_guard_us_ = 0;
+  Axes target_N_{};    ///< on its way to the motors
+  Axes arriving_N_{};  ///< there after the transport time
+  Transfer transferred_;
+  Transfer transferring_;
+  Axes guarded_position_m_{};
+  Axes guarded_wrist_rad_{};
+};
+
+}  // namespace sim::devices

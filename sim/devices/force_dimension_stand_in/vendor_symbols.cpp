@@ -1,0 +1,414 @@
+// The vendor's symbols. None of them calls another one by its name, so that a test may take any of them away.
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+#include "sim/devices/force_dimension_stand_in/stand_in_device.h"
+
+namespace sim::devices {
+namespace {
+
+enum Error {
+  kNone = 0,
+  kGeneric = 1,
+  kCommunication = 2,
+  kControllerBusy = 3,
+  kNoDevice = 5,
+  kNotAvailable = 6,
+  kTimeout = 7,
+  kExpertModeDisabled = 9,
+  kNotImplemented = 10,
+  kNotReady = 12,
+  kInvalidIndex = 15,
+  kNullArgument = 17,
+  kDeviceInUse = 20,
+  kInvalid = 21,
+};
+constexpr int kTimeGuard = 1;
+constexpr int kMotorSaturated = 2;
+constexpr int kStatusSlots = 17;
+constexpr double kWristTilt_rad = 0.785398163397448;  // 45 degrees, the sign by handedness [G]
+
+std::array<StandInDevice, kMaxStandInDevices> devices;
+int device_count = 1;
+int opened_last = -1;
+bool expert = false;
+std::array<int, 4> sdk_version{3, 17, 5, 0};
+thread_local int last_error = kNone;
+
+int fail(int error) {
+  last_error = error;
+  return -1;
+}
+int succeed(int result = 0) {
+  last_error = kNone;
+  return result;
+}
+
+void reset(int count) noexcept {
+  device_count = count;
+  opened_last = -1;
+  expert = false;
+  sdk_version = {3, 17, 5, 0};
+  last_error = kNone;
+  ForceDimensionScript script;
+  for (StandInDevice& device : devices) {
+    device.reset(script);
+    script.type = 36;
+    ++script.serial;
+  }
+}
+void set_sdk_version(int major, int minor, int release, int revision) noexcept {
+  sdk_version = {major, minor, release, revision};
+}
+void advance(double seconds) noexcept {
+  for (StandInDevice& device : devices) device.advance(seconds);
+}
+ForceDimensionScript* script_of(int device) noexcept {
+  return &devices.at(static_cast<std::size_t>(device)).script;
+}
+const ForceDimensionState* state_of(int device) noexcept {
+  StandInDevice& found = devices.at(static_cast<std::size_t>(device));
+  found.state.expert = expert;
+  return &found.state;
+}
+constexpr ForceDimensionControl kControl{reset, set_sdk_version, advance, script_of, state_of};
+
+/// A char has no sign on some machines.
+bool is_default(char id) { return static_cast<signed char>(id) == -1; }
+int index_of(char id) { return is_default(id) ? opened_last : id; }
+
+/// Null, and the error told, when it is not open or does not answer.
+StandInDevice* find(char id) {
+  const int index = index_of(id);
+  if (index < 0 || index >= device_count || !devices[static_cast<std::size_t>(index)].state.open) {
+    fail(kNoDevice);
+    return nullptr;
+  }
+  StandInDevice& device = devices[static_cast<std::size_t>(index)];
+  if (!device.reachable()) {
+    fail(kCommunication);
+    return nullptr;
+  }
+  return &device;
+}
+
+int open(int index) {
+  if (index < 0 || index >= device_count) return fail(kNoDevice);
+  StandInDevice& device = devices[static_cast<std::size_t>(index)];
+  if (!device.script.connected) return fail(kNoDevice);
+  if (device.script.held_by_other) return fail(kDeviceInUse);
+  if (!device.state.open) device.open();
+  opened_last = index;
+  return succeed(index);
+}
+
+template <typename Matches>
+int open_first(Matches matches) {
+  int error = kNoDevice;
+  for (int i = 0; i < device_count; ++i) {
+    const ForceDimensionScript& script = devices[static_cast<std::size_t>(i)].script;
+    if (!script.connected || !matches(script)) continue;
+    if (!script.held_by_other) return open(i);
+    error = kDeviceInUse;
+  }
+  return fail(error);
+}
+
+template <typename Counts>
+int count_devices(Counts counts) {
+  int count = 0;
+  for (int i = 0; i < device_count; ++i) count += counts(devices[static_cast<std::size_t>(i)]) ? 1 : 0;
+  return succeed(count);
+}
+
+using Matrix = std::array<Axes, 3>;
+Matrix product(const Matrix& a, const Matrix& b) {
+  Matrix c{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      for (std::size_t k = 0; k < 3; ++k) c[i][j] += a[i][k] * b[k][j];
+    }
+  }
+  return c;
+}
+Matrix about_x(double angle_rad) {
+  const double c = std::cos(angle_rad);
+  const double s = std::sin(angle_rad);
+  return {{{1, 0, 0}, {0, c, -s}, {0, s, c}}};
+}
+Matrix about_y(double angle_rad) {
+  const double c = std::cos(angle_rad);
+  const double s = std::sin(angle_rad);
+  return {{{c, 0, s}, {0, 1, 0}, {-s, 0, c}}};
+}
+Matrix about_z(double angle_rad) {
+  const double c = std::cos(angle_rad);
+  const double s = std::sin(angle_rad);
+  return {{{c, -s, 0}, {s, c, 0}, {0, 0, 1}}};
+}
+
+int scripted_failure(int& left, int code) {
+  if (left <= 0) return kNone;
+  --left;
+  return code;
+}
+
+int read_pose(char id, Axes* position_m, double (*rotation)[3]) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  ForceDimensionScript& script = device->script;
+  if (const int code = scripted_failure(script.failing_poses, script.failing_code)) return fail(code);
+  const bool guarded = device->read_guarded();
+  const double poison = script.pose_is_nan ? std::numeric_limits<double>::quiet_NaN() : 0.0;
+  if (position_m != nullptr) {
+    *position_m = device->position_m();
+    (*position_m)[1] += poison;
+  }
+  if (rotation != nullptr) {
+    const Axes wrist_rad = device->wrist_rad();
+    const double tilt_rad = script.type == 36 ? -kWristTilt_rad : kWristTilt_rad;
+    Matrix r = product(about_x(wrist_rad[0]), product(about_y(wrist_rad[1]), about_z(wrist_rad[2])));
+    r = product(about_y(tilt_rad), product(r, about_y(-tilt_rad)));
+    for (std::size_t i = 0; i < 3; ++i) {
+      for (std::size_t j = 0; j < 3; ++j) rotation[i][j] = r[i][j] + poison;
+    }
+  }
+  return succeed(guarded ? kTimeGuard : 0);
+}
+
+/// For the calls that need it.
+StandInDevice* find_as_expert(char id) {
+  if (!expert) {
+    fail(kExpertModeDisabled);
+    return nullptr;
+  }
+  return find(id);
+}
+
+}  // namespace
+}  // namespace sim::devices
+
+// NOLINTBEGIN(readability-identifier-naming): the names are the vendor's.
+extern "C" {
+using namespace sim::devices;  // NOLINT(google-build-using-namespace): this file ends with its use
+
+const ForceDimensionControl* fd_stand_in_control() { return &kControl; }
+
+void dhdGetSDKVersion(int* major, int* minor, int* release, int* revision) {
+  if (major != nullptr) *major = sdk_version[0];
+  if (minor != nullptr) *minor = sdk_version[1];
+  if (release != nullptr) *release = sdk_version[2];
+  if (revision != nullptr) *revision = sdk_version[3];
+}
+int dhdErrorGetLast() { return last_error; }
+
+int dhdGetDeviceCount() {
+  return count_devices([](const StandInDevice& device) { return device.script.connected; });
+}
+int dhdGetAvailableCount() {
+  return count_devices(
+      [](const StandInDevice& device) { return device.script.connected && !device.script.held_by_other; });
+}
+int dhdGetSystemType(char id) {
+  StandInDevice* device = find(id);
+  return device == nullptr ? -1 : succeed(device->script.type);
+}
+int dhdGetSerialNumber(std::uint16_t* serial, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  if (serial == nullptr) return fail(kNullArgument);
+  *serial = device->script.serial;
+  return succeed();
+}
+int dhdGetVersion(double* firmware, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  if (firmware == nullptr) return fail(kNullArgument);
+  *firmware = device->script.firmware;
+  return succeed();
+}
+
+int dhdOpenID(char index) { return open(is_default(index) ? 0 : index); }
+int dhdOpenType(int type) {
+  return open_first([type](const ForceDimensionScript& script) { return script.type == type; });
+}
+int dhdOpenSerial(int serial) {
+  return open_first([serial](const ForceDimensionScript& script) { return script.serial == serial; });
+}
+int dhdClose(char id) {
+  const int index = index_of(id);
+  if (index < 0 || index >= device_count || !devices[static_cast<std::size_t>(index)].state.open)
+    return fail(kNoDevice);
+  devices[static_cast<std::size_t>(index)].close();
+  return succeed();
+}
+
+int dhdGetStatus(int* status, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  if (status == nullptr) return fail(kNullArgument);
+  for (int i = 0; i < kStatusSlots; ++i) status[i] = 0;
+  const ForceDimensionMode mode = device->told_mode();
+  status[0] = device->script.powered ? 1 : 0;
+  status[1] = 1;
+  status[2] = 1;
+  status[3] = mode == ForceDimensionMode::kReset ? 1 : 0;
+  status[4] = mode == ForceDimensionMode::kIdle ? 1 : 0;
+  status[5] = mode == ForceDimensionMode::kForce ? 1 : 0;
+  status[6] = mode == ForceDimensionMode::kBrake ? 1 : 0;
+  status[8] = 1;
+  status[9] = device->script.error;
+  status[10] = device->state.gravity_compensation ? 1 : 0;
+  status[12] = 1;
+  status[14] = device->state.force_off_cause;
+  return succeed();
+}
+std::uint32_t dhdGetButtonMask(char id) {
+  StandInDevice* device = find(id);
+  return device == nullptr ? 0 : device->script.buttons;
+}
+int dhdGetButton(int index, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  if (index < 0 || index >= 32) return fail(kInvalidIndex);
+  return succeed(static_cast<int>(device->script.buttons >> index & 1U));
+}
+
+int dhdGetPosition(double* x_m, double* y_m, double* z_m, char id) {
+  if (x_m == nullptr || y_m == nullptr || z_m == nullptr) return fail(kNullArgument);
+  Axes position_m{};
+  const int result = read_pose(id, &position_m, nullptr);
+  if (result < 0) return result;
+  *x_m = position_m[0];
+  *y_m = position_m[1];
+  *z_m = position_m[2];
+  return result;
+}
+int dhdGetOrientationFrame(double rotation[3][3], char id) {
+  return rotation == nullptr ? fail(kNullArgument) : read_pose(id, nullptr, rotation);
+}
+int dhdGetPositionAndOrientationFrame(double* x_m, double* y_m, double* z_m, double rotation[3][3], char id) {
+  if (x_m == nullptr || y_m == nullptr || z_m == nullptr || rotation == nullptr) return fail(kNullArgument);
+  Axes position_m{};
+  const int result = read_pose(id, &position_m, rotation);
+  if (result < 0) return result;
+  *x_m = position_m[0];
+  *y_m = position_m[1];
+  *z_m = position_m[2];
+  return result;
+}
+
+int dhdEnableForce(std::uint8_t on, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  if (on != 0 && (device->script.refuses_to_enable || device->state.mode == ForceDimensionMode::kReset))
+    return fail(kNotReady);
+  device->enable_force(on != 0);
+  return succeed();
+}
+int dhdStop(char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  ++device->state.stop_calls;
+  if (const int code = scripted_failure(device->script.failing_stops, device->script.failing_code))
+    return fail(code);
+  device->enable_force(false);
+  return succeed();
+}
+int dhdSetForce(double x_N, double y_N, double z_N, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  if (const int code = scripted_failure(device->script.failing_forces, device->script.failing_code))
+    return fail(code);
+  if (device->state.regulation) return fail(kControllerBusy);
+  if (!std::isfinite(x_N) || !std::isfinite(y_N) || !std::isfinite(z_N)) return fail(kInvalid);
+  if (device->script.refuses_force_when_braked && device->state.mode != ForceDimensionMode::kForce)
+    return fail(kNotReady);
+  return succeed(device->set_force({x_N, y_N, z_N}) ? kMotorSaturated : 0);
+}
+int dhdSetMaxForce(double force_N, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  device->state.max_force_N = force_N;
+  return succeed();
+}
+int dhdSetGravityCompensation(int on, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  device->state.gravity_compensation = on != 0;
+  return succeed();
+}
+int dhdSetEffectorMass(double mass_kg, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  device->state.effector_mass_kg = mass_kg;
+  return succeed();
+}
+
+bool drdIsInitialized(char id) {
+  StandInDevice* device = find(id);
+  return device != nullptr && device->script.calibrated && device->script.drd_agrees;
+}
+int drdAutoInit(char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  if (device->script.calibration_fails) return fail(kTimeout);
+  device->calibrate();
+  return succeed();
+}
+int drdStop(bool keep_force, char id) {
+  StandInDevice* device = find(id);
+  if (device == nullptr) return -1;
+  device->state.regulation = false;
+  if (!keep_force) device->enable_force(false);
+  return succeed();
+}
+
+int dhdEnableExpertMode() {
+  expert = true;
+  return succeed();
+}
+int dhdDisableExpertMode() {
+  expert = false;
+  return succeed();
+}
+int dhdSetWatchdog(std::uint8_t ticks, char id) {
+  StandInDevice* device = find_as_expert(id);
+  if (device == nullptr) return -1;
+  if (device->script.firmware < 3.0) return fail(kNotImplemented);
+  device->state.watchdog_ticks = ticks;
+  return succeed();
+}
+int dhdGetWatchdog(std::uint8_t* ticks, char id) {
+  StandInDevice* device = find_as_expert(id);
+  if (device == nullptr) return -1;
+  if (ticks == nullptr) return fail(kNullArgument);
+  *ticks = static_cast<std::uint8_t>(device->state.watchdog_ticks);
+  return succeed();
+}
+int dhdGetVelocityThreshold(std::uint32_t* threshold, char id) {
+  StandInDevice* device = find_as_expert(id);
+  if (device == nullptr) return -1;
+  if (threshold == nullptr) return fail(kNullArgument);
+  *threshold = device->script.velocity_threshold_mm_per_s;
+  return succeed();
+}
+/// Exported so that a test can see that nobody calls it.
+int dhdSetVelocityThreshold(std::uint32_t threshold, char id) {
+  StandInDevice* device = find_as_expert(id);
+  if (device == nullptr) return -1;
+  ++device->state.velocity_threshold_writes;
+  device->script.velocity_threshold_mm_per_s = threshold;
+  return succeed();
+}
+int dhdSetTimeGuard(int guard_us, char id) {
+  StandInDevice* device = find_as_expert(id);
+  if (device == nullptr) return -1;
+  if (guard_us < 0) return fail(kInvalid);
+  device->set_time_guard(guard_us);
+  return succeed();
+}
+}
+// NOLINTEND(readability-identifier-naming)

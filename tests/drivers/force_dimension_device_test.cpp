@@ -1,0 +1,415 @@
+// Against the stand-in for the vendor's library, in virtual time: one exchange a millisecond.
+#include "drivers/haptic/force_dimension.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <stdexcept>
+
+#include "tests/drivers/force_dimension_bench.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace drivers::haptic {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct ForceDimensionDevice : ForceDimensionBench {};
+
+// ---- pose and buttons
+
+TEST_F(ForceDimensionDevice, PoseAndButtonsComeInTheBaseFrameByEitherWayOfReading) {
+  for (const bool in_two_calls : {false, true}) {
+    if (in_two_calls) load({"dhdGetPositionAndOrientationFrame", "dhdGetButtonMask"});
+    script().hand_holds = true;
+    script().hand_m = {0.02, -0.03, 0.01};
+    script().wrist_rad = {0.0, 0.5, 0.0};
+    script().buttons = 1;
+    open();
+    ASSERT_TRUE(run(3s, kHold).ok());
+    EXPECT_EQ(sample.stamp, now - 1ms);
+    for (std::size_t i = 0; i < 3; ++i) {
+      // Coulomb friction of 0.15 N on the hand's 300 N/m, and one step of the sensor.
+      EXPECT_NEAR(sample.p_HD_m[i], script().hand_m[i], 0.15 / 300.0 + 1e-5);
+    }
+    // The tilt of the wrist's own frame is about y, as the turn: it cancels.
+    EXPECT_NEAR(sample.R_HD[0][2], std::sin(0.5), 0.09 * 3.15 / 180.0);
+    EXPECT_NEAR(sample.R_HD[2][0], -std::sin(0.5), 0.09 * 3.15 / 180.0);
+    EXPECT_NEAR(sample.R_HD[1][1], 1.0, 1e-12);
+    EXPECT_EQ(sample.buttons, 1U);
+    script().buttons = 0;
+    ASSERT_TRUE(cycle(kHold).ok());
+    EXPECT_EQ(sample.buttons, 0U);
+    device.reset();
+  }
+}
+
+TEST_F(ForceDimensionDevice, PoseIsReadWithTheForceOff) {
+  open();
+  ASSERT_TRUE(run(100ms, kOff).ok());
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_LT(sample.p_HD_m[2], 0.0) << "the braked handle sinks";
+}
+
+TEST_F(ForceDimensionDevice, TimeGuardIsAnEventThatLeavesTheSampleItsAge) {
+  for (const bool in_two_calls : {false, true}) {
+    if (in_two_calls) load({"dhdGetPositionAndOrientationFrame"});
+    script().time_guard_us = 1500;
+    open();
+    ASSERT_TRUE(cycle(kHold).ok());
+    EXPECT_FALSE(status.repeated);
+    const nanoseconds stamp = sample.stamp;
+    ASSERT_TRUE(cycle(kHold).ok());
+    EXPECT_TRUE(status.repeated);
+    EXPECT_EQ(sample.stamp, stamp);
+    ASSERT_TRUE(cycle(kHold).ok());
+    EXPECT_FALSE(status.repeated);
+    EXPECT_EQ(sample.stamp, stamp + 2ms);
+    device.reset();
+  }
+}
+
+TEST_F(ForceDimensionDevice, ConfiguredTimeGuardIsSet) {
+  script().time_guard_us = 1500;
+  config.time_guard = 0us;
+  open();
+  run(5ms, kHold);
+  EXPECT_FALSE(status.repeated);
+  EXPECT_EQ(sample.stamp, now - 1ms);
+}
+
+// ---- force
+
+TEST_F(ForceDimensionDevice, ForceRisesFromZeroToTheCommandOverARamp) {
+  script().hand_holds = true;
+  open();
+  double previous_N = 0.0;
+  for (const nanoseconds begin = now; now < begin + 1200ms;) {
+    const nanoseconds since = now - begin;
+    ASSERT_TRUE(cycle(push(4.0)).ok()) << describe(status);
+    const double force_N = state().command_N[0];
+    const double expected_N =
+        4.0 * std::clamp(std::chrono::duration<double>(since - 100ms).count(), 0.0, 1.0);
+    ASSERT_NEAR(force_N, expected_N, 1e-9);
+    ASSERT_LE(force_N - previous_N, 4.0 / 1000.0 + 1e-9) << "no step";
+    previous_N = force_N;
+  }
+  EXPECT_EQ(previous_N, 4.0);
+  EXPECT_NEAR(felt_N(), 4.0, 1e-6);
+}
+
+TEST_F(ForceDimensionDevice, EveryEnablingRampsAgainAndDisablingIsZeroAtOnce) {
+  script().hand_holds = true;
+  start(push(4.0));
+  ASSERT_TRUE(cycle({.enable = false, .f_D_H_N = {4.0, 0.0, 0.0}}).ok());
+  EXPECT_EQ(norm(state().command_N), 0.0);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce) << "still carries its weight";
+  ASSERT_TRUE(run(600ms, push(4.0)).ok());
+  EXPECT_NEAR(state().command_N[0], 4.0 * 0.499, 1e-9);
+}
+
+TEST_F(ForceDimensionDevice, ZeroForceIsSentInEveryCycleSoTheHandleDoesNotSag) {
+  start();
+  const double height_m = state().position_m[2];
+  const long calls = state().force_calls;
+  ASSERT_TRUE(run(2s, kHold).ok());
+  ASSERT_TRUE(run(2s, kOff).ok());
+  EXPECT_EQ(state().force_calls, calls + 4000);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
+  EXPECT_NEAR(state().position_m[2], height_m, 1e-5);
+}
+
+TEST_F(ForceDimensionDevice, LargeForcesAreScaledDownKeepingTheirDirection) {
+  script().hand_holds = true;
+  start(push(30.0, 0.0, 40.0));
+  EXPECT_TRUE(status.saturated);
+  EXPECT_NEAR(state().command_N[0], 4.8, 1e-9);
+  EXPECT_NEAR(state().command_N[2], 6.4, 1e-9);
+  ASSERT_TRUE(run(10ms, push(1e308, 1e308, 1e308)).ok());
+  EXPECT_TRUE(status.saturated);
+  EXPECT_LE(norm(state().command_N), 8.0);
+  ASSERT_TRUE(run(10ms, push(3.0)).ok());
+  EXPECT_FALSE(status.saturated);
+}
+
+TEST_F(ForceDimensionDevice, MotorSaturationOfTheDeviceIsAnEvent) {
+  config.max_force_N = 12.0;
+  script().hand_holds = true;
+  // 11 N and the handle's weight are more than the motors' 12 N.
+  start(push(0.0, 0.0, 11.0));
+  EXPECT_TRUE(status.ok());
+  EXPECT_TRUE(status.saturated);
+}
+
+TEST_F(ForceDimensionDevice, ForceWithTheBrakesOnMayBeRefusedOrNotAndAnOldStatusIsWaitedFor) {
+  script().refuses_force_when_braked = true;
+  script().status_delay_s = 0.005;
+  start(push(1.0));
+  EXPECT_EQ(state().command_N[0], 1.0);
+  // On and off again sooner than a status takes.
+  run(1ms, kOff);
+  run(1ms, push(1.0));
+  run(50ms, kOff);
+  EXPECT_EQ(faults, 0);
+}
+
+// ---- faults
+
+TEST_F(ForceDimensionDevice, CommandThatIsNotFiniteIsZeroForceUntilDisabledOnce) {
+  script().hand_holds = true;
+  start(push(4.0));
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_EQ(cycle(push(0.0, bad)).fault, Fault::kBadCommand);
+    EXPECT_EQ(norm(state().command_N), 0.0);
+    EXPECT_EQ(run(kWatchdog - 1ms, push(4.0)).fault, Fault::kBadCommand) << "latched";
+    EXPECT_LT(felt_N(), 1e-3);
+    EXPECT_TRUE(cycle(kOff).ok());
+    EXPECT_TRUE(run(kUntilFullForce, push(4.0)).ok());
+    EXPECT_EQ(state().command_N[0], 4.0);
+  }
+}
+
+TEST_F(ForceDimensionDevice, SampleThatIsNotFiniteIsZeroForceAndNotHandedOut) {
+  script().hand_holds = true;
+  start(push(4.0));
+  script().pose_is_nan = true;
+  const nanoseconds stamp = sample.stamp;
+  EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample);
+  EXPECT_EQ(sample.stamp, stamp);
+  EXPECT_TRUE(std::isfinite(sample.p_HD_m[1]));
+  EXPECT_EQ(norm(state().command_N), 0.0);
+  EXPECT_EQ(cycle(kOff).fault, Fault::kBadSample) << "it is still so";
+  script().pose_is_nan = false;
+  EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample) << "kept until disabled";
+  EXPECT_TRUE(cycle(kOff).ok());
+  EXPECT_TRUE(cycle(push(4.0)).ok());
+}
+
+TEST_F(ForceDimensionDevice, NegativeResultIsAFaultWithItsCode) {
+  start(push(1.0));
+  script().failing_poses = 1;
+  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kSdkError);
+  EXPECT_EQ(status.detail, 7);
+  EXPECT_EQ(describe(status), "the SDK refused a call: time-out (SDK error 7)");
+  EXPECT_EQ(norm(state().command_N), 0.0);
+  run(1ms, kOff);
+  script().failing_forces = 1;
+  script().failing_code = 8;
+  EXPECT_EQ(run(1ms, push(1.0)).detail, 8);
+  EXPECT_EQ(run(1ms, push(1.0)).detail, 8) << "the first one is kept";
+  EXPECT_TRUE(cycle(kOff).ok());
+}
+
+TEST_F(ForceDimensionDevice, DeviceThatRefusesToEnableIsAFault) {
+  open();
+  script().refuses_to_enable = true;
+  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kSdkError);
+  EXPECT_EQ(status.detail, 12);
+  script().refuses_to_enable = false;
+  EXPECT_FALSE(cycle(push(1.0)).ok()) << "kept until disabled";
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_TRUE(cycle(kOff).ok());
+  EXPECT_TRUE(cycle(push(1.0)).ok());
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
+}
+
+TEST_F(ForceDimensionDevice, MissedCyclesBrakeWithinTheWatchdogAndNeedADisable) {
+  script().hand_holds = true;
+  start(push(6.0));
+  pass(kWatchdog);  // with the millisecond of the last cycle: one watchdog period and 1 ms
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_EQ(norm(state().motor_N), 0.0);
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kForceOff);
+  EXPECT_EQ(status.detail, kForceOffWatchdog);
+  EXPECT_PRED2(says, describe(status), "watchdog");
+  EXPECT_EQ(run(500ms, push(6.0)).fault, Fault::kForceOff);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake) << "does not come back by itself";
+  EXPECT_TRUE(run(5ms, kOff).ok());
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_TRUE(run(kUntilFullForce, push(6.0)).ok());
+  EXPECT_EQ(state().command_N[0], 6.0);
+}
+
+TEST_F(ForceDimensionDevice, GapOfMoreThanHalfTheWatchdogIsLateAndZeroForce) {
+  script().hand_holds = true;
+  start(push(6.0));
+  pass(9ms);  // 10 ms between exchanges
+  EXPECT_TRUE(cycle(push(6.0)).ok());
+  pass(10ms);
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
+  EXPECT_EQ(status.detail, 11'000);
+  EXPECT_EQ(norm(state().command_N), 0.0);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
+  EXPECT_EQ(run(100ms, push(6.0)).fault, Fault::kLate);
+  EXPECT_LT(felt_N(), 1e-3);
+}
+
+TEST_F(ForceDimensionDevice, TimeThatRunsBackwardsIsLateToo) {
+  start(push(6.0));
+  now -= 5s;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
+  EXPECT_EQ(status.detail, -4'999'000);
+}
+
+TEST_F(ForceDimensionDevice, PausesWithTheForceOffAreNoFault) {
+  open();
+  pass(10s);
+  EXPECT_TRUE(cycle(kOff).ok());
+  pass(10s);
+  EXPECT_TRUE(cycle(kOff).ok());
+}
+
+TEST_F(ForceDimensionDevice, WithoutAWatchdogTheGapIsStillSeen) {
+  script().firmware = 2.4;
+  script().hand_holds = true;
+  start(push(6.0));
+  pass(500ms);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce) << "this is what the warning is about";
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
+  EXPECT_EQ(norm(state().command_N), 0.0);
+}
+
+TEST_F(ForceDimensionDevice, PushingFastBrakesByVelocityWithBoundedForce) {
+  script().hand_holds = true;
+  start(push(3.0));
+  script().hand_N = {60.0, 0.0, 0.0};
+  script().hand_holds = false;
+  ASSERT_TRUE(faults_within(200ms, push(3.0)));
+  EXPECT_EQ(status.fault, Fault::kForceOff);
+  EXPECT_EQ(status.detail, kForceOffVelocity);
+  EXPECT_EQ(norm(state().motor_N), 0.0);
+  EXPECT_LE(state().largest_motor_N, 8.0);
+}
+
+TEST_F(ForceDimensionDevice, BrakedWhileSettlingIsToldAtItsEndAndNoForceCameMeanwhile) {
+  open();
+  script().hand_N = {60.0, 0.0, 0.0};
+  cycle(push(8.0));
+  ASSERT_TRUE(faults_within(config.settle, push(8.0)));
+  EXPECT_EQ(status.detail, kForceOffVelocity);
+  EXPECT_EQ(state().largest_motor_N, 0.0);
+}
+
+TEST_F(ForceDimensionDevice, LettingGoUnderAConstantForceEndsInTheBrakes) {
+  script().hand_holds = true;
+  start(push(8.0));
+  script().hand_holds = false;
+  nanoseconds fast{};
+  bool braked = false;
+  for (int i = 0; i < 500 && !braked; ++i) {
+    if (fast == 0ns && norm(state().velocity_m_per_s) > 1.4) fast = now;
+    braked = !cycle(push(8.0)).ok();
+  }
+  ASSERT_TRUE(braked);
+  EXPECT_EQ(status.detail, kForceOffVelocity);
+  EXPECT_LT(now - fast, kWatchdog);
+  EXPECT_EQ(norm(state().motor_N), 0.0);
+  EXPECT_LE(state().largest_motor_N, 8.0 + 1e-6);
+}
+
+TEST_F(ForceDimensionDevice, LettingGoInAVirtualWallComesToRestOutsideOfIt) {
+  // A wall at x = 0 of 500 N/m, entered by 8 mm.
+  script().hand_holds = true;
+  script().hand_m = {-0.02, 0.0, 0.0};
+  open();
+  const auto wall = [this] { return push(std::max(0.0, -500.0 * sample.p_HD_m[0])); };
+  for (int i = 0; i < 2000; ++i) ASSERT_TRUE(cycle(wall()).ok());
+  EXPECT_GT(state().command_N[0], 3.0);
+  script().hand_holds = false;
+  for (int i = 0; i < 2000; ++i) {
+    ASSERT_TRUE(cycle(wall()).ok()) << describe(status);
+    ASSERT_LE(norm(state().command_N), 8.0);
+  }
+  EXPECT_GE(sample.p_HD_m[0], -1e-4);
+  EXPECT_LT(norm(state().command_N), 0.05);
+}
+
+TEST_F(ForceDimensionDevice, UnpluggedDeviceIsAFaultInTheSameCycleAndItsForceIsGone) {
+  script().hand_holds = true;
+  start(push(6.0));
+  script().connected = false;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(status.detail, kSdkErrorCommunication);
+  EXPECT_PRED2(says, describe(status), "USB");
+  pass(kWatchdog);
+  EXPECT_EQ(norm(state().motor_N), 0.0);
+  EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged) << "disabling does not bring it back";
+  EXPECT_FALSE(device->stop()) << "nobody confirmed";
+  EXPECT_FALSE(state().open);
+}
+
+TEST_F(ForceDimensionDevice, PowerThatGoesIsAFault) {
+  start(push(1.0));
+  script().powered = false;
+  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kUnplugged);
+}
+
+// ---- stop
+
+TEST_F(ForceDimensionDevice, StopRampsDownWithinBoundsThenBrakesAndCloses) {
+  script().hand_holds = true;
+  start(push(6.0));
+  const nanoseconds begin = now;
+  double previous_N = 6.0;
+  device.reset();
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_LE(now - begin, 20ms);
+  EXPECT_FALSE(state().open);
+
+  faults = 0;
+  config.wait = [&](nanoseconds time) {
+    EXPECT_LT(state().command_N[0], previous_N);
+    EXPECT_NEAR(previous_N - state().command_N[0], 0.6, 1e-9) << "even steps";
+    previous_N = state().command_N[0];
+    pass(time);
+    EXPECT_EQ(state().mode, ForceDimensionMode::kForce) << "the watchdog is fed while ramping";
+  };
+  start(push(6.0));
+  EXPECT_TRUE(device->stop());
+  EXPECT_NEAR(previous_N, 0.6, 1e-9);
+  EXPECT_EQ(device->exchange(push(1.0), now, sample).fault, Fault::kNotOpen);
+  EXPECT_TRUE(device->stop()) << "allowed again";
+}
+
+TEST_F(ForceDimensionDevice, StopTriesAgainButNotForEver) {
+  open();
+  script().failing_stops = 2;
+  EXPECT_TRUE(device->stop());
+  EXPECT_EQ(state().stop_calls, 3);
+  open();
+  script().failing_stops = 1000;
+  EXPECT_FALSE(device->stop());
+  EXPECT_EQ(state().stop_calls, 3 + 5);
+  EXPECT_FALSE(state().open) << "closed all the same";
+}
+
+TEST_F(ForceDimensionDevice, StopGoesOnWhenWaitingThrows) {
+  script().hand_holds = true;
+  config.wait = [](nanoseconds) { throw std::runtime_error("interrupted"); };
+  start(push(6.0));
+  EXPECT_TRUE(device->stop());
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+}
+
+TEST_F(ForceDimensionDevice, ExchangeDoesNotAllocateOrLock) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the guard is off under sanitizers";
+  open();
+  run(10ms, push(1.0));  // the stand-in's first call of a kind may set up its thread's error
+  const support::NoAllocGuard guard;
+  run(kUntilFullForce, push(30.0));
+  cycle(push(std::numeric_limits<double>::quiet_NaN()));
+  run(5ms, kOff);
+  run(5ms, push(1.0));
+  pass(50ms);
+  run(5ms, push(1.0));
+  run(5ms, kOff);
+  run(5ms, push(1.0));
+  script().connected = false;
+  run(5ms, push(1.0));
+  EXPECT_EQ(guard.violations(), 0);
+}
+
+}  // namespace
+}  // namespace drivers::haptic

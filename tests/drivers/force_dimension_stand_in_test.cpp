@@ -1,0 +1,117 @@
+// What the driver's tests rest on and do not see themselves: the stand-in refuses what the vendor's library
+// is documented to refuse.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <thread>
+
+#include "drivers/haptic/force_dimension_library.h"
+#include "tests/drivers/force_dimension_fakes.h"
+
+namespace drivers::haptic {
+namespace {
+
+constexpr char kDefault = -1;
+
+struct ForceDimensionStandIn : testing::Test {
+  double height_m() const {
+    double x_m = 0.0;
+    double y_m = 0.0;
+    double z_m = 0.0;
+    EXPECT_EQ(f.get_position(&x_m, &y_m, &z_m, 0), 0);
+    return z_m;
+  }
+  support::TemporaryDirectory folder;
+  StandIn stand_in{folder, "library.so"};
+  ForceDimensionLibrary library{SdkSearch{.file = stand_in.path(), .sdk_folder = {}}};
+  const SdkFunctions& f = library.functions();
+};
+
+TEST_F(ForceDimensionStandIn, CallsBeforeOpeningFailAndTheDefaultDeviceIsTheLastOpened) {
+  stand_in.control().reset(2);
+  EXPECT_EQ(f.get_system_type(kDefault), -1);
+  EXPECT_EQ(f.error_get_last(), kSdkErrorNoDevice);
+  ASSERT_EQ(f.open_id(0), 0);
+  ASSERT_EQ(f.open_type(kOmega6Left), 1);
+  EXPECT_EQ(f.get_system_type(kDefault), kOmega6Left);
+  EXPECT_EQ(f.get_system_type(0), kOmega6Right);
+  EXPECT_EQ(f.close(kDefault), 0);
+  EXPECT_EQ(f.get_system_type(1), -1);
+}
+
+TEST_F(ForceDimensionStandIn, DeviceHeldByAnotherProgramIsCountedAndNotAvailable) {
+  stand_in.script().held_by_other = true;
+  EXPECT_EQ(f.get_device_count(), 1);
+  EXPECT_EQ(f.get_available_count(), 0);
+  EXPECT_EQ(f.open_id(0), -1);
+  EXPECT_EQ(f.error_get_last(), kSdkErrorDeviceInUse);
+}
+
+TEST_F(ForceDimensionStandIn, WatchdogNeedsExpertModeAndFirmwareThree) {
+  ASSERT_EQ(f.open_id(0), 0);
+  EXPECT_EQ(f.set_watchdog(160, 0), -1);
+  EXPECT_EQ(f.error_get_last(), 9);
+  f.enable_expert_mode();
+  EXPECT_EQ(f.set_watchdog(160, 0), 0);
+  stand_in.script().firmware = 2.9;
+  EXPECT_EQ(f.set_watchdog(160, 0), -1);
+  f.disable_expert_mode();
+  std::uint32_t threshold = 0;
+  EXPECT_EQ(f.get_velocity_threshold(&threshold, 0), -1);
+}
+
+TEST_F(ForceDimensionStandIn, NullPointersAndBadIndicesAreRefused) {
+  ASSERT_EQ(f.open_id(0), 0);
+  double x_m = 0.0;
+  EXPECT_EQ(f.get_position(&x_m, nullptr, &x_m, 0), -1);
+  EXPECT_EQ(f.error_get_last(), 17);
+  EXPECT_EQ(f.get_status(nullptr, 0), -1);
+  EXPECT_EQ(f.get_button(32, 0), -1);
+  EXPECT_EQ(f.error_get_last(), 15);
+}
+
+TEST_F(ForceDimensionStandIn, LastErrorIsTheThreadsOwn) {
+  EXPECT_EQ(f.open_id(7), -1);
+  int elsewhere = -1;
+  std::thread([&] { elsewhere = f.error_get_last(); }).join();
+  EXPECT_EQ(elsewhere, 0);
+  EXPECT_EQ(f.error_get_last(), kSdkErrorNoDevice);
+}
+
+TEST_F(ForceDimensionStandIn, PositionIsConstantUntilCalibratedAndThenInSteps) {
+  stand_in.control().reset(1);
+  stand_in.script().calibrated = false;
+  ASSERT_EQ(f.open_id(0), 0);
+  EXPECT_FALSE(f.drd_is_initialized(0));
+  EXPECT_EQ(f.enable_force(1, 0), -1) << "not without calibration";
+  EXPECT_EQ(height_m(), 0.0);
+  stand_in.control().advance(0.1);
+  EXPECT_NE(stand_in.state().position_m[2], 0.0);
+  EXPECT_EQ(height_m(), 0.0);
+
+  ASSERT_EQ(f.drd_auto_init(0), 0);
+  EXPECT_EQ(f.set_force(0, 0, 0, 0), -1) << "the regulation has the motors";
+  ASSERT_EQ(f.drd_stop(true, 0), 0);
+  EXPECT_EQ(f.set_force(0, 0, 0, 0), 0);
+  stand_in.control().advance(0.05);
+  const double steps = height_m() / 1e-5;
+  EXPECT_LT(steps, -1.0) << "it sags";
+  EXPECT_NEAR(steps, std::round(steps), 1e-6);
+}
+
+TEST_F(ForceDimensionStandIn, GravityIsCompensatedByForceCommandsOnly) {
+  ASSERT_EQ(f.open_id(0), 0);
+  f.set_gravity_compensation(1, 0);
+  f.enable_force(1, 0);
+  stand_in.control().advance(0.02);
+  const double sunk_m = height_m();
+  EXPECT_LT(sunk_m, -1e-3) << "nothing is sent";
+  f.set_force(0, 0, 0, 0);
+  stand_in.control().advance(1.0);
+  const double held_m = height_m();
+  stand_in.control().advance(1.0);
+  EXPECT_EQ(height_m(), held_m);
+}
+
+}  // namespace
+}  // namespace drivers::haptic
