@@ -28,7 +28,8 @@ struct Coverage {
   double change = 0;  ///< largest of all recordings
 };
 
-/// How much the commanded torque, which has no noise, changes from one sample to the next, over its own rms.
+/// How much the commanded torque, which has less noise than a measured one, changes from one sample to the
+/// next, over its own rms.
 double change_of(const Signals& s) {
   const std::vector<double>& torque = s.raw_command_Nm;
   double square = 0;

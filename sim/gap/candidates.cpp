@@ -327,7 +327,7 @@ void Builder::mechanics() {
     }
   }
   if (!has<effects::Backlash>() && !has<effects::Elasticity>()) {
-    // Of a load behind it: its share is left to fit.
+    // Of a load behind it: its share is left to fit. What pulls at the load bends that a little.
     for (const double gap : geometric(1e-3, 0.2, 13)) {
       const auto with = [=](double share) {
         return effects::make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}});

@@ -182,7 +182,7 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
 }
 
 std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
-                                          const std::vector<Eigen::Index>& use) {
+                                          const std::vector<Eigen::Index>& use, double left_over_noise) {
   const std::vector<FreeParameter> parameters = free_parameters(fitted, rows);
   const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(use, Eigen::all);
   const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(use);
@@ -193,7 +193,9 @@ std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows&
   }
   const Eigen::MatrixXd covariance =
       identify::block_covariance(jacobian(Eigen::all, seen), residual, kIntervalBlocks);
-  const double t = identify::student_975(static_cast<double>(kIntervalBlocks - 1));
+  // What a model lacks is much the same in every block, so that their scatter alone says too little.
+  const double widened = std::isfinite(left_over_noise) ? std::max(1.0, left_over_noise) : 1;
+  const double t = widened * identify::student_975(static_cast<double>(kIntervalBlocks - 1));
   std::vector<identify::Estimate> result;
   for (const FreeParameter& p : parameters) {
     identify::Estimate estimate{.name = std::string(p.name), .value = p.value};

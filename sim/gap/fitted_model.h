@@ -55,9 +55,10 @@ Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
 /// Least squares over `use` (indices of rows): all free parameters together.
 FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use);
 
-/// Intervals that allow for residuals which are correlated over time; in the order of free_parameters(). One
-/// that the data does not move gets a reason instead of a number.
+/// Intervals that allow for residuals which are correlated over time, and wider by `left_over_noise`, rms of
+/// the residual over that of the noise, where that is above one; in the order of free_parameters(). One that
+/// the data does not move gets a reason instead of a number.
 std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
-                                          const std::vector<Eigen::Index>& use);
+                                          const std::vector<Eigen::Index>& use, double left_over_noise);
 
 }  // namespace sim::gap

@@ -15,6 +15,7 @@
 #include "sim/gap/noise_floor.h"
 #include "sim/gap/rest_channel.h"
 #include "sim/gap/search.h"
+#include "sim/gap/sign_test.h"
 #include "sim/gap/signals.h"
 #include "sim/gap/structure.h"
 #include "sim/gap/views.h"
@@ -144,10 +145,11 @@ const effects::AnyEffect* find_effect(const effects::DriveModel& model, std::str
 /// What is left at no place in particular, all over the band, and bursts, each with its time, after what has
 /// structure; most first. `left` is the residual of all rows.
 std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::VectorXd& left,
-                                   const Rows& rows, const std::vector<bool>& burst, const Result& result) {
-  if (found.empty() && result.gap_after_Nm > kNoise * result.noise_floor_Nm)
-    found.push_back({.where = {.coordinate = "frequency_Hz", .from = 0, .to = result.band_Hz},
-                     .share = 1 - std::pow(result.noise_floor_Nm / result.gap_after_Nm, 2)});
+                                   const Rows& rows, const std::vector<bool>& burst, double gap_Nm,
+                                   double floor_Nm) {
+  if (found.empty() && gap_Nm > kNoise * floor_Nm)
+    found.push_back({.where = {.coordinate = "frequency_Hz", .from = 0, .to = rows.signals().front().band_Hz},
+                     .share = 1 - std::pow(floor_Nm / gap_Nm, 2)});
   const double all_square = left.squaredNorm();
   const auto in_burst = [&](Eigen::Index i) { return burst[static_cast<std::size_t>(i)]; };
   for (Eigen::Index i = 0; i < rows.count();) {
@@ -159,7 +161,7 @@ std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::
     }
     const double square = left.segment(i, to - i).squaredNorm();
     const double mean = square / static_cast<double>(to - i);
-    if (square >= kLeastBurst * all_square && mean > 9 * result.noise_floor_Nm * result.noise_floor_Nm)
+    if (square >= kLeastBurst * all_square && mean > 9 * floor_Nm * floor_Nm)
       found.push_back({.where = {.coordinate = "time_s",
                                  .from = rows.time_s(i),
                                  .to = rows.time_s(to - 1),
@@ -187,27 +189,16 @@ FoundEffect lost_sign(const FittedModel& given, std::span<const Source> data, co
   found.gap_after = restored_Nm;
   found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
   found.blocks = kBlocks;
+  std::vector<double> logged;
   for (int b = 0; b < kBlocks; ++b) {
     const Eigen::Index from = rows.count() * b / kBlocks;
     const Eigen::Index count = rows.count() * (b + 1) / kBlocks - from;
-    const double block = std::sqrt(misfit.segment(from, count).squaredNorm() /
-                                   static_cast<double>(std::max<Eigen::Index>(1, count)));
-    found.blocks_improved += block > restored_Nm ? 1 : 0;
+    logged.push_back(misfit.segment(from, count).squaredNorm() /
+                     static_cast<double>(std::max<Eigen::Index>(1, count)));
+    found.blocks_improved += logged.back() > restored_Nm * restored_Nm ? 1 : 0;
   }
-  // That many blocks better by chance: each side alike likely.
-  found.p_value = std::pow(0.5, found.blocks_improved);
+  found.p_value = chance_of(logged, std::vector<double>(kBlocks, restored_Nm * restored_Nm));
   return found;
-}
-
-/// A gap that is left is the same in every block, so that their scatter says too little: intervals grow with
-/// what is left over noise (Birge 1932, Phys. Rev. 40:207).
-std::vector<identify::Estimate> widened(std::vector<identify::Estimate> estimates, double left_over_noise) {
-  const double ratio = std::max(1.0, left_over_noise);
-  for (identify::Estimate& estimate : estimates) {
-    estimate.lower = estimate.value - ratio * (estimate.value - estimate.lower);
-    estimate.upper = estimate.value + ratio * (estimate.upper - estimate.value);
-  }
-  return estimates;
 }
 
 /// Of the given model's effects, how many begin the final one: an offset may have become an asymmetry.
@@ -296,11 +287,12 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
   result.gap_before_Nm = rms(residual(as_given), quiet);
   result.gap_base_Nm = rms(residual(refitted), quiet);
   result.gap_after_Nm = rms(left, quiet);
-  result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst, result);
+  result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst,
+                                 result.gap_after_Nm, result.noise_floor_Nm);
 
   result.model = final.model;
   const std::vector<identify::Estimate> all =
-      widened(estimates(final, rows, parts.training.rows), result.gap_after_Nm / result.noise_floor_Nm);
+      estimates(final, rows, parts.training.rows, result.gap_after_Nm / result.noise_floor_Nm);
   const auto free = free_parameters(final, rows);
   const std::size_t of_base = effects_kept(base, final.model);
   for (std::size_t k = 0; k < free.size(); ++k) {

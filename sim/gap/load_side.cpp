@@ -100,8 +100,6 @@ std::vector<double> load_side_Nm(const effects::Mechanics& mechanics, const effe
     }
     result[i] = inertia * acceleration / steps;
   }
-  // Each was the mean since the sample before: half of it belongs to that.
-  for (std::size_t i = 0; i + 1 < result.size(); ++i) result[i] = 0.5 * (result[i] + result[i + 1]);
   return result;
 }
 

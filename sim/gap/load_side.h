@@ -10,7 +10,7 @@
 
 namespace sim::gap {
 
-/// Torque on the motor, mean over the periods around each sample, of a load that has all of the drive's
+/// Torque on the motor, mean over the period before each sample, of a load that has all of the drive's
 /// inertia and friction and follows the measured motor through the gap or the spring of `mechanics`; of a
 /// real load only its share counts. The load is simulated: it coasts through a gap and rings on a spring,
 /// which the motion of the motor alone does not show, and `pull_Nm`, what works against positive motion of

@@ -44,8 +44,7 @@ double noise_floor_Nm(const std::vector<Signals>& signals,
   constexpr std::size_t kSamples = 20000;
   double sensor = in_rows(white_noise(kSamples, band.torque_sigma_Nm), signals.front());
   std::vector<double> reported;
-  for (std::size_t i = 0; i < reported_Nm.size() && i < signals.size(); ++i)
-    reported.push_back(in_rows(reported_Nm[i], signals[i]));
+  for (const std::vector<double>& noise : reported_Nm) reported.push_back(in_rows(noise, signals.front()));
   if (!reported.empty()) sensor = std::max(sensor, identify::median(reported));
   const double period_s = signals.front().raw_period_s;
   const std::vector<double> steps = white_noise(kSamples, band.resolution_rad / std::sqrt(12.0));
