@@ -11,6 +11,7 @@
 namespace drivers::haptic {
 namespace {
 
+using namespace std::chrono_literals;
 using falcon::Vector3;
 using std::chrono::nanoseconds;
 using usb::TransferResult;
@@ -19,6 +20,17 @@ using usb::TransferStatus;
 // Reads in one exchange. The device has one packet a millisecond to send, with or without bytes, and the port
 // holds a few that came since the last exchange.
 constexpr int kMaxReads = 32;
+
+constexpr int kZeroAttempts = 5;
+
+// Around what the legs reach in use, in F: a position beyond it comes of counts that are wrong.
+constexpr double kLowest_m = 0.05;
+constexpr double kHighest_m = 0.2;
+constexpr double kRadius_m = 0.09;
+
+bool in_reach(const Vector3& p_FG_m) noexcept {
+  return p_FG_m[2] >= kLowest_m && p_FG_m[2] <= kHighest_m && std::hypot(p_FG_m[0], p_FG_m[1]) <= kRadius_m;
+}
 
 bool is_finite(const Vector3& v) noexcept {
   return std::ranges::all_of(v, [](double value) { return std::isfinite(value); });
@@ -36,13 +48,18 @@ std::vector<std::string> FalconConfig::problems() const {
     if (!fulfilled) found.emplace_back(what);
   };
   require(force_limit_N > 0.0 && force_limit_N <= 12.0, "force_limit_N must be above 0 and at most 12");
-  require(std::isfinite(command_per_Nm) && command_per_Nm != 0.0 && std::abs(command_per_Nm) <= 1e6,
-          "command_per_Nm must be other than 0 and at most 1e6 in magnitude");
+  require(std::isfinite(command_per_Nm) && command_per_Nm != 0.0 && std::abs(command_per_Nm) <= 5e4,
+          "command_per_Nm must be other than 0 and at most 5e4 in magnitude");
   require(is_finite(p_FO_m), "p_FO_m must be finite");
-  require(reply_deadline > nanoseconds(0), "reply_deadline must be above 0");
-  require(lost_after_misses >= 1, "lost_after_misses must be 1 or more");
+  require(reply_deadline > 0ms && reply_deadline <= 20ms, "reply_deadline must be above 0 and at most 20 ms");
+  require(lost_after_misses >= 1 && lost_after_misses <= 10, "lost_after_misses must be 1 to 10");
+  require(ramp >= 100ms && ramp <= 60s, "ramp must be 0.1 s to 60 s");
+  require(ramp_again >= 100ms && ramp_again <= 60s, "ramp_again must be 0.1 s to 60 s");
   require(boot.alive_packets >= 1 && boot.query_attempts >= 1 && boot.load_attempts >= 1,
           "boot: alive_packets, query_attempts and load_attempts must be 1 or more");
+  require(boot.alive_timeout > 0ms && boot.query_timeout > 0ms && boot.echo_timeout > 0ms &&
+              boot.write_timeout > 0ms,
+          "boot: all time-outs must be above 0");
   return found;
 }
 
@@ -52,7 +69,7 @@ const char* describe(FalconFault fault) noexcept {
     case FalconFault::kIdle: return "not activated";
     case FalconFault::kBadForce: return "force not finite, zero sent";
     case FalconFault::kMissed: return "no reply";
-    case FalconFault::kNoPosition: return "encoder counts fit no position";
+    case FalconFault::kNoPosition: return "encoder counts fit no position in reach";
     case FalconFault::kLost: return "lost: several replies missing in a row";
     case FalconFault::kUnplugged: return "unplugged";
   }
@@ -72,36 +89,52 @@ Falcon::~Falcon() { deactivate(); }
 
 falcon::Firmware Falcon::activate(std::span<const std::uint8_t> image) {
   latched_ = {FalconFault::kIdle, {}, 0};
+  // What follows may fail before it comes to the motors.
+  if (may_push_) (void)send_zero();
   const falcon::Firmware firmware = falcon::start_firmware(port_, image, config_.boot);
   stream_.reset();
+  may_push_ = false;  // its last packet was zero, and replies came
   misses_ = 0;
   homed_ = false;  // until a reply says otherwise
   located_ = false;
+  ramp_begin_.reset();
+  ramp_time_ = config_.ramp;
   latched_ = {};
   return firmware;
 }
 
-void Falcon::deactivate() noexcept {
-  if (latched_.fault == FalconFault::kIdle) return;
-  if (latched_.fault != FalconFault::kUnplugged) {
-    (void)port_.write(falcon::encode(at_rest()), config_.reply_deadline);
-  }
+bool Falcon::deactivate() noexcept {
   latched_ = {FalconFault::kIdle, {}, 0};
+  return !may_push_ || send_zero();
+}
+
+/// True when two packets in a row went out: the rest of one that was torn may swallow the first.
+bool Falcon::send_zero() noexcept {
+  int in_a_row = 0;
+  for (int attempt = 0; attempt < kZeroAttempts && in_a_row < 2; ++attempt) {
+    const TransferResult result = port_.write(falcon::encode(at_rest()), config_.reply_deadline);
+    if (result.status == TransferStatus::kUnplugged) return false;
+    in_a_row = result.ok() ? in_a_row + 1 : 0;
+  }
+  if (in_a_row < 2) return false;
+  may_push_ = false;
+  return true;
 }
 
 FalconStatus Falcon::exchange(const Vector3& f_G_F_N, FalconSample& sample) noexcept {
   if (!latched_.ok()) {
-    if (latched_.fault == FalconFault::kLost) {
-      (void)port_.write(falcon::encode(at_rest()), config_.reply_deadline);
-    }
+    if (latched_.fault == FalconFault::kLost) (void)send_zero();
     return latched_;
   }
+  const nanoseconds begin = port_.now();
+  const nanoseconds deadline = begin + config_.reply_deadline;
   const bool good_force = is_finite(f_G_F_N);
-  const Drive sent = drive(good_force ? f_G_F_N : Vector3{});
-  const nanoseconds deadline = port_.now() + config_.reply_deadline;
+  if (!good_force) interrupt_ramp(begin);
+  const Drive sent = good_force && located_ ? drive(f_G_F_N, gain(begin)) : Drive{at_rest(), {}, false};
 
   TransferResult result = discard_late_replies();
   if (!result.ok() && result.status != TransferStatus::kTimeout) return miss(result);
+  if (sent.command.motors != at_rest().motors) may_push_ = true;
   result = port_.write(falcon::encode(sent.command), config_.reply_deadline);
   if (!result.ok()) return miss(result);
   falcon::Reply reply;
@@ -129,14 +162,26 @@ falcon::Command Falcon::at_rest() const noexcept {
   return command;
 }
 
-Falcon::Drive Falcon::drive(const Vector3& wanted_N) const noexcept {
+/// 0 in the first packet after an interruption.
+double Falcon::gain(nanoseconds now) noexcept {
+  if (!ramp_begin_) ramp_begin_ = now;
+  using Seconds = std::chrono::duration<double>;
+  return std::clamp(Seconds(now - *ramp_begin_) / Seconds(ramp_time_), 0.0, 1.0);
+}
+
+void Falcon::interrupt_ramp(nanoseconds now) noexcept {
+  if (ramp_begin_ && now - *ramp_begin_ >= ramp_time_) ramp_time_ = config_.ramp_again;
+  ramp_begin_.reset();
+}
+
+Falcon::Drive Falcon::drive(const Vector3& wanted_N, double gain) const noexcept {
   Drive result{at_rest(), {}, false};
   const double magnitude_N = std::hypot(wanted_N[0], wanted_N[1], wanted_N[2]);
-  if (!located_ || magnitude_N == 0.0) return result;
+  if (magnitude_N == 0.0) return result;
   // Finite numbers may have an infinite magnitude: that leaves no force.
   const bool limited = magnitude_N > config_.force_limit_N;
   const double share = limited ? config_.force_limit_N / magnitude_N : 1.0;
-  const Vector3 force_N = times(wanted_N, share);
+  const Vector3 force_N = times(times(wanted_N, share), gain);
   const auto torques_Nm = falcon::leg_torques_Nm(p_FG_m_, force_N);
   if (!torques_Nm) {
     result.limited = true;
@@ -154,13 +199,20 @@ Falcon::Drive Falcon::drive(const Vector3& wanted_N) const noexcept {
   return result;
 }
 
-/// False when the counts of homed axes fit no place.
+/// False when the counts of homed axes fit no place in reach.
 bool Falcon::locate(const falcon::Reply& reply) noexcept {
   homed_ = reply.all_homed();
   located_ = false;
-  if (!homed_) return true;
+  if (!homed_) {
+    ramp_begin_.reset();
+    ramp_time_ = config_.ramp;
+    return true;
+  }
   const auto grip = falcon::grip_position(falcon::angles_rad(reply.counts), p_FG_m_);
-  if (!grip.converged) return false;
+  if (!grip.converged || !in_reach(grip.p_FG_m)) {
+    interrupt_ramp(port_.now());
+    return false;
+  }
   located_ = true;
   p_FG_m_ = grip.p_FG_m;
   for (std::size_t k = 0; k < 3; ++k) p_OG_m_[k] = p_FG_m_[k] - config_.p_FO_m[k];
@@ -175,7 +227,7 @@ FalconStatus Falcon::miss(const TransferResult& result) noexcept {
   } else if (++misses_ >= config_.lost_after_misses) {
     status.fault = FalconFault::kLost;
     latched_ = status;
-    (void)port_.write(falcon::encode(at_rest()), config_.reply_deadline);
+    (void)send_zero();
   }
   return status;
 }

@@ -33,6 +33,11 @@ bool limit(Vector& force_N, double limit_N) noexcept {
   return true;
 }
 
+std::int32_t microseconds(nanoseconds time) noexcept {
+  const auto us = std::chrono::duration_cast<std::chrono::microseconds>(time).count();
+  return static_cast<std::int32_t>(std::clamp<std::int64_t>(us, INT32_MIN, INT32_MAX));
+}
+
 constexpr bool means_gone(int code) noexcept {
   return code == kSdkErrorCommunication || code == kSdkErrorNoDevice || code == kSdkErrorNotAvailable;
 }
@@ -51,6 +56,8 @@ std::string describe(const ForceDimensionStatus& status) {
     case Fault::kBadSample: return "a measured value was not finite";
     case Fault::kLate:
       return "the exchange came late: " + std::to_string(status.detail) + " us after the one before";
+    case Fault::kStale:
+      return "the SDK gives no new pose: the latest is " + std::to_string(status.detail) + " us old";
     case Fault::kForceOff:
       return std::string("the device switched its force off: ") + describe_force_off(status.detail);
     case Fault::kUnplugged: return with_error("the device does not answer; check USB cable and power");
@@ -92,14 +99,13 @@ ForceDimensionStatus ForceDimension::exchange(const ForceDimensionCommand& comma
   // Only while a force may be on: nobody is harmed by a pause with the force off. Time that runs backwards
   // would stretch the ramp, and says as little as a gap.
   const bool late = gap < 0ns || gap > config_.watchdog / 2;
-  if (status.ok() && late && enabled_since_) {
-    const auto gap_us = std::chrono::duration_cast<std::chrono::microseconds>(gap).count();
-    status = {.fault = Fault::kLate,
-              .detail = static_cast<std::int32_t>(std::clamp<std::int64_t>(gap_us, INT32_MIN, INT32_MAX))};
-  }
+  if (status.ok() && late && enabled_since_) status = {.fault = Fault::kLate, .detail = microseconds(gap)};
+  if (status.ok() && !repeated) fresh_ = now;
+  if (status.ok() && enabled_since_ && now - fresh_ > config_.watchdog)
+    status = {.fault = Fault::kStale, .detail = microseconds(now - fresh_)};
   if (status.ok() && latched_.ok() && command.enable && !enabled_since_) {
     if (!force_on_since_) status = switch_force_on(now);
-    if (status.ok()) enabled_since_ = now;
+    if (status.ok()) enabled_since_ = fresh_ = now;
   }
   if (latched_.ok() && !status.ok()) latched_ = status;
 
@@ -161,16 +167,26 @@ ForceDimensionStatus ForceDimension::check_state(nanoseconds now) noexcept {
   if (sdk_failed(f_.get_status(slots.data(), static_cast<char>(id_)))) return sdk_fault();
   const int cause = slots[status_slot::kForceOffCause];
   if (slots[status_slot::kConnected] == 0 || slots[status_slot::kPower] == 0 || cause == kForceOffUnplugged) {
-    force_on_since_.reset();
+    give_up_force();
     return {.fault = Fault::kUnplugged, .detail = kSdkErrorCommunication};
   }
   // A status that is a transfer old still shows the brakes right after enabling; zero force is all that is
   // sent then.
   if (force_on_since_ && slots[status_slot::kForce] == 0 && now - *force_on_since_ >= config_.settle) {
-    force_on_since_.reset();
+    give_up_force();
     return {.fault = Fault::kForceOff, .detail = cause};
   }
   return {};
+}
+
+/// A status that says the force is off may be wrong, and firmware before 3.0, without a watchdog, would go on
+/// with the last force. Until the device confirms to have stopped, zero is sent in each cycle.
+void ForceDimension::give_up_force() noexcept {
+  if (!force_on_since_) return;
+  const char id = static_cast<char>(id_);
+  f_.set_force(0.0, 0.0, 0.0, id);
+  sent_N_ = {};
+  if (!sdk_failed(f_.stop(id))) force_on_since_.reset();
 }
 
 ForceDimensionStatus ForceDimension::switch_force_on(nanoseconds now) noexcept {

@@ -40,6 +40,7 @@ enum class ForceDimensionFault : std::uint8_t {
   kBadCommand,  ///< a force was not finite
   kBadSample,   ///< a measured value was not finite
   kLate,        ///< more than half the watchdog's time since the exchange before; detail: the gap in us
+  kStale,       ///< no new pose for longer than the watchdog's time, force on; detail: the pose's age in us
   kForceOff,    ///< the device switched its force off; detail: see describe_force_off()
   kUnplugged,   ///< the device does not answer or has no power; detail: the SDK's error
   kSdkError,    ///< detail: see describe_sdk_error()
@@ -90,6 +91,7 @@ class ForceDimension {
   std::uint32_t read_buttons() noexcept;
   ForceDimensionStatus check_state(std::chrono::nanoseconds now) noexcept;
   ForceDimensionStatus switch_force_on(std::chrono::nanoseconds now) noexcept;
+  void give_up_force() noexcept;
   ForceDimensionStatus send(const std::array<double, 3>& f_N) noexcept;
   ForceDimensionStatus sdk_fault() const noexcept;
   double gain(std::chrono::nanoseconds now) const noexcept;
@@ -105,6 +107,7 @@ class ForceDimension {
   ForceDimensionStatus latched_;
   std::optional<std::chrono::nanoseconds> previous_;
   std::optional<std::chrono::nanoseconds> enabled_since_;
+  std::chrono::nanoseconds fresh_{};  // the latest new pose since enabling, or enabling itself
   std::array<double, 3> sent_N_{};
 };
 

@@ -71,6 +71,13 @@ class Preparation {
   void check(int result, const std::string& step, const std::string& hint) const {
     if (sdk_failed(result)) fail(step, "success", last_error(f_), hint);
   }
+  /// A calibration that fails half-way may leave the SDK's regulation pushing.
+  void check_regulation(int result, const std::string& step, const std::string& hint) const {
+    if (!sdk_failed(result)) return;
+    const std::string why = last_error(f_);
+    f_.drd_stop(false, id_);
+    fail(step, "success", why, hint);
+  }
   [[noreturn]] void fail(const std::string& step, const std::string& expected, const std::string& found,
                          const std::string& hint) const {
     throw SetupError({info_.name.empty() ? kDevice : info_.name, step, expected, found, hint});
@@ -130,10 +137,10 @@ class Preparation {
              "keep clear, and the device calibrates itself");
       }
       library_.require({"drdAutoInit", "drdStop"});
-      check(f_.drd_auto_init(id_), "calibrate by moving the handle",
-            "let go of the handle and keep it clear");
+      check_regulation(f_.drd_auto_init(id_), "calibrate by moving the handle",
+                       "let go of the handle and keep it clear");
       // Hands the force back with the motors still on; set-up ends with them off.
-      check(f_.drd_stop(true, id_), "take over from calibration", "switch the device off and on");
+      check_regulation(f_.drd_stop(true, id_), "take over from calibration", "switch the device off and on");
       if (!is_calibrated())
         fail(kStep, "a calibrated device", "none after calibration", "switch the device off and on");
     }

@@ -33,7 +33,7 @@ struct ForceDimensionConfig {
   /// At the grip, for gravity compensation, 0 to 1 kg; empty: what the device has stored.
   std::optional<double> effector_mass_kg;
   /// A read sooner than this after another one returns the old sample. 0 to 10 ms; empty: the SDK's. A loop
-  /// of 4 kHz needs 0.
+  /// of 4 kHz needs 0; more than the watchdog's time ends in ForceDimensionFault::kStale.
   std::optional<std::chrono::microseconds> time_guard;
   std::chrono::milliseconds settle{100};    ///< zero force from enabling on
   std::chrono::milliseconds ramp_in{1000};  ///< then gain 0 to 1; at least 1 s

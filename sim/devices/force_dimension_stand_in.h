@@ -23,8 +23,9 @@ struct ForceDimensionScript {
   double firmware = 3.2;  ///< below 3.0 there is no watchdog
   int error = 0;          ///< the status' error slot
   bool calibrated = true;
-  bool drd_agrees = true;  ///< false: drdIsInitialized says no although the device is calibrated
-  bool calibration_fails = false;
+  bool drd_agrees = true;          ///< false: drdIsInitialized says no although the device is calibrated
+  bool calibration_fails = false;  ///< before anything moves
+  bool calibration_fails_half_way = false;  ///< with the regulation left running [G]
   double calibration_s = 4.0;
   std::uint32_t velocity_threshold_mm_per_s = 1500;  ///< 0: off [G]
   int time_guard_us = 0;                             ///< the SDK's value before anybody sets one [G]
@@ -37,9 +38,13 @@ struct ForceDimensionScript {
   Axes hand_m{};
 
   bool pose_is_nan = false;
+  bool pose_is_stuck = false;              ///< the time guard answers for ever
+  bool status_says_no_power = false;       ///< and is wrong: the motors go on
+  bool status_says_braked = false;         ///< likewise
   bool refuses_force_when_braked = false;  ///< whether dhdSetForce fails with the force off is not public
   bool refuses_to_enable = false;
   int failing_stops = 0;        ///< so many dhdStop fail, each taking one off
+  int failing_drd_stops = 0;    ///< so many drdStop fail
   int failing_poses = 0;        ///< so many pose reads fail with `failing_code`
   int failing_forces = 0;       ///< so many force commands fail with `failing_code`
   int failing_code = 7;         ///< time-out
@@ -62,8 +67,8 @@ struct ForceDimensionState {
   double max_force_N = -1.0;  ///< negative: none
   double effector_mass_kg = 0.0;
   bool gravity_compensation = false;
-  bool expert = false;  ///< one for all devices
-  bool regulation = false;
+  bool expert = false;      ///< one for all devices
+  bool regulation = false;  ///< of libdrd's thread: ends with drdStop and with nothing else [G]
   long force_calls = 0;
   long stop_calls = 0;
   long velocity_threshold_writes = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "drivers/haptic/falcon.h"
@@ -46,6 +47,16 @@ class FalconExchange : public testing::Test {
     device_.pull_and_push();
     EXPECT_TRUE(exchange().ok());
     ASSERT_TRUE(sample_.homed);
+    end_ramp(falcon_);
+  }
+  void pass(milliseconds time) {
+    const std::vector<std::uint8_t> nothing(150 * static_cast<std::size_t>(time.count()));  // at 1.5 MBd
+    EXPECT_TRUE(device_.write(nothing, 2 * time).ok());
+  }
+  void end_ramp(Falcon& falcon) {
+    for (int i = 0; i < 2; ++i)
+      EXPECT_TRUE(falcon.exchange({}, sample_).ok());  // a position, the ramp begins
+    pass(milliseconds(1000));
   }
 
   EmulatedFalcon device_{{.firmware_running = true}};
@@ -108,7 +119,7 @@ TEST_F(FalconExchange, OneAxisHomedIsNotEnoughForForce) {
 }
 
 // The encoders jump when their ends are found: the force has to wait for a position from behind the jump.
-TEST_F(FalconExchange, ForceBeginsOnePacketAfterTheReplyThatIsHomed) {
+TEST_F(FalconExchange, ForceFadesInAfterTheReplyThatIsHomed) {
   EXPECT_TRUE(exchange({0, 0, 3}).ok());
   device_.pull_and_push();
   EXPECT_TRUE(exchange({0, 0, 3}).ok());
@@ -116,8 +127,51 @@ TEST_F(FalconExchange, ForceBeginsOnePacketAfterTheReplyThatIsHomed) {
   EXPECT_EQ(device_.motors(), kAtRest);
   EXPECT_EQ(sample_.f_G_F_N, Vector{});
   EXPECT_TRUE(exchange({0, 0, 3}).ok());
-  EXPECT_NE(device_.motors(), kAtRest);
+  EXPECT_EQ(device_.motors(), kAtRest) << "gain 0";
+  double previous_N = 0.0;
+  for (int i = 1; i < 10; ++i) {
+    pass(milliseconds(100));
+    EXPECT_TRUE(exchange({0, 0, 3}).ok());
+    EXPECT_NEAR(sample_.f_G_F_N[2], 0.3 * i, 0.02);
+    EXPECT_NEAR(device_.force_N()[2], 0.3 * i, 0.05);
+    EXPECT_GT(sample_.f_G_F_N[2], previous_N);
+    EXPECT_FALSE(sample_.limited);
+    previous_N = sample_.f_G_F_N[2];
+  }
+  pass(milliseconds(100));
+  EXPECT_TRUE(exchange({0, 0, 3}).ok());
   EXPECT_EQ(sample_.f_G_F_N, (Vector{0, 0, 3}));
+}
+
+TEST_F(FalconExchange, ActivationFadesInAgainAndTheRampIsConfigurable) {
+  home();
+  falcon_.deactivate();
+  Falcon other(device_, {.ramp = milliseconds(4000)});
+  for (int run = 0; run < 2; ++run) {
+    (void)other.activate();
+    EXPECT_TRUE(other.exchange({0, 0, 3}, sample_).ok());
+    EXPECT_TRUE(other.exchange({0, 0, 3}, sample_).ok());
+    EXPECT_EQ(device_.motors(), kAtRest);
+    pass(milliseconds(2000));
+    EXPECT_TRUE(other.exchange({0, 0, 3}, sample_).ok());
+    EXPECT_NEAR(sample_.f_G_F_N[2], 1.5, 0.01);
+    pass(milliseconds(2000));
+    EXPECT_TRUE(other.exchange({0, 0, 3}, sample_).ok());
+    EXPECT_EQ(sample_.f_G_F_N[2], 3.0);
+  }
+}
+
+// Otherwise a fault would be the short way to full force.
+TEST_F(FalconExchange, FaultInTheFirstRampBeginsItAfresh) {
+  EXPECT_TRUE(exchange().ok());
+  device_.pull_and_push();
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(exchange().ok());
+  pass(milliseconds(300));
+  EXPECT_EQ(exchange({std::numeric_limits<double>::quiet_NaN(), 0, 0}).fault, FalconFault::kBadForce);
+  EXPECT_TRUE(exchange({0, 0, 3}).ok());
+  pass(milliseconds(500));
+  EXPECT_TRUE(exchange({0, 0, 3}).ok());
+  EXPECT_NEAR(sample_.f_G_F_N[2], 1.5, 0.01);
 }
 
 TEST_F(FalconExchange, HomingBitIsInEveryPacket) {
@@ -190,6 +244,7 @@ TEST_F(FalconExchange, GainIsConfigurable) {
   falcon_.deactivate();
   Falcon other(device_, {.command_per_Nm = 5000.0});
   (void)other.activate();
+  end_ramp(other);
   device_.move_grip({0, 0, 0.13460});
   EXPECT_TRUE(other.exchange({}, sample_).ok());
   EXPECT_TRUE(other.exchange({0, 0, 1}, sample_).ok());
@@ -217,7 +272,7 @@ TEST_F(FalconExchange, MotorAtItsEndScalesAllThreeAndSaysSo) {
   falcon_.deactivate();
   Falcon other(device_, {.force_limit_N = 12.0, .command_per_Nm = -20000.0});
   (void)other.activate();
-  EXPECT_TRUE(other.exchange({}, sample_).ok());
+  end_ramp(other);
   EXPECT_TRUE(other.exchange({2, -3, 11}, sample_).ok());
   EXPECT_TRUE(sample_.limited);
   int largest = 0;
@@ -236,6 +291,8 @@ TEST_F(FalconExchange, ForceThatIsNotFiniteIsAFaultAndSendsZero) {
                            -std::numeric_limits<double>::infinity()}) {
     for (std::size_t k = 0; k < 3; ++k) {
       EXPECT_TRUE(exchange({0, 0, 3}).ok());
+      pass(milliseconds(101));
+      EXPECT_TRUE(exchange({0, 0, 3}).ok());
       EXPECT_NE(device_.motors(), kAtRest);
       const auto before = sample_.stamp;
       Vector force{1, 1, 1};
@@ -244,6 +301,11 @@ TEST_F(FalconExchange, ForceThatIsNotFiniteIsAFaultAndSendsZero) {
       EXPECT_EQ(device_.motors(), kAtRest);
       EXPECT_GT(sample_.stamp, before) << "the reply counts all the same";
       EXPECT_EQ(sample_.f_G_F_N, Vector{});
+      EXPECT_TRUE(exchange({0, 0, 3}).ok());
+      EXPECT_EQ(device_.motors(), kAtRest) << "fades in";
+      pass(milliseconds(50));
+      EXPECT_TRUE(exchange({0, 0, 3}).ok());
+      EXPECT_NEAR(sample_.f_G_F_N[2], 1.5, 0.02);
     }
   }
 }
@@ -295,7 +357,7 @@ TEST_F(FalconExchange, ThirdMissInARowIsALossAndZeroForceIsSent) {
   device_.drop_replies(0);
   const int commands = device_.commands();
   EXPECT_EQ(exchange({0, 0, 5}).fault, FalconFault::kLost) << "latched";
-  EXPECT_EQ(device_.commands(), commands + 1);
+  EXPECT_EQ(device_.commands(), commands + 2) << "twice, see send_zero()";
   EXPECT_EQ(device_.motors(), kAtRest);
 }
 
@@ -383,7 +445,29 @@ TEST_F(FalconExchange, CountsThatFitNoPlaceTakeTheForceAway) {
   EXPECT_EQ(device_.motors(), kAtRest);
   expect_near(sample_.p_OG_m, before.p_OG_m, 1e-9);
   EXPECT_TRUE(exchange({0, 0, 3}).ok());
-  EXPECT_NE(device_.motors(), kAtRest);
+  EXPECT_EQ(device_.motors(), kAtRest) << "fades in";
+  pass(milliseconds(50));
+  EXPECT_TRUE(exchange({0, 0, 3}).ok());
+  EXPECT_NEAR(sample_.f_G_F_N[2], 1.5, 0.02);
+  pass(milliseconds(50));
+  EXPECT_TRUE(exchange({0, 0, 3}).ok());
+  EXPECT_EQ(sample_.f_G_F_N, (Vector{0, 0, 3}));
+}
+
+// Places that the legs' equations reach and no hand does.
+TEST_F(FalconExchange, PositionOutOfTheWorkspaceIsNone) {
+  home();
+  for (const Vector& place : {Vector{-0.1, 0, 0.06}, Vector{0.03, -0.08, 0.04}}) {
+    ASSERT_TRUE(falcon::leg_angles_rad(place));
+    device_.move_grip(place);
+    const FalconSample before = sample_;
+    EXPECT_EQ(exchange({0, 0, 3}).fault, FalconFault::kNoPosition) << place[0] << ' ' << place[2];
+    EXPECT_EQ(sample_.stamp, before.stamp);
+    EXPECT_EQ(exchange({0, 0, 3}).fault, FalconFault::kNoPosition);
+    EXPECT_EQ(device_.motors(), kAtRest);
+    device_.move_grip(kPlace_m);
+    EXPECT_TRUE(exchange({0, 0, 3}).ok());
+  }
 }
 
 TEST_F(FalconExchange, StallIsAMissWithItsKind) {
@@ -467,6 +551,15 @@ TEST_F(FalconExchange, DeviceThatIsNoMoreHomedGetsNoForce) {
   EXPECT_TRUE(exchange({0, 0, 3}).ok());
   EXPECT_EQ(device_.motors(), kAtRest);
   EXPECT_TRUE(device_.red());
+
+  pass(milliseconds(1));  // until the reply to that packet is there, to be thrown away
+  device_.pull_and_push();
+  for (int i = 0; i < 2; ++i) EXPECT_TRUE(exchange({0, 0, 3}).ok());
+  EXPECT_TRUE(sample_.homed);
+  EXPECT_EQ(device_.motors(), kAtRest) << "fades in, all over again";
+  pass(milliseconds(500));
+  EXPECT_TRUE(exchange({0, 0, 3}).ok());
+  EXPECT_NEAR(sample_.f_G_F_N[2], 1.5, 0.01);
 }
 
 TEST_F(FalconExchange, MotorsAreAtZeroAfterDeactivationAndDestruction) {
@@ -478,11 +571,106 @@ TEST_F(FalconExchange, MotorsAreAtZeroAfterDeactivationAndDestruction) {
   {
     Falcon other(device_);
     (void)other.activate();
-    EXPECT_TRUE(other.exchange({}, sample_).ok());
+    end_ramp(other);
     EXPECT_TRUE(other.exchange({0, 0, 3}, sample_).ok());
     EXPECT_NE(device_.motors(), kAtRest);
   }
   EXPECT_EQ(device_.motors(), kAtRest);
+}
+
+/// A Falcon of its own on a port that can fail, pushing.
+struct FalconThatPushes : FalconExchange {
+  void push() {
+    home();
+    pushing_.emplace(port_);
+    (void)pushing_->activate();
+    end_ramp(*pushing_);
+    EXPECT_TRUE(pushing_->exchange({0, 0, 3}, sample_).ok());
+    ASSERT_NE(device_.motors(), kAtRest);
+  }
+  void fail_next(int transfers, usb::TransferStatus kind = usb::TransferStatus::kStalled) {
+    port_.failure = {kind, 0, -9};
+    port_.fail_at = port_.transfers;
+    port_.fail_count = transfers;
+  }
+  tests::WatchedPort port_{device_};
+  std::optional<Falcon> pushing_;
+};
+
+TEST_F(FalconThatPushes, ActivationThatFailsLeavesTheMotorsAtRest) {
+  push();
+  const std::size_t controls = port_.controls.size();
+  fail_next(0);
+  port_.fail_at += 2;  // behind the two packets of zero
+  port_.fail_count = 1;
+  EXPECT_THROW((void)pushing_->activate(), SetupError);
+  EXPECT_EQ(port_.controls.size(), controls + 1) << "the first request";
+  EXPECT_EQ(device_.motors(), kAtRest);
+  pushing_.reset();
+  EXPECT_EQ(device_.motors(), kAtRest);
+}
+
+TEST_F(FalconThatPushes, DestructionZeroesWhatAFailedActivationCouldNot) {
+  push();
+  fail_next(5 + 1);
+  EXPECT_THROW((void)pushing_->activate(), SetupError);
+  EXPECT_NE(device_.motors(), kAtRest) << "no packet went out";
+  EXPECT_EQ(pushing_->exchange({}, sample_).fault, FalconFault::kIdle);
+  pushing_.reset();
+  EXPECT_EQ(device_.motors(), kAtRest);
+}
+
+TEST_F(FalconThatPushes, ZeroIsTriedAgainAndSentTwice) {
+  push();
+  port_.writes.clear();
+  fail_next(3);
+  EXPECT_TRUE(pushing_->deactivate());
+  EXPECT_EQ(device_.motors(), kAtRest);
+  EXPECT_EQ(port_.writes.size(), 3U + 2U);
+  EXPECT_TRUE(pushing_->deactivate());
+  EXPECT_EQ(port_.writes.size(), 5U) << "nothing left to do";
+}
+
+TEST_F(FalconThatPushes, ZeroThatCannotBeWrittenIsToldAndStaysOwed) {
+  push();
+  port_.writes.clear();
+  fail_next(1000, usb::TransferStatus::kTimeout);
+  EXPECT_FALSE(pushing_->deactivate());
+  EXPECT_EQ(port_.writes.size(), 5U) << "not for ever";
+  fail_next(0);
+  EXPECT_NE(device_.motors(), kAtRest);
+  EXPECT_TRUE(pushing_->deactivate());
+  EXPECT_EQ(device_.motors(), kAtRest);
+}
+
+TEST_F(FalconThatPushes, LossTriesZeroAgainAtOnceAndInEachCycle) {
+  push();
+  for (int i = 0; i < 2; ++i) {
+    fail_next(1);
+    EXPECT_EQ(pushing_->exchange({0, 0, 3}, sample_).fault, FalconFault::kMissed);
+  }
+  fail_next(1 + 3);
+  EXPECT_EQ(pushing_->exchange({0, 0, 3}, sample_).fault, FalconFault::kLost);
+  EXPECT_EQ(device_.motors(), kAtRest);
+}
+
+TEST_F(FalconThatPushes, LostDeviceGetsZeroAsSoonAsItHears) {
+  push();
+  fail_next(1 + 1 + 1 + 5);
+  for (int i = 0; i < 2; ++i) EXPECT_FALSE(pushing_->exchange({0, 0, 3}, sample_).ok());
+  EXPECT_EQ(pushing_->exchange({0, 0, 3}, sample_).fault, FalconFault::kLost);
+  EXPECT_NE(device_.motors(), kAtRest);
+  fail_next(2);
+  EXPECT_EQ(pushing_->exchange({0, 0, 3}, sample_).fault, FalconFault::kLost);
+  EXPECT_EQ(device_.motors(), kAtRest);
+}
+
+TEST_F(FalconThatPushes, UnpluggedDeviceIsNotTriedAgain) {
+  push();
+  port_.writes.clear();
+  device_.unplug();
+  EXPECT_FALSE(pushing_->deactivate());
+  EXPECT_EQ(port_.writes.size(), 1U);
 }
 
 TEST_F(FalconExchange, AKilohertzIsWithinReach) {
@@ -518,6 +706,28 @@ TEST(FalconConfig, AllProblemsAreNamedAtOnce) {
   EXPECT_EQ(config.problems().size(), 6U);
   EmulatedFalcon device;
   EXPECT_THROW(Falcon(device, config), SetupError);
+}
+
+TEST(FalconConfig, BoundsAreKept) {
+  const auto sound = [](auto change) {
+    FalconConfig config;
+    change(config);
+    return config.problems().empty();
+  };
+  EXPECT_TRUE(sound([](auto& c) { c.reply_deadline = milliseconds(20); }));
+  EXPECT_FALSE(sound([](auto& c) { c.reply_deadline = microseconds(20'001); }));
+  EXPECT_FALSE(sound([](auto& c) { c.reply_deadline = microseconds(-1); }));
+  EXPECT_TRUE(sound([](auto& c) { c.lost_after_misses = 10; }));
+  EXPECT_FALSE(sound([](auto& c) { c.lost_after_misses = 11; }));
+  EXPECT_TRUE(sound([](auto& c) { c.command_per_Nm = -5e4; }));
+  EXPECT_FALSE(sound([](auto& c) { c.command_per_Nm = -50'001.0; }));
+  EXPECT_FALSE(sound([](auto& c) { c.command_per_Nm = 0.0; }));
+  EXPECT_FALSE(sound([](auto& c) { c.ramp = milliseconds(99); }));
+  EXPECT_FALSE(sound([](auto& c) { c.ramp_again = milliseconds(99); }));
+  EXPECT_FALSE(sound([](auto& c) { c.boot.alive_timeout = {}; }));
+  EXPECT_FALSE(sound([](auto& c) { c.boot.query_timeout = {}; }));
+  EXPECT_FALSE(sound([](auto& c) { c.boot.echo_timeout = {}; }));
+  EXPECT_FALSE(sound([](auto& c) { c.boot.write_timeout = milliseconds(-1); }));
 }
 
 TEST(FalconFault, EachHasItsOwnWords) {

@@ -346,6 +346,62 @@ TEST_F(ForceDimensionDevice, PowerThatGoesIsAFault) {
   EXPECT_EQ(cycle(push(1.0)).fault, Fault::kUnplugged);
 }
 
+// Old firmware has no watchdog: nothing else would end the force.
+TEST_F(ForceDimensionDevice, StatusThatIsWrongAboutPowerOrBrakesLeavesNoForceBehind) {
+  script().firmware = 2.4;
+  script().hand_holds = true;
+  for (const Fault fault : {Fault::kUnplugged, Fault::kForceOff}) {
+    start(push(6.0));
+    script().status_says_no_power = fault == Fault::kUnplugged;
+    script().status_says_braked = fault == Fault::kForceOff;
+    EXPECT_EQ(cycle(push(6.0)).fault, fault);
+    EXPECT_EQ(norm(state().command_N), 0.0);
+    EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+    pass(50ms);
+    EXPECT_EQ(norm(state().motor_N), 0.0);
+    script().status_says_no_power = script().status_says_braked = false;
+    EXPECT_TRUE(cycle(kOff).ok());
+    EXPECT_TRUE(run(kUntilFullForce, push(6.0)).ok());
+  }
+}
+
+TEST_F(ForceDimensionDevice, ZeroThatDoesNotGoOutIsSentAgainInTheNextCycle) {
+  script().firmware = 2.4;
+  script().hand_holds = true;
+  start(push(6.0));
+  script().status_says_no_power = true;
+  script().failing_stops = 1;
+  script().failing_forces = 2;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(state().command_N[0], 6.0) << "nothing went out";
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(norm(state().command_N), 0.0);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+}
+
+TEST_F(ForceDimensionDevice, PoseThatIsNeverNewAgainIsStaleAndZeroForce) {
+  script().hand_holds = true;
+  start(push(6.0));
+  const nanoseconds stamp = sample.stamp;
+  script().pose_is_stuck = true;
+  EXPECT_TRUE(run(kWatchdog, push(6.0)).ok());
+  EXPECT_TRUE(status.repeated);
+  EXPECT_EQ(state().command_N[0], 6.0);
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kStale);
+  EXPECT_EQ(status.detail, 21'000);
+  EXPECT_PRED2(says, describe(status), "no new pose");
+  EXPECT_EQ(norm(state().command_N), 0.0);
+  EXPECT_EQ(sample.stamp, stamp);
+  script().pose_is_stuck = false;
+  EXPECT_EQ(run(5ms, push(6.0)).fault, Fault::kStale) << "kept until disabled";
+  EXPECT_TRUE(cycle(kOff).ok());
+  script().pose_is_stuck = true;
+  EXPECT_TRUE(run(1s, kOff).ok()) << "no force, no fault";
+  EXPECT_TRUE(cycle(push(6.0)).ok());
+  ASSERT_TRUE(faults_within(config.settle, push(6.0)));
+  EXPECT_EQ(status.fault, Fault::kStale) << "before any force";
+}
+
 // ---- stop
 
 TEST_F(ForceDimensionDevice, StopRampsDownWithinBoundsThenBrakesAndCloses) {

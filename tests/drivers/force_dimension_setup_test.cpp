@@ -88,6 +88,23 @@ TEST_F(ForceDimensionSetup, CalibrationThatFailsOrDoesNotTakeIsRefused) {
   EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
 }
 
+TEST_F(ForceDimensionSetup, CalibrationThatFailsHalfWayLeavesNoRegulation) {
+  config.allow_motion = true;
+  script().calibrated = false;
+  script().calibration_fails_half_way = true;
+  EXPECT_PRED2(says, refusal(), "calibrate by moving the handle: expected success, found time-out");
+  EXPECT_EQ(state().calibrations, 1);
+  EXPECT_FALSE(state().regulation);
+  EXPECT_NE(state().mode, ForceDimensionMode::kForce);
+
+  script().calibration_fails_half_way = false;
+  script().failing_drd_stops = 1;
+  EXPECT_PRED2(says, refusal(), "take over from calibration: expected success, found time-out");
+  EXPECT_EQ(state().calibrations, 2);
+  EXPECT_FALSE(state().regulation);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+}
+
 TEST_F(ForceDimensionSetup, CalibratedDeviceDoesNotMoveThoughItMight) {
   config.allow_motion = true;
   open();

@@ -96,7 +96,6 @@ void StandInDevice::enable_force(bool on) {
 void StandInDevice::brake(int cause) {
   if (state.mode != ForceDimensionMode::kReset) change_to(ForceDimensionMode::kBrake);
   state.force_off_cause = cause;
-  state.regulation = false;
   state.command_N = state.motor_N = target_N_ = arriving_N_ = {};
 }
 
@@ -118,7 +117,7 @@ bool StandInDevice::set_force(const Axes& force_N) {
 }
 
 bool StandInDevice::read_guarded() {
-  const bool guarded = read_s_ >= 0.0 && now_s_ - read_s_ < time_guard_us_ * 1e-6;
+  const bool guarded = read_s_ >= 0.0 && (script.pose_is_stuck || now_s_ - read_s_ < time_guard_us_ * 1e-6);
   if (guarded) return true;
   read_s_ = now_s_;
   guarded_position_m_ =

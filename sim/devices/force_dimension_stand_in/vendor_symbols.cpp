@@ -251,12 +251,12 @@ int dhdGetStatus(int* status, char id) {
   if (status == nullptr) return fail(kNullArgument);
   for (int i = 0; i < kStatusSlots; ++i) status[i] = 0;
   const ForceDimensionMode mode = device->told_mode();
-  status[0] = device->script.powered ? 1 : 0;
+  status[0] = device->script.powered && !device->script.status_says_no_power ? 1 : 0;
   status[1] = 1;
   status[2] = 1;
   status[3] = mode == ForceDimensionMode::kReset ? 1 : 0;
   status[4] = mode == ForceDimensionMode::kIdle ? 1 : 0;
-  status[5] = mode == ForceDimensionMode::kForce ? 1 : 0;
+  status[5] = mode == ForceDimensionMode::kForce && !device->script.status_says_braked ? 1 : 0;
   status[6] = mode == ForceDimensionMode::kBrake ? 1 : 0;
   status[8] = 1;
   status[9] = device->script.error;
@@ -356,11 +356,17 @@ int drdAutoInit(char id) {
   if (device == nullptr) return -1;
   if (device->script.calibration_fails) return fail(kTimeout);
   device->calibrate();
+  if (device->script.calibration_fails_half_way) {
+    device->script.calibrated = false;
+    return fail(kTimeout);
+  }
   return succeed();
 }
 int drdStop(bool keep_force, char id) {
   StandInDevice* device = find(id);
   if (device == nullptr) return -1;
+  if (const int code = scripted_failure(device->script.failing_drd_stops, device->script.failing_code))
+    return fail(code);
   device->state.regulation = false;
   if (!keep_force) device->enable_force(false);
   return succeed();
