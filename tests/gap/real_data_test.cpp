@@ -33,8 +33,8 @@ class RealData : public testing::Test {
   void explain(const ConvertedDrive& drive) {
     const fs::path directory = directory_ / drive.base.name;
     real_recordings::write_drive(drive, directory);
-    youbot_gap::GapOptions options{
-        .inputs = {.model = directory / "base.toml", .data = {directory / "data"}}, .out = directory / "gap"};
+    youbot_gap::GapOptions options{.inputs = {.model = directory / "base.toml", .data = {directory / "data"}},
+                                   .out = directory / "gap"};
     if (!drive.held_out.empty()) options.inputs.held_out = {directory / "held_out"};
     const youbot_gap::Inputs inputs = youbot_gap::read_inputs(options.inputs);
     EXPECT_EQ(inputs.rig, drive.base.name);
