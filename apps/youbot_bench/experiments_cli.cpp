@@ -409,7 +409,8 @@ int ExperimentCommand::report(const ExperimentOutcome& outcome,
                 outcome.planned,
                 duration_text(std::chrono::duration<double>(outcome.robot_time).count()).c_str(),
                 duration_text(std::chrono::duration<double>(outcome.wall_time).count()).c_str());
-    std::printf("recorded in %s\n", (directory / (result_.empty() ? name_ : result_)).c_str());
+    std::printf("recorded in %s\n", (directory / name_).c_str());
+    if (!result_.empty()) std::printf("results in %s\n", (directory / result_).c_str());
     std::printf("report: %s\n", (directory / "report.html").c_str());
     if (outcome.overruns > 0)
       std::printf("%llu cycles were late\n", static_cast<unsigned long long>(outcome.overruns));

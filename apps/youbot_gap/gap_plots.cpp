@@ -96,7 +96,7 @@ std::vector<report::Plot> residual_plots(const sim::gap::Result& result) {
                       .series = {}};
     const bool is_spectrum = map.coordinate == "frequency_Hz";
     if (is_spectrum) {
-      plot.y = {.label = "rms torque residual between two points", .unit = "N·m", .from = 0};
+      plot.y = {.label = "rms residual per point", .unit = "N·m", .from = 0};
       plot.note = "All points together, squared and added, are the squared gap.";
     }
     const auto [least, greatest] = std::ranges::minmax(map.at);
