@@ -16,7 +16,7 @@ class HandPlant {
   HandPlant& operator=(const HandPlant&) = delete;
   virtual ~HandPlant() = default;
 
-  /// Fills everything but the stamp.
+  /// Fills everything but the stamp. The velocity is the true one; a haptic device tells its own.
   virtual void measure(HapticSample& sample) noexcept = 0;
   /// Lets `duration` pass with the finite force `f_D_H_N` acting on the grip.
   virtual void advance(const Eigen::Vector3d& f_D_H_N, std::chrono::nanoseconds duration) noexcept = 0;

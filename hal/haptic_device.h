@@ -1,19 +1,29 @@
 /// @file
 /// One exchange per cycle with the master in the operator's hand.
 /// Frames as in hal/haptic_sample.h; forces act on the hand.
+///
+///   device.activate();                                          // set-up: throws hal::SetupError
+///   while (running) status = device.exchange(command, sample);  // cycle: never blocks
+///   device.deactivate();
 #pragma once
 #include <Eigen/Core>
+#include <chrono>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "hal/haptic_sample.h"
 
 namespace hal {
 
 struct HapticInfo {
-  std::string name;
+  std::string name;            ///< "omega.6, right-handed (serial 4711)"
   double force_limit_N = 0.0;  ///< largest magnitude the device can render; 0: no force feedback
   bool senses_rotation = false;
+  /// The pose springs back to the middle by itself: its distance from there asks for a speed, and says
+  /// nothing about where the hand is.
+  bool rate_only = false;
+  std::vector<std::string> warnings = {};  ///< what an operator should know: "the firmware has no watchdog"
 };
 
 struct HapticCommand {
@@ -25,21 +35,29 @@ struct HapticCommand {
 enum class HapticFault : std::uint8_t {
   kNone,
   kNotActive,
+  kNotReady,    ///< no position yet (not homed): no force. The only one that ends by itself
   kBadCommand,  ///< a force was not finite
   kBadSample,   ///< a measured value was not finite
-  kStale,       ///< no fresh sample: the force is zero
-  kUnplugged,
-  kDeviceFault,  ///< detail: the device's own code
+  kStale,       ///< no fresh sample, or the exchange itself came late: the force is zero
+  kNoCommand,   ///< the loop that gives the forces stopped giving them
+  kTooFast,     ///< the grip moved faster than HapticLimits::speed_m_per_s
+  kUnplugged,   ///< deactivate, then activate again once it is back
+  kDeviceFault,
 };
+/// In words, for messages: "a force that is not a finite number".
+const char* describe(HapticFault fault) noexcept;
 
 struct [[nodiscard]] HapticStatus {
   HapticFault fault = HapticFault::kNone;
-  bool saturated = false;  ///< the force was scaled down; not a fault
-  std::uint32_t detail = 0;
+  bool saturated = false;          ///< the force was scaled down; not a fault
+  std::uint32_t detail = 0;        ///< the device's own code; HapticDevice::describe() tells
+  std::chrono::nanoseconds age{};  ///< of the sample, when this was told
+  /// What the device was sent in this exchange: limited and faded in. Motors, and nobody's measurement.
+  Eigen::Vector3d f_D_H_N = Eigen::Vector3d::Zero();
   bool ok() const noexcept { return fault == HapticFault::kNone; }
 };
 
-/// One thread calls exchange(); set-up calls never run beside it.
+/// One thread calls exchange(); set-up calls never run beside it. Destruction deactivates.
 class HapticDevice {
  public:
   HapticDevice() = default;
@@ -47,14 +65,17 @@ class HapticDevice {
   HapticDevice& operator=(const HapticDevice&) = delete;
   virtual ~HapticDevice() = default;
 
+  /// Complete once active.
   virtual const HapticInfo& info() const noexcept = 0;
   /// Setup: device open, force off. @throws hal::SetupError.
   virtual void activate() = 0;
-  /// Force off, device closed. Allowed in any state.
-  virtual void deactivate() noexcept = 0;
-  /// Cycle: never blocks. Any fault means zero force until the command was disabled once. `sample` is left
-  /// untouched when nothing new came, so its stamp shows its age.
+  /// Force off, device closed. Allowed in any state. False when nothing confirmed that the force is off.
+  virtual bool deactivate() noexcept = 0;
+  /// Cycle: never blocks. Any fault but kNotReady means zero force until the command was disabled once.
+  /// `sample` is left untouched when nothing new came, so its stamp shows its age.
   virtual HapticStatus exchange(const HapticCommand& command, HapticSample& sample) noexcept = 0;
+  /// Setup: a status in words, with the device's own reason.
+  virtual std::string describe(const HapticStatus& status) const = 0;
 };
 
 }  // namespace hal

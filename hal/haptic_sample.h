@@ -14,6 +14,7 @@ namespace hal {
 struct HapticSample {
   std::chrono::nanoseconds stamp{};  ///< when the device was read
   Eigen::Vector3d p_HD_m = Eigen::Vector3d::Zero();
+  /// From the positions by hal::VelocityFilter, the same for every device.
   Eigen::Vector3d v_HD_H_m_per_s = Eigen::Vector3d::Zero();
   Eigen::Quaterniond q_HD = Eigen::Quaterniond::Identity();
   std::uint32_t buttons = 0;  ///< bit i: button i is down

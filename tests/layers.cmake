@@ -11,7 +11,7 @@ set(rules
   "^drivers/can/"       "^drivers/(can/|setup_error\\.h)"
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/setup_error\\.h)"
-  "^hal/ethercat/"      "^(hal|Eigen|drivers)/"
+  "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
   "^hal/.*\\.h$"        "^(hal|Eigen)/"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
   "^control/"           "^(control|Eigen|kdl)/"

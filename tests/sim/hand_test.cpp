@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <numbers>
@@ -42,6 +43,49 @@ TEST(Hand, GoesToWhereItMeansToBe) {
   hand.hold_at({0.1, -0.05, 0.02});
   hand.advance(Vector3d::Zero(), 4s);
   EXPECT_TRUE(measured(hand).p_HD_m.isApprox(Vector3d(0.1, -0.05, 0.02), 1e-9));
+}
+
+TEST(Hand, ReachesWithTheSpeedOfLeastJerk) {
+  // Stiff and without inertia to speak of, so that it is where it means to be.
+  HandParameters stiff = kHand;
+  stiff.hand_stiffness_N_per_m = 2e5;
+  stiff.hand_damping_N_s_per_m = 600;
+  Hand hand(stiff);
+  hand.move_to({0.06, 0, -0.03}, 1s);
+  hand.advance(Vector3d::Zero(), 500ms);
+  EXPECT_TRUE(measured(hand).p_HD_m.isApprox(Vector3d(0.03, 0, -0.015), 0.02));
+  // At half time 15/8 of the mean speed.
+  EXPECT_NEAR(measured(hand).v_HD_H_m_per_s.x(), 1.875 * 0.06, 1e-3);
+  hand.advance(Vector3d::Zero(), 250ms);
+  // t = 3/4: 10 t^3 - 15 t^4 + 6 t^5 = 0.896484375
+  EXPECT_NEAR(measured(hand).p_HD_m.x(), 0.06 * 0.896484375, 5e-4);
+  hand.advance(Vector3d::Zero(), 1s);
+  EXPECT_TRUE(measured(hand).p_HD_m.isApprox(Vector3d(0.06, 0, -0.03), 1e-6));
+}
+
+TEST(Hand, ReachingAgainStartsFromWhereItMeansToBe) {
+  Hand hand(kHand);
+  hand.move_to({0.1, 0, 0}, 400ms);
+  hand.advance(Vector3d::Zero(), 200ms);
+  hand.move_to({0.1, 0, 0}, 400ms);  // the same place: the other half of the way
+  double largest = 0;
+  for (int i = 0; i < 400; ++i) {
+    hand.advance(Vector3d::Zero(), 1ms);
+    largest = std::max(largest, measured(hand).v_HD_H_m_per_s.x());
+  }
+  EXPECT_LT(largest, 0.6);  // a jump of the remaining 5 cm would be a spring of 15 N on 0.8 kg
+  hand.advance(Vector3d::Zero(), 4s);
+  EXPECT_NEAR(measured(hand).p_HD_m.x(), 0.1, 1e-9);
+}
+
+TEST(Hand, APushAddsToWhatTheHandDoes) {
+  Hand hand(kHand);
+  hand.push({0, 0, 6});
+  hand.advance(Vector3d::Zero(), 4s);
+  EXPECT_NEAR(measured(hand).p_HD_m.z(), 0.02, 1e-9);
+  hand.push(Vector3d::Zero());
+  hand.advance(Vector3d::Zero(), 4s);
+  EXPECT_NEAR(measured(hand).p_HD_m.z(), 0.0, 1e-9);
 }
 
 TEST(Hand, SwingsWithThePeriodAndDecayOfItsMassSpringAndDamper) {

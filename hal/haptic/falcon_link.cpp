@@ -1,0 +1,87 @@
+#include "hal/haptic/falcon_link.h"
+
+#include <array>
+#include <utility>
+
+#include "drivers/setup_error.h"
+#include "hal/haptic/rethrow.h"
+
+namespace hal {
+namespace {
+
+using drivers::haptic::Falcon;
+using drivers::haptic::FalconFault;
+using drivers::haptic::FalconSample;
+using drivers::haptic::FalconStatus;
+
+// Both frames are right-handed, so the axes only change places.
+std::array<double, 3> in_falcon_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
+Eigen::Vector3d in_our_axes(const std::array<double, 3>& v) { return {v[2], v[0], v[1]}; }
+
+}  // namespace
+
+FalconLink::FalconLink(OpenPort open_port, drivers::haptic::FalconConfig config,
+                       std::vector<std::uint8_t> image)
+    : open_port_(std::move(open_port)), config_(std::move(config)), image_(std::move(image)) {
+  info_ = {.name = config_.boot.device,
+           .force_limit_N = config_.force_limit_N,
+           .warnings = {"it has no watchdog that is known of: when this program dies the motors may keep "
+                        "their last force, so keep a hand on its supply"}};
+}
+
+void FalconLink::open() {
+  close();
+  try {
+    with_hal_errors([this] {
+      port_ = open_port_();
+      falcon_.emplace(*port_, config_);
+      falcon_->activate(image_);
+    });
+  } catch (...) {
+    close();
+    throw;
+  }
+}
+
+bool FalconLink::close() noexcept {
+  const bool off = !falcon_ || falcon_->deactivate();
+  falcon_.reset();
+  port_.reset();
+  return off;
+}
+
+HapticStatus FalconLink::exchange(const HapticCommand& command, std::chrono::nanoseconds now,
+                                  HapticSample& sample) noexcept {
+  if (!falcon_) return {HapticFault::kNotActive};
+  const Eigen::Vector3d force_N = command.enable ? command.f_D_H_N : Eigen::Vector3d::Zero();
+  FalconSample measured;
+  const FalconStatus status = falcon_->exchange(in_falcon_axes(force_N), measured);
+  const auto detail = static_cast<std::uint32_t>(status.fault);
+  switch (status.fault) {
+    case FalconFault::kNone: break;
+    case FalconFault::kMissed:
+    case FalconFault::kNoPosition: return {};  // nothing new; for long it is stale
+    case FalconFault::kBadForce: return {.fault = HapticFault::kBadCommand, .detail = detail};
+    case FalconFault::kIdle: return {.fault = HapticFault::kNotActive, .detail = detail};
+    case FalconFault::kUnplugged: return {.fault = HapticFault::kUnplugged, .detail = detail};
+    case FalconFault::kLost: return {.fault = HapticFault::kDeviceFault, .detail = detail};
+  }
+  if (!measured.homed) return {HapticFault::kNotReady};
+  sample.stamp = now;
+  sample.p_HD_m = in_our_axes(measured.p_OG_m);
+  sample.q_HD.setIdentity();
+  sample.buttons = measured.buttons;
+  return {.saturated = measured.limited, .f_D_H_N = in_our_axes(measured.f_G_F_N)};
+}
+
+std::string FalconLink::describe(const HapticStatus& status) const {
+  if (status.fault == HapticFault::kNotReady)
+    return "its ends are not found yet: pull the grip all the way out, then push it all the way in, until "
+           "the "
+           "light turns green";
+  if (status.fault == HapticFault::kDeviceFault)
+    return drivers::haptic::describe(static_cast<FalconFault>(status.detail));
+  return hal::describe(status.fault);
+}
+
+}  // namespace hal

@@ -1,0 +1,23 @@
+/// @file
+/// What goes wrong below the HAL, told as the HAL tells it.
+#pragma once
+#include <utility>
+
+#include "drivers/setup_error.h"
+#include "hal/setup_error.h"
+
+namespace hal {
+
+/// Setup: calls `step`. @throws hal::SetupError for its drivers::SetupError.
+template <typename Step>
+void with_hal_errors(Step&& step) {
+  try {
+    std::forward<Step>(step)();
+  } catch (const drivers::SetupError& error) {
+    const drivers::SetupError::Report& report = error.report();
+    throw SetupError(report.device, report.step,
+                     "expected " + report.expected + ", found " + report.found + "; " + report.hint);
+  }
+}
+
+}  // namespace hal

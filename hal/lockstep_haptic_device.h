@@ -1,0 +1,31 @@
+/// @file
+/// hal::HapticDevice without a thread: each exchange() is one with the device.
+#pragma once
+#include <memory>
+
+#include "hal/clock.h"
+#include "hal/haptic_servo.h"
+
+namespace hal {
+
+/// For virtual time, and for devices that do not make one wait.
+class LockstepHapticDevice final : public HapticDevice {
+ public:
+  /// `clock` outlives the device. @throws hal::SetupError when the limits make no sense.
+  LockstepHapticDevice(std::unique_ptr<HapticLink> link, const Clock& clock, const HapticLimits& limits = {});
+  ~LockstepHapticDevice() override { deactivate(); }
+
+  const HapticInfo& info() const noexcept override { return link_->info(); }
+  void activate() override;
+  bool deactivate() noexcept override;
+  HapticStatus exchange(const HapticCommand& command, HapticSample& sample) noexcept override;
+  std::string describe(const HapticStatus& status) const override { return link_->describe(status); }
+
+ private:
+  std::unique_ptr<HapticLink> link_;
+  const Clock& clock_;
+  HapticServo servo_;
+  bool active_ = false;
+};
+
+}  // namespace hal

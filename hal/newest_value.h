@@ -1,0 +1,42 @@
+/// @file
+/// The newest value from one thread to one other.
+#pragma once
+#include <array>
+#include <atomic>
+#include <cstdint>
+
+namespace hal {
+
+/// One thread may publish() and one other may take(). Both are wait-free: they copy one value and exchange
+/// one byte. What was published between two takes is lost, but for the last.
+template <typename T>
+class NewestValue {
+ public:
+  /// Cycle, writer.
+  void publish(const T& value) noexcept {
+    slots_[written_] = value;
+    written_ =
+        waiting_.exchange(static_cast<std::uint8_t>(written_ | kNew), std::memory_order_acq_rel) & kSlot;
+  }
+
+  /// Cycle, reader: false, and `value` untouched, when nothing was published since the last time.
+  bool take(T& value) noexcept {
+    if ((waiting_.load(std::memory_order_relaxed) & kNew) == 0) return false;
+    read_ = waiting_.exchange(read_, std::memory_order_acq_rel) & kSlot;
+    value = slots_[read_];
+    return true;
+  }
+
+ private:
+  static constexpr std::uint8_t kNew = 4;
+  static constexpr std::uint8_t kSlot = 3;
+  static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
+
+  // Each slot belongs to the writer, to the reader, or waits between them.
+  std::array<T, 3> slots_{};
+  std::uint8_t written_ = 0;
+  std::uint8_t read_ = 1;
+  std::atomic<std::uint8_t> waiting_{2};
+};
+
+}  // namespace hal
