@@ -27,11 +27,14 @@ bool SpaceMouseReports::take(std::span<const std::uint8_t> report, double now_s)
   const std::span<const std::uint8_t> bytes = report.subspan(report.empty() ? 0 : 1);
   if (number == 1 && (bytes.size() == kAxisBytes || bytes.size() == 2 * kAxisBytes)) {
     deflection_.translation = axes(bytes);
-    if (bytes.size() == 2 * kAxisBytes) deflection_.rotation = axes(bytes.subspan(kAxisBytes));
-    deflected_at_s_ = now_s;
+    translated_at_s_ = now_s;
+    if (bytes.size() == 2 * kAxisBytes) {
+      deflection_.rotation = axes(bytes.subspan(kAxisBytes));
+      rotated_at_s_ = now_s;
+    }
   } else if (number == 2 && bytes.size() == kAxisBytes) {
     deflection_.rotation = axes(bytes);
-    deflected_at_s_ = now_s;
+    rotated_at_s_ = now_s;
   } else if (number == 3 && !bytes.empty() && bytes.size() <= 6) {
     buttons_ = 0;
     for (std::size_t i = 0; i < std::min<std::size_t>(bytes.size(), 4); ++i)
@@ -46,7 +49,12 @@ bool SpaceMouseReports::take(std::span<const std::uint8_t> report, double now_s)
 }
 
 SpaceMouseDeflection SpaceMouseReports::deflection(double now_s) const noexcept {
-  return now_s - deflected_at_s_ > kSilence_s ? SpaceMouseDeflection{} : deflection_;
+  SpaceMouseDeflection result = deflection_;
+  if (now_s - translated_at_s_ > kSilence_s) result.translation = {};
+  if (now_s - rotated_at_s_ > kSilence_s) result.rotation = {};
+  return result;
 }
+
+void SpaceMouseReports::release() noexcept { deflection_ = {}; }
 
 }  // namespace drivers::haptic

@@ -28,8 +28,12 @@ class SpaceMouseReports {
   /// nothing.
   bool take(std::span<const std::uint8_t> report, double now_s) noexcept;
 
+  /// The cap counts as released until it is reported again.
+  void release() noexcept;
+
   /// A device at rest is silent, after it has reported zeros. One that reported a deflection and then nothing
-  /// for kSilence_s lost its last reports: it counts as released.
+  /// for kSilence_s lost its last reports: it counts as released. Translation and rotation each by itself, so
+  /// that what was lost of one does not come back with the other.
   SpaceMouseDeflection deflection(double now_s) const noexcept;
   std::uint32_t buttons() const noexcept { return buttons_; }  ///< bit 0 is the first, on the left
   std::optional<int> battery_percent() const noexcept { return battery_percent_; }
@@ -40,7 +44,8 @@ class SpaceMouseReports {
 
  private:
   SpaceMouseDeflection deflection_{};
-  double deflected_at_s_ = 0;
+  double translated_at_s_ = 0;
+  double rotated_at_s_ = 0;
   std::uint32_t buttons_ = 0;
   std::optional<int> battery_percent_;
   std::uint64_t unknown_ = 0;

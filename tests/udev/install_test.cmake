@@ -1,0 +1,48 @@
+# Installs into a scratch directory, looks at what is there, and runs it.
+cmake_minimum_required(VERSION 3.25)
+
+# Below it even what goes to an absolute path.
+file(REMOVE_RECURSE ${SCRATCH})
+set(ENV{DESTDIR} ${SCRATCH})
+execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix /usr
+                OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "cmake --install failed:\n${output}")
+endif()
+
+cmake_path(ABSOLUTE_PATH RULES_DIR BASE_DIRECTORY /usr)
+file(GLOB rules RELATIVE ${ROOT}/udev ${ROOT}/udev/*.rules)
+list(TRANSFORM rules PREPEND ${RULES_DIR}/ OUTPUT_VARIABLE installed_rules)
+set(programs youbotd youbot-bench youbot-sim youbot-gap)
+list(TRANSFORM programs PREPEND /usr/bin/ OUTPUT_VARIABLE installed_programs)
+set(expected ${installed_programs} ${installed_rules} /usr/share/youbot-hal/demo.toml
+             /usr/share/doc/youbot-hal/README.md /usr/share/doc/youbot-hal/raw-socket.md)
+file(GLOB_RECURSE found ${SCRATCH}/*)
+list(TRANSFORM found REPLACE "^${SCRATCH}" "")
+list(SORT expected)
+list(SORT found)
+if(NOT found STREQUAL expected)
+  message(FATAL_ERROR "Installed:\n  ${found}\nexpected:\n  ${expected}")
+endif()
+foreach(rule 60-3dconnexion-spacemouse 60-force-dimension 60-novint-falcon)
+  if(NOT EXISTS ${SCRATCH}${RULES_DIR}/${rule}.rules)
+    message(FATAL_ERROR "${rule}.rules is missing")
+  endif()
+endforeach()
+
+foreach(program IN LISTS programs)
+  execute_process(COMMAND ${SCRATCH}/usr/bin/${program} --help
+                  OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
+  if(NOT result EQUAL 0 OR NOT output MATCHES "Usage: .*${program}")
+    message(FATAL_ERROR "${program} --help ended with ${result}:\n${output}")
+  endif()
+endforeach()
+
+# It is the configuration that the installed program reads.
+execute_process(COMMAND ${SCRATCH}/usr/bin/youbotd --config ${SCRATCH}/usr/share/youbot-hal/demo.toml
+                        --virtual-time --duration 0.1
+                OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
+if(NOT result EQUAL 0)
+  message(FATAL_ERROR "youbotd with the installed configuration ended with ${result}:\n${output}")
+endif()
+file(REMOVE_RECURSE ${SCRATCH})
