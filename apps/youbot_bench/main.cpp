@@ -12,9 +12,11 @@
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/experiments_cli.h"
+#include "apps/youbot_bench/haptic_hold.h"
 #include "apps/youbot_bench/identify.h"
 #include "apps/youbot_bench/improve.h"
 #include "apps/youbot_bench/scan.h"
+#include "apps/youbot_bench/usb_probe.h"
 #include "drivers/ethercat/raw_socket_link.h"
 
 namespace {
@@ -58,6 +60,34 @@ int main(int argc, char** argv) {
   diagnose_command->add_option("--capture", diagnose.capture,
                                "pcapng file for the last second of frames, for Wireshark");
   diagnose_command->add_flag("--quiet", diagnose.quiet, "no progress");
+
+  youbot_bench::UsbProbeOptions usb_probe;
+  CLI::App* const usb_probe_command = app.add_subcommand(
+      "usb-probe", "list haptic masters on USB and whether they can be used; claims and sends nothing");
+  usb_probe_command->add_option("--vendor", usb_probe.vendor, "only this vendor's, hexadecimal");
+  usb_probe_command->add_option("--product", usb_probe.product, "only this product, hexadecimal");
+  usb_probe_command->add_flag("--all", usb_probe.all, "also what is no haptic master");
+  usb_probe_command->add_option("--out", usb_probe.out, "file that gets the report, too");
+
+  youbot_bench::HapticHoldOptions hold;
+  CLI::App* const hold_command = app.add_subcommand(
+      "haptic-hold", "hold a haptic master's pen at a point by springs. THIS PUSHES ON A HAND");
+  hold_command->add_option("--haptic", hold.haptic, "loopback, force-dimension, falcon, spacemouse");
+  hold_command->add_option("--config", hold.config, "TOML file with a [haptic] table");
+  hold_command->add_option("--stiffness", hold.stiffness_N_per_m, "N/m")
+      ->check(CLI::Range(0.0, youbot_bench::kMostHoldStiffness_N_per_m));
+  hold_command->add_option("--damping", hold.damping_N_s_per_m, "N·s/m")
+      ->check(CLI::Range(0.0, youbot_bench::kMostHoldDamping_N_s_per_m));
+  hold_command
+      ->add_option("--point", hold.point_m,
+                   "x y z in m, from the device's origin: x towards the user, y to the right, z up")
+      ->check(CLI::Range(-0.2, 0.2));
+  hold_command->add_option("--duration", hold.duration_s, "seconds")->check(CLI::Range(0.1, 3600.0));
+  hold_command->add_option("--out", hold.out, "directory for haptic.csv and report.html");
+  hold_command->add_flag("--virtual-time", hold.virtual_time, "as fast as the machine allows (loopback)");
+  hold_command->add_flag("--allow-non-rt", hold.allow_non_real_time,
+                         "go on when the system refuses real-time scheduling or memory locking");
+  hold_command->add_flag("--quiet", hold.quiet, "print problems only");
 
   youbot_bench::ExperimentCommands experiments(app);
 
@@ -110,6 +140,11 @@ int main(int argc, char** argv) {
     if (*reveal_command) std::printf("%s\n", apps::HiddenEffect(revealed_effect).reveal().c_str());
     if (*identify_command) youbot_bench::identify(identify);
     if (experiments.chosen()) return experiments.run();
+    if (*hold_command) {
+      apps::stop_on_signals();
+      return youbot_bench::haptic_hold(hold, apps::stop_requested);
+    }
+    if (*usb_probe_command) youbot_bench::usb_probe(usb_probe);
     if (*curve_command) youbot_bench::print_curve(curve);
     if (*scan_command || *parameters_command) {
       drivers::ethercat::RawSocketLink link = open_link(robot);

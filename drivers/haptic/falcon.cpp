@@ -24,12 +24,12 @@ constexpr int kMaxReads = 32;
 constexpr int kZeroAttempts = 5;
 
 // Around what the legs reach in use, in F: a position beyond it comes of counts that are wrong.
+// Outwards the legs themselves end, at 0.183 m.
 constexpr double kLowest_m = 0.05;
-constexpr double kHighest_m = 0.2;
 constexpr double kRadius_m = 0.09;
 
 bool in_reach(const Vector3& p_FG_m) noexcept {
-  return p_FG_m[2] >= kLowest_m && p_FG_m[2] <= kHighest_m && std::hypot(p_FG_m[0], p_FG_m[1]) <= kRadius_m;
+  return p_FG_m[2] >= kLowest_m && std::hypot(p_FG_m[0], p_FG_m[1]) <= kRadius_m;
 }
 
 bool is_finite(const Vector3& v) noexcept {
@@ -51,7 +51,7 @@ std::vector<std::string> FalconConfig::problems() const {
   require(std::isfinite(command_per_Nm) && command_per_Nm != 0.0 && std::abs(command_per_Nm) <= 5e4,
           "command_per_Nm must be other than 0 and at most 5e4 in magnitude");
   require(is_finite(p_FO_m), "p_FO_m must be finite");
-  require(reply_deadline > 0ms && reply_deadline <= 20ms, "reply_deadline must be above 0 and at most 20 ms");
+  require(reply_deadline >= 3ms && reply_deadline <= 20ms, "reply_deadline must be 3 ms to 20 ms");
   require(lost_after_misses >= 1 && lost_after_misses <= 10, "lost_after_misses must be 1 to 10");
   require(ramp >= 100ms && ramp <= 60s, "ramp must be 0.1 s to 60 s");
   require(ramp_again >= 100ms && ramp_again <= 60s, "ramp_again must be 0.1 s to 60 s");
@@ -91,9 +91,16 @@ falcon::Firmware Falcon::activate(std::span<const std::uint8_t> image) {
   latched_ = {FalconFault::kIdle, {}, 0};
   // What follows may fail before it comes to the motors.
   if (may_push_) (void)send_zero();
-  const falcon::Firmware firmware = falcon::start_firmware(port_, image, config_.boot);
-  stream_.reset();
-  may_push_ = false;  // its last packet was zero, and replies came
+  may_push_ = true;  // who used the device before may have left a force on
+  falcon::Firmware firmware{};
+  try {
+    firmware = falcon::start_firmware(port_, image, config_.boot);
+  } catch (...) {
+    (void)send_zero();
+    throw;
+  }
+  may_push_ = false;                       // its last packet was zero, and replies came
+  owed_ = config_.boot.alive_packets - 1;  // at most: it does not tell how often it asked
   misses_ = 0;
   homed_ = false;  // until a reply says otherwise
   located_ = false;
@@ -112,7 +119,7 @@ bool Falcon::deactivate() noexcept {
 bool Falcon::send_zero() noexcept {
   int in_a_row = 0;
   for (int attempt = 0; attempt < kZeroAttempts && in_a_row < 2; ++attempt) {
-    const TransferResult result = port_.write(falcon::encode(at_rest()), config_.reply_deadline);
+    const TransferResult result = write(at_rest());
     if (result.status == TransferStatus::kUnplugged) return false;
     in_a_row = result.ok() ? in_a_row + 1 : 0;
   }
@@ -127,23 +134,24 @@ FalconStatus Falcon::exchange(const Vector3& f_G_F_N, FalconSample& sample) noex
     return latched_;
   }
   const nanoseconds begin = port_.now();
-  const nanoseconds deadline = begin + config_.reply_deadline;
+  if (too_old(begin)) located_ = false;
   const bool good_force = is_finite(f_G_F_N);
-  if (!good_force) interrupt_ramp(begin);
+  if (!good_force || !located_) interrupt_ramp(begin);
   const Drive sent = good_force && located_ ? drive(f_G_F_N, gain(begin)) : Drive{at_rest(), {}, false};
 
-  TransferResult result = discard_late_replies();
-  if (!result.ok() && result.status != TransferStatus::kTimeout) return miss(result);
-  if (sent.command.motors != at_rest().motors) may_push_ = true;
-  result = port_.write(falcon::encode(sent.command), config_.reply_deadline);
+  // Whatever became of the late ones, the packet has to go out: it may be the zero that somebody waits for.
+  const TransferResult late = discard_late_replies();
+  ++owed_;  // also when the write fails: the packet may have gone out all the same
+  TransferResult result = write(sent.command);
   if (!result.ok()) return miss(result);
+  if (!late.ok() && late.status != TransferStatus::kTimeout) return miss(late);
   falcon::Reply reply;
-  result = receive(reply, deadline);
+  result = receive(reply, begin + config_.reply_deadline);
   if (!result.ok()) return miss(result);
   misses_ = 0;
 
   if (!locate(reply)) return {FalconFault::kNoPosition, {}, 0};
-  sample.stamp = port_.now();
+  sample.stamp = reply_stamp_;
   sample.homed = homed_;
   for (std::size_t axis = 0; axis < falcon::kAxes; ++axis) {
     sample.axis_homed[axis] = (reply.homed >> axis & 1U) != 0;
@@ -154,6 +162,11 @@ FalconStatus Falcon::exchange(const Vector3& f_G_F_N, FalconSample& sample) noex
   sample.f_G_F_N = sent.force_N;
   sample.limited = sent.limited;
   return {good_force ? FalconFault::kNone : FalconFault::kBadForce, {}, 0};
+}
+
+/// The hand may have moved the grip far since then, or the clock was set.
+bool Falcon::too_old(nanoseconds now) const noexcept {
+  return now < reply_stamp_ || now - reply_stamp_ > config_.lost_after_misses * config_.reply_deadline;
 }
 
 falcon::Command Falcon::at_rest() const noexcept {
@@ -209,10 +222,7 @@ bool Falcon::locate(const falcon::Reply& reply) noexcept {
     return true;
   }
   const auto grip = falcon::grip_position(falcon::angles_rad(reply.counts), p_FG_m_);
-  if (!grip.converged || !in_reach(grip.p_FG_m)) {
-    interrupt_ramp(port_.now());
-    return false;
-  }
+  if (!grip.converged || !in_reach(grip.p_FG_m)) return false;
   located_ = true;
   p_FG_m_ = grip.p_FG_m;
   for (std::size_t k = 0; k < 3; ++k) p_OG_m_[k] = p_FG_m_[k] - config_.p_FO_m[k];
@@ -232,30 +242,55 @@ FalconStatus Falcon::miss(const TransferResult& result) noexcept {
   return status;
 }
 
-/// A reply that came after its deadline would pass for the next one's, and so on for ever.
-TransferResult Falcon::discard_late_replies() noexcept {
+TransferResult Falcon::write(const falcon::Command& command) noexcept {
+  // Also when it fails, as above.
+  if (command.motors != at_rest().motors) may_push_ = true;
+  return port_.write(falcon::encode(command), config_.reply_deadline);
+}
+
+/// One read: the latest of the replies that became complete with it, if any.
+TransferResult Falcon::read(std::optional<falcon::Reply>& reply, nanoseconds timeout) noexcept {
   std::array<std::uint8_t, usb::ftdi::kPacketBytes> packet{};
-  TransferResult result;
-  for (int i = 0; i < kMaxReads && result.ok(); ++i) result = port_.read(packet, nanoseconds(0));
-  stream_.reset();
+  const TransferResult result = port_.read(packet, timeout);
+  if (!result.ok()) return result;
+  const auto bytes =
+      usb::ftdi::strip_modem_status(std::span(packet).first(std::min(result.size, packet.size())));
+  const std::uint64_t before = stream_.replies();
+  reply = stream_.feed(bytes);
+  owed_ = std::max(owed_ - static_cast<int>(stream_.replies() - before), 0);
   return result;
 }
 
+TransferResult Falcon::discard_late_replies() noexcept {
+  TransferResult result;
+  std::optional<falcon::Reply> late;
+  for (int i = 0; i < kMaxReads && result.ok(); ++i) result = read(late, nanoseconds(0));
+  return result;
+}
+
+/// Replies carry no number, but each command gets one and they keep their order: a late one that is still on
+/// its way comes first, and would pass for the next one's, and so on for ever. So all that are owed are
+/// waited for. When nothing comes for half a deadline behind one of them, the others were lost.
 TransferResult Falcon::receive(falcon::Reply& reply, nanoseconds deadline) noexcept {
-  for (int i = 0; i < kMaxReads; ++i) {
+  std::optional<nanoseconds> stamp;
+  for (int i = 0; i < kMaxReads && owed_ > 0; ++i) {
     const nanoseconds left = deadline - port_.now();
-    if (left <= nanoseconds(0)) break;
-    std::array<std::uint8_t, usb::ftdi::kPacketBytes> packet{};
-    const TransferResult result = port_.read(packet, left);
-    if (!result.ok()) return result;
-    const auto bytes =
-        usb::ftdi::strip_modem_status(std::span(packet).first(std::min(result.size, packet.size())));
-    if (const auto found = stream_.feed(bytes)) {
-      reply = *found;
-      return result;
+    std::optional<falcon::Reply> next;
+    const TransferResult result =
+        left > nanoseconds(0) ? read(next, left) : TransferResult{TransferStatus::kTimeout, 0, 0};
+    if (result.status == TransferStatus::kTimeout) {
+      if (stamp) owed_ = 0;
+      break;
     }
+    if (!result.ok()) return result;
+    if (!next) continue;
+    reply = *next;
+    stamp = port_.now();
+    deadline = *stamp + config_.reply_deadline / 2;
   }
-  return {TransferStatus::kTimeout, 0, 0};
+  if (!stamp) return {TransferStatus::kTimeout, 0, 0};
+  reply_stamp_ = *stamp;
+  return {};
 }
 
 }  // namespace drivers::haptic

@@ -38,12 +38,13 @@ struct FalconConfig {
   /// it per device. Its sign is the direction of the motors' winding.
   double command_per_Nm = -10000.0;
   std::array<double, 3> p_FO_m{0.0, 0.0, 0.13};  ///< others have 0.15 in the last place
-  std::chrono::nanoseconds reply_deadline = std::chrono::milliseconds(5);  ///< at most 20 ms
-  int lost_after_misses = 3;                                               ///< 1 to 10
+  /// 3 ms to 20 ms. Half of it has to outlast a reply's usual time, 1.2 ms with the FTDI chip's latency.
+  std::chrono::nanoseconds reply_deadline = std::chrono::milliseconds(5);
+  int lost_after_misses = 3;  ///< 1 to 10
   /// The gain rises from 0 to 1 over this time, 0.1 s to 60 s, when there is a position after activate() or
   /// homing ...
   std::chrono::nanoseconds ramp = std::chrono::seconds(1);
-  /// ... and over this time after kBadForce or kNoPosition, unless the longer ramp was not over yet.
+  /// ... and over this time after kBadForce, kNoPosition or a pause, unless the longer ramp was not over yet.
   std::chrono::nanoseconds ramp_again = std::chrono::milliseconds(100);
   falcon::BootConfig boot = {};
 
@@ -80,8 +81,9 @@ struct FalconSample {
   bool limited = false;  ///< smaller than asked for: force limit, or a motor at its end; not by the ramp
 };
 
-/// One device behind its port, which has to outlive it. One thread. A cycle may block for the deadline; the
-/// one that ends in kLost, and each in kLost, for up to five more, in which zero is written.
+/// One device behind its port, which has to outlive it. One thread. A cycle may block for the deadline; while
+/// replies are owed that were missed, for half as long again behind each; the one that ends in kLost, and
+/// each in kLost, for up to five more, in which zero is written.
 class Falcon {
  public:
   /// Setup. @throws SetupError listing all FalconConfig::problems().
@@ -93,14 +95,16 @@ class Falcon {
 
   /// Setup: firmware running, motors at zero; a force of ours that may still be on is taken away first. Also
   /// the way back from kLost (from kUnplugged only a new port is). `image` may be empty when the firmware is
-  /// running already. @throws SetupError see falcon::start_firmware()
+  /// running already. @throws SetupError see falcon::start_firmware(), once zero was sent all the same: a
+  /// program that was killed may have left a force on.
   falcon::Firmware activate(std::span<const std::uint8_t> image = {});
   /// Zero force. Allowed in any state. False when a force may still be on: zero could not be written.
   bool deactivate() noexcept;
 
   /// Cycle: one packet out, its reply in. The force is turned into torques at the grip's latest position.
-  /// `sample` is left as it is unless the status is ok or kBadForce. In kLost each call still sends zero
-  /// force, for a device that hears but is not heard.
+  /// `sample` is left as it is unless the status is ok or kBadForce. After a pause of more than
+  /// lost_after_misses deadlines that position is too old: zero goes out, then the force fades in. In kLost
+  /// each call still sends zero force, for a device that hears but is not heard.
   FalconStatus exchange(const std::array<double, 3>& f_G_F_N, FalconSample& sample) noexcept;
 
  private:
@@ -113,10 +117,13 @@ class Falcon {
   Drive drive(const std::array<double, 3>& wanted_N, double gain) const noexcept;
   falcon::Command at_rest() const noexcept;
   bool locate(const falcon::Reply& reply) noexcept;
+  bool too_old(std::chrono::nanoseconds now) const noexcept;
   double gain(std::chrono::nanoseconds now) noexcept;
   void interrupt_ramp(std::chrono::nanoseconds now) noexcept;
   bool send_zero() noexcept;
   FalconStatus miss(const usb::TransferResult& result) noexcept;
+  usb::TransferResult write(const falcon::Command& command) noexcept;
+  usb::TransferResult read(std::optional<falcon::Reply>& reply, std::chrono::nanoseconds timeout) noexcept;
   usb::TransferResult discard_late_replies() noexcept;
   usb::TransferResult receive(falcon::Reply& reply, std::chrono::nanoseconds deadline) noexcept;
 
@@ -124,10 +131,12 @@ class Falcon {
   FalconConfig config_;
   FalconStatus latched_{FalconFault::kIdle, {}, 0};
   falcon::ReplyStream stream_;
-  bool may_push_ = false;  // since a command other than zero, until zero went out
+  int owed_ = 0;           // replies to commands that were sent
+  bool may_push_ = false;  // since a command other than zero, or one that is not ours, until zero went out
   int misses_ = 0;
-  bool homed_ = false;    // all axes, as of the latest reply
-  bool located_ = false;  // homed, and p_FG_m_ is from the latest reply: else no force
+  std::chrono::nanoseconds reply_stamp_{};  // when the latest one was there
+  bool homed_ = false;                      // all axes, as of the latest reply
+  bool located_ = false;                    // homed, and p_FG_m_ is from the latest reply: else no force
   falcon::Vector3 p_FG_m_ = falcon::kMiddle_m;
   falcon::Vector3 p_OG_m_{};
   std::optional<std::chrono::nanoseconds> ramp_begin_;  // empty: begins with the next force

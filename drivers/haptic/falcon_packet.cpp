@@ -98,6 +98,7 @@ std::optional<Reply> ReplyStream::feed(std::span<const std::uint8_t> bytes) noex
     packet_[size_++] = byte;
     if (size_ == kPacketBytes) {
       latest = decode_reply(packet_);
+      ++replies_;
       size_ = 0;
     }
   }

@@ -68,14 +68,15 @@ class ReplyStream {
  public:
   /// The latest reply that is complete with these bytes.
   std::optional<Reply> feed(std::span<const std::uint8_t> bytes) noexcept;
-  /// Forgets a reply that is half there.
-  void reset() noexcept { size_ = 0; }
+  /// Replies that are complete, since construction.
+  std::uint64_t replies() const noexcept { return replies_; }
   /// Bytes that turned out to be part of no reply, since construction.
   std::uint64_t discarded_bytes() const noexcept { return discarded_bytes_; }
 
  private:
   Packet packet_{};
   std::size_t size_ = 0;  // of packet_; 0: waiting for a start
+  std::uint64_t replies_ = 0;
   std::uint64_t discarded_bytes_ = 0;
 };
 

@@ -13,8 +13,6 @@ using Vector = std::array<double, 3>;
 
 constexpr int kRampOutSteps = 10;
 constexpr nanoseconds kRampOutStep = 2ms;  // the watchdog of 20 ms stays fed
-constexpr int kStopAttempts = 5;
-constexpr nanoseconds kStopRetry = 2ms;
 
 bool finite(const Vector& vector) noexcept {
   return std::all_of(vector.begin(), vector.end(), [](double value) { return std::isfinite(value); });
@@ -60,7 +58,8 @@ std::string describe(const ForceDimensionStatus& status) {
       return "the SDK gives no new pose: the latest is " + std::to_string(status.detail) + " us old";
     case Fault::kForceOff:
       return std::string("the device switched its force off: ") + describe_force_off(status.detail);
-    case Fault::kUnplugged: return with_error("the device does not answer; check USB cable and power");
+    case Fault::kUnplugged:
+      return with_error("the device is gone or unwell; check USB cable and power, then open it again");
     case Fault::kSdkError: return with_error("the SDK refused a call");
   }
   if (status.repeated) return "ok, with the old pose (time guard)";
@@ -84,6 +83,13 @@ ForceDimensionStatus ForceDimension::exchange(const ForceDimensionCommand& comma
   if (id_ < 0) return {Fault::kNotOpen};
   const nanoseconds gap = previous_ ? now - *previous_ : 0ns;
   previous_ = now;
+  // Or a clock that was set back would excuse a status without force for as long as that.
+  if (gap < 0ns && force_on_since_) force_on_since_ = now - config_.settle;
+  if (latched_.fault == Fault::kUnplugged) {
+    give_up_force();
+    latched_.f_D_H_N = sent_N_;
+    return latched_;
+  }
   if (!command.enable) {
     latched_ = {};
     enabled_since_.reset();
@@ -107,7 +113,7 @@ ForceDimensionStatus ForceDimension::exchange(const ForceDimensionCommand& comma
     if (!force_on_since_) status = switch_force_on(now);
     if (status.ok()) enabled_since_ = fresh_ = now;
   }
-  if (latched_.ok() && !status.ok()) latched_ = status;
+  latch(status);
 
   Vector force_N{};
   bool scaled = false;
@@ -116,14 +122,18 @@ ForceDimensionStatus ForceDimension::exchange(const ForceDimensionCommand& comma
     scaled = limit(force_N, config_.max_force_N);
     for (double& component_N : force_N) component_N *= gain(now);
   }
-  if (force_on_since_) {
+  if (status.fault == Fault::kUnplugged || status.fault == Fault::kForceOff) {
+    give_up_force();
+  } else if (force_on_since_) {
     status = send(force_N);
-    if (latched_.ok() && !status.ok()) latched_ = status;
+    latch(status);
     scaled = scaled || status.saturated;
+    if (!status.ok()) give_up_force();
   }
   status = latched_;
   status.saturated = scaled;
   status.repeated = repeated;
+  status.f_D_H_N = sent_N_;
   return status;
 }
 
@@ -162,39 +172,43 @@ std::uint32_t ForceDimension::read_buttons() noexcept {
   return f_.get_button != nullptr && f_.get_button(0, id) == 1 ? 1U : 0U;
 }
 
-ForceDimensionStatus ForceDimension::check_state(nanoseconds now) noexcept {
+ForceDimensionStatus ForceDimension::check_state(nanoseconds now) const noexcept {
   std::array<int, kStatusCapacity> slots{};
   if (sdk_failed(f_.get_status(slots.data(), static_cast<char>(id_)))) return sdk_fault();
-  const int cause = slots[status_slot::kForceOffCause];
-  if (slots[status_slot::kConnected] == 0 || slots[status_slot::kPower] == 0 || cause == kForceOffUnplugged) {
-    give_up_force();
+  if (slots[status_slot::kConnected] == 0 || slots[status_slot::kPower] == 0)
     return {.fault = Fault::kUnplugged, .detail = kSdkErrorCommunication};
-  }
+  // It was without power, if only between two exchanges: watchdog and calibration are gone.
+  if (slots[status_slot::kReset] != 0) return {.fault = Fault::kUnplugged, .detail = kSdkErrorNotReady};
+  if (slots[status_slot::kError] != 0) return {.fault = Fault::kUnplugged, .detail = kSdkErrorGeneric};
   // A status that is a transfer old still shows the brakes right after enabling; zero force is all that is
-  // sent then.
+  // sent then. The cause is the latest one, so it means something only now.
   if (force_on_since_ && slots[status_slot::kForce] == 0 && now - *force_on_since_ >= config_.settle) {
-    give_up_force();
+    const int cause = slots[status_slot::kForceOffCause];
+    if (cause == kForceOffUnplugged) return {.fault = Fault::kUnplugged, .detail = kSdkErrorCommunication};
     return {.fault = Fault::kForceOff, .detail = cause};
   }
   return {};
 }
 
-/// A status that says the force is off may be wrong, and firmware before 3.0, without a watchdog, would go on
-/// with the last force. Until the device confirms to have stopped, zero is sent in each cycle.
+/// A status that says the force is off may be wrong, a zero may be refused, and firmware before 3.0, without
+/// a watchdog, would go on with the last force. So both are tried, in each cycle until the stop is confirmed.
 void ForceDimension::give_up_force() noexcept {
   if (!force_on_since_) return;
   const char id = static_cast<char>(id_);
-  f_.set_force(0.0, 0.0, 0.0, id);
-  sent_N_ = {};
-  if (!sdk_failed(f_.stop(id))) force_on_since_.reset();
+  const bool zero = !sdk_failed(f_.set_force(0.0, 0.0, 0.0, id));
+  const bool stopped = !sdk_failed(f_.stop(id));
+  if (zero || stopped) sent_N_ = {};
+  if (stopped) force_on_since_.reset();
 }
 
 ForceDimensionStatus ForceDimension::switch_force_on(nanoseconds now) noexcept {
   const char id = static_cast<char>(id_);
   f_.set_force(0.0, 0.0, 0.0, id);  // nothing old may come on; whether it is taken with the brakes on is open
-  if (sdk_failed(f_.enable_force(1, id))) return sdk_fault();
   force_on_since_ = now;
-  return {};
+  if (!sdk_failed(f_.enable_force(1, id))) return {};
+  const ForceDimensionStatus status = sdk_fault();
+  give_up_force();  // the answer alone may have been lost
+  return status;
 }
 
 ForceDimensionStatus ForceDimension::send(const Vector& f_N) noexcept {
@@ -205,8 +219,13 @@ ForceDimensionStatus ForceDimension::send(const Vector& f_N) noexcept {
 }
 
 ForceDimensionStatus ForceDimension::sdk_fault() const noexcept {
-  const int code = f_.error_get_last != nullptr ? f_.error_get_last() : 1;
+  const int code = f_.error_get_last != nullptr ? f_.error_get_last() : kSdkErrorGeneric;
   return {.fault = means_gone(code) ? Fault::kUnplugged : Fault::kSdkError, .detail = code};
+}
+
+/// The first one is kept, but for the one that a disable does not clear.
+void ForceDimension::latch(const ForceDimensionStatus& status) noexcept {
+  if (!status.ok() && (latched_.ok() || status.fault == Fault::kUnplugged)) latched_ = status;
 }
 
 double ForceDimension::gain(nanoseconds now) const noexcept {
@@ -215,34 +234,25 @@ double ForceDimension::gain(nanoseconds now) const noexcept {
   return std::clamp(part, 0.0, 1.0);
 }
 
-bool ForceDimension::wait(nanoseconds time) const noexcept {
-  try {
-    config_.wait(time);
-    return true;
-  } catch (...) {  // stopping goes on, only faster
-    return false;
-  }
-}
-
 bool ForceDimension::stop() noexcept {
   if (id_ < 0) return true;
   const char id = static_cast<char>(id_);
-  const bool pushes =
-      std::any_of(sent_N_.begin(), sent_N_.end(), [](double force_N) { return force_N != 0.0; });
   const Vector start_N = sent_N_;
-  for (int left = kRampOutSteps - 1; pushes && force_on_since_ && left > 0; --left) {
+  bool ramps = latched_.ok() &&
+               std::any_of(start_N.begin(), start_N.end(), [](double force_N) { return force_N != 0.0; });
+  for (int left = kRampOutSteps - 1; ramps && left > 0; --left) {
     Vector force_N = start_N;
     for (double& component_N : force_N) component_N *= static_cast<double>(left) / kRampOutSteps;
-    if (!send(force_N).ok() || !wait(kRampOutStep)) break;
+    ramps = send(force_N).ok() && wait_without_throwing(config_.wait, kRampOutStep);
   }
-  if (force_on_since_) f_.set_force(0.0, 0.0, 0.0, id);
 
   bool stopped = false;
   for (int attempt = 0; attempt < kStopAttempts && !stopped; ++attempt) {
-    if (attempt > 0) wait(kStopRetry);
+    if (attempt > 0) wait_without_throwing(config_.wait, kStopRetry);
+    f_.set_force(0.0, 0.0, 0.0, id);
     stopped = !sdk_failed(f_.stop(id));
   }
-  f_.close(id);
+  close_force_dimension(f_, id);
   id_ = -1;
   force_on_since_.reset();
   sent_N_ = {};

@@ -8,7 +8,7 @@
 ///
 /// Frames: H is the device's fixed base (x towards the operator, y to the operator's right, z up), D its
 /// grip. Forces act on the hand. The wrist senses and has no motors. Time is the caller's: any monotonic
-/// clock.
+/// clock that goes on between two exchanges; while it stands still nothing is late and nothing is stale.
 #pragma once
 #include <array>
 #include <chrono>
@@ -28,8 +28,8 @@ struct ForceDimensionSample {
 };
 
 struct ForceDimensionCommand {
-  /// Level, not event: false is zero force and forgets a fault. From each rise on the force is zero for
-  /// `settle`, then the gain goes from 0 to 1 over `ramp_in`.
+  /// Level, not event: false is zero force and forgets a fault, but for kUnplugged. From each rise on the
+  /// force is zero for `settle`, then the gain goes from 0 to 1 over `ramp_in`.
   bool enable = false;
   std::array<double, 3> f_D_H_N{};  ///< scaled down to the limit when larger
 };
@@ -42,8 +42,10 @@ enum class ForceDimensionFault : std::uint8_t {
   kLate,        ///< more than half the watchdog's time since the exchange before; detail: the gap in us
   kStale,       ///< no new pose for longer than the watchdog's time, force on; detail: the pose's age in us
   kForceOff,    ///< the device switched its force off; detail: see describe_force_off()
-  kUnplugged,   ///< the device does not answer or has no power; detail: the SDK's error
-  kSdkError,    ///< detail: see describe_sdk_error()
+  /// The device does not answer, lost its power or its calibration, or reports an error; detail: the SDK's
+  /// error. Nobody knows then which of its limits are left, so this ends with a new ForceDimension only.
+  kUnplugged,
+  kSdkError,  ///< detail: see describe_sdk_error()
 };
 
 struct [[nodiscard]] ForceDimensionStatus {
@@ -51,6 +53,7 @@ struct [[nodiscard]] ForceDimensionStatus {
   bool saturated = false;  ///< the force was scaled down, here or by the device; not a fault
   bool repeated = false;   ///< the time guard gave the old pose: `sample` is as it was; not a fault
   std::int32_t detail = 0;
+  std::array<double, 3> f_D_H_N{};  ///< the latest force that the SDK took, zero once it stopped the device
   bool ok() const noexcept { return fault == ForceDimensionFault::kNone; }
 };
 /// "the device switched its force off: the watchdog: no force command came in time". Allocates.
@@ -72,14 +75,16 @@ class ForceDimension {
 
   /// Cycle: reads pose, buttons and state, then sends a force. While the force is on each call sends one, be
   /// it zero: gravity compensation and the watchdog live on that. The first fault is kept, and the force is
-  /// zero, until an exchange with enable false; a force that the device switched off comes back only by
-  /// enabling after that. `sample` is left untouched when nothing new or nothing good came, so that its
-  /// stamp shows its age. Neither allocates nor locks by itself; what the SDK does in its calls is its own.
+  /// zero, until an exchange with enable false; a force that the device switched off, or that it refused,
+  /// comes back only by enabling after that. `sample` is left untouched when nothing new or nothing good
+  /// came, so that its stamp shows its age. Neither allocates nor locks by itself; what the SDK does in its
+  /// calls is its own.
   ForceDimensionStatus exchange(const ForceDimensionCommand& command, std::chrono::nanoseconds now,
                                 ForceDimensionSample& sample) noexcept;
 
-  /// Ramps the force to zero over 20 ms, switches it off and closes the device. Allowed in any state, blocks
-  /// for some 30 ms. False when the device never confirmed to have stopped: its watchdog is what is left.
+  /// Ramps the force to zero over 20 ms, or drops it after a fault, switches it off and closes the device.
+  /// Allowed in any state, blocks for some 30 ms. False when the device never confirmed to have stopped: its
+  /// watchdog is what is left.
   bool stop() noexcept;
 
  private:
@@ -89,20 +94,20 @@ class ForceDimension {
   ForceDimensionStatus read(std::chrono::nanoseconds now, ForceDimensionSample& measured) noexcept;
   int read_pose(ForceDimensionSample& measured) noexcept;
   std::uint32_t read_buttons() noexcept;
-  ForceDimensionStatus check_state(std::chrono::nanoseconds now) noexcept;
+  ForceDimensionStatus check_state(std::chrono::nanoseconds now) const noexcept;
   ForceDimensionStatus switch_force_on(std::chrono::nanoseconds now) noexcept;
   void give_up_force() noexcept;
   ForceDimensionStatus send(const std::array<double, 3>& f_N) noexcept;
   ForceDimensionStatus sdk_fault() const noexcept;
+  void latch(const ForceDimensionStatus& status) noexcept;
   double gain(std::chrono::nanoseconds now) const noexcept;
-  bool wait(std::chrono::nanoseconds time) const noexcept;
 
   SdkFunctions f_;
   ForceDimensionConfig config_;
   int id_ = -1;  ///< -1: closed
   ForceDimensionInfo info_;
 
-  /// When we switched the force on; empty: it is off, by us or as the device's status tells.
+  /// When we switched the force on; empty: it is off, as the SDK confirmed.
   std::optional<std::chrono::nanoseconds> force_on_since_;
   ForceDimensionStatus latched_;
   std::optional<std::chrono::nanoseconds> previous_;

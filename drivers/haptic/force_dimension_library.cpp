@@ -105,6 +105,8 @@ std::vector<MissingSymbol> resolve(void* library, SdkFunctions& f) {
   look_up(f.set_max_force, "dhdSetMaxForce", "limiting the force");
   look_up(f.set_gravity_compensation, "dhdSetGravityCompensation", "holding the handle's weight");
   look_up(f.set_effector_mass, "dhdSetEffectorMass", "setting the handle's mass");
+  look_up(f.drd_open_id, "drdOpenID", "handing a device to libdrd");
+  look_up(f.drd_close, "drdClose", "closing a device of libdrd");
   look_up(f.drd_is_initialized, "drdIsInitialized", "telling whether the device is calibrated");
   look_up(f.drd_auto_init, "drdAutoInit", "calibrating by moving the handle");
   look_up(f.drd_stop, "drdStop", "taking over after calibration");

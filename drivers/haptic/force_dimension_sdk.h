@@ -51,7 +51,10 @@ struct SdkFunctions {
   int (*set_gravity_compensation)(int on, char id) = nullptr;
   int (*set_effector_mass)(double mass_kg, char id) = nullptr;
 
-  // Calibration; drd_auto_init moves the handle.
+  // Calibration; drd_auto_init moves the handle. A device opened above is handed to libdrd by its number,
+  // which the vendor documents for devices that are open already; from then on it is closed by drd_close.
+  int (*drd_open_id)(char index) = nullptr;
+  int (*drd_close)(char id) = nullptr;
   bool (*drd_is_initialized)(char id) = nullptr;
   int (*drd_auto_init)(char id) = nullptr;
   int (*drd_stop)(bool keep_force, char id) = nullptr;
@@ -72,9 +75,11 @@ inline constexpr int kSdkTimeGuard = 1;       ///< asked sooner than the time gu
 inline constexpr int kSdkMotorSaturated = 2;  ///< all motors scaled down together: the direction is kept
 constexpr bool sdk_failed(int result) noexcept { return result < 0; }
 
+inline constexpr int kSdkErrorGeneric = 1;
 inline constexpr int kSdkErrorCommunication = 2;
 inline constexpr int kSdkErrorNoDevice = 5;
 inline constexpr int kSdkErrorNotAvailable = 6;
+inline constexpr int kSdkErrorNotReady = 12;
 inline constexpr int kSdkErrorDeviceInUse = 20;
 /// "communication error"; for a number outside 0..22 "unknown error".
 const char* describe_sdk_error(int code) noexcept;

@@ -32,6 +32,12 @@ std::string one_decimal(double value) {
   return {text.data(), result.ptr};
 }
 
+/// libdrd may know only devices that it opened itself: who calls it has it open them. A library with half of
+/// that pair is used as one without.
+bool libdrd_has_it(const SdkFunctions& f) noexcept {
+  return f.drd_open_id != nullptr && f.drd_close != nullptr;
+}
+
 bool is_omega6(int type) noexcept { return type == kOmega6Right || type == kOmega6Left; }
 
 SetupError not_opened(const SdkFunctions& f, const std::string& wanted) {
@@ -46,6 +52,17 @@ SetupError not_opened(const SdkFunctions& f, const std::string& wanted) {
   if (all > 0 && available == 0) hint = "another program has it open: end that program";
   if (available > 0) hint = "name another device, or none to take the first omega.6";
   return SetupError({kDevice, "open " + wanted, "a device", why + counted, hint});
+}
+
+/// @throws SetupError when that fails, with the device closed.
+void hand_to_libdrd(const SdkFunctions& f, char id) {
+  const int taken = f.drd_open_id(id);
+  if (taken == id) return;
+  const std::string found = sdk_failed(taken) ? last_error(f) : "device " + std::to_string(taken);
+  f.drd_close(sdk_failed(taken) ? id : static_cast<char>(taken));  // the answer alone may have been lost
+  f.close(id);
+  throw SetupError({kDevice, "hand it to libdrd, which calibrates", "device " + std::to_string(id), found,
+                    "unplug other haptic devices, or install a newer SDK"});
 }
 
 /// One device under preparation: calls that name their step when they fail.
@@ -75,8 +92,15 @@ class Preparation {
   void check_regulation(int result, const std::string& step, const std::string& hint) const {
     if (!sdk_failed(result)) return;
     const std::string why = last_error(f_);
-    f_.drd_stop(false, id_);
-    fail(step, "success", why, hint);
+    fail(step, "success", why,
+         stop_regulation() ? hint : "the SDK may still be driving the handle: switch the device off");
+  }
+  bool stop_regulation() const {
+    for (int attempt = 0; attempt < kStopAttempts; ++attempt) {
+      if (attempt > 0) wait_without_throwing(config_.wait, kStopRetry);
+      if (!sdk_failed(f_.drd_stop(false, id_))) return true;
+    }
+    return false;
   }
   [[noreturn]] void fail(const std::string& step, const std::string& expected, const std::string& found,
                          const std::string& hint) const {
@@ -125,7 +149,7 @@ class Preparation {
   /// Both have to agree: forces computed from a pose that is not calibrated are worse than a refusal.
   bool is_calibrated() const {
     if (status()[status_slot::kReset] != 0) return false;
-    return f_.drd_is_initialized == nullptr || f_.drd_is_initialized(id_);
+    return !libdrd_has_it(f_) || f_.drd_is_initialized == nullptr || f_.drd_is_initialized(id_);
   }
 
   void calibrate() {
@@ -136,7 +160,7 @@ class Preparation {
              "put the handle into its rest until the light stops blinking; or allow motion (allow_motion), "
              "keep clear, and the device calibrates itself");
       }
-      library_.require({"drdAutoInit", "drdStop"});
+      library_.require({"drdOpenID", "drdClose", "drdAutoInit", "drdStop"});
       check_regulation(f_.drd_auto_init(id_), "calibrate by moving the handle",
                        "let go of the handle and keep it clear");
       // Hands the force back with the motors still on; set-up ends with them off.
@@ -237,6 +261,15 @@ bool within(double value, double low, double high) noexcept { return value >= lo
 
 void sleep_for(std::chrono::nanoseconds time) { std::this_thread::sleep_for(time); }
 
+bool wait_without_throwing(const WaitFor& wait, std::chrono::nanoseconds time) noexcept {
+  try {
+    wait(time);
+    return true;
+  } catch (...) {
+    return false;
+  }
+}
+
 int ForceDimensionConfig::watchdog_ticks() const noexcept {
   return static_cast<int>(watchdog.count() / kWatchdogTick_us);
 }
@@ -252,6 +285,7 @@ std::vector<std::string> ForceDimensionConfig::problems() const {
   need(!effector_mass_kg || within(*effector_mass_kg, 0.0, 1.0), "effector_mass_kg: 0 to 1 kg");
   need(!time_guard || (*time_guard >= 0us && *time_guard <= 10ms), "time_guard: 0 to 10 ms");
   need(settle >= 20ms && settle <= 10s, "settle: 20 ms to 10 s");
+  need(settle >= watchdog, "settle: no less than the watchdog's time");
   need(ramp_in >= 1s && ramp_in <= 60s, "ramp_in: 1 to 60 s");
   need(!index || *index <= 127, "index: 0 to 127");
   need(static_cast<bool>(wait), "wait: a function");
@@ -289,7 +323,12 @@ char open_force_dimension(const ForceDimensionLibrary& library, const ForceDimen
     }
   }
   if (!std::in_range<signed char>(id) || sdk_failed(id)) throw not_opened(f, wanted);
+  if (libdrd_has_it(f)) hand_to_libdrd(f, static_cast<char>(id));
   return static_cast<char>(id);
+}
+
+void close_force_dimension(const SdkFunctions& f, char id) noexcept {
+  libdrd_has_it(f) ? f.drd_close(id) : f.close(id);
 }
 
 ForceDimensionInfo prepare_force_dimension(const ForceDimensionLibrary& library, char id,

@@ -18,6 +18,12 @@ inline constexpr double kOmega6MaxForce_N = 12.0;  ///< what drivers in use set 
 /// Waits at least so long; used while stopping, never in a cycle.
 using WaitFor = std::function<void(std::chrono::nanoseconds)>;
 void sleep_for(std::chrono::nanoseconds time);
+/// False when `wait` threw: whoever is stopping a device goes on, only faster.
+bool wait_without_throwing(const WaitFor& wait, std::chrono::nanoseconds time) noexcept;
+
+/// Whatever has to stop is told so up to that often, with a pause after each refusal.
+inline constexpr int kStopAttempts = 5;
+inline constexpr std::chrono::milliseconds kStopRetry{2};
 
 struct ForceDimensionConfig {
   // Which device: by serial number, else by number, else the first omega.6.
@@ -35,7 +41,9 @@ struct ForceDimensionConfig {
   /// A read sooner than this after another one returns the old sample. 0 to 10 ms; empty: the SDK's. A loop
   /// of 4 kHz needs 0; more than the watchdog's time ends in ForceDimensionFault::kStale.
   std::optional<std::chrono::microseconds> time_guard;
-  std::chrono::milliseconds settle{100};    ///< zero force from enabling on
+  /// Zero force from enabling on; 20 ms to 10 s, and no less than the watchdog's time, so that a pose that
+  /// has stood still since before is stale before there is a force.
+  std::chrono::milliseconds settle{100};
   std::chrono::milliseconds ramp_in{1000};  ///< then gain 0 to 1; at least 1 s
   WaitFor wait = sleep_for;
 
@@ -61,6 +69,8 @@ struct ForceDimensionInfo {
 /// The id. @throws SetupError when the configuration is wrong, no omega.6 is there, or another program has
 /// it.
 char open_force_dimension(const ForceDimensionLibrary& library, const ForceDimensionConfig& config);
+/// By libdrd when it was handed the device.
+void close_force_dimension(const SdkFunctions& functions, char id) noexcept;
 /// What comes between opening and the first force. Leaves the brakes on. @throws SetupError.
 ForceDimensionInfo prepare_force_dimension(const ForceDimensionLibrary& library, char id,
                                            const ForceDimensionConfig& config);

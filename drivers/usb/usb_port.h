@@ -38,9 +38,9 @@ class UsbPort {
   /// All of `bytes`, or a status that says why not.
   virtual TransferResult write(std::span<const std::uint8_t> bytes,
                                std::chrono::nanoseconds timeout) noexcept = 0;
-  /// Whole USB packets as they came, in order, as many as there are and fit: give it a multiple of the
-  /// endpoint's packet size. Waits for the first one only; timeout 0 takes what has already come and never
-  /// waits (libusb's 0 waits for ever).
+  /// Whole USB packets as they came, in order, as many as there are and fit, up to the first that is not
+  /// full: give it a multiple of the endpoint's packet size. Waits for the first one only; timeout 0 takes
+  /// what has already come and never waits (libusb's 0 waits for ever).
   virtual TransferResult read(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept = 0;
   /// Monotonic. A deadline reaches over several reads, because a device may send packets that hold nothing;
   /// an emulated device has a time of its own, so that its tests need not wait.

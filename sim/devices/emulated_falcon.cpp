@@ -16,6 +16,7 @@ constexpr int kUnpluggedCode = -4;
 constexpr int kOverflowCode = -8;
 constexpr int kInvalidCode = -2;
 constexpr std::array<std::uint8_t, 2> kModemStatus{0x01, 0x60};  // of an idle line
+constexpr std::size_t kReceiveBuffer = 1024;                     // the chip's and the host's
 
 // A made-up mechanical range, wider than the ball of 40 mm in which the device is used.
 constexpr double kOuterEnd_deg = 60.0;
@@ -60,6 +61,7 @@ bool get_letters(const std::uint8_t* place, std::int16_t& value) noexcept {
 EmulatedFalcon::EmulatedFalcon(EmulatedFalconOptions options) : options_(std::move(options)) {
   loaded_.reserve(1U << 16U);
   query_.reserve(16);
+  received_.reserve(kReceiveBuffer);
   if (options_.firmware_running) state_ = State::kRun;
 }
 
@@ -83,7 +85,9 @@ TransferResult EmulatedFalcon::control_out(std::uint8_t request, std::uint16_t v
   if (const auto status = trouble(); status != TransferStatus::kDone) return failed(status);
   switch (request) {
     case 0:
-      if (value == 1) to_host_.clear();
+      // Not what is still on its way.
+      if (value == 1)
+        std::erase_if(received_, [this](const Received& received) { return received.at <= now_; });
       break;
     case 1:
       if ((value & 0x0100) != 0) {
@@ -100,7 +104,11 @@ TransferResult EmulatedFalcon::control_out(std::uint8_t request, std::uint16_t v
     }
     case 2:
     case 4: break;
-    case 9: latency_ = std::chrono::milliseconds(value); break;
+    case 9:
+      if (value < 1 || value > 255) return failed(TransferStatus::kStalled);
+      latency_ = std::chrono::milliseconds(value);
+      timer_set_ = now_;
+      break;
     default: return failed(TransferStatus::kStalled);
   }
   return {};
@@ -113,7 +121,7 @@ void EmulatedFalcon::raise_dtr() noexcept {
   query_.clear();
   query_answered_ = false;
   loaded_.clear();
-  chunk_ = 0;
+  chunk_ = -1;
   motors_ = {};
   homed_ = 0;
   seen_out_ = 0;
@@ -126,7 +134,7 @@ void EmulatedFalcon::start_if_loaded() noexcept {
 
 TransferResult EmulatedFalcon::write(std::span<const std::uint8_t> bytes, nanoseconds /*timeout*/) noexcept {
   if (const auto status = trouble(); status != TransferStatus::kDone) return failed(status);
-  now_ += nanoseconds(std::lround(static_cast<double>(bytes.size()) * 10 * 1e9 / baud_));
+  now_ += byte_time() * static_cast<long>(bytes.size());
   if (options_.powered) {
     switch (state_) {
       case State::kCold: break;
@@ -151,24 +159,28 @@ void EmulatedFalcon::boot_loader(std::span<const std::uint8_t> bytes) noexcept {
     answer(std::span(kAnswer).subspan(options_.zero_before_query_answer ? 0 : 1));
   } else if (query_answered_ && !dtr_ && at_baud(3e6 / 21) && bytes.size() == 1 && bytes[0] == 0x41) {
     state_ = State::kLoad;
-    answer(bytes);
+    echo(bytes);
   }
 }
 
 void EmulatedFalcon::load(std::span<const std::uint8_t> bytes) noexcept {
   if (!at_baud(3e6 / 21)) return;
   loaded_.insert(loaded_.end(), bytes.begin(), bytes.end());
-  std::array<std::uint8_t, kData> echo{};
-  std::size_t size = std::min(bytes.size(), echo.size());
-  std::copy_n(bytes.begin(), size, echo.begin());
+  echo(bytes);
+}
+
+void EmulatedFalcon::echo(std::span<const std::uint8_t> bytes) noexcept {
+  std::array<std::uint8_t, kData> back{};
+  std::size_t size = std::min(bytes.size(), back.size());
+  std::copy_n(bytes.begin(), size, back.begin());
   if (chunk_++ == spoilt_chunk_ && size > 0 && take(spoilt_loads_)) {
     switch (spoilt_how_) {
-      case Echo::kWrongByte: echo[size / 2] = static_cast<std::uint8_t>(echo[size / 2] ^ 0x10); break;
+      case Echo::kWrongByte: back[size / 2] = static_cast<std::uint8_t>(back[size / 2] ^ 0x10); break;
       case Echo::kByteMissing: --size; break;
-      case Echo::kByteTooMany: size = std::min(size + 1, echo.size()); break;
+      case Echo::kByteTooMany: size = std::min(size + 1, back.size()); break;
     }
   }
-  answer(std::span(echo).first(size));
+  answer(std::span(back).first(size));
 }
 
 void EmulatedFalcon::firmware(std::uint8_t byte) noexcept {
@@ -255,33 +267,48 @@ void EmulatedFalcon::reply() noexcept {
   if (first < size) answer(std::span(bytes).subspan(first, size - first), delay + latency_);
 }
 
+nanoseconds EmulatedFalcon::byte_time() const noexcept { return nanoseconds(std::lround(10 * 1e9 / baud_)); }
+
+/// What a host that never reads has no room for is lost.
 void EmulatedFalcon::answer(std::span<const std::uint8_t> bytes, nanoseconds delay) noexcept {
-  Received received;
-  received.size = std::min(bytes.size(), kData);
-  const double wire_ns = static_cast<double>(received.size) * 10 * 1e9 / baud_;
-  received.at = now_ + nanoseconds(std::lround(wire_ns)) + delay;
-  std::copy_n(bytes.begin(), received.size, received.bytes.begin());
-  (void)to_host_.push(received);  // a host that never reads loses the newest
+  nanoseconds at = now_ + delay;
+  if (!received_.empty()) at = std::max(at, received_.back().at);
+  for (const std::uint8_t byte : bytes) {
+    at += byte_time();
+    if (received_.size() < kReceiveBuffer) received_.push_back({at, byte});
+  }
+}
+
+/// When the latency timer is next over.
+nanoseconds EmulatedFalcon::timer_behind(nanoseconds time) const noexcept {
+  return timer_set_ + ((time - timer_set_) / latency_ + 1) * latency_;
+}
+
+/// Of the next packet with something in it.
+nanoseconds EmulatedFalcon::departure() const noexcept {
+  const nanoseconds timer = timer_behind(received_.front().at - nanoseconds(1));
+  return received_.size() < kData ? timer : std::min(timer, received_[kData - 1].at);
 }
 
 TransferResult EmulatedFalcon::read(std::span<std::uint8_t> buffer, nanoseconds timeout) noexcept {
   if (const auto status = trouble(); status != TransferStatus::kDone) return failed(status);
   if (buffer.size() < 64) return {TransferStatus::kOther, 0, kOverflowCode};
   if (timeout < nanoseconds(0)) return {TransferStatus::kOther, 0, kInvalidCode};
-  const nanoseconds latency = latency_;
-  const nanoseconds wait = std::min(timeout, latency);
-  if (!to_host_.empty() && to_host_.front().at <= now_ + wait) {
-    const Received received = to_host_.front();
-    to_host_.pop();
-    now_ = std::max(now_, received.at);
-    std::ranges::copy(kModemStatus, buffer.begin());
-    std::copy_n(received.bytes.begin(), received.size, buffer.begin() + 2);
-    return {TransferStatus::kDone, received.size + 2, 0};
+  const nanoseconds end = timeout < latency_ ? now_ + timeout : timer_behind(now_);
+  std::size_t size = 0;
+  if (!received_.empty() && departure() <= end) {
+    const nanoseconds left_at = departure();
+    for (; size < std::min(kData, received_.size()) && received_[size].at <= left_at; ++size) {
+      buffer[kModemStatus.size() + size] = received_[size].byte;
+    }
+    received_.erase(received_.begin(), received_.begin() + static_cast<std::ptrdiff_t>(size));
+    now_ = std::max(now_, left_at);
+  } else {
+    now_ = end;
+    if (timeout < latency_) return {TransferStatus::kTimeout, 0, 0};
   }
-  now_ += wait;
-  if (timeout < latency) return {TransferStatus::kTimeout, 0, 0};
   std::ranges::copy(kModemStatus, buffer.begin());
-  return {TransferStatus::kDone, kModemStatus.size(), 0};
+  return {TransferStatus::kDone, kModemStatus.size() + size, 0};
 }
 
 }  // namespace sim::devices

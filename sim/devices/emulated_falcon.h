@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "drivers/usb/usb_port.h"
-#include "sim/can/ring.h"
 #include "sim/devices/falcon_legs.h"
 
 namespace sim::devices {
@@ -27,9 +26,14 @@ struct EmulatedFalconOptions {
 /// load mode at 142 857 Bd echoes every byte; 1.5 MBd with an image that runs starts the firmware. Another
 /// rise of DTR leads back to the boot loader.
 ///
+/// What the processor sends waits in the FTDI chip for 62 bytes, which leave at once, or for the latency
+/// timer; when that finds nothing, two bytes of modem status leave. [G] The timer runs freely from when it
+/// was set: in run mode a host that answers at once gets a reply each millisecond. Were it to begin with the
+/// first byte that waits, it would be one each 1.2 ms.
+///
 /// Its time is its own: it passes by the bytes' length on the wire and by what read() waits, so that a
-/// time-out is over at once. While nothing is received, the FTDI chip sends two bytes of modem status every
-/// latency period. One thread. Nothing allocates once the firmware runs.
+/// time-out is over at once. A read that waits for less than the latency never gets an empty packet.
+/// One thread. Nothing allocates once the firmware runs.
 class EmulatedFalcon final : public drivers::usb::UsbPort {
  public:
   enum class State : std::uint8_t { kCold, kBoot, kLoad, kRun };
@@ -61,6 +65,7 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
 
   // ---- for tests ----
 
+  void pass(std::chrono::nanoseconds time) noexcept { now_ += time; }
   State state() const noexcept { return state_; }
   bool homed() const noexcept { return homed_ == 0b111; }
   const std::array<std::int16_t, 3>& motors() const noexcept { return motors_; }
@@ -95,7 +100,7 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
     false_counts_ = counts;
   }
   enum class Echo : std::uint8_t { kWrongByte, kByteMissing, kByteTooMany };
-  /// In `loads` loads, the echo of chunk `chunk` (from 0).
+  /// In `loads` loads, the echo of chunk `chunk` (from 0; -1: of the request to load).
   void spoil_echo(int loads, int chunk, Echo how = Echo::kWrongByte) noexcept {
     spoilt_loads_ = loads;
     spoilt_chunk_ = chunk;
@@ -107,9 +112,8 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
  private:
   static constexpr std::size_t kData = 62;  // of a USB packet, behind the modem status
   struct Received {
-    std::chrono::nanoseconds at{};
-    std::size_t size = 0;
-    std::array<std::uint8_t, kData> bytes{};
+    std::chrono::nanoseconds at{};  ///< its end on the wire
+    std::uint8_t byte = 0;
   };
 
   drivers::usb::TransferStatus trouble() noexcept;
@@ -118,26 +122,31 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
   void start_if_loaded() noexcept;
   void boot_loader(std::span<const std::uint8_t> bytes) noexcept;
   void load(std::span<const std::uint8_t> bytes) noexcept;
+  void echo(std::span<const std::uint8_t> bytes) noexcept;
   void firmware(std::uint8_t byte) noexcept;
   void command() noexcept;
   void reply() noexcept;
   void answer(std::span<const std::uint8_t> bytes, std::chrono::nanoseconds delay = {}) noexcept;
+  std::chrono::nanoseconds byte_time() const noexcept;
+  std::chrono::nanoseconds timer_behind(std::chrono::nanoseconds time) const noexcept;
+  std::chrono::nanoseconds departure() const noexcept;
 
   EmulatedFalconOptions options_;
   State state_ = State::kCold;
   std::chrono::nanoseconds now_{};
-  sim::can::Ring<Received, 64> to_host_;
 
-  // The FTDI chip's settings, as after power-on.
+  // The FTDI chip, as after power-on.
+  std::vector<Received> received_;  // and not yet sent on, or still to come
   double baud_ = 9600;
-  std::chrono::milliseconds latency_{16};
+  std::chrono::nanoseconds latency_ = std::chrono::milliseconds(16);
+  std::chrono::nanoseconds timer_set_{};
   bool dtr_ = false;
 
   // Boot loader.
   std::vector<std::uint8_t> query_;
   bool query_answered_ = false;
   std::vector<std::uint8_t> loaded_;
-  int chunk_ = 0;
+  int chunk_ = -1;
   int boots_ = 0;
   int queries_ = 0;
 

@@ -1,10 +1,11 @@
 /// @file
 /// How a test steers the stand-in for the vendor's libdrd: a shared library of our own that exports the
 /// vendor's symbols and behaves as its documentation and users say (modes, watchdog, limits). Its time is
-/// virtual: nothing moves but in advance() and in calibration.
+/// virtual: nothing moves but in advance(), in calibration, and in calls that cost time.
 ///
 /// It is a test artifact under a name no search finds; load it by its path, then look up kStandInControl.
-/// What is not public is a guess and marked [G]. One thread.
+/// What is not public is a guess and marked [G], the worst case where a force is at stake. One thread, but
+/// for hold() and held().
 #pragma once
 #include <array>
 #include <cstdint>
@@ -15,18 +16,22 @@ using Axes = std::array<double, 3>;  ///< x towards the operator, y to the opera
 
 /// What the device is and what happens to it. A test may write to it at any time.
 struct ForceDimensionScript {
-  bool connected = true;  ///< to the USB bus; false in mid-run: unplugged
-  bool powered = true;
+  bool connected = true;       ///< to the USB bus; false in mid-run: unplugged
+  bool powered = true;         ///< without it calibration and watchdog are lost, the latter to off [G]
   bool held_by_other = false;  ///< counted, not available
   int type = 34;
   std::uint16_t serial = 4711;
   double firmware = 3.2;  ///< below 3.0 there is no watchdog
   int error = 0;          ///< the status' error slot
   bool calibrated = true;
-  bool drd_agrees = true;          ///< false: drdIsInitialized says no although the device is calibrated
-  bool calibration_fails = false;  ///< before anything moves
+  bool drd_agrees = true;  ///< false: drdIsInitialized says no although the device is calibrated
+  bool wrist_calibrated = true;
+  bool calibration_fails = false;           ///< before anything moves
   bool calibration_fails_half_way = false;  ///< with the regulation left running [G]
   double calibration_s = 4.0;
+  /// drd... fails on a device that drdOpenID has not opened, dhdClose on one that it has [G].
+  bool drd_needs_its_own_open = true;
+  bool drd_counts_otherwise = false;  ///< drdOpenID counts the devices from the last to the first [G]
   std::uint32_t velocity_threshold_mm_per_s = 1500;  ///< 0: off [G]
   int time_guard_us = 0;                             ///< the SDK's value before anybody sets one [G]
   double effector_mass_kg = 0.25;                    ///< stored in the device [G]; fits the handle below
@@ -38,29 +43,39 @@ struct ForceDimensionScript {
   Axes hand_m{};
 
   bool pose_is_nan = false;
+  int nan_value = 1;                       ///< which: 0 to 2 the position, 3 to 11 the rotation by rows
   bool pose_is_stuck = false;              ///< the time guard answers for ever
   bool status_says_no_power = false;       ///< and is wrong: the motors go on
+  bool status_says_not_connected = false;  ///< likewise
+  bool status_says_reset = false;          ///< likewise
+  bool status_says_error = false;          ///< likewise
   bool status_says_braked = false;         ///< likewise
   bool refuses_force_when_braked = false;  ///< whether dhdSetForce fails with the force off is not public
+  bool brake_keeps_command = true;         ///< and enabling brings it back [G]
+  bool close_keeps_mode = true;            ///< closing leaves the force on [G]
   bool refuses_to_enable = false;
-  int failing_stops = 0;        ///< so many dhdStop fail, each taking one off
-  int failing_drd_stops = 0;    ///< so many drdStop fail
-  int failing_poses = 0;        ///< so many pose reads fail with `failing_code`
-  int failing_forces = 0;       ///< so many force commands fail with `failing_code`
-  int failing_code = 7;         ///< time-out
-  double status_delay_s = 0.0;  ///< how long a status tells the mode before the latest change [G]
+  int watchdog_reads_back = -1;  ///< what dhdGetWatchdog tells; negative: what was set
+  int failing_stops = 0;         ///< so many dhdStop fail, each taking one off
+  int failing_drd_stops = 0;     ///< so many drdStop fail
+  int failing_poses = 0;         ///< so many pose reads fail with `failing_code`
+  int failing_forces = 0;        ///< so many force commands fail with `failing_code`
+  int failing_code = 7;          ///< time-out
+  double status_delay_s = 0.0;   ///< how long a status tells the mode before the latest change [G]
 };
 
 enum class ForceDimensionMode : std::uint8_t { kReset, kIdle, kForce, kBrake };
 
 /// What a test may look at.
 struct ForceDimensionState {
+  double time_s = 0.0;  ///< since reset()
   bool open = false;
+  bool opened_by_drd = false;
   ForceDimensionMode mode = ForceDimensionMode::kBrake;
   int force_off_cause = 0;
   Axes position_m{};
   Axes velocity_m_per_s{};
   Axes command_N{};              ///< the last set-force, limited, without gravity compensation
+  Axes brought_back_N{};         ///< the one that came on with the latest enabling
   Axes motor_N{};                ///< what the motors push the handle with now
   double largest_motor_N = 0.0;  ///< without gravity compensation, since reset()
   int watchdog_ticks = 0;
@@ -75,6 +90,15 @@ struct ForceDimensionState {
   long calibrations = 0;
 };
 
+/// All calls of the vendor's functions that can fail, whatever the device.
+struct ForceDimensionCalls {
+  long made = 0;               ///< since reset()
+  long failing = 0;            ///< the one with this number fails; 0: none
+  int failing_code = 7;        ///< time-out
+  bool failing_works = false;  ///< it does what it should, and only its answer is lost
+  double cost_s = 0.0;         ///< so much time passes in each one before it does anything
+};
+
 inline constexpr int kMaxStandInDevices = 2;
 
 struct ForceDimensionControl {
@@ -84,6 +108,10 @@ struct ForceDimensionControl {
   void (*advance)(double seconds) noexcept;
   ForceDimensionScript* (*script)(int device) noexcept;
   const ForceDimensionState* (*state)(int device) noexcept;
+  ForceDimensionCalls* (*calls)() noexcept;
+  /// With true no call returns, nor does anything, until a false. From any thread, as held().
+  void (*hold)(bool on) noexcept;
+  int (*held)() noexcept;  ///< so many calls wait for that
 };
 
 /// extern "C" const ForceDimensionControl* fd_stand_in_control();

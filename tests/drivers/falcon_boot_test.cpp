@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -17,6 +18,7 @@ namespace drivers::haptic::falcon {
 namespace {
 
 using sim::devices::EmulatedFalcon;
+using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using tests::Control;
 using tests::WatchedPort;
@@ -144,6 +146,15 @@ TEST(FalconBoot, EchoThatStaysWrongIsNamedByByteAfterTheLastAttempt) {
   EXPECT_EQ(device.boots(), 10);
 }
 
+TEST(FalconBoot, LoadBeginsOnceItsRequestWasEchoed) {
+  EmulatedFalcon device({.image = image()});
+  device.spoil_echo(100, -1);
+  const std::string message = message_of([&] { (void)start_firmware(device, image(), {}); });
+  EXPECT_SAYS(message, "enter load mode: expected 41, found 51");
+  EXPECT_EQ(device.boots(), 10);
+  EXPECT_EQ(device.loaded(), Bytes{});
+}
+
 TEST(FalconBoot, MissingEchoIsAMismatchToo) {
   EmulatedFalcon device({.image = image()});
   device.spoil_echo(100, 3, EmulatedFalcon::Echo::kByteMissing);
@@ -186,6 +197,23 @@ TEST(FalconBoot, DeviceWithoutPowerPointsAtPowerAndPort) {
   EXPECT_SAYS(message, "USB port");
   // 200 times 5 ms, then 100 times 50 ms: no attempt ends early because the chip sends empty packets.
   EXPECT_NEAR(static_cast<double>(device.now().count()) * 1e-9, 6.0, 0.6);
+}
+
+TEST(FalconBoot, WrongAnswersAreShownAndPurgedBeforeTheNextQuery) {
+  tests::AnsweringPort device({0x0A, 0x44, 0x2C, 0x0E});
+  WatchedPort port(device);
+  BootConfig config;
+  config.alive_packets = 1;
+  config.query_attempts = 2;
+  const std::string message = message_of([&] { (void)start_firmware(port, image(), config); });
+  EXPECT_SAYS(message, "ask the boot loader: expected 0A 44 2C 0D, found 0A 44 2C 0E");
+  EXPECT_EQ(port.order,
+            "ccccw"
+            "cccccccccw"
+            "ccw"
+            "cc");
+  EXPECT_EQ(std::vector(port.controls.end() - 2, port.controls.end()),
+            (std::vector<Control>{{0, 1}, {0, 2}}));
 }
 
 /// Fails each transfer of a whole load in turn.
@@ -254,13 +282,28 @@ class EmulatedBootLoader : public testing::Test {
  protected:
   Bytes ask(const Bytes& question) {
     EXPECT_TRUE(device_.write(question, milliseconds(10)).ok());
+    Bytes answer;
+    for (const auto end = device_.now() + milliseconds(50); device_.now() < end;) {
+      const Bytes part = read();
+      answer.insert(answer.end(), part.begin(), part.end());
+    }
+    return answer;
+  }
+  /// The data of the next packet.
+  Bytes read() {
     Bytes buffer(64);
-    const auto result = device_.read(buffer, milliseconds(50));
+    const auto result = device_.read(buffer, milliseconds(255));
     EXPECT_TRUE(result.ok());
     EXPECT_GE(result.size, 2U) << "modem status";
-    buffer.resize(result.size);
-    buffer.erase(buffer.begin(), buffer.begin() + 2);
-    return buffer;
+    return {buffer.begin() + 2, buffer.begin() + static_cast<std::ptrdiff_t>(result.size)};
+  }
+  void enter_load_mode() {
+    set(3, 0x4138);
+    set(1, 0x0101);
+    EXPECT_EQ(ask(query_), answer_);
+    set(1, 0x0100);
+    set(3, 0x15);
+    EXPECT_EQ(ask({0x41}), Bytes{0x41});
   }
   void set(std::uint8_t request, std::uint16_t value) {
     EXPECT_TRUE(device_.control_out(request, value, 0).ok());
@@ -291,13 +334,36 @@ TEST_F(EmulatedBootLoader, LoadsAfterAQueryOnly) {
   set(1, 0x0100);
   set(3, 0x15);
   EXPECT_EQ(ask({0x41}), Bytes{});
-  set(3, 0x4138);
-  set(1, 0x0101);
-  EXPECT_EQ(ask(query_), answer_);
-  set(1, 0x0100);
-  set(3, 0x15);
-  EXPECT_EQ(ask({0x41}), Bytes{0x41});
+  enter_load_mode();
   EXPECT_EQ(ask({1, 2, 3}), (Bytes{1, 2, 3}));
+}
+
+TEST_F(EmulatedBootLoader, FullPacketLeavesAtOnceAndFewerBytesWithTheTimer) {
+  enter_load_mode();
+  set(9, 100);
+  const auto start = device_.now();
+  const auto passed = [&] { return device_.now() - start; };
+  EXPECT_TRUE(device_.write(Bytes(62, 7), milliseconds(10)).ok());
+  EXPECT_EQ(read(), Bytes(62, 7));
+  EXPECT_EQ(passed(), 2 * 62 * microseconds(70)) << "there and back";
+  EXPECT_TRUE(device_.write({{1, 2, 3}}, milliseconds(10)).ok());
+  EXPECT_EQ(read(), (Bytes{1, 2, 3}));
+  EXPECT_EQ(passed(), milliseconds(100));
+  EXPECT_EQ(read(), Bytes{});
+  EXPECT_EQ(passed(), milliseconds(200));
+  device_.pass(milliseconds(95));
+  EXPECT_TRUE(device_.write(Bytes(62, 9), milliseconds(10)).ok());  // 4.34 ms each way
+  EXPECT_EQ(read(), Bytes(9, 9)) << "0.66 ms of its echo";
+  EXPECT_EQ(read(), Bytes(53, 9));
+  EXPECT_EQ(passed(), milliseconds(400));
+}
+
+TEST_F(EmulatedBootLoader, PurgeLeavesWhatIsStillToCome) {
+  enter_load_mode();
+  EXPECT_TRUE(device_.write({{1, 2, 3}}, milliseconds(10)).ok());
+  device_.pass(microseconds(140));
+  set(0, 1);
+  EXPECT_EQ(read(), Bytes{3});
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "drivers/usb/usb_port.h"
@@ -16,7 +17,7 @@ namespace drivers::haptic::tests {
 
 using Control = std::tuple<int, int>;  ///< request, value
 
-/// Notes what goes out; fails the transfers it is told to.
+/// Notes what goes out; fails the transfers it is told to, and sets the clock.
 class WatchedPort final : public usb::UsbPort {
  public:
   explicit WatchedPort(usb::UsbPort& port) : port_(port) {}
@@ -26,19 +27,21 @@ class WatchedPort final : public usb::UsbPort {
     controls.emplace_back(request, value);
     indices.push_back(index);
     order.push_back('c');
-    return fails() ? failure : port_.control_out(request, value, index);
+    return result([&] { return port_.control_out(request, value, index); });
   }
   usb::TransferResult write(std::span<const std::uint8_t> bytes,
                             std::chrono::nanoseconds timeout) noexcept override {
     writes.emplace_back(bytes.begin(), bytes.end());
     order.push_back('w');
-    return fails() ? failure : port_.write(bytes, timeout);
+    return result([&] { return port_.write(bytes, timeout); });
   }
   usb::TransferResult read(std::span<std::uint8_t> buffer,
                            std::chrono::nanoseconds timeout) noexcept override {
-    return fails() ? failure : port_.read(buffer, timeout);
+    return result([&] { return port_.read(buffer, timeout); });
   }
-  std::chrono::nanoseconds now() noexcept override { return port_.now(); }
+  std::chrono::nanoseconds now() noexcept override {
+    return port_.now() + (transfers > shift_from ? shift : std::chrono::nanoseconds(0));
+  }
 
   std::vector<Control> controls;
   std::vector<int> indices;
@@ -47,14 +50,54 @@ class WatchedPort final : public usb::UsbPort {
   int fail_at = -1;  ///< number of the transfer, from 0
   int fail_count = 1;
   usb::TransferResult failure;
+  bool only_says_so = false;         ///< what fails was done all the same
+  std::chrono::nanoseconds shift{};  ///< of the clock, to be seen behind ...
+  int shift_from = -1;               ///< ... this transfer
   int transfers = 0;
 
  private:
-  bool fails() noexcept {
+  usb::TransferResult result(auto transfer) noexcept {
     const int number = transfers++;
-    return fail_at >= 0 && number >= fail_at && number < fail_at + fail_count;
+    const bool fails = fail_at >= 0 && number >= fail_at && number < fail_at + fail_count;
+    if (!fails) return transfer();
+    if (only_says_so) (void)transfer();
+    return failure;
   }
   usb::UsbPort& port_;
+};
+
+/// Something that answers everything with the same bytes, and takes the whole time-out.
+class AnsweringPort final : public usb::UsbPort {
+ public:
+  explicit AnsweringPort(std::vector<std::uint8_t> answer) : answer_(std::move(answer)) {}
+
+  usb::TransferResult control_out(std::uint8_t /*request*/, std::uint16_t /*value*/,
+                                  std::uint16_t /*index*/) noexcept override {
+    return {};
+  }
+  usb::TransferResult write(std::span<const std::uint8_t> bytes,
+                            std::chrono::nanoseconds /*timeout*/) noexcept override {
+    answers_ = true;
+    return {usb::TransferStatus::kDone, bytes.size(), 0};
+  }
+  usb::TransferResult read(std::span<std::uint8_t> buffer,
+                           std::chrono::nanoseconds timeout) noexcept override {
+    if (!answers_) {
+      now_ += timeout;
+      return {usb::TransferStatus::kTimeout, 0, 0};
+    }
+    answers_ = false;
+    buffer[0] = 0x01;
+    buffer[1] = 0x60;
+    std::ranges::copy(answer_, buffer.begin() + 2);
+    return {usb::TransferStatus::kDone, 2 + answer_.size(), 0};
+  }
+  std::chrono::nanoseconds now() noexcept override { return now_; }
+
+ private:
+  std::vector<std::uint8_t> answer_;
+  std::chrono::nanoseconds now_{};
+  bool answers_ = false;
 };
 
 /// A device that sends empty packets without end, in no time.

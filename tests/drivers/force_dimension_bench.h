@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <memory>
@@ -24,6 +25,7 @@ using Fault = ForceDimensionFault;
 inline constexpr ForceDimensionCommand kOff{};
 /// Enabled, without a force of its own.
 inline constexpr ForceDimensionCommand kHold{.enable = true, .f_D_H_N = {}};
+inline constexpr std::array<double, 3> kZero_N{};
 inline constexpr double kWeight_N = 0.25 * 9.81;
 inline constexpr std::chrono::milliseconds kCycle{1};
 inline constexpr std::chrono::milliseconds kWatchdog{20};
@@ -72,7 +74,10 @@ struct ForceDimensionBench : testing::Test {
     stand_in->control().advance(std::chrono::duration<double>(time).count());
   }
   const ForceDimensionStatus& cycle(const ForceDimensionCommand& command) {
+    const double begin_s = state().time_s;
     status = device->exchange(command, now, sample);
+    // What the calls took.
+    now += std::chrono::duration_cast<nanoseconds>(std::chrono::duration<double>(state().time_s - begin_s));
     pass(kCycle);
     return status;
   }
@@ -94,11 +99,13 @@ struct ForceDimensionBench : testing::Test {
   /// Opened, enabled, at full gain.
   void start(const ForceDimensionCommand& command = kHold) {
     open();
+    faults = 0;
     ASSERT_TRUE(run(kUntilFullForce, command).ok()) << describe(status);
     ASSERT_EQ(faults, 0);
   }
 
   const sim::devices::ForceDimensionState& state() const { return stand_in->state(); }
+  sim::devices::ForceDimensionCalls& calls() const { return stand_in->calls(); }
   sim::devices::ForceDimensionScript& script() const { return stand_in->script(); }
   /// What the hand feels of the motors beside the handle's weight.
   double felt_N() const {

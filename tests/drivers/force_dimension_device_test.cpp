@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 
 #include "tests/drivers/force_dimension_bench.h"
 #include "tests/support/no_alloc_guard.h"
@@ -171,20 +172,24 @@ TEST_F(ForceDimensionDevice, CommandThatIsNotFiniteIsZeroForceUntilDisabledOnce)
   }
 }
 
-TEST_F(ForceDimensionDevice, SampleThatIsNotFiniteIsZeroForceAndNotHandedOut) {
+TEST_F(ForceDimensionDevice, SampleWithAnyValueNotFiniteIsZeroForceAndNotHandedOut) {
   script().hand_holds = true;
   start(push(4.0));
-  script().pose_is_nan = true;
-  const nanoseconds stamp = sample.stamp;
-  EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample);
-  EXPECT_EQ(sample.stamp, stamp);
-  EXPECT_TRUE(std::isfinite(sample.p_HD_m[1]));
-  EXPECT_EQ(norm(state().command_N), 0.0);
-  EXPECT_EQ(cycle(kOff).fault, Fault::kBadSample) << "it is still so";
-  script().pose_is_nan = false;
-  EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample) << "kept until disabled";
-  EXPECT_TRUE(cycle(kOff).ok());
-  EXPECT_TRUE(cycle(push(4.0)).ok());
+  for (int value = 0; value < 12; ++value) {
+    SCOPED_TRACE(value);
+    ASSERT_TRUE(run(config.settle + 100ms, push(4.0)).ok());
+    ASSERT_GT(state().command_N[0], 0.3);
+    script().pose_is_nan = true;
+    script().nan_value = value;
+    const nanoseconds stamp = sample.stamp;
+    EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample);
+    EXPECT_EQ(sample.stamp, stamp);
+    EXPECT_EQ(norm(state().command_N), 0.0);
+    EXPECT_EQ(cycle(kOff).fault, Fault::kBadSample) << "it is still so";
+    script().pose_is_nan = false;
+    EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample) << "kept until disabled";
+    EXPECT_TRUE(cycle(kOff).ok());
+  }
 }
 
 TEST_F(ForceDimensionDevice, NegativeResultIsAFaultWithItsCode) {
@@ -200,6 +205,57 @@ TEST_F(ForceDimensionDevice, NegativeResultIsAFaultWithItsCode) {
   EXPECT_EQ(run(1ms, push(1.0)).detail, 8);
   EXPECT_EQ(run(1ms, push(1.0)).detail, 8) << "the first one is kept";
   EXPECT_TRUE(cycle(kOff).ok());
+}
+
+// The buttons' calls cannot tell that they failed, and are left out.
+TEST_F(ForceDimensionDevice, AnyCallOfACycleThatFailsIsAFaultAndZeroForce) {
+  for (const bool in_two_calls : {false, true}) {
+    for (const bool works : {false, true}) {
+      std::vector<std::string> without{"dhdGetButtonMask", "dhdGetButton"};
+      if (in_two_calls) without.emplace_back("dhdGetPositionAndOrientationFrame");
+      load(without);
+      script().firmware = 2.4;  // nothing but the driver ends the force
+      script().hand_holds = true;
+      const int in_a_cycle = in_two_calls ? 4 : 3;
+      for (int call = 1; call <= in_a_cycle; ++call) {
+        SCOPED_TRACE(call);
+        start(push(6.0));
+        const long before = calls().made;
+        ASSERT_TRUE(cycle(push(6.0)).ok());
+        ASSERT_EQ(calls().made - before, in_a_cycle);
+        calls().failing = calls().made + call;
+        calls().failing_works = works;
+        EXPECT_EQ(cycle(push(6.0)).fault, Fault::kSdkError);
+        EXPECT_EQ(status.detail, 7);
+        EXPECT_EQ(norm(state().command_N), 0.0);
+        EXPECT_EQ(status.f_D_H_N, kZero_N);
+        EXPECT_EQ(run(5ms, push(6.0)).fault, Fault::kSdkError);
+        EXPECT_LT(felt_N(), 0.01);
+      }
+      device.reset();
+    }
+  }
+}
+
+TEST_F(ForceDimensionDevice, AnyCallOfEnablingThatFailsLeavesTheForceOffOrAtZero) {
+  for (const bool works : {false, true}) {
+    load({"dhdGetButtonMask", "dhdGetButton"});
+    int refused = 0;
+    for (int call = 1; call <= 5; ++call) {  // status, pose, zero, enable, force
+      SCOPED_TRACE(call);
+      open();
+      ASSERT_TRUE(run(5ms, kOff).ok());
+      calls().failing = calls().made + call;
+      calls().failing_works = works;
+      cycle(push(6.0));
+      EXPECT_GE(calls().made, calls().failing);
+      EXPECT_EQ(norm(state().command_N), 0.0);
+      EXPECT_EQ(state().mode == ForceDimensionMode::kForce, status.ok());
+      if (!status.ok()) ++refused;
+    }
+    EXPECT_EQ(refused, 4) << "a zero may be refused with the brakes on";
+    device.reset();
+  }
 }
 
 TEST_F(ForceDimensionDevice, DeviceThatRefusesToEnableIsAFault) {
@@ -253,6 +309,16 @@ TEST_F(ForceDimensionDevice, TimeThatRunsBackwardsIsLateToo) {
   EXPECT_EQ(status.detail, -4'999'000);
 }
 
+TEST_F(ForceDimensionDevice, TimeThatRanBackwardsWhileDisabledHidesNoBrakes) {
+  start(push(6.0));
+  ASSERT_TRUE(run(5ms, kOff).ok());
+  now -= 5s;
+  ASSERT_TRUE(run(2ms, kOff).ok());
+  ASSERT_TRUE(run(kUntilFullForce, push(6.0)).ok());
+  script().status_says_braked = true;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kForceOff);
+}
+
 TEST_F(ForceDimensionDevice, PausesWithTheForceOffAreNoFault) {
   open();
   pass(10s);
@@ -268,6 +334,45 @@ TEST_F(ForceDimensionDevice, WithoutAWatchdogTheGapIsStillSeen) {
   pass(500ms);
   EXPECT_EQ(state().mode, ForceDimensionMode::kForce) << "this is what the warning is about";
   EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
+  EXPECT_EQ(norm(state().command_N), 0.0);
+}
+
+TEST_F(ForceDimensionDevice, CallsThatTakeTooLongAreLateAndTheFirmwareBrakes) {
+  script().hand_holds = true;
+  start(push(6.0));
+  calls().cost_s = 0.003;  // four calls in a cycle: past half the watchdog's time, not past all of it
+  EXPECT_TRUE(cycle(push(6.0)).ok());
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
+  EXPECT_EQ(norm(state().command_N), 0.0);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
+
+  calls().cost_s = 0.0;
+  run(5ms, kOff);
+  ASSERT_TRUE(run(kUntilFullForce, push(6.0)).ok());
+  calls().cost_s = 0.006;
+  cycle(push(6.0));
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_FALSE(cycle(push(6.0)).ok());
+  EXPECT_EQ(norm(state().command_N), 0.0);
+}
+
+TEST_F(ForceDimensionDevice, CallThatDoesNotReturnEndsInTheFirmwaresWatchdog) {
+  script().hand_holds = true;
+  start(push(6.0));
+  stand_in->control().hold(true);
+  std::thread loop([this] { status = device->exchange(push(6.0), now, sample); });
+  const auto deadline = std::chrono::steady_clock::now() + 30s;
+  while (stand_in->control().held() == 0 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::yield();
+  EXPECT_EQ(stand_in->control().held(), 1);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
+  pass(kWatchdog);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_EQ(norm(state().motor_N), 0.0);
+  stand_in->control().hold(false);
+  loop.join();
+  EXPECT_EQ(status.fault, Fault::kForceOff);
+  EXPECT_EQ(status.detail, kForceOffWatchdog);
   EXPECT_EQ(norm(state().command_N), 0.0);
 }
 
@@ -340,43 +445,150 @@ TEST_F(ForceDimensionDevice, UnpluggedDeviceIsAFaultInTheSameCycleAndItsForceIsG
   EXPECT_FALSE(state().open);
 }
 
-TEST_F(ForceDimensionDevice, PowerThatGoesIsAFault) {
-  start(push(1.0));
+TEST_F(ForceDimensionDevice, PowerThatGoesNeedsANewSetUpThoughItComesBack) {
+  script().hand_holds = true;
+  start(push(6.0));
   script().powered = false;
-  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(run(50ms, push(6.0)).fault, Fault::kUnplugged);
+  script().powered = true;
+  const nanoseconds stamp = sample.stamp;
+  EXPECT_EQ(run(5ms, kOff).fault, Fault::kUnplugged);
+  EXPECT_EQ(run(kUntilFullForce, push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kReset);
+  EXPECT_EQ(sample.stamp, stamp) << "a pose without calibration is none";
+  EXPECT_EQ(state().watchdog_ticks, 0);
+
+  EXPECT_PRED2(says, refusal(), "calibrated");
+  script().calibrated = true;  // by hand
+  start(push(6.0));
+  EXPECT_EQ(state().watchdog_ticks, 160);
+}
+
+TEST_F(ForceDimensionDevice, PowerThatWentBetweenTwoExchangesIsSeenAfterwards) {
+  start(push(6.0));
+  script().powered = false;
+  pass(2ms);
+  script().powered = true;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(status.detail, kSdkErrorNotReady);
+  EXPECT_PRED2(says, describe(status), "not ready");
+  EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged);
+}
+
+TEST_F(ForceDimensionDevice, CableThatWasOutBetweenTwoExchangesNeedsANewSetUp) {
+  start(push(6.0));
+  script().connected = false;
+  pass(2ms);
+  script().connected = true;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged);
+  start(push(6.0));  // though the status still tells that cause until the force is on
+}
+
+TEST_F(ForceDimensionDevice, UnpluggedIsToldEvenAfterAnotherFault) {
+  start(push(6.0));
+  cycle(push(std::numeric_limits<double>::quiet_NaN()));
+  ASSERT_EQ(status.fault, Fault::kBadCommand);
+  script().powered = false;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  script().powered = true;
+  EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged);
 }
 
 // Old firmware has no watchdog: nothing else would end the force.
-TEST_F(ForceDimensionDevice, StatusThatIsWrongAboutPowerOrBrakesLeavesNoForceBehind) {
+TEST_F(ForceDimensionDevice, StatusThatIsWrongAboutTheDeviceLeavesNoForceBehindUntilANewSetUp) {
+  using sim::devices::ForceDimensionScript;
   script().firmware = 2.4;
   script().hand_holds = true;
-  for (const Fault fault : {Fault::kUnplugged, Fault::kForceOff}) {
+  for (bool ForceDimensionScript::*const wrong :
+       {&ForceDimensionScript::status_says_no_power, &ForceDimensionScript::status_says_not_connected,
+        &ForceDimensionScript::status_says_reset, &ForceDimensionScript::status_says_error}) {
     start(push(6.0));
-    script().status_says_no_power = fault == Fault::kUnplugged;
-    script().status_says_braked = fault == Fault::kForceOff;
-    EXPECT_EQ(cycle(push(6.0)).fault, fault);
+    script().*wrong = true;
+    EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
     EXPECT_EQ(norm(state().command_N), 0.0);
+    EXPECT_EQ(status.f_D_H_N, kZero_N);
     EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
     pass(50ms);
     EXPECT_EQ(norm(state().motor_N), 0.0);
-    script().status_says_no_power = script().status_says_braked = false;
-    EXPECT_TRUE(cycle(kOff).ok());
-    EXPECT_TRUE(run(kUntilFullForce, push(6.0)).ok());
+    script().*wrong = false;
+    EXPECT_EQ(run(5ms, kOff).fault, Fault::kUnplugged);
+    EXPECT_EQ(run(kUntilFullForce, push(6.0)).fault, Fault::kUnplugged);
+    EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
   }
+  start(push(6.0));
 }
 
-TEST_F(ForceDimensionDevice, ZeroThatDoesNotGoOutIsSentAgainInTheNextCycle) {
+TEST_F(ForceDimensionDevice, StatusThatIsWrongAboutTheBrakesLeavesNoForceBehind) {
   script().firmware = 2.4;
   script().hand_holds = true;
   start(push(6.0));
-  script().status_says_no_power = true;
-  script().failing_stops = 1;
-  script().failing_forces = 2;
-  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
-  EXPECT_EQ(state().command_N[0], 6.0) << "nothing went out";
-  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  script().status_says_braked = true;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kForceOff);
   EXPECT_EQ(norm(state().command_N), 0.0);
+  EXPECT_EQ(status.f_D_H_N, kZero_N);
   EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  script().status_says_braked = false;
+  EXPECT_TRUE(cycle(kOff).ok());
+  EXPECT_TRUE(run(kUntilFullForce, push(6.0)).ok());
+}
+
+TEST_F(ForceDimensionDevice, ZeroAndStopAreTriedInEachCycleUntilTheStopIsConfirmed) {
+  script().firmware = 2.4;
+  script().hand_holds = true;
+  for (bool sim::devices::ForceDimensionScript::*const wrong :
+       {&sim::devices::ForceDimensionScript::status_says_no_power,
+        &sim::devices::ForceDimensionScript::status_says_braked}) {
+    start(push(6.0));
+    script().*wrong = true;
+    script().failing_forces = 2;
+    script().failing_stops = 3;
+    EXPECT_FALSE(cycle(push(6.0)).ok());
+    EXPECT_FALSE(cycle(push(6.0)).ok());
+    EXPECT_EQ(state().command_N[0], 6.0) << "nothing went out";
+    EXPECT_EQ(status.f_D_H_N[0], 6.0) << "and that is told";
+    EXPECT_FALSE(cycle(push(6.0)).ok());
+    EXPECT_EQ(norm(state().command_N), 0.0);
+    EXPECT_EQ(status.f_D_H_N, kZero_N);
+    EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
+    EXPECT_FALSE(cycle(push(6.0)).ok());
+    EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+    const long stops = state().stop_calls;
+    run(5ms, push(6.0));
+    EXPECT_EQ(state().stop_calls, stops) << "confirmed";
+    script().*wrong = false;
+  }
+}
+
+TEST_F(ForceDimensionDevice, ZeroThatIsRefusedIsFollowedByTheBrakes) {
+  script().firmware = 2.4;
+  script().hand_holds = true;
+  for (const auto& command : {push(6.0), kOff, push(std::numeric_limits<double>::quiet_NaN())}) {
+    start(push(6.0));
+    script().failing_forces = 1'000'000;
+    EXPECT_FALSE(cycle(command).ok());
+    EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+    EXPECT_EQ(norm(state().motor_N), 0.0);
+    EXPECT_EQ(status.f_D_H_N, kZero_N);
+    script().failing_forces = 0;
+    EXPECT_TRUE(cycle(kOff).ok()) << "nothing is wrong any more";
+  }
+}
+
+TEST_F(ForceDimensionDevice, EnablingBringsNoOldForceBack) {
+  script().hand_holds = true;
+  start(push(6.0));
+  script().status_says_braked = true;
+  script().failing_forces = 1;
+  cycle(push(6.0));
+  ASSERT_EQ(state().mode, ForceDimensionMode::kBrake);
+  ASSERT_EQ(state().command_N[0], 6.0) << "it waits behind the brakes";
+  script().status_says_braked = false;
+  ASSERT_TRUE(cycle(kOff).ok());
+  ASSERT_TRUE(cycle(kHold).ok());
+  ASSERT_EQ(state().mode, ForceDimensionMode::kForce);
+  EXPECT_EQ(norm(state().brought_back_N), 0.0);
 }
 
 TEST_F(ForceDimensionDevice, PoseThatIsNeverNewAgainIsStaleAndZeroForce) {
@@ -400,6 +612,19 @@ TEST_F(ForceDimensionDevice, PoseThatIsNeverNewAgainIsStaleAndZeroForce) {
   EXPECT_TRUE(cycle(push(6.0)).ok());
   ASSERT_TRUE(faults_within(config.settle, push(6.0)));
   EXPECT_EQ(status.fault, Fault::kStale) << "before any force";
+}
+
+TEST_F(ForceDimensionDevice, PoseThatStandsStillSinceBeforeEnablingNeverComesToAForce) {
+  script().hand_holds = true;
+  config.settle = 32ms;
+  config.watchdog = 31'875us;
+  open();
+  ASSERT_TRUE(run(200ms, kOff).ok());
+  script().pose_is_stuck = true;
+  // An old pose at enabling is what any time guard gives: its time counts from there.
+  EXPECT_TRUE(run(config.settle, push(8.0)).ok());
+  EXPECT_EQ(cycle(push(8.0)).fault, Fault::kStale);
+  EXPECT_EQ(state().largest_motor_N, 0.0);
 }
 
 // ---- stop
@@ -439,6 +664,39 @@ TEST_F(ForceDimensionDevice, StopTriesAgainButNotForEver) {
   EXPECT_FALSE(device->stop());
   EXPECT_EQ(state().stop_calls, 3 + 5);
   EXPECT_FALSE(state().open) << "closed all the same";
+}
+
+TEST_F(ForceDimensionDevice, StopSendsZeroInEachOfItsAttemptsWithPauses) {
+  script().firmware = 2.4;
+  script().hand_holds = true;
+  start(push(6.0));
+  script().failing_stops = 1000;
+  script().failing_forces = 3;  // one of the ramp, two of the attempts
+  const nanoseconds begin = now;
+  EXPECT_FALSE(device->stop());
+  EXPECT_EQ(now - begin, 4 * 2ms);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kForce) << "closing may leave it so";
+  EXPECT_EQ(norm(state().command_N), 0.0);
+}
+
+TEST_F(ForceDimensionDevice, StopAfterAFaultOrARefusedStepOfItsRampIsAtOnce) {
+  script().firmware = 2.4;
+  script().hand_holds = true;
+  start(push(6.0));
+  script().failing_forces = 1;
+  nanoseconds begin = now;
+  EXPECT_TRUE(device->stop());
+  EXPECT_EQ(now - begin, 0ns);
+
+  start(push(6.0));
+  script().failing_forces = 2;
+  script().failing_stops = 1;
+  EXPECT_FALSE(cycle(kOff).ok());
+  ASSERT_EQ(state().command_N[0], 6.0) << "neither zero nor stop was taken";
+  EXPECT_EQ(status.f_D_H_N[0], 6.0);
+  begin = now;
+  EXPECT_TRUE(device->stop());
+  EXPECT_EQ(now - begin, 0ns);
 }
 
 TEST_F(ForceDimensionDevice, StopGoesOnWhenWaitingThrows) {

@@ -46,6 +46,12 @@ class StandIn {
 
   const std::string& path() const { return path_; }
   const sim::devices::ForceDimensionControl& control() const { return *control_; }
+  sim::devices::ForceDimensionCalls& calls() const { return *control_->calls(); }
+  /// What the driver does not look up.
+  template <typename Function>
+  Function* symbol(const char* name) const {
+    return reinterpret_cast<Function*>(::dlsym(library_, name));
+  }
   sim::devices::ForceDimensionScript& script(int device = 0) const { return *control_->script(device); }
   const sim::devices::ForceDimensionState& state(int device = 0) const { return *control_->state(device); }
 

@@ -56,7 +56,10 @@ TEST_F(ForceDimensionSetup, NoDeviceHeldDeviceAndWrongSerialAreToldApart) {
   EXPECT_PRED2(says, refusal(), "connect its USB cable");
 }
 
-TEST_F(ForceDimensionSetup, NoPowerAndADeviceErrorAreRefused) {
+TEST_F(ForceDimensionSetup, NoConnectionNoPowerAndADeviceErrorAreRefused) {
+  script().status_says_not_connected = true;
+  EXPECT_PRED2(says, refusal(), "not connected");
+  script().status_says_not_connected = false;
   script().powered = false;
   EXPECT_PRED2(says, refusal(), "no power");
   script().powered = true;
@@ -75,6 +78,64 @@ TEST_F(ForceDimensionSetup, UncalibratedDeviceIsRefusedUntilMotionIsAllowed) {
   EXPECT_EQ(state().calibrations, 1);
   EXPECT_FALSE(state().regulation) << "handed back";
   EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+}
+
+TEST_F(ForceDimensionSetup, StatusAndLibdrdHaveToAgreeOnTheCalibration) {
+  script().status_says_reset = true;
+  EXPECT_PRED2(says, refusal(), "allow_motion");
+  script().status_says_reset = false;
+  script().drd_agrees = false;
+  EXPECT_PRED2(says, refusal(), "allow_motion");
+}
+
+TEST_F(ForceDimensionSetup, WristThatIsNotCalibratedIsAWarning) {
+  script().wrist_calibrated = false;
+  open();
+  EXPECT_TRUE(warned("the wrist is not calibrated"));
+}
+
+TEST_F(ForceDimensionSetup, ForceOfTheCalibrationDoesNotWaitBehindTheBrakes) {
+  config.allow_motion = true;
+  script().calibrated = false;
+  script().refuses_force_when_braked = true;
+  open();
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  EXPECT_EQ(norm(state().command_N), 0.0);
+}
+
+TEST_F(ForceDimensionSetup, LibdrdIsHandedTheDeviceAndClosesIt) {
+  open();
+  EXPECT_TRUE(state().opened_by_drd);
+  device.reset();
+  EXPECT_FALSE(state().open);
+}
+
+TEST_F(ForceDimensionSetup, LibraryWithHalfOfLibdrdsPairIsUsedWithoutIt) {
+  for (const char* missing : {"drdOpenID", "drdClose"}) {
+    load({missing});
+    start();
+    EXPECT_FALSE(state().opened_by_drd);
+    device.reset();
+    EXPECT_FALSE(state().open);
+
+    config.allow_motion = true;
+    script().calibrated = false;
+    EXPECT_PRED2(says, refusal(), std::string("without ") + missing + " (");
+    EXPECT_EQ(state().calibrations, 0);
+    EXPECT_FALSE(state().open);
+  }
+}
+
+TEST_F(ForceDimensionSetup, DeviceThatLibdrdDoesNotTakeOrMistakesIsRefusedAndClosed) {
+  calls().failing = 2;
+  EXPECT_PRED2(says, refusal(),
+               "hand it to libdrd, which calibrates: expected device 0, found time-out (SDK error 7)");
+  EXPECT_FALSE(state().open);
+  stand_in->control().reset(2);
+  script().drd_counts_otherwise = true;
+  EXPECT_PRED2(says, refusal(), "expected device 0, found device 1");
+  EXPECT_FALSE(stand_in->state(0).open);
+  EXPECT_FALSE(stand_in->state(1).open);
 }
 
 TEST_F(ForceDimensionSetup, CalibrationThatFailsOrDoesNotTakeIsRefused) {
@@ -103,6 +164,68 @@ TEST_F(ForceDimensionSetup, CalibrationThatFailsHalfWayLeavesNoRegulation) {
   EXPECT_EQ(state().calibrations, 2);
   EXPECT_FALSE(state().regulation);
   EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+}
+
+TEST_F(ForceDimensionSetup, RegulationThatDoesNotStopIsToldSoAgainAndAgainAndTheOperatorIsWarned) {
+  config.allow_motion = true;
+  for (const bool half_way : {true, false}) {
+    const int first = half_way ? 0 : 1;  // the attempt to take over
+    stand_in->control().reset(1);
+    script().calibrated = false;
+    script().calibration_fails_half_way = half_way;
+    script().failing_drd_stops = first + 4;
+    const nanoseconds begin = now;
+    EXPECT_FALSE(says(refusal(), "may still be driving"));
+    EXPECT_FALSE(state().regulation);
+    EXPECT_EQ(now - begin, 4 * 2ms);
+
+    stand_in->control().reset(1);
+    script().calibrated = false;
+    script().calibration_fails_half_way = half_way;
+    script().failing_drd_stops = first + 5;
+    EXPECT_PRED2(says, refusal(), "the SDK may still be driving the handle: switch the device off");
+    EXPECT_TRUE(state().regulation);
+    EXPECT_EQ(script().failing_drd_stops, 0) << "five times";
+    EXPECT_FALSE(state().open);
+  }
+}
+
+TEST_F(ForceDimensionSetup, AnyCallThatFailsRefusesOrLeavesEveryLimitSetAndTheForceOff) {
+  config.allow_motion = true;
+  config.effector_mass_kg = 0.2;
+  config.time_guard = 0us;
+  for (const bool calibrated : {true, false}) {
+    for (const bool works : {false, true}) {
+      int refused = 0;
+      for (int call = 1;; ++call) {
+        SCOPED_TRACE(call);
+        device.reset();
+        stand_in->control().reset(1);
+        script().calibrated = calibrated;
+        script().time_guard_us = 5000;
+        calls().failing = call;
+        calls().failing_works = works;
+        const bool opened = says(refusal(), "opened");
+        if (calls().made < call) break;               // none is left to fail
+        const bool id_was_lost = works && call == 1;  // with the answer to opening: nobody can close it
+        EXPECT_EQ(state().open, opened || id_was_lost);
+        EXPECT_FALSE(state().regulation);
+        EXPECT_NE(state().mode, ForceDimensionMode::kForce);
+        if (!opened) {
+          ++refused;
+          continue;
+        }
+        EXPECT_EQ(state().watchdog_ticks, 160);
+        EXPECT_EQ(state().max_force_N, 8.0);
+        EXPECT_EQ(state().effector_mass_kg, 0.2);
+        EXPECT_TRUE(state().gravity_compensation);
+        calls().failing = 0;
+        run(3ms, kOff);
+        EXPECT_FALSE(status.repeated) << "the time guard";
+      }
+      EXPECT_GE(refused, 12);
+    }
+  }
 }
 
 TEST_F(ForceDimensionSetup, CalibratedDeviceDoesNotMoveThoughItMight) {
@@ -140,6 +263,17 @@ TEST_F(ForceDimensionSetup, FirmwareThatCannotBeToldHasToTakeTheWatchdog) {
                "set the watchdog to 160 ticks of 125 us: expected success, found not implemented");
   EXPECT_FALSE(state().expert) << "expert mode is left also when thrown through";
   EXPECT_FALSE(state().open);
+}
+
+TEST_F(ForceDimensionSetup, WatchdogThatReadsBackOtherwiseIsRefused) {
+  script().watchdog_reads_back = 159;
+  EXPECT_PRED2(says, refusal(), "set the watchdog to 160 ticks of 125 us: expected 160, found 159");
+}
+
+TEST_F(ForceDimensionSetup, FirmwareThreeIsTheFirstWithAWatchdog) {
+  script().firmware = 3.0;
+  open();
+  EXPECT_EQ(state().watchdog_ticks, 160);
 }
 
 TEST_F(ForceDimensionSetup, OldFirmwareIsTakenWithAWarningInPlaceOfAWatchdog) {
@@ -183,6 +317,45 @@ TEST(ForceDimensionConfig, WatchdogHoldsEightBitsOfTicks) {
   EXPECT_FALSE(fits(-125us));
 }
 
+TEST(ForceDimensionConfig, EachBoundHoldsAtItsEdge) {
+  const auto problems_with = [](auto change) {
+    ForceDimensionConfig config;
+    config.watchdog = 10ms;
+    change(config);
+    return config.problems();
+  };
+  const auto expect_edge = [&](auto member, auto inside, auto outside, const char* named) {
+    EXPECT_TRUE(problems_with([&](auto& config) { config.*member = inside; }).empty()) << named;
+    const auto problems = problems_with([&](auto& config) { config.*member = outside; });
+    ASSERT_EQ(problems.size(), 1U) << named;
+    EXPECT_PRED2(says, problems[0], named);
+  };
+  using Config = ForceDimensionConfig;
+  expect_edge(&Config::max_force_N, 0.001, 0.0, "max_force_N");
+  expect_edge(&Config::max_force_N, 12.0, 12.001, "max_force_N");
+  expect_edge(&Config::effector_mass_kg, 0.0, -0.001, "effector_mass_kg");
+  expect_edge(&Config::effector_mass_kg, 1.0, 1.001, "effector_mass_kg");
+  expect_edge(&Config::time_guard, 0us, -1us, "time_guard");
+  expect_edge(&Config::time_guard, 10ms, 10'001us, "time_guard");
+  expect_edge(&Config::settle, 20ms, 19ms, "settle");
+  expect_edge(&Config::settle, 10s, 10'001ms, "settle");
+  expect_edge(&Config::ramp_in, 1s, 999ms, "ramp_in");
+  expect_edge(&Config::ramp_in, 60s, 60'001ms, "ramp_in");
+  expect_edge(&Config::index, std::uint8_t{127}, std::uint8_t{128}, "index");
+  expect_edge(&Config::wait, WaitFor(sleep_for), WaitFor(), "wait");
+}
+
+// A pose that stands still since before enabling is stale before there is a force.
+TEST(ForceDimensionConfig, SettlingIsNoShorterThanTheWatchdog) {
+  ForceDimensionConfig config;
+  config.settle = 31ms;
+  config.watchdog = 31ms;
+  EXPECT_TRUE(config.problems().empty());
+  config.watchdog = 31'125us;
+  ASSERT_EQ(config.problems().size(), 1U);
+  EXPECT_PRED2(says, config.problems()[0], "settle: no less than the watchdog's time");
+}
+
 TEST_F(ForceDimensionSetup, EveryMissingSymbolEitherRefusesByNameOrIsAWarning) {
   const ForceDimensionLibrary complete({.file = stand_in->path(), .sdk_folder = {}});
   for (const char* needed : {"dhdGetSystemType", "dhdOpenType", "dhdClose", "dhdGetStatus", "dhdEnableForce",
@@ -193,12 +366,27 @@ TEST_F(ForceDimensionSetup, EveryMissingSymbolEitherRefusesByNameOrIsAWarning) {
     device.reset();
     EXPECT_FALSE(state().open) << needed;
   }
-  for (const char* spared :
-       {"dhdErrorGetLast", "dhdGetDeviceCount", "dhdGetAvailableCount", "dhdGetSerialNumber", "dhdGetVersion",
-        "dhdOpenID", "dhdOpenSerial", "dhdGetButtonMask", "dhdGetButton", "dhdGetPosition",
-        "dhdGetOrientationFrame", "dhdGetPositionAndOrientationFrame", "dhdSetEffectorMass",
-        "drdIsInitialized", "drdAutoInit", "drdStop", "dhdGetWatchdog", "dhdGetVelocityThreshold",
-        "dhdSetTimeGuard"}) {
+  for (const char* spared : {"dhdErrorGetLast",
+                             "dhdGetDeviceCount",
+                             "dhdGetAvailableCount",
+                             "dhdGetSerialNumber",
+                             "dhdGetVersion",
+                             "dhdOpenID",
+                             "dhdOpenSerial",
+                             "dhdGetButtonMask",
+                             "dhdGetButton",
+                             "dhdGetPosition",
+                             "dhdGetOrientationFrame",
+                             "dhdGetPositionAndOrientationFrame",
+                             "dhdSetEffectorMass",
+                             "drdOpenID",
+                             "drdClose",
+                             "drdIsInitialized",
+                             "drdAutoInit",
+                             "drdStop",
+                             "dhdGetWatchdog",
+                             "dhdGetVelocityThreshold",
+                             "dhdSetTimeGuard"}) {
     load({spared});
     faults = 0;
     start();

@@ -2,6 +2,7 @@
 // is documented to refuse.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <thread>
 
@@ -89,6 +90,7 @@ TEST_F(ForceDimensionStandIn, PositionIsConstantUntilCalibratedAndThenInSteps) {
   EXPECT_NE(stand_in.state().position_m[2], 0.0);
   EXPECT_EQ(height_m(), 0.0);
 
+  ASSERT_EQ(f.drd_open_id(0), 0);
   ASSERT_EQ(f.drd_auto_init(0), 0);
   EXPECT_EQ(f.set_force(0, 0, 0, 0), -1) << "the regulation has the motors";
   ASSERT_EQ(f.drd_stop(true, 0), 0);
@@ -97,6 +99,113 @@ TEST_F(ForceDimensionStandIn, PositionIsConstantUntilCalibratedAndThenInSteps) {
   const double steps = height_m() / 1e-5;
   EXPECT_LT(steps, -1.0) << "it sags";
   EXPECT_NEAR(steps, std::round(steps), 1e-6);
+}
+
+TEST_F(ForceDimensionStandIn, LibdrdKnowsOnlyWhatItOpenedAndClosesThatItself) {
+  ASSERT_EQ(f.open_id(0), 0);
+  EXPECT_FALSE(f.drd_is_initialized(0));
+  EXPECT_EQ(f.drd_auto_init(0), -1);
+  EXPECT_EQ(f.drd_stop(true, 0), -1);
+  EXPECT_EQ(f.drd_close(0), -1);
+  ASSERT_EQ(f.drd_open_id(0), 0);
+  EXPECT_TRUE(f.drd_is_initialized(0));
+  EXPECT_EQ(f.close(0), -1);
+  EXPECT_EQ(f.drd_close(0), 0);
+  EXPECT_FALSE(stand_in.state().open);
+
+  stand_in.script().drd_needs_its_own_open = false;
+  ASSERT_EQ(f.open_id(0), 0);
+  EXPECT_TRUE(f.drd_is_initialized(0));
+  EXPECT_EQ(f.close(0), 0);
+}
+
+TEST_F(ForceDimensionStandIn, PowerThatGoesTakesCalibrationWatchdogAndForce) {
+  ASSERT_EQ(f.open_id(0), 0);
+  f.enable_expert_mode();
+  f.set_watchdog(160, 0);
+  f.enable_force(1, 0);
+  f.set_force(5.0, 0, 0, 0);
+  stand_in.control().advance(0.001);
+  stand_in.script().powered = false;
+  stand_in.control().advance(0.001);
+  EXPECT_EQ(stand_in.state().motor_N[0], 0.0);
+  stand_in.script().powered = true;
+  EXPECT_EQ(stand_in.state().mode, sim::devices::ForceDimensionMode::kReset);
+  EXPECT_EQ(stand_in.state().watchdog_ticks, 0);
+  EXPECT_EQ(f.enable_force(1, 0), -1);
+}
+
+TEST_F(ForceDimensionStandIn, BrakesAndClosingKeepTheCommandUnlessToldOtherwise) {
+  for (const bool kind : {false, true}) {
+    stand_in.control().reset(1);
+    stand_in.script().brake_keeps_command = !kind;
+    stand_in.script().close_keeps_mode = !kind;
+    ASSERT_EQ(f.open_id(0), 0);
+    f.enable_force(1, 0);
+    f.set_force(5.0, 0, 0, 0);
+    f.stop(0);
+    f.enable_force(1, 0);
+    EXPECT_EQ(stand_in.state().brought_back_N[0], kind ? 0.0 : 5.0);
+    stand_in.control().advance(0.02);
+    EXPECT_NEAR(stand_in.state().motor_N[0], kind ? 0.0 : 5.0, 1e-3);
+    f.stop(0);
+    f.set_force(3.0, 0, 0, 0);
+    f.enable_force(1, 0);
+    EXPECT_EQ(stand_in.state().brought_back_N[0], kind ? 0.0 : 3.0) << "taken with the brakes on";
+    f.close(0);
+    EXPECT_EQ(stand_in.state().mode == sim::devices::ForceDimensionMode::kBrake, kind);
+  }
+}
+
+TEST_F(ForceDimensionStandIn, RateIsThatOfForceCommandsInKilohertz) {
+  const auto rate_kHz = stand_in.symbol<double(char)>("dhdGetComFreq");
+  ASSERT_NE(rate_kHz, nullptr);
+  ASSERT_EQ(f.open_id(0), 0);
+  rate_kHz(0);
+  for (int i = 0; i < 100; ++i) {
+    f.set_force(0, 0, 0, 0);
+    (void)height_m();
+    stand_in.control().advance(0.0005);
+  }
+  EXPECT_NEAR(rate_kHz(0), 2.0, 1e-6);
+  stand_in.control().advance(0.1);
+  EXPECT_EQ(rate_kHz(0), 0.0);
+}
+
+TEST_F(ForceDimensionStandIn, ChosenCallFailsBeforeOrAfterItWorked) {
+  for (const bool works : {false, true}) {
+    stand_in.control().reset(1);
+    stand_in.calls() = {.failing = 2, .failing_code = 8, .failing_works = works};
+    ASSERT_EQ(f.open_id(0), 0);
+    EXPECT_EQ(f.set_max_force(5.0, 0), -1);
+    EXPECT_EQ(f.error_get_last(), 8);
+    EXPECT_EQ(stand_in.state().max_force_N, works ? 5.0 : -1.0);
+    EXPECT_EQ(f.set_max_force(6.0, 0), 0);
+    EXPECT_EQ(stand_in.calls().made, 3);
+  }
+}
+
+TEST_F(ForceDimensionStandIn, SlowCallsTakeTheirTime) {
+  ASSERT_EQ(f.open_id(0), 0);
+  stand_in.calls().cost_s = 0.002;
+  (void)height_m();
+  (void)height_m();
+  EXPECT_NEAR(stand_in.state().time_s, 0.004, 1e-9);
+}
+
+TEST_F(ForceDimensionStandIn, HeldCallReturnsWhenLetGo) {
+  ASSERT_EQ(f.open_id(0), 0);
+  stand_in.control().hold(true);
+  int type = 0;
+  std::thread caller([&] { type = f.get_system_type(0); });
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (stand_in.control().held() == 0 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::yield();
+  EXPECT_EQ(stand_in.control().held(), 1);
+  EXPECT_EQ(stand_in.calls().made, 1);
+  stand_in.control().hold(false);
+  caller.join();
+  EXPECT_EQ(type, kOmega6Right);
 }
 
 TEST_F(ForceDimensionStandIn, GravityIsCompensatedByForceCommandsOnly) {

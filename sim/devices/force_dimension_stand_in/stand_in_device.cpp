@@ -25,6 +25,7 @@ constexpr double kPositionStep_m = 1e-5;
 constexpr double kAngleStep_rad = 0.09 * 3.14159265358979 / 180.0;
 constexpr Axes kRest_m{0.03, 0.0, -0.05};       // where the handle lies when nobody has calibrated
 constexpr Axes kUncalibrated_m{0.0, 0.0, 0.0};  // what is told then, wherever it is
+constexpr Axes kRegulation_N{0.0, 0.0, 2.0};    // what calibration holds the handle with at its end
 
 enum Cause { kNone = 0, kVelocity = 2, kWatchdog = 3, kSoftware = 4, kUnplugged = 5 };
 
@@ -48,8 +49,11 @@ void StandInDevice::reset(const ForceDimensionScript& fresh) {
 
 void StandInDevice::open() {
   state.open = true;
-  change_to(script.calibrated ? ForceDimensionMode::kBrake : ForceDimensionMode::kReset);
-  state.force_off_cause = kNone;
+  if (!script.calibrated) {
+    change_to(ForceDimensionMode::kReset);
+  } else if (state.mode == ForceDimensionMode::kReset) {
+    change_to(ForceDimensionMode::kBrake);
+  }
   state.effector_mass_kg = script.effector_mass_kg;
   time_guard_us_ = script.time_guard_us;
   transfer();
@@ -59,36 +63,40 @@ void StandInDevice::open() {
 void StandInDevice::change_to(ForceDimensionMode mode) {
   if (mode == state.mode) return;
   previous_mode_ = std::exchange(state.mode, mode);
-  changed_s_ = now_s_;
+  changed_s_ = state.time_s;
 }
 
 ForceDimensionMode StandInDevice::told_mode() const {
-  return now_s_ - changed_s_ < script.status_delay_s ? previous_mode_ : state.mode;
+  return state.time_s - changed_s_ < script.status_delay_s ? previous_mode_ : state.mode;
 }
 
 void StandInDevice::close() {
-  state.open = false;
-  brake(kSoftware);
+  state.open = state.opened_by_drd = false;
+  if (!script.close_keeps_mode) brake(kSoftware);
 }
 
 void StandInDevice::calibrate() {
   ++state.calibrations;
   // The path is not public; that it is not short is what counts.
-  now_s_ += script.calibration_s;
+  state.time_s += script.calibration_s;
   state.position_m = {};
   state.velocity_m_per_s = {};
   script.calibrated = true;
   state.regulation = true;
+  state.command_N = target_N_ = kRegulation_N;
   change_to(ForceDimensionMode::kForce);
   state.force_off_cause = kNone;
-  fed_s_ = now_s_;
+  fed_s_ = state.time_s;
   transfer();
   transfer();
 }
 
 void StandInDevice::enable_force(bool on) {
   if (!on) return brake(kSoftware);
-  if (state.mode != ForceDimensionMode::kForce) fed_s_ = now_s_;
+  if (state.mode != ForceDimensionMode::kForce) {
+    fed_s_ = state.time_s;
+    state.brought_back_N = target_N_ = state.command_N;
+  }
   change_to(ForceDimensionMode::kForce);
   state.force_off_cause = kNone;
 }
@@ -96,13 +104,23 @@ void StandInDevice::enable_force(bool on) {
 void StandInDevice::brake(int cause) {
   if (state.mode != ForceDimensionMode::kReset) change_to(ForceDimensionMode::kBrake);
   state.force_off_cause = cause;
-  state.command_N = state.motor_N = target_N_ = arriving_N_ = {};
+  state.motor_N = target_N_ = arriving_N_ = {};
+  if (!script.brake_keeps_command) state.command_N = {};
+}
+
+void StandInDevice::lose_power() {
+  script.calibrated = false;
+  change_to(ForceDimensionMode::kReset);
+  brake(kUnplugged);
+  state.command_N = {};
+  state.watchdog_ticks = 0;
 }
 
 bool StandInDevice::set_force(const Axes& force_N) {
   ++state.force_calls;
-  fed_s_ = now_s_;
-  if (state.mode != ForceDimensionMode::kForce) return false;
+  fed_s_ = state.time_s;
+  const bool on = state.mode == ForceDimensionMode::kForce;
+  if (!on && !script.brake_keeps_command) return false;
   state.command_N = force_N;
   const auto scale = [](Axes& vector, double limit_N) {
     const double magnitude_N = norm(vector);
@@ -111,19 +129,27 @@ bool StandInDevice::set_force(const Axes& force_N) {
     return true;
   };
   if (state.max_force_N >= 0.0) scale(state.command_N, state.max_force_N);
+  if (!on) return false;
   target_N_ = state.command_N;
   if (state.gravity_compensation) target_N_[2] += state.effector_mass_kg * kGravity_m_per_s2;
   return scale(target_N_, kMotorLimit_N);
 }
 
 bool StandInDevice::read_guarded() {
-  const bool guarded = read_s_ >= 0.0 && (script.pose_is_stuck || now_s_ - read_s_ < time_guard_us_ * 1e-6);
+  const bool guarded =
+      read_s_ >= 0.0 && (script.pose_is_stuck || state.time_s - read_s_ < time_guard_us_ * 1e-6);
   if (guarded) return true;
-  read_s_ = now_s_;
+  read_s_ = state.time_s;
   guarded_position_m_ =
       script.calibrated ? quantised(transferred_.position_m, kPositionStep_m) : kUncalibrated_m;
   guarded_wrist_rad_ = quantised(transferred_.wrist_rad, kAngleStep_rad);
   return false;
+}
+
+double StandInDevice::force_rate_kHz() {
+  const double passed_s = state.time_s - std::exchange(asked_s_, state.time_s);
+  const long calls = state.force_calls - std::exchange(asked_calls_, state.force_calls);
+  return passed_s > 0.0 ? static_cast<double>(calls) / passed_s * 1e-3 : 0.0;
 }
 
 void StandInDevice::advance(double seconds) {
@@ -135,23 +161,25 @@ void StandInDevice::transfer() {
   transferred_ = transferring_;
   transferring_ = {state.position_m, script.wrist_rad};
   arriving_N_ = target_N_;
-  transfer_s_ = now_s_;
+  transfer_s_ = state.time_s;
 }
 
 void StandInDevice::step(double step_s) {
-  now_s_ += step_s;
-  if (state.mode == ForceDimensionMode::kForce) {
+  state.time_s += step_s;
+  if (!script.powered) {
+    lose_power();
+  } else if (state.mode == ForceDimensionMode::kForce) {
     const double watchdog_s = state.watchdog_ticks * kWatchdogTick_s;
     const double threshold_m_per_s = script.velocity_threshold_mm_per_s * 1e-3;
-    if (!script.connected || !script.powered) {
+    if (!script.connected) {
       brake(kUnplugged);
-    } else if (state.watchdog_ticks > 0 && now_s_ - fed_s_ > watchdog_s && !state.regulation) {
+    } else if (state.watchdog_ticks > 0 && state.time_s - fed_s_ > watchdog_s && !state.regulation) {
       brake(kWatchdog);
     } else if (threshold_m_per_s > 0.0 && norm(state.velocity_m_per_s) > threshold_m_per_s) {
       brake(kVelocity);
     }
   }
-  if (script.connected && now_s_ - transfer_s_ > kTransfer_s - 0.5 * step_s) transfer();
+  if (script.connected && state.time_s - transfer_s_ > kTransfer_s - 0.5 * step_s) transfer();
   move(step_s);
 }
 

@@ -30,6 +30,8 @@ class StandInDevice {
   bool set_force(const Axes& force_N);
   /// True when the time guard lets only the old sample out.
   bool read_guarded();
+  /// Of force commands since the last time it was asked [G].
+  double force_rate_kHz();
   void set_time_guard(int guard_us) { time_guard_us_ = guard_us; }
 
   /// As the SDK tells them: one transfer old, in steps of the sensors, constant while not calibrated.
@@ -44,16 +46,18 @@ class StandInDevice {
   };
 
   void change_to(ForceDimensionMode mode);
+  void lose_power();
   void step(double step_s);
   void move(double step_s);
   void transfer();
 
-  double now_s_ = 0.0;
   double changed_s_ = 0.0;  ///< the mode
   ForceDimensionMode previous_mode_ = ForceDimensionMode::kBrake;
   double fed_s_ = 0.0;       ///< last force command
   double transfer_s_ = 0.0;  ///< last USB transfer
   double read_s_ = -1.0;     ///< last sample that was not the guarded one
+  double asked_s_ = 0.0;     ///< force_rate_kHz()
+  long asked_calls_ = 0;
   int time_guard_us_ = 0;
   Axes target_N_{};    ///< on its way to the motors
   Axes arriving_N_{};  ///< there after the transport time

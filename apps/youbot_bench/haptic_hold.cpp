@@ -1,0 +1,408 @@
+#include "apps/youbot_bench/haptic_hold.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "apps/common/build_info.h"
+#include "apps/common/exit_code.h"
+#include "apps/common/open_haptic.h"
+#include "apps/common/real_time.h"
+#include "apps/common/recorder.h"
+#include "apps/common/recording_file.h"
+#include "apps/common/toml_reader.h"
+#include "apps/report/report.h"
+#include "control/point_spring.h"
+#include "control/port_energy.h"
+#include "drivers/latency_histogram.h"
+#include "hal/setup_error.h"
+
+namespace youbot_bench {
+namespace {
+
+using Eigen::Vector3d;
+using std::chrono::nanoseconds;
+
+constexpr std::chrono::milliseconds kPeriod{1};
+constexpr std::chrono::milliseconds kFadeOut{500};
+constexpr std::size_t kRing = 8192;
+constexpr int kCyclesPerPoint = 10;  // of the report's plots
+
+double seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+double milliseconds(nanoseconds time) { return 1e3 * seconds(time); }
+
+/// One cycle of it. Plain numbers, because it crosses threads.
+struct HoldRecord {
+  double time_s = 0.0;
+  std::array<double, 3> p_HD_m{};
+  std::array<double, 3> v_HD_H_m_per_s{};
+  std::array<double, 3> f_D_H_N{};
+  double age_s = 0.0;
+  double energy_J = 0.0;
+  double buttons = 0.0;
+};
+
+std::array<double, 3> numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+/// Pulls the loopback's pen aside in one direction after the other, holds it there and lets go.
+class Operator {
+ public:
+  explicit Operator(sim::Hand& hand, const Vector3d& point_m) : hand_(hand), point_m_(point_m) {
+    hand_.hold_at(point_m);
+  }
+  void act(nanoseconds now) noexcept {
+    while (now >= next_) {
+      constexpr double kAside_m = 0.03;
+      const int turn = step_ / 3;
+      Vector3d aside_m = Vector3d::Zero();
+      aside_m[turn % 3] = turn % 2 == 0 ? kAside_m : -kAside_m;
+      switch (step_ % 3) {
+        case 0: hand_.move_to(point_m_ + aside_m, std::chrono::seconds(1)); break;
+        case 1: hand_.let_go(); break;
+        default: hand_.hold_at(point_m_); break;
+      }
+      next_ += std::chrono::seconds(2);
+      ++step_;
+    }
+  }
+
+ private:
+  sim::Hand& hand_;
+  Vector3d point_m_;
+  nanoseconds next_ = std::chrono::milliseconds(1500);
+  int step_ = 0;
+};
+
+/// haptic.csv and what its thread could not write.
+class HoldRecording {
+ public:
+  HoldRecording(const std::filesystem::path& directory, const HapticHoldOptions& options,
+                const hal::HapticInfo& device)
+      : file_(directory / "haptic.csv",
+              {{"rig", "haptic"},
+               {"experiment", "haptic-hold"},
+               {"device", device.name},
+               {"sample_rate_Hz", "1000"},
+               {"stiffness_N_per_m", std::to_string(options.stiffness_N_per_m)},
+               {"damping_N_s_per_m", std::to_string(options.damping_N_s_per_m)},
+               {"software", apps::build_version()}},
+              {{"time_s", 6},
+               {"position_x_m", 7},
+               {"position_y_m", 7},
+               {"position_z_m", 7},
+               {"velocity_x_m_per_s", 6},
+               {"velocity_y_m_per_s", 6},
+               {"velocity_z_m_per_s", 6},
+               {"force_x_N", 5},
+               {"force_y_N", 5},
+               {"force_z_N", 5},
+               {"age_s", 6},
+               {"energy_J", 8},
+               {"buttons", 0}}),
+        recorder_(
+            kRing,
+            [this](const HoldRecord& r) {
+              const auto &p = r.p_HD_m, &v = r.v_HD_H_m_per_s, &f = r.f_D_H_N;
+              file_.append_row(std::array{r.time_s, p[0], p[1], p[2], v[0], v[1], v[2], f[0], f[1], f[2],
+                                          r.age_s, r.energy_J, r.buttons});
+            },
+            [this] { file_.flush(); }) {}
+
+  /// Cycle, unless the loop is in virtual time, which has to wait for the disk.
+  void add(const HoldRecord& record, bool virtual_time) noexcept {
+    if (virtual_time) recorder_.wait_for_room();
+    recorder_.push(record);
+  }
+  void close() {
+    recorder_.stop();
+    file_.close();
+    if (const std::string problem = file_.error(); !problem.empty()) spdlog::warn("recording: {}", problem);
+    if (const auto dropped = recorder_.statistics().dropped; dropped > 0)
+      spdlog::warn("recording: the disk was too slow: {} cycles dropped", dropped);
+  }
+
+ private:
+  apps::RecordingFile file_;
+  apps::Recorder<HoldRecord> recorder_;  // last: its thread uses the file
+};
+
+struct Outcome {
+  hal::HapticStatus fault;  ///< the one that ended it, if any
+  std::uint64_t samples = 0;
+  std::uint64_t saturated = 0;
+  drivers::LatencyHistogram age;
+  double largest_force_N = 0.0;
+  double farthest_m = 0.0;
+  double largest_energy_J = 0.0;
+  double energy_J = 0.0;
+  nanoseconds duration{};
+  std::vector<HoldRecord> points;  ///< for the plots
+};
+
+class Hold {
+ public:
+  Hold(const HapticHoldOptions& options, hal::HapticDevice& device, hal::Clock& clock)
+      : options_(options), device_(device), clock_(clock) {
+    outcome_.points.reserve(static_cast<std::size_t>(options.duration_s * 1000.0 / kCyclesPerPoint) + 64);
+  }
+
+  Outcome run(Operator* hand, HoldRecording* recording, const std::atomic<bool>& stop) {
+    const nanoseconds begin = clock_.now();
+    nanoseconds end(static_cast<std::int64_t>(1e9 * options_.duration_s));
+    nanoseconds deadline = begin;
+    for (std::uint64_t cycle = 0;; ++cycle) {
+      deadline += kPeriod;
+      clock_.sleep_until(deadline);
+      const nanoseconds elapsed = clock_.now() - begin;
+      if (stop.load(std::memory_order_relaxed)) end = std::min(end, elapsed + kFadeOut);
+      if (elapsed >= end) break;
+      if (hand != nullptr) hand->act(elapsed);
+      step(elapsed, std::clamp(seconds(end - elapsed) / seconds(kFadeOut), 0.0, 1.0));
+      if (!outcome_.fault.ok()) break;
+      const HoldRecord record = this->record(elapsed);
+      if (recording != nullptr) recording->add(record, options_.virtual_time);
+      if (cycle % kCyclesPerPoint == 0 && outcome_.points.size() < outcome_.points.capacity())
+        outcome_.points.push_back(record);
+      if (elapsed >= told_ + std::chrono::seconds(1)) tell(elapsed);
+      const nanoseconds late = clock_.now() - deadline;
+      deadline += late / kPeriod * kPeriod;
+    }
+    outcome_.duration = clock_.now() - begin;
+    outcome_.energy_J = energy_.energy_J();
+    return std::move(outcome_);
+  }
+
+ private:
+  void step(nanoseconds elapsed, double gain) {
+    const Vector3d point_m(options_.point_m.data());
+    const control::PointSpring spring{gain * options_.stiffness_N_per_m, gain * options_.damping_N_s_per_m};
+    // Disabled until there is a sample: the force is for where the pen is.
+    const hal::HapticCommand command{has_sample_,
+                                     spring.force_N(point_m, sample_.p_HD_m, sample_.v_HD_H_m_per_s)};
+    const nanoseconds stamp = sample_.stamp;
+    status_ = device_.exchange(command, sample_);
+    if (status_.fault == hal::HapticFault::kNotReady) {
+      if (!told_not_ready_ && elapsed > std::chrono::milliseconds(200) && !options_.quiet)
+        spdlog::info("{}: {}", device_.info().name, device_.describe(status_));
+      told_not_ready_ = told_not_ready_ || elapsed > std::chrono::milliseconds(200);
+      return;
+    }
+    if (!status_.ok()) outcome_.fault = status_;
+    if (sample_.stamp == stamp && has_sample_) return;
+    has_sample_ = true;
+    ++outcome_.samples;
+    energy_.update(sample_.p_HD_m, status_.f_D_H_N);
+    outcome_.age.add(status_.age);
+    worst_age_ = std::max(worst_age_, status_.age);
+    outcome_.saturated += status_.saturated ? 1U : 0U;
+    outcome_.largest_force_N = std::max(outcome_.largest_force_N, status_.f_D_H_N.norm());
+    outcome_.farthest_m = std::max(outcome_.farthest_m, (sample_.p_HD_m - point_m).norm());
+    outcome_.largest_energy_J = std::max(outcome_.largest_energy_J, energy_.energy_J());
+  }
+
+  HoldRecord record(nanoseconds elapsed) const {
+    return {.time_s = seconds(elapsed),
+            .p_HD_m = numbers(sample_.p_HD_m),
+            .v_HD_H_m_per_s = numbers(sample_.v_HD_H_m_per_s),
+            .f_D_H_N = numbers(status_.f_D_H_N),
+            .age_s = seconds(status_.age),
+            .energy_J = energy_.energy_J(),
+            .buttons = static_cast<double>(sample_.buttons)};
+  }
+
+  /// Once a second; the only call that is none for a real-time cycle, and this is a bench.
+  void tell(nanoseconds elapsed) {
+    const double span_s = seconds(elapsed - told_);
+    const double rate_Hz = static_cast<double>(outcome_.samples - told_samples_) / span_s;
+    told_ = elapsed;
+    told_samples_ = outcome_.samples;
+    const nanoseconds worst = std::exchange(worst_age_, {});
+    if (options_.quiet) return;
+    const Vector3d point_m(options_.point_m.data());
+    std::printf("%8.1f %14.2f %10.3f %10.0f %10.2f %12.3f%s\n", seconds(elapsed),
+                1e3 * (sample_.p_HD_m - point_m).norm(), status_.f_D_H_N.norm(), rate_Hz, milliseconds(worst),
+                1e3 * energy_.energy_J(), status_.saturated ? "  limited" : "");
+    std::fflush(stdout);
+  }
+
+  const HapticHoldOptions& options_;
+  hal::HapticDevice& device_;
+  hal::Clock& clock_;
+  control::PortEnergy energy_;
+  hal::HapticSample sample_;
+  hal::HapticStatus status_;
+  bool has_sample_ = false;
+  bool told_not_ready_ = false;
+  nanoseconds told_{};
+  nanoseconds worst_age_{};
+  std::uint64_t told_samples_ = 0;
+  Outcome outcome_;
+};
+
+void write_report(const std::filesystem::path& directory, const HapticHoldOptions& options,
+                  const hal::HapticInfo& device, const Outcome& outcome) {
+  report::Page page("Haptic master held at a point: " + device.name);
+  page.text(
+      "A spring of " + std::to_string(static_cast<int>(options.stiffness_N_per_m)) +
+      " N/m holds the pen at a point. Pulled away it returns. Energy is what the motors gave to the hand: "
+      "while it stays at or below zero the hand got back no more than it put in.");
+  const std::vector<report::Column> columns{{"quantity"}, {"value"}, {"unit"}};
+  page.table(columns,
+             {{"largest force", outcome.largest_force_N, "N"},
+              {"farthest from the point", 1e3 * outcome.farthest_m, "mm"},
+              {"samples a second", static_cast<double>(outcome.samples) / seconds(outcome.duration), "Hz"},
+              {"age of a sample, 99.9 %", milliseconds(outcome.age.quantile(0.999)), "ms"},
+              {"most energy given to the hand", 1e3 * outcome.largest_energy_J, "mJ"},
+              {"energy given to the hand in the end", 1e3 * outcome.energy_J, "mJ"}});
+  std::vector<double> time_s;
+  std::array<std::vector<double>, 3> place_mm;
+  std::array<std::vector<double>, 3> force_N;
+  std::vector<double> energy_mJ;
+  std::vector<double> age_ms;
+  for (const HoldRecord& point : outcome.points) {
+    time_s.push_back(point.time_s);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      place_mm[axis].push_back(1e3 * (point.p_HD_m[axis] - options.point_m[axis]));
+      force_N[axis].push_back(point.f_D_H_N[axis]);
+    }
+    energy_mJ.push_back(1e3 * point.energy_J);
+    age_ms.push_back(1e3 * point.age_s);
+  }
+  const report::Axis time{"time", "s"};
+  const auto axes = [&time_s](const std::array<std::vector<double>, 3>& values) {
+    return std::vector<report::Series>{{"x, towards the user", time_s, values[0]},
+                                       {"y, to the right", time_s, values[1]},
+                                       {"z, up", time_s, values[2]}};
+  };
+  page.plot(
+      {.title = "Where the pen is", .x = time, .y = {"from the point", "mm"}, .series = axes(place_mm)});
+  page.plot({.title = "Force on the hand", .x = time, .y = {"force", "N"}, .series = axes(force_N)});
+  page.plots({{.title = "Energy given to the hand",
+               .x = time,
+               .y = {"energy", "mJ"},
+               .series = {{"energy", time_s, energy_mJ}}},
+              {.title = "Age of the newest sample",
+               .x = time,
+               .y = {"age", "ms"},
+               .series = {{"age", time_s, age_ms}}}});
+  page.write(directory / "report.html");
+}
+
+void print_summary(const Outcome& outcome) {
+  std::printf(
+      "\nheld for %.1f s: largest force %.2f N, farthest from the point %.1f mm\n"
+      "%.0f samples a second, age median %.2f ms, 99.9 %% within %.2f ms, %.2f ms at most\n"
+      "energy given to the hand: %.2f mJ at most, %.2f mJ in the end\n",
+      seconds(outcome.duration), outcome.largest_force_N, 1e3 * outcome.farthest_m,
+      static_cast<double>(outcome.samples) / seconds(outcome.duration),
+      milliseconds(outcome.age.quantile(0.5)), milliseconds(outcome.age.quantile(0.999)),
+      milliseconds(outcome.age.worst()), 1e3 * outcome.largest_energy_J, 1e3 * outcome.energy_J);
+  if (outcome.saturated > 0)
+    std::printf("force limited in %llu of %llu samples\n", static_cast<unsigned long long>(outcome.saturated),
+                static_cast<unsigned long long>(outcome.samples));
+}
+
+apps::HapticOptions load_options(const HapticHoldOptions& options) {
+  apps::HapticOptions haptic;
+  if (!options.config.empty()) {
+    const std::filesystem::path path(options.config);
+    apps::TomlFile file = apps::TomlFile::parse(path);
+    apps::TomlTable root = file.root();
+    apps::TomlTable table = root.table("haptic");
+    apps::read_haptic(table, path.parent_path(), haptic);
+    for (const char* other : {"robot", "loop", "ethercat", "geometry", "controller", "limits", "compensation",
+                              "path", "simulation"})
+      root.ignore(other);
+    file.finish();
+  }
+  if (!options.haptic.empty()) haptic.name = options.haptic;
+  if (options.virtual_time && !apps::is_simulated_haptic(haptic.name))
+    throw std::invalid_argument("--virtual-time: " + haptic.name + " lives in real time");
+  return haptic;
+}
+
+/// Whether this thread, and so the device's, may be real-time.
+void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& haptic) {
+  std::string all;
+  apps::RealTimeThread attempt;  // given back at once
+  for (const std::string& problem : attempt.enter({})) all += "\n  " + problem;
+  if (all.empty()) return;
+  if (!options.allow_non_real_time)
+    throw hal::SetupError("haptic-hold", "become real-time",
+                          "or run with --allow-non-rt, with a hand on the device's switch:" + all);
+  spdlog::warn("not real-time:{}", all);
+  haptic.thread.fifo_priority = 0;
+}
+
+/// The force ends however the run does.
+class Activation {
+ public:
+  explicit Activation(hal::HapticDevice& device) : device_(device) { device_.activate(); }
+  Activation(const Activation&) = delete;
+  Activation& operator=(const Activation&) = delete;
+  ~Activation() {
+    if (!device_.deactivate())
+      spdlog::error("{}: nothing confirmed that the force is off: switch the device off",
+                    device_.info().name);
+  }
+
+ private:
+  hal::HapticDevice& device_;
+};
+
+}  // namespace
+
+int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop) {
+  apps::HapticOptions haptic = load_options(options);
+  if (!options.virtual_time) prepare_real_time(options, haptic);
+  std::unique_ptr<hal::Clock> clock;
+  if (options.virtual_time) {
+    clock = std::make_unique<hal::VirtualClock>();
+  } else {
+    clock = std::make_unique<hal::SteadyClock>();
+  }
+  const apps::OpenedHaptic opened = apps::open_haptic(haptic, *clock, kPeriod);
+  if (!options.out.empty()) std::filesystem::create_directories(options.out);
+  std::unique_ptr<Operator> hand;
+  if (opened.hand) hand = std::make_unique<Operator>(*opened.hand, Vector3d(options.point_m.data()));
+
+  std::unique_ptr<HoldRecording> recording;
+  Outcome outcome;
+  {
+    const Activation activation(*opened.device);
+    const hal::HapticInfo& info = opened.device->info();
+    if (!options.quiet) {
+      spdlog::info("{}: {}, {:g} N at most{}", apps::build_version(), info.name, info.force_limit_N,
+                   options.virtual_time ? ", virtual time" : "; Ctrl-C stops");
+      for (const std::string& warning : info.warnings) spdlog::warn("{}: {}", info.name, warning);
+      std::printf("%8s %14s %10s %10s %10s %12s\n", "time s", "off point mm", "force N", "rate Hz", "age ms",
+                  "energy mJ");
+    }
+    if (!options.out.empty()) recording = std::make_unique<HoldRecording>(options.out, options, info);
+    Hold hold(options, *opened.device, *clock);
+    apps::RealTimeThread real_time;
+    if (!options.virtual_time) (void)real_time.enter({});  // what is refused was told before
+    outcome = hold.run(hand.get(), recording.get(), stop);
+  }
+  if (recording) recording->close();
+  if (!options.out.empty()) write_report(options.out, options, opened.device->info(), outcome);
+  if (!options.quiet) {
+    print_summary(outcome);
+    if (!options.out.empty()) std::printf("recorded in %s\n", options.out.c_str());
+  }
+  if (outcome.fault.ok()) return apps::kExitOk;
+  spdlog::error("{}: stopped by a fault: {}", opened.device->info().name,
+                opened.device->describe(outcome.fault));
+  return apps::kExitFault;
+}
+
+}  // namespace youbot_bench

@@ -1,0 +1,112 @@
+/// @file
+/// Which USB devices are there, which one came, which one went. Nothing here sends a byte to a device or
+/// opens one: descriptors and strings are the kernel's copies. Setup: everything.
+///
+/// libusb has one thread of its own per process, which listens to udev while a context exists; no thread is
+/// ours, and nothing of ours is called outside UsbWatch::poll().
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/usb/system_paths.h"
+
+struct libusb_context;
+struct libusb_device;
+
+namespace drivers::usb {
+
+enum class UsbSpeed : std::uint8_t { kUnknown, kLow, kFull, kHigh, kSuper, kSuperPlus };
+/// "full speed, 12 Mbit/s"
+const char* describe(UsbSpeed speed) noexcept;
+
+/// A copy of what was known when it was looked for; the device may be gone by now.
+struct UsbDevice {
+  std::uint16_t vendor = 0;
+  std::uint16_t product = 0;
+  std::uint8_t bus = 0;
+  std::uint8_t address = 0;  ///< a new one each time it is plugged in
+  std::string port_path{};   ///< "1-1.2": bus 1, port 1, port 2 of the hub there; "usb1": the root itself.
+                             ///< Stays the same at the same socket, and tells two alike apart
+  UsbSpeed speed = UsbSpeed::kUnknown;
+  // Empty where the device has none, and for one that went.
+  std::string manufacturer{};
+  std::string product_name{};
+  std::string serial{};
+
+  friend bool operator==(const UsbDevice&, const UsbDevice&) = default;
+};
+/// "0403:cb48"
+std::string ids_of(const UsbDevice& device);
+/// "FALCON HAPTIC (0403:cb48) at 1-1.2"
+std::string name_of(const UsbDevice& device);
+
+/// What is left open fits all.
+struct UsbDeviceFilter {
+  std::optional<std::uint16_t> vendor{};
+  std::optional<std::uint16_t> product{};
+  std::string port_path{};  ///< empty: any
+  bool matches(const UsbDevice& device) const noexcept;
+};
+
+/// One connection to libusb. One per user: who waits on one handles the events of all that share it. It has
+/// to outlive what was made from it.
+class UsbContext {
+ public:
+  /// @throws std::runtime_error when libusb cannot start; it needs no device and no right for that.
+  explicit UsbContext(SystemPaths paths = {});
+  UsbContext(const UsbContext&) = delete;
+  UsbContext& operator=(const UsbContext&) = delete;
+  ~UsbContext();
+
+  /// Ordered by bus and port. Empty: none there. More than one of a kind: choose by port path.
+  std::vector<UsbDevice> devices(const UsbDeviceFilter& filter = {}) const;
+
+  const SystemPaths& paths() const noexcept { return paths_; }
+  libusb_context* get() const noexcept { return context_; }
+  /// Everything about one of this context's devices.
+  UsbDevice inspect(libusb_device* device) const;
+
+ private:
+  SystemPaths paths_;
+  libusb_context* context_ = nullptr;
+};
+
+/// The folder in which the kernel shows the device.
+std::filesystem::path sysfs_folder(const UsbDevice& device, const SystemPaths& paths);
+/// The first line of a file, without its end; empty when there is none.
+std::string first_line(const std::filesystem::path& file);
+/// The raw descriptors: the device's, then each configuration's. Empty when the device is gone.
+std::vector<std::uint8_t> descriptors_of(const UsbDevice& device, const SystemPaths& paths);
+
+struct UsbArrival {
+  enum class Kind : std::uint8_t { kCame, kWent };
+  Kind kind = Kind::kCame;
+  UsbDevice device{};
+};
+
+/// Tells of devices that come and go; first of those that are there already.
+class UsbWatch {
+ public:
+  /// @throws std::runtime_error when this system cannot tell.
+  explicit UsbWatch(UsbDeviceFilter filter, SystemPaths paths = {});
+  UsbWatch(const UsbWatch&) = delete;
+  UsbWatch& operator=(const UsbWatch&) = delete;
+  ~UsbWatch();
+
+  /// What happened since the last call, in order. Waits for something to happen to any device, at most
+  /// `timeout` (libusb rounds up to a millisecond); 0: not at all.
+  std::vector<UsbArrival> poll(std::chrono::nanoseconds timeout = {});
+
+ private:
+  struct Seen;
+  UsbContext context_;
+  std::unique_ptr<Seen> seen_;
+};
+
+}  // namespace drivers::usb

@@ -1,0 +1,205 @@
+// Haptic masters as the programs open them, and `youbot-bench haptic-hold` as people run it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <span>
+#include <string>
+
+#include "apps/common/open_haptic.h"
+#include "apps/common/recording_reader.h"
+#include "hal/setup_error.h"
+#include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+
+bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+apps::HapticOptions read(const support::TemporaryDirectory& folder, const std::string& text) {
+  const std::filesystem::path path = folder.write("haptic.toml", text);
+  apps::TomlFile file = apps::TomlFile::parse(path);
+  apps::TomlTable root = file.root();
+  apps::TomlTable table = root.table("haptic");
+  apps::HapticOptions options;
+  apps::read_haptic(table, path.parent_path(), options);
+  file.finish();
+  return options;
+}
+
+TEST(OpenHaptic, NamesThoseThereAre) {
+  const hal::VirtualClock clock;
+  apps::HapticOptions options;
+  options.name = "phantom";
+  try {
+    (void)apps::open_haptic(options, clock, 1ms);
+    FAIL();
+  } catch (const std::invalid_argument& error) {
+    for (const char* name : {"phantom", "loopback", "force-dimension", "falcon", "spacemouse"})
+      EXPECT_TRUE(says(error.what(), name)) << error.what();
+  }
+  EXPECT_TRUE(apps::is_simulated_haptic("loopback"));
+  EXPECT_FALSE(apps::is_simulated_haptic("falcon"));
+}
+
+TEST(OpenHaptic, TheLoopbackHasAHandInIt) {
+  const hal::VirtualClock clock;
+  const apps::OpenedHaptic opened = apps::open_haptic({}, clock, 1ms);
+  ASSERT_NE(opened.hand, nullptr);
+  opened.device->activate();
+  opened.hand->hold_at({0.01, 0, 0});
+  hal::HapticSample sample;
+  for (int i = 0; i < 3000; ++i) ASSERT_TRUE(opened.device->exchange({}, sample).ok());
+  EXPECT_NEAR(sample.p_HD_m.x(), 0.01, 1e-6);
+}
+
+TEST(OpenHaptic, ReadsEveryKey) {
+  const support::TemporaryDirectory folder;
+  const apps::HapticOptions options = read(folder, R"(
+[haptic]
+device = "falcon"
+force_limit_N = 5.0
+slew_N_per_s = 100.0
+speed_limit_m_per_s = 0.7
+ramp_in_s = 2.0
+stale_after_s = 0.03
+command_timeout_s = 0.04
+velocity_cutoff_Hz = 60.0
+period_s = 0.0005
+priority = 70
+
+[haptic.force_dimension]
+transport = "usb"
+library = "libdrd.so.3"
+serial = 4711
+allow_motion = true
+effector_mass_kg = 0.2
+watchdog_s = 0.01
+
+[haptic.falcon]
+firmware = "nvent.bin"
+usb_port = "1-1.2"
+command_per_Nm = -9000.0
+origin_m = 0.12
+
+[haptic.spacemouse]
+serial = "A1"
+path = "/dev/hidraw3"
+travel_m = 0.1
+turn_rad = 0.25
+
+[haptic.hand]
+device_mass_kg = 0.2
+device_drag_N_s_per_m = 0.6
+mass_kg = 0.4
+stiffness_N_per_m = 200.0
+damping_N_s_per_m = 10.0
+)");
+  EXPECT_EQ(options.name, "falcon");
+  EXPECT_EQ(options.force_limit_N, 5.0);
+  EXPECT_EQ(options.limits.slew_N_per_s, 100.0);
+  EXPECT_EQ(options.limits.speed_m_per_s, 0.7);
+  EXPECT_EQ(options.limits.ramp_in, 2s);
+  EXPECT_EQ(options.limits.stale_after, 30ms);
+  EXPECT_EQ(options.limits.command_timeout, 40ms);
+  EXPECT_EQ(options.limits.velocity_cutoff_Hz, 60.0);
+  EXPECT_EQ(options.thread.period, 500us);
+  EXPECT_EQ(options.thread.fifo_priority, 70);
+  EXPECT_EQ(options.force_dimension.transport, hal::ForceDimensionTransport::kUsb);
+  EXPECT_TRUE(options.force_dimension.sdk.file.ends_with("/libdrd.so.3")) << "beside the configuration";
+  EXPECT_EQ(options.force_dimension.device.serial, 4711);
+  EXPECT_TRUE(options.force_dimension.device.allow_motion);
+  EXPECT_EQ(options.force_dimension.device.effector_mass_kg, 0.2);
+  EXPECT_EQ(options.force_dimension.device.watchdog, 10ms);
+  EXPECT_EQ(options.falcon.firmware.filename(), "nvent.bin");
+  EXPECT_EQ(options.falcon.port_path, "1-1.2");
+  EXPECT_EQ(options.falcon.device.command_per_Nm, -9000.0);
+  EXPECT_EQ(options.falcon.device.p_FO_m[2], 0.12);
+  EXPECT_EQ(options.space_mouse.choice.serial, "A1");
+  EXPECT_EQ(options.space_mouse.choice.path, "/dev/hidraw3");
+  EXPECT_EQ(options.space_mouse.travel_m, 0.1);
+  EXPECT_EQ(options.space_mouse.turn_rad, 0.25);
+  EXPECT_EQ(options.hand.device_mass_kg, 0.2);
+  EXPECT_EQ(options.hand.device_drag_N_s_per_m, 0.6);
+  EXPECT_EQ(options.hand.hand_mass_kg, 0.4);
+  EXPECT_EQ(options.hand.hand_stiffness_N_per_m, 200.0);
+  EXPECT_EQ(options.hand.hand_damping_N_s_per_m, 10.0);
+}
+
+TEST(OpenHaptic, RefusesWhatIsNotSafeWithFileAndLine) {
+  const support::TemporaryDirectory folder;
+  for (const char* line : {"force_limit_N = 13.0", "ramp_in_s = 0.0", "stale_after_s = 1.0",
+                           "speed_limit_m_per_s = nan", "watchdog = 0"}) {
+    try {
+      (void)read(folder, std::string("[haptic]\n") + line + "\n");
+      ADD_FAILURE() << line;
+    } catch (const apps::ConfigError& error) {
+      EXPECT_TRUE(says(error.what(), "haptic.toml:2")) << error.what();
+    }
+  }
+  EXPECT_THROW((void)read(folder, "[haptic.force_dimension]\nwatchdog_s = 0.0\n"), apps::ConfigError)
+      << "never off";
+}
+
+TEST(OpenHaptic, AFirmwareFileThatCannotBeReadIsNamed) {
+  const support::TemporaryDirectory folder;
+  const hal::VirtualClock clock;
+  apps::HapticOptions options;
+  options.name = "falcon";
+  for (const std::filesystem::path& path :
+       {folder.path() / "missing.bin", folder.path(), folder.write("empty.bin", "")}) {
+    options.falcon.firmware = path;
+    try {
+      (void)apps::open_haptic(options, clock, 1ms);
+      ADD_FAILURE() << path;
+    } catch (const hal::SetupError& error) {
+      EXPECT_TRUE(says(error.what(), path.string())) << error.what();
+    }
+  }
+}
+
+support::CommandResult hold(const std::string& arguments) {
+  return support::run_command(std::string(YOUBOT_BENCH_BINARY) + " haptic-hold " + arguments);
+}
+
+TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
+  const support::TemporaryDirectory folder;
+  const std::string out = (folder.path() / "out").string();
+  const auto result = hold("--virtual-time --duration 20 --stiffness 300 --out " + out);
+  ASSERT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(says(result.output, "energy given to the hand")) << result.output;
+  EXPECT_TRUE(std::filesystem::exists(out + "/report.html"));
+
+  const sim::Recording recording = apps::read_recording(out + "/haptic.csv").recording;
+  const std::span<const double> time_s = recording.column("time_s");
+  const std::span<const double> y_m = recording.column("position_y_m");
+  const std::span<const double> force_N = recording.column("force_y_N");
+  const std::span<const double> energy_J = recording.column("energy_J");
+  EXPECT_NEAR(static_cast<double>(time_s.size()), 20000, 20);
+  // 30 mm of the hand's will at 300 N/m each of hand and spring: it gets half-way, against 4.5 N.
+  EXPECT_NEAR(*std::max_element(y_m.begin(), y_m.end()), 0.015, 0.001);
+  for (std::size_t i = 0; i < time_s.size(); ++i) {
+    EXPECT_LE(std::abs(force_N[i]), 8.0);
+    EXPECT_LT(energy_J[i], 1e-4) << time_s[i];
+  }
+  EXPECT_LT(std::abs(y_m.back()), 1e-3);
+}
+
+TEST(HapticHold, WrongUseIsToldAndNothingMoves) {
+  const support::TemporaryDirectory folder;
+  EXPECT_EQ(hold("--haptic phantom --virtual-time").exit_code, 2);
+  EXPECT_TRUE(says(hold("--haptic falcon --virtual-time").output, "real time"));
+  EXPECT_EQ(hold("--haptic falcon --virtual-time").exit_code, 2);
+  EXPECT_EQ(hold("--virtual-time --stiffness 1e9").exit_code, 2);
+  EXPECT_EQ(hold("--virtual-time --duration 1 --config " + (folder.path() / "none.toml").string()).exit_code,
+            2);
+  const auto wrong = folder.write("wrong.toml", "[haptic]\nforce_limit = 3\n");
+  const auto result = hold("--virtual-time --duration 1 --config " + wrong.string());
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_TRUE(says(result.output, "wrong.toml:2")) << result.output;
+}
+
+}  // namespace

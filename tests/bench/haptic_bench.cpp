@@ -1,0 +1,147 @@
+// Exchange rate and processor time of each haptic master, flat out, against its emulation. What the emulation
+// takes is in the rate, but not in the processor time of the exchanging thread where it has a thread of its
+// own.
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <ctime>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "drivers/haptic/haptic_usb.h"
+#include "hal/haptic/falcon_link.h"
+#include "hal/haptic/force_dimension_link.h"
+#include "hal/haptic/space_mouse_link.h"
+#include "hal/haptic_servo.h"
+#include "hal/loopback_haptic_link.h"
+#include "sim/devices/emulated_falcon.h"
+#include "sim/devices/emulated_space_mouse.h"
+#include "sim/hand.h"
+#include "tests/drivers/force_dimension_fakes.h"
+#include "tests/support/mock_falcon.h"
+#include "tests/support/mock_hidraw_device.h"
+#include "tests/support/mock_usb_device.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+
+constexpr int kWarmUp = 200;
+
+double thread_time_s() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+/// Through the limits that every master has, with time passing as its device's does.
+void measure(
+    const char* name, hal::HapticLink& link, int exchanges, const std::function<void()>& between = [] {}) {
+  hal::HapticServo servo(link, {.ramp_in = 0ms});
+  hal::HapticSample sample;
+  nanoseconds now = 1s;
+  std::vector<double> times_us;
+  times_us.reserve(static_cast<std::size_t>(exchanges));
+  int faults = 0;
+  double processor_s = 0.0;
+  const auto begin = std::chrono::steady_clock::now();
+  for (int i = 0; i < kWarmUp + exchanges; ++i) {
+    now += 1ms;
+    const double processor_begin_s = thread_time_s();
+    const auto start = std::chrono::steady_clock::now();
+    const hal::HapticStatus status = servo.step({true, {0.5, 0.0, 0.0}}, now, now, sample);
+    const std::chrono::duration<double, std::micro> took = std::chrono::steady_clock::now() - start;
+    if (i >= kWarmUp) {
+      times_us.push_back(took.count());
+      processor_s += thread_time_s() - processor_begin_s;
+      faults += status.ok() ? 0 : 1;
+    }
+    between();
+  }
+  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - begin;
+  std::sort(times_us.begin(), times_us.end());
+  const auto at = [&times_us](double share) {
+    return times_us[static_cast<std::size_t>(share * static_cast<double>(times_us.size() - 1))];
+  };
+  std::printf("%-44s %10.0f %10.2f %10.2f %12.2f %8d\n", name,
+              static_cast<double>(kWarmUp + exchanges) / wall.count(), at(0.5), at(0.999),
+              1e6 * processor_s / exchanges, faults);
+}
+
+void loopback() {
+  sim::Hand hand{{}};
+  hal::LoopbackHapticLink link(hand, 1ms, {.name = "loopback", .force_limit_N = 8.0});
+  link.open();
+  measure("loopback: simulated hand, 1 ms", link, 200'000);
+}
+
+void force_dimension() {
+  const support::TemporaryDirectory folder;
+  const drivers::haptic::StandIn stand_in(folder, "library.so");
+  hal::ForceDimensionLinkConfig config;
+  config.sdk.file = stand_in.path();
+  config.device.wait = [](nanoseconds) {};
+  hal::ForceDimensionLink link(config);
+  link.open();
+  stand_in.script().hand_holds = true;
+  measure("force-dimension: stand-in library", link, 20'000,
+          [&stand_in] { stand_in.control().advance(1e-3); });
+}
+
+void falcon_in_process() {
+  sim::devices::EmulatedFalcon falcon({.firmware_running = true});
+  hal::FalconLink link([&falcon] { return std::make_unique<support::BorrowedPort>(falcon); }, {}, {});
+  link.open();
+  hal::HapticSample sample;
+  (void)link.exchange({}, 0ms, sample);
+  falcon.pull_and_push();
+  measure("falcon: emulated device in the process", link, 50'000);
+}
+
+void falcon_on_usb() {
+  support::MockUsbBus bus;
+  support::MockFalcon far(bus, {.firmware_running = true});
+  drivers::usb::UsbContext context;
+  drivers::haptic::FalconConfig config;
+  config.reply_deadline = 20ms;
+  config.lost_after_misses = 10;
+  hal::FalconLink link([&context] { return drivers::haptic::open_falcon_port(context); }, config, {});
+  link.open();
+  hal::HapticSample sample;
+  (void)link.exchange({}, 0ms, sample);
+  far.with([](sim::devices::EmulatedFalcon& device) { device.pull_and_push(); });
+  measure("falcon: libusb, mocked kernel", link, 2'000);
+}
+
+void space_mouse() {
+  support::MockHidrawBus bus;
+  support::MockHidrawDevice& mouse =
+      bus.plug({.vendor = 0x256f,
+                .product = 0xc635,
+                .report_descriptor = sim::devices::EmulatedSpaceMouse({}, {}).report_descriptor()});
+  hal::SpaceMouseLink link({});
+  link.open();
+  measure("spacemouse: hidapi, mocked kernel, a report each", link, 2'000, [&mouse] {
+    mouse.send({1, 10, 0, 20, 0, 30, 0});
+  });
+}
+
+}  // namespace
+
+int main() {
+  std::printf("%-44s %10s %10s %10s %12s %8s\n", "haptic master", "per second", "median us", "99.9 % us",
+              "processor us", "faults");
+  loopback();
+  force_dimension();
+  falcon_in_process();
+  if (!support::in_mock_kernel()) {
+    std::puts("without umockdev's library loaded first: no USB and no HID");
+    return 0;
+  }
+  falcon_on_usb();
+  space_mouse();
+}

@@ -1,0 +1,75 @@
+#!/usr/bin/env bash
+# Debian's PREEMPT_RT kernel, for the guest to run. Prints the folder in the cache that holds
+#   vmlinuz       the kernel
+#   modules       the names of those that the guest loads, one a line
+#   lib/modules/  these, and what they need
+# The current one is downloaded through apt when the cache lacks it; nothing is installed and root is not needed.
+# usage: fetch_kernel.sh           what apt calls the current one, or the newest in the cache when apt cannot say
+#        fetch_kernel.sh --cached  the newest in the cache; no network, exit code 1 when there is none
+set -euo pipefail
+PATH+=:/usr/sbin:/sbin
+
+modules=(
+  vcan can-raw  # a CAN bus between programs
+  vhci-hcd      # a USB host without hardware: devices are programs
+  usbhid        # HID devices on it
+  uhid          # HID devices without USB
+  hid-generic   # the driver that makes both readable
+  hid-logitech  # that which the older SpaceMouse devices get
+)
+cache=${XDG_CACHE_HOME:-$HOME/.cache}/youbot-hal
+# A kernel with other modules is another one.
+key=modules-$(printf '%s ' "${modules[@]}" | cksum | cut -d ' ' -f 1)
+
+newest_cached() {
+  local found
+  found=$(printf '%s\n' "$cache"/linux-image-*_"$key" | sort --version-sort | tail -n 1)
+  [[ -d $found ]] && printf '%s\n' "$found"
+}
+
+if [[ ${1:-} == --cached ]]; then
+  newest_cached
+  exit
+fi
+
+package=$({ apt-cache depends linux-image-rt-amd64 2>/dev/null || true; } |
+  sed -n 's/^ *Depends: \(linux-image-[^ ]*\)$/\1/p' | head -n 1)
+version=$([[ -z $package ]] || apt-cache show --no-all-versions "$package" | sed -n 's/^Version: //p' | head -n 1)
+folder=$cache/${package}_${version}_$key
+if [[ -d $folder && -n $version ]]; then
+  printf '%s\n' "$folder"
+  exit
+fi
+
+mkdir -p "$cache"
+new=$(mktemp -d "$cache/new-XXXXXX")
+trap 'rm -rf "$new"' EXIT
+
+download() {
+  [[ -n $version ]] || { echo 'fetch_kernel.sh: apt knows no linux-image-rt-amd64: apt-get update' >&2; return 1; }
+  # apt's own user may not be allowed into the cache.
+  (cd "$new" && apt-get -qq -o APT::Sandbox::User=root download "$package=$version")
+}
+if ! download; then
+  newest_cached && exit
+  echo "fetch_kernel.sh: no PREEMPT_RT kernel in the cache, and none could be downloaded" >&2
+  exit 1
+fi
+
+mkdir "$new/all" "$new/folder"
+dpkg-deb --fsys-tarfile "$new"/*.deb | tar -x -C "$new/all" ./boot ./lib
+release=$(ls "$new/all/lib/modules")
+mv "$new/all/boot/vmlinuz-$release" "$new/folder/vmlinuz"
+depmod --basedir "$new/all" "$release"  # the package comes without
+printf '%s\n' "${modules[@]}" > "$new/folder/modules"
+(
+  cd "$new/all"
+  for module in "${modules[@]}"; do
+    modprobe --dirname "$new/all" --set-version "$release" --show-depends "$module"
+  done | sed -n "s|^insmod $new/all/\([^ ]*\).*|\1|p" | sort -u | xargs cp --parents --target-directory "$new/folder"
+  cp --parents --target-directory "$new/folder" lib/modules/"$release"/modules.{order,builtin,builtin.modinfo}
+)
+depmod --basedir "$new/folder" "$release"
+# Another run may have been as quick: either folder will do.
+mv --no-target-directory "$new/folder" "$folder" 2>/dev/null || [[ -d $folder ]]
+printf '%s\n' "$folder"

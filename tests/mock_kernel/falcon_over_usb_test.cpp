@@ -1,0 +1,266 @@
+// The Falcon's driver on the real port and the real libusb; the emulated device at the far end of a mocked
+// kernel.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "drivers/haptic/falcon.h"
+#include "drivers/usb/libusb_port.h"
+#include "drivers/usb/usb_devices.h"
+#include "sim/devices/emulated_falcon.h"
+#include "tests/support/mock_usb_device.h"
+#include "tests/support/skip.h"
+
+namespace drivers::haptic {
+namespace {
+
+using namespace std::chrono_literals;
+using sim::devices::EmulatedFalcon;
+using sim::devices::EmulatedFalconOptions;
+using support::UsbBytes;
+using usb::TransferResult;
+using usb::TransferStatus;
+
+constexpr int kIn = 0x81;
+
+/// The emulated device has a time of its own: after each write it gets as much of it as it needs to say what
+/// it has to say, and a packet without bytes behind that, as the real one sends.
+class FarEnd {
+ public:
+  FarEnd(support::MockUsbBus& bus, EmulatedFalconOptions options)
+      : falcon_(std::move(options)), usb_(bus, {}) {
+    usb_.on_control([this](const support::ControlRequest& request) {
+      const std::lock_guard lock(mutex_);
+      return error_of(falcon_.control_out(request.request, request.value, request.index));
+    });
+    usb_.on_out([this](int, const UsbBytes& bytes) {
+      const std::lock_guard lock(mutex_);
+      const int error = error_of(falcon_.write(bytes, 0ns));
+      return error != 0 ? error : pump();
+    });
+  }
+
+  support::MockUsbDevice& usb() { return usb_; }
+  /// The emulated device, while the other thread does not touch it.
+  template <typename Action>
+  auto with(Action action) {
+    const std::lock_guard lock(mutex_);
+    return action(falcon_);
+  }
+
+ private:
+  static int error_of(const TransferResult& result) { return result.ok() ? 0 : -EPIPE; }
+
+  int pump() {
+    constexpr std::size_t kEmptyPacket = 2;
+    for (std::size_t size = 0; size != kEmptyPacket;) {
+      UsbBytes packet(64);
+      const TransferResult result = falcon_.read(packet, 20ms);
+      if (!result.ok()) {
+        usb_.fail_in(kIn, -EPIPE);
+        return 0;
+      }
+      size = result.size;
+      packet.resize(size);
+      usb_.send(kIn, packet);
+    }
+    return 0;
+  }
+
+  std::mutex mutex_;
+  EmulatedFalcon falcon_;
+  support::MockUsbDevice usb_;
+};
+
+UsbBytes image() {
+  UsbBytes bytes(5 * 62 + 7);
+  std::uint8_t value = 0x5A;
+  for (std::uint8_t& byte : bytes) byte = value = static_cast<std::uint8_t>(value * 5 + 17);
+  return bytes;
+}
+
+/// As long as may be: this machine may have other things to do.
+FalconConfig patient() {
+  FalconConfig config;
+  config.reply_deadline = 20ms;
+  config.lost_after_misses = 10;
+  config.ramp = 100ms;
+  config.boot.alive_packets = 40;
+  config.boot.alive_timeout = 50ms;
+  config.boot.query_timeout = 2s;
+  config.boot.echo_timeout = 2s;
+  config.boot.write_timeout = 5s;
+  return config;
+}
+
+class FalconOverUsb : public testing::Test {
+ protected:
+  void SetUp() override {
+    SKIP_UNLESS(support::in_mock_kernel(), "needs umockdev's library loaded first");
+    bus_ = std::make_unique<support::MockUsbBus>();
+  }
+  void TearDown() override {
+    falcon_.reset();
+    port_.reset();
+  }
+
+  void plug_in(EmulatedFalconOptions options = {}) {
+    far_ = std::make_unique<FarEnd>(*bus_, std::move(options));
+    context_ = std::make_unique<usb::UsbContext>();
+    const auto found = context_->devices({.vendor = 0x0403, .product = 0xcb48});
+    ASSERT_EQ(found.size(), 1U);
+    auto opened = usb::LibusbPort::open(*context_, found[0], {.interface = 0, .out = 0x02, .in = kIn}, "");
+    ASSERT_TRUE(opened.port) << opened.refusal.found;
+    port_ = std::move(opened.port);
+    falcon_ = std::make_unique<Falcon>(*port_, patient());
+  }
+  /// Running, with the ends of its encoders found.
+  void plug_in_homed() {
+    plug_in({.firmware_running = true});
+    ASSERT_NO_FATAL_FAILURE();
+    EXPECT_EQ(falcon_->activate(), falcon::Firmware::kWasRunning);
+    far_->with([](EmulatedFalcon& device) { device.pull_and_push(); });
+    FalconSample sample;
+    ASSERT_TRUE(exchange_until({}, sample, [&] { return sample.homed; }));
+  }
+
+  /// Exchanges until the samples are as wanted; a late reply is no failure here. False when it takes too long
+  /// or the device is lost.
+  bool exchange_until(const std::array<double, 3>& force_N, FalconSample& sample,
+                      const std::function<bool()>& wanted) {
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    while (std::chrono::steady_clock::now() < deadline) {
+      status_ = falcon_->exchange(force_N, sample);
+      if (status_.ok() && wanted()) return true;
+      if (status_.fault == FalconFault::kLost) (void)falcon_->activate();
+      if (status_.fault == FalconFault::kUnplugged) return false;
+    }
+    return false;
+  }
+
+  std::unique_ptr<support::MockUsbBus> bus_;
+  std::unique_ptr<FarEnd> far_;
+  std::unique_ptr<usb::UsbContext> context_;
+  std::unique_ptr<usb::LibusbPort> port_;
+  std::unique_ptr<Falcon> falcon_;
+  FalconStatus status_;
+};
+
+TEST_F(FalconOverUsb, ColdDeviceBootsHomesPushesAndIsLeftAtZero) {
+  ASSERT_NO_FATAL_FAILURE(plug_in({.image = image()}));
+  EXPECT_EQ(falcon_->activate(image()), falcon::Firmware::kLoaded);
+  EXPECT_EQ(far_->with([](EmulatedFalcon& device) { return device.loaded(); }), image());
+
+  FalconSample sample;
+  ASSERT_TRUE(exchange_until({1, 0, 0}, sample, [] { return true; }));
+  EXPECT_FALSE(sample.homed);
+  EXPECT_EQ(sample.f_G_F_N, (std::array<double, 3>{})) << "no force before the ends were found";
+
+  far_->with([](EmulatedFalcon& device) {
+    device.pull_and_push();
+    device.move_grip({0.01, -0.02, 0.14});
+    device.press(0b0101);
+  });
+  const std::array<double, 3> force_N{1.0, -0.5, 2.0};
+  const auto at_full_force = [&] { return sample.homed && sample.f_G_F_N == force_N; };
+  ASSERT_TRUE(exchange_until(force_N, sample, at_full_force));
+  EXPECT_EQ(sample.buttons, 0b0101);
+  // The encoders resolve about 0.05 mm, and the force is rounded to motor counts of some 5 mN.
+  const std::array<double, 3> place_m{0.01, -0.02, 0.14 - patient().p_FO_m[2]};
+  const auto made_N = far_->with([](EmulatedFalcon& device) { return device.force_N(); });
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(sample.p_OG_m[k], place_m[k], 1e-4) << k;
+    EXPECT_NEAR(made_N[k], force_N[k], 0.05) << k;
+  }
+
+  EXPECT_TRUE(falcon_->deactivate());
+  EXPECT_EQ(far_->with([](EmulatedFalcon& device) { return device.motors(); }),
+            (std::array<std::int16_t, 3>{}));
+}
+
+TEST_F(FalconOverUsb, WrongEchoIsMendedByAnotherLoad) {
+  ASSERT_NO_FATAL_FAILURE(plug_in({.image = image()}));
+  far_->with([](EmulatedFalcon& device) { device.spoil_echo(1, 2); });
+  EXPECT_EQ(falcon_->activate(image()), falcon::Firmware::kLoaded);
+  EXPECT_EQ(far_->with([](EmulatedFalcon& device) { return device.boots(); }), 2);
+  EXPECT_EQ(far_->with([](EmulatedFalcon& device) { return device.loaded(); }), image());
+}
+
+TEST_F(FalconOverUsb, MissingReplyIsMissedAndTheNextOneComes) {
+  ASSERT_NO_FATAL_FAILURE(plug_in_homed());
+  far_->with([](EmulatedFalcon& device) { device.drop_replies(1); });
+  FalconSample sample;
+  status_ = falcon_->exchange({}, sample);
+  EXPECT_EQ(status_.fault, FalconFault::kMissed);
+  EXPECT_EQ(status_.transfer, TransferStatus::kTimeout);
+  EXPECT_TRUE(exchange_until({}, sample, [] { return true; }));
+}
+
+TEST_F(FalconOverUsb, GarbageInAReplyIsSkipped) {
+  ASSERT_NO_FATAL_FAILURE(plug_in_homed());
+  FalconSample sample;
+  far_->with([](EmulatedFalcon& device) { device.insert_into_replies(1, 5, 'x'); });
+  EXPECT_EQ(falcon_->exchange({}, sample).fault, FalconFault::kMissed) << "a reply that was spoilt is none";
+  far_->with([](EmulatedFalcon& device) { device.press(0b1000); });
+  ASSERT_TRUE(exchange_until({}, sample, [] { return true; }));
+  EXPECT_EQ(sample.buttons, 0b1000);
+  EXPECT_TRUE(sample.homed);
+}
+
+TEST_F(FalconOverUsb, StallIsOneMissAndThePipesGoOn) {
+  ASSERT_NO_FATAL_FAILURE(plug_in_homed());
+  FalconSample sample;
+  far_->with([](EmulatedFalcon& device) { device.stall(1); });
+  status_ = falcon_->exchange({}, sample);
+  EXPECT_EQ(status_.fault, FalconFault::kMissed);
+  EXPECT_EQ(status_.transfer, TransferStatus::kStalled);
+  EXPECT_TRUE(exchange_until({}, sample, [] { return true; }));
+
+  far_->usb().fail_in(kIn, -EPIPE);
+  status_ = falcon_->exchange({}, sample);
+  EXPECT_EQ(status_.fault, FalconFault::kMissed);
+  EXPECT_EQ(status_.transfer, TransferStatus::kStalled);
+  EXPECT_TRUE(exchange_until({}, sample, [] { return true; }));
+  EXPECT_EQ(far_->usb().counts().clear_halts, 2);
+}
+
+TEST_F(FalconOverUsb, UnpluggedInMidTransferIsUnpluggedForEver) {
+  ASSERT_NO_FATAL_FAILURE(plug_in_homed());
+  FalconSample sample;
+  far_->usb().hold_out();
+  const int written = far_->usb().counts().out_submitted;
+  std::thread hand([&] {
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    while (far_->usb().counts().out_submitted == written && std::chrono::steady_clock::now() < deadline) {
+    }
+    far_->usb().unplug();
+  });
+  EXPECT_FALSE(exchange_until({}, sample, [] { return true; }));
+  EXPECT_EQ(status_.fault, FalconFault::kUnplugged);
+  hand.join();
+  EXPECT_EQ(falcon_->exchange({}, sample).fault, FalconFault::kUnplugged);
+  EXPECT_TRUE(falcon_->deactivate()) << "no force was on";
+}
+
+TEST_F(FalconOverUsb, UnpluggedUnderForceSaysThatItMayStillBeOn) {
+  ASSERT_NO_FATAL_FAILURE(plug_in_homed());
+  FalconSample sample;
+  ASSERT_TRUE(exchange_until({0, 0, 2}, sample, [&] { return sample.f_G_F_N[2] > 1.0; }));
+  far_->usb().unplug();
+  EXPECT_FALSE(exchange_until({}, sample, [] { return false; }));
+  EXPECT_EQ(status_.fault, FalconFault::kUnplugged);
+  EXPECT_FALSE(falcon_->deactivate());
+}
+
+}  // namespace
+}  // namespace drivers::haptic

@@ -1,0 +1,217 @@
+// Discovery and hot-plug through real libusb, and the probe that is made of it.
+#include <gtest/gtest.h>
+#include <spawn.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "drivers/usb/usb_devices.h"
+#include "tests/support/mock_usb_device.h"
+#include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
+
+namespace drivers::usb {
+namespace {
+
+using namespace std::chrono_literals;
+using support::MockUsbDevice;
+
+const support::MockUsbOptions kOmega{.vendor = 0x1451,
+                                     .product = 0x0402,
+                                     .port = 2,
+                                     .address = 7,
+                                     .manufacturer = "FD 3.0",
+                                     .product_name = "omega.x haptic device",
+                                     .speed_Mbit_per_s = 480};
+
+class UsbDevicesTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    SKIP_UNLESS(support::in_mock_kernel(), "needs umockdev's library loaded first");
+    bus_ = std::make_unique<support::MockUsbBus>();
+  }
+  /// Polls until something matching came or went, or seconds are over.
+  static std::vector<UsbArrival> next(UsbWatch& watch) {
+    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    std::vector<UsbArrival> arrivals;
+    while (arrivals.empty() && std::chrono::steady_clock::now() < deadline) arrivals = watch.poll(100ms);
+    return arrivals;
+  }
+
+  std::unique_ptr<support::MockUsbBus> bus_;
+};
+
+TEST_F(UsbDevicesTest, ListsWhatTheKernelKnowsWithoutOpeningAnything) {
+  const MockUsbDevice falcon(*bus_, {.serial = "F1"});
+  const MockUsbDevice omega(*bus_, kOmega);
+  const UsbContext context;
+  const auto all = context.devices();
+  ASSERT_EQ(all.size(), 3U);
+  EXPECT_EQ(all[0], (UsbDevice{.vendor = 0x0403,
+                               .product = 0xcb48,
+                               .bus = 1,
+                               .address = 2,
+                               .port_path = "1-1",
+                               .speed = UsbSpeed::kFull,
+                               .manufacturer = "NOVINT",
+                               .product_name = "FALCON HAPTIC",
+                               .serial = "F1"}));
+  EXPECT_EQ(name_of(all[1]), "omega.x haptic device (1451:0402) at 1-2");
+  EXPECT_EQ(all[1].speed, UsbSpeed::kHigh);
+  EXPECT_EQ(all[2].port_path, "usb1");
+  EXPECT_EQ(falcon.counts().opens + omega.counts().opens, 0);
+}
+
+TEST_F(UsbDevicesTest, FindsByNumbersAndTellsTwoAlikeApartByTheirPort) {
+  const MockUsbDevice one(*bus_, {.port = 1, .address = 2});
+  const MockUsbDevice two(*bus_, {.port = 2, .address = 3});
+  const UsbContext context;
+  EXPECT_EQ(context.devices({.vendor = 0x0403, .product = 0xcb48}).size(), 2U);
+  const auto found = context.devices({.vendor = 0x0403, .product = 0xcb48, .port_path = "1-2"});
+  ASSERT_EQ(found.size(), 1U);
+  EXPECT_EQ(found[0].address, 3);
+  EXPECT_TRUE(context.devices({.vendor = 0x1451}).empty());
+  EXPECT_TRUE(context.devices({.vendor = 0x0403, .product = 1}).empty());
+}
+
+TEST_F(UsbDevicesTest, ComingAndGoingIsToldWhenPolled) {
+  auto first = std::make_unique<MockUsbDevice>(*bus_, support::MockUsbOptions{});
+  UsbWatch watch({.vendor = 0x0403, .product = 0xcb48});
+  auto seen = next(watch);
+  ASSERT_EQ(seen.size(), 1U) << "what is there already";
+  EXPECT_EQ(seen[0].kind, UsbArrival::Kind::kCame);
+  EXPECT_EQ(seen[0].device.product_name, "FALCON HAPTIC");
+  EXPECT_TRUE(watch.poll().empty());
+
+  first->unplug();
+  seen = next(watch);
+  ASSERT_EQ(seen.size(), 1U);
+  EXPECT_EQ(seen[0].kind, UsbArrival::Kind::kWent);
+  EXPECT_EQ(seen[0].device.port_path, "1-1");
+
+  const MockUsbDevice another(*bus_, kOmega);
+  const MockUsbDevice again(*bus_, {.address = 3});
+  seen = next(watch);
+  ASSERT_EQ(seen.size(), 1U) << "the omega is not asked for";
+  EXPECT_EQ(seen[0].kind, UsbArrival::Kind::kCame);
+  EXPECT_EQ(seen[0].device.address, 3);
+}
+
+TEST_F(UsbDevicesTest, DescriptorsAreTheKernelsCopy) {
+  const MockUsbDevice falcon(*bus_, {});
+  const UsbContext context;
+  EXPECT_EQ(descriptors_of(context.devices({.vendor = 0x0403}).at(0), context.paths()),
+            support::bulk_pair_descriptors(0x0403, 0xcb48));
+  EXPECT_EQ(falcon.counts().opens, 0);
+}
+
+struct Probed {
+  int exit_code = -1;
+  std::string output{};
+  bool said(std::string_view part) const { return output.find(part) != std::string::npos; }
+};
+
+/// Not through a shell, which a sanitizer's library, loaded before all others, would bring down.
+Probed probe(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), {YOUBOT_BENCH_BINARY, "usb-probe"});
+  std::vector<char*> words;
+  for (std::string& argument : arguments) words.push_back(argument.data());
+  words.push_back(nullptr);
+  std::array<int, 2> pipe_ends{};
+  if (pipe(pipe_ends.data()) != 0) return {};
+  posix_spawn_file_actions_t actions{};
+  posix_spawn_file_actions_init(&actions);
+  for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
+    posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], stream);
+  for (const int end : pipe_ends) posix_spawn_file_actions_addclose(&actions, end);
+  pid_t child = 0;
+  const int error = posix_spawn(&child, words[0], &actions, nullptr, words.data(), environ);
+  posix_spawn_file_actions_destroy(&actions);
+  close(pipe_ends[1]);
+  Probed result;
+  std::array<char, 4096> text{};
+  for (ssize_t got = 0; (got = read(pipe_ends[0], text.data(), text.size())) > 0;)
+    result.output.append(text.data(), static_cast<std::size_t>(got));
+  close(pipe_ends[0]);
+  int status = 0;
+  if (error == 0 && waitpid(child, &status, 0) == child && WIFEXITED(status))
+    result.exit_code = WEXITSTATUS(status);
+  return result;
+}
+
+TEST_F(UsbDevicesTest, ProbeReportsMastersAndLeavesThemAlone) {
+  const MockUsbDevice falcon(*bus_, {.driver = "ftdi_sio"});
+  const MockUsbDevice omega(*bus_, kOmega);
+  const MockUsbDevice stick(*bus_, {.vendor = 0x0781, .product = 0x5567, .port = 3, .address = 9});
+  const support::TemporaryDirectory directory;
+  const std::filesystem::path file = directory / "report.txt";
+  const Probed result = probe({"--out", file.string()});
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  for (const char* part :
+       {"Novint Falcon: FALCON HAPTIC (0403:cb48) at 1-1", "full speed, 12 Mbit/s", "manufacturer: NOVINT",
+        "node: /dev/bus/usb/001/002", "kernel driver of interface 0: ftdi_sio",
+        "the kernel's driver ftdi_sio bound to interface 0",
+        "endpoint 0x81 IN: bulk, packets of 64 bytes, interval 0",
+        "Force Dimension haptic device: omega.x haptic device (1451:0402) at 1-2", "high speed, 480 Mbit/s",
+        "the vendor's library (libdrd)", "/dev/bus/usb/001/007 may be read and written"}) {
+    EXPECT_TRUE(result.said(part)) << part << "\n" << result.output;
+  }
+  EXPECT_FALSE(result.said("0781")) << result.output;
+  std::ifstream written(file);
+  EXPECT_EQ((std::string{std::istreambuf_iterator<char>(written), {}}), result.output);
+  EXPECT_EQ(falcon.counts().opens + omega.counts().opens + stick.counts().opens, 0);
+}
+
+TEST_F(UsbDevicesTest, ProbeShowsWhatIsAskedFor) {
+  const MockUsbDevice omega(*bus_, kOmega);
+  const MockUsbDevice stick(*bus_, {.vendor = 0x0781, .product = 0x5567, .port = 3, .address = 9});
+  EXPECT_TRUE(probe({"--vendor", "0781"}).said("(0781:5567) at 1-3"));
+  EXPECT_FALSE(probe({"--vendor", "0781"}).said("1451"));
+  EXPECT_TRUE(probe({"--vendor", "0x1451", "--product", "402"}).said("(1451:0402)"));
+  const Probed all = probe({"--all"});
+  EXPECT_TRUE(all.said("(0781:5567)") && all.said("(1451:0402)") && all.said("at usb1")) << all.output;
+  EXPECT_EQ(probe({"--vendor", "falcon"}).exit_code, 2);
+}
+
+TEST_F(UsbDevicesTest, ProbeThatFindsNothingSaysWhatToCheck) {
+  const MockUsbDevice stick(*bus_, {.vendor = 0x1451, .product = 0x9999});
+  const std::vector<std::vector<std::string>> questions{{"--vendor", "0403"},
+                                                        {"--vendor", "1451", "--product", "0402"}};
+  for (const std::vector<std::string>& question : questions) {
+    const Probed result = probe(question);
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_TRUE(result.said("cable")) << result.output;
+  }
+  EXPECT_TRUE(probe({"--vendor", "1451", "--product", "0402"})
+                  .said("of this vendor there is FALCON HAPTIC (1451:9999) at 1-1"));
+}
+
+TEST_F(UsbDevicesTest, ProbeFindsNoMasterAmongOthers) {
+  const MockUsbDevice stick(*bus_, {.vendor = 0x0781, .product = 0x5567});
+  const Probed result = probe({});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_TRUE(result.said("expected a haptic master, found none among 2 devices")) << result.output;
+}
+
+TEST_F(UsbDevicesTest, MalformedDescriptorsAreReportedAndNotFatal) {
+  support::UsbBytes torn = support::bulk_pair_descriptors(0x1451, 0x0402);
+  support::MockUsbOptions options = kOmega;
+  torn.resize(torn.size() - 3);
+  options.descriptors = torn;
+  const MockUsbDevice omega(*bus_, options);
+  const Probed result = probe({"--all"});
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(result.said("malformed, byte 43: a length of 7 where 4 bytes are left")) << result.output;
+}
+
+}  // namespace
+}  // namespace drivers::usb

@@ -1,0 +1,90 @@
+/// @file
+/// The emulated Falcon where a driver expects it: behind a port of its own, or behind a mocked kernel.
+#pragma once
+#include <cerrno>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <span>
+#include <utility>
+
+#include "drivers/usb/usb_port.h"
+#include "sim/devices/emulated_falcon.h"
+#include "tests/support/mock_usb_device.h"
+
+namespace support {
+
+/// A port that may go while what it leads to stays.
+class BorrowedPort final : public drivers::usb::UsbPort {
+ public:
+  explicit BorrowedPort(drivers::usb::UsbPort& port) : port_(port) {}
+  drivers::usb::TransferResult control_out(std::uint8_t request, std::uint16_t value,
+                                           std::uint16_t index) noexcept override {
+    return port_.control_out(request, value, index);
+  }
+  drivers::usb::TransferResult write(std::span<const std::uint8_t> bytes,
+                                     std::chrono::nanoseconds timeout) noexcept override {
+    return port_.write(bytes, timeout);
+  }
+  drivers::usb::TransferResult read(std::span<std::uint8_t> buffer,
+                                    std::chrono::nanoseconds timeout) noexcept override {
+    return port_.read(buffer, timeout);
+  }
+  std::chrono::nanoseconds now() noexcept override { return port_.now(); }
+
+ private:
+  drivers::usb::UsbPort& port_;
+};
+
+/// The emulated device has a time of its own: after each write it gets as much of it as it needs to say what
+/// it has to say, and a packet without bytes behind that, as the real one sends.
+class MockFalcon {
+ public:
+  MockFalcon(MockUsbBus& bus, sim::devices::EmulatedFalconOptions options)
+      : falcon_(std::move(options)), usb_(bus, {}) {
+    usb_.on_control([this](const ControlRequest& request) {
+      const std::lock_guard lock(mutex_);
+      return error_of(falcon_.control_out(request.request, request.value, request.index));
+    });
+    usb_.on_out([this](int, const UsbBytes& bytes) {
+      const std::lock_guard lock(mutex_);
+      const int error = error_of(falcon_.write(bytes, std::chrono::nanoseconds(0)));
+      return error != 0 ? error : pump();
+    });
+  }
+
+  MockUsbDevice& usb() { return usb_; }
+  /// The emulated device, while the other thread does not touch it.
+  template <typename Action>
+  auto with(Action action) {
+    const std::lock_guard lock(mutex_);
+    return action(falcon_);
+  }
+
+ private:
+  static constexpr int kIn = 0x81;
+  static int error_of(const drivers::usb::TransferResult& result) { return result.ok() ? 0 : -EPIPE; }
+
+  int pump() {
+    constexpr std::size_t kEmptyPacket = 2;
+    for (std::size_t size = 0; size != kEmptyPacket;) {
+      UsbBytes packet(64);
+      const drivers::usb::TransferResult result = falcon_.read(packet, std::chrono::milliseconds(20));
+      if (!result.ok()) {
+        usb_.fail_in(kIn, -EPIPE);
+        return 0;
+      }
+      size = result.size;
+      packet.resize(size);
+      usb_.send(kIn, packet);
+    }
+    return 0;
+  }
+
+  std::mutex mutex_;
+  sim::devices::EmulatedFalcon falcon_;
+  MockUsbDevice usb_;
+};
+
+}  // namespace support
