@@ -132,7 +132,9 @@ void HapticServo::check_reading(HapticStatus reading, const HapticSample& measur
   if (!enabled_since_) return;
   if (now - fresh_ > limits_.stale_after)
     latch({.fault = HapticFault::kStale, .detail = microseconds(now - fresh_)});
-  if (measured.v_HD_H_m_per_s.norm() > limits_.speed_m_per_s) latch({.fault = HapticFault::kTooFast});
+  const bool has_force = link_.info().force_limit_N > 0.0;  // a cap on springs may snap as it likes
+  if (has_force && measured.v_HD_H_m_per_s.norm() > limits_.speed_m_per_s)
+    latch({.fault = HapticFault::kTooFast});
 }
 
 }  // namespace hal

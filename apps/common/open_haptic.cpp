@@ -6,6 +6,7 @@
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -22,12 +23,17 @@ constexpr const char* kLoopback = "loopback";
 
 std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
   if (path.empty()) return {};
+  const auto unreadable = [&path](const std::string& why) {
+    return hal::SetupError("Novint Falcon", "read its firmware from " + path.string(),
+                           why + "; name the image of the vendor's driver package");
+  };
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error))
+    throw unreadable(error ? error.message() : "it is no file");
   std::ifstream file(path, std::ios::binary);
+  if (!file) throw unreadable(std::strerror(errno));
   std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
-  if (!file.is_open() || file.bad() || bytes.empty())
-    throw hal::SetupError("Novint Falcon", "read its firmware from " + path.string(),
-                          std::string(file.is_open() ? "it is empty or no file" : std::strerror(errno)) +
-                              "; name the image of the vendor's driver package");
+  if (bytes.empty()) throw unreadable("it is empty");
   return bytes;
 }
 

@@ -48,7 +48,6 @@ struct ForceDimensionScript {
   bool status_says_no_power = false;       ///< and is wrong: the motors go on
   bool status_says_not_connected = false;  ///< likewise
   bool status_says_reset = false;          ///< likewise
-  bool status_says_error = false;          ///< likewise
   bool status_says_braked = false;         ///< likewise
   bool refuses_force_when_braked = false;  ///< whether dhdSetForce fails with the force off is not public
   bool brake_keeps_command = true;         ///< and enabling brings it back [G]

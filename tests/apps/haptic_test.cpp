@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <span>
 #include <string>
 
@@ -46,13 +48,16 @@ TEST(OpenHaptic, NamesThoseThereAre) {
 }
 
 TEST(OpenHaptic, TheLoopbackHasAHandInIt) {
-  const hal::VirtualClock clock;
+  hal::VirtualClock clock;
   const apps::OpenedHaptic opened = apps::open_haptic({}, clock, 1ms);
   ASSERT_NE(opened.hand, nullptr);
   opened.device->activate();
   opened.hand->hold_at({0.01, 0, 0});
   hal::HapticSample sample;
-  for (int i = 0; i < 3000; ++i) ASSERT_TRUE(opened.device->exchange({}, sample).ok());
+  for (int i = 0; i < 3000; ++i) {
+    clock.sleep_until(clock.now() + 1ms);
+    ASSERT_TRUE(opened.device->exchange({}, sample).ok());
+  }
   EXPECT_NEAR(sample.p_HD_m.x(), 0.01, 1e-6);
 }
 
@@ -129,6 +134,38 @@ damping_N_s_per_m = 10.0
   EXPECT_EQ(options.hand.hand_damping_N_s_per_m, 10.0);
 }
 
+TEST(OpenHaptic, TheConfigurationInTheReadmeShowsTheDefaults) {
+  std::ifstream file(std::string(YOUBOT_SOURCE_DIR) + "/README.md");
+  const std::string readme{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t begin = readme.find("[haptic]\n", readme.find("```toml\n[haptic]"));
+  ASSERT_NE(begin, std::string::npos);
+  const support::TemporaryDirectory folder;
+  const apps::HapticOptions shown = read(folder, readme.substr(begin, readme.find("```", begin) - begin));
+  const apps::HapticOptions defaults;
+  EXPECT_EQ(shown.name, defaults.name);
+  EXPECT_EQ(shown.force_limit_N, defaults.force_limit_N);
+  EXPECT_EQ(shown.limits.slew_N_per_s, defaults.limits.slew_N_per_s);
+  EXPECT_EQ(shown.limits.speed_m_per_s, defaults.limits.speed_m_per_s);
+  EXPECT_EQ(shown.limits.ramp_in, defaults.limits.ramp_in);
+  EXPECT_EQ(shown.limits.stale_after, defaults.limits.stale_after);
+  EXPECT_EQ(shown.limits.command_timeout, defaults.limits.command_timeout);
+  EXPECT_EQ(shown.limits.velocity_cutoff_Hz, defaults.limits.velocity_cutoff_Hz);
+  EXPECT_EQ(shown.thread.period, defaults.thread.period);
+  EXPECT_EQ(shown.thread.fifo_priority, defaults.thread.fifo_priority);
+  EXPECT_EQ(shown.force_dimension.transport, defaults.force_dimension.transport);
+  EXPECT_EQ(shown.force_dimension.device.allow_motion, defaults.force_dimension.device.allow_motion);
+  EXPECT_EQ(shown.force_dimension.device.watchdog, defaults.force_dimension.device.watchdog);
+  EXPECT_EQ(shown.falcon.device.command_per_Nm, defaults.falcon.device.command_per_Nm);
+  EXPECT_EQ(shown.falcon.device.p_FO_m, defaults.falcon.device.p_FO_m);
+  EXPECT_EQ(shown.space_mouse.travel_m, defaults.space_mouse.travel_m);
+  EXPECT_EQ(shown.space_mouse.turn_rad, defaults.space_mouse.turn_rad);
+  EXPECT_EQ(shown.hand.device_mass_kg, defaults.hand.device_mass_kg);
+  EXPECT_EQ(shown.hand.device_drag_N_s_per_m, defaults.hand.device_drag_N_s_per_m);
+  EXPECT_EQ(shown.hand.hand_mass_kg, defaults.hand.hand_mass_kg);
+  EXPECT_EQ(shown.hand.hand_stiffness_N_per_m, defaults.hand.hand_stiffness_N_per_m);
+  EXPECT_EQ(shown.hand.hand_damping_N_s_per_m, defaults.hand.hand_damping_N_s_per_m);
+}
+
 TEST(OpenHaptic, RefusesWhatIsNotSafeWithFileAndLine) {
   const support::TemporaryDirectory folder;
   for (const char* line : {"force_limit_N = 13.0", "ramp_in_s = 0.0", "stale_after_s = 1.0",
@@ -179,8 +216,8 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
   const std::span<const double> force_N = recording.column("force_y_N");
   const std::span<const double> energy_J = recording.column("energy_J");
   EXPECT_NEAR(static_cast<double>(time_s.size()), 20000, 20);
-  // 30 mm of the hand's will at 300 N/m each of hand and spring: it gets half-way, against 4.5 N.
-  EXPECT_NEAR(*std::max_element(y_m.begin(), y_m.end()), 0.015, 0.001);
+  // The hand means to be 30 mm aside, and has 300 N/m as the spring has: it gets half-way.
+  EXPECT_NEAR(*std::min_element(y_m.begin(), y_m.end()), -0.015, 0.0005);
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     EXPECT_LE(std::abs(force_N[i]), 8.0);
     EXPECT_LT(energy_J[i], 1e-4) << time_s[i];

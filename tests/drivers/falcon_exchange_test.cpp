@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "drivers/haptic/falcon.h"
@@ -510,6 +511,27 @@ TEST_F(FalconExchange, LostReplyIsWaitedForHalfADeadlineBehindTheNextAndNoLonger
   EXPECT_EQ(sample_.stamp, device_.now() - microseconds(2500)) << "when it was there";
   (void)took();
   EXPECT_EQ(took(), milliseconds(1));
+}
+
+// A reply is 0.11 ms on the wire, as is its command before it; the chip sends on each millisecond.
+TEST_F(FalconExchange, LateReplyMayShareItsPacketWithTheNext) {
+  home();
+  for (const auto& [late, share] : {std::pair(microseconds(4850), true), {microseconds(5740), false}}) {
+    device_.delay_replies(1, late);
+    EXPECT_EQ(exchange().fault, FalconFault::kMissed);
+    const auto start = device_.now();
+    EXPECT_TRUE(exchange().ok());
+    EXPECT_EQ(device_.now() - start, milliseconds(share ? 1 : 2)) << "none is owed any more";
+  }
+}
+
+TEST_F(FalconExchange, ReplyToAnotherProgramsPacketIsThrownAway) {
+  home();
+  EXPECT_TRUE(device_.write(falcon::encode({}), milliseconds(1)).ok());
+  device_.pass(milliseconds(1));
+  device_.move_grip({0, 0, 0.15});
+  EXPECT_TRUE(exchange().ok());
+  EXPECT_NEAR(sample_.p_OG_m[2], 0.02, kEncoder_m);
 }
 
 TEST_F(FalconExchange, ReplyThatCameBetweenTwoCyclesIsThrownAway) {

@@ -496,6 +496,16 @@ TEST_F(ForceDimensionDevice, UnpluggedIsToldEvenAfterAnotherFault) {
   EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged);
 }
 
+TEST_F(ForceDimensionDevice, DeviceThatReportsAnErrorNeedsANewSetUp) {
+  start(push(6.0));
+  script().error = 3;
+  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
+  EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
+  script().error = 0;
+  EXPECT_EQ(run(5ms, kOff).fault, Fault::kUnplugged);
+  start(push(6.0));
+}
+
 // Old firmware has no watchdog: nothing else would end the force.
 TEST_F(ForceDimensionDevice, StatusThatIsWrongAboutTheDeviceLeavesNoForceBehindUntilANewSetUp) {
   using sim::devices::ForceDimensionScript;
@@ -503,7 +513,7 @@ TEST_F(ForceDimensionDevice, StatusThatIsWrongAboutTheDeviceLeavesNoForceBehindU
   script().hand_holds = true;
   for (bool ForceDimensionScript::*const wrong :
        {&ForceDimensionScript::status_says_no_power, &ForceDimensionScript::status_says_not_connected,
-        &ForceDimensionScript::status_says_reset, &ForceDimensionScript::status_says_error}) {
+        &ForceDimensionScript::status_says_reset}) {
     start(push(6.0));
     script().*wrong = true;
     EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);

@@ -52,7 +52,6 @@ class ScriptedLink final : public hal::HapticLink {
   bool enable = false;
   Vector3d force_N = Vector3d::Zero();
 
- private:
   hal::HapticInfo info_{.name = "scripted", .force_limit_N = 8.0};
 };
 
@@ -251,6 +250,17 @@ TEST_F(HapticServoTest, SteadyButSlowHandsAndDevicesAreNoReason) {
   for (int i = 0; i < 20; ++i) ASSERT_TRUE(step(command).ok());
   link.fresh = true;
   ASSERT_TRUE(step(command, 20ms).ok());
+}
+
+TEST_F(HapticServoTest, WithoutForceFeedbackEveryForceIsSaturatedToZeroAndNoSpeedIsTooMuch) {
+  link.info_.force_limit_N = 0.0;
+  for (int i = 0; i < 1100; ++i) {
+    link.position_m.x() = i % 16 < 8 ? 0.05 : -0.05;
+    ASSERT_TRUE(step(push(1)).ok());
+    EXPECT_TRUE(status.saturated);
+    ASSERT_EQ(link.force_N, Vector3d::Zero());
+  }
+  EXPECT_FALSE(step(push(0)).saturated);
 }
 
 TEST_F(HapticServoTest, NeverHandsOutAMeasurementThatIsNotANumber) {

@@ -318,7 +318,7 @@ int dhdGetStatus(int* status, char id) {
     status[5] = mode == ForceDimensionMode::kForce && !script.status_says_braked ? 1 : 0;
     status[6] = mode == ForceDimensionMode::kBrake ? 1 : 0;
     status[8] = 1;
-    status[9] = script.status_says_error ? 1 : script.error;
+    status[9] = script.error;
     status[10] = device.state.gravity_compensation ? 1 : 0;
     status[12] = script.wrist_calibrated ? 1 : 0;
     status[14] = device.state.force_off_cause;
