@@ -67,7 +67,10 @@ int main(int argc, char** argv) {
   usb_probe_command->add_option("--vendor", usb_probe.vendor, "only this vendor's, hexadecimal");
   usb_probe_command->add_option("--product", usb_probe.product, "only this product, hexadecimal");
   usb_probe_command->add_flag("--all", usb_probe.all, "also what is no haptic master");
-  usb_probe_command->add_option("--out", usb_probe.out, "file that gets the report, too");
+  CLI::Option* const probe_out =
+      usb_probe_command->add_option("--out", usb_probe.out, "file that gets the report, too");
+  usb_probe_command->add_flag("--watch", usb_probe.watch, "go on and tell who comes and goes; Ctrl-C ends it")
+      ->excludes(probe_out);
 
   youbot_bench::HapticHoldOptions hold;
   CLI::App* const hold_command = app.add_subcommand(
@@ -144,7 +147,10 @@ int main(int argc, char** argv) {
       apps::stop_on_signals();
       return youbot_bench::haptic_hold(hold, apps::stop_requested);
     }
-    if (*usb_probe_command) youbot_bench::usb_probe(usb_probe);
+    if (*usb_probe_command) {
+      apps::stop_on_signals();
+      youbot_bench::usb_probe(usb_probe, apps::stop_requested);
+    }
     if (*curve_command) youbot_bench::print_curve(curve);
     if (*scan_command || *parameters_command) {
       drivers::ethercat::RawSocketLink link = open_link(robot);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <optional>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "apps/common/whole_file.h"
+#include "drivers/haptic/haptic_usb.h"
 #include "drivers/haptic/space_mouse_models.h"
 #include "drivers/usb/usb_access.h"
 #include "drivers/usb/usb_descriptors.h"
@@ -20,9 +22,7 @@ namespace {
 namespace usb = drivers::usb;
 using usb::UsbDevice;
 
-constexpr std::uint16_t kVendorForceDimension = 0x1451;
-constexpr std::uint16_t kVendorFtdi = 0x0403;
-constexpr std::uint16_t kProductFalcon = 0xcb48;
+namespace haptic = drivers::haptic;
 
 /// What a device is to this software.
 struct Role {
@@ -34,26 +34,26 @@ struct Role {
 };
 
 Role role_of(const UsbDevice& device) {
-  if (device.vendor == kVendorForceDimension) {
+  if (device.vendor == haptic::kVendorForceDimension) {
     return {.name = "Force Dimension haptic device",
             .backend = "the vendor's library (libdrd), loaded at run time; its USB protocol is not public",
-            .rules_file = "60-force-dimension.rules",
+            .rules_file = haptic::kForceDimensionRules,
             .is_master = true};
   }
-  if (device.vendor == kVendorFtdi && device.product == kProductFalcon) {
+  if (device.vendor == haptic::kVendorFalcon && device.product == haptic::kProductFalcon) {
     return {.name = "Novint Falcon",
             .backend = "our own driver through libusb: interface 0, bulk OUT 0x02 and IN 0x81",
-            .rules_file = "60-novint-falcon.rules",
+            .rules_file = haptic::kFalconRules,
             .is_master = true};
   }
-  if (const auto* const model = drivers::haptic::space_mouse_model(device.vendor, device.product)) {
+  if (const auto* const model = haptic::space_mouse_model(device.vendor, device.product)) {
     return {.name = std::string("3Dconnexion ") + model->name,
             .backend = "our own driver through hidapi, input only",
             .rules_file = "60-3dconnexion-spacemouse.rules",
             .is_master = true,
             .uses_node = false};
   }
-  const bool a_mouse = device.vendor == drivers::haptic::kVendor3Dconnexion;
+  const bool a_mouse = device.vendor == haptic::kVendor3Dconnexion;
   return {.name = a_mouse ? "3Dconnexion device that is not known to have six axes" : "USB device",
           .backend = "none",
           .is_master = a_mouse,
@@ -151,13 +151,31 @@ std::runtime_error absence(const usb::UsbContext& context, const usb::UsbDeviceF
       "cable and USB port, without a hub, and see the kernel's log (dmesg)");
 }
 
+/// Tells of those that are there, then of each that comes and goes.
+void watch(const usb::UsbContext& context, const usb::UsbDeviceFilter& filter, bool any,
+           const std::atomic<bool>& stop) {
+  usb::UsbWatch devices(filter, context.paths());
+  while (!stop.load(std::memory_order_relaxed)) {
+    for (const usb::UsbArrival& arrival : devices.poll(std::chrono::milliseconds(200))) {
+      if (!any && !role_of(arrival.device).is_master) continue;
+      if (arrival.kind == usb::UsbArrival::Kind::kCame) {
+        std::printf("came: %s", report_of(context, arrival.device).c_str());
+      } else {
+        std::printf("went: %s\n", name_of(arrival.device).c_str());
+      }
+      std::fflush(stdout);
+    }
+  }
+}
+
 }  // namespace
 
-void usb_probe(const UsbProbeOptions& options) {
+void usb_probe(const UsbProbeOptions& options, const std::atomic<bool>& stop) {
   const usb::UsbDeviceFilter filter{.vendor = parse_id(options.vendor, "--vendor"),
                                     .product = parse_id(options.product, "--product")};
   const bool any = options.all || filter.vendor || filter.product;
   const usb::UsbContext context;
+  if (options.watch) return watch(context, filter, any, stop);
   std::string report;
   for (const UsbDevice& device : context.devices(filter)) {
     if (any || role_of(device).is_master) report += (report.empty() ? "" : "\n") + report_of(context, device);

@@ -243,7 +243,8 @@ bool ForceDimension::stop() noexcept {
   for (int left = kRampOutSteps - 1; ramps && left > 0; --left) {
     Vector force_N = start_N;
     for (double& component_N : force_N) component_N *= static_cast<double>(left) / kRampOutSteps;
-    ramps = send(force_N).ok() && wait_without_throwing(config_.wait, kRampOutStep);
+    ramps = send(force_N).ok();
+    if (ramps) wait_without_throwing(config_.wait, kRampOutStep);
   }
 
   bool stopped = false;

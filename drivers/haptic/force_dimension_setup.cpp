@@ -261,12 +261,10 @@ bool within(double value, double low, double high) noexcept { return value >= lo
 
 void sleep_for(std::chrono::nanoseconds time) { std::this_thread::sleep_for(time); }
 
-bool wait_without_throwing(const WaitFor& wait, std::chrono::nanoseconds time) noexcept {
+void wait_without_throwing(const WaitFor& wait, std::chrono::nanoseconds time) noexcept {
   try {
     wait(time);
-    return true;
-  } catch (...) {
-    return false;
+  } catch (...) {  // without a pause, then
   }
 }
 

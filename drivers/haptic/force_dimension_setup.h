@@ -18,8 +18,8 @@ inline constexpr double kOmega6MaxForce_N = 12.0;  ///< what drivers in use set 
 /// Waits at least so long; used while stopping, never in a cycle.
 using WaitFor = std::function<void(std::chrono::nanoseconds)>;
 void sleep_for(std::chrono::nanoseconds time);
-/// False when `wait` threw: whoever is stopping a device goes on, only faster.
-bool wait_without_throwing(const WaitFor& wait, std::chrono::nanoseconds time) noexcept;
+/// For stopping a device, which goes on when `wait` throws, only faster.
+void wait_without_throwing(const WaitFor& wait, std::chrono::nanoseconds time) noexcept;
 
 /// Whatever has to stop is told so up to that often, with a pause after each refusal.
 inline constexpr int kStopAttempts = 5;

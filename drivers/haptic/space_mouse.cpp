@@ -37,7 +37,6 @@ SpaceMouse::~SpaceMouse() {
 }
 
 SpaceMouseStatus SpaceMouse::poll(std::chrono::nanoseconds now, SpaceMouseSample& sample) noexcept {
-  const double now_s = std::chrono::duration<double>(now).count();
   SpaceMouseStatus status;
   while (!unplugged_ && status.reports < kMaxReports) {
     std::array<std::uint8_t, kReportBytes> report{};
@@ -50,7 +49,7 @@ SpaceMouseStatus SpaceMouse::poll(std::chrono::nanoseconds now, SpaceMouseSample
       break;
     }
     ++status.reports;
-    reports_.take(std::span(report).first(static_cast<std::size_t>(size)), now_s);
+    reports_.take(std::span(report).first(static_cast<std::size_t>(size)), now);
   }
   if (unplugged_) {
     status.fault = SpaceMouseFault::kUnplugged;
@@ -60,7 +59,7 @@ SpaceMouseStatus SpaceMouse::poll(std::chrono::nanoseconds now, SpaceMouseSample
   }
   status.overrun = status.reports >= kKernelQueue;
   if (status.overrun) reports_.release();
-  sample = {now, reports_.deflection(now_s), reports_.buttons(), reports_.battery_percent()};
+  sample = {now, reports_.deflection(now), reports_.buttons(), reports_.battery_percent()};
   return status;
 }
 

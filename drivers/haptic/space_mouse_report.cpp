@@ -20,21 +20,25 @@ std::array<double, 3> axes(std::span<const std::uint8_t> bytes) noexcept {
   return result;
 }
 
+bool recent(std::chrono::nanoseconds age) noexcept {
+  return age >= std::chrono::nanoseconds(0) && age <= SpaceMouseReports::kSilence;
+}
+
 }  // namespace
 
-bool SpaceMouseReports::take(std::span<const std::uint8_t> report, double now_s) noexcept {
+bool SpaceMouseReports::take(std::span<const std::uint8_t> report, std::chrono::nanoseconds now) noexcept {
   const std::uint8_t number = report.empty() ? 0 : report[0];
   const std::span<const std::uint8_t> bytes = report.subspan(report.empty() ? 0 : 1);
   if (number == 1 && (bytes.size() == kAxisBytes || bytes.size() == 2 * kAxisBytes)) {
     deflection_.translation = axes(bytes);
-    translated_at_s_ = now_s;
+    translated_at_ = now;
     if (bytes.size() == 2 * kAxisBytes) {
       deflection_.rotation = axes(bytes.subspan(kAxisBytes));
-      rotated_at_s_ = now_s;
+      rotated_at_ = now;
     }
   } else if (number == 2 && bytes.size() == kAxisBytes) {
     deflection_.rotation = axes(bytes);
-    rotated_at_s_ = now_s;
+    rotated_at_ = now;
   } else if (number == 3 && !bytes.empty() && bytes.size() <= 6) {
     buttons_ = 0;
     for (std::size_t i = 0; i < std::min<std::size_t>(bytes.size(), 4); ++i)
@@ -48,10 +52,10 @@ bool SpaceMouseReports::take(std::span<const std::uint8_t> report, double now_s)
   return true;
 }
 
-SpaceMouseDeflection SpaceMouseReports::deflection(double now_s) const noexcept {
+SpaceMouseDeflection SpaceMouseReports::deflection(std::chrono::nanoseconds now) const noexcept {
   SpaceMouseDeflection result = deflection_;
-  if (now_s - translated_at_s_ > kSilence_s) result.translation = {};
-  if (now_s - rotated_at_s_ > kSilence_s) result.rotation = {};
+  if (!recent(now - translated_at_)) result.translation = {};
+  if (!recent(now - rotated_at_)) result.rotation = {};
   return result;
 }
 

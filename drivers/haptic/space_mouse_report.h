@@ -7,6 +7,7 @@
 /// AndunHH/spacemouse and JakubAndrysek/PySpaceMouse.
 #pragma once
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -24,28 +25,28 @@ struct SpaceMouseDeflection {
 /// Puts reports together. One thread; never allocates, locks or throws.
 class SpaceMouseReports {
  public:
-  /// `now_s`: any steady clock. False for a report that is none of a SpaceMouse's, or cut short: it changes
+  /// `now`: any steady clock. False for a report that is none of a SpaceMouse's, or cut short: it changes
   /// nothing.
-  bool take(std::span<const std::uint8_t> report, double now_s) noexcept;
+  bool take(std::span<const std::uint8_t> report, std::chrono::nanoseconds now) noexcept;
 
   /// The cap counts as released until it is reported again.
   void release() noexcept;
 
   /// A device at rest is silent, after it has reported zeros. One that reported a deflection and then nothing
-  /// for kSilence_s lost its last reports: it counts as released. Translation and rotation each by itself, so
-  /// that what was lost of one does not come back with the other.
-  SpaceMouseDeflection deflection(double now_s) const noexcept;
+  /// for kSilence lost its last reports: it counts as released, as it does when the clock ran backwards.
+  /// Translation and rotation each by itself, so that what was lost of one does not come back with the other.
+  SpaceMouseDeflection deflection(std::chrono::nanoseconds now) const noexcept;
   std::uint32_t buttons() const noexcept { return buttons_; }  ///< bit 0 is the first, on the left
   std::optional<int> battery_percent() const noexcept { return battery_percent_; }
   std::uint64_t unknown_reports() const noexcept { return unknown_; }
 
   /// Deflected devices report every 8 to 16 ms.
-  static constexpr double kSilence_s = 0.15;
+  static constexpr std::chrono::milliseconds kSilence{150};
 
  private:
   SpaceMouseDeflection deflection_{};
-  double translated_at_s_ = 0;
-  double rotated_at_s_ = 0;
+  std::chrono::nanoseconds translated_at_{};
+  std::chrono::nanoseconds rotated_at_{};
   std::uint32_t buttons_ = 0;
   std::optional<int> battery_percent_;
   std::uint64_t unknown_ = 0;

@@ -146,6 +146,12 @@ std::string how_to_be_let_in(const AccessFacts& facts) {
          "\"; then log out and in again";
 }
 
+/// Some are looked for by their vendor alone.
+std::string asked_for(const UsbDevice& device) {
+  const std::string ids = ids_of(device);
+  return device.product == 0 ? "device of vendor " + ids.substr(0, ids.find(':')) : ids;
+}
+
 AccessVerdict in_use(const AccessFacts& facts) {
   std::vector<std::string> names;
   for (const NodeHolder& holder : facts.holders) {
@@ -200,7 +206,7 @@ AccessVerdict judge_access(const AccessFacts& facts) {
     const std::string others =
         facts.same_vendor.empty() ? "" : "; of this vendor there is " + joined(facts.same_vendor);
     return {
-        Access::kNotOnBus, "no " + ids_of(facts.device) + " on the bus" + others,
+        Access::kNotOnBus, "no " + asked_for(facts.device) + " on the bus" + others,
         "check that it is switched on and its USB cable plugged in; try another cable and USB port, without "
         "a hub; \"lsusb\" lists what the kernel sees"};
   }

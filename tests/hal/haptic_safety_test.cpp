@@ -18,6 +18,7 @@
 #include "sim/devices/emulated_falcon.h"
 #include "sim/hand.h"
 #include "tests/drivers/force_dimension_fakes.h"
+#include "tests/support/mock_falcon.h"
 
 namespace {
 
@@ -157,32 +158,12 @@ class FalconRig final : public Rig {
   bool has_watchdog() const override { return false; }
 
  private:
-  /// The one emulated device lives longer than what opens it.
-  class Port final : public drivers::usb::UsbPort {
-   public:
-    explicit Port(drivers::usb::UsbPort& port) : port_(port) {}
-    drivers::usb::TransferResult control_out(std::uint8_t request, std::uint16_t value,
-                                             std::uint16_t index) noexcept override {
-      return port_.control_out(request, value, index);
-    }
-    drivers::usb::TransferResult write(std::span<const std::uint8_t> bytes,
-                                       nanoseconds timeout) noexcept override {
-      return port_.write(bytes, timeout);
-    }
-    drivers::usb::TransferResult read(std::span<std::uint8_t> buffer, nanoseconds timeout) noexcept override {
-      return port_.read(buffer, timeout);
-    }
-    nanoseconds now() noexcept override { return port_.now(); }
-
-   private:
-    drivers::usb::UsbPort& port_;
-  };
-
   sim::devices::EmulatedFalcon falcon_{{.firmware_running = true}};
   sim::Hand hand_{{}};
   Vector3d place_m_ = Vector3d::Zero();
-  hal::FalconLink link_{
-      [this] { return std::make_unique<Port>(falcon_); }, {.force_limit_N = kForceLimit_N}, {}};
+  hal::FalconLink link_{[this] { return std::make_unique<support::BorrowedPort>(falcon_); },
+                        {.force_limit_N = kForceLimit_N},
+                        {}};
 };
 
 struct Kind {

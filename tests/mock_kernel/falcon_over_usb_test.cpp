@@ -18,6 +18,7 @@
 #include "drivers/usb/libusb_port.h"
 #include "drivers/usb/usb_devices.h"
 #include "sim/devices/emulated_falcon.h"
+#include "tests/support/mock_falcon.h"
 #include "tests/support/mock_usb_device.h"
 #include "tests/support/skip.h"
 
@@ -32,55 +33,6 @@ using usb::TransferResult;
 using usb::TransferStatus;
 
 constexpr int kIn = 0x81;
-
-/// The emulated device has a time of its own: after each write it gets as much of it as it needs to say what
-/// it has to say, and a packet without bytes behind that, as the real one sends.
-class FarEnd {
- public:
-  FarEnd(support::MockUsbBus& bus, EmulatedFalconOptions options)
-      : falcon_(std::move(options)), usb_(bus, {}) {
-    usb_.on_control([this](const support::ControlRequest& request) {
-      const std::lock_guard lock(mutex_);
-      return error_of(falcon_.control_out(request.request, request.value, request.index));
-    });
-    usb_.on_out([this](int, const UsbBytes& bytes) {
-      const std::lock_guard lock(mutex_);
-      const int error = error_of(falcon_.write(bytes, 0ns));
-      return error != 0 ? error : pump();
-    });
-  }
-
-  support::MockUsbDevice& usb() { return usb_; }
-  /// The emulated device, while the other thread does not touch it.
-  template <typename Action>
-  auto with(Action action) {
-    const std::lock_guard lock(mutex_);
-    return action(falcon_);
-  }
-
- private:
-  static int error_of(const TransferResult& result) { return result.ok() ? 0 : -EPIPE; }
-
-  int pump() {
-    constexpr std::size_t kEmptyPacket = 2;
-    for (std::size_t size = 0; size != kEmptyPacket;) {
-      UsbBytes packet(64);
-      const TransferResult result = falcon_.read(packet, 20ms);
-      if (!result.ok()) {
-        usb_.fail_in(kIn, -EPIPE);
-        return 0;
-      }
-      size = result.size;
-      packet.resize(size);
-      usb_.send(kIn, packet);
-    }
-    return 0;
-  }
-
-  std::mutex mutex_;
-  EmulatedFalcon falcon_;
-  support::MockUsbDevice usb_;
-};
 
 UsbBytes image() {
   UsbBytes bytes(5 * 62 + 7);
@@ -115,7 +67,7 @@ class FalconOverUsb : public testing::Test {
   }
 
   void plug_in(EmulatedFalconOptions options = {}) {
-    far_ = std::make_unique<FarEnd>(*bus_, std::move(options));
+    far_ = std::make_unique<support::MockFalcon>(*bus_, std::move(options));
     context_ = std::make_unique<usb::UsbContext>();
     const auto found = context_->devices({.vendor = 0x0403, .product = 0xcb48});
     ASSERT_EQ(found.size(), 1U);
@@ -149,7 +101,7 @@ class FalconOverUsb : public testing::Test {
   }
 
   std::unique_ptr<support::MockUsbBus> bus_;
-  std::unique_ptr<FarEnd> far_;
+  std::unique_ptr<support::MockFalcon> far_;
   std::unique_ptr<usb::UsbContext> context_;
   std::unique_ptr<usb::LibusbPort> port_;
   std::unique_ptr<Falcon> falcon_;

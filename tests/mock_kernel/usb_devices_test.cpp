@@ -14,6 +14,7 @@
 #include <string_view>
 #include <vector>
 
+#include "drivers/usb/usb_access.h"
 #include "drivers/usb/usb_devices.h"
 #include "tests/support/mock_usb_device.h"
 #include "tests/support/skip.h"
@@ -114,6 +115,7 @@ TEST_F(UsbDevicesTest, DescriptorsAreTheKernelsCopy) {
   EXPECT_EQ(falcon.counts().opens, 0);
 }
 
+#ifdef YOUBOT_BENCH_BINARY  // which is not built for the thread sanitizer
 struct Probed {
   int exit_code = -1;
   std::string output{};
@@ -195,6 +197,12 @@ TEST_F(UsbDevicesTest, ProbeThatFindsNothingSaysWhatToCheck) {
                   .said("of this vendor there is FALCON HAPTIC (1451:9999) at 1-1"));
 }
 
+TEST_F(UsbDevicesTest, ProbeSaysWhichVendorIsMissing) {
+  EXPECT_TRUE(probe({"--vendor", "1451"}).said("look for devices"));
+  EXPECT_EQ(judge_access(absence_facts(UsbContext(), {.vendor = 0x1451})).found,
+            "no device of vendor 1451 on the bus");
+}
+
 TEST_F(UsbDevicesTest, ProbeFindsNoMasterAmongOthers) {
   const MockUsbDevice stick(*bus_, {.vendor = 0x0781, .product = 0x5567});
   const Probed result = probe({});
@@ -212,6 +220,8 @@ TEST_F(UsbDevicesTest, MalformedDescriptorsAreReportedAndNotFatal) {
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_TRUE(result.said("malformed, byte 43: a length of 7 where 4 bytes are left")) << result.output;
 }
+
+#endif
 
 }  // namespace
 }  // namespace drivers::usb

@@ -99,6 +99,8 @@ TEST_F(LibusbPortTest, RequestsAndPacketsGoOverByteForByte) {
   const auto [result, bytes] = read();
   EXPECT_EQ(result.status, TransferStatus::kDone);
   EXPECT_EQ(bytes, numbered(16, 100));
+  device_->on_control({});
+  device_->on_out({});
   EXPECT_EQ(requests, (std::vector<support::ControlRequest>{{0x40, 3, 0x4138, 2}}));
   ASSERT_EQ(written.size(), 1U);
   EXPECT_EQ(written[0], std::pair(2, numbered(16, 1)));
@@ -177,6 +179,7 @@ TEST_F(LibusbPortTest, EmptyWriteIsAPacketToo) {
   });
   open();
   EXPECT_TRUE(port_->write({}, kLong).ok());
+  device_->on_out({});
   EXPECT_EQ(sizes, std::vector<std::size_t>{0});
 }
 
@@ -191,6 +194,7 @@ TEST_F(LibusbPortTest, LongWriteArrivesWhole) {
   const TransferResult result = port_->write(sent, kLong);
   EXPECT_TRUE(result.ok());
   EXPECT_EQ(result.size, sent.size());
+  device_->on_out({});
   EXPECT_EQ(arrived, sent);
 }
 
@@ -283,6 +287,7 @@ TEST_F(LibusbPortTest, WriteThatIsNotTakenIsTakenBack) {
     return 0;
   });
   EXPECT_TRUE(port_->write(Bytes{9}, kLong).ok());
+  device_->on_out({});
   EXPECT_EQ(written, Bytes{9});
 }
 

@@ -60,9 +60,8 @@ TEST(EmulatedSpaceMouse, TheParserFindsTheHandsDeflectionInBothLayouts) {
   for (const auto layout : {SpaceMouseLayout::kTwoReports, SpaceMouseLayout::kOneReport}) {
     EmulatedSpaceMouse mouse({.layout = layout}, held(cap, 1s));
     drivers::haptic::SpaceMouseReports reports;
-    for (const auto& report : mouse.advance(100ms))
-      EXPECT_TRUE(reports.take(report.bytes, std::chrono::duration<double>(report.at).count()));
-    EXPECT_EQ(reports.deflection(0.1),
+    for (const auto& report : mouse.advance(100ms)) EXPECT_TRUE(reports.take(report.bytes, report.at));
+    EXPECT_EQ(reports.deflection(100ms),
               (drivers::haptic::SpaceMouseDeflection{cap.translation, cap.rotation}));
   }
 }
@@ -75,15 +74,15 @@ TEST(EmulatedSpaceMouse, ALostReleaseDoesNotComeBackWithTheOtherHalf) {
     return time < 1s ? SpaceMouseCap{} : second;
   });
   drivers::haptic::SpaceMouseReports reports;
-  for (const auto& report : mouse.advance(39ms)) EXPECT_TRUE(reports.take(report.bytes, 0.0));
-  EXPECT_EQ(reports.deflection(0.0).translation[0], 1.0);
+  for (const auto& report : mouse.advance(39ms)) EXPECT_TRUE(reports.take(report.bytes, 0s));
+  EXPECT_EQ(reports.deflection(0s).translation[0], 1.0);
   mouse.lose(8);  // the last rotation, the zeros, and the first report of the second motion
   const auto sent = mouse.advance(1010ms);
   ASSERT_EQ(sent.size(), 1U);
   ASSERT_EQ(sent[0].bytes[0], 2);
-  EXPECT_TRUE(reports.take(sent[0].bytes, 1.008));
-  EXPECT_EQ(reports.deflection(1.008).translation[0], 0.0);
-  EXPECT_EQ(reports.deflection(1.008).rotation[2], 1.0);
+  EXPECT_TRUE(reports.take(sent[0].bytes, 1008ms));
+  EXPECT_EQ(reports.deflection(1008ms).translation[0], 0.0);
+  EXPECT_EQ(reports.deflection(1008ms).rotation[2], 1.0);
 }
 
 TEST(EmulatedSpaceMouse, ButtonsOfBothSizesAndTheBatteryAreToldOnceEach) {

@@ -88,7 +88,8 @@ class MockUsbDevice {
   /// Unplugged.
   ~MockUsbDevice();
 
-  // ---- the device's side; callbacks run on a thread of umockdev's, one at a time ----
+  // ---- the device's side; callbacks run on a thread of umockdev's, one at a time. Once another one is set,
+  // or none, what they noted is the caller's to read ----
 
   /// 0, or a negative errno: -EPIPE is a stall. Without one: 0.
   void on_control(std::function<int(const ControlRequest&)> callback);
