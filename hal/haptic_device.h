@@ -51,8 +51,8 @@ struct [[nodiscard]] HapticStatus {
   HapticFault fault = HapticFault::kNone;
   bool saturated = false;          ///< the force was scaled down; not a fault
   std::uint32_t detail = 0;        ///< the device's own code; HapticDevice::describe() tells
-  std::chrono::nanoseconds age{};  ///< of the sample, when this was told
-  /// What the device was sent in this exchange: limited and faded in. Motors, and nobody's measurement.
+  std::chrono::nanoseconds age{};  ///< of the sample, when this was told; max() before the first one
+  /// What the device was told last, limited and faded in, as far as is known: no measurement.
   Eigen::Vector3d f_D_H_N = Eigen::Vector3d::Zero();
   bool ok() const noexcept { return fault == HapticFault::kNone; }
 };

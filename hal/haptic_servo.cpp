@@ -60,12 +60,15 @@ void HapticServo::reset() noexcept {
   previous_.reset();
   enabled_since_.reset();
   stamp_ = {};
+  has_sample_ = false;
   sent_N_.setZero();
 }
 
 HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds commanded, nanoseconds now,
                                HapticSample& sample) noexcept {
   const nanoseconds gap = previous_ ? now - *previous_ : 0ns;
+  // What came to pass without a force is no time in which it could have grown.
+  const nanoseconds slewing = enabled_since_ ? std::clamp<nanoseconds>(gap, 0ns, limits_.stale_after) : 0ns;
   previous_ = now;
   if (!command.enable) {
     latched_ = {};
@@ -81,7 +84,7 @@ HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds command
   const bool on = command.enable && latched_.ok();
   bool saturated = false;
   const Vector3d target_N = on ? shaped(command.f_D_H_N, now, saturated) : Vector3d::Zero();
-  const double step_N = limits_.slew_N_per_s * seconds(gap);
+  const double step_N = limits_.slew_N_per_s * seconds(slewing);
   sent_N_ = on ? Vector3d(sent_N_ + within(target_N - sent_N_, step_N)) : Vector3d::Zero();
 
   HapticSample measured;
@@ -96,6 +99,7 @@ HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds command
   } else if (good && measured.stamp > stamp_) {
     measured.v_HD_H_m_per_s = velocity_.update(measured.p_HD_m, measured.stamp);
     stamp_ = measured.stamp;
+    has_sample_ = true;
     fresh_ = now;
     sample = measured;
   }
@@ -103,7 +107,7 @@ HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds command
 
   HapticStatus status = latched_.ok() ? reading : latched_;
   status.saturated = on && (saturated || reading.saturated);
-  status.age = now - stamp_;
+  status.age = has_sample_ ? now - stamp_ : nanoseconds::max();
   status.f_D_H_N = reading.f_D_H_N;
   return status;
 }

@@ -60,7 +60,8 @@ class HapticServo {
   std::optional<std::chrono::nanoseconds> previous_;       // step
   std::optional<std::chrono::nanoseconds> enabled_since_;  // empty: no force
   std::chrono::nanoseconds fresh_{};                       // latest new sample, or enabling
-  std::chrono::nanoseconds stamp_{};                       // of the latest sample
+  bool has_sample_ = false;
+  std::chrono::nanoseconds stamp_{};  // of the latest sample
   Eigen::Vector3d sent_N_ = Eigen::Vector3d::Zero();
 };
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstring>
 #include <semaphore>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -76,7 +77,7 @@ void ThreadedHapticDevice::Shared::step() noexcept {
   disables = newest.disables;
   const nanoseconds now = clock.now();
   const HapticStatus status = servo.step(command, newest.stamp, now, sample);
-  outcomes.publish({status, sample, now});
+  outcomes.publish({status, sample, clock.now()});
 }
 
 ThreadedHapticDevice::ThreadedHapticDevice(std::unique_ptr<HapticLink> link, const HapticLimits& limits,
@@ -98,6 +99,7 @@ std::string ThreadedHapticDevice::describe(const HapticStatus& status) const {
 
 void ThreadedHapticDevice::activate() {
   deactivate();
+  if (stuck_ && shared_->ended.try_acquire()) stuck_ = false;  // the call returned after all
   if (stuck_)
     throw SetupError(info().name, "activate",
                      "an earlier call to the device never returned; restart this program, then the device");
@@ -111,9 +113,16 @@ void ThreadedHapticDevice::activate() {
   disables_ = 0;
   shared_->disables = 0;
   sample_ = {};
-  status_ = {HapticFault::kNotReady};
+  status_ = {.fault = HapticFault::kNotReady, .age = nanoseconds::max()};
   told_ = shared_->clock.now();
-  std::thread thread([shared = shared_, period = options_.period] { shared->run(period); });
+  silent_ = false;
+  std::thread thread;
+  try {
+    thread = std::thread([shared = shared_, period = options_.period] { shared->run(period); });
+  } catch (const std::system_error& error) {
+    shared_->link->close();
+    throw SetupError(info().name, "start its thread", error.what());
+  }
   running_ = true;
   int refused = 0;
   if (options_.fifo_priority > 0) {
@@ -130,30 +139,38 @@ void ThreadedHapticDevice::activate() {
 }
 
 bool ThreadedHapticDevice::deactivate() noexcept {
-  if (!running_) return !stuck_;
+  if (!running_) return force_off_;
   running_ = false;
   shared_->stop.store(true, std::memory_order_release);
   if (!shared_->ended.try_acquire_for(options_.patience)) {
     stuck_ = true;
-    return false;
+    return force_off_ = false;
   }
-  return shared_->force_off;
+  return force_off_ = shared_->force_off;
 }
 
 HapticStatus ThreadedHapticDevice::exchange(const HapticCommand& command, HapticSample& sample) noexcept {
   if (!running_) return {HapticFault::kNotActive};
   const nanoseconds now = shared_->clock.now();
-  if (!command.enable) ++disables_;
-  shared_->given.publish({command, now, disables_});
   if (Outcome outcome; shared_->outcomes.take(outcome)) {
     status_ = outcome.status;
     told_ = outcome.told;
     sample_ = outcome.sample;
   }
-  if (sample_.stamp > nanoseconds(0)) sample = sample_;
+  const bool has_sample = status_.age != nanoseconds::max();
+  if (has_sample) sample = sample_;
+
+  const bool silent_now = now - told_ > limits_.stale_after;
+  silent_ = command.enable && (silent_ || silent_now);
+  HapticCommand passed_on = command;
+  passed_on.enable = command.enable && !silent_;
+  if (!passed_on.enable) ++disables_;
+  shared_->given.publish({passed_on, now, disables_});
+
   HapticStatus status = status_;
-  status.age = now - sample_.stamp;
-  if (status.ok() && now - told_ > limits_.stale_after) status.fault = HapticFault::kStale;
+  if (has_sample) status.age = now - sample_.stamp;
+  const bool mild = status.ok() || status.fault == HapticFault::kNotReady;
+  if (mild && (silent_ || silent_now)) status.fault = HapticFault::kStale;
   return status;
 }
 

@@ -19,8 +19,9 @@ struct HapticThreadOptions {
 /// outcome; exchange() hands over one and takes the other, both wait-free. Time is CLOCK_MONOTONIC.
 ///
 /// A fault shows one exchange with the device later than it happened, as does its end; zero force does not
-/// wait for that. When the loop stops giving commands the force ends (kNoCommand). When a device call never
-/// returns, exchange() says kStale; the device's own watchdog is then what ends the force.
+/// wait for that. When the loop stops giving commands the force ends (kNoCommand). When a device call does
+/// not return in time exchange() says kStale, and the force stays off until disabled once, should the call
+/// return after all; until then the device's own watchdog is what ends it.
 class ThreadedHapticDevice final : public HapticDevice {
  public:
   /// @throws hal::SetupError when the limits or the options make no sense.
@@ -49,6 +50,8 @@ class ThreadedHapticDevice final : public HapticDevice {
   HapticStatus status_;
   HapticSample sample_;
   std::chrono::nanoseconds told_{};  // when the thread told status_
+  bool silent_ = false;              // it has told nothing for too long, and nobody disabled since
+  bool force_off_ = true;            // as the latest end told
 };
 
 }  // namespace hal

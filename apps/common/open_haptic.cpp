@@ -1,5 +1,6 @@
 #include "apps/common/open_haptic.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
@@ -20,6 +21,7 @@ namespace apps {
 namespace {
 
 constexpr const char* kLoopback = "loopback";
+constexpr std::chrono::seconds kShortestRamp{1};  // that the omega.6's driver takes
 
 std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
   if (path.empty()) return {};
@@ -49,6 +51,7 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
   if (options.name == "force-dimension") {
     hal::ForceDimensionLinkConfig config = options.force_dimension;
     config.device.max_force_N = options.force_limit_N;
+    config.device.ramp_in = std::max<std::chrono::milliseconds>(options.limits.ramp_in, kShortestRamp);
     config.look_at_bus = [] { drivers::haptic::check_force_dimension_on_bus(drivers::usb::UsbContext()); };
     return std::make_unique<hal::ForceDimensionLink>(std::move(config));
   }
@@ -156,7 +159,7 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
     return opened;
   }
   hal::HapticLimits limits = options.limits;
-  // Its driver fades the force in by itself, over a second and after the device has settled.
+  // Its driver fades the force in by itself, after the device has settled.
   if (options.name == "force-dimension") limits.ramp_in = std::chrono::milliseconds(0);
   opened.device = std::make_unique<hal::ThreadedHapticDevice>(real_link(options), limits, options.thread);
   return opened;

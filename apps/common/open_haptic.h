@@ -22,7 +22,8 @@ struct HapticOptions {
   std::string name = "loopback";
   double force_limit_N = 8.0;
   hal::HapticLimits limits;
-  hal::HapticThreadOptions thread{.fifo_priority = 85};  ///< above the robot's loop, which waits for it
+  hal::HapticThreadOptions thread{.fifo_priority =
+                                      85};  ///< above the robot's loop, so that a force does not wait for it
   hal::ForceDimensionLinkConfig force_dimension;
   struct Falcon {
     std::filesystem::path firmware;  ///< the user's image; empty: the device has to be running

@@ -27,6 +27,7 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/quantity.h"
+#include "apps/common/shared_tables.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/experiment_runner.h"
@@ -85,10 +86,6 @@ std::optional<std::uint64_t> hidden_effect_of(const CommonConfig& config) {
   if (config.hidden_effect < 0) return std::nullopt;
   return static_cast<std::uint64_t>(config.hidden_effect);
 }
-
-/// Of youbotd's configuration, so that one file serves both programs; an experiment has no use for them.
-constexpr auto kTablesOfYoubotd = std::to_array<std::string_view>(
-    {"loop", "geometry", "controller", "limits", "compensation", "path", "simulation"});
 
 std::vector<std::string> split(const std::string& list) {
   std::vector<std::string> parts;
@@ -341,7 +338,7 @@ void ExperimentCommand::load(const std::filesystem::path& file) {
   read_parameters(root.table("parameters"));
   apps::TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, ExperimentOptions{}.period, ethercat_);
-  for (const std::string_view table : kTablesOfYoubotd) root.ignore(table);
+  apps::leave_to_others(root, {"robot", "ethercat"});
   toml.finish();
 }
 

@@ -19,6 +19,7 @@
 #include "apps/common/real_time.h"
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
+#include "apps/common/shared_tables.h"
 #include "apps/common/toml_reader.h"
 #include "apps/report/report.h"
 #include "control/point_spring.h"
@@ -34,6 +35,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::chrono::milliseconds kPeriod{1};
 constexpr std::chrono::milliseconds kFadeOut{500};
+constexpr std::chrono::seconds kReadyTimeout{60};  // for homing
 constexpr std::size_t kRing = 8192;
 constexpr int kCyclesPerPoint = 10;  // of the report's plots
 
@@ -136,7 +138,7 @@ class HoldRecording {
 };
 
 struct Outcome {
-  hal::HapticStatus fault;  ///< the one that ended it, if any
+  hal::HapticStatus fault;  ///< of the last exchange: what ended it, if anything
   std::uint64_t samples = 0;
   std::uint64_t saturated = 0;
   drivers::LatencyHistogram age;
@@ -156,9 +158,10 @@ class Hold {
   }
 
   Outcome run(Operator* hand, HoldRecording* recording, const std::atomic<bool>& stop) {
-    const nanoseconds begin = clock_.now();
+    nanoseconds deadline = clock_.now();
+    if (!wait_until_ready(deadline, stop)) return std::move(outcome_);
+    const nanoseconds begin = deadline;
     nanoseconds end(static_cast<std::int64_t>(1e9 * options_.duration_s));
-    nanoseconds deadline = begin;
     for (std::uint64_t cycle = 0;; ++cycle) {
       deadline += kPeriod;
       clock_.sleep_until(deadline);
@@ -166,8 +169,8 @@ class Hold {
       if (stop.load(std::memory_order_relaxed)) end = std::min(end, elapsed + kFadeOut);
       if (elapsed >= end) break;
       if (hand != nullptr) hand->act(elapsed);
-      step(elapsed, std::clamp(seconds(end - elapsed) / seconds(kFadeOut), 0.0, 1.0));
-      if (!outcome_.fault.ok()) break;
+      step(std::clamp(seconds(end - elapsed) / seconds(kFadeOut), 0.0, 1.0));
+      if (!status_.ok()) break;
       const HoldRecord record = this->record(elapsed);
       if (recording != nullptr) recording->add(record, options_.virtual_time);
       if (cycle % kCyclesPerPoint == 0 && outcome_.points.size() < outcome_.points.capacity())
@@ -176,29 +179,40 @@ class Hold {
       const nanoseconds late = clock_.now() - deadline;
       deadline += late / kPeriod * kPeriod;
     }
+    outcome_.fault = status_;
     outcome_.duration = clock_.now() - begin;
     outcome_.energy_J = energy_.energy_J();
     return std::move(outcome_);
   }
 
  private:
-  void step(nanoseconds elapsed, double gain) {
+  /// Without a force, until there is a sample. False with the reason in the outcome.
+  bool wait_until_ready(nanoseconds& deadline, const std::atomic<bool>& stop) {
+    const nanoseconds begin = deadline;
+    for (bool told = options_.quiet; !has_sample_; clock_.sleep_until(deadline += kPeriod)) {
+      status_ = device_.exchange({}, sample_);
+      has_sample_ = status_.ok() && status_.age != nanoseconds::max();
+      const bool waits = has_sample_ || status_.ok() || status_.fault == hal::HapticFault::kNotReady;
+      if (!waits || deadline - begin > kReadyTimeout || stop.load(std::memory_order_relaxed)) {
+        outcome_.fault = status_.ok() ? hal::HapticStatus{hal::HapticFault::kNotReady} : status_;
+        return false;
+      }
+      if (told || status_.fault != hal::HapticFault::kNotReady ||
+          deadline - begin < std::chrono::milliseconds(200))
+        continue;
+      spdlog::info("{}: {}", device_.info().name, device_.describe(status_));
+      told = true;
+    }
+    return true;
+  }
+
+  void step(double gain) {
     const Vector3d point_m(options_.point_m.data());
     const control::PointSpring spring{gain * options_.stiffness_N_per_m, gain * options_.damping_N_s_per_m};
-    // Disabled until there is a sample: the force is for where the pen is.
-    const hal::HapticCommand command{has_sample_,
-                                     spring.force_N(point_m, sample_.p_HD_m, sample_.v_HD_H_m_per_s)};
     const nanoseconds stamp = sample_.stamp;
-    status_ = device_.exchange(command, sample_);
-    if (status_.fault == hal::HapticFault::kNotReady) {
-      if (!told_not_ready_ && elapsed > std::chrono::milliseconds(200) && !options_.quiet)
-        spdlog::info("{}: {}", device_.info().name, device_.describe(status_));
-      told_not_ready_ = told_not_ready_ || elapsed > std::chrono::milliseconds(200);
-      return;
-    }
-    if (!status_.ok()) outcome_.fault = status_;
-    if (sample_.stamp == stamp && has_sample_) return;
-    has_sample_ = true;
+    status_ =
+        device_.exchange({true, spring.force_N(point_m, sample_.p_HD_m, sample_.v_HD_H_m_per_s)}, sample_);
+    if (!status_.ok() || sample_.stamp == stamp) return;
     ++outcome_.samples;
     energy_.update(sample_.p_HD_m, status_.f_D_H_N);
     outcome_.age.add(status_.age);
@@ -241,7 +255,6 @@ class Hold {
   hal::HapticSample sample_;
   hal::HapticStatus status_;
   bool has_sample_ = false;
-  bool told_not_ready_ = false;
   nanoseconds told_{};
   nanoseconds worst_age_{};
   std::uint64_t told_samples_ = 0;
@@ -319,9 +332,7 @@ apps::HapticOptions load_options(const HapticHoldOptions& options) {
     apps::TomlTable root = file.root();
     apps::TomlTable table = root.table("haptic");
     apps::read_haptic(table, path.parent_path(), haptic);
-    for (const char* other : {"robot", "loop", "ethercat", "geometry", "controller", "limits", "compensation",
-                              "path", "simulation"})
-      root.ignore(other);
+    apps::leave_to_others(root, {"haptic"});
     file.finish();
   }
   if (!options.haptic.empty()) haptic.name = options.haptic;
@@ -337,8 +348,9 @@ void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& ha
   for (const std::string& problem : attempt.enter({})) all += "\n  " + problem;
   if (all.empty()) return;
   if (!options.allow_non_real_time)
-    throw hal::SetupError("haptic-hold", "become real-time",
-                          "or run with --allow-non-rt, with a hand on the device's switch:" + all);
+    throw hal::SetupError(
+        "haptic-hold", "become real-time",
+        "do what follows, or run with --allow-non-rt and a hand on the device's switch:" + all);
   spdlog::warn("not real-time:{}", all);
   haptic.thread.fifo_priority = 0;
 }
@@ -394,12 +406,13 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
     outcome = hold.run(hand.get(), recording.get(), stop);
   }
   if (recording) recording->close();
-  if (!options.out.empty()) write_report(options.out, options, opened.device->info(), outcome);
-  if (!options.quiet) {
+  const bool measured = outcome.samples > 0;
+  if (measured && !options.out.empty()) write_report(options.out, options, opened.device->info(), outcome);
+  if (measured && !options.quiet) {
     print_summary(outcome);
     if (!options.out.empty()) std::printf("recorded in %s\n", options.out.c_str());
   }
-  if (outcome.fault.ok()) return apps::kExitOk;
+  if (measured && outcome.fault.ok()) return apps::kExitOk;
   spdlog::error("{}: stopped by a fault: {}", opened.device->info().name,
                 opened.device->describe(outcome.fault));
   return apps::kExitFault;

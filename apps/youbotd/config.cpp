@@ -190,6 +190,7 @@ Config load_config(const std::filesystem::path& file) {
   read_compensation(compensation, file.parent_path(), config.cycle.controller);
   read_path(path, config.path);
   read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
+  root.ignore("haptic");  // of youbot-bench
   TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;

@@ -125,6 +125,7 @@ bool Falcon::send_zero() noexcept {
   }
   if (in_a_row < 2) return false;
   may_push_ = false;
+  sent_N_ = {};
   return true;
 }
 
@@ -143,6 +144,7 @@ FalconStatus Falcon::exchange(const Vector3& f_G_F_N, FalconSample& sample) noex
   const TransferResult late = discard_late_replies();
   ++owed_;  // also when the write fails: the packet may have gone out all the same
   TransferResult result = write(sent.command);
+  if (result.ok() || sent.force_N != Vector3{}) sent_N_ = sent.force_N;
   if (!result.ok()) return miss(result);
   if (!late.ok() && late.status != TransferStatus::kTimeout) return miss(late);
   falcon::Reply reply;

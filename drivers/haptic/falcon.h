@@ -107,6 +107,9 @@ class Falcon {
   /// each call still sends zero force, for a device that hears but is not heard.
   FalconStatus exchange(const std::array<double, 3>& f_G_F_N, FalconSample& sample) noexcept;
 
+  /// Cycle: what the latest packet that may have gone out asked for, whether or not a reply came.
+  const std::array<double, 3>& force_N() const noexcept { return sent_N_; }
+
  private:
   struct Drive {
     falcon::Command command;
@@ -131,7 +134,8 @@ class Falcon {
   FalconConfig config_;
   FalconStatus latched_{FalconFault::kIdle, {}, 0};
   falcon::ReplyStream stream_;
-  int owed_ = 0;           // replies to commands that were sent
+  int owed_ = 0;  // replies to commands that were sent
+  falcon::Vector3 sent_N_{};
   bool may_push_ = false;  // since a command other than zero, or one that is not ours, until zero went out
   int misses_ = 0;
   std::chrono::nanoseconds reply_stamp_{};  // when the latest one was there

@@ -18,6 +18,19 @@ using drivers::haptic::FalconStatus;
 std::array<double, 3> in_falcon_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
 Eigen::Vector3d in_our_axes(const std::array<double, 3>& v) { return {v[2], v[0], v[1]}; }
 
+HapticFault generic(FalconFault fault) noexcept {
+  switch (fault) {
+    case FalconFault::kNone:
+    case FalconFault::kMissed: return HapticFault::kNone;  // nothing new; for long it is stale
+    case FalconFault::kIdle: return HapticFault::kNotActive;
+    case FalconFault::kBadForce: return HapticFault::kBadCommand;
+    case FalconFault::kNoPosition: return HapticFault::kBadSample;
+    case FalconFault::kLost: return HapticFault::kDeviceFault;
+    case FalconFault::kUnplugged: return HapticFault::kUnplugged;
+  }
+  return HapticFault::kDeviceFault;
+}
+
 }  // namespace
 
 FalconLink::FalconLink(OpenPort open_port, drivers::haptic::FalconConfig config,
@@ -44,10 +57,10 @@ void FalconLink::open() {
 }
 
 bool FalconLink::close() noexcept {
-  const bool off = !falcon_ || falcon_->deactivate();
+  if (falcon_) force_off_ = falcon_->deactivate();
   falcon_.reset();
   port_.reset();
-  return off;
+  return force_off_;
 }
 
 HapticStatus FalconLink::exchange(const HapticCommand& command, std::chrono::nanoseconds now,
@@ -56,22 +69,20 @@ HapticStatus FalconLink::exchange(const HapticCommand& command, std::chrono::nan
   const Eigen::Vector3d force_N = command.enable ? command.f_D_H_N : Eigen::Vector3d::Zero();
   FalconSample measured;
   const FalconStatus status = falcon_->exchange(in_falcon_axes(force_N), measured);
-  const auto detail = static_cast<std::uint32_t>(status.fault);
-  switch (status.fault) {
-    case FalconFault::kNone: break;
-    case FalconFault::kMissed:
-    case FalconFault::kNoPosition: return {};  // nothing new; for long it is stale
-    case FalconFault::kBadForce: return {.fault = HapticFault::kBadCommand, .detail = detail};
-    case FalconFault::kIdle: return {.fault = HapticFault::kNotActive, .detail = detail};
-    case FalconFault::kUnplugged: return {.fault = HapticFault::kUnplugged, .detail = detail};
-    case FalconFault::kLost: return {.fault = HapticFault::kDeviceFault, .detail = detail};
+  HapticStatus told{.fault = generic(status.fault),
+                    .saturated = measured.limited,
+                    .detail = static_cast<std::uint32_t>(status.fault),
+                    .f_D_H_N = in_our_axes(falcon_->force_N())};
+  if (!status.ok()) return told;
+  if (!measured.homed) {
+    told.fault = HapticFault::kNotReady;
+    return told;
   }
-  if (!measured.homed) return {HapticFault::kNotReady};
   sample.stamp = now;
   sample.p_HD_m = in_our_axes(measured.p_OG_m);
   sample.q_HD.setIdentity();
   sample.buttons = measured.buttons;
-  return {.saturated = measured.limited, .f_D_H_N = in_our_axes(measured.f_G_F_N)};
+  return told;
 }
 
 std::string FalconLink::describe(const HapticStatus& status) const {
@@ -79,7 +90,7 @@ std::string FalconLink::describe(const HapticStatus& status) const {
     return "its ends are not found yet: pull the grip all the way out, then push it all the way in, until "
            "the "
            "light turns green";
-  if (status.fault == HapticFault::kDeviceFault)
+  if (status.fault == HapticFault::kDeviceFault || status.fault == HapticFault::kBadSample)
     return drivers::haptic::describe(static_cast<FalconFault>(status.detail));
   return hal::describe(status.fault);
 }

@@ -17,7 +17,7 @@ namespace hal {
 /// is FalconConfig::p_FO_m. The grip never turns. Buttons as in drivers::haptic::falcon::Button.
 ///
 /// An exchange waits for the reply, at most FalconConfig::reply_deadline. A single missing one is no fault:
-/// nothing new came.
+/// nothing new came. Counts that fit no position are a bad sample.
 class FalconLink final : public HapticLink {
  public:
   /// Setup: finds and claims the device. @throws drivers::SetupError.
@@ -41,6 +41,7 @@ class FalconLink final : public HapticLink {
   HapticInfo info_;
   std::unique_ptr<drivers::usb::UsbPort> port_;
   std::optional<drivers::haptic::Falcon> falcon_;  // uses port_
+  bool force_off_ = true;                          // as the latest closing told
 };
 
 }  // namespace hal

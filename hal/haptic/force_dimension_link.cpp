@@ -77,9 +77,9 @@ void ForceDimensionLink::open() {
 }
 
 bool ForceDimensionLink::close() noexcept {
-  const bool off = !device_ || device_->stop();
+  if (device_) force_off_ = device_->stop();
   device_.reset();
-  return off;
+  return force_off_;
 }
 
 HapticStatus ForceDimensionLink::exchange(const HapticCommand& command, std::chrono::nanoseconds now,

@@ -45,6 +45,7 @@ class ForceDimensionLink final : public HapticLink {
   ForceDimensionLinkConfig config_;
   HapticInfo info_;
   std::unique_ptr<drivers::haptic::ForceDimension> device_;  // null: closed
+  bool force_off_ = true;                                    // as the latest closing told
 };
 
 }  // namespace hal

@@ -1,6 +1,7 @@
 /// @file
 /// What goes wrong below the HAL, told as the HAL tells it.
 #pragma once
+#include <stdexcept>
 #include <utility>
 
 #include "drivers/setup_error.h"
@@ -8,7 +9,8 @@
 
 namespace hal {
 
-/// Setup: calls `step`. @throws hal::SetupError for its drivers::SetupError.
+/// Setup: calls `step`. @throws hal::SetupError for its drivers::SetupError, and for what a system library
+/// below it throws.
 template <typename Step>
 void with_hal_errors(Step&& step) {
   try {
@@ -17,6 +19,10 @@ void with_hal_errors(Step&& step) {
     const drivers::SetupError::Report& report = error.report();
     throw SetupError(report.device, report.step,
                      "expected " + report.expected + ", found " + report.found + "; " + report.hint);
+  } catch (const SetupError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw SetupError("haptic master", "open", error.what());
   }
 }
 

@@ -225,6 +225,19 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
   EXPECT_LT(std::abs(y_m.back()), 1e-3);
 }
 
+TEST(HapticHold, OneFileServesAllPrograms) {
+  const support::TemporaryDirectory folder;
+  std::ifstream demo(std::string(YOUBOT_SOURCE_DIR) + "/apps/youbotd/demo.toml");
+  const std::string robot{std::istreambuf_iterator<char>(demo), {}};
+  const std::string file = folder.write("all.toml", robot + "\n[haptic]\nforce_limit_N = 3.0\n").string();
+  const auto held = hold("--virtual-time --duration 1 --config " + file);
+  EXPECT_EQ(held.exit_code, 0) << held.output;
+  EXPECT_TRUE(held.said("3 N at most")) << held.output;
+  const auto driven = support::run_command(std::string(YOUBOTD_BINARY) +
+                                           " --virtual-time --duration 0.1 --allow-non-rt --config " + file);
+  EXPECT_EQ(driven.exit_code, 0) << driven.output;
+}
+
 TEST(HapticHold, WrongUseIsToldAndNothingMoves) {
   const support::TemporaryDirectory folder;
   EXPECT_EQ(hold("--haptic phantom --virtual-time").exit_code, 2);

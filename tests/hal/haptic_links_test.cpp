@@ -94,10 +94,23 @@ TEST_F(FalconLinkTest, AMissingReplyIsNothingNewAndSeveralAreALostDevice) {
   falcon.drop_replies(1);
   EXPECT_TRUE(exchange().ok());
   EXPECT_EQ(sample.stamp, stamp);
+  for (int i = 0; i < 1500; ++i) ASSERT_TRUE(exchange({3, 0, 0}).ok());
+  falcon.drop_replies(1);
+  EXPECT_TRUE(exchange({3, 0, 0}).ok());
+  EXPECT_NEAR(status.f_D_H_N.x(), 3.0, 1e-6) << "it went out all the same";
   falcon.drop_replies(100);
   for (int i = 0; i < 10 && status.ok(); ++i) (void)exchange();
   EXPECT_EQ(status.fault, HapticFault::kDeviceFault);
   EXPECT_TRUE(says(link.describe(status), "several replies missing")) << link.describe(status);
+}
+
+TEST_F(FalconLinkTest, CountsThatFitNoPositionAreABadSampleWithoutForce) {
+  open_and_home();
+  for (int i = 0; i < 1500; ++i) ASSERT_TRUE(exchange({3, 0, 0}).ok());
+  falcon.send_counts(2, {30'000, -30'000, 30'000});
+  EXPECT_EQ(exchange({3, 0, 0}).fault, HapticFault::kBadSample);
+  EXPECT_TRUE(says(link.describe(status), "counts")) << link.describe(status);
+  EXPECT_EQ(exchange({3, 0, 0}).f_D_H_N, Vector3d::Zero());
 }
 
 TEST_F(FalconLinkTest, UnpluggedItSaysSo) {

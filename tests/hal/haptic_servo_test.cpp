@@ -309,6 +309,28 @@ TEST_F(HapticServoTest, WithoutAPositionThereIsNoForceAndThenItFadesInAndTheJump
   EXPECT_NEAR(link.force_N.x(), 3e-3, 1e-12);
 }
 
+TEST_F(HapticServoTest, WhatTheClockDidBeforeEnablingMakesNoForce) {
+  for (const nanoseconds gap : {-1ms, -10ms, 0ms, 1000ms}) {
+    limits.ramp_in = 0ms;
+    hal::HapticServo quick(link, limits);
+    HapticCommand off;
+    (void)quick.step(off, now, now, sample);
+    now += gap;
+    EXPECT_TRUE(quick.step(push(8), now, now, sample).ok());
+    EXPECT_EQ(link.force_N, Vector3d::Zero()) << gap.count();
+    now += 1ms;
+    EXPECT_TRUE(quick.step(push(8), now, now, sample).ok());
+    EXPECT_NEAR(link.force_N.x(), 0.2, 1e-12) << gap.count();
+  }
+}
+
+TEST_F(HapticServoTest, BeforeTheFirstSampleItsAgeIsNone) {
+  link.fresh = false;
+  EXPECT_EQ(step({}).age, nanoseconds::max());
+  link.fresh = true;
+  EXPECT_EQ(step({}).age, 0ns);
+}
+
 TEST_F(HapticServoTest, OpenedAnewItKnowsNothing) {
   fade_in(push(6));
   ASSERT_FALSE(step(push(kNaN)).ok());

@@ -138,6 +138,41 @@ TEST_F(ThreadedHapticDeviceTest, SaysWhenNothingConfirmedThatTheForceIsOff) {
   device->activate();
   seen->close_fails = true;
   EXPECT_FALSE(device->deactivate());
+  EXPECT_FALSE(device->deactivate()) << "nor by asking again";
+}
+
+TEST_F(ThreadedHapticDeviceTest, ADeviceThatHangsFromTheStartIsStale) {
+  make({.patience = 50ms});
+  seen->hang = true;
+  device->activate();
+  EXPECT_EQ(exchange({}).fault, HapticFault::kNotReady);
+  EXPECT_TRUE(shows(HapticFault::kStale, {}));
+  seen->hang = false;
+  seen->let_go.release(1);
+}
+
+TEST_F(ThreadedHapticDeviceTest, AfterACallThatTookTooLongThereIsNoForceUntilDisabledOnce) {
+  make();
+  device->activate();
+  ASSERT_TRUE(pushes(3.0));
+  seen->hang = true;
+  ASSERT_TRUE(shows(HapticFault::kStale, kPush));
+  seen->hang = false;
+  seen->let_go.release(1);
+  const int exchanges = seen->exchanges;
+  // The first may still be with the command that was the newest before the call.
+  ASSERT_TRUE(wait_until([&] {
+    EXPECT_FALSE(exchange(kPush).ok());
+    return seen->exchanges > exchanges + 2;
+  }));
+  const int enabled = seen->enabled;
+  ASSERT_TRUE(wait_until([&] {
+    EXPECT_FALSE(exchange(kPush).ok());
+    return seen->exchanges > exchanges + 20;
+  }));
+  EXPECT_EQ(seen->enabled, enabled);
+  EXPECT_EQ(seen->force_N, 0.0);
+  EXPECT_TRUE(pushes(3.0)) << "disabled once, it is forgotten";
 }
 
 TEST_F(ThreadedHapticDeviceTest, ALoopThatStopsGivingCommandsLosesTheForce) {
@@ -193,10 +228,18 @@ TEST_F(ThreadedHapticDeviceTest, ACallThatNeverReturnsIsStaleAndIsNotWaitedForFo
   } catch (const hal::SetupError& error) {
     EXPECT_NE(std::string(error.what()).find("never returned"), std::string::npos) << error.what();
   }
-  device.reset();
   seen->hang = false;
   seen->let_go.release(1);  // it does return after all: its thread closes the device
   EXPECT_TRUE(wait_until([&] { return seen->closes == 1; }));
+  EXPECT_TRUE(wait_until([&] {
+    try {
+      device->activate();
+      return true;
+    } catch (const hal::SetupError&) {
+      return false;  // the thread has not ended yet
+    }
+  }));
+  device.reset();
   // The last of its memory goes with the thread.
   EXPECT_TRUE(wait_until([&] { return seen.use_count() == 1; }));
 }

@@ -18,6 +18,7 @@
 #include "drivers/usb/usb_devices.h"
 #include "tests/support/mock_usb_device.h"
 #include "tests/support/skip.h"
+#include "tests/support/spawn.h"
 #include "tests/support/temporary_directory.h"
 
 namespace drivers::usb {
@@ -116,38 +117,9 @@ TEST_F(UsbDevicesTest, DescriptorsAreTheKernelsCopy) {
 }
 
 #ifdef YOUBOT_BENCH_BINARY  // which is not built for the thread sanitizer
-struct Probed {
-  int exit_code = -1;
-  std::string output{};
-  bool said(std::string_view part) const { return output.find(part) != std::string::npos; }
-};
-
-/// Not through a shell, which a sanitizer's library, loaded before all others, would bring down.
-Probed probe(std::vector<std::string> arguments) {
+support::SpawnResult probe(std::vector<std::string> arguments) {
   arguments.insert(arguments.begin(), {YOUBOT_BENCH_BINARY, "usb-probe"});
-  std::vector<char*> words;
-  for (std::string& argument : arguments) words.push_back(argument.data());
-  words.push_back(nullptr);
-  std::array<int, 2> pipe_ends{};
-  if (pipe(pipe_ends.data()) != 0) return {};
-  posix_spawn_file_actions_t actions{};
-  posix_spawn_file_actions_init(&actions);
-  for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
-    posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], stream);
-  for (const int end : pipe_ends) posix_spawn_file_actions_addclose(&actions, end);
-  pid_t child = 0;
-  const int error = posix_spawn(&child, words[0], &actions, nullptr, words.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  close(pipe_ends[1]);
-  Probed result;
-  std::array<char, 4096> text{};
-  for (ssize_t got = 0; (got = read(pipe_ends[0], text.data(), text.size())) > 0;)
-    result.output.append(text.data(), static_cast<std::size_t>(got));
-  close(pipe_ends[0]);
-  int status = 0;
-  if (error == 0 && waitpid(child, &status, 0) == child && WIFEXITED(status))
-    result.exit_code = WEXITSTATUS(status);
-  return result;
+  return support::spawn(std::move(arguments));
 }
 
 TEST_F(UsbDevicesTest, ProbeReportsMastersAndLeavesThemAlone) {
@@ -156,7 +128,7 @@ TEST_F(UsbDevicesTest, ProbeReportsMastersAndLeavesThemAlone) {
   const MockUsbDevice stick(*bus_, {.vendor = 0x0781, .product = 0x5567, .port = 3, .address = 9});
   const support::TemporaryDirectory directory;
   const std::filesystem::path file = directory / "report.txt";
-  const Probed result = probe({"--out", file.string()});
+  const support::SpawnResult result = probe({"--out", file.string()});
   EXPECT_EQ(result.exit_code, 0) << result.output;
   for (const char* part :
        {"Novint Falcon: FALCON HAPTIC (0403:cb48) at 1-1", "full speed, 12 Mbit/s", "manufacturer: NOVINT",
@@ -179,7 +151,7 @@ TEST_F(UsbDevicesTest, ProbeShowsWhatIsAskedFor) {
   EXPECT_TRUE(probe({"--vendor", "0781"}).said("(0781:5567) at 1-3"));
   EXPECT_FALSE(probe({"--vendor", "0781"}).said("1451"));
   EXPECT_TRUE(probe({"--vendor", "0x1451", "--product", "402"}).said("(1451:0402)"));
-  const Probed all = probe({"--all"});
+  const support::SpawnResult all = probe({"--all"});
   EXPECT_TRUE(all.said("(0781:5567)") && all.said("(1451:0402)") && all.said("at usb1")) << all.output;
   EXPECT_EQ(probe({"--vendor", "falcon"}).exit_code, 2);
 }
@@ -189,7 +161,7 @@ TEST_F(UsbDevicesTest, ProbeThatFindsNothingSaysWhatToCheck) {
   const std::vector<std::vector<std::string>> questions{{"--vendor", "0403"},
                                                         {"--vendor", "1451", "--product", "0402"}};
   for (const std::vector<std::string>& question : questions) {
-    const Probed result = probe(question);
+    const support::SpawnResult result = probe(question);
     EXPECT_EQ(result.exit_code, 3) << result.output;
     EXPECT_TRUE(result.said("cable")) << result.output;
   }
@@ -205,7 +177,7 @@ TEST_F(UsbDevicesTest, ProbeSaysWhichVendorIsMissing) {
 
 TEST_F(UsbDevicesTest, ProbeFindsNoMasterAmongOthers) {
   const MockUsbDevice stick(*bus_, {.vendor = 0x0781, .product = 0x5567});
-  const Probed result = probe({});
+  const support::SpawnResult result = probe({});
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_TRUE(result.said("expected a haptic master, found none among 2 devices")) << result.output;
 }
@@ -216,7 +188,7 @@ TEST_F(UsbDevicesTest, MalformedDescriptorsAreReportedAndNotFatal) {
   torn.resize(torn.size() - 3);
   options.descriptors = torn;
   const MockUsbDevice omega(*bus_, options);
-  const Probed result = probe({"--all"});
+  const support::SpawnResult result = probe({"--all"});
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_TRUE(result.said("malformed, byte 43: a length of 7 where 4 bytes are left")) << result.output;
 }

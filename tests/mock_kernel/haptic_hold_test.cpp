@@ -1,0 +1,121 @@
+// `youbot-bench haptic-hold` as people run it, on each device of a mocked kernel. In real time, on a machine
+// that may be busy: a run may end by a sample that came too late, and says so then.
+#ifdef YOUBOT_BENCH_BINARY  // which is not built for the thread sanitizer
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <future>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "sim/devices/emulated_space_mouse.h"
+#include "tests/support/mock_falcon.h"
+#include "tests/support/mock_hidraw_device.h"
+#include "tests/support/mock_usb_device.h"
+#include "tests/support/skip.h"
+#include "tests/support/spawn.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+using support::SpawnResult;
+
+constexpr int kDone = 0;
+constexpr int kSetup = 3;
+constexpr int kFault = 4;
+
+struct HapticHoldOnADevice : testing::Test {
+  void SetUp() override { SKIP_UNLESS(support::in_mock_kernel(), "needs umockdev's library loaded first"); }
+  SpawnResult hold(std::vector<std::string> arguments) {
+    const auto config =
+        folder.write("haptic.toml", "[haptic]\nstale_after_s = 0.1\ncommand_timeout_s = 0.1\n" + more);
+    std::vector<std::string> words{YOUBOT_BENCH_BINARY, "haptic-hold", "--allow-non-rt", "--config",
+                                   config.string()};
+    words.insert(words.end(), arguments.begin(), arguments.end());
+    return support::spawn(std::move(words));
+  }
+  /// It ran to its end, or was held up by this machine.
+  static bool ran(const SpawnResult& result) {
+    return result.exit_code == kDone || (result.exit_code == kFault && result.said("stopped by a fault"));
+  }
+  template <typename Happened>
+  static bool wait_until(Happened happened) {
+    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    while (!happened() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(2ms);
+    return happened();
+  }
+
+  support::TemporaryDirectory folder;
+  std::string more;  ///< of the configuration
+};
+
+TEST_F(HapticHoldOnADevice, ASpaceMouseFromPluggedInToUnplugged) {
+  support::MockHidrawBus bus;
+  support::MockHidrawDevice& mouse =
+      bus.plug({.vendor = 0x256f,
+                .product = 0xc635,
+                .report_descriptor = sim::devices::EmulatedSpaceMouse({}, {}).report_descriptor()});
+  const SpawnResult short_run = hold({"--haptic", "spacemouse", "--duration", "1"});
+  EXPECT_TRUE(ran(short_run)) << short_run.output;
+  EXPECT_TRUE(short_run.said("SpaceMouse Compact")) << short_run.output;
+  EXPECT_TRUE(short_run.said("samples a second")) << short_run.output;
+
+  const int openers = mouse.openers();
+  auto run = std::async(std::launch::async, [this] {
+    return hold({"--haptic", "spacemouse", "--duration", "60"});
+  });
+  ASSERT_TRUE(wait_until([&] { return mouse.openers() > openers && mouse.outputs().size() > 2; }));
+  std::this_thread::sleep_for(100ms);
+  mouse.unplug();
+  const SpawnResult result = run.get();
+  EXPECT_EQ(result.exit_code, kFault) << result.output;
+  EXPECT_TRUE(result.said("stopped by a fault")) << result.output;
+}
+
+TEST_F(HapticHoldOnADevice, AFalconThatIsHomedByHand) {
+  support::MockUsbBus bus;
+  support::MockFalcon far(bus, {.firmware_running = true});
+  auto run = std::async(std::launch::async, [this] {
+    return hold({"--haptic", "falcon", "--duration", "1"});
+  });
+  // Red until its ends were found.
+  ASSERT_TRUE(wait_until(
+      [&] { return far.with([](sim::devices::EmulatedFalcon& device) { return device.red(); }); }));
+  far.with([](sim::devices::EmulatedFalcon& device) { device.pull_and_push(); });
+  const SpawnResult result = run.get();
+  EXPECT_TRUE(ran(result)) << result.output;
+  EXPECT_TRUE(result.said("no watchdog")) << result.output;
+  EXPECT_EQ(far.with([](sim::devices::EmulatedFalcon& device) { return device.motors(); }),
+            (std::array<std::int16_t, 3>{}));
+}
+
+TEST_F(HapticHoldOnADevice, AnOmegaThroughALibraryNamedInTheConfiguration) {
+  support::MockUsbBus bus;
+  const support::MockUsbDevice omega(
+      bus, {.vendor = 0x1451, .product = 0x0402, .product_name = "omega.x haptic device"});
+  more = "[haptic.force_dimension]\nwatchdog_s = 0.0318\nlibrary = \"" DRD_STAND_IN "\"\n";
+  const SpawnResult result = hold({"--haptic", "force-dimension", "--duration", "1"});
+  EXPECT_TRUE(ran(result)) << result.output;
+  EXPECT_TRUE(result.said("omega.6")) << result.output;
+}
+
+TEST_F(HapticHoldOnADevice, WhatIsNotThereOrNotSupportedIsToldInWords) {
+  support::MockUsbBus bus;
+  const SpawnResult falcon = hold({"--haptic", "falcon"});
+  EXPECT_EQ(falcon.exit_code, kSetup);
+  EXPECT_TRUE(falcon.said("no 0403:cb48 on the bus")) << falcon.output;
+  const SpawnResult omega = hold({"--haptic", "force-dimension"});
+  EXPECT_EQ(omega.exit_code, kSetup);
+  EXPECT_TRUE(omega.said("no device of vendor 1451 on the bus")) << omega.output;
+  more = "[haptic.force_dimension]\ntransport = \"usb\"\n";
+  const SpawnResult direct = hold({"--haptic", "force-dimension"});
+  EXPECT_EQ(direct.exit_code, kSetup);
+  EXPECT_TRUE(direct.said("not supported")) << direct.output;
+}
+
+}  // namespace
+#endif
