@@ -124,7 +124,7 @@ std::string octal(unsigned mode) {
 std::string how_to_be_let_in(const AccessFacts& facts) {
   if (facts.rules_installed.empty()) {
     return (facts.rules_file.empty()
-                ? "install a udev rule for " + ids_of(facts.device) + " with MODE=\"0660\", GROUP=\"plugdev\""
+                ? "install a udev rule for " + ids_of(facts.device) + R"( with MODE="0660", GROUP="plugdev")"
                 : "install the rule udev/" + facts.rules_file + ": copy it to /etc/udev/rules.d") +
            ", run \"sudo udevadm control --reload\" and plug the device in again";
   }
