@@ -36,6 +36,7 @@ using std::chrono::nanoseconds;
 constexpr std::chrono::milliseconds kPeriod{1};
 constexpr std::chrono::milliseconds kFadeOut{500};
 constexpr std::chrono::seconds kReadyTimeout{60};  // for homing
+constexpr const char* kRecording = "haptic.csv";
 constexpr std::size_t kRing = 8192;
 constexpr int kCyclesPerPoint = 10;  // of the report's plots
 
@@ -89,7 +90,7 @@ class HoldRecording {
  public:
   HoldRecording(const std::filesystem::path& directory, const HapticHoldOptions& options,
                 const hal::HapticInfo& device)
-      : file_(directory / "haptic.csv",
+      : file_(directory / kRecording,
               {{"rig", "haptic"},
                {"experiment", "haptic-hold"},
                {"device", device.name},
@@ -150,6 +151,22 @@ struct Outcome {
   std::vector<HoldRecord> points;  ///< for the plots
 };
 
+/// A line of what is shown while it runs.
+struct Line {
+  double time_s = 0.0;
+  double off_point_mm = 0.0;
+  double force_N = 0.0;
+  double rate_Hz = 0.0;
+  double worst_age_ms = 0.0;
+  double energy_mJ = 0.0;
+  bool limited = false;
+};
+
+void print(const Line& line) {
+  std::printf("%8.1f %14.2f %10.3f %10.0f %10.2f %12.3f%s\n", line.time_s, line.off_point_mm, line.force_N,
+              line.rate_Hz, line.worst_age_ms, line.energy_mJ, line.limited ? "  limited" : "");
+}
+
 class Hold {
  public:
   Hold(const HapticHoldOptions& options, hal::HapticDevice& device, hal::Clock& clock)
@@ -170,15 +187,16 @@ class Hold {
       if (elapsed >= end) break;
       if (hand != nullptr) hand->act(elapsed);
       step(std::clamp(seconds(end - elapsed) / seconds(kFadeOut), 0.0, 1.0));
-      if (!status_.ok()) break;
       const HoldRecord record = this->record(elapsed);
       if (recording != nullptr) recording->add(record, options_.virtual_time);
       if (cycle % kCyclesPerPoint == 0 && outcome_.points.size() < outcome_.points.capacity())
         outcome_.points.push_back(record);
+      if (!status_.ok()) break;
       if (elapsed >= told_ + std::chrono::seconds(1)) tell(elapsed);
       const nanoseconds late = clock_.now() - deadline;
       deadline += late / kPeriod * kPeriod;
     }
+    teller_.stop();
     outcome_.fault = status_;
     outcome_.duration = clock_.now() - begin;
     outcome_.energy_J = energy_.energy_J();
@@ -233,19 +251,22 @@ class Hold {
             .buttons = static_cast<double>(sample_.buttons)};
   }
 
-  /// Once a second; the only call that is none for a real-time cycle, and this is a bench.
-  void tell(nanoseconds elapsed) {
-    const double span_s = seconds(elapsed - told_);
-    const double rate_Hz = static_cast<double>(outcome_.samples - told_samples_) / span_s;
+  /// Once a second. A terminal may take its time, so another thread writes.
+  void tell(nanoseconds elapsed) noexcept {
+    const Vector3d point_m(options_.point_m.data());
+    const Line line{
+        .time_s = seconds(elapsed),
+        .off_point_mm = 1e3 * (sample_.p_HD_m - point_m).norm(),
+        .force_N = status_.f_D_H_N.norm(),
+        .rate_Hz = static_cast<double>(outcome_.samples - told_samples_) / seconds(elapsed - told_),
+        .worst_age_ms = milliseconds(std::exchange(worst_age_, {})),
+        .energy_mJ = 1e3 * energy_.energy_J(),
+        .limited = status_.saturated};
     told_ = elapsed;
     told_samples_ = outcome_.samples;
-    const nanoseconds worst = std::exchange(worst_age_, {});
     if (options_.quiet) return;
-    const Vector3d point_m(options_.point_m.data());
-    std::printf("%8.1f %14.2f %10.3f %10.0f %10.2f %12.3f%s\n", seconds(elapsed),
-                1e3 * (sample_.p_HD_m - point_m).norm(), status_.f_D_H_N.norm(), rate_Hz, milliseconds(worst),
-                1e3 * energy_.energy_J(), status_.saturated ? "  limited" : "");
-    std::fflush(stdout);
+    if (options_.virtual_time) teller_.wait_for_room();
+    teller_.push(line);
   }
 
   const HapticHoldOptions& options_;
@@ -259,6 +280,7 @@ class Hold {
   nanoseconds worst_age_{};
   std::uint64_t told_samples_ = 0;
   Outcome outcome_;
+  apps::Recorder<Line> teller_{64, print, [] { std::fflush(stdout); }};
 };
 
 void write_report(const std::filesystem::path& directory, const HapticHoldOptions& options,
@@ -383,7 +405,12 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
     clock = std::make_unique<hal::SteadyClock>();
   }
   const apps::OpenedHaptic opened = apps::open_haptic(haptic, *clock, kPeriod);
-  if (!options.out.empty()) std::filesystem::create_directories(options.out);
+  if (!options.out.empty()) {
+    if (std::filesystem::exists(std::filesystem::path(options.out) / kRecording))
+      throw std::invalid_argument("--out: " + options.out +
+                                  " holds a recording already; name a new directory");
+    std::filesystem::create_directories(options.out);
+  }
   std::unique_ptr<Operator> hand;
   if (opened.hand) hand = std::make_unique<Operator>(*opened.hand, Vector3d(options.point_m.data()));
 

@@ -223,6 +223,10 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
     EXPECT_LT(energy_J[i], 1e-4) << time_s[i];
   }
   EXPECT_LT(std::abs(y_m.back()), 1e-3);
+
+  const auto again = hold("--virtual-time --duration 1 --out " + out);
+  EXPECT_EQ(again.exit_code, 2) << "a recording is never replaced";
+  EXPECT_TRUE(says(again.output, "holds a recording already")) << again.output;
 }
 
 TEST(HapticHold, OneFileServesAllPrograms) {
