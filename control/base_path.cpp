@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "control/positive.h"
+
 namespace control {
 namespace {
 
@@ -32,15 +34,10 @@ double shortest_time_s(double distance, double peak_acceleration, double speed, 
   return std::max(kPeakSpeed * distance / speed, std::sqrt(peak_acceleration * distance / acceleration));
 }
 
-void require_positive(double value, const char* name) {
-  if (!(std::isfinite(value) && value > 0))
-    throw std::invalid_argument(std::string("base path: ") + name + " must be positive, not " +
-                                std::to_string(value));
-}
-
 }  // namespace
 
 BasePath::BasePath(const Plan& plan) : goal_(plan.start) {
+  const RequirePositive require_positive{"base path"};
   require_positive(plan.limits.speed_m_per_s, "speed_m_per_s");
   require_positive(plan.limits.acceleration_m_per_s2, "acceleration_m_per_s2");
   require_positive(plan.limits.turn_speed_rad_per_s, "turn_speed_rad_per_s");

@@ -14,7 +14,7 @@ set(rules
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
   "^hal/.*\\.h$"        "^(hal|Eigen)/"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
-  "^control/"           "^(control|Eigen|kdl)/"
+  "^control/"           "^(control|Eigen|kdl|urdf_parser)/"
   "^sim/gap/"           "^((sim|control|Eigen|unsupported/Eigen)/|${plain_values})"
   "^sim/identify/"      "^((sim|control|Eigen|ceres)/|${plain_values})"
   "^sim/"               "^((sim|control|Eigen)/|${plain_values})"
@@ -22,7 +22,7 @@ set(rules
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
 # A control step is a function of (config, state, input, dt): no clock, thread or file.
-set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future|.*\\.h)$")
+set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future)$")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
 list(FILTER files INCLUDE REGEX "^(drivers|hal|control|sim|apps)/")
@@ -52,7 +52,7 @@ foreach(include IN LISTS includes)  # such as: hal/robot.h:12:#include <Eigen/Co
     endif()
   endwhile()
 
-  if(file MATCHES "^control/" AND header MATCHES "${not_in_control}")
+  if(file MATCHES "^control/" AND header MATCHES "${not_in_control}|${operating_system}")
   elseif(path MATCHES "${allowed}" AND NOT path MATCHES "\\.\\.")
     continue()
   elseif(header MATCHES "${standard}|${operating_system}" AND NOT header MATCHES "libusb|hidapi")

@@ -1,0 +1,76 @@
+#include "control/energy_tank.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+namespace control {
+namespace {
+
+/// Of the reserve: what a force that was let through from an empty tank may give while it is taken away.
+constexpr double kAgainstShare = 0.2;
+
+void require(bool good, const char* name, double value) {
+  if (!good)
+    throw std::invalid_argument(std::string("energy tank: ") + name + " = " + std::to_string(value) +
+                                " is out of range");
+}
+
+}  // namespace
+
+EnergyTank::EnergyTank(const Config& config) : config_(config), level_J_(config.reserve_J) {
+  require(std::isfinite(config.reserve_J) && config.reserve_J > 0, "reserve_J", config.reserve_J);
+  require(std::isfinite(config.damping_N_s_per_m) && config.damping_N_s_per_m >= 0, "damping_N_s_per_m",
+          config.damping_N_s_per_m);
+  require(config.force_rate_N_per_s > 0, "force_rate_N_per_s", config.force_rate_N_per_s);
+  require(config.device_mass_kg > 0, "device_mass_kg", config.device_mass_kg);
+  require(config.against_speed_m_per_s > 0, "against_speed_m_per_s", config.against_speed_m_per_s);
+}
+
+void EnergyTank::reset() noexcept {
+  has_sample_ = false;
+  damper_N_.setZero();
+  level_J_ = config_.reserve_J;
+}
+
+EnergyTank::Output EnergyTank::step(const Eigen::Vector3d& p_m, const Eigen::Vector3d& v_m_per_s,
+                                    const Eigen::Vector3d& held_N, const Eigen::Vector3d& wanted_N,
+                                    double stored_J) noexcept {
+  if (has_sample_) {
+    const Eigen::Vector3d way_m = p_m - p_m_;
+    const double given_J = held_N.dot(way_m);
+    // The damper's part of what was taken, as far as the device had come to hold it.
+    level_J_ -= given_J + std::clamp(-damper_N_.dot(way_m), 0.0, std::max(0.0, -given_J));
+  }
+  level_J_ = std::min(level_J_, stored_J + config_.reserve_J);
+  has_sample_ = true;
+  p_m_ = p_m;
+  damper_N_.setZero();
+  if (!config_.active) return {wanted_N, 0.0};
+
+  const double magnitude_N = wanted_N.norm();
+  const double along_m_per_s = magnitude_N > 0 ? wanted_N.dot(v_m_per_s) / magnitude_N : 0.0;
+  // Who has been given more than there was gets less and less to move against: nothing once it is a reserve.
+  const double against = std::clamp(-along_m_per_s / config_.against_speed_m_per_s, 0.0, 1.0) *
+                         std::clamp(1 + level_J_ / config_.reserve_J, 0.0, 1.0);
+  const double full = std::clamp(level_J_ / (config_.reserve_J / 2), 0.0, 1.0);
+  damper_N_ = -(1 - full) * config_.damping_N_s_per_m * v_m_per_s;
+
+  const double given_N =
+      full * std::min(magnitude_N, brakeable_N(level_J_, along_m_per_s)) +
+      (1 - full) * against * std::min(magnitude_N, brakeable_N(kAgainstShare * config_.reserve_J, 0.0));
+  const double share = magnitude_N > 0 ? given_N / magnitude_N : 0.0;
+  return {share * wanted_N + damper_N_, magnitude_N - given_N};
+}
+
+double EnergyTank::brakeable_N(double energy_J, double along_m_per_s) const noexcept {
+  // Half of the energy for each of the two terms.
+  const double half_J = std::max(0.0, energy_J) / 2;
+  const double R = config_.force_rate_N_per_s;
+  const double by_speed_N = std::sqrt(2 * R * half_J / std::max(along_m_per_s, 1e-6));
+  const double by_mass_N = std::sqrt(std::sqrt(8 * config_.device_mass_kg * R * R * half_J));
+  return std::min(by_speed_N, by_mass_N);
+}
+
+}  // namespace control

@@ -1,0 +1,450 @@
+#include "control/teleoperation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "control/arm_posture.h"
+
+namespace control {
+namespace {
+
+/// What has to be true before the next phase begins is true for this long.
+constexpr double kHold_s = 0.2;
+/// The base counts as standing at this speed of a wheel, after that time.
+constexpr double kWheelRest_rad_per_s = 0.02;
+constexpr double kRestHold_s = 0.05;
+constexpr double kJointRest_rad_per_s = 0.02;
+
+void require(bool good, const char* name, double value) {
+  if (!good)
+    throw std::invalid_argument(std::string("teleoperation: ") + name + " = " + std::to_string(value) +
+                                " is out of range");
+}
+
+Teleoperation::Config checked(const Teleoperation::Config& config) {
+  const auto positive = [](double value, const char* name) {
+    require(std::isfinite(value) && value > 0, name, value);
+  };
+  positive(config.period_s, "period_s");
+  positive(config.feedback.force_scale, "force_scale");
+  positive(config.feedback.force_limit_N, "force_limit_N");
+  positive(config.centred_within_m, "centred_within_m");
+  positive(config.unfolding_speed_rad_per_s, "unfolding_speed_rad_per_s");
+  positive(config.unfolded_within_rad, "unfolded_within_rad");
+  positive(config.approach_s, "approach_s");
+  positive(config.lowering_s, "lowering_s");
+  positive(config.arrived_within_m, "arrived_within_m");
+  positive(config.arrived_within_rad, "arrived_within_rad");
+  positive(config.slack_N, "slack_N");
+  positive(config.resting_speed_m_per_s, "resting_speed_m_per_s");
+  positive(config.feedback_fade_s, "feedback_fade_s");
+  positive(config.stiffening_per_s.translation_N_per_m, "translation stiffening per second");
+  positive(config.stiffening_per_s.rotation_Nm_per_rad, "rotation stiffening per second");
+  positive(config.soft.translation_N_per_m, "soft translation stiffness");
+  positive(config.soft.rotation_Nm_per_rad, "soft rotation stiffness");
+  require(config.stiff.translation_N_per_m >= config.soft.translation_N_per_m, "stiff translation stiffness",
+          config.stiff.translation_N_per_m);
+  require(config.stiff.rotation_Nm_per_rad >= config.soft.rotation_Nm_per_rad, "stiff rotation stiffness",
+          config.stiff.rotation_Nm_per_rad);
+  require(config.centring.stiffness_N_per_m >= 0, "centring stiffness", config.centring.stiffness_N_per_m);
+  return config;
+}
+
+TipPose start_pose(const Teleoperation::Config& config) {
+  // Turned out to the side as joint 1 has to be to look there.
+  const double yaw_rad = std::atan2(config.start_p_WT_m.y(), config.start_p_WT_m.x() - kJoint1_x_m);
+  return {config.start_p_WT_m,
+          Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
+                             Eigen::AngleAxisd(config.start_pitch_rad, Eigen::Vector3d::UnitY()))};
+}
+
+ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) {
+  for (int i = 0; i < kArmJoints; ++i) {
+    const JointRange& range = model.ranges()[static_cast<std::size_t>(i)];
+    require(config.unfolded_rad[i] >= range.lower_rad && config.unfolded_rad[i] <= range.upper_rad,
+            "an angle of the unfolded arm, which its joint does not reach,", config.unfolded_rad[i]);
+  }
+  // From the unfolded arm, bent a little the way it is to bend: elbow back, hand forward.
+  const ArmVector bent_rad = config.unfolded_rad + (ArmVector() << 0, -0.4, 0.8, 0.8, 0).finished();
+  const std::optional<ArmVector> posture_rad = arm_posture_for(start_pose(config), bent_rad, model);
+  if (!posture_rad)
+    throw std::invalid_argument(
+        "teleoperation: the arm cannot reach the start at (" + std::to_string(config.start_p_WT_m.x()) +
+        ", " + std::to_string(config.start_p_WT_m.y()) + ", " + std::to_string(config.start_p_WT_m.z()) +
+        ") m with a pitch of " + std::to_string(config.start_pitch_rad) + " rad");
+  return *posture_rad;
+}
+
+/// How far along, from 0 to 1 in equal time (Flash and Hogan, J. Neuroscience 5:1688, 1985).
+double least_jerk(double t) noexcept { return t < 1 ? t * t * t * (10 + t * (6 * t - 15)) : 1.0; }
+
+double grown(double value, double limit, double step) noexcept { return std::min(limit, value + step); }
+
+}  // namespace
+
+const char* name(TeleopPhase phase) noexcept {
+  switch (phase) {
+    case TeleopPhase::kOff: return "off";
+    case TeleopPhase::kCentring: return "centring";
+    case TeleopPhase::kUnfolding: return "unfolding";
+    case TeleopPhase::kApproaching: return "approaching";
+    case TeleopPhase::kStiffening: return "stiffening";
+    case TeleopPhase::kOperating: return "operating";
+    case TeleopPhase::kLetGo: return "let go";
+    case TeleopPhase::kStopping: return "stopping";
+    case TeleopPhase::kLowering: return "lowering";
+    case TeleopPhase::kFaulted: return "faulted";
+  }
+  return "unknown";
+}
+
+const char* describe(TeleopEnd end) noexcept {
+  switch (end) {
+    case TeleopEnd::kNone: return "it goes on";
+    case TeleopEnd::kRequested: return "stopped on request";
+    case TeleopEnd::kNotCentred: return "the master did not come to its origin in time";
+    case TeleopEnd::kNotUnfolded: return "the arm did not come to its unfolded pose in time";
+    case TeleopEnd::kNotArrived: return "the tip did not come to rest in front of the robot in time";
+    case TeleopEnd::kMasterFault: return "the master failed";
+    case TeleopEnd::kStalled: return "this program did not run for too long";
+    case TeleopEnd::kNotEnabled: return "the drives did not start to obey in time";
+    case TeleopEnd::kNotHomed: return "the arm does not know its angles";
+    case TeleopEnd::kRobotFault: return "the robot failed";
+    case TeleopEnd::kWheelTooFast: return "a wheel turned faster than allowed";
+    case TeleopEnd::kJointTooFast: return "a joint of the arm turned faster than allowed";
+    case TeleopEnd::kSetpointTooFar: return "the tip was further from its set-point than allowed";
+  }
+  return "unknown";
+}
+
+Teleoperation::Teleoperation(const Config& config)
+    : config_(checked(config)),
+      robot_(config.robot),
+      mapping_(config.mapping),
+      smoothing_(config.smoothing),
+      tank_(config.tank),
+      presence_(config.presence),
+      path_model_(config.robot.model),
+      start_posture_rad_(start_posture(config, path_model_)) {}
+
+void Teleoperation::request_stop(TeleopEnd why) noexcept {
+  start_ = false;
+  if (phase_ != TeleopPhase::kOff && phase_ != TeleopPhase::kFaulted) stop(why);
+}
+
+void Teleoperation::stop_after_gap(const TeleopInput& input) noexcept {
+  robot_.forget_velocity(input.wheel_position_rad, input.arm_position_rad);
+  robot_.sense(input.wheel_position_rad, input.arm_position_rad);
+  request_stop(TeleopEnd::kStalled);
+}
+
+void Teleoperation::begin(const TeleopInput& input) noexcept {
+  start_ = false;
+  end_ = TeleopEnd::kNone;
+  robot_.reset(input.wheel_position_rad, input.arm_position_rad);
+  robot_.sense(input.wheel_position_rad, input.arm_position_rad);
+  stiffness_ = {};
+  feedback_share_ = rim_share_ = centring_share_ = 0;
+  fixed_last_H_N_.setZero();
+  fixed_before_H_N_.setZero();
+  grip_seen_ = clutched_ = gripper_blocked_ = false;
+  mapping_.index(input.grip, tip());
+  enter(TeleopPhase::kCentring);
+}
+
+const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
+  output_ = {};
+  output_.arm_target = hold_rad_;
+  if ((phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) && start_)
+    begin(input);
+  else
+    robot_.sense(input.wheel_position_rad, input.arm_position_rad);
+  in_phase_s_ += config_.period_s;
+  check(input);
+  switch (phase_) {
+    case TeleopPhase::kCentring: centre(input); break;
+    case TeleopPhase::kUnfolding: unfold(input); break;
+    case TeleopPhase::kApproaching: approach(input); break;
+    case TeleopPhase::kStiffening:
+    case TeleopPhase::kOperating: operate(input); break;
+    case TeleopPhase::kLetGo: wait_for_hand(input); break;
+    case TeleopPhase::kStopping: come_to_rest(); break;
+    case TeleopPhase::kLowering: lower_arm(); break;
+    case TeleopPhase::kOff:
+    case TeleopPhase::kFaulted: break;
+  }
+  command_gripper(input);
+  command_master(input);
+  output_.phase = phase_;
+  output_.enable_drives = phase_ != TeleopPhase::kOff && phase_ != TeleopPhase::kFaulted;
+  output_.setpoint = smoothing_.setpoint();
+  output_.mode = mapping_.mode();
+  output_.clutched = clutched_;
+  output_.stiffness = stiffness_;
+  return output_;
+}
+
+void Teleoperation::check(const TeleopInput& input) noexcept {
+  if (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) return;
+  const bool started = phase_ > TeleopPhase::kCentring && phase_ < TeleopPhase::kStopping;
+  if (input.robot_fault || (started && !input.drives_obey)) return fail(TeleopEnd::kRobotFault);
+  const bool ending = phase_ == TeleopPhase::kStopping || phase_ == TeleopPhase::kLowering;
+  // A master that lost its position is none to follow.
+  if (!ending && (input.master_fault || (started && !input.master_ready)))
+    return stop(TeleopEnd::kMasterFault);
+  // Homing sets angles anew, which is no speed.
+  if (phase_ == TeleopPhase::kCentring && !input.drives_obey) return;
+  // Written so that what is not a number is none that is allowed.
+  const WholeBodyController::State& state = robot_.state();
+  if (!(state.wheel_velocity_rad_per_s.cwiseAbs().maxCoeff() <= config_.wheel_speed_limit_rad_per_s))
+    return fail(TeleopEnd::kWheelTooFast);
+  if (!(state.velocity.tail<kArmJoints>().cwiseAbs().maxCoeff() <= config_.joint_speed_limit_rad_per_s))
+    return fail(TeleopEnd::kJointTooFast);
+  const bool tracking = started && phase_ != TeleopPhase::kUnfolding;
+  if (tracking && !((smoothing_.setpoint().p_WT_m - state.X_WT.translation()).norm() <=
+                    config_.setpoint_distance_limit_m))
+    stop(TeleopEnd::kSetpointTooFar);
+}
+
+void Teleoperation::centre(const TeleopInput& input) noexcept {
+  output_.wheel_torque_Nm = robot_.brake_base();
+  grip_seen_ = grip_seen_ || input.grip_fresh;
+  centring_share_ = config_.master_has_force ? 1.0 : 0.0;
+  if (!input.drives_obey) {
+    // Commutation and homing move the arm, and set its angles.
+    robot_.reset(input.wheel_position_rad, input.arm_position_rad);
+    hold_rad_ = input.arm_position_rad;
+  }
+  // They have their own time, as has a master that is homed; it is not the operator's.
+  if (!input.drives_obey || !input.master_ready) in_phase_s_ = 0;
+  const bool centred = input.master_ready && grip_seen_ &&
+                       input.grip.p_HD_m.norm() < config_.centred_within_m &&
+                       input.grip.v_HD_H_m_per_s.norm() < config_.resting_speed_m_per_s;
+  if (for_long(input.drives_obey && centred, kHold_s)) {
+    unfold_from_rad_ = input.arm_position_rad;
+    const double furthest_rad = (config_.unfolded_rad - unfold_from_rad_).cwiseAbs().maxCoeff();
+    unfold_s_ = std::max(0.5, furthest_rad / config_.unfolding_speed_rad_per_s);
+    enter(TeleopPhase::kUnfolding);
+  } else if (in_phase_s_ > config_.centring_timeout_s) {
+    stop(TeleopEnd::kNotCentred);
+  }
+}
+
+void Teleoperation::unfold(const TeleopInput& input) noexcept {
+  output_.wheel_torque_Nm = robot_.brake_base();
+  const double share = least_jerk(in_phase_s_ / unfold_s_);
+  output_.arm = TeleopOutput::Arm::kPosition;
+  output_.arm_target = unfold_from_rad_ + share * (config_.unfolded_rad - unfold_from_rad_);
+  const double off_rad = (config_.unfolded_rad - input.arm_position_rad).cwiseAbs().maxCoeff();
+  if (for_long(share >= 1 && off_rad < config_.unfolded_within_rad, kHold_s)) {
+    stiffness_ = config_.soft;
+    arrived_ = false;
+    approach_from_rad_ = input.arm_position_rad;
+    smoothing_.reset(tip().p_WT_m, tip().q_WT);
+    enter(TeleopPhase::kApproaching);
+  } else if (in_phase_s_ > config_.unfolding_timeout_s) {
+    stop(TeleopEnd::kNotUnfolded);
+  }
+}
+
+void Teleoperation::approach(const TeleopInput& input) noexcept {
+  // The way of joints that go from one posture to the other is a way that the tip can go.
+  const double share = least_jerk(in_phase_s_ / config_.approach_s);
+  if (!arrived_) {
+    const ArmVector posture_rad = approach_from_rad_ + share * (start_posture_rad_ - approach_from_rad_);
+    path_model_.update((ChainVector() << robot_.state().position.head<kBaseAxes>(), posture_rad).finished());
+    smoothing_.reset(path_model_.X_WT().translation(), Eigen::Quaterniond(path_model_.X_WT().linear()));
+    robot_.set_posture(posture_rad);
+  }
+  const TipSetpoint& setpoint = smoothing_.setpoint();
+  const TipPose at = tip();
+  const bool near = (setpoint.p_WT_m - at.p_WT_m).norm() < config_.arrived_within_m &&
+                    setpoint.q_WT.angularDistance(at.q_WT) < config_.arrived_within_rad;
+  const double spring_N =
+      keep(robot_.settle(setpoint, stiffness_, /*summing=*/share >= 1 && !near && !arrived_));
+  const bool resting = robot_.state().tip_velocity_W.head<3>().norm() < config_.resting_speed_m_per_s &&
+                       input.grip.v_HD_H_m_per_s.norm() < config_.resting_speed_m_per_s;
+  if (in_phase_s_ > config_.approach_timeout_s) {
+    stop(TeleopEnd::kNotArrived);
+  } else if (!arrived_) {
+    // Friction keeps the tip a little off. The set-point comes to it there, as summing up to the last
+    // millimetre would make it hunt.
+    arrived_ = for_long(share >= 1 && near && resting, kHold_s);
+    if (arrived_) {
+      smoothing_.reset(at.p_WT_m, at.q_WT);
+      robot_.set_posture(input.arm_position_rad);
+      robot_.adopt_rest();
+      condition_held_s_ = 0;
+    }
+  } else if (for_long(resting && input.grip_fresh && spring_N < config_.slack_N, kHold_s)) {
+    take_hold(input);
+    presence_.reset();
+    tank_.reset();
+    enter(TeleopPhase::kStiffening);
+  }
+}
+
+void Teleoperation::operate(const TeleopInput& input) noexcept {
+  const double period_s = config_.period_s;
+  stiffness_.translation_N_per_m = grown(stiffness_.translation_N_per_m, config_.stiff.translation_N_per_m,
+                                         config_.stiffening_per_s.translation_N_per_m * period_s);
+  stiffness_.rotation_Nm_per_rad = grown(stiffness_.rotation_Nm_per_rad, config_.stiff.rotation_Nm_per_rad,
+                                         config_.stiffening_per_s.rotation_Nm_per_rad * period_s);
+  if (phase_ == TeleopPhase::kStiffening &&
+      stiffness_.translation_N_per_m >= config_.stiff.translation_N_per_m &&
+      stiffness_.rotation_Nm_per_rad >= config_.stiff.rotation_Nm_per_rad)
+    enter(TeleopPhase::kOperating);
+
+  const bool clutch = is_down(config_.clutch_button, input);
+  if (clutched_ && !clutch) take_hold(input);
+  clutched_ = clutch;
+  if (clutched_) {
+    feedback_share_ = 0;
+  } else {
+    feedback_share_ = config_.force_feedback && config_.master_has_force
+                          ? grown(feedback_share_, 1.0, period_s / config_.feedback_fade_s)
+                          : 0.0;
+    // A grip that the robot has pushed out there is none that is held there.
+    const bool may_drive = config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty());
+    mapping_.step(input.grip, robot_.state().X_WT.translation(), may_drive);
+  }
+  centring_share_ = std::max(0.0, centring_share_ - period_s / config_.feedback_fade_s);
+  smoothing_.step(mapping_.target().p_WT_m, mapping_.target().q_WT);
+  keep(robot_.track(smoothing_.setpoint(), stiffness_));
+
+  const bool held = presence_.step(input.grip.v_HD_H_m_per_s, input.held_H_N, withheld_N_);
+  if (config_.detect_release && !held) {
+    feedback_share_ = centring_share_ = 0;
+    clutched_ = false;
+    button_was_up_ = false;
+    // What is left of the way to the set-point is not gone: nobody wants it any more.
+    mapping_.index(input.grip, smoothing_.setpoint());
+    enter(TeleopPhase::kLetGo);
+  }
+}
+
+void Teleoperation::wait_for_hand(const TeleopInput& input) noexcept {
+  const TipSetpoint& setpoint = smoothing_.setpoint();
+  smoothing_.step(setpoint.p_WT_m, setpoint.q_WT);
+  keep(robot_.track(smoothing_.setpoint(), stiffness_));
+  const bool pressed = input.buttons != 0;
+  if (!pressed) button_was_up_ = true;
+  if (pressed && button_was_up_ && input.grip_fresh) {
+    take_hold(input);
+    presence_.reset();
+    tank_.reset();
+    gripper_blocked_ = true;
+    enter(TeleopPhase::kOperating);
+  }
+}
+
+void Teleoperation::take_hold(const TeleopInput& input) noexcept {
+  mapping_.index(input.grip, smoothing_.setpoint());
+  feedback_share_ = rim_share_ = 0;
+}
+
+void Teleoperation::come_to_rest() noexcept {
+  output_.wheel_torque_Nm = robot_.brake_base();
+  output_.arm_target = hold_rad_;
+  const double fastest = robot_.state().wheel_velocity_rad_per_s.cwiseAbs().maxCoeff();
+  if (for_long(fastest < kWheelRest_rad_per_s, kRestHold_s) || in_phase_s_ > config_.stop_timeout_s)
+    enter(TeleopPhase::kLowering);
+}
+
+void Teleoperation::lower_arm() noexcept {
+  const double share = std::min(1.0, in_phase_s_ / config_.lowering_s);
+  output_.wheel_torque_Nm = robot_.brake_base();
+  output_.arm = TeleopOutput::Arm::kTorque;
+  output_.arm_target = robot_.lowering_torque_Nm(share);
+  const double fastest = robot_.state().velocity.tail<kArmJoints>().cwiseAbs().maxCoeff();
+  if (for_long(share >= 1 && fastest < kJointRest_rad_per_s, kHold_s) || in_phase_s_ > 3 * config_.lowering_s)
+    enter(TeleopPhase::kOff);
+}
+
+double Teleoperation::keep(const WholeBodyController::Output& robot) noexcept {
+  output_.arm = TeleopOutput::Arm::kTorque;
+  output_.arm_target = robot.arm_torque_Nm;
+  output_.wheel_torque_Nm = robot.wheel_torque_Nm;
+  output_.wrench_W = robot.wrench_W;
+  output_.spring_W_N = robot.spring_W_N;
+  output_.limited = robot.limited;
+  output_.protecting = robot.protecting;
+  return robot.spring_W_N.norm();
+}
+
+void Teleoperation::command_master(const TeleopInput& input) noexcept {
+  withheld_N_ = 0;
+  output_.enable_master = phase_ >= TeleopPhase::kCentring && phase_ <= TeleopPhase::kLetGo;
+  if (!output_.enable_master || !grip_seen_) return;
+  const Grip& grip = input.grip;
+  // Springs between the grip and a fixed place give back what was put into them, and need no tank.
+  Eigen::Vector3d fixed_H_N =
+      centring_share_ * config_.centring.force_N(Eigen::Vector3d::Zero(), grip.p_HD_m, grip.v_HD_H_m_per_s);
+  const bool mapped = phase_ == TeleopPhase::kStiffening || phase_ == TeleopPhase::kOperating;
+  if (mapped && config_.master_has_force && !config_.mapping.rate_only) {
+    // From the moment on that it holds nothing: a spring that comes up wound would give what nobody put in.
+    if (config_.mapping.boundary.inside(grip.p_HD_m)) rim_share_ = 1;
+    fixed_H_N += rim_share_ * config_.mapping.boundary.rim_force_H_N(grip.p_HD_m);
+  }
+  output_.force_H_N = fixed_H_N;
+  const Eigen::Vector3d held_fixed_H_N = fixed_before_H_N_;
+  fixed_before_H_N_ = fixed_last_H_N_;
+  fixed_last_H_N_ = fixed_H_N;
+  if (!mapped) return;
+
+  const double stretch_m = (smoothing_.setpoint().p_WT_m - robot_.state().X_WT.translation()).norm();
+  const double stored_J =
+      feedback_share_ *
+      config_.feedback.stored_J(stretch_m, stiffness_.translation_N_per_m, config_.mapping.motion_scale);
+  const EnergyTank::Output coupling =
+      tank_.step(grip.p_HD_m, grip.v_HD_H_m_per_s, input.held_H_N - held_fixed_H_N,
+                 feedback_share_ * config_.feedback.force_H_N(output_.spring_W_N), stored_J);
+  output_.force_H_N += coupling.force_N;
+  output_.withheld_N = withheld_N_ = coupling.withheld_N;
+  output_.tank_J = tank_.level_J();
+}
+
+void Teleoperation::command_gripper(const TeleopInput& input) noexcept {
+  if (phase_ != TeleopPhase::kStiffening && phase_ != TeleopPhase::kOperating) return;
+  const bool down = is_down(config_.gripper_button, input);
+  // The press that said "here I am again" is not one for the gripper.
+  if (!down) gripper_blocked_ = false;
+  output_.move_gripper = config_.gripper_button >= 0;
+  output_.gripper_opening_m = down && !gripper_blocked_ ? config_.gripper_closed_m : config_.gripper_open_m;
+}
+
+bool Teleoperation::is_down(int button, const TeleopInput& input) noexcept {
+  return button >= 0 && (input.buttons >> button & 1U) != 0;
+}
+
+TipPose Teleoperation::tip() const noexcept {
+  return {robot_.state().X_WT.translation(), Eigen::Quaterniond(robot_.state().X_WT.linear())};
+}
+
+bool Teleoperation::for_long(bool condition, double duration_s) noexcept {
+  condition_held_s_ = condition ? condition_held_s_ + config_.period_s : 0.0;
+  return condition_held_s_ >= duration_s;
+}
+
+void Teleoperation::enter(TeleopPhase phase) noexcept {
+  phase_ = phase;
+  in_phase_s_ = condition_held_s_ = 0;
+  hold_rad_ = robot_.state().position.tail<kArmJoints>();
+}
+
+void Teleoperation::stop(TeleopEnd end) noexcept {
+  if (phase_ == TeleopPhase::kStopping || phase_ == TeleopPhase::kLowering) return;
+  end_ = end;
+  // Before it was unfolded the arm lies as it was found, and need not be lowered.
+  enter(phase_ == TeleopPhase::kCentring ? TeleopPhase::kOff : TeleopPhase::kStopping);
+}
+
+void Teleoperation::fail(TeleopEnd end) noexcept {
+  end_ = end;
+  enter(TeleopPhase::kFaulted);
+}
+
+}  // namespace control

@@ -1,0 +1,232 @@
+/// @file
+/// Haptic teleoperation of base and arm (thesis chapter 3): from samples of master and robot to commands for
+/// both, in an order that neither surprises.
+///
+///   Off → Centring → Unfolding → Approaching → Stiffening → Operating ⇄ LetGo
+///   Centring → Off,   any later one → Stopping → Lowering → Off,   any → Faulted
+///
+/// - Centring: a weak spring brings the master to its origin.
+/// - Unfolding: the arm goes to its unfolded pose, joint by joint at the same time.
+/// - Approaching: the tip goes to a place in front of the robot, softly, and when it rests near there the
+///   set-point comes to it, until the spring between them is slack.
+/// - Stiffening: grip and tip are mapped; the spring becomes stiff, and its force fades in on the hand.
+/// - Operating, until the hand is found to have let go of the grip.
+/// - LetGo: the set-point stays and the force is off, until a button is pressed.
+/// - Stopping: base braked, arm held, force off.
+/// - Lowering: the arm sinks under its own weight, slowly; without power it would fall. Then the drives are
+///   switched off. A new start begins at the beginning.
+#pragma once
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "control/energy_tank.h"
+#include "control/force_feedback.h"
+#include "control/hand_presence.h"
+#include "control/haptic_mapping.h"
+#include "control/point_spring.h"
+#include "control/setpoint_smoothing.h"
+#include "control/whole_body_controller.h"
+
+namespace control {
+
+enum class TeleopPhase : std::uint8_t {
+  kOff,
+  kCentring,
+  kUnfolding,
+  kApproaching,
+  kStiffening,
+  kOperating,
+  kLetGo,
+  kStopping,
+  kLowering,
+  kFaulted,
+};
+/// "approaching"
+const char* name(TeleopPhase phase) noexcept;
+
+/// Why it stops.
+enum class TeleopEnd : std::uint8_t {
+  kNone,
+  kRequested,
+  kNotCentred,      ///< the master did not come to its origin in time
+  kNotUnfolded,     ///< the arm did not come to its pose in time
+  kNotArrived,      ///< the tip did not come to rest in front of the robot in time
+  kMasterFault,     ///< no force and no word from the master any more
+  kStalled,         ///< the loop that calls step() did not run
+  kNotEnabled,      ///< the drives did not start to obey in time
+  kNotHomed,        ///< the arm's angles are not known
+  kRobotFault,      ///< the drives are off already
+  kWheelTooFast,    ///< the drives go off at once
+  kJointTooFast,    ///< likewise
+  kSetpointTooFar,  ///< the tip is further from its set-point than it may be
+};
+/// "the master did not come to its origin in time"
+const char* describe(TeleopEnd end) noexcept;
+
+struct TeleopInput {
+  // Robot.
+  bool drives_obey = false;
+  bool robot_fault = false;
+  WheelVector wheel_position_rad = WheelVector::Zero();
+  ArmVector arm_position_rad = ArmVector::Zero();
+  // Master.
+  bool master_ready = false;  ///< it has a position and may have a force
+  bool grip_fresh = false;    ///< this sample is not old
+  bool master_fault = false;  ///< zero force until disabled once
+  Grip grip;
+  std::uint32_t buttons = 0;
+  Eigen::Vector3d held_H_N = Eigen::Vector3d::Zero();  ///< force on the hand since the last sample
+};
+
+struct TeleopOutput {
+  TeleopPhase phase = TeleopPhase::kOff;
+  // Robot.
+  bool enable_drives = false;
+  WheelVector wheel_torque_Nm = WheelVector::Zero();
+  enum class Arm : std::uint8_t { kPosition, kTorque };
+  Arm arm = Arm::kPosition;
+  ArmVector arm_target = ArmVector::Zero();  ///< rad or N·m
+  bool move_gripper = false;
+  double gripper_opening_m = 0.0;
+  // Master.
+  bool enable_master = false;
+  Eigen::Vector3d force_H_N = Eigen::Vector3d::Zero();
+  // To be told and recorded.
+  TipSetpoint setpoint;
+  HapticMapping::Mode mode = HapticMapping::Mode::kPosition;
+  bool clutched = false;
+  CartesianStiffness stiffness;
+  Wrench wrench_W = Wrench::Zero();                      ///< on the tip
+  Eigen::Vector3d spring_W_N = Eigen::Vector3d::Zero();  ///< of it, the spring between set-point and tip
+  double tank_J = 0.0;
+  double withheld_N = 0.0;  ///< from the hand, by the tank
+  bool limited = false;
+  bool protecting = false;
+};
+
+/// One thread. Cycle: step() and the requests; nothing allocates, locks or throws. Time is counted in cycles.
+class Teleoperation {
+ public:
+  struct Config {
+    double period_s = 1e-3;
+    WholeBodyController::Config robot;
+    HapticMapping::Config mapping;
+    SetpointSmoothing::Config smoothing;
+    ForceFeedback feedback;
+    bool force_feedback = true;
+    EnergyTank::Config tank;
+    HandPresence::Config presence;
+    bool detect_release = true;
+
+    PointSpring centring;  ///< 40 N/m
+    bool master_has_force = true;
+    double centred_within_m = 0.01;
+    ArmVector unfolded_rad = (ArmVector() << 2.94961, 1.13446, -2.54818, 1.78896, 2.92343)
+                                 .finished();  ///< 169, 65, -146, 102.5, 167.5°
+    double unfolding_speed_rad_per_s = 0.4;    ///< of the joint with the longest way, on average
+    double unfolded_within_rad = 0.0349;       ///< 2°; the thesis has 10°
+    Eigen::Vector3d start_p_WT_m{0.35, 0.0, 0.35};
+    double start_pitch_rad = 2.0944;  ///< from upright, forward and down: 120°
+    double approach_s = 8.0;
+    double arrived_within_m = 0.01;
+    double arrived_within_rad = 0.05236;
+    CartesianStiffness soft{100, 10};
+    double slack_N = 0.1;                 ///< of the spring
+    double resting_speed_m_per_s = 0.01;  ///< of tip and grip
+    CartesianStiffness stiff{700, 30};
+    CartesianStiffness stiffening_per_s{100, 5};
+    double feedback_fade_s = 2.0;
+
+    int gripper_button = 0;  ///< -1: none
+    int clutch_button = 1;
+    double gripper_closed_m = 0.010;
+    double gripper_open_m = 0.020;
+
+    double centring_timeout_s = 15.0;
+    double unfolding_timeout_s = 30.0;
+    double approach_timeout_s = 60.0;
+    double stop_timeout_s = 2.0;
+    double lowering_s = 3.0;  ///< until none of the arm's weight is carried any more
+    double wheel_speed_limit_rad_per_s = 16.0;
+    double joint_speed_limit_rad_per_s = 3.0;
+    double setpoint_distance_limit_m = 0.6;  ///< tip to set-point
+  };
+
+  /// @throws std::invalid_argument naming the value that is out of range, also when the arm cannot reach the
+  /// start.
+  explicit Teleoperation(const Config& config);
+
+  /// From off or faulted: begins with the next step.
+  void request_start() noexcept { start_ = true; }
+  /// Comes to rest, then off.
+  void request_stop(TeleopEnd why = TeleopEnd::kRequested) noexcept;
+  /// Before a step after a pause of the loop: comes to rest, with velocities that begin anew.
+  void stop_after_gap(const TeleopInput& input) noexcept;
+
+  const TeleopOutput& step(const TeleopInput& input) noexcept;
+
+  TeleopPhase phase() const noexcept { return phase_; }
+  TeleopEnd end() const noexcept { return end_; }
+  /// Off or faulted after a start.
+  bool finished() const noexcept {
+    return end_ != TeleopEnd::kNone && (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted);
+  }
+  const WholeBodyController::State& robot() const noexcept { return robot_.state(); }
+
+ private:
+  void begin(const TeleopInput& input) noexcept;
+  void enter(TeleopPhase phase) noexcept;
+  void stop(TeleopEnd end) noexcept;
+  void fail(TeleopEnd end) noexcept;
+  void check(const TeleopInput& input) noexcept;
+  void centre(const TeleopInput& input) noexcept;
+  void unfold(const TeleopInput& input) noexcept;
+  void approach(const TeleopInput& input) noexcept;
+  void operate(const TeleopInput& input) noexcept;
+  void wait_for_hand(const TeleopInput& input) noexcept;
+  void come_to_rest() noexcept;
+  void lower_arm() noexcept;
+  void take_hold(const TeleopInput& input) noexcept;
+  /// Into the output; the spring's force.
+  double keep(const WholeBodyController::Output& robot) noexcept;
+  void command_master(const TeleopInput& input) noexcept;
+  void command_gripper(const TeleopInput& input) noexcept;
+  static bool is_down(int button, const TeleopInput& input) noexcept;
+  TipPose tip() const noexcept;
+  bool for_long(bool condition, double duration_s) noexcept;
+
+  Config config_;
+  WholeBodyController robot_;
+  HapticMapping mapping_;
+  SetpointSmoothing smoothing_;
+  EnergyTank tank_;
+  HandPresence presence_;
+  RobotModel path_model_;  // of the way to the start
+  ArmVector start_posture_rad_;
+
+  TeleopPhase phase_ = TeleopPhase::kOff;
+  TeleopEnd end_ = TeleopEnd::kNone;
+  bool start_ = false;
+  double in_phase_s_ = 0.0;
+  ArmVector hold_rad_ = ArmVector::Zero();  // where the arm was when the phase began
+  double condition_held_s_ = 0.0;
+  CartesianStiffness stiffness_;
+  double feedback_share_ = 0.0;  // of the force feedback
+  double rim_share_ = 0.0;       // of the boundary's spring
+  double centring_share_ = 0.0;  // of the centring spring
+  double withheld_N_ = 0.0;
+  // Of what the device was told one step and two steps ago: that from fixed springs.
+  Eigen::Vector3d fixed_last_H_N_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d fixed_before_H_N_ = Eigen::Vector3d::Zero();
+  bool clutched_ = false;
+  bool grip_seen_ = false;        // since the start
+  bool button_was_up_ = false;    // since the hand let go
+  bool gripper_blocked_ = false;  // until its button is up
+  ArmVector unfold_from_rad_ = ArmVector::Zero();
+  double unfold_s_ = 0.0;
+  ArmVector approach_from_rad_ = ArmVector::Zero();
+  bool arrived_ = false;  // near enough
+  TeleopOutput output_;
+};
+
+}  // namespace control

@@ -1,0 +1,191 @@
+#include "control/whole_body_controller.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "control/positive.h"
+
+namespace control {
+namespace {
+
+/// Turns with the motors, seen behind the gears: rotors of 1.35e-5 kg·m² in the arm, and the wheels.
+const ChainVector kReflectedInertia =
+    (ChainVector() << kReflectedWheelInertia, 0.33, 0.33, 0.135, 0.068, 0.068).finished();
+/// Damps the base while the posture is taken up [N·s/m, N·s/m, N·m·s/rad].
+const PlanarVector kBasePostureDamping(30, 30, 5);
+const PlanarVector kBrake(150, 150, 22);
+/// With it the weight lowers the outstretched arm at about 1 rad/s [N·m·s/rad].
+const ArmVector kLoweringDamping = (ArmVector() << 6, 8, 5, 2, 1).finished();
+
+friction::SlidingTable arm_table(const ArmFriction& friction, std::size_t joint) {
+  const double coulomb = friction.coulomb_Nm[joint];
+  const double viscous = friction.viscous_Nm_s_per_rad[joint];
+  if (!(std::isfinite(coulomb) && coulomb >= 0 && std::isfinite(viscous) && viscous >= 0))
+    throw std::invalid_argument("whole-body controller: friction of arm joint " + std::to_string(joint + 1) +
+                                " must be finite and not negative");
+  return {[=](double velocity) { return coulomb + viscous * std::abs(velocity); }, {}};
+}
+
+}  // namespace
+
+WholeBodyController::WholeBodyController(const Config& config)
+    : config_(config),
+      model_(config.model),
+      base_(config.base),
+      spring_(config.spring),
+      protection_(config.protection, model_.ranges()),
+      arm_compensator_(config.arm_compensator) {
+  const RequirePositive require_positive{"whole-body controller"};
+  require_positive(config.period_s, "period_s");
+  require_positive(config.settled_fade_s, "settled_fade_s");
+  require_positive(config.posture_torque_limit_Nm, "posture_torque_limit_Nm");
+  require_positive(config.posture_stiffness_Nm_per_rad, "posture_stiffness_Nm_per_rad");
+  require_positive(config.posture_damping_Nm_s_per_rad, "posture_damping_Nm_s_per_rad");
+  require_positive(config.settling_rate_per_s, "settling_rate_per_s");
+  for (const double limit_Nm : config.settling_limit_Nm) require_positive(limit_Nm, "settling_limit_Nm");
+  for (const double limit_Nm : config.arm_torque_limit_Nm) require_positive(limit_Nm, "arm_torque_limit_Nm");
+  for (std::size_t i = 0; i < kArmJoints; ++i)
+    arm_observers_.emplace_back(arm_table(config.arm_friction, i), config.base.observer);
+}
+
+void WholeBodyController::reset(const WheelVector& wheel_position_rad,
+                                const ArmVector& arm_position_rad) noexcept {
+  base_.reset(wheel_position_rad);
+  settled_Nm_.setZero();
+  forget_velocity(wheel_position_rad, arm_position_rad);
+}
+
+void WholeBodyController::forget_velocity(const WheelVector& wheel_position_rad,
+                                          const ArmVector& arm_position_rad) noexcept {
+  base_.forget_velocity(wheel_position_rad);
+  for (int i = 0; i < kArmJoints; ++i) arm_observers_[static_cast<std::size_t>(i)].reset(arm_position_rad[i]);
+}
+
+const WholeBodyController::State& WholeBodyController::sense(const WheelVector& wheel_position_rad,
+                                                             const ArmVector& arm_position_rad) noexcept {
+  const BaseDrive::State base = base_.sense(wheel_position_rad);
+  state_.X_WB = base.X_WB;
+  state_.wheel_velocity_rad_per_s = base.wheel_velocity_rad_per_s;
+  state_.position << base.X_WB.x_m, base.X_WB.y_m, base.X_WB.yaw_rad, arm_position_rad;
+  state_.velocity.head<kBaseAxes>() = rotated(base.twist_B, base.X_WB.yaw_rad);
+  for (int i = 0; i < kArmJoints; ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    arm_estimates_[joint] = arm_observers_[joint].step(arm_position_rad[i]);
+    state_.velocity[kBaseAxes + i] = arm_estimates_[joint].velocity_rad_per_s;
+  }
+  model_.update(state_.position);
+  state_.X_WT = model_.X_WT();
+  state_.tip_velocity_W = model_.J_WT() * state_.velocity;
+  return state_;
+}
+
+WholeBodyController::Output WholeBodyController::track(const TipSetpoint& setpoint,
+                                                       const CartesianStiffness& stiffness) noexcept {
+  const CartesianSpring::Output spring =
+      spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W);
+  settled_Nm_ *= 1 - std::min(1.0, config_.period_s / config_.settled_fade_s);
+  const ChainVector force = model_.J_WT().transpose() * spring.wrench_W + posture_force();
+
+  Output output = drive_arm(spring, force.tail<kArmJoints>());
+  const PlanarVector force_W = force.head<kBaseAxes>();
+  const BaseDrive::Torques wheels = base_.drive(rotated(force_W, -state_.X_WB.yaw_rad));
+  output.wheel_torque_Nm = wheels.torque_Nm;
+  output.limited = output.limited || wheels.limited;
+  return output;
+}
+
+WholeBodyController::Output WholeBodyController::settle(const TipSetpoint& setpoint,
+                                                        const CartesianStiffness& stiffness,
+                                                        bool summing) noexcept {
+  const CartesianSpring::Output spring =
+      spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W);
+  const ArmVector torque_Nm =
+      model_.J_WT().rightCols<kArmJoints>().transpose() * spring.wrench_W + posture_pull_Nm();
+  if (summing)
+    for (int i = 0; i < kArmJoints; ++i) {
+      const double limit_Nm = config_.settling_limit_Nm[static_cast<std::size_t>(i)];
+      settled_Nm_[i] =
+          std::clamp(settled_Nm_[i] + config_.settling_rate_per_s * config_.period_s * torque_Nm[i],
+                     -limit_Nm, limit_Nm);
+    }
+  Output output = drive_arm(spring, torque_Nm);
+  output.wheel_torque_Nm = brake_base();
+  return output;
+}
+
+void WholeBodyController::adopt_rest() noexcept {
+  for (int i = 0; i < kArmJoints; ++i) {
+    const double limit_Nm = config_.settling_limit_Nm[static_cast<std::size_t>(i)];
+    settled_Nm_[i] = std::clamp(spring_share_Nm_[i], -limit_Nm, limit_Nm);
+  }
+}
+
+WholeBodyController::Output WholeBodyController::drive_arm(const CartesianSpring::Output& spring,
+                                                           const ArmVector& torque_Nm) noexcept {
+  const ArmProtection::Output protection =
+      protection_.torque(model_, state_.position.tail<kArmJoints>(), state_.velocity.tail<kArmJoints>());
+  Output output;
+  output.wrench_W = spring.wrench_W;
+  output.spring_W_N = spring.spring_W_N;
+  output.limited = spring.limited;
+  output.protecting = protection.active;
+  const ChainVector gravity = model_.gravity_Nm();
+  for (int i = 0; i < kArmJoints; ++i) {
+    const auto joint = static_cast<std::size_t>(i);
+    const double share = torque_Nm[i] < 0 ? protection.share_downwards[i] : protection.share_upwards[i];
+    const double command_Nm = share * torque_Nm[i] + protection.torque_Nm[i];
+    const double help_Nm =
+        arm_compensator_.torque_Nm(command_Nm, arm_estimates_[joint], arm_observers_[joint]);
+    const double limit_Nm = config_.arm_torque_limit_Nm[joint];
+    const double whole_Nm = command_Nm + help_Nm + settled_Nm_[i] + gravity[kBaseAxes + i];
+    output.arm_torque_Nm[i] = std::clamp(whole_Nm, -limit_Nm, limit_Nm);
+    // What stays when the spring is slack comes anew each cycle.
+    const double guard_Nm = protection.torque_Nm[i];
+    const double staying_Nm =
+        guard_Nm + arm_compensator_.torque_Nm(guard_Nm, arm_estimates_[joint], arm_observers_[joint]) +
+        gravity[kBaseAxes + i];
+    spring_share_Nm_[i] = output.arm_torque_Nm[i] - staying_Nm;
+    output.limited = output.limited || std::abs(whole_Nm) > limit_Nm;
+  }
+  return output;
+}
+
+ArmVector WholeBodyController::lowering_torque_Nm(double share) noexcept {
+  const Eigen::Map<const ArmVector> limit_Nm(config_.arm_torque_limit_Nm.data());
+  const ArmVector torque_Nm = (1 - share) * model_.gravity_Nm().tail<kArmJoints>() -
+                              kLoweringDamping.cwiseProduct(state_.velocity.tail<kArmJoints>());
+  return torque_Nm.cwiseMax(-limit_Nm).cwiseMin(limit_Nm);
+}
+
+WheelVector WholeBodyController::brake_base() noexcept {
+  const PlanarVector twist_B = rotated(PlanarVector(state_.velocity.head<kBaseAxes>()), -state_.X_WB.yaw_rad);
+  return base_.drive_uncompensated(-kBrake.cwiseProduct(twist_B)).torque_Nm;
+}
+
+ArmVector WholeBodyController::posture_pull_Nm() const noexcept {
+  const ArmVector pull_Nm =
+      config_.posture_stiffness_Nm_per_rad * (posture_rad_ - state_.position.tail<kArmJoints>());
+  return pull_Nm.cwiseMax(-config_.posture_torque_limit_Nm).cwiseMin(config_.posture_torque_limit_Nm) -
+         config_.posture_damping_Nm_s_per_rad * state_.velocity.tail<kArmJoints>();
+}
+
+ChainVector WholeBodyController::posture_force() noexcept {
+  ChainVector wanted;
+  wanted << -kBasePostureDamping.cwiseProduct(PlanarVector(state_.velocity.head<kBaseAxes>())),
+      posture_pull_Nm();
+
+  ChainMatrix mass = model_.mass();
+  mass.diagonal() += kReflectedInertia;
+  const Eigen::LLT<ChainMatrix> decomposed(mass);
+  const Eigen::Matrix<double, kChainAxes, 6> response = decomposed.solve(model_.J_WT().transpose());
+  Eigen::Matrix<double, 6, 6> mobility = model_.J_WT() * response;
+  // Where the arm cannot move the tip, the inverse would ask for infinite forces.
+  mobility.diagonal().array() += 1e-3;
+  const Wrench at_tip_W = mobility.ldlt().solve(Wrench(response.transpose() * wanted));
+  return wanted - model_.J_WT().transpose() * at_tip_W;
+}
+
+}  // namespace control

@@ -1,0 +1,10 @@
+/// @file
+/// youbot.urdf, built in.
+#pragma once
+#include <string_view>
+
+namespace control {
+
+extern const std::string_view kYoubotUrdf;
+
+}  // namespace control
