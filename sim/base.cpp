@@ -2,27 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <stdexcept>
 #include <string>
-
-#include "control/friction/sliding_table.h"
 
 namespace sim {
 namespace {
 
-constexpr double kGravity_m_per_s2 = 9.81;
 /// The motor controllers' loops run at 1 kHz (TMCL axis parameter 133).
 constexpr std::chrono::nanoseconds kControllerPeriod{1'000'000};
-/// Below this sliding speed a roller's rolling resistance fades, so that it is no force at rest.
-constexpr double kRollingFade_m_per_s = 0.005;
-
-// Per wheel 1 to 4: which way its surface pushes the body forward for a positive turn, the lean of the roller
-// on the floor, and its place seen from the centre in units of half wheelbase and half track.
-constexpr std::array<double, 4> kForward{-1, 1, -1, 1};
-constexpr std::array<double, 4> kLean{-1, 1, 1, -1};
-constexpr std::array<double, 4> kAhead{1, 1, -1, -1};
-constexpr std::array<double, 4> kLeft{1, -1, 1, -1};
 
 void require_positive(double value, const char* name) {
   if (!(std::isfinite(value) && value > 0))
@@ -30,110 +17,38 @@ void require_positive(double value, const char* name) {
                                 std::to_string(value));
 }
 
-/// Whose friction is in the effects alone.
-Drive make_modelled_wheel(const BaseParameters& parameters, int wheel) {
-  DriveParameters drive = parameters.drive;
-  const effects::DriveModel& model = *parameters.model;
-  const double rotor_kg_m2 = drive.motor.rotor_inertia_kg_m2 * drive.gear_ratio * drive.gear_ratio;
-  drive.load_inertia_kg_m2 = model.inertia_kg_m2 - rotor_kg_m2;
-  drive.effects.insert(drive.effects.begin(), model.effects.begin(), model.effects.end());
-  if (model.torque_noise_Nm) drive.sensors.torque_noise_Nm = *model.torque_noise_Nm;
-  return {drive, std::nullopt, parameters.noise_seed + static_cast<std::uint64_t>(wheel)};
-}
-
-Drive make_wheel(const BaseParameters& parameters, int wheel) {
-  if (parameters.model) return make_modelled_wheel(parameters, wheel);
-  // A fine grid: the plant is the measured curve, the compensator's coarse table an approximation of it.
-  const control::friction::SlidingTable table =
-      control::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005});
-  const double scale =
-      parameters.on_ground ? parameters.loaded_friction_scale[static_cast<std::size_t>(wheel - 1)] : 1.0;
-  return {parameters.drive, table.scaled(scale), parameters.noise_seed + static_cast<std::uint64_t>(wheel)};
-}
-
-void require_not_negative(double value, const char* name) {
-  if (!(std::isfinite(value) && value >= 0))
-    throw std::invalid_argument(std::string("simulated base: ") + name + " must not be negative, and not " +
-                                std::to_string(value));
-}
-
 BaseParameters checked(const BaseParameters& parameters) {
-  require_not_negative(parameters.roller_grip, "roller_grip");
-  require_not_negative(parameters.roller_resistance, "roller_resistance");
   require_positive(parameters.mass_kg, "mass_kg");
   require_positive(parameters.yaw_inertia_kg_m2, "yaw_inertia_kg_m2");
-  require_positive(parameters.roller_give.stiffness, "roller stiffness");
-  require_positive(parameters.geometry.wheel_radius_m, "wheel_radius_m");
-  require_positive(parameters.drive.presliding.stiffness, "presliding stiffness");
-  require_positive(parameters.drive.gear_ratio, "gear_ratio");
-  require_positive(parameters.drive.motor.torque_constant_Nm_per_A, "torque_constant_Nm_per_A");
-  require_positive(parameters.drive.motor.inductance_H, "inductance_H");
-  require_positive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
   require_positive(static_cast<double>(parameters.step.count()), "step");
-  for (const double scale : parameters.loaded_friction_scale)
-    require_positive(scale, "loaded_friction_scale");
   return parameters;
 }
 
 }  // namespace
 
 Base::Base(const BaseParameters& parameters)
-    : parameters_(checked(parameters)),
-      wheels_{make_wheel(parameters, 1), make_wheel(parameters, 2), make_wheel(parameters, 3),
-              make_wheel(parameters, 4)},
-      grips_{BoundedBristle(parameters.roller_give), BoundedBristle(parameters.roller_give),
-             BoundedBristle(parameters.roller_give), BoundedBristle(parameters.roller_give)} {}
+    : parameters_(checked(parameters)), wheels_(parameters, parameters.mass_kg) {}
 
-void Base::measure(std::span<hal::JointSample> samples) noexcept {
-  std::transform(wheels_.begin(), wheels_.end(), samples.begin(),
-                 [](const Drive& wheel) { return wheel.measured(); });
-}
+void Base::measure(std::span<hal::JointSample> samples) noexcept { wheels_.measure(samples); }
 
 void Base::advance(std::span<const hal::JointCommand> commands, bool powered,
                    std::chrono::nanoseconds duration) noexcept {
   while (duration.count() > 0) {
     const std::chrono::nanoseconds period = std::min(duration, kControllerPeriod);
     const double period_s = std::chrono::duration<double>(period).count();
-    for (std::size_t i = 0; i < kWheels; ++i) wheels_[i].control(commands[i], powered, period_s);
+    wheels_.control(commands, powered, period_s);
     const auto steps = (period.count() + parameters_.step.count() - 1) / parameters_.step.count();
     const double step_s = period_s / static_cast<double>(steps);
     for (std::int64_t n = 0; n < steps; ++n) step(step_s);
-    for (Drive& wheel : wheels_) wheel.sense(period_s);
+    wheels_.sense(period_s);
     duration -= period;
   }
 }
 
 void Base::step(double step_s) noexcept {
-  if (!parameters_.on_ground) {
-    for (Drive& wheel : wheels_) wheel.step(0.0, step_s);
-    return;
-  }
-  const double r = parameters_.geometry.wheel_radius_m;
-  const double half_length = parameters_.geometry.wheelbase_m / 2;
-  const double half_width = parameters_.geometry.track_m / 2;
-  const double wheel_load_N = parameters_.mass_kg * kGravity_m_per_s2 / kWheels;
-  // The grip acts along (1, c)/√2; its x component carries the 1/√2 of that direction.
-  const double grip_bound_N = parameters_.roller_grip * wheel_load_N / std::sqrt(2.0);
-
   control::PlanarVector wrench_B = push_B_;
-  for (std::size_t i = 0; i < kWheels; ++i) {
-    const double x = kAhead[i] * half_length;
-    const double y = kLeft[i] * half_width;
-    const double hub_x = twist_B_[0] - twist_B_[2] * y;
-    const double hub_y = twist_B_[1] + twist_B_[2] * x;
-    const double surface_x = kForward[i] * r * wheels_[i].velocity_rad_per_s();
-    // Along the roller's axis the wheel grips ...
-    const double slip = surface_x - (hub_x + kLean[i] * hub_y);
-    const double grip_N = grips_[i].step(slip, grip_bound_N, step_s);
-    // ... across it the roller rolls: (−c, 1)/√2 is the way it does.
-    const double rolling = (kLean[i] * (surface_x - hub_x) + hub_y) / std::sqrt(2.0);
-    const double resistance_N = -parameters_.roller_resistance * wheel_load_N * rolling /
-                                std::sqrt(rolling * rolling + kRollingFade_m_per_s * kRollingFade_m_per_s);
-    const double force_x = grip_N - kLean[i] * resistance_N / std::sqrt(2.0);
-    const double force_y = kLean[i] * grip_N + resistance_N / std::sqrt(2.0);
-    wrench_B += control::PlanarVector(force_x, force_y, x * force_y - y * force_x);
-    wheels_[i].step(kForward[i] * r * force_x, step_s);
-  }
+  wheels_.step(twist_B_, step_s, wrench_B);
+  if (!parameters_.on_ground) return;
 
   // Newton in the turning frame B: m·(dv/dt + ω × v) = f.
   const double spin = twist_B_[2];
@@ -145,11 +60,8 @@ void Base::step(double step_s) noexcept {
 }
 
 double Base::kinetic_energy_J() const noexcept {
-  double energy_J = 0.5 * parameters_.mass_kg * twist_B_.head<2>().squaredNorm() +
-                    0.5 * parameters_.yaw_inertia_kg_m2 * twist_B_[2] * twist_B_[2];
-  for (const Drive& wheel : wheels_)
-    energy_J += 0.5 * wheel.inertia_kg_m2() * wheel.velocity_rad_per_s() * wheel.velocity_rad_per_s();
-  return energy_J;
+  return 0.5 * parameters_.mass_kg * twist_B_.head<2>().squaredNorm() +
+         0.5 * parameters_.yaw_inertia_kg_m2 * twist_B_[2] * twist_B_[2] + wheels_.kinetic_energy_J();
 }
 
 }  // namespace sim

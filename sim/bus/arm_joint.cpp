@@ -9,14 +9,15 @@
 namespace sim::bus {
 namespace {
 
-constexpr double kStopStiffness_Nm_per_rad = 2e4;
 constexpr double kStopDampingRatio = 0.5;
 constexpr double kBristleStiffness_Nm_per_rad = 2000.0;
 constexpr double kVelocityBandwidth_per_s = 30.0;  // of the drive's velocity loop; its integral a third of it
 /// As sim::Base: the stiffest part, √(20000 / 0.07 kg·m²) = 530 rad/s, sees 40 steps a radian.
 constexpr std::int64_t kSteps_per_s = 20'000;
 
-DriveParameters drive_parameters(const ArmJointData& data) {
+}  // namespace
+
+DriveParameters arm_drive_parameters(const ArmJointData& data) {
   const BoardAxis& axis = data.axis;
   DriveParameters p;
   p.motor.torque_constant_Nm_per_A = axis.torque_constant_Nm_per_A;
@@ -43,23 +44,20 @@ DriveParameters drive_parameters(const ArmJointData& data) {
   return p;
 }
 
-control::friction::SlidingTable friction_of(const ArmJointData& data) {
+control::friction::SlidingTable arm_friction(const ArmJointData& data) {
   return {
       [&data](double velocity) { return data.coulomb_Nm + data.viscous_Nm_s_per_rad * std::abs(velocity); },
       {}};
 }
 
-}  // namespace
-
 ArmJoint::ArmJoint(const ArmJointData& data, double start_rad, std::uint64_t noise_seed)
     : start_rad_(start_rad),
-      lower_rad_(data.lower_stop_rad),
-      upper_rad_(data.upper_stop_rad),
+      stops_{.lower_rad = data.lower_stop_rad, .upper_rad = data.upper_stop_rad},
       homes_upwards_(data.upper_stop_rad == 0),
-      drive_(drive_parameters(data), friction_of(data), noise_seed),
-      stop_damping_Nm_s_per_rad_(2 * kStopDampingRatio *
-                                 std::sqrt(kStopStiffness_Nm_per_rad * drive_.inertia_kg_m2())) {
-  if (!(lower_rad_ <= start_rad && start_rad <= upper_rad_))
+      drive_(arm_drive_parameters(data), arm_friction(data), noise_seed) {
+  stops_.damping_Nm_s_per_rad =
+      2 * kStopDampingRatio * std::sqrt(stops_.stiffness_Nm_per_rad * drive_.inertia_kg_m2());
+  if (!(data.lower_stop_rad <= start_rad && start_rad <= data.upper_stop_rad))
     throw std::invalid_argument("simulated arm joint: it cannot start at " + std::to_string(start_rad) +
                                 " rad, outside its end stops");
 }
@@ -76,16 +74,7 @@ hal::JointSample ArmJoint::measured() const noexcept {
 }
 
 void ArmJoint::block_at(double position_rad) noexcept {
-  (homes_upwards_ ? upper_rad_ : lower_rad_) = position_rad;
-}
-
-double ArmJoint::stop_torque_Nm() const noexcept {
-  const double velocity = drive_.velocity_rad_per_s();
-  const auto push = [this](double depth, double inwards) {
-    return depth > 0 ? std::max(0.0, kStopStiffness_Nm_per_rad * depth + stop_damping_Nm_s_per_rad_ * inwards)
-                     : 0.0;
-  };
-  return push(position_rad() - upper_rad_, velocity) - push(lower_rad_ - position_rad(), -velocity);
+  (homes_upwards_ ? stops_.upper_rad : stops_.lower_rad) = position_rad;
 }
 
 void ArmJoint::advance(std::chrono::nanoseconds period) noexcept {
@@ -93,7 +82,8 @@ void ArmJoint::advance(std::chrono::nanoseconds period) noexcept {
   drive_.control(command_, powered_, period_s);
   const std::int64_t steps = std::max<std::int64_t>(1, period.count() * kSteps_per_s / 1'000'000'000);
   const double step_s = period_s / static_cast<double>(steps);
-  for (std::int64_t n = 0; n < steps; ++n) drive_.step(stop_torque_Nm(), step_s);
+  for (std::int64_t n = 0; n < steps; ++n)
+    drive_.step(stops_.load_Nm(position_rad(), velocity_rad_per_s()), step_s);
   drive_.sense(period_s);
 }
 

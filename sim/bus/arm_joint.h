@@ -1,14 +1,21 @@
 /// @file
-/// One joint of the arm between its end stops.
+/// One joint of the arm between its end stops, and the drive that it shares with the whole simulated arm
+/// (sim/mobile_manipulator.h).
 #pragma once
 #include <chrono>
 #include <cstdint>
 
+#include "control/friction/sliding_table.h"
 #include "sim/bus/axis_data.h"
 #include "sim/bus/board_drive.h"
 #include "sim/drive.h"
+#include "sim/end_stops.h"
 
 namespace sim::bus {
+
+/// Motor, gear, sensors and the controller's loops, tuned for the joint's own load inertia.
+DriveParameters arm_drive_parameters(const ArmJointData& data);
+control::friction::SlidingTable arm_friction(const ArmJointData& data);
 
 /// A geared drive with Coulomb and viscous friction and a constant load inertia; no gravity, no coupling. The
 /// end stops are damped springs that only push, stiff against the drive: 3 A of motor current press joint 1
@@ -31,14 +38,10 @@ class ArmJoint final : public BoardDrive {
   void block_at(double position_rad) noexcept;
 
  private:
-  double stop_torque_Nm() const noexcept;
-
   double start_rad_;
-  double lower_rad_;
-  double upper_rad_;
+  EndStops stops_;
   bool homes_upwards_;
   Drive drive_;
-  double stop_damping_Nm_s_per_rad_;
   hal::JointCommand command_;
   bool powered_ = false;
 };

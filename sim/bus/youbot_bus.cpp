@@ -1,6 +1,7 @@
 #include "sim/bus/youbot_bus.h"
 
 #include <algorithm>
+#include <stdexcept>
 
 namespace sim::bus {
 namespace {
@@ -33,11 +34,26 @@ SlaveDescription motor_board(const char* name, int number, Firmware firmware,
   return description;
 }
 
+MobileManipulatorParameters manipulator_parameters(const YoubotBusOptions& options) {
+  MobileManipulatorParameters parameters;
+  parameters.wheels = static_cast<const MecanumWheelParameters&>(options.base);
+  parameters.step = options.base.step;
+  parameters.arm = options.arm;
+  parameters.start_rad = control::ArmVector(options.arm_start_rad.data());
+  return parameters;
+}
+
 }  // namespace
 
 YoubotBus::YoubotBus(const YoubotBusOptions& options) {
   const bool base = options.robot != RobotKind::kArm;
   const int arms = options.robot == RobotKind::kBase ? 0 : options.robot == RobotKind::kTwoArms ? 2 : 1;
+  if (options.coupled && options.robot != RobotKind::kBaseAndArm)
+    throw std::invalid_argument("emulated robot: coupled needs a base and one arm");
+  if (options.coupled)
+    manipulator_ = std::make_unique<ManipulatorMechanics>(manipulator_parameters(options), options.scene);
+  else if (base)
+    wheels_ = std::make_unique<WheelMechanics>(options.base);
   if (base) add_base(options);
   for (int i = 0; i < arms; ++i) add_arm(options);
   wire_.emplace(bus_, options.wire);
@@ -45,25 +61,28 @@ YoubotBus::YoubotBus(const YoubotBusOptions& options) {
 
 void YoubotBus::add_base(const YoubotBusOptions& options) {
   add_power_board(options, "KR-845", 845);
-  wheels_ = std::make_unique<WheelMechanics>(options.base);
   const bool later = options.hardware == Hardware::kLater;
   for (std::size_t i = 0; i < 4; ++i)
     add_board(options, later ? "TMCM-1632" : "TMCM-174", later ? 1632 : 174, options.wheel,
-              wheels_->drive(i));
+              manipulator_ ? manipulator_->drive(i) : wheels_->drive(i));
 }
 
 void YoubotBus::add_arm(const YoubotBusOptions& options) {
   add_power_board(options, "KR-843", 843);
   const bool later = options.hardware == Hardware::kLater;
-  for (std::size_t i = 0; i < options.arm.size(); ++i) {
-    arm_joints_.push_back(std::make_unique<ArmJoint>(options.arm[i], options.arm_start_rad[i],
-                                                     options.noise_seed + 100 + arm_joints_.size()));
+  for (std::size_t i = 0; i < options.arm.size(); ++i)
     add_board(options, later ? "TMCM-1610" : "TMCM-KR-841", later ? 1610 : 841, options.arm[i].axis,
-              *arm_joints_.back());
-  }
+              arm_drive(options, i));
   if (!options.gripper) return;
   grippers_.push_back(std::make_unique<GripperBoard>(options.gripper_options));
   joints_.back().board->attach(*grippers_.back());
+}
+
+BoardDrive& YoubotBus::arm_drive(const YoubotBusOptions& options, std::size_t joint) {
+  if (manipulator_) return manipulator_->drive(wheel_count() + joint);
+  arm_joints_.push_back(std::make_unique<ArmJoint>(options.arm[joint], options.arm_start_rad[joint],
+                                                   options.noise_seed + 100 + arm_joints_.size()));
+  return *arm_joints_.back();
 }
 
 void YoubotBus::add_power_board(const YoubotBusOptions& options, const char* name, int number) {
@@ -95,14 +114,18 @@ void YoubotBus::advance(nanoseconds step) noexcept {
 }
 
 void YoubotBus::advance_mechanics() noexcept {
+  if (manipulator_) manipulator_->advance(TmcmBoard::kPeriod);
   if (wheels_) wheels_->advance(TmcmBoard::kPeriod);
   for (const auto& joint : arm_joints_) joint->advance(TmcmBoard::kPeriod);
 }
 
 double YoubotBus::position_rad(std::size_t joint) noexcept {
-  const std::size_t wheels = has_base() ? 4 : 0;
-  return joint < wheels ? base().wheel(static_cast<int>(joint)).position_rad()
-                        : arm_joints_[joint - wheels]->position_rad();
+  const std::size_t arm_joint = joint - wheel_count();  // of a wheel not used
+  if (manipulator_)
+    return joint < wheel_count() ? manipulator_->robot().wheel(static_cast<int>(joint)).position_rad()
+                                 : manipulator_->robot().arm_rad()[static_cast<Eigen::Index>(arm_joint)];
+  return joint < wheel_count() ? base().wheel(static_cast<int>(joint)).position_rad()
+                               : arm_joints_[arm_joint]->position_rad();
 }
 
 }  // namespace sim::bus

@@ -16,8 +16,10 @@
 #include "sim/bus/emulated_bus.h"
 #include "sim/bus/emulated_wire.h"
 #include "sim/bus/gripper_board.h"
+#include "sim/bus/manipulator_mechanics.h"
 #include "sim/bus/tmcm_board.h"
 #include "sim/bus/wheel_mechanics.h"
+#include "sim/environment.h"
 
 namespace sim::bus {
 
@@ -38,11 +40,15 @@ struct YoubotBusOptions {
   bool gripper = true;
   GripperOptions gripper_options = {};
   BaseParameters base = {};
+  /// kBaseAndArm alone: base and arm are one body with weight (sim/mobile_manipulator.h), and without power
+  /// the arm sinks. Otherwise each arm joint is for itself, which is what tests of boards and bus want.
+  bool coupled = false;
+  EnvironmentParameters scene = {};  ///< what the tip of the coupled arm touches
   /// Timed: a master in the process that waits for a reply lets emulated time pass, else no mailbox is ever
   /// due.
   WireOptions wire = {.timed = true, .faults = {}};
   SlaveOptions slave = {};
-  std::uint64_t noise_seed = 1;  ///< of the arms; the base has its own
+  std::uint64_t noise_seed = 1;  ///< of the arms; the base has its own, which a coupled robot takes
 };
 
 /// Bus order (official driver): KR-845 and wheels 1 to 4, then per arm KR-843 and joints 1 to 5. Power boards
@@ -66,13 +72,21 @@ class YoubotBus final : public EmulatedTime {
   EmulatedSlave& slave(std::size_t joint) noexcept { return bus_.slave(joints_[joint].position); }
   /// Of a joint on the bus, from 0.
   std::size_t position(std::size_t joint) const noexcept { return joints_[joint].position; }
-  bool has_base() const noexcept { return wheels_ != nullptr; }
-  Base& base() noexcept { return wheels_->base(); }
-  std::size_t arm_count() const noexcept { return arm_joints_.size() / 5; }
-  ArmJoint& arm_joint(std::size_t arm, std::size_t joint) noexcept { return *arm_joints_[5 * arm + joint]; }
   GripperBoard& gripper(std::size_t arm) noexcept { return *grippers_[arm]; }
-  /// Truth.
+
+  std::size_t arm_count() const noexcept { return (joints_.size() - wheel_count()) / 5; }
+  bool has_base() const noexcept { return wheels_ || manipulator_; }
+
+  /// Truth. Of the base, where there is one.
+  const control::PlanarPose& pose() noexcept {
+    return manipulator_ ? manipulator_->pose() : wheels_->base().pose();
+  }
   double position_rad(std::size_t joint) noexcept;
+  /// All of a coupled robot; null for others.
+  MobileManipulator* manipulator() noexcept { return manipulator_ ? &manipulator_->robot() : nullptr; }
+  /// Not of a coupled robot.
+  Base& base() noexcept { return wheels_->base(); }
+  ArmJoint& arm_joint(std::size_t arm, std::size_t joint) noexcept { return *arm_joints_[5 * arm + joint]; }
 
  private:
   struct Joint {
@@ -81,12 +95,15 @@ class YoubotBus final : public EmulatedTime {
   };
   void add_base(const YoubotBusOptions& options);
   void add_arm(const YoubotBusOptions& options);
+  BoardDrive& arm_drive(const YoubotBusOptions& options, std::size_t joint);
   void add_power_board(const YoubotBusOptions& options, const char* name, int number);
   void add_board(const YoubotBusOptions& options, const char* name, int controller, const BoardAxis& axis,
                  BoardDrive& drive);
+  std::size_t wheel_count() const noexcept { return has_base() ? MecanumWheels::kCount : 0; }
   void advance_mechanics() noexcept;
 
   EmulatedBus bus_;
+  std::unique_ptr<ManipulatorMechanics> manipulator_;  // instead of the two that follow
   std::unique_ptr<WheelMechanics> wheels_;
   std::vector<std::unique_ptr<ArmJoint>> arm_joints_;
   std::vector<std::unique_ptr<GripperBoard>> grippers_;

@@ -6,8 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <numbers>
-#include <vector>
+#include <stdexcept>
 
 #include "tests/support/no_alloc_guard.h"
 
@@ -160,11 +161,159 @@ TEST(Hand, TimeMayComeInAnyPortions) {
   EXPECT_TRUE(measured(once).p_HD_m.allFinite());
 }
 
+TEST(Hand, TurnsThePenByTheShorterArcWithLeastJerk) {
+  Hand hand(kHand);
+  const Eigen::Quaterniond quarter(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3d::UnitZ()));
+  Eigen::Quaterniond same = quarter;
+  same.coeffs() *= -1;  // the same orientation by the longer arc
+  hand.turn_to(same, 1s);
+  hand.advance(Vector3d::Zero(), 250ms);
+  // t = 1/4: 1 - 0.896484375 of the quarter turn.
+  const Eigen::AngleAxisd begun(0.103515625 * 0.5 * std::numbers::pi, Vector3d::UnitZ());
+  EXPECT_LT(measured(hand).q_HD.angularDistance(Eigen::Quaterniond(begun)), 1e-7);
+  hand.advance(Vector3d::Zero(), 1s);
+  EXPECT_LT(measured(hand).q_HD.angularDistance(quarter), 1e-7);
+}
+
+TEST(Hand, APenLetGoPointsWhereItDidUntilSomebodyFlipsIt) {
+  Hand hand(kHand);
+  const Eigen::Quaterniond over(Eigen::AngleAxisd(3.0, Vector3d::UnitX()));
+  hand.flip(over, 100ms);  // in the hand: nothing
+  hand.advance(Vector3d::Zero(), 200ms);
+  EXPECT_EQ(measured(hand).q_HD.angularDistance(Eigen::Quaterniond::Identity()), 0.0);
+  hand.turn_to(over, 1s);
+  hand.advance(Vector3d::Zero(), 500ms);
+  hand.let_go();
+  hand.advance(Vector3d::Zero(), 1s);
+  EXPECT_NEAR(measured(hand).q_HD.angularDistance(Eigen::Quaterniond::Identity()), 1.5, 1e-6);
+  hand.flip(over, 100ms);
+  hand.advance(Vector3d::Zero(), 100ms);
+  EXPECT_FALSE(hand.holds());
+  EXPECT_LT(measured(hand).q_HD.angularDistance(over), 1e-6);
+  hand.flip(Eigen::Quaterniond::Identity(), 1s);
+  hand.advance(Vector3d::Zero(), 500ms);
+  hand.take_hold();  // catches it in the middle
+  hand.advance(Vector3d::Zero(), 1s);
+  EXPECT_NEAR(measured(hand).q_HD.angularDistance(over), 1.5, 1e-6);
+}
+
+TEST(Hand, TakesHoldOfThePenWhereItIs) {
+  Hand hand(kHand);
+  hand.let_go();
+  hand.advance({1, 0, 0}, 200ms);
+  const Vector3d p_m = hand.p_HD_m();
+  ASSERT_GT(p_m.x(), 0.05);
+  hand.take_hold();
+  EXPECT_EQ(hand.intended_p_HD_m(), p_m);
+  hand.advance(Vector3d::Zero(), 4s);
+  EXPECT_TRUE(hand.p_HD_m().isApprox(p_m, 1e-9));
+  // One who holds it means to be where he meant to be.
+  hand.advance({0, 3, 0}, 4s);
+  hand.take_hold();
+  hand.advance(Vector3d::Zero(), 4s);
+  EXPECT_TRUE(hand.p_HD_m().isApprox(p_m, 1e-9));
+}
+
+TEST(Hand, ButtonsArePressedAndReleasedOneByOne) {
+  Hand hand(kHand);
+  hand.press(0b101);
+  hand.release(0b001);
+  hand.press(0b010);
+  EXPECT_EQ(measured(hand).buttons, 0b110U);
+}
+
+TEST(Hand, TheForceBetweenHandAndGripIsWhatTheDeviceNeedsToMoveAsItDoes) {
+  Hand hand(kHand);
+  hand.push({0, 2, 0});
+  hand.move_to({0.08, 0, 0}, 600ms);
+  for (int i = 0; i < 900; ++i) {
+    const Vector3d before = hand.v_HD_H_m_per_s();
+    const Vector3d device_N(0, 0, 3.0 * std::sin(0.02 * i));
+    hand.advance(device_N, 100us);
+    const Vector3d a_m_per_s2 = (hand.v_HD_H_m_per_s() - before) / 1e-4;
+    // Newton for the grip alone.
+    ASSERT_TRUE(hand.grip_force_N().isApprox(0.3 * a_m_per_s2 - device_N + 0.5 * before, 1e-9)) << i;
+    EXPECT_EQ(hand.device_force_N(), device_N);
+  }
+  const Vector3d p_m = hand.p_HD_m();
+  const Vector3d v_m_per_s = hand.v_HD_H_m_per_s();
+  hand.advance({0, 0, -6}, 5ms);  // mean over all of it: momentum gained, drag for the way gone
+  const Vector3d gained_Ns = 0.3 * (hand.v_HD_H_m_per_s() - v_m_per_s) + 0.5 * (hand.p_HD_m() - p_m);
+  EXPECT_TRUE(hand.grip_force_N().isApprox(gained_Ns / 5e-3 + Vector3d(0, 0, 6), 1e-3));
+  hand.advance({0, 0, -6}, 0ns);
+  EXPECT_GT(hand.grip_force_N().norm(), 1.0);
+  hand.let_go();
+  hand.advance({0, 0, -6}, 1ms);
+  EXPECT_TRUE(hand.grip_force_N().isApprox(Vector3d(0, 2, 0)));  // of the push alone
+}
+
+TEST(Hand, AGripThatIsLetGoStaysWithinItsTravel) {
+  HandParameters bounded = kHand;
+  bounded.travel.emplace();
+  for (const Vector3d& direction :
+       {Vector3d(1, 0, 0), Vector3d(-1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, -1, 0), Vector3d(0, 0, 1),
+        Vector3d(0, 0, -1), Vector3d(0.6, 0.6, -0.5), Vector3d(-0.5, 0.5, 0.7)}) {
+    Hand hand(bounded);
+    hand.let_go();
+    for (int i = 0; i < 2000; ++i) {
+      hand.advance(12 * direction, 1ms);  // the omega's whole force
+      const Vector3d& p = hand.p_HD_m();
+      // Thrown on at 2 m/s at most; then as deep as energy goes: v·√(m/k), about 9 mm.
+      const double spheroid =
+          (p - bounded.travel->centre_H_m).cwiseQuotient(bounded.travel->semi_axes_m).norm();
+      ASSERT_LT(spheroid, 1.1) << p.transpose();
+      ASSERT_GT(p.x(), bounded.travel->lowest_x_m - 0.01);
+      ASSERT_GT(p.z(), bounded.travel->lowest_z_m - 0.01);
+    }
+    EXPECT_LT(hand.v_HD_H_m_per_s().dot(direction), 0.05);
+    EXPECT_GT(hand.p_HD_m().dot(direction), 0.05);  // it does go that far
+  }
+}
+
+TEST(Hand, AnEndStopPushesTheGripBackWithForceOverStiffnessAndNeverPulls) {
+  HandParameters bounded = kHand;
+  bounded.travel.emplace();
+  bounded.device_drag_N_s_per_m = 0;
+  Hand hand(bounded);
+  hand.let_go();
+  hand.advance({0, 0, -12}, 5s);
+  EXPECT_NEAR(hand.p_HD_m().z(), -0.086 - 12.0 / 14'500, 1e-6);
+  double last_m_per_s = 0;
+  for (int i = 0; i < 1000; ++i) {
+    hand.advance(Vector3d::Zero(), 100us);
+    ASSERT_GE(hand.v_HD_H_m_per_s().z(), last_m_per_s);  // on the way back nothing holds it
+    last_m_per_s = hand.v_HD_H_m_per_s().z();
+  }
+  EXPECT_GT(hand.p_HD_m().z(), -0.086);
+  // Of what the stop had stored its damping took a part.
+  const double stored_J = 0.5 * 12.0 * 12.0 / 14'500;
+  EXPECT_LT(0.5 * 0.3 * last_m_per_s * last_m_per_s, 0.8 * stored_J);
+  EXPECT_GT(0.5 * 0.3 * last_m_per_s * last_m_per_s, 0.1 * stored_J);
+}
+
+TEST(Hand, RefusesParametersThatMakeNoHand) {
+  for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
+    HandParameters parameters = kHand;
+    parameters.device_mass_kg = bad;
+    EXPECT_THROW(Hand{parameters}, std::invalid_argument);
+    parameters = kHand;
+    parameters.hand_stiffness_N_per_m = bad;
+    EXPECT_THROW(Hand{parameters}, std::invalid_argument);
+    parameters = kHand;
+    parameters.travel.emplace().semi_axes_m.y() = bad;
+    EXPECT_THROW(Hand{parameters}, std::invalid_argument);
+  }
+  HandParameters nowhere = kHand;
+  nowhere.travel.emplace().lowest_z_m = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_THROW(Hand{nowhere}, std::invalid_argument);
+}
+
 TEST(Hand, DoesNotAllocateOrLock) {
   if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns malloc";
   Hand hand(kHand);
   hal::HapticSample sample;
   const support::NoAllocGuard guard;
+  hand.turn_to(Eigen::Quaterniond(0, 1, 0, 0), 5ms);
   hand.advance({1, 2, 3}, 10ms);
   hand.measure(sample);
   EXPECT_EQ(guard.violations(), 0);

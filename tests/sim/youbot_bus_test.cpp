@@ -267,6 +267,110 @@ TEST(YoubotBus, AdvanceDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
+// ---- base and arm as one body ----
+
+YoubotBusOptions coupled(Firmware firmware = Firmware::k148) {
+  YoubotBusOptions options{.robot = RobotKind::kBaseAndArm, .coupled = true};
+  options.board.firmware = firmware;
+  return options;
+}
+constexpr std::size_t kWheels = 4;
+
+TEST(CoupledYoubotBus, ComesToOpAndFindsItsCommutation) {
+  for (const Firmware firmware : {Firmware::k148, Firmware::k200}) {
+    Driven driven(coupled(firmware));
+    driven.run(10);
+    EXPECT_FALSE(driven.all_initialized());
+    driven.commutate();
+    EXPECT_TRUE(driven.all_initialized());
+    EXPECT_EQ(driven.robot.arm_count(), 1U);
+    EXPECT_EQ(driven.inputs.size(), kWheels + 5);
+  }
+}
+
+TEST(CoupledYoubotBus, BoardsCountTheJointsOfTheOneRobot) {
+  Driven driven(coupled());
+  driven.commutate();
+  const std::vector<DriveInput> before = driven.inputs;
+  std::vector<double> before_rad;
+  for (std::size_t i = 0; i < 9; ++i) before_rad.push_back(driven.robot.position_rad(i));
+  driven.set_all(ControllerMode::kVelocity, -150);  // arm joints away from their home stops
+  driven.run(800);
+  driven.set_all(ControllerMode::kVelocity, 0);
+  driven.run(500);
+  for (std::size_t i = 0; i < 9; ++i) {
+    const MotorUnits units(i < kWheels ? kWheelBoardAxis : kArmJointData[i - kWheels].axis);
+    const double way_rad = driven.robot.position_rad(i) - before_rad[i];
+    EXPECT_GT(std::abs(way_rad), 0.05) << i;
+    // The encoders are on the motors: 5 N·m of weight bend a gear by 2 mrad.
+    EXPECT_NEAR(driven.inputs[i].position_ticks - before[i].position_ticks,
+                static_cast<double>(units.ticks(way_rad)), std::abs(static_cast<double>(units.ticks(0.004))))
+        << i;
+  }
+}
+
+TEST(CoupledYoubotBus, AnArmWithoutPowerSinksOntoItsStops) {
+  Driven driven(coupled());
+  driven.run(2000);  // bridges stay open until the commutation is known
+  EXPECT_NEAR(driven.robot.position_rad(kWheels + 1), 0.0, 0.005);
+  EXPECT_NEAR(driven.robot.position_rad(kWheels + 2), 0.0, 0.005);
+  EXPECT_NEAR(driven.robot.position_rad(kWheels), 0.2, 0.005) << "it turns about the vertical";
+}
+
+TEST(CoupledYoubotBus, AJointThatLosesItsPowerSinksAndTheOthersHoldThemselves) {
+  constexpr std::size_t kElbow = kWheels + 2;
+  for (const bool lost : {false, true}) {
+    Driven driven(coupled());
+    driven.commutate();
+    driven.outputs[kWheels + 1] = {ControllerMode::kVelocity, -500};  // 0.34 rad/s
+    driven.outputs[kElbow] = {ControllerMode::kVelocity, -500};       // 0.52 rad/s
+    driven.run(1500);
+    driven.set_all(ControllerMode::kVelocity, 0);
+    driven.run(1000);
+    std::array<double, 9> before_rad{};
+    for (std::size_t i = 0; i < 9; ++i) before_rad[i] = driven.robot.position_rad(i);
+    driven.robot.slave(kElbow).set_fault(BoardFault::kUndervoltage, lost);
+    driven.run(1000);
+    for (std::size_t i = kWheels; i < 9; ++i) {
+      const double way_rad = std::abs(driven.robot.position_rad(i) - before_rad[i]);
+      if (lost && i == kElbow)
+        EXPECT_GT(way_rad, 0.2);
+      else
+        EXPECT_LT(way_rad, 0.05) << "arm " << i - kWheels + 1;
+    }
+  }
+}
+
+TEST(CoupledYoubotBus, TheArmsSwingTurnsABaseWhoseWheelsCoast) {
+  YoubotBusOptions options = coupled();
+  options.base.roller_grip = 0;  // on ice
+  options.base.roller_resistance = 0;
+  Driven driven(options);
+  driven.commutate();
+  const double before_rad = driven.robot.pose().yaw_rad;
+  driven.outputs[kWheels] = {ControllerMode::kVelocity, -1000};
+  driven.run(1500);
+  EXPECT_GT(std::abs(driven.robot.pose().yaw_rad - before_rad), 0.005);
+  EXPECT_EQ(driven.robot.pose().yaw_rad, driven.robot.manipulator()->pose().yaw_rad);
+}
+
+TEST(CoupledYoubotBus, AdvanceDoesNotAllocateOrLock) {
+  Driven driven(coupled());
+  driven.commutate();
+  const support::NoAllocGuard guard;
+  for (int i = 0; i < 200; ++i) driven.robot.advance(1ms);
+  EXPECT_EQ(guard.violations(), 0);
+}
+
+TEST(CoupledYoubotBus, NeedsABaseWithOneArmThatStartsBetweenItsEndStops) {
+  for (const RobotKind kind : {RobotKind::kBase, RobotKind::kArm, RobotKind::kTwoArms})
+    EXPECT_THROW(YoubotBus({.robot = kind, .coupled = true}), std::invalid_argument);
+  EXPECT_EQ(YoubotBus({.robot = RobotKind::kBaseAndArm}).manipulator(), nullptr);
+  YoubotBusOptions options = coupled();
+  options.arm_start_rad[2] = 0.5;
+  EXPECT_THROW(YoubotBus{options}, std::invalid_argument);
+}
+
 TEST(YoubotBus, RefusesAStartOutsideTheEndStops) {
   YoubotBusOptions options{.robot = RobotKind::kArm};
   options.arm_start_rad[2] = 0.5;

@@ -1,0 +1,137 @@
+#include "sim/mecanum_wheels.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "control/friction/sliding_table.h"
+
+namespace sim {
+namespace {
+
+constexpr double kGravity_m_per_s2 = 9.81;
+/// Below this sliding speed a roller's rolling resistance fades, so that it is no force at rest.
+constexpr double kRollingFade_m_per_s = 0.005;
+
+// Per wheel 1 to 4: which way its surface pushes the body forward for a positive turn, the lean of the roller
+// on the floor, and its place seen from the centre in units of half wheelbase and half track.
+constexpr std::array<double, 4> kForward{-1, 1, -1, 1};
+constexpr std::array<double, 4> kLean{-1, 1, 1, -1};
+constexpr std::array<double, 4> kAhead{1, 1, -1, -1};
+constexpr std::array<double, 4> kLeft{1, -1, 1, -1};
+
+void require_positive(double value, const char* name) {
+  if (!(std::isfinite(value) && value > 0))
+    throw std::invalid_argument(std::string("simulated base: ") + name + " must be positive, not " +
+                                std::to_string(value));
+}
+
+void require_not_negative(double value, const char* name) {
+  if (!(std::isfinite(value) && value >= 0))
+    throw std::invalid_argument(std::string("simulated base: ") + name + " must not be negative, and not " +
+                                std::to_string(value));
+}
+
+/// Whose friction is in the effects alone.
+Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
+  DriveParameters drive = parameters.drive;
+  const effects::DriveModel& model = *parameters.model;
+  const double rotor_kg_m2 = drive.motor.rotor_inertia_kg_m2 * drive.gear_ratio * drive.gear_ratio;
+  drive.load_inertia_kg_m2 = model.inertia_kg_m2 - rotor_kg_m2;
+  drive.effects.insert(drive.effects.begin(), model.effects.begin(), model.effects.end());
+  if (model.torque_noise_Nm) drive.sensors.torque_noise_Nm = *model.torque_noise_Nm;
+  return {drive, std::nullopt, parameters.noise_seed + static_cast<std::uint64_t>(wheel)};
+}
+
+Drive make_wheel(const MecanumWheelParameters& parameters, int wheel) {
+  if (parameters.model) return make_modelled_wheel(parameters, wheel);
+  // A fine grid: the plant is the measured curve, the compensator's coarse table an approximation of it.
+  const control::friction::SlidingTable table =
+      control::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005});
+  const double scale =
+      parameters.on_ground ? parameters.loaded_friction_scale[static_cast<std::size_t>(wheel - 1)] : 1.0;
+  return {parameters.drive, table.scaled(scale), parameters.noise_seed + static_cast<std::uint64_t>(wheel)};
+}
+
+MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
+  require_not_negative(parameters.roller_grip, "roller_grip");
+  require_not_negative(parameters.roller_resistance, "roller_resistance");
+  require_positive(parameters.roller_give.stiffness, "roller stiffness");
+  require_positive(parameters.geometry.wheel_radius_m, "wheel_radius_m");
+  require_positive(parameters.drive.presliding.stiffness, "presliding stiffness");
+  require_positive(parameters.drive.gear_ratio, "gear_ratio");
+  require_positive(parameters.drive.motor.torque_constant_Nm_per_A, "torque_constant_Nm_per_A");
+  require_positive(parameters.drive.motor.inductance_H, "inductance_H");
+  require_positive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
+  for (const double scale : parameters.loaded_friction_scale)
+    require_positive(scale, "loaded_friction_scale");
+  return parameters;
+}
+
+}  // namespace
+
+MecanumWheels::MecanumWheels(const MecanumWheelParameters& parameters, double carried_mass_kg)
+    : parameters_(checked(parameters)),
+      wheel_load_N_(carried_mass_kg * kGravity_m_per_s2 / kCount),
+      wheels_{make_wheel(parameters, 1), make_wheel(parameters, 2), make_wheel(parameters, 3),
+              make_wheel(parameters, 4)},
+      grips_{BoundedBristle(parameters.roller_give), BoundedBristle(parameters.roller_give),
+             BoundedBristle(parameters.roller_give), BoundedBristle(parameters.roller_give)} {
+  require_positive(carried_mass_kg, "mass_kg");
+}
+
+void MecanumWheels::control(std::span<const hal::JointCommand> commands, bool powered,
+                            double interval_s) noexcept {
+  for (std::size_t i = 0; i < kCount; ++i) wheels_[i].control(commands[i], powered, interval_s);
+}
+
+void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
+                         control::PlanarVector& wrench_B) noexcept {
+  if (!parameters_.on_ground) {
+    for (Drive& wheel : wheels_) wheel.step(0.0, step_s);
+    return;
+  }
+  const double r = parameters_.geometry.wheel_radius_m;
+  const double half_length = parameters_.geometry.wheelbase_m / 2;
+  const double half_width = parameters_.geometry.track_m / 2;
+  // The grip acts along (1, c)/√2; its x component carries the 1/√2 of that direction.
+  const double grip_bound_N = parameters_.roller_grip * wheel_load_N_ / std::sqrt(2.0);
+
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const double x = kAhead[i] * half_length;
+    const double y = kLeft[i] * half_width;
+    const double hub_x = twist_B[0] - twist_B[2] * y;
+    const double hub_y = twist_B[1] + twist_B[2] * x;
+    const double surface_x = kForward[i] * r * wheels_[i].velocity_rad_per_s();
+    // Along the roller's axis the wheel grips ...
+    const double slip = surface_x - (hub_x + kLean[i] * hub_y);
+    const double grip_N = grips_[i].step(slip, grip_bound_N, step_s);
+    // ... across it the roller rolls: (−c, 1)/√2 is the way it does.
+    const double rolling = (kLean[i] * (surface_x - hub_x) + hub_y) / std::sqrt(2.0);
+    const double resistance_N = -parameters_.roller_resistance * wheel_load_N_ * rolling /
+                                std::sqrt(rolling * rolling + kRollingFade_m_per_s * kRollingFade_m_per_s);
+    const double force_x = grip_N - kLean[i] * resistance_N / std::sqrt(2.0);
+    const double force_y = kLean[i] * grip_N + resistance_N / std::sqrt(2.0);
+    wrench_B += control::PlanarVector(force_x, force_y, x * force_y - y * force_x);
+    wheels_[i].step(kForward[i] * r * force_x, step_s);
+  }
+}
+
+void MecanumWheels::sense(double interval_s) noexcept {
+  for (Drive& wheel : wheels_) wheel.sense(interval_s);
+}
+
+void MecanumWheels::measure(std::span<hal::JointSample> samples) const noexcept {
+  std::transform(wheels_.begin(), wheels_.end(), samples.begin(),
+                 [](const Drive& wheel) { return wheel.measured(); });
+}
+
+double MecanumWheels::kinetic_energy_J() const noexcept {
+  double energy_J = 0.0;
+  for (const Drive& wheel : wheels_)
+    energy_J += 0.5 * wheel.inertia_kg_m2() * wheel.velocity_rad_per_s() * wheel.velocity_rad_per_s();
+  return energy_J;
+}
+
+}  // namespace sim

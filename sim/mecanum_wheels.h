@@ -1,0 +1,72 @@
+/// @file
+/// Four wheel drives and their mecanum rollers on a level floor: what a body on them is pushed by.
+///
+/// Units: SI; wrenches and twists planar, in B (control/planar.h). Errors: std::invalid_argument from the
+/// constructor. One thread; the cycle neither allocates nor locks.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "control/link_map.h"
+#include "control/planar.h"
+#include "hal/joint.h"
+#include "sim/bounded_bristle.h"
+#include "sim/drive.h"
+#include "sim/effects/drive_model.h"
+
+namespace sim {
+
+struct MecanumWheelParameters {
+  bool on_ground = true;  ///< false: wheels turn freely in the air, the body stays where it is
+  control::BaseGeometry geometry;
+  DriveParameters drive;
+  /// What the wheels' drives are instead of the measured curves, all four alike: friction and inertia, and
+  /// the noise of their torque sensors where it says so.
+  std::optional<effects::DriveModel> model{};
+  /// Times the measured curves, which were taken with the wheels off the ground: loaded bearings and rollers
+  /// take more, and not each wheel the same. An assumption, so that a compensator made from the measured
+  /// curves is judged where it is imperfect. In the air the curves count as measured.
+  std::array<double, 4> loaded_friction_scale{1.15, 1.30, 1.10, 1.25};
+  double roller_grip = 0.6;  ///< friction coefficient along a roller's axis; assumption
+  /// A roller's tangential give along its axis [N/m, N·s/m]; assumption, stiff against the wheel drives.
+  BoundedBristle::Parameters roller_give{5e4, 300.0};
+  double roller_resistance =
+      0.004;  ///< rolling resistance coefficient of a roller about its axis; assumption
+  std::uint64_t noise_seed = 1;
+};
+
+/// In bus order, signs kCounterClockwise (control/link_map.h).
+///
+/// Every roller grips the floor along its axis, at 45° to the wheel, with a bounded bristle on the slip
+///   u = s·r·w − (v_x + c·v_y) at the wheel's place,  s = ∓1 left/right,  c = ∓1 by the roller's direction,
+/// and rolls about its axis against a small resistance. Wheel loads are equal and constant: load transfer is
+/// left out.
+class MecanumWheels {
+ public:
+  static constexpr int kCount = 4;
+
+  /// @throws std::invalid_argument naming the parameter that is not finite or not positive.
+  MecanumWheels(const MecanumWheelParameters& parameters, double carried_mass_kg);
+
+  /// Begins a controller period, as Drive::control(). One command for each wheel.
+  void control(std::span<const hal::JointCommand> commands, bool powered, double interval_s) noexcept;
+  /// Integrates one step of the wheels under a body that moves with `twist_B`, and adds to `wrench_B` what
+  /// they push it with.
+  void step(const control::PlanarVector& twist_B, double step_s, control::PlanarVector& wrench_B) noexcept;
+  /// Ends a controller period, as Drive::sense().
+  void sense(double interval_s) noexcept;
+  void measure(std::span<hal::JointSample> samples) const noexcept;
+
+  Drive& operator[](std::size_t index) noexcept { return wheels_[index]; }
+  double kinetic_energy_J() const noexcept;
+
+ private:
+  MecanumWheelParameters parameters_;
+  double wheel_load_N_;
+  std::array<Drive, kCount> wheels_;
+  std::array<BoundedBristle, kCount> grips_;
+};
+
+}  // namespace sim
