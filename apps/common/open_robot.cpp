@@ -12,13 +12,23 @@
 namespace apps {
 namespace {
 
-std::vector<hal::JointInfo> wheel_joints() {
-  const hal::AxisData& axis = hal::kWheelAxis;
+hal::JointInfo joint_info(const std::string& name, const hal::AxisData& axis) {
   const double limit_Nm =
       axis.current_limit_A * axis.constants.torque_constant_Nm_per_A * axis.constants.gear_ratio;
+  return {name, limit_Nm, axis.speed_limit_rad_per_s};
+}
+
+std::vector<hal::JointInfo> wheel_joints() {
   std::vector<hal::JointInfo> joints;
   for (const char* name : {"wheel-1", "wheel-2", "wheel-3", "wheel-4"})
-    joints.push_back({name, limit_Nm, axis.speed_limit_rad_per_s});
+    joints.push_back(joint_info(name, hal::kWheelAxis));
+  return joints;
+}
+
+std::vector<hal::JointInfo> wheel_and_arm_joints() {
+  std::vector<hal::JointInfo> joints = wheel_joints();
+  for (std::size_t i = 0; i < hal::kArmAxes.size(); ++i)
+    joints.push_back(joint_info("arm-" + std::to_string(i + 1), hal::kArmAxes[i]));
   return joints;
 }
 
@@ -65,7 +75,14 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
   OpenedRobot opened;
   hal::EthercatOptions ethercat = options.ethercat;
   const sim::BaseParameters simulation = with_youbot_wheels(options.simulation);
-  if (options.name == "loopback") {
+  if (options.name == "loopback" && options.ethercat.kind == hal::EthercatOptions::Kind::kBaseAndArm) {
+    sim::MobileManipulatorParameters parameters;
+    parameters.wheels = static_cast<const sim::MecanumWheelParameters&>(simulation);
+    parameters.step = simulation.step;
+    opened.manipulator = std::make_shared<sim::MobileManipulator>(parameters, options.scene);
+    opened.robot =
+        std::make_unique<hal::LoopbackRobot>(*opened.manipulator, clock, period, wheel_and_arm_joints());
+  } else if (options.name == "loopback") {
     opened.plant = std::make_unique<sim::Base>(simulation);
     opened.robot = std::make_unique<hal::LoopbackRobot>(*opened.plant, clock, period, wheel_joints());
     opened.truth = &opened.plant->pose();
@@ -73,11 +90,14 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     sim::bus::YoubotBusOptions emulation;
     emulation.robot = emulated_kind(options.ethercat.kind);
     emulation.base = simulation;
-    opened.emulation = std::make_unique<sim::bus::YoubotBus>(emulation);
+    emulation.coupled = emulation.robot == sim::bus::RobotKind::kBaseAndArm;
+    emulation.scene = options.scene;
+    opened.emulation = std::make_shared<sim::bus::YoubotBus>(emulation);
+    opened.manipulator = {opened.emulation, opened.emulation->manipulator()};
     opened.capture = make_capture(options.name);
     ethercat.tap = opened.capture.get();
     opened.robot = std::make_unique<WireRobot>(*opened.emulation, ethercat, clock, period);
-    if (opened.emulation->has_base()) opened.truth = &opened.emulation->base().pose();
+    if (opened.emulation->has_base()) opened.truth = &opened.emulation->pose();
   } else if (names_interface(options.name, kEthercatPrefix)) {
     const std::string interface = options.name.substr(kEthercatPrefix.size());
     opened.capture = make_capture(interface);

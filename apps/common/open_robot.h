@@ -13,6 +13,8 @@
 #include "hal/robot.h"
 #include "sim/base.h"
 #include "sim/bus/youbot_bus.h"
+#include "sim/environment.h"
+#include "sim/mobile_manipulator.h"
 
 namespace apps {
 
@@ -20,21 +22,25 @@ struct RobotOptions {
   std::string name = "loopback";
   hal::EthercatOptions ethercat{.kind = hal::EthercatOptions::Kind::kBase};
   hal::CanOptions can;
-  sim::BaseParameters simulation;  ///< of loopback and wire; a real robot does not read it
+  sim::BaseParameters simulation;    ///< of loopback and wire; a real robot does not read it
+  sim::EnvironmentParameters scene;  ///< what the tip of a simulated arm on a base touches
 };
 
 struct OpenedRobot {
   // What stands behind a simulated robot, in order of construction.
   std::unique_ptr<sim::Base> plant;
-  std::unique_ptr<sim::bus::YoubotBus> emulation;
+  std::shared_ptr<sim::bus::YoubotBus> emulation;
+  std::shared_ptr<sim::MobileManipulator> manipulator;   ///< base and arm; with `wire` it is the emulation's
   std::unique_ptr<drivers::ethercat::PcapRing> capture;  ///< the last frames on the bus; null without a bus
   std::unique_ptr<hal::Robot> robot;
-  /// True pose of the simulated base; null when there is none, or its wheels are off the ground.
+  /// True pose of the simulated base, but not of a loopback with an arm; null too when its wheels are off the
+  /// ground.
   const control::PlanarPose* truth = nullptr;
 };
 
-/// - `loopback`: the simulated base behind the HAL.
-/// - `wire`: the same behind emulated motor controllers, through every byte of the EtherCAT master.
+/// - `loopback`: the simulated base behind the HAL; with an arm on it where `ethercat.kind` is base+arm.
+/// - `wire`: the same behind emulated motor controllers, through every byte of the EtherCAT master. Its arm
+///   does not know its zero: `ethercat.home_arms`.
 /// - `ethercat:IFACE`: a robot, or youbot-sim, on a network interface.
 /// - `can:IFACE`: one joint on a bench, on a CAN interface.
 /// `clock` outlives the result. @throws std::invalid_argument for a name nobody knows, listing those there

@@ -18,6 +18,7 @@
 #include <system_error>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "apps/common/spsc_ring.h"
 
@@ -102,6 +103,15 @@ class Recorder {
     return {.pushed = pushed_.load(std::memory_order_relaxed),
             .dropped = dropped_.load(std::memory_order_relaxed),
             .sink_failures = sink_failures_.load(std::memory_order_relaxed)};
+  }
+
+  /// What was lost on the way, in words; empty when nothing was. Not for the cycle.
+  std::vector<std::string> problems() const {
+    std::vector<std::string> problems;
+    if (const auto dropped = statistics().dropped; dropped > 0)
+      problems.push_back("the disk was too slow: " + std::to_string(dropped) + " cycles dropped");
+    if (std::string failure = first_sink_failure(); !failure.empty()) problems.push_back(std::move(failure));
+    return problems;
   }
 
   /// What the first exception out of the sink said; empty if there was none. Any thread but the

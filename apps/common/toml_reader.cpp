@@ -279,6 +279,8 @@ void TomlTable::refuse(std::string_view key, const std::string& complaint) {
 
 void TomlTable::ignore(std::string_view key) { (void)node_->find(key, false); }
 
+bool TomlTable::has(std::string_view key) const { return node_->table.contains(key); }
+
 TomlTable TomlTable::table(std::string_view key, const KeyRules& rules) {
   const std::string prefix = fmt::format("{}{}.", node_->prefix, key);
   if (const toml::node* found = node_->find(key, rules.required)) {

@@ -76,6 +76,8 @@ class TomlTable {
   /// Whatever is there is another program's business.
   void ignore(std::string_view key);
 
+  /// Whether there is such a key or table; does not count as asking for it.
+  bool has(std::string_view key) const;
   TomlTable table(std::string_view key, const KeyRules& rules = {});
   /// The elements of an array of tables, `[[key]]`.
   std::vector<TomlTable> tables(std::string_view key, const KeyRules& rules = {});

@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/common/robot_session.h"
 #include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_report.h"
@@ -21,18 +22,6 @@ namespace {
 using std::chrono::nanoseconds;
 
 double seconds(nanoseconds time) noexcept { return std::chrono::duration<double>(time).count(); }
-
-/// Switches the robot off however the experiment ends.
-class Activation {
- public:
-  explicit Activation(hal::Robot& robot) : robot_(robot) { robot_.activate(); }
-  Activation(const Activation&) = delete;
-  Activation& operator=(const Activation&) = delete;
-  ~Activation() { robot_.deactivate(); }
-
- private:
-  hal::Robot& robot_;
-};
 
 std::vector<std::size_t> choose_joints(const std::vector<std::string>& names, const hal::Robot& robot) {
   const auto all = robot.joints();
@@ -189,7 +178,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   const hal::SteadyClock stopwatch;
   const nanoseconds wall_begin = stopwatch.now();
   {
-    const Activation activation(robot);
+    const apps::RobotActivation activation(robot);
     apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time) require_real_time(real_time, options, outcome);
     recording.keep();

@@ -19,6 +19,7 @@
 #include "apps/common/real_time.h"
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
+#include "apps/common/robot_session.h"
 #include "apps/common/shared_tables.h"
 #include "apps/common/toml_reader.h"
 #include "apps/report/report.h"
@@ -327,7 +328,7 @@ void write_report(const std::filesystem::path& directory, const HapticHoldOption
                .series = {{"energy", time_s, energy_mJ}}},
               {.title = "Age of the newest sample",
                .x = time,
-               .y = {"age", "ms"},
+               .y = {.label = "age", .unit = "ms", .from = 0},
                .series = {{"age", time_s, age_ms}}}});
   page.write(directory / "report.html");
 }
@@ -377,33 +378,12 @@ void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& ha
   haptic.thread.fifo_priority = 0;
 }
 
-/// The force ends however the run does.
-class Activation {
- public:
-  explicit Activation(hal::HapticDevice& device) : device_(device) { device_.activate(); }
-  Activation(const Activation&) = delete;
-  Activation& operator=(const Activation&) = delete;
-  ~Activation() {
-    if (!device_.deactivate())
-      spdlog::error("{}: nothing confirmed that the force is off: switch the device off",
-                    device_.info().name);
-  }
-
- private:
-  hal::HapticDevice& device_;
-};
-
 }  // namespace
 
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop) {
   apps::HapticOptions haptic = load_options(options);
   if (!options.virtual_time) prepare_real_time(options, haptic);
-  std::unique_ptr<hal::Clock> clock;
-  if (options.virtual_time) {
-    clock = std::make_unique<hal::VirtualClock>();
-  } else {
-    clock = std::make_unique<hal::SteadyClock>();
-  }
+  const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
   const apps::OpenedHaptic opened = apps::open_haptic(haptic, *clock, kPeriod);
   if (!options.out.empty()) {
     if (std::filesystem::exists(std::filesystem::path(options.out) / kRecording))
@@ -417,7 +397,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
   std::unique_ptr<HoldRecording> recording;
   Outcome outcome;
   {
-    const Activation activation(*opened.device);
+    const apps::HapticActivation activation(*opened.device);
     const hal::HapticInfo& info = opened.device->info();
     if (!options.quiet) {
       spdlog::info("{}: {}, {:g} N at most{}", apps::build_version(), info.name, info.force_limit_N,

@@ -16,6 +16,7 @@
 #include "apps/youbot_bench/identify.h"
 #include "apps/youbot_bench/improve.h"
 #include "apps/youbot_bench/scan.h"
+#include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
 #include "drivers/ethercat/raw_socket_link.h"
 
@@ -92,6 +93,37 @@ int main(int argc, char** argv) {
                          "go on when the system refuses real-time scheduling or memory locking");
   hold_command->add_flag("--quiet", hold.quiet, "print problems only");
 
+  youbot_bench::TransparencyOptions transparency;
+  CLI::App* const transparency_command = app.add_subcommand(
+      "transparency", "measure how the robot feels and follows through teleoperation; in the simulation");
+  transparency_command->add_option("--config", transparency.config,
+                                   "youbotd's TOML file, such as teleop.toml");
+  transparency_command->add_option("--robot", transparency.robot, "loopback");
+  transparency_command->add_option("--haptic", transparency.haptic, "loopback");
+  transparency_command
+      ->add_option("--feedback", transparency.feedback, "position-error, none, or both with a comma between")
+      ->delimiter(',');
+  transparency_command
+      ->add_option("--stiffness", transparency.stiffness_N_per_m,
+                   "of the coupling, N/m; several with commas between")
+      ->delimiter(',');
+  transparency_command->add_option("--axis", transparency.axis, "x forward, y left, z up");
+  transparency_command->add_option("--peak", transparency.excitation.peak_N,
+                                   "largest force of the excitation, N");
+  transparency_command->add_option("--lowest", transparency.excitation.lowest_Hz, "frequency, Hz");
+  transparency_command->add_option("--highest", transparency.excitation.highest_Hz, "frequency, Hz");
+  transparency_command->add_option("--lines", transparency.excitation.lines, "number of frequencies")
+      ->check(CLI::Range(3, 500));
+  transparency_command->add_option("--period", transparency.excitation.period_s, "of the excitation, s")
+      ->check(CLI::Range(0.1, 1000.0));
+  transparency_command
+      ->add_option("--realizations", transparency.realizations, "excitations with other phases")
+      ->check(CLI::Range(2, 100));
+  transparency_command
+      ->add_option("--out", transparency.out, "directory for a CSV file of each condition, and report.html")
+      ->required();
+  transparency_command->add_flag("--quiet", transparency.quiet, "print problems only");
+
   youbot_bench::ExperimentCommands experiments(app);
 
   youbot_bench::IdentifyOptions identify;
@@ -146,6 +178,10 @@ int main(int argc, char** argv) {
     if (*hold_command) {
       apps::stop_on_signals();
       return youbot_bench::haptic_hold(hold, apps::stop_requested);
+    }
+    if (*transparency_command) {
+      apps::stop_on_signals();
+      return youbot_bench::transparency(transparency, apps::stop_requested);
     }
     if (*usb_probe_command) {
       apps::stop_on_signals();

@@ -46,6 +46,7 @@ struct Arguments {
 sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   sim::bus::YoubotBusOptions options;
   options.robot = kRobots.at(arguments.robot);
+  options.coupled = options.robot == RobotKind::kBaseAndArm;
   options.board.firmware = kFirmwares.at(arguments.firmware);
   options.hardware = kGenerations.at(arguments.hardware);
   options.wire.timed = false;

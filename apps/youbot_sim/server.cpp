@@ -58,13 +58,14 @@ std::string report(const ServerSummary& summary, sim::bus::YoubotBus& robot) {
   std::string text = fmt::format("served {:.1f} s: {} frames received, {} answered\n",
                                  seconds(summary.duration), summary.received, summary.answered);
   if (robot.has_base()) {
-    const auto& pose = robot.base().pose();
+    const auto& pose = robot.pose();
     text += fmt::format("base at x {:.3f} m, y {:.3f} m, yaw {:.3f} rad\n", pose.x_m, pose.y_m, pose.yaw_rad);
   }
+  const std::size_t wheels = robot.has_base() ? 4 : 0;
   for (std::size_t arm = 0; arm < robot.arm_count(); ++arm) {
     text += fmt::format("arm {} at", arm + 1);
     for (std::size_t i = 0; i < 5; ++i)
-      text += fmt::format(" {:.3f}", robot.arm_joint(arm, i).position_rad());
+      text += fmt::format(" {:.3f}", robot.position_rad(wheels + 5 * arm + i));
     text += " rad\n";
   }
   return text;

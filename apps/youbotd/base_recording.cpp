@@ -5,8 +5,10 @@
 #include <cstdio>
 #include <exception>
 #include <system_error>
+#include <utility>
 
 #include "apps/common/build_info.h"
+#include "apps/common/recording_directory.h"
 
 namespace youbotd {
 namespace {
@@ -69,14 +71,7 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
                                                std::vector<std::string>& problems) {
   const std::filesystem::path& directory = description.directory;
   Files files(kWheels + 1);
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (error) {
-    problems.push_back(directory.string() + ": cannot make this directory: " + error.message());
-    return files;
-  }
-  std::filesystem::copy_file(description.config_file, directory / "config.toml", error);
-  if (error) problems.push_back((directory / "config.toml").string() + ": " + error.message());
+  if (!apps::make_recording_directory(directory, description.config_file, problems)) return files;
 
   char rate_Hz[32];
   std::snprintf(rate_Hz, sizeof rate_Hz, "%g", 1 / seconds(description.period));
@@ -147,10 +142,7 @@ std::vector<std::string> BaseRecording::problems() const {
   std::vector<std::string> problems = setup_problems_;
   for (const auto& file : files_)
     if (file && !file->error().empty()) problems.push_back(file->error());
-  if (const auto dropped = recorder_.statistics().dropped; dropped > 0)
-    problems.push_back("the disk was too slow: " + std::to_string(dropped) + " cycles dropped");
-  if (const std::string failure = recorder_.first_sink_failure(); !failure.empty())
-    problems.push_back(failure);
+  for (std::string& problem : recorder_.problems()) problems.push_back(std::move(problem));
   return problems;
 }
 

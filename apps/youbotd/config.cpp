@@ -10,6 +10,8 @@
 #include "apps/common/ethercat_config.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/toml_reader.h"
+#include "apps/youbotd/scene_config.h"
+#include "apps/youbotd/teleop_config.h"
 #include "sim/effects/resistance.h"
 
 namespace youbotd {
@@ -171,6 +173,17 @@ double fastest_wheel_rad_per_s(const Config& config) {
   return (limits.speed_m_per_s + lever_m * limits.turn_speed_rad_per_s) / geometry.wheel_radius_m;
 }
 
+/// What teleoperation shares with the rest.
+void complete(control::Teleoperation::Config& teleoperation, const Config& config) {
+  const double period_s = std::chrono::duration<double>(config.cycle.period).count();
+  teleoperation.period_s = teleoperation.robot.period_s = teleoperation.mapping.period_s =
+      teleoperation.smoothing.period_s = teleoperation.presence.period_s = period_s;
+  teleoperation.robot.base = static_cast<const control::BaseDrive::Config&>(config.cycle.controller);
+  teleoperation.wheel_speed_limit_rad_per_s = config.cycle.wheel_speed_limit_rad_per_s;
+  teleoperation.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;
+  teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
+}
+
 }  // namespace
 
 Config load_config(const std::filesystem::path& file) {
@@ -190,7 +203,11 @@ Config load_config(const std::filesystem::path& file) {
   read_compensation(compensation, file.parent_path(), config.cycle.controller);
   read_path(path, config.path);
   read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
-  root.ignore("haptic");  // of youbot-bench
+  TomlTable haptic = root.table("haptic");
+  apps::read_haptic(haptic, file.parent_path(), config.haptic);
+  config.teleoperated = root.has("teleoperation");
+  read_teleoperation(root.table("teleoperation"), config.teleoperation);
+  read_scene(root.table("scene"), config.robot.scene);
   TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;
@@ -212,6 +229,7 @@ Config load_config(const std::filesystem::path& file) {
   config.cycle.controller.observer.filter.period_s =
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
+  complete(config.teleoperation, config);
   return config;
 }
 

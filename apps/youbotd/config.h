@@ -3,10 +3,12 @@
 #pragma once
 #include <filesystem>
 
+#include "apps/common/open_haptic.h"
 #include "apps/common/open_robot.h"
 #include "apps/common/real_time.h"
 #include "apps/youbotd/cycle.h"
 #include "control/base_path.h"
+#include "control/teleoperation.h"
 
 namespace youbotd {
 
@@ -15,9 +17,14 @@ struct Config {
   apps::RealTimeConfig real_time;
   Cycle::Config cycle;
   control::BasePath::Plan path;
+  apps::HapticOptions haptic;
+  /// Only with a master; what it says of the base is in `cycle`.
+  control::Teleoperation::Config teleoperation;
+  /// The configuration holds [teleoperation]: it is a master's hand that moves the robot.
+  bool teleoperated = false;
 };
 
-/// Every key is optional; apps/youbotd/demo.toml shows them all.
+/// Every key is optional; apps/youbotd/demo.toml and teleop.toml show them all.
 /// @throws apps::ConfigError listing all problems, each with file and line.
 Config load_config(const std::filesystem::path& file);
 

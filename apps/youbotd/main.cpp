@@ -1,4 +1,5 @@
-// youbotd: drives the base at 1 kHz along the path in its configuration.
+// youbotd: drives the base at 1 kHz along the path in its configuration, or base and arm as a hand on a
+// master tells it.
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -15,11 +16,14 @@
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/report.h"
 #include "apps/youbotd/session.h"
+#include "apps/youbotd/teleop_demo.h"
+#include "apps/youbotd/teleop_session.h"
 
 namespace {
 
 struct Arguments {
   std::string robot;
+  std::string haptic;
   std::optional<double> duration_s;
   std::string record_directory;
   bool demo = false;
@@ -31,12 +35,12 @@ void print(const Arguments& arguments, const std::string& text) {
   if (!arguments.quiet) std::fputs(text.c_str(), stdout);
 }
 
-int exit_code(const youbotd::Summary& summary) {
+int exit_code(const youbotd::RunSummary& summary) {
   return summary.stop_reason.empty() ? apps::kExitOk : apps::kExitFault;
 }
 
 /// What went wrong is told even with --quiet.
-void log_problems(const youbotd::Summary& summary) {
+void log_problems(const youbotd::RunSummary& summary) {
   for (const std::string& problem : summary.not_real_time) spdlog::warn("not real-time: {}", problem);
   for (const std::string& problem : summary.recording_problems) spdlog::warn("recording: {}", problem);
   if (summary.cycles_lost > 0)
@@ -84,6 +88,20 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
   return apps::kExitOk;
 }
 
+/// Base and arm by hand.
+int run_teleoperation(const Arguments& arguments, const youbotd::Config& config) {
+  youbotd::TeleopOptions options{.config_file = arguments.session.config_file,
+                                 .duration = arguments.session.duration,
+                                 .record_directory = arguments.session.record_directory,
+                                 .virtual_time = arguments.session.virtual_time,
+                                 .allow_non_real_time = arguments.session.allow_non_real_time};
+  if (arguments.demo) options.tasks = youbotd::demo_tasks();
+  const youbotd::TeleopSummary summary = youbotd::run_teleop_session(config, options, apps::stop_requested);
+  print(arguments, youbotd::report(summary));
+  log_problems(summary);
+  return exit_code(summary);
+}
+
 std::string reasonable_duration(const std::string& text) {
   double seconds = 0.0;
   const bool number = CLI::detail::lexical_cast(text, seconds);
@@ -95,14 +113,20 @@ std::string not_empty(const std::string& text) { return text.empty() ? "must not
 int run(Arguments arguments) {
   youbotd::Config config = youbotd::load_config(arguments.session.config_file);
   if (!arguments.robot.empty()) config.robot.name = arguments.robot;
+  if (!arguments.haptic.empty()) {
+    config.haptic.name = arguments.haptic;
+    config.teleoperated = true;
+  }
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   apps::stop_on_signals();
   if (!arguments.quiet)
-    spdlog::info("{}: running {}, {:g} Hz{}", apps::build_version(), config.robot.name,
+    spdlog::info("{}: running {}{}, {:g} Hz{}", apps::build_version(), config.robot.name,
+                 config.teleoperated ? " by hand on " + config.haptic.name : "",
                  1 / std::chrono::duration<double>(config.cycle.period).count(),
                  arguments.session.virtual_time ? ", virtual time" : "; Ctrl-C stops");
+  if (config.teleoperated) return run_teleoperation(arguments, config);
   return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
 }
 
@@ -111,23 +135,31 @@ int run(Arguments arguments) {
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app("Drives the youBot's base at 1 kHz along the path in its configuration. THIS MOVES A MACHINE.",
-               "youbotd");
+  CLI::App app(
+      "Drives the youBot's base at 1 kHz along the path in its configuration or, with a haptic master, base "
+      "and "
+      "arm by hand. THIS MOVES A MACHINE AND PUSHES ON A HAND.",
+      "youbotd");
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault.");
   app.add_option("--config", arguments.session.config_file,
-                 "TOML file; apps/youbotd/demo.toml shows every key")
+                 "TOML file; apps/youbotd/demo.toml and teleop.toml show every key")
       ->required();
   app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")
+      ->check(not_empty);
+  app.add_option("--haptic", arguments.haptic,
+                 "move base and arm by hand on this master: loopback, force-dimension, falcon, spacemouse")
       ->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(reasonable_duration);
   app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")
       ->check(not_empty);
   app.add_flag("--virtual-time", arguments.session.virtual_time,
-               "as fast as the machine allows instead of real time (loopback, wire)");
+               "as fast as the machine allows instead of real time (simulated robot and master)");
   app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
                "go on when the system refuses real-time scheduling or memory locking");
-  app.add_flag("--demo", arguments.demo, "drive the path without and with friction compensation and compare");
+  app.add_flag("--demo", arguments.demo,
+               "drive the path without and with friction compensation and compare; with a master: a "
+               "simulated operator does his tasks");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
   return apps::run_app(app, argc, argv, [&] { return run(arguments); });
 }

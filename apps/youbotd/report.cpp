@@ -38,19 +38,10 @@ std::string verdict(const Summary& without, const Summary& with) {
 
 }  // namespace
 
-std::string report(const Summary& summary) {
-  const LoopStatistics& loop = summary.loop;
-  const PathMetrics& path = summary.path;
-  std::string text = fmt::format("robot        {}, {:.1f} s of robot time in {:.2f} s{}\n", summary.robot,
-                                 seconds(loop.robot_time), seconds(loop.wall_time),
-                                 summary.virtual_time ? " (virtual time)" : "");
-  text += fmt::format("path         first motion: {}; error rms {:.1f} mm, worst {:.1f} mm, {:.3f} rad{}\n",
-                      first_motion(path), 1e3 * path.rms_m(), 1e3 * path.worst_m(), path.worst_rad(),
-                      path.on_truth() ? " (true pose)" : " (odometry)");
-  text += fmt::format("             final error {:.1f} mm, {:.4f} rad; at its limits {:.0f} % of the time\n",
-                      1e3 * path.final_m(), path.final_rad(), 100 * path.limited_share());
-  text += fmt::format("loop         {} cycles, {} overruns; step {}\n", loop.cycles, loop.overruns,
-                      quantiles(loop.step));
+std::string report_of_any_run(const RunSummary& summary) {
+  const apps::LoopStatistics& loop = summary.loop;
+  std::string text = fmt::format("loop         {} cycles, {} overruns; step {}\n", loop.cycles, loop.overruns,
+                                 quantiles(loop.step));
   text += summary.virtual_time ? "wake-up      not measured in virtual time\n"
                                : fmt::format("wake-up      {}\n", quantiles(loop.wake_up));
   const apps::Disturbances& events = loop.disturbances;
@@ -64,6 +55,20 @@ std::string report(const Summary& summary) {
     text += fmt::format("recording    {} cycles written, {} lost\n", summary.cycles_recorded,
                         summary.cycles_lost);
   return text;
+}
+
+std::string report(const Summary& summary) {
+  const apps::LoopStatistics& loop = summary.loop;
+  const PathMetrics& path = summary.path;
+  std::string text = fmt::format("robot        {}, {:.1f} s of robot time in {:.2f} s{}\n", summary.robot,
+                                 seconds(loop.robot_time), seconds(loop.wall_time),
+                                 summary.virtual_time ? " (virtual time)" : "");
+  text += fmt::format("path         first motion: {}; error rms {:.1f} mm, worst {:.1f} mm, {:.3f} rad{}\n",
+                      first_motion(path), 1e3 * path.rms_m(), 1e3 * path.worst_m(), path.worst_rad(),
+                      path.on_truth() ? " (true pose)" : " (odometry)");
+  text += fmt::format("             final error {:.1f} mm, {:.4f} rad; at its limits {:.0f} % of the time\n",
+                      1e3 * path.final_m(), path.final_rad(), 100 * path.limited_share());
+  return text + report_of_any_run(summary);
 }
 
 std::string side_by_side(const std::string& title, const std::string& left_name, const Summary& left_run,

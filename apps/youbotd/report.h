@@ -4,11 +4,16 @@
 #include <string>
 
 #include "apps/youbotd/session.h"
+#include "apps/youbotd/teleop_session.h"
 
 namespace youbotd {
 
 /// Figures of a run, several lines, each ended. What went wrong is logged apart (main.cpp).
 std::string report(const Summary& summary);
+std::string report(const TeleopSummary& summary);
+
+/// Of it what every run has: the loop's figures, and what robot, system and recording have to tell.
+std::string report_of_any_run(const RunSummary& summary);
 
 /// Two runs of one motion, side by side under the names of what differs.
 std::string side_by_side(const std::string& title, const std::string& left_name, const Summary& left,

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "apps/youbotd/config.h"
-#include "apps/youbotd/loop.h"
 #include "apps/youbotd/path_metrics.h"
+#include "apps/youbotd/run_summary.h"
 
 namespace youbotd {
 
@@ -26,20 +26,8 @@ struct SessionOptions {
   std::function<void(const CycleRecord&)> after_cycle{};
 };
 
-struct Summary {
-  std::string robot;
-  bool virtual_time = false;
-  std::vector<std::string> not_real_time;  ///< what the system refused
-  LoopStatistics loop;
+struct Summary : RunSummary {
   PathMetrics path;
-  bool cut_short = false;   ///< stopped on request or by the duration, before the motion was finished
-  std::string stop_reason;  ///< empty when nothing went wrong
-  std::optional<std::filesystem::path> fault_report;
-  bool recorded = false;
-  std::uint64_t cycles_recorded = 0;
-  std::uint64_t cycles_lost = 0;
-  std::vector<std::string> recording_problems;
-  std::vector<std::string> robot_report;  ///< what the robot has to tell, see hal::Robot::report()
 };
 
 /// @throws std::invalid_argument when recording there would replace something.

@@ -1,11 +1,13 @@
-#include "apps/youbotd/loop.h"
+#include "apps/common/loop.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
+#include "apps/common/flight_recorder.h"
 #include "apps/common/recorder.h"
-#include "apps/youbotd/flight_recorder.h"
+#include "apps/youbotd/base_recording.h"
+#include "apps/youbotd/cycle.h"
 #include "apps/youbotd/path_metrics.h"
 #include "hal/loopback_robot.h"
 #include "sim/base.h"
@@ -58,13 +60,13 @@ struct Loop {
   IdleRobot robot;
   Holding motion;
   Cycle cycle{Cycle::Config{}, robot, motion, nullptr};
-  LoopStatistics statistics;
+  apps::LoopStatistics statistics;
 
   /// Runs for `cycles` periods of robot time; `disturb(n)` acts after cycle n, counted from 1.
   template <typename Disturb>
   void run(int cycles, Disturb&& disturb) {
     int n = 0;
-    run_loop(
+    apps::run_loop(
         clock, 1ms, cycle, [&](nanoseconds elapsed) { return elapsed >= cycles * 1ms; },
         [&](const CycleRecord&) { disturb(++n); }, statistics);
   }
@@ -99,14 +101,14 @@ TEST(Loop, AllThatAYoubotdCycleDoesNeitherAllocatesNorLocks) {
   PathSource motion({{}, {{0.05, 0.02, 0.3}}, 0.1, {}});
   Cycle cycle(Cycle::Config{}, robot, motion, &base.pose());
   PathMetrics metrics;
-  FlightRecorder flight_recorder(1000);
+  apps::FlightRecorder<CycleRecord> flight_recorder(1000);
   std::uint64_t written = 0;
   apps::Recorder<CycleRecord> recorder(
       65536, [&written](const CycleRecord&) { ++written; }, [] {});
-  LoopStatistics statistics;
+  apps::LoopStatistics statistics;
   {
     const support::NoAllocGuard guard;
-    run_loop(
+    apps::run_loop(
         clock, 1ms, cycle, [](nanoseconds) { return false; },
         [&](const CycleRecord& record) {
           metrics.add(record);

@@ -67,6 +67,24 @@ TEST(OpenRobot, ARobotOnTheEmulatedBusTellsWhatItsMasterFound) {
   EXPECT_TRUE(robot.report().empty());
 }
 
+TEST(OpenRobot, ABaseWithAnArmStandsInTheSceneAlsoBehindTheEmulatedBus) {
+  const hal::VirtualClock clock;
+  RobotOptions options;
+  options.ethercat.kind = hal::EthercatOptions::Kind::kBaseAndArm;
+  options.scene.box = sim::FreeBox{.block = {.centre_W_m = {0.5, 0.1, 0.05}, .size_m = {0.1, 0.1, 0.1}}};
+  for (const char* name : {"loopback", "wire"}) {
+    options.name = name;
+    const OpenedRobot opened = open_robot(options, clock, 1ms);
+    EXPECT_EQ(opened.robot->joints().size(), 9U) << name;
+    ASSERT_TRUE(opened.manipulator) << name;
+    EXPECT_EQ(opened.manipulator->environment().box_p_W_m(), options.scene.box->block.centre_W_m) << name;
+  }
+  for (const auto kind : {hal::EthercatOptions::Kind::kBase, hal::EthercatOptions::Kind::kBaseAndTwoArms}) {
+    options.ethercat.kind = kind;
+    EXPECT_FALSE(open_robot(options, clock, 1ms).manipulator);
+  }
+}
+
 TEST(OpenRobot, WhatNobodyKnowsIsAnsweredWithAllThereIs) {
   for (const char* name : {"toaster", "can:", "can", "ethercat:"}) {
     const std::string text = refusal_of(name);

@@ -69,7 +69,6 @@ TEST_F(HapticHoldOnADevice, ASpaceMouseFromPluggedInToUnplugged) {
     return hold({"--haptic", "spacemouse", "--duration", "60"});
   });
   ASSERT_TRUE(wait_until([&] { return mouse.openers() > openers && mouse.outputs().size() > 2; }));
-  std::this_thread::sleep_for(100ms);
   mouse.unplug();
   const SpawnResult result = run.get();
   EXPECT_EQ(result.exit_code, kFault) << result.output;

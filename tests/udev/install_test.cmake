@@ -16,6 +16,7 @@ list(TRANSFORM rules PREPEND ${RULES_DIR}/ OUTPUT_VARIABLE installed_rules)
 set(programs youbotd youbot-bench youbot-sim youbot-gap)
 list(TRANSFORM programs PREPEND /usr/bin/ OUTPUT_VARIABLE installed_programs)
 set(expected ${installed_programs} ${installed_rules} /usr/share/youbot-hal/demo.toml
+             /usr/share/youbot-hal/teleop.toml
              /usr/share/doc/youbot-hal/README.md /usr/share/doc/youbot-hal/raw-socket.md)
 file(GLOB_RECURSE found ${SCRATCH}/*)
 list(TRANSFORM found REPLACE "^${SCRATCH}" "")

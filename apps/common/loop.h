@@ -5,11 +5,10 @@
 #include <cstdint>
 
 #include "apps/common/real_time.h"
-#include "apps/youbotd/cycle.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 
-namespace youbotd {
+namespace apps {
 
 struct LoopStatistics {
   std::uint64_t cycles = 0;
@@ -18,21 +17,22 @@ struct LoopStatistics {
   std::chrono::nanoseconds wall_time{};
   drivers::LatencyHistogram wake_up;  ///< after the deadline; all zero in virtual time
   drivers::LatencyHistogram step;     ///< always on the machine's clock
-  apps::Disturbances disturbances;    ///< of the loop after its first tenth of a second
+  Disturbances disturbances;          ///< of the loop after its first tenth of a second
 };
 
 /// Steps `cycle` every `period` of `clock` until it has finished. A late cycle keeps the phase: the deadlines
-/// it missed are skipped and counted. `stop_requested(elapsed)` and `after_step(record)` are called once a
-/// cycle by this thread and are part of it.
-template <typename StopRequested, typename AfterStep>
-void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle,
-              StopRequested&& stop_requested, AfterStep&& after_step, LoopStatistics& statistics) noexcept {
+/// it missed are skipped and counted. `stop_wanted(elapsed)` and `after_step(record)` are called once a
+/// cycle by this thread and are part of it. A cycle has step(now), request_stop(), finished() and record(),
+/// of the last step, which has places for wake_up and step.
+template <typename Cycle, typename StopRequested, typename AfterStep>
+void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle, StopRequested&& stop_wanted,
+              AfterStep&& after_step, LoopStatistics& statistics) noexcept {
   constexpr std::chrono::milliseconds kWarmUp{100};
   const hal::SteadyClock stopwatch;
   const std::chrono::nanoseconds wall_begin = stopwatch.now();
   const std::chrono::nanoseconds begin = clock.now();
   std::chrono::nanoseconds deadline = begin;
-  apps::Disturbances warm;
+  Disturbances warm;
   bool warmed_up = false;
 
   while (!cycle.finished()) {
@@ -42,12 +42,12 @@ void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle,
     const std::chrono::nanoseconds step_begin = stopwatch.now();
     if (!warmed_up && woke - begin >= kWarmUp) {
       warmed_up = true;
-      warm = apps::Disturbances::of_this_thread();
+      warm = Disturbances::of_this_thread();
     }
 
-    if (stop_requested(woke - begin)) cycle.request_stop();
+    if (stop_wanted(woke - begin)) cycle.request_stop();
     cycle.step(woke);
-    CycleRecord& record = cycle.record();
+    auto& record = cycle.record();
     record.wake_up = woke - deadline;
     record.step = stopwatch.now() - step_begin;
     statistics.wake_up.add(record.wake_up);
@@ -59,9 +59,9 @@ void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle,
     statistics.overruns += static_cast<std::uint64_t>(missed);
     deadline += missed * period;
   }
-  if (warmed_up) statistics.disturbances = apps::Disturbances::of_this_thread().since(warm);
+  if (warmed_up) statistics.disturbances = Disturbances::of_this_thread().since(warm);
   statistics.robot_time = clock.now() - begin;
   statistics.wall_time = stopwatch.now() - wall_begin;
 }
 
-}  // namespace youbotd
+}  // namespace apps

@@ -1,0 +1,58 @@
+/// @file
+/// What every run of a robot's loop begins and ends with.
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "apps/common/real_time.h"
+#include "drivers/ethercat/pcap_ring.h"
+#include "hal/clock.h"
+#include "hal/haptic_device.h"
+#include "hal/robot.h"
+
+namespace apps {
+
+/// Virtual, or the machine's steady one.
+std::unique_ptr<hal::Clock> make_clock(bool virtual_time);
+
+/// Switches the robot off however the session ends.
+class RobotActivation {
+ public:
+  explicit RobotActivation(hal::Robot& robot) : robot_(robot) { robot_.activate(); }
+  RobotActivation(const RobotActivation&) = delete;
+  RobotActivation& operator=(const RobotActivation&) = delete;
+  ~RobotActivation() { robot_.deactivate(); }
+
+ private:
+  hal::Robot& robot_;
+};
+
+/// Force off however the session ends. What nothing confirmed is said.
+class HapticActivation {
+ public:
+  explicit HapticActivation(hal::HapticDevice& device) : device_(device) { device_.activate(); }
+  HapticActivation(const HapticActivation&) = delete;
+  HapticActivation& operator=(const HapticActivation&) = delete;
+  ~HapticActivation();
+
+ private:
+  hal::HapticDevice& device_;
+};
+
+/// What the system refuses. @throws hal::SetupError with all of it, unless that is allowed.
+std::vector<std::string> enter_real_time(RealTimeThread& thread, const RealTimeConfig& config,
+                                         bool allow_non_real_time);
+
+/// Writes the report on a fault: beside the recording where there is one, so that a lab finds both; where
+/// temporary files live if that cannot be written or there is none. `write(path)` writes the cycles; `frames`
+/// may be null. Empty when it could not be written anywhere; why goes to `problems`.
+std::optional<std::filesystem::path> write_fault_report(
+    const std::optional<std::filesystem::path>& record_directory,
+    const std::function<void(const std::filesystem::path&)>& write, const drivers::ethercat::PcapRing* frames,
+    const std::string& reason, std::vector<std::string>& problems);
+
+}  // namespace apps

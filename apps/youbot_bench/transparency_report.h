@@ -1,0 +1,25 @@
+/// @file
+/// What the two-port of teleoperation came out as: for a terminal, for a browser and for other programs.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "apps/report/report.h"
+#include "apps/youbot_bench/transparency.h"
+
+namespace youbot_bench {
+
+/// "position-error, 700 N/m"
+std::string condition_text(const TransparencyCondition& condition);
+
+/// DIRECTORY/position-error-700.csv, a row for each frequency. `config`: the file's name, for its header.
+/// @throws hal::SetupError when it cannot be written.
+void write_transparency_csv(const std::filesystem::path& directory, const TransparencyPlan& plan,
+                            const TransparencyResult& result, const std::string& config);
+
+/// A column for each condition, several lines, each ended.
+std::string transparency_text(const TransparencyPlan& plan, const std::vector<TransparencyResult>& results);
+report::Page transparency_page(const TransparencyPlan& plan, const std::vector<TransparencyResult>& results);
+
+}  // namespace youbot_bench

@@ -1,0 +1,204 @@
+#include "apps/youbotd/teleop_cycle.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace youbotd {
+namespace {
+
+using control::TeleopEnd;
+using control::TeleopInput;
+using control::TeleopOutput;
+using control::TeleopPhase;
+using std::chrono::nanoseconds;
+
+constexpr std::size_t kWheels = 4;
+constexpr std::size_t kJoints = TeleopRecord::kJoints;
+/// Cycles with the drives off before the loop ends, so that every drive has heard it.
+constexpr std::chrono::milliseconds kOffHold{20};
+/// A master's own thread does not keep step with this loop.
+constexpr std::chrono::milliseconds kFresh{10};
+
+std::array<double, 3> numbers(const Eigen::Vector3d& v) noexcept { return {v.x(), v.y(), v.z()}; }
+std::array<double, 4> numbers(const Eigen::Quaterniond& q) noexcept { return {q.w(), q.x(), q.y(), q.z()}; }
+
+}  // namespace
+
+TeleopCycle::TeleopCycle(const Config& config, hal::Robot& robot, hal::HapticDevice& master)
+    : config_(config), robot_(robot), master_(master), control_(config.control) {
+  if (robot.joints().size() != kJoints)
+    throw std::invalid_argument("teleoperation needs a base with one arm, " + std::to_string(kJoints) +
+                                " joints; this robot has " + std::to_string(robot.joints().size()) +
+                                ": set ethercat.kind = \"base+arm\"");
+}
+
+void TeleopCycle::step(nanoseconds now) noexcept {
+  if (!started_) first_ = now_ = now;
+  const nanoseconds gap = now - now_;
+  now_ = now;
+
+  // Stopped by a debugger or starved: what was computed before is not to act now.
+  const bool stalled = gap > config_.stall_timeout;
+  if (stalled) {
+    for (std::size_t i = 0; i < kJoints; ++i)
+      robot_command_.joints[i] =
+          i < kWheels ? hal::JointCommand{} : hal::JointCommand::velocity_rad_per_s(0.0);
+    master_command_.enable = false;
+  }
+  robot_status_ = robot_.exchange(robot_command_, robot_sample_);
+  master_status_ = master_.exchange(master_command_, master_sample_);
+
+  TeleopInput input;
+  input.drives_obey = robot_sample_.enabled;
+  input.robot_fault = !robot_status_.ok();
+  for (std::size_t i = 0; i < kWheels; ++i)
+    input.wheel_position_rad[static_cast<Eigen::Index>(i)] = robot_sample_.joints[i].position_rad;
+  for (std::size_t i = kWheels; i < kJoints; ++i)
+    input.arm_position_rad[static_cast<Eigen::Index>(i - kWheels)] = robot_sample_.joints[i].position_rad;
+  input.master_ready = master_status_.ok();
+  input.grip_fresh = master_status_.ok() && master_status_.age < kFresh;
+  // Not ready is not yet, and ends by itself.
+  input.master_fault = !master_status_.ok() && master_status_.fault != hal::HapticFault::kNotReady;
+  input.grip = {master_sample_.p_HD_m, master_sample_.q_HD, master_sample_.v_HD_H_m_per_s};
+  input.buttons = master_sample_.buttons;
+  // What was told in the last exchange acted until this one.
+  input.held_H_N = held_H_N_;
+  held_H_N_ = master_status_.f_D_H_N;
+
+  if (!started_) {
+    started_ = true;
+    if (stop_before_start_)
+      end_early();
+    else
+      control_.request_start();
+  }
+  if (stalled) control_.stop_after_gap(input);
+  const bool centring = control_.phase() == TeleopPhase::kCentring;
+  if (centring && !input.drives_obey && now - first_ > config_.enable_timeout)
+    control_.request_stop(TeleopEnd::kNotEnabled);
+  // Angles that count from where the arm was at power-up tell nothing about where it is.
+  if (centring && input.drives_obey &&
+      !std::all_of(robot_sample_.joints.begin() + kWheels, robot_sample_.joints.begin() + kJoints,
+                   [](const hal::JointSample& joint) { return joint.homed; }))
+    control_.request_stop(TeleopEnd::kNotHomed);
+
+  const TeleopOutput& output = control_.step(input);
+  command_robot(output);
+  master_command_.enable = output.enable_master;
+  master_command_.f_D_H_N = output.force_H_N;
+  note_end();
+  keep_record(input, output);
+}
+
+void TeleopCycle::command_robot(const TeleopOutput& output) noexcept {
+  robot_command_.enable = output.enable_drives;
+  for (std::size_t i = 0; i < kWheels; ++i)
+    robot_command_.joints[i] =
+        hal::JointCommand::torque_Nm(output.wheel_torque_Nm[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = kWheels; i < kJoints; ++i) {
+    const double target = output.arm_target[static_cast<Eigen::Index>(i - kWheels)];
+    hal::JointCommand& joint = robot_command_.joints[i];
+    switch (output.arm) {
+      case TeleopOutput::Arm::kPosition: joint = hal::JointCommand::position_rad(target); break;
+      case TeleopOutput::Arm::kTorque: joint = hal::JointCommand::torque_Nm(target); break;
+    }
+  }
+  robot_command_.grippers[0] = {output.move_gripper, output.gripper_opening_m};
+}
+
+void TeleopCycle::request_stop() noexcept {
+  stop_before_start_ = !started_;
+  control_.request_stop();
+}
+
+void TeleopCycle::end_early() noexcept {
+  end_.end = TeleopEnd::kRequested;
+  off_ = true;
+  off_since_ = now_;
+}
+
+bool TeleopCycle::finished() const noexcept { return off_ && now_ - off_since_ >= kOffHold; }
+
+void TeleopCycle::note_end() noexcept {
+  if (control_.end() != TeleopEnd::kNone && control_.end() != end_.end) {
+    end_.end = control_.end();
+    end_.robot = robot_status_;
+    end_.master = master_status_;
+    end_.time = now_ - first_;
+  }
+  if (control_.finished() && !off_) {
+    off_ = true;
+    off_since_ = now_;
+  }
+}
+
+void TeleopCycle::keep_record(const TeleopInput& input, const TeleopOutput& output) noexcept {
+  const control::WholeBodyController::State& robot = control_.robot();
+  record_ = {};
+  record_.time = now_ - first_;
+  record_.phase = output.phase;
+  record_.rate_control = output.mode == control::HapticMapping::Mode::kRate;
+  record_.clutched = output.clutched;
+  record_.limited = output.limited;
+  record_.protecting = output.protecting;
+  record_.setpoint_p_WT_m = numbers(output.setpoint.p_WT_m);
+  record_.setpoint_q_WT = numbers(output.setpoint.q_WT);
+  record_.tip_p_WT_m = numbers(Eigen::Vector3d(robot.X_WT.translation()));
+  record_.tip_q_WT = numbers(Eigen::Quaterniond(robot.X_WT.linear()));
+  record_.base_W = {robot.X_WB.x_m, robot.X_WB.y_m, robot.X_WB.yaw_rad};
+  record_.stiffness_N_per_m = output.stiffness.translation_N_per_m;
+  record_.spring_W_N = numbers(output.spring_W_N);
+  for (std::size_t i = 0; i < 6; ++i) record_.wrench_W[i] = output.wrench_W[static_cast<Eigen::Index>(i)];
+  record_.grip_p_HD_m = numbers(input.grip.p_HD_m);
+  record_.grip_q_HD = numbers(input.grip.q_HD);
+  record_.grip_v_HD_m_per_s = numbers(input.grip.v_HD_H_m_per_s);
+  record_.grip_force_H_N = numbers(output.force_H_N);
+  record_.held_force_H_N = numbers(input.held_H_N);
+  record_.grip_age_s = std::chrono::duration<double>(master_status_.age).count();
+  record_.buttons = input.buttons;
+  record_.tank_J = output.tank_J;
+  record_.withheld_N = output.withheld_N;
+  energy_.update(input.grip.p_HD_m, held_H_N_);
+  record_.port_energy_J = energy_.energy_J();
+  if (output.move_gripper) record_.gripper_opening_m = output.gripper_opening_m;
+  record_.arm_mode = static_cast<std::uint8_t>(output.arm);
+  for (std::size_t i = 0; i < kJoints; ++i) {
+    record_.command[i] = robot_command_.joints[i].target;
+    record_.position_rad[i] = robot_sample_.joints[i].position_rad;
+    record_.torque_measured_Nm[i] = robot_sample_.joints[i].torque_Nm;
+  }
+}
+
+void TeleopCycle::tell_truth(const TeleopTruth& truth) noexcept {
+  record_.true_tip_p_WT_m = numbers(truth.p_WT_m);
+  record_.contact_force_W_N = numbers(truth.contact_force_W_N);
+}
+
+std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const hal::HapticDevice& master) {
+  const std::string when = fmt::format("{:.3f} s: ", std::chrono::duration<double>(end.time).count());
+  switch (end.end) {
+    case TeleopEnd::kRobotFault: {
+      const hal::CycleStatus& status = end.robot;
+      const std::string joint =
+          status.joint >= 0 ? robot.joints()[static_cast<std::size_t>(status.joint)].name : "the robot";
+      const char* what = status.fault == hal::Fault::kJointFault ? hal::describe(status.joint_fault())
+                                                                 : hal::describe(status.fault);
+      return when + joint + ": " + (status.ok() ? "its drives went off" : what) + "; drives switched off";
+    }
+    case TeleopEnd::kMasterFault:
+      return when + master.info().name + ": " + master.describe(end.master) +
+             "; braked, arm lowered, switched off";
+    case TeleopEnd::kNotEnabled: return when + control::describe(end.end);
+    case TeleopEnd::kNotHomed:
+      return when + control::describe(end.end) +
+             "; set ethercat.home_arms = true, which MOVES THE ARM when it is enabled";
+    case TeleopEnd::kNotCentred: return when + control::describe(end.end) + "; nothing has moved";
+    case TeleopEnd::kWheelTooFast:
+    case TeleopEnd::kJointTooFast: return when + control::describe(end.end) + "; drives switched off";
+    default: return when + control::describe(end.end) + "; braked, arm lowered, switched off";
+  }
+}
+
+}  // namespace youbotd

@@ -1,0 +1,53 @@
+/// @file
+/// A run of teleoperation on disk: teleoperation.csv, and the configuration that made it.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "apps/common/recorder.h"
+#include "apps/common/recording_file.h"
+#include "apps/youbotd/teleop_record.h"
+
+namespace youbotd {
+
+/// Columns and values of a record as a row.
+std::vector<apps::RecordingFile::Column> teleop_columns();
+void append_teleop(apps::RecordingFile& file, const TeleopRecord& record);
+
+/// What cannot be written never stops the robot: it is counted and told at the end.
+class TeleopRecording {
+ public:
+  /// Writing there would replace an earlier recording, or somebody's configuration.
+  static bool holds_recording(const std::filesystem::path& directory);
+
+  /// Setup: makes the directory. Does not throw on a disk that refuses: what is missing is in problems().
+  TeleopRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
+                  std::chrono::nanoseconds period);
+
+  /// Cycle: wait-free.
+  void add(const TeleopRecord& record) noexcept { recorder_.push(record); }
+  /// Not for a real-time cycle: waits until add() has room.
+  void wait_for_room() noexcept { recorder_.wait_for_room(); }
+  /// Writes out what is pending and closes the file. Call before the results below.
+  void close() noexcept;
+
+  std::uint64_t cycles_recorded() const noexcept;
+  std::uint64_t cycles_lost() const noexcept;
+  std::vector<std::string> problems() const;
+
+ private:
+  static std::unique_ptr<apps::RecordingFile> open(const std::filesystem::path& directory,
+                                                   const std::filesystem::path& config_file,
+                                                   std::chrono::nanoseconds period,
+                                                   std::vector<std::string>& problems);
+
+  std::vector<std::string> setup_problems_;
+  std::unique_ptr<apps::RecordingFile> file_;  // null when it did not open
+  apps::Recorder<TeleopRecord> recorder_;      // last: its thread uses the file
+};
+
+}  // namespace youbotd
