@@ -135,6 +135,13 @@ void Teleoperation::request_stop(TeleopEnd why) noexcept {
   if (phase_ != TeleopPhase::kOff && phase_ != TeleopPhase::kFaulted) stop(why);
 }
 
+void Teleoperation::switch_off() noexcept {
+  start_ = false;
+  if (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) return;
+  end_ = TeleopEnd::kRequested;
+  enter(TeleopPhase::kOff);
+}
+
 void Teleoperation::stop_after_gap(const TeleopInput& input) noexcept {
   robot_.forget_velocity(input.wheel_position_rad, input.arm_position_rad);
   robot_.sense(input.wheel_position_rad, input.arm_position_rad);

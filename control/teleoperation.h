@@ -160,6 +160,8 @@ class Teleoperation {
   void request_start() noexcept { start_ = true; }
   /// Comes to rest, then off.
   void request_stop(TeleopEnd why = TeleopEnd::kRequested) noexcept;
+  /// Drives off with the next step: the arm falls.
+  void switch_off() noexcept;
   /// Before a step after a pause of the loop: comes to rest, with velocities that begin anew.
   void stop_after_gap(const TeleopInput& input) noexcept;
 

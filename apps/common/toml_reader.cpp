@@ -128,6 +128,28 @@ std::string read(const std::filesystem::path& path) {
 ConfigError::ConfigError(std::vector<std::string> problems)
     : std::runtime_error(fmt::format("{}", fmt::join(problems, "\n"))), problems_(std::move(problems)) {}
 
+namespace {
+
+/// 0 for what no file holds.
+std::uint32_t line_of(const toml::node& node) {
+  return node.source().path == nullptr ? node.source().begin.line : 0;
+}
+
+/// Of a key with its tables: "limits.force_N".
+constexpr std::string_view kPathLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
+
+void merge(toml::table& from, toml::table& into) {
+  for (auto& [key, value] : from) {
+    toml::node* old = into.get(key);
+    if (old != nullptr && old->is_table() && value.is_table())
+      merge(*value.as_table(), *old->as_table());
+    else
+      into.insert_or_assign(key, std::move(value));
+  }
+}
+
+}  // namespace
+
 struct TomlFile::State {
   std::string name;
   toml::table root;
@@ -156,7 +178,7 @@ struct TomlTable::Node {
   }
 
   void refuse(const toml::node& value, std::string_view key, std::string_view complaint) {
-    file.problems.emplace(value.source().begin.line, fmt::format("'{}{}' {}", prefix, key, complaint));
+    file.problems.emplace(line_of(value), fmt::format("'{}{}' {}", prefix, key, complaint));
   }
   void refuse_type(const toml::node& value, std::string_view key, std::string_view expected) {
     refuse(value, key, fmt::format("should be {}, found {}", expected, describe(value.type())));
@@ -273,7 +295,7 @@ std::optional<std::size_t> TomlTable::choice_index(std::string_view key,
 
 void TomlTable::refuse(std::string_view key, const std::string& complaint) {
   const toml::node* found = node_->table.get(key);
-  const std::uint32_t line = found != nullptr ? found->source().begin.line : node_->line;
+  const std::uint32_t line = found != nullptr ? line_of(*found) : node_->line;
   node_->file.problems.emplace(line, fmt::format("'{}{}' {}", node_->prefix, key, complaint));
 }
 
@@ -285,7 +307,7 @@ TomlTable TomlTable::table(std::string_view key, const KeyRules& rules) {
   const std::string prefix = fmt::format("{}{}.", node_->prefix, key);
   if (const toml::node* found = node_->find(key, rules.required)) {
     if (const toml::table* table = found->as_table()) {
-      return node_->file.handle(*table, prefix, found->source().begin.line);
+      return node_->file.handle(*table, prefix, line_of(*found));
     }
     node_->refuse_type(*found, key, "a table");
   }
@@ -305,7 +327,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, const KeyRules& r
     const toml::node& element = (*array)[i];
     const std::string name = fmt::format("{}[{}]", key, i);
     if (const toml::table* table = element.as_table()) {
-      result.push_back(node_->file.handle(*table, node_->prefix + name + ".", element.source().begin.line));
+      result.push_back(node_->file.handle(*table, node_->prefix + name + ".", line_of(element)));
     } else {
       node_->refuse_type(element, name, "a table");
     }
@@ -341,6 +363,22 @@ TomlFile TomlFile::parse(const std::filesystem::path& path) {
   return TomlFile(std::move(state));
 }
 
+void TomlFile::set(const std::string& key, const std::string& value) {
+  toml::table told;
+  try {
+    told = toml::parse(key + " = " + value, std::string_view("set"));
+  } catch (const ParserLost&) {
+  } catch (const toml::parse_error&) {
+  }
+  // One key and its value, and no second line with something else.
+  const toml::node* leaf = told.at_path(key).node();
+  if (leaf == nullptr || leaf->is_table() || value.find_first_of("\r\n") != value.npos ||
+      key.find_first_not_of(kPathLetters) != key.npos)
+    throw ConfigError(
+        {fmt::format("set: '{} = {}' is not one key of the configuration and its value", key, value)});
+  merge(told, state_->root);
+}
+
 TomlTable TomlFile::root() { return state_->handle(state_->root, "", 1); }
 
 void TomlFile::finish() const {
@@ -348,14 +386,15 @@ void TomlFile::finish() const {
   for (const auto& [table, node] : state_->nodes) {
     for (const auto& [key, value] : *table) {
       if (node.known.contains(key.str())) continue;
-      problems.emplace(key.source().begin.line, fmt::format("unknown key '{}{}': {}", node.prefix, key.str(),
-                                                            hint(key.str(), node.known)));
+      problems.emplace(line_of(value), fmt::format("unknown key '{}{}': {}", node.prefix, key.str(),
+                                                   hint(key.str(), node.known)));
     }
   }
   if (problems.empty()) return;
   std::vector<std::string> lines;
   for (const auto& [line, message] : problems) {
-    lines.push_back(fmt::format("{}:{}: {}", state_->name, line, message));
+    const std::string place = line > 0 ? fmt::format("{}:{}", state_->name, line) : std::string("set");
+    lines.push_back(fmt::format("{}: {}", place, message));
   }
   throw ConfigError(std::move(lines));
 }

@@ -102,6 +102,10 @@ class TomlFile {
   TomlFile& operator=(TomlFile&&) noexcept;
   ~TomlFile();
 
+  /// Before root(): as if the file held `value`, written as TOML has it, for the dotted `key`.
+  /// @throws ConfigError when that is not one key and its value.
+  void set(const std::string& key, const std::string& value);
+
   TomlTable root();
   /// To be called when everything has been asked for.
   /// @throws ConfigError with all problems, among them the keys of every table that nobody asked for.

@@ -146,7 +146,9 @@ control::PlanarPose pose_of(const std::array<double, 3>& values) { return {value
 
 Run driven(const youbotd::Config& config, const fs::path& file) {
   Run run;
-  youbotd::SessionOptions session{.config_file = file, .virtual_time = true};
+  youbotd::SessionOptions session;
+  session.config_file = file;
+  session.virtual_time = true;
   session.after_cycle = [&run, cycle = 0](const youbotd::CycleRecord& record) mutable {
     constexpr int kCyclesPerPoint = 50;
     if (cycle++ % kCyclesPerPoint != 0 || !std::isfinite(record.reference_W[0])) return;

@@ -186,9 +186,10 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
 
 }  // namespace
 
-Config load_config(const std::filesystem::path& file) {
+Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
   Config config;
   apps::TomlFile toml = apps::TomlFile::parse(file);
+  for (const auto& [key, value] : settings) toml.set(key, value);
   TomlTable root = toml.root();
   root.text("robot", config.robot.name);
   if (!known_robot(config.robot.name)) root.refuse("robot", "is none of loopback, wire, ethercat:IFACE");

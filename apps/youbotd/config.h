@@ -2,6 +2,8 @@
 /// The daemon's configuration: defaults in the structs it is made of, a TOML file over them.
 #pragma once
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "apps/common/open_haptic.h"
 #include "apps/common/open_robot.h"
@@ -25,7 +27,9 @@ struct Config {
 };
 
 /// Every key is optional; apps/youbotd/demo.toml and teleop.toml show them all.
+/// `settings`, keys with their tables and values as TOML has them, stand over what the file says.
 /// @throws apps::ConfigError listing all problems, each with file and line.
-Config load_config(const std::filesystem::path& file);
+Config load_config(const std::filesystem::path& file,
+                   const std::map<std::string, std::string>& settings = {});
 
 }  // namespace youbotd

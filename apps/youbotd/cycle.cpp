@@ -84,6 +84,7 @@ void Cycle::step(nanoseconds now) noexcept {
       command_.enable = true;
       if (sample_.enabled) {
         controller_.reset(position_rad);
+        X_WB_ = {};
         motion_.begin(now);
         enter(Phase::kRunning, now);
       } else if (now - phase_begin_ > config_.enable_timeout) {
@@ -100,7 +101,7 @@ void Cycle::step(nanoseconds now) noexcept {
 }
 
 void Cycle::run(nanoseconds now, const control::WheelVector& position_rad) noexcept {
-  const Motion motion = motion_.read(now);
+  const Motion motion = motion_.read(now, X_WB_);
   const nanoseconds age = now - motion.stamp;
   if (age > config_.command_timeout) {
     keep({.kind = StopReason::Kind::kCommandTimeout, .value = std::chrono::duration<double>(age).count()});
@@ -147,6 +148,7 @@ void Cycle::apply(const control::BaseController::Output& output) noexcept {
 }
 
 void Cycle::keep_record(const control::BaseController::Output& output) noexcept {
+  X_WB_ = output.X_WB;
   record_.odometry_W = as_array(output.X_WB);
   record_.limited = output.limited;
   for (std::size_t i = 0; i < 3; ++i) record_.wrench_B[i] = output.wrench_B[static_cast<Eigen::Index>(i)];
@@ -165,6 +167,12 @@ void Cycle::request_stop() noexcept {
     case Phase::kFaulted:
     case Phase::kOff: break;
   }
+}
+
+void Cycle::switch_off() noexcept {
+  if (phase_ == Phase::kFaulted || phase_ == Phase::kOff) return;
+  command_ = {};
+  enter(Phase::kOff, now_);
 }
 
 bool Cycle::finished() const noexcept {

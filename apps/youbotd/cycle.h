@@ -59,9 +59,12 @@ class Cycle {
   void step(std::chrono::nanoseconds now) noexcept;
   /// Comes to rest, then switches off. From the cycle's thread.
   void request_stop() noexcept;
+  /// Drives off with the next step. From the cycle's thread.
+  void switch_off() noexcept;
 
   bool finished() const noexcept;
   CycleRecord& record() noexcept { return record_; }  ///< of the last step()
+  const CycleRecord& record() const noexcept { return record_; }
   const StopReason& stop_reason() const noexcept { return stop_reason_; }
 
  private:
@@ -88,6 +91,7 @@ class Cycle {
   std::chrono::nanoseconds last_motion_{};  // while stopping
   std::chrono::nanoseconds first_{};
   std::chrono::nanoseconds now_{};
+  control::PlanarPose X_WB_;  // odometry of the last cycle
   std::uint64_t count_ = 0;
 };
 

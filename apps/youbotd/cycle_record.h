@@ -16,6 +16,17 @@ enum class Phase : std::uint8_t {
   kFaulted,   ///< drives off, still cycling so that they hear it
   kOff,
 };
+/// "starting"
+constexpr const char* name(Phase phase) noexcept {
+  switch (phase) {
+    case Phase::kStarting: return "starting";
+    case Phase::kRunning: return "running";
+    case Phase::kStopping: return "stopping";
+    case Phase::kFaulted: return "faulted";
+    case Phase::kOff: return "off";
+  }
+  return "unknown";
+}
 
 /// SI, wheels in bus order, planar values ordered x, y, yaw. The torque command is the one that acts from
 /// this sample's moment on.

@@ -7,7 +7,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <optional>
+#include <stdexcept>
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
@@ -15,6 +17,7 @@
 #include "apps/common/stop_on_signals.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/report.h"
+#include "apps/youbotd/service.h"
 #include "apps/youbotd/session.h"
 #include "apps/youbotd/teleop_demo.h"
 #include "apps/youbotd/teleop_session.h"
@@ -26,6 +29,7 @@ struct Arguments {
   std::string haptic;
   std::optional<double> duration_s;
   std::string record_directory;
+  std::string control_socket;
   bool demo = false;
   bool quiet = false;
   youbotd::SessionOptions session;
@@ -49,6 +53,18 @@ void log_problems(const youbotd::RunSummary& summary) {
   if (!summary.stop_reason.empty()) spdlog::error("stopped by a fault at {}", summary.stop_reason);
   if (summary.fault_report)
     spdlog::error("the last second before it is in {}", summary.fault_report->string());
+}
+
+/// The file, what was set over it, and what the command line says.
+youbotd::Config configuration(const Arguments& arguments,
+                              const std::map<std::string, std::string>& settings = {}) {
+  youbotd::Config config = youbotd::load_config(arguments.session.config_file, settings);
+  if (!arguments.robot.empty()) config.robot.name = arguments.robot;
+  if (!arguments.haptic.empty()) {
+    config.haptic.name = arguments.haptic;
+    config.teleoperated = true;
+  }
+  return config;
 }
 
 int run_once(const Arguments& arguments, const youbotd::Config& config) {
@@ -90,16 +106,32 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
 
 /// Base and arm by hand.
 int run_teleoperation(const Arguments& arguments, const youbotd::Config& config) {
-  youbotd::TeleopOptions options{.config_file = arguments.session.config_file,
-                                 .duration = arguments.session.duration,
-                                 .record_directory = arguments.session.record_directory,
-                                 .virtual_time = arguments.session.virtual_time,
-                                 .allow_non_real_time = arguments.session.allow_non_real_time};
+  youbotd::TeleopOptions options{static_cast<const youbotd::RunOptions&>(arguments.session)};
+  options.duration = arguments.session.duration;
+  options.allow_non_real_time = arguments.session.allow_non_real_time;
   if (arguments.demo) options.tasks = youbotd::demo_tasks();
   const youbotd::TeleopSummary summary = youbotd::run_teleop_session(config, options, apps::stop_requested);
   print(arguments, youbotd::report(summary));
   log_problems(summary);
   return exit_code(summary);
+}
+
+/// Commanded over a socket, until it is told to end.
+int serve(const Arguments& arguments) {
+  if (arguments.session.virtual_time || arguments.demo || arguments.session.duration)
+    throw std::invalid_argument(
+        "--control serves in real time until it is stopped: not with --virtual-time, "
+        "--demo or --duration");
+  youbotd::run_service({.control_socket = arguments.control_socket,
+                        .config_file = arguments.session.config_file,
+                        .record_directory = arguments.session.record_directory,
+                        .allow_non_real_time = arguments.session.allow_non_real_time,
+                        .configuration =
+                            [&arguments](const std::map<std::string, std::string>& settings) {
+                              return configuration(arguments, settings);
+                            }},
+                       apps::stop_requested);
+  return apps::kExitOk;
 }
 
 std::string reasonable_duration(const std::string& text) {
@@ -111,12 +143,7 @@ std::string reasonable_duration(const std::string& text) {
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
 int run(Arguments arguments) {
-  youbotd::Config config = youbotd::load_config(arguments.session.config_file);
-  if (!arguments.robot.empty()) config.robot.name = arguments.robot;
-  if (!arguments.haptic.empty()) {
-    config.haptic.name = arguments.haptic;
-    config.teleoperated = true;
-  }
+  const youbotd::Config config = configuration(arguments);
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
@@ -126,6 +153,7 @@ int run(Arguments arguments) {
                  config.teleoperated ? " by hand on " + config.haptic.name : "",
                  1 / std::chrono::duration<double>(config.cycle.period).count(),
                  arguments.session.virtual_time ? ", virtual time" : "; Ctrl-C stops");
+  if (!arguments.control_socket.empty()) return serve(arguments);
   if (config.teleoperated) return run_teleoperation(arguments, config);
   return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
 }
@@ -152,6 +180,10 @@ int main(int argc, char** argv) {
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(reasonable_duration);
   app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")
+      ->check(not_empty);
+  app.add_option("--control", arguments.control_socket,
+                 "serve: keep the drives off until `youbotctl` enables them over this Unix socket, and after "
+                 "a fault until it does so again")
       ->check(not_empty);
   app.add_flag("--virtual-time", arguments.session.virtual_time,
                "as fast as the machine allows instead of real time (simulated robot and master)");

@@ -23,8 +23,8 @@ class MotionSource {
 
   /// Cycle: the robot obeys from now on and stands at the origin of W.
   virtual void begin(std::chrono::nanoseconds now) noexcept = 0;
-  /// Cycle: wait-free.
-  virtual Motion read(std::chrono::nanoseconds now) noexcept = 0;
+  /// Cycle: wait-free. `X_WB`: where odometry says the base is.
+  virtual Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept = 0;
 };
 
 /// Drives a planned path, then rests at its end for a moment.
@@ -36,7 +36,7 @@ class PathSource final : public MotionSource {
   explicit PathSource(const control::BasePath::Plan& plan) : path_(plan) {}
 
   void begin(std::chrono::nanoseconds now) noexcept override { begin_ = now; }
-  Motion read(std::chrono::nanoseconds now) noexcept override {
+  Motion read(std::chrono::nanoseconds now, const control::PlanarPose& /*X_WB*/) noexcept override {
     const std::chrono::duration<double> elapsed = now - begin_;
     const std::chrono::duration<double> end = std::chrono::duration<double>(path_.duration_s()) + kRestAtGoal;
     return {now, path_.at(elapsed.count()), elapsed >= end};

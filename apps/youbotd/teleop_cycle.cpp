@@ -113,6 +113,13 @@ void TeleopCycle::request_stop() noexcept {
   control_.request_stop();
 }
 
+void TeleopCycle::switch_off() noexcept {
+  stop_before_start_ = !started_;
+  control_.switch_off();
+  robot_command_ = {};
+  master_command_ = {};
+}
+
 void TeleopCycle::end_early() noexcept {
   end_.end = TeleopEnd::kRequested;
   off_ = true;

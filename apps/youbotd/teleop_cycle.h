@@ -47,8 +47,11 @@ class TeleopCycle {
   void step(std::chrono::nanoseconds now) noexcept;
   /// Comes to rest, then switches off. From the cycle's thread.
   void request_stop() noexcept;
+  /// Drives off with the next step: the arm falls. From the cycle's thread.
+  void switch_off() noexcept;
   bool finished() const noexcept;
   TeleopRecord& record() noexcept { return record_; }  ///< of the last step()
+  const TeleopRecord& record() const noexcept { return record_; }
   const End& end() const noexcept { return end_; }
   control::TeleopPhase phase() const noexcept { return control_.phase(); }
   const Eigen::Isometry3d& X_WT() const noexcept { return control_.robot().X_WT; }  ///< from the joints

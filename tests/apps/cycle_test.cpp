@@ -24,7 +24,7 @@ constexpr double kAtRest_m_per_s = 0.001 + 0.014 * 0.2;
 class ScriptedMotion final : public MotionSource {
  public:
   void begin(nanoseconds now) noexcept override { begin_ = now; }
-  Motion read(nanoseconds now) noexcept override {
+  Motion read(nanoseconds now, const control::PlanarPose&) noexcept override {
     Motion motion{now, {}, finished};
     motion.reference.X_WB.x_m = ahead_m;
     if (silent_after && now - begin_ > *silent_after) motion.stamp = begin_ + *silent_after;

@@ -52,7 +52,7 @@ class IdleRobot final : public hal::Robot {
 
 struct Holding final : MotionSource {
   void begin(nanoseconds) noexcept override {}
-  Motion read(nanoseconds now) noexcept override { return {now, {}, false}; }
+  Motion read(nanoseconds now, const control::PlanarPose&) noexcept override { return {now, {}, false}; }
 };
 
 struct Loop {

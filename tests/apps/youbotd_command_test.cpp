@@ -1,16 +1,13 @@
 // youbotd as a user meets it: arguments, exit codes, signals.
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <csignal>
-#include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "tests/support/run_command.h"
+#include "tests/support/process.h"
 #include "tests/support/temporary_directory.h"
 
 namespace {
@@ -19,58 +16,13 @@ namespace fs = std::filesystem;
 const std::string kDemo = YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml";
 
 using Result = support::CommandResult;
+using support::Process;
 
-/// A running youbotd with its output on a pipe.
-class Process {
- public:
-  explicit Process(std::vector<std::string> arguments) {
-    std::array<int, 2> ends{};
-    EXPECT_EQ(pipe(ends.data()), 0);
-    arguments.insert(arguments.begin(), YOUBOTD_BINARY);
-    std::vector<char*> argv;
-    for (std::string& argument : arguments) argv.push_back(argument.data());
-    argv.push_back(nullptr);
-    pid_ = fork();
-    if (pid_ == 0) {
-      dup2(ends[1], STDOUT_FILENO);
-      dup2(ends[1], STDERR_FILENO);
-      close(ends[0]);
-      execv(argv[0], argv.data());
-      _exit(127);
-    }
-    close(ends[1]);
-    output_ = fdopen(ends[0], "r");
-  }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-  ~Process() { fclose(output_); }
-
-  /// Reads until a line holds `text`; false when the output ends before.
-  bool wait_for(const std::string& text) {
-    std::array<char, 512> line{};
-    while (fgets(line.data(), line.size(), output_) != nullptr) {
-      result_.output += line.data();
-      if (result_.output.find(text) != std::string::npos) return true;
-    }
-    return false;
-  }
-  void signal(int number) const { kill(pid_, number); }
-  Result finish() {
-    std::array<char, 512> line{};
-    while (fgets(line.data(), line.size(), output_) != nullptr) result_.output += line.data();
-    int status = 0;
-    waitpid(pid_, &status, 0);
-    if (WIFEXITED(status)) result_.exit_code = WEXITSTATUS(status);
-    return result_;
-  }
-
- private:
-  pid_t pid_ = 0;
-  FILE* output_ = nullptr;
-  Result result_;
-};
-
-Result run(std::vector<std::string> arguments) { return Process(std::move(arguments)).finish(); }
+std::vector<std::string> youbotd(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), YOUBOTD_BINARY);
+  return arguments;
+}
+Result run(std::vector<std::string> arguments) { return Process(youbotd(std::move(arguments))).finish(); }
 
 TEST(YoubotdCommand, HelpNamesTheExitCodesAndSucceeds) {
   const Result result = run({"--help"});
@@ -113,7 +65,7 @@ TEST(YoubotdCommand, AFaultExitsWithFourAndSaysWhyEvenWhenQuiet) {
 
 TEST(YoubotdCommand, TerminateAndInterruptComeToACleanStop) {
   for (const int number : {SIGTERM, SIGINT}) {
-    Process process({"--config", kDemo, "--allow-non-rt", "--duration", "120"});
+    Process process(youbotd({"--config", kDemo, "--allow-non-rt", "--duration", "120"}));
     ASSERT_TRUE(process.wait_for("running")) << "never started";
     process.signal(number);
     const Result result = process.finish();

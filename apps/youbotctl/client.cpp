@@ -1,0 +1,58 @@
+#include "apps/youbotctl/client.h"
+
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+#include "apps/common/control_socket.h"
+#include "hal/setup_error.h"
+
+namespace youbotctl {
+namespace {
+
+/// youbotd answers between two looks at its robot; while it makes a run ready or opens a master, later.
+constexpr timeval kPatience{10, 0};
+
+std::string hint(int error) {
+  switch (error) {
+    case ENOENT:
+    case ECONNREFUSED: return "no youbotd serves there: start one with --control, or name its --socket";
+    case EACCES: return "permission denied: join the group of youbotd";
+    default: return std::strerror(error);
+  }
+}
+
+}  // namespace
+
+Client::Client(const std::filesystem::path& socket) : path_(socket) {
+  const sockaddr_un address = apps::control_address(path_);
+  socket_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    const int error = errno;
+    if (socket_ >= 0) close(socket_);
+    throw hal::SetupError(path_.string(), "connect", hint(error));
+  }
+  setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+}
+
+Client::~Client() { close(socket_); }
+
+nlohmann::json Client::ask(const std::string& request) {
+  std::string answer(apps::kLongestAnswer, '\0');
+  ssize_t size = send(socket_, request.data(), request.size(), MSG_NOSIGNAL);
+  if (size >= 0) do
+      size = recv(socket_, answer.data(), answer.size(), 0);
+    while (size < 0 && errno == EINTR);
+  if (size < 0 && errno == EAGAIN) throw hal::SetupError(path_.string(), "ask youbotd", "it does not answer");
+  if (size <= 0) throw hal::SetupError(path_.string(), "ask youbotd", "it has gone");
+  answer.resize(static_cast<std::size_t>(size));
+  nlohmann::json reply = nlohmann::json::parse(answer, nullptr, /*allow_exceptions=*/false);
+  if (!reply.is_object() || !reply.contains("ok") || !reply["ok"].is_boolean() || !reply.contains("status"))
+    throw hal::SetupError(path_.string(), "ask youbotd", "what answers there is no youbotd of this version");
+  return reply;
+}
+
+}  // namespace youbotctl

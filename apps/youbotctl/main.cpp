@@ -1,0 +1,202 @@
+// youbotctl: tells a running youbotd what to do.
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/common/control_socket.h"
+#include "apps/common/exit_code.h"
+#include "apps/common/run_app.h"
+#include "apps/common/stop_on_signals.h"
+#include "apps/youbotctl/client.h"
+
+namespace {
+
+using nlohmann::json;
+using youbotctl::Client;
+
+/// Well within apps::kCommanderPatience.
+constexpr int kBeat_ms = 200;
+
+struct Arguments {
+  std::string socket = apps::kControlSocket;
+  bool as_json = false;
+  bool quiet = false;
+  std::string mode;
+  std::string key;
+  std::vector<std::string> values;
+};
+
+std::string text(const json& status, const char* key) {
+  const auto found = status.find(key);
+  return found != status.end() && found->is_string() ? found->get<std::string>() : "";
+}
+
+/// A line for each thing that there is to tell.
+void print(const json& status) {
+  const auto line = [](const char* name, const std::string& what) {
+    if (!what.empty()) std::printf("%-10s %s\n", name, what.c_str());
+  };
+  const auto numbers = [&](const char* name, const char* key, const char* unit) {
+    const auto found = status.find(key);
+    if (found == status.end() || !found->is_array()) return;
+    std::string all;
+    for (const json& number : *found) {
+      std::array<char, 32> one{};
+      std::snprintf(one.data(), one.size(), "%.3f ", number.get<double>());
+      all += one.data();
+    }
+    line(name, all + unit);
+  };
+  line("youbotd", text(status, "version"));
+  line("mode", text(status, "mode"));
+  line("phase", text(status, "phase"));
+  line("commander", text(status, "commander"));
+  line("robot",
+       text(status, "robot") + (status.contains("robot_state") ? ": " + text(status, "robot_state") : ""));
+  if (status.contains("master"))
+    line("master", text(status, "master") +
+                       (status.contains("master_state") ? ": " + text(status, "master_state") : ""));
+  numbers("base", "base_W", "m, m, rad");
+  numbers("tip", "tip_p_WT_m", "m");
+  numbers("hand", "force_H_N", "N");
+  if (status.contains("settings"))
+    for (const auto& [key, value] : status["settings"].items())
+      line("set", key + " = " + (value.is_string() ? value.get<std::string>() : value.dump()));
+  if (status.contains("real_time") && status["real_time"] == false) line("", "NOT REAL-TIME");
+  line("fault", text(status, "fault"));
+  line("report", text(status, "fault_report"));
+}
+
+/// What was refused is said; the rest is told as asked for.
+int tell(const json& reply, const Arguments& arguments, bool with_status) {
+  if (reply["ok"] == false) {
+    spdlog::error("{}", text(reply, "error"));
+    return apps::kExitUsage;
+  }
+  if (arguments.as_json)
+    std::printf("%s\n", reply["status"].dump(2).c_str());
+  else if (with_status)
+    print(reply["status"]);
+  return apps::kExitOk;
+}
+
+int ask(const Arguments& arguments, const std::string& request, bool with_status = false) {
+  Client client(arguments.socket);
+  return tell(client.ask(request), arguments, with_status);
+}
+
+/// A line from standard input, if there is one by the time of the next beat.
+class Input {
+ public:
+  bool take(std::string& line) {
+    if (!ended_) listen();
+    const std::size_t end = pending_.find('\n');
+    if (end == pending_.npos) return false;
+    line = pending_.substr(0, end);
+    pending_.erase(0, end + 1);
+    return true;
+  }
+  bool ended() const { return ended_; }
+
+ private:
+  void listen() {
+    pollfd input{STDIN_FILENO, POLLIN, 0};
+    // A line that is there already needs no waiting.
+    if (poll(&input, 1, pending_.find('\n') == pending_.npos ? kBeat_ms : 0) <= 0) return;
+    std::array<char, 1024> text{};
+    const ssize_t size = read(STDIN_FILENO, text.data(), text.size());
+    ended_ = size <= 0;
+    if (size > 0) pending_.append(text.data(), static_cast<std::size_t>(size));
+  }
+  std::string pending_;
+  bool ended_ = false;
+};
+
+/// Enables and stays: the robot comes to rest when this ends.
+int enable(const Arguments& arguments) {
+  apps::stop_on_signals();
+  Client client(arguments.socket);
+  json reply = client.ask("enable");
+  if (reply["ok"] == false) return tell(reply, arguments, false);
+  if (!arguments.quiet) std::fprintf(stderr, "enabled: Ctrl-C stops; commands are read, one a line\n");
+  Input input;
+  std::string phase;
+  bool stopping = false;
+  while (reply["status"].value("enabled", false)) {
+    if (const std::string now = text(reply["status"], "phase");
+        now != phase && now != "off" && !arguments.quiet) {
+      std::printf("%s\n", now.c_str());
+      std::fflush(stdout);
+      phase = now;
+    }
+    std::string line;
+    if (apps::stop_requested && !stopping) {
+      stopping = true;
+      reply = client.ask("stop");
+      continue;
+    }
+    const bool told = input.take(line);
+    if (!told && input.ended()) usleep(1000U * kBeat_ms);
+    reply = client.ask(told && !line.empty() ? line : "alive");
+    if (reply["ok"] == false) spdlog::error("{}", text(reply, "error"));
+  }
+  if (const std::string fault = text(reply["status"], "fault"); !fault.empty()) {
+    spdlog::error("stopped by a fault at {}", fault);
+    return apps::kExitFault;
+  }
+  if (!arguments.quiet) std::printf("off\n");
+  return apps::kExitOk;
+}
+
+}  // namespace
+
+// NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app("Tells a running youbotd (youbotd --control) what to do. ENABLE MOVES A MACHINE.",
+               "youbotctl");
+  app.footer(
+      "Exit codes: 0 done, 2 usage, or youbotd refused, 3 no youbotd there, 4 the run was stopped by a "
+      "fault.");
+  app.require_subcommand(1);
+  app.add_option("--socket", arguments.socket, "of youbotd, its --control")->capture_default_str();
+  app.add_flag("--quiet", arguments.quiet, "print problems only");
+  std::function<int()> chosen;
+  const auto command = [&](const char* name, const char* what, std::function<int()> body) {
+    CLI::App* sub = app.add_subcommand(name, what);
+    sub->callback([&chosen, body = std::move(body)] { chosen = body; });
+    return sub;
+  };
+  command("status", "what it is doing", [&] {
+    return ask(arguments, "status", !arguments.quiet);
+  })->add_flag("--json", arguments.as_json, "for machines");
+  command(
+      "enable",
+      "start the robot, and stay: it comes to rest when this program ends, however it does. Ctrl-C stops. "
+      "Meanwhile it takes commands from standard input, one a line",
+      [&] { return enable(arguments); });
+  command("stop", "come to rest, lower the arm, drives off", [&] { return ask(arguments, "stop"); });
+  command("disable", "drives off at once: an arm FALLS", [&] { return ask(arguments, "disable"); });
+  command("mode", "what it does once enabled", [&] { return ask(arguments, "mode " + arguments.mode); })
+      ->add_option("name", arguments.mode, "path or velocity; teleoperation where a master commands")
+      ->required();
+  CLI::App* set = command("set",
+                          "a key of the configuration, for the next enable: set limits.force_N 10. Or, from "
+                          "the input of `enable` in the mode velocity: set velocity 0.1 0 0",
+                          [&] {
+                            std::string request = "set " + arguments.key;
+                            for (const std::string& value : arguments.values) request += " " + value;
+                            return ask(arguments, request);
+                          });
+  set->add_option("key", arguments.key)->required();
+  set->add_option("value", arguments.values, "as the file would have it")->required();
+  return apps::run_app(app, argc, argv, [&] { return chosen(); });
+}

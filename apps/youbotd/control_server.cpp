@@ -1,0 +1,144 @@
+#include "apps/youbotd/control_server.h"
+
+#include <grp.h>
+#include <poll.h>
+#include <pwd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+
+#include "apps/common/control_socket.h"
+#include "hal/setup_error.h"
+
+namespace youbotd {
+namespace {
+
+constexpr std::size_t kMostConnections = 16;
+
+hal::SetupError refused(const std::filesystem::path& path, const std::string& hint) {
+  return {"control socket " + path.string(), "open", hint};
+}
+
+/// Whether somebody answers there.
+bool served(const sockaddr_un& address) {
+  const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  const bool answered =
+      probe >= 0 && connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  if (probe >= 0) close(probe);
+  return answered;
+}
+
+/// A socket that nobody serves is left from a daemon that was killed. Anything else is not ours to remove.
+void remove_leftover(const std::filesystem::path& path, const sockaddr_un& address) {
+  struct stat found {};
+  if (lstat(path.c_str(), &found) != 0) return;
+  if (!S_ISSOCK(found.st_mode)) throw refused(path, "there is something else of that name");
+  if (served(address)) throw refused(path, "another youbotd serves it; stop that one, or name another path");
+  unlink(path.c_str());
+}
+
+/// Members of the daemon's group, by their main or any other group.
+bool in_our_group(int socket, const ucred& peer) {
+  if (peer.gid == getegid()) return true;
+  std::array<gid_t, 256> groups{};
+  socklen_t size = sizeof groups;
+  if (getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
+  const auto* end = groups.begin() + size / sizeof(gid_t);
+  return std::find(groups.cbegin(), end, getegid()) != end;
+}
+
+std::string name_of(const ucred& peer) {
+  std::array<char, 1024> room{};
+  passwd entry{};
+  passwd* found = nullptr;
+  const bool known = getpwuid_r(peer.uid, &entry, room.data(), room.size(), &found) == 0 && found != nullptr;
+  return (known ? entry.pw_name : "user " + std::to_string(peer.uid)) + " (process " +
+         std::to_string(peer.pid) + ")";
+}
+
+}  // namespace
+
+ControlServer::ControlServer(const std::filesystem::path& path, Listener& listener)
+    : path_(path), listener_(listener) {
+  const sockaddr_un address = apps::control_address(path);
+  remove_leftover(path, address);
+  listening_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (listening_ < 0 || bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+    const int why = errno;
+    if (listening_ >= 0) close(listening_);
+    throw refused(path, why == ENOENT ? "there is no directory " + path.parent_path().string()
+                                      : std::string(std::strerror(why)));
+  }
+  // Before anybody can connect.
+  if (chmod(path.c_str(), 0660) != 0 || listen(listening_, kMostConnections) != 0) {
+    const std::string why = std::strerror(errno);
+    close(listening_);
+    unlink(path.c_str());
+    throw refused(path, why);
+  }
+}
+
+ControlServer::~ControlServer() {
+  for (const Connection& connection : connections_) close(connection.socket);
+  close(listening_);
+  unlink(path_.c_str());
+}
+
+void ControlServer::serve(std::chrono::milliseconds patience) {
+  std::vector<pollfd> watched{{listening_, POLLIN, 0}};
+  for (const Connection& connection : connections_) watched.push_back({connection.socket, POLLIN, 0});
+  if (poll(watched.data(), watched.size(), static_cast<int>(patience.count())) <= 0) return;
+  std::vector<Connection> alive;
+  std::vector<Connection> dead;
+  for (std::size_t i = 0; i < connections_.size(); ++i) {
+    Connection& connection = connections_[i];
+    const bool asked = watched[i + 1].revents != 0;
+    (asked && !hear(connection) ? dead : alive).push_back(connection);
+  }
+  connections_ = std::move(alive);
+  for (const Connection& connection : dead) {
+    close(connection.socket);
+    listener_.gone(connection.peer);
+  }
+  if (watched[0].revents != 0) accept();
+}
+
+void ControlServer::accept() {
+  const int socket = accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
+  if (socket < 0) return;
+  ucred peer{};
+  socklen_t size = sizeof peer;
+  if (connections_.size() >= kMostConnections ||
+      getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) {
+    close(socket);
+    return;
+  }
+  const bool may_command = peer.uid == 0 || peer.uid == geteuid() || in_our_group(socket, peer);
+  connections_.push_back({socket,
+                          {.connection = ++accepted_,
+                           .pid = peer.pid,
+                           .uid = peer.uid,
+                           .name = name_of(peer),
+                           .may_command = may_command,
+                           .heard = std::chrono::steady_clock::now()}});
+}
+
+bool ControlServer::hear(Connection& connection) {
+  std::array<char, apps::kLongestRequest> request{};
+  const ssize_t size = recv(connection.socket, request.data(), request.size(), MSG_TRUNC);
+  if (size < 0) return errno == EAGAIN || errno == EINTR;
+  // Nobody who talks to us writes as much.
+  if (size == 0 || static_cast<std::size_t>(size) > request.size()) return false;
+  connection.peer.heard = std::chrono::steady_clock::now();
+  const std::string answer =
+      listener_.answer(connection.peer, std::string(request.data(), static_cast<std::size_t>(size)));
+  // Who asks without reading the answers is not waited for.
+  return send(connection.socket, answer.data(), answer.size(), MSG_NOSIGNAL) >= 0;
+}
+
+}  // namespace youbotd

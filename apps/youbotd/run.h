@@ -1,0 +1,69 @@
+/// @file
+/// One stretch of work of the robot, from an enable to drives that are off.
+#pragma once
+#include <array>
+#include <chrono>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "apps/youbotd/run_summary.h"
+#include "drivers/ethercat/pcap_ring.h"
+
+namespace youbotd {
+
+/// What a run says of itself while it lasts. Plain values, because they cross threads.
+struct Progress {
+  static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+  const char* phase = "off";        ///< a constant text
+  std::chrono::nanoseconds time{};  ///< since its first cycle
+  std::array<double, 3> base_W{};   ///< odometry: x, y, yaw
+  std::array<double, 3> tip_p_WT_m{kNaN, kNaN, kNaN};
+  std::array<double, 3> force_H_N{kNaN, kNaN, kNaN};  ///< on the hand
+};
+
+/// Of the last cycle.
+struct CycleTimes {
+  std::chrono::nanoseconds wake_up{};  ///< after its deadline
+  std::chrono::nanoseconds step{};     ///< time the cycle took
+};
+
+/// Made and wrapped up by one thread, stepped by one, as apps::run_loop() wants it.
+class Run {
+ public:
+  Run() = default;
+  Run(const Run&) = delete;
+  Run& operator=(const Run&) = delete;
+  virtual ~Run() = default;
+
+  // Cycle.
+  virtual void step(std::chrono::nanoseconds now) noexcept = 0;
+  /// Comes to rest, then switches off.
+  virtual void request_stop() noexcept = 0;
+  /// Drives off with the next step. An arm falls.
+  virtual void switch_off() noexcept = 0;
+  virtual bool finished() const noexcept = 0;
+  CycleTimes& record() noexcept { return times_; }
+  /// After step(), when `record()` is complete: keeps and records the cycle.
+  virtual void keep() noexcept = 0;
+  virtual Progress progress() const noexcept = 0;
+
+  /// After the last cycle: closes the recording and writes the report on a fault, with the bus' last `frames`
+  /// (may be null). Once.
+  virtual void wrap_up(const drivers::ethercat::PcapRing* frames) = 0;
+  virtual RunSummary& summary() noexcept = 0;
+
+ protected:
+  CycleTimes times_;
+};
+
+/// What a run of any kind needs to know beside its configuration.
+struct RunOptions {
+  std::filesystem::path config_file;
+  std::optional<std::filesystem::path> record_directory{};
+  bool virtual_time = false;  ///< the recording may make the cycle wait
+};
+
+}  // namespace youbotd

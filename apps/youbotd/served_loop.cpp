@@ -1,0 +1,52 @@
+#include "apps/youbotd/served_loop.h"
+
+namespace youbotd {
+
+void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
+  heed(now);
+  if (run_ != nullptr)
+    run_->step(now);
+  else
+    idle();
+}
+
+void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
+  if (orders_channel_.take(orders_)) last_order_ = now;
+  const bool heard = last_order_ && now - *last_order_ <= kSilence;
+  const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
+  if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
+    run_ = orders_.run;
+    number_ = orders_.number;
+    if (capture_ != nullptr) capture_->resume();
+  }
+  if (run_ == nullptr) return;
+  if (heard && orders_.off)
+    run_->switch_off();
+  else if (!wanted)
+    run_->request_stop();
+}
+
+void ServedLoop::idle() noexcept {
+  told_.robot = robot_.exchange({}, robot_sample_);
+  told_.master_left = orders_.leave_master;
+  if (master_ != nullptr && !orders_.leave_master) told_.master = master_->exchange({}, master_sample_);
+}
+
+void ServedLoop::keep() noexcept {
+  ++told_.cycles;
+  if (run_ != nullptr) {
+    run_->record() = times_;
+    run_->keep();
+    told_.progress = run_->progress();
+    if (run_->finished()) {
+      run_ = nullptr;
+      if (capture_ != nullptr) capture_->stop_after(0);
+      told_.ended = number_;
+    }
+  } else {
+    told_.progress = {};
+  }
+  told_channel_.publish(told_);
+}
+
+}  // namespace youbotd

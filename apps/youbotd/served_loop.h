@@ -1,0 +1,79 @@
+/// @file
+/// The cycle of a daemon that is told what to do: idle with the drives off, or one run after the other.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <optional>
+
+#include "apps/youbotd/run.h"
+#include "drivers/ethercat/pcap_ring.h"
+#include "hal/haptic_device.h"
+#include "hal/newest_value.h"
+#include "hal/robot.h"
+
+namespace youbotd {
+
+/// A level: what is to be done now.
+struct Orders {
+  std::uint64_t number = 0;   ///< of the run; each is done once. 0: none
+  Run* run = nullptr;         ///< lives until Told::ended says its number
+  bool stop = false;          ///< comes to rest, then drives off
+  bool off = false;           ///< drives off at once
+  bool leave_master = false;  ///< no exchange with the master, so that it can be opened anew
+};
+
+struct Told {
+  std::uint64_t cycles = 0;
+  std::uint64_t ended = 0;   ///< number of the last run that is over
+  Progress progress;         ///< of the run under way
+  hal::CycleStatus robot{};  ///< while there is none
+  hal::HapticStatus master{};
+  bool master_left = false;
+};
+
+/// Stands between two threads: one steps it, as apps::run_loop() wants it, the other gives orders and is
+/// told.
+class ServedLoop {
+ public:
+  /// A run without orders for longer than this comes to rest: nobody is there who could stop it.
+  static constexpr std::chrono::milliseconds kSilence{500};
+
+  /// `master` and `capture`, which keeps still from the end of a run to the next, may be null. All outlive
+  /// the loop.
+  ServedLoop(hal::Robot& robot, hal::HapticDevice* master, drivers::ethercat::PcapRing* capture)
+      : robot_(robot), master_(master), capture_(capture) {}
+
+  // The other thread.
+  void order(const Orders& orders) noexcept { orders_channel_.publish(orders); }
+  bool take(Told& told) noexcept { return told_channel_.take(told); }
+
+  // Cycle.
+  void step(std::chrono::nanoseconds now) noexcept;
+  /// Ends the run under way, then the loop.
+  void request_stop() noexcept { ending_ = true; }
+  bool finished() const noexcept { return ending_ && run_ == nullptr; }
+  CycleTimes& record() noexcept { return times_; }
+  /// After step(), when `record()` is complete.
+  void keep() noexcept;
+
+ private:
+  void heed(std::chrono::nanoseconds now) noexcept;
+  void idle() noexcept;
+
+  hal::Robot& robot_;
+  hal::HapticDevice* master_;
+  drivers::ethercat::PcapRing* capture_;
+  hal::NewestValue<Orders> orders_channel_;
+  hal::NewestValue<Told> told_channel_;
+  Orders orders_;
+  std::optional<std::chrono::nanoseconds> last_order_;
+  Run* run_ = nullptr;        // the one under way
+  std::uint64_t number_ = 0;  // its number
+  Told told_;
+  CycleTimes times_;
+  hal::RobotSample robot_sample_;
+  hal::HapticSample master_sample_;
+  bool ending_ = false;
+};
+
+}  // namespace youbotd

@@ -1,0 +1,352 @@
+#include "apps/youbotd/service.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <future>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "apps/common/build_info.h"
+#include "apps/common/control_socket.h"
+#include "apps/common/loop.h"
+#include "apps/common/robot_session.h"
+#include "apps/youbotd/base_run.h"
+#include "apps/youbotd/control_server.h"
+#include "apps/youbotd/served_loop.h"
+#include "apps/youbotd/teleop_run.h"
+#include "apps/youbotd/velocity_source.h"
+
+namespace youbotd {
+namespace {
+
+using nlohmann::json;
+using std::chrono::steady_clock;
+
+/// How often orders are repeated and news looked at: a tenth of ServedLoop::kSilence.
+constexpr std::chrono::milliseconds kBeat{50};
+/// Tables that are read when robot and master are opened. The rest is read anew for each run.
+constexpr std::array<std::string_view, 6> kOpenedOnce{"robot",  "loop",       "ethercat",
+                                                      "haptic", "simulation", "scene"};
+
+/// A request that is refused, with the reason for who asked.
+struct Refusal : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+json numbers(const std::array<double, 3>& values) {
+  return std::isfinite(values[0]) ? json(values) : json(nullptr);
+}
+
+class Service final : public ControlServer::Listener {
+ public:
+  explicit Service(const ServiceOptions& options)
+      : options_(options),
+        config_(options.configuration({})),
+        robot_(apps::open_robot(config_.robot, clock_, config_.cycle.period)),
+        mode_(config_.teleoperated ? "teleoperation" : "path") {
+    if (config_.teleoperated) master_ = open_master(config_.haptic, clock_, config_.cycle.period);
+  }
+
+  void serve(const std::atomic<bool>& stop);
+
+  std::string answer(const Peer& peer, const std::string& request) override;
+  void gone(const Peer& peer) override;
+
+ private:
+  // What is asked.
+  void obey(const Peer& peer, const std::string& request);
+  void enable(const Peer& peer);
+  void choose_mode(const std::string& mode);
+  void set(const std::string& key, const std::string& value);
+  void set_velocity(std::istringstream& words);
+  json status() const;
+
+  std::unique_ptr<Run> make_run(const Config& config, const RunOptions& options);
+  RunOptions next_run() const;
+  void open_master_again();
+  /// The orders again, and what became of them.
+  void beat();
+  void end_run();
+  void bring_to_rest(const std::string& why);
+
+  ServiceOptions options_;
+  hal::SteadyClock clock_;
+  Config config_;
+  apps::OpenedRobot robot_;
+  apps::OpenedHaptic master_;
+  std::unique_ptr<ServedLoop> loop_;
+
+  std::string mode_;
+  std::map<std::string, std::string> settings_;
+  std::vector<std::string> not_real_time_;
+  Orders orders_;
+  Told told_;
+  std::unique_ptr<Run> run_;            // the one under way
+  VelocitySource* velocity_ = nullptr;  // of that run, in mode velocity
+  std::optional<Peer> commander_;       // while it is
+  std::string fault_;                   // that ended the last run
+  std::filesystem::path fault_report_;
+};
+
+/// Robot, master and socket are opened here and the loop runs in a thread of its own; this one may wait.
+void Service::serve(const std::atomic<bool>& stop) {
+  loop_ = std::make_unique<ServedLoop>(*robot_.robot, master_.device.get(), robot_.capture.get());
+  ControlServer server(options_.control_socket, *this);
+  std::optional<apps::HapticActivation> master_activation;
+  if (master_.device) master_activation.emplace(*master_.device);
+  if (master_.device)
+    for (const std::string& warning : master_.device->info().warnings)
+      spdlog::warn("{}: {}", master_.device->info().name, warning);
+  // What cannot run is told now and not when somebody enables it.
+  (void)make_run(config_, {.config_file = options_.config_file});
+  const apps::RobotActivation robot_activation(*robot_.robot);
+
+  apps::LoopStatistics statistics;
+  std::atomic<bool> over{false};
+  std::promise<std::vector<std::string>> entered;
+  std::thread cycles([&] {
+    apps::RealTimeThread real_time;
+    try {
+      entered.set_value(apps::enter_real_time(real_time, config_.real_time, options_.allow_non_real_time));
+    } catch (...) {
+      entered.set_exception(std::current_exception());
+      return;
+    }
+    apps::run_loop(
+        clock_, config_.cycle.period, *loop_,
+        [&](std::chrono::nanoseconds) { return stop.load(std::memory_order_relaxed); },
+        [&](const CycleTimes& /*times*/) { loop_->keep(); }, statistics);
+    over.store(true, std::memory_order_release);
+  });
+  try {
+    not_real_time_ = entered.get_future().get();
+  } catch (...) {
+    cycles.join();
+    throw;
+  }
+  for (const std::string& problem : not_real_time_) spdlog::warn("not real-time: {}", problem);
+  spdlog::info("{} is open, its drives are off; waiting for commands on {}", config_.robot.name,
+               options_.control_socket.string());
+  while (!over.load(std::memory_order_acquire)) {
+    server.serve(kBeat);
+    beat();
+  }
+  cycles.join();
+  beat();
+  spdlog::info("ended after {} cycles, {} overruns", statistics.cycles, statistics.overruns);
+  for (const std::string& line : robot_.robot->report()) spdlog::info("robot says: {}", line);
+}
+
+void Service::beat() {
+  (void)loop_->take(told_);
+  if (run_ && told_.ended == orders_.number) end_run();
+  if (commander_ && steady_clock::now() - commander_->heard > apps::kCommanderPatience)
+    bring_to_rest(commander_->name + " is silent");
+  loop_->order(orders_);
+}
+
+void Service::bring_to_rest(const std::string& why) {
+  if (!run_ || orders_.stop || orders_.off) return;
+  spdlog::warn("coming to rest: {}", why);
+  orders_.stop = true;
+  commander_.reset();
+}
+
+void Service::end_run() {
+  run_->wrap_up(robot_.capture.get());
+  const RunSummary& summary = run_->summary();
+  fault_ = summary.stop_reason;
+  fault_report_ = summary.fault_report.value_or("");
+  if (fault_.empty())
+    spdlog::info("run {} is over, drives off", orders_.number);
+  else
+    spdlog::error("run {} was stopped by a fault at {}", orders_.number, fault_);
+  if (!fault_report_.empty()) spdlog::error("the last second before it is in {}", fault_report_.string());
+  for (const std::string& problem : summary.recording_problems) spdlog::warn("recording: {}", problem);
+  if (summary.cycles_lost > 0) spdlog::warn("recording: {} cycles lost", summary.cycles_lost);
+  velocity_ = nullptr;
+  commander_.reset();
+  orders_.run = nullptr;
+  run_.reset();
+}
+
+void Service::gone(const Peer& peer) {
+  if (commander_ && commander_->connection == peer.connection) bring_to_rest(peer.name + " is gone");
+}
+
+std::string Service::answer(const Peer& peer, const std::string& request) {
+  json reply;
+  try {
+    obey(peer, request);
+    reply["ok"] = true;
+  } catch (const std::exception& error) {
+    reply["ok"] = false;
+    reply["error"] = error.what();
+  }
+  (void)loop_->take(told_);
+  reply["status"] = status();
+  // Names come from outside and may be anything but UTF-8.
+  return reply.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+void Service::obey(const Peer& peer, const std::string& request) {
+  std::istringstream words(request);
+  std::string command;
+  words >> command;
+  const bool commands = commander_ && commander_->connection == peer.connection;
+  if (commands) commander_->heard = peer.heard;
+  if (command == "status" || command == "alive") return;
+  // Whoever sees that it must not go on may say so.
+  if (command == "stop") return bring_to_rest("told so by " + peer.name);
+  if (!peer.may_command)
+    throw Refusal(peer.name + " may look and stop; commands are for root, the user of youbotd and its group");
+  if (command == "disable") {
+    if (run_) spdlog::warn("drives off: told so by {}", peer.name);
+    orders_.off = run_ != nullptr;
+    return loop_->order(orders_);
+  }
+  if (commander_ && !commands) throw Refusal(commander_->name + " commands; stop it first");
+  if (command == "enable") return enable(peer);
+  if (command == "mode") {
+    std::string mode;
+    words >> mode;
+    return choose_mode(mode);
+  }
+  if (command == "set") {
+    std::string key;
+    std::string value;
+    words >> key;
+    if (key == "velocity") return set_velocity(words);
+    std::getline(words >> std::ws, value);
+    return set(key, value);
+  }
+  throw Refusal("there is no command '" + command + "', but status, enable, stop, disable, mode and set");
+}
+
+void Service::enable(const Peer& peer) {
+  if (run_)
+    throw Refusal(orders_.stop || orders_.off ? "it is still coming to rest" : "it is enabled already");
+  if (master_.device) open_master_again();
+  run_ = make_run(options_.configuration(settings_), next_run());
+  orders_ = {.number = orders_.number + 1, .run = run_.get()};
+  commander_ = peer;
+  fault_.clear();
+  fault_report_.clear();
+  spdlog::info("run {} ({}) enabled by {}", orders_.number, mode_, peer.name);
+  loop_->order(orders_);
+}
+
+/// One that was unplugged is plugged in again, perhaps.
+void Service::open_master_again() {
+  if (told_.master.fault != hal::HapticFault::kUnplugged) return;
+  orders_.leave_master = true;
+  const auto until = steady_clock::now() + std::chrono::seconds(1);
+  while (!told_.master_left && steady_clock::now() < until) {
+    loop_->order(orders_);
+    std::this_thread::sleep_for(kBeat / 10);
+    (void)loop_->take(told_);
+  }
+  if (!told_.master_left) throw Refusal("the loop does not answer");
+  (void)master_.device->deactivate();
+  master_.device->activate();  // or throws, and it stays left
+}
+
+RunOptions Service::next_run() const {
+  RunOptions run{.config_file = options_.config_file};
+  for (int number = 1; options_.record_directory; ++number) {
+    run.record_directory = *options_.record_directory / ("run-" + std::to_string(number));
+    if (!std::filesystem::exists(*run.record_directory)) break;
+  }
+  return run;
+}
+
+std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options) {
+  if (config_.teleoperated)
+    return std::make_unique<TeleopRun>(config, options, *robot_.robot, *master_.device,
+                                       robot_.manipulator.get());
+  std::unique_ptr<MotionSource> motion;
+  velocity_ = nullptr;
+  if (mode_ == "velocity") {
+    auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period);
+    velocity_ = source.get();
+    motion = std::move(source);
+  } else {
+    motion = std::make_unique<PathSource>(config.path);
+  }
+  return std::make_unique<BaseRun>(config, options, *robot_.robot, std::move(motion), robot_.truth);
+}
+
+void Service::choose_mode(const std::string& mode) {
+  const std::vector<std::string> modes = config_.teleoperated ? std::vector<std::string>{"teleoperation"}
+                                                              : std::vector<std::string>{"path", "velocity"};
+  if (std::find(modes.begin(), modes.end(), mode) == modes.end()) {
+    std::string names;
+    for (const std::string& name : modes) names += (names.empty() ? "" : ", ") + name;
+    throw Refusal("there is no mode '" + mode + "', but " + names);
+  }
+  if (run_ && mode != mode_) throw Refusal("the mode cannot change while it is enabled");
+  mode_ = mode;
+}
+
+void Service::set(const std::string& key, const std::string& value) {
+  if (run_) throw Refusal("settings act from the next enable on; stop first");
+  const std::string table = key.substr(0, key.find('.'));
+  if (std::find(kOpenedOnce.begin(), kOpenedOnce.end(), table) != kOpenedOnce.end())
+    throw Refusal("'" + table + "' is read once, when youbotd starts: change " +
+                  options_.config_file.string());
+  std::map<std::string, std::string> settings = settings_;
+  settings[key] = value;
+  (void)options_.configuration(settings);  // throws what is wrong with it
+  settings_ = std::move(settings);
+}
+
+void Service::set_velocity(std::istringstream& words) {
+  control::PlanarVector twist_B;
+  if (!(words >> twist_B[0] >> twist_B[1] >> twist_B[2]) || !twist_B.allFinite() ||
+      (words >> std::ws && !words.eof()))
+    throw Refusal("a velocity is three numbers: m/s ahead, m/s to the left, rad/s counter-clockwise");
+  if (velocity_ == nullptr) throw Refusal("it is not enabled in the mode velocity");
+  velocity_->tell(twist_B);
+}
+
+json Service::status() const {
+  const Progress& now = told_.progress;
+  json status{
+      {"format", "youbotd-status/1"}, {"version", apps::build_version()},
+      {"robot", config_.robot.name},  {"mode", mode_},
+      {"enabled", run_ != nullptr},   {"phase", run_ ? now.phase : fault_.empty() ? "off" : "faulted"},
+      {"cycles", told_.cycles},       {"real_time", not_real_time_.empty()},
+      {"settings", settings_}};
+  status["commander"] = commander_ ? json(commander_->name) : json(nullptr);
+  status["fault"] = fault_;
+  status["fault_report"] = fault_report_.string();
+  if (run_) {
+    status["time_s"] = std::chrono::duration<double>(now.time).count();
+    status["base_W"] = numbers(now.base_W);
+    status["tip_p_WT_m"] = numbers(now.tip_p_WT_m);
+    status["force_H_N"] = numbers(now.force_H_N);
+  } else {
+    status["robot_state"] = told_.robot.ok() ? "ready" : hal::describe(told_.robot.fault);
+  }
+  if (master_.device) {
+    status["master"] = master_.device->info().name;
+    if (!run_) status["master_state"] = told_.master.ok() ? "ready" : master_.device->describe(told_.master);
+  }
+  return status;
+}
+
+}  // namespace
+
+void run_service(const ServiceOptions& options, const std::atomic<bool>& stop) {
+  Service service(options);
+  service.serve(stop);
+}
+
+}  // namespace youbotd

@@ -1,0 +1,36 @@
+/// @file
+/// Set-points from a velocity that somebody keeps telling.
+#pragma once
+#include "apps/youbotd/motion_source.h"
+#include "control/base_path.h"
+#include "hal/newest_value.h"
+
+namespace youbotd {
+
+/// A reference that moves at the velocity told last, no faster and no more suddenly than the limits of the
+/// path allow. It waits for a base that is held back, so that it does not dart off when it is let go.
+class VelocitySource final : public MotionSource {
+ public:
+  /// The reference is never further from the base than this.
+  static constexpr double kLeash_m = 0.1;
+  static constexpr double kLeash_rad = 0.2;
+
+  VelocitySource(const control::BasePath::Limits& limits, std::chrono::nanoseconds period)
+      : limits_(limits), period_s_(std::chrono::duration<double>(period).count()) {}
+
+  /// From another thread: m/s ahead and to the left, rad/s counter-clockwise; finite.
+  void tell(const control::PlanarVector& twist_B) noexcept { told_.publish(twist_B); }
+
+  void begin(std::chrono::nanoseconds now) noexcept override;
+  Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept override;
+
+ private:
+  control::BasePath::Limits limits_;
+  double period_s_;
+  hal::NewestValue<control::PlanarVector> told_;
+  control::PlanarVector wanted_B_ = control::PlanarVector::Zero();
+  control::PlanarVector twist_B_ = control::PlanarVector::Zero();  // of the reference
+  control::PlanarPose reference_W_;
+};
+
+}  // namespace youbotd

@@ -1,0 +1,172 @@
+// The daemon's end of the control socket, with real sockets.
+#include "apps/youbotd/control_server.h"
+
+#include <grp.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "apps/common/control_socket.h"
+#include "hal/setup_error.h"
+#include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+using youbotd::ControlServer;
+using youbotd::Peer;
+
+struct Echo final : ControlServer::Listener {
+  std::string answer(const Peer& peer, const std::string& request) override {
+    asked.push_back(peer);
+    return "you said " + request;
+  }
+  void gone(const Peer& peer) override { left.push_back(peer); }
+  std::vector<Peer> asked;
+  std::vector<Peer> left;
+};
+
+/// A caller without our client.
+struct Caller {
+  explicit Caller(const std::filesystem::path& path) : socket(::socket(AF_UNIX, SOCK_SEQPACKET, 0)) {
+    const sockaddr_un address = apps::control_address(path);
+    connected = connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  }
+  ~Caller() { hang_up(); }
+  void hang_up() {
+    if (socket >= 0) close(socket);
+    socket = -1;
+  }
+  bool say(const std::string& text) const {
+    return send(socket, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
+  }
+  /// What has been answered; empty when nothing has, or the other end is gone.
+  std::string hear() const {
+    std::array<char, 256> text{};
+    const ssize_t size = recv(socket, text.data(), text.size(), MSG_DONTWAIT);
+    return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : "";
+  }
+  int socket;
+  bool connected = false;
+};
+
+struct ControlServerTest : testing::Test {
+  void serve(ControlServer& server) {
+    for (int i = 0; i < 4; ++i) server.serve(10ms);  // a connection, then what it says
+  }
+  support::TemporaryDirectory folder;
+  std::filesystem::path path = folder / "control";
+  Echo echo;
+};
+
+TEST_F(ControlServerTest, TellsItsListenerWhoAsksWhat) {
+  ControlServer server(path, echo);
+  const Caller one(path);
+  const Caller other(path);
+  ASSERT_TRUE(one.connected && other.connected);
+  ASSERT_TRUE(one.say("status") && other.say("stop"));
+  serve(server);
+  EXPECT_EQ(one.hear(), "you said status");
+  EXPECT_EQ(other.hear(), "you said stop");
+  ASSERT_EQ(echo.asked.size(), 2U);
+  EXPECT_NE(echo.asked[0].connection, echo.asked[1].connection);
+  EXPECT_EQ(echo.asked[0].pid, getpid());
+  EXPECT_NE(echo.asked[0].name.find(std::to_string(getpid())), std::string::npos) << echo.asked[0].name;
+  EXPECT_TRUE(echo.asked[0].may_command) << "the daemon's own user";
+}
+
+TEST_F(ControlServerTest, NoticesAtOnceThatAPeerIsGone) {
+  ControlServer server(path, echo);
+  Caller one(path);
+  const Caller other(path);
+  ASSERT_TRUE(one.say("hello"));
+  serve(server);
+  one.hang_up();
+  server.serve(1000ms);
+  ASSERT_EQ(echo.left.size(), 1U);
+  EXPECT_EQ(echo.left[0].connection, echo.asked[0].connection);
+  ASSERT_TRUE(other.say("still here"));
+  serve(server);
+  EXPECT_EQ(other.hear(), "you said still here");
+}
+
+TEST_F(ControlServerTest, DropsWhoSendsMoreThanARequest) {
+  ControlServer server(path, echo);
+  const Caller loud(path);
+  ASSERT_TRUE(loud.say(std::string(apps::kLongestRequest + 1, 'x')));
+  serve(server);
+  EXPECT_TRUE(echo.asked.empty());
+  EXPECT_EQ(echo.left.size(), 1U);
+  EXPECT_FALSE(loud.say("more"));
+}
+
+TEST_F(ControlServerTest, DoesNotWaitForACallerThatNeverReadsItsAnswers) {
+  ControlServer server(path, echo);
+  const Caller deaf(path);
+  serve(server);
+  for (int i = 0; i < 5000 && echo.left.empty(); ++i) {
+    (void)send(deaf.socket, "status", 6, MSG_NOSIGNAL | MSG_DONTWAIT);
+    server.serve(0ms);
+  }
+  EXPECT_EQ(echo.left.size(), 1U) << "its answers filled the socket";
+}
+
+TEST_F(ControlServerTest, IsForItsOwnerAndGroupOnly) {
+  const ControlServer server(path, echo);
+  struct stat found {};
+  ASSERT_EQ(stat(path.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777U, 0660U);
+}
+
+TEST_F(ControlServerTest, AStrangerWhoGetsInMayNotCommand) {
+  SKIP_UNLESS(geteuid() == 0, "only root can become somebody else");
+  ControlServer server(path, echo);
+  chmod(path.c_str(), 0666);
+  chmod(folder.path().c_str(), 0755);
+  const pid_t stranger = fork();
+  if (stranger == 0) {
+    constexpr unsigned kNobody = 65534;
+    if (setgroups(0, nullptr) != 0 || setgid(kNobody) != 0 || setuid(kNobody) != 0) _exit(2);
+    const Caller caller(path);
+    _exit(caller.connected && caller.say("enable") ? 0 : 1);
+  }
+  int status = -1;
+  waitpid(stranger, &status, 0);
+  ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+  serve(server);
+  ASSERT_EQ(echo.asked.size(), 1U);
+  EXPECT_EQ(echo.asked[0].pid, stranger);
+  EXPECT_EQ(echo.asked[0].uid, 65534U);
+  EXPECT_FALSE(echo.asked[0].may_command);
+}
+
+TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
+  {
+    const int left = socket(AF_UNIX, SOCK_SEQPACKET, 0);
+    const sockaddr_un address = apps::control_address(path);
+    ASSERT_EQ(bind(left, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    close(left);
+  }
+  {
+    ControlServer server(path, echo);
+    const Caller caller(path);
+    EXPECT_TRUE(caller.connected);
+    EXPECT_THROW(ControlServer(path, echo), hal::SetupError) << "somebody serves it";
+  }
+  EXPECT_FALSE(std::filesystem::exists(path));
+
+  const std::filesystem::path file = folder.write("precious", "text");
+  EXPECT_THROW(ControlServer(file, echo), hal::SetupError);
+  EXPECT_TRUE(std::filesystem::exists(file));
+  EXPECT_THROW(ControlServer(folder / "no/such/place", echo), hal::SetupError);
+  EXPECT_THROW(ControlServer(std::string(200, 'x'), echo), std::invalid_argument);
+}
+
+}  // namespace

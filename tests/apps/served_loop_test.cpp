@@ -1,0 +1,172 @@
+// The cycle that is told what to do, with runs that a test looks into.
+#include "apps/youbotd/served_loop.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/support/no_alloc_guard.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+using std::chrono::nanoseconds;
+using youbotd::Orders;
+using youbotd::ServedLoop;
+using youbotd::Told;
+
+class IdleRobot final : public hal::Robot {
+ public:
+  std::span<const hal::JointInfo> joints() const noexcept override { return {}; }
+  void activate() override {}
+  void deactivate() noexcept override {}
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample&) noexcept override {
+    ++exchanges;
+    was_enabled = was_enabled || command.enable;
+    return status;
+  }
+  int exchanges = 0;
+  bool was_enabled = false;
+  hal::CycleStatus status{};
+};
+
+/// Comes to rest in three steps once told, as a real one takes its time.
+class ScriptedRun final : public youbotd::Run {
+ public:
+  void step(nanoseconds) noexcept override {
+    ++steps;
+    if (stopping && --left == 0) over = true;
+  }
+  void request_stop() noexcept override { stopping = true; }
+  void switch_off() noexcept override { over = off = true; }
+  bool finished() const noexcept override { return over; }
+  void keep() noexcept override { longest_step = std::max(longest_step, times_.step); }
+  youbotd::Progress progress() const noexcept override {
+    youbotd::Progress progress;
+    progress.phase = "running";
+    return progress;
+  }
+  void wrap_up(const drivers::ethercat::PcapRing*) override {}
+  youbotd::RunSummary& summary() noexcept override { return summary_; }
+
+  int steps = 0;
+  int left = 3;
+  bool stopping = false;
+  bool off = false;
+  bool over = false;
+  nanoseconds longest_step{};
+
+ private:
+  youbotd::RunSummary summary_;
+};
+
+struct ServedLoopTest : testing::Test {
+  void cycle(int count = 1) {
+    for (int i = 0; i < count; ++i) {
+      loop.step(now += 1ms);
+      loop.record() = {.wake_up = 1us, .step = 7us};
+      loop.keep();
+    }
+    (void)loop.take(told);
+  }
+  Orders begin() {
+    const Orders orders{.number = 1, .run = &run};
+    loop.order(orders);
+    cycle();
+    return orders;
+  }
+
+  IdleRobot robot;
+  ServedLoop loop{robot, nullptr, nullptr};
+  ScriptedRun run;
+  Told told;
+  nanoseconds now{};
+};
+
+TEST_F(ServedLoopTest, WithoutARunItKeepsTheBusAliveWithTheDrivesOff) {
+  robot.status = {.fault = hal::Fault::kFrameLost};
+  cycle(100);
+  EXPECT_EQ(robot.exchanges, 100);
+  EXPECT_FALSE(robot.was_enabled);
+  EXPECT_EQ(told.cycles, 100U);
+  EXPECT_EQ(told.robot.fault, hal::Fault::kFrameLost) << "who asks is told how the robot is";
+  EXPECT_STREQ(told.progress.phase, "off");
+}
+
+TEST_F(ServedLoopTest, DoesARunOnceHoweverOftenItIsOrdered) {
+  Orders orders = begin();
+  EXPECT_EQ(run.steps, 1);
+  EXPECT_EQ(robot.exchanges, 0) << "the run has the robot";
+  EXPECT_STREQ(told.progress.phase, "running");
+  run.over = true;
+  cycle();
+  EXPECT_EQ(told.ended, 1U);
+  for (int i = 0; i < 10; ++i) {
+    loop.order(orders);
+    cycle();
+  }
+  EXPECT_EQ(run.steps, 2);
+  ScriptedRun next;
+  loop.order({.number = 2, .run = &next});
+  cycle();
+  EXPECT_EQ(next.steps, 1);
+  EXPECT_EQ(run.longest_step, 7us) << "what the loop measured reaches the run";
+}
+
+TEST_F(ServedLoopTest, StopBringsToRestAndOffSwitchesOff) {
+  Orders orders = begin();
+  orders.stop = true;
+  loop.order(orders);
+  cycle();
+  EXPECT_TRUE(run.stopping);
+  EXPECT_EQ(told.ended, 0U) << "it is not at rest yet";
+  EXPECT_FALSE(run.off);
+  orders.off = true;
+  loop.order(orders);
+  cycle();
+  EXPECT_TRUE(run.off);
+  EXPECT_EQ(told.ended, 1U);
+}
+
+TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
+  loop.order({.number = 1, .run = &run, .stop = true});
+  cycle(3);
+  EXPECT_EQ(run.steps, 0);
+}
+
+TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
+  const Orders orders = begin();
+  cycle(static_cast<int>(ServedLoop::kSilence / 1ms));
+  EXPECT_FALSE(run.stopping);
+  cycle(2);
+  EXPECT_TRUE(run.stopping);
+  cycle(10);
+  EXPECT_EQ(told.ended, 1U);
+  loop.order(orders);
+  cycle(10);
+  EXPECT_STREQ(told.progress.phase, "off") << "it does not begin again by itself";
+}
+
+TEST_F(ServedLoopTest, EndsOnlyAfterTheRunHasComeToRest) {
+  begin();
+  loop.request_stop();
+  EXPECT_FALSE(loop.finished());
+  cycle();
+  EXPECT_TRUE(run.stopping);
+  EXPECT_FALSE(loop.finished());
+  cycle(5);
+  EXPECT_TRUE(loop.finished());
+}
+
+TEST_F(ServedLoopTest, NeitherAllocatesNorLocks) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns malloc";
+  const support::NoAllocGuard guard;
+  begin();
+  cycle(100);
+  loop.order({.number = 1, .run = &run, .stop = true});
+  cycle(100);
+  EXPECT_EQ(guard.violations(), 0);
+  EXPECT_EQ(told.ended, 1U);
+}
+
+}  // namespace

@@ -1,0 +1,92 @@
+// Set-points from a velocity.
+#include "apps/youbotd/velocity_source.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace {
+
+using namespace std::chrono_literals;
+using control::PlanarPose;
+using control::PlanarVector;
+using youbotd::Motion;
+using youbotd::VelocitySource;
+
+struct VelocitySourceTest : testing::Test {
+  /// With a base that follows exactly, or stands where `held` says.
+  Motion drive(double duration_s, bool held = false) {
+    Motion motion;
+    for (int i = 0; i < std::lround(1000 * duration_s); ++i) {
+      const PlanarVector before = motion_W;
+      motion = source.read(now += 1ms, base);
+      motion_W = motion.reference.twist_W;
+      if (i > 0) largest_step = std::max(largest_step, (motion_W - before).head<2>().norm());
+      if (!held) base = motion.reference.X_WB;
+    }
+    return motion;
+  }
+  control::BasePath::Limits limits{.speed_m_per_s = 0.5,
+                                   .acceleration_m_per_s2 = 0.25,
+                                   .turn_speed_rad_per_s = 1.0,
+                                   .turn_acceleration_rad_per_s2 = 0.5};
+  VelocitySource source{limits, 1ms};
+  PlanarPose base;
+  PlanarVector motion_W = PlanarVector::Zero();
+  double largest_step = 0;
+  std::chrono::nanoseconds now{};
+};
+
+TEST_F(VelocitySourceTest, RestsUntilItIsTold) {
+  source.begin(0ns);
+  const Motion motion = drive(1);
+  EXPECT_EQ(motion.reference.twist_W, PlanarVector::Zero());
+  EXPECT_EQ(base.x_m, 0);
+  EXPECT_FALSE(motion.finished);
+  EXPECT_EQ(motion.stamp, now);
+}
+
+TEST_F(VelocitySourceTest, SpeedsUpAndBrakesWithinTheAcceleration) {
+  source.begin(0ns);
+  source.tell({0.2, 0, 0});
+  drive(2);
+  // 0.8 s at 0.25 m/s² to 0.2 m/s, that is 0.08 m, then 1.2 s at that speed.
+  EXPECT_NEAR(base.x_m, 0.08 + 0.24, 1e-3);
+  source.tell(PlanarVector::Zero());
+  drive(2);
+  EXPECT_NEAR(base.x_m, 0.08 + 0.24 + 0.08, 1e-3);
+  EXPECT_LE(largest_step, 0.25e-3 * (1 + 1e-9));
+}
+
+TEST_F(VelocitySourceTest, IsNoFasterThanItsLimitsHoweverItIsTold) {
+  source.begin(0ns);
+  source.tell({30, 40, -9});
+  const Motion motion = drive(4);
+  EXPECT_NEAR(motion.reference.twist_W.head<2>().norm(), 0.5, 1e-9) << "shortened along its direction";
+  EXPECT_NEAR(motion.reference.twist_W[2], -1.0, 1e-9);
+}
+
+TEST_F(VelocitySourceTest, AheadIsWhereTheBaseLooks) {
+  source.begin(0ns);
+  source.tell({0, 0, 0.8});
+  drive(3);
+  source.tell(PlanarVector::Zero());
+  drive(3);
+  const PlanarPose turned = base;
+  EXPECT_GT(turned.yaw_rad, 1.0);
+  source.tell({0.2, 0, 0});
+  drive(2);
+  EXPECT_NEAR(std::atan2(base.y_m - turned.y_m, base.x_m - turned.x_m), turned.yaw_rad, 1e-6);
+  EXPECT_NEAR(base.yaw_rad, turned.yaw_rad, 1e-9);
+}
+
+TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
+  source.begin(0ns);
+  source.tell({0.5, 0, 0.8});
+  const Motion motion = drive(30, /*held=*/true);
+  EXPECT_NEAR(motion.reference.X_WB.x_m, VelocitySource::kLeash_m, 1e-3);
+  EXPECT_NEAR(motion.reference.X_WB.yaw_rad, VelocitySource::kLeash_rad, 1e-9);
+}
+
+}  // namespace
