@@ -18,7 +18,7 @@ set(rules
   "^sim/gap/"           "^((sim|control|Eigen|unsupported/Eigen)/|${plain_values})"
   "^sim/identify/"      "^((sim|control|Eigen|ceres)/|${plain_values})"
   "^sim/"               "^((sim|control|Eigen)/|${plain_values})"
-  "^apps/"              "^(apps|sim|control|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
+  "^apps/"              "^(apps|sim|control|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann|systemd)/")
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
 # A control step is a function of (config, state, input, dt): no clock, thread or file.

@@ -1,0 +1,105 @@
+// What a service manager hears, on a socket as it has one.
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdlib>
+#include <cstring>
+#include <string>
+
+#include "apps/common/service_manager.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+
+class Listener {
+ public:
+  Listener() {
+    const std::string path = directory_ / "notify";
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    path.copy(address.sun_path, sizeof address.sun_path - 1);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    setenv("NOTIFY_SOCKET", path.c_str(), 1);
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+  ~Listener() {
+    unsetenv("NOTIFY_SOCKET");
+    close(socket_);
+  }
+  /// The next message, empty when there is none: they arrive as they are sent.
+  std::string heard() const {
+    std::array<char, 512> text{};
+    const ssize_t size = recv(socket_, text.data(), text.size(), MSG_DONTWAIT);
+    return size > 0 ? std::string(text.data(), static_cast<std::size_t>(size)) : std::string();
+  }
+
+ private:
+  support::TemporaryDirectory directory_;
+  int socket_ = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+};
+
+/// As the manager sets them for a service whose unit says WatchdogSec=.
+class Watchdog {
+ public:
+  Watchdog(const char* limit_us, const std::string& pid) {
+    setenv("WATCHDOG_USEC", limit_us, 1);
+    setenv("WATCHDOG_PID", pid.c_str(), 1);
+  }
+  Watchdog(const Watchdog&) = delete;
+  Watchdog& operator=(const Watchdog&) = delete;
+  ~Watchdog() {
+    unsetenv("WATCHDOG_USEC");
+    unsetenv("WATCHDOG_PID");
+  }
+};
+
+TEST(ServiceManager, HearsOfTheStartTheStateTheHeartbeatAndTheEnd) {
+  const Listener manager;
+  const apps::ServiceManager service;
+  service.ready("waiting for enable");
+  EXPECT_EQ(manager.heard(), "READY=1\nSTATUS=waiting for enable");
+  service.status("running");
+  EXPECT_EQ(manager.heard(), "STATUS=running");
+  service.watchdog();
+  EXPECT_EQ(manager.heard(), "WATCHDOG=1");
+  service.stopping();
+  EXPECT_EQ(manager.heard(), "STOPPING=1");
+  EXPECT_EQ(manager.heard(), "") << "each is told once";
+}
+
+TEST(ServiceManager, AStatusOfSeveralLinesStaysAStatus) {
+  const Listener manager;
+  const apps::ServiceManager service;
+  service.status("slave 3:\nSTOPPING=1");
+  EXPECT_EQ(manager.heard(), "STATUS=slave 3: STOPPING=1");
+}
+
+TEST(ServiceManager, IsNotMissedInAShell) {
+  unsetenv("NOTIFY_SOCKET");
+  const apps::ServiceManager service;
+  service.ready("running");
+  service.status("running");
+  service.watchdog();
+  service.stopping();
+  EXPECT_EQ(service.watchdog_interval(), std::nullopt);
+}
+
+TEST(ServiceManager, IsToldTwiceInItsTimeThatTheServiceIsAlive) {
+  const apps::ServiceManager service;
+  {
+    const Watchdog watchdog("5000000", std::to_string(getpid()));
+    EXPECT_EQ(service.watchdog_interval(), 2500ms);
+  }
+  {
+    const Watchdog watchdog("5000000", std::to_string(getppid()));
+    EXPECT_EQ(service.watchdog_interval(), std::nullopt) << "it waits for another process";
+  }
+}
+
+}  // namespace
