@@ -15,6 +15,7 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
+#include "apps/youbotd/check.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/report.h"
 #include "apps/youbotd/service.h"
@@ -32,6 +33,7 @@ struct Arguments {
   std::string control_socket;
   bool demo = false;
   bool quiet = false;
+  bool check = false;
   youbotd::SessionOptions session;
 };
 
@@ -134,6 +136,15 @@ int serve(const Arguments& arguments) {
   return apps::kExitOk;
 }
 
+int run_check(const Arguments& arguments, const youbotd::Config& config) {
+  const youbotd::Findings findings =
+      youbotd::check(config, {.record_directory = arguments.session.record_directory,
+                              .virtual_time = arguments.session.virtual_time,
+                              .allow_non_real_time = arguments.session.allow_non_real_time});
+  std::fputs(youbotd::report(findings, arguments.quiet).c_str(), stdout);
+  return youbotd::passed(findings) ? apps::kExitOk : apps::kExitSetup;
+}
+
 std::string reasonable_duration(const std::string& text) {
   double seconds = 0.0;
   const bool number = CLI::detail::lexical_cast(text, seconds);
@@ -147,6 +158,7 @@ int run(Arguments arguments) {
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
+  if (arguments.check) return run_check(arguments, config);
   apps::stop_on_signals();
   if (!arguments.quiet)
     spdlog::info("{}: running {}{}, {:g} Hz{}", apps::build_version(), config.robot.name,
@@ -192,6 +204,8 @@ int main(int argc, char** argv) {
   app.add_flag("--demo", arguments.demo,
                "drive the path without and with friction compensation and compare; with a master: a "
                "simulated operator does his tasks");
+  app.add_flag("--check", arguments.check,
+               "tell whether this machine lets it run, and what to do where not; nothing moves");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
   return apps::run_app(app, argc, argv, [&] { return run(arguments); });
 }

@@ -1,0 +1,121 @@
+#include "apps/youbotd/check.h"
+
+#include <algorithm>
+#include <string_view>
+
+#include "apps/common/open_haptic.h"
+#include "apps/common/open_robot.h"
+#include "apps/common/wording.h"
+#include "apps/youbotd/base_recording.h"
+#include "apps/youbotd/check_bus.h"
+#include "apps/youbotd/check_machine.h"
+#include "apps/youbotd/check_master.h"
+#include "apps/youbotd/check_recording.h"
+#include "apps/youbotd/check_rights.h"
+#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/motion_source.h"
+#include "apps/youbotd/teleop_cycle.h"
+#include "apps/youbotd/teleop_recording.h"
+#include "hal/clock.h"
+#include "hal/setup_error.h"
+
+namespace youbotd {
+namespace {
+
+using Mark = Finding::Mark;
+
+constexpr std::string_view kEthercat = "ethercat:";
+
+/// Makes what a run is made of; nothing of it is opened before it is activated.
+Finding check_configuration(const Config& config) {
+  const hal::VirtualClock clock;
+  const apps::OpenedRobot robot = apps::open_robot(config.robot, clock, config.cycle.period);
+  std::string found = "configuration: " + config.robot.name;
+  if (!config.teleoperated) {
+    PathSource motion(config.path);
+    const Cycle cycle(config.cycle, *robot.robot, motion, robot.truth);
+    return {Mark::kOk, found};
+  }
+  found += " by hand on " + config.haptic.name;
+  try {
+    const apps::OpenedHaptic master = apps::open_haptic(config.haptic, clock, config.cycle.period);
+    const TeleopCycle cycle({.control = config.teleoperation}, *robot.robot, *master.device);
+  } catch (const hal::SetupError& error) {
+    return {Mark::kFail, std::string("configuration: ") + error.what(), "set haptic.falcon.firmware"};
+  }
+  return {Mark::kOk, found};
+}
+
+void check_real_time(const Config& config, const CheckOptions& options, Findings& findings) {
+  const bool on_bus = config.robot.name.starts_with(kEthercat);
+  const Mark refused = options.allow_non_real_time ? Mark::kWarn : Mark::kFail;
+  findings.push_back(check_kernel(options.paths));
+  findings.push_back(check_clock_source(options.paths));
+  if (auto governor = check_governor(config.real_time.cpu, options.paths)) findings.push_back(*governor);
+  findings.push_back(check_throttling(on_bus && config.robot.ethercat.busy_wait, options.paths));
+  findings.push_back(check_memory_lock(refused));
+  findings.push_back(check_priority("the cycle", config.real_time.priority, refused));
+  if (config.real_time.cpu) findings.push_back(check_core(*config.real_time.cpu, refused));
+  // Its thread does not start without.
+  if (config.teleoperated && !apps::is_simulated_haptic(config.haptic.name) &&
+      config.haptic.thread.fifo_priority > 0)
+    findings.push_back(check_priority("the master", config.haptic.thread.fifo_priority, Mark::kFail));
+}
+
+void check_bus(const std::string& interface, const CheckOptions& options, Findings& findings) {
+  findings.push_back(check_interface(interface, options.paths));
+  if (findings.back().mark != Mark::kOk) return;  // nor would it open
+  findings.push_back(check_addresses(interface));
+  findings.push_back(check_raw_socket(interface));
+}
+
+bool holds_recording(const Config& config, const std::filesystem::path& directory) {
+  return config.teleoperated ? TeleopRecording::holds_recording(directory)
+                             : BaseRecording::holds_recording(directory);
+}
+
+const char* mark_text(Mark mark) {
+  switch (mark) {
+    case Mark::kOk: return "ok  ";
+    case Mark::kWarn: return "warn";
+    case Mark::kFail: break;
+  }
+  return "FAIL";
+}
+
+}  // namespace
+
+Findings check(const Config& config, const CheckOptions& options) {
+  Findings findings{check_configuration(config)};
+  if (!options.virtual_time) check_real_time(config, options, findings);
+  if (config.robot.name.starts_with(kEthercat))
+    check_bus(config.robot.name.substr(kEthercat.size()), options, findings);
+  if (config.teleoperated)
+    for (Finding& finding : check_master(config.haptic, options.paths))
+      findings.push_back(std::move(finding));
+  if (options.record_directory)
+    findings.push_back(check_recording(
+        *options.record_directory, holds_recording(config, *options.record_directory), config.cycle.period));
+  return findings;
+}
+
+std::string report(const Findings& findings, bool only_problems) {
+  std::string text;
+  for (const Finding& finding : findings) {
+    if (only_problems && finding.mark == Mark::kOk) continue;
+    text += std::string(mark_text(finding.mark)) + "  " + finding.found + "\n";
+    if (!finding.remedy.empty()) text += "      " + finding.remedy + "\n";
+  }
+  if (only_problems) return text;
+  const auto count = [&](Mark mark) {
+    return std::to_string(std::ranges::count(findings, mark, &Finding::mark));
+  };
+  return text + apps::count_text(static_cast<long long>(findings.size()), "check") + ": " +
+         count(Mark::kFail) + " FAIL, " + count(Mark::kWarn) + " warn\n";
+}
+
+bool passed(const Findings& findings) {
+  return std::ranges::none_of(findings, [](const Finding& finding) { return finding.mark == Mark::kFail; });
+}
+
+}  // namespace youbotd

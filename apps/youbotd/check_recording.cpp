@@ -1,0 +1,68 @@
+#include "apps/youbotd/check_recording.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <string>
+#include <system_error>
+
+namespace youbotd {
+namespace {
+
+namespace fs = std::filesystem;
+using Mark = Finding::Mark;
+
+/// A row of teleoperation has 750 bytes, the five of a base together 550.
+constexpr double kBytesPerCycle = 800;
+constexpr double kEnough_h = 1;
+
+/// The directory itself, or the one in which it would be made.
+fs::path first_that_exists(fs::path directory) {
+  std::error_code unknown;
+  while (directory.has_relative_path() && !fs::exists(directory, unknown))
+    directory = directory.parent_path();
+  return directory;
+}
+
+/// errno; 0: it can.
+int try_to_write(const fs::path& directory) {
+  std::string file = (directory / "youbotd-check-XXXXXX").string();
+  const int descriptor = mkstemp(file.data());
+  if (descriptor < 0) return errno;
+  close(descriptor);
+  unlink(file.c_str());
+  return 0;
+}
+
+}  // namespace
+
+Finding check_room(const fs::path& directory, double free_bytes, std::chrono::nanoseconds period) {
+  const double bytes_per_h = kBytesPerCycle * (std::chrono::duration<double>(std::chrono::hours(1)) / period);
+  const double hours = free_bytes / bytes_per_h;
+  const std::string found = fmt::format("recording: {} can be written, room for {:.1f} h at {:.1f} GB/h",
+                                        directory.string(), hours, bytes_per_h * 1e-9);
+  if (hours >= kEnough_h) return {Mark::kOk, found};
+  return {Mark::kWarn, found + "; a full disk ends the recording, not the run",
+          "df -h " + directory.string() + "; name another directory, or make room"};
+}
+
+Finding check_recording(const fs::path& directory, bool holds_recording, std::chrono::nanoseconds period) {
+  if (holds_recording)
+    return {Mark::kFail, "recording: " + directory.string() + " holds one already",
+            "name a new directory as --record"};
+  std::error_code unknown;
+  const fs::path parent = first_that_exists(fs::absolute(directory, unknown));
+  if (const int error = try_to_write(parent); error != 0)
+    return {Mark::kFail,
+            "recording: " + parent.string() + " cannot be written: " + std::generic_category().message(error),
+            "sudo install -d -o \"$USER\" " + directory.string() + ", or name another directory"};
+  const fs::space_info space = fs::space(parent, unknown);
+  if (unknown)
+    return {Mark::kWarn, "recording: " + parent.string() + ": " + unknown.message(),
+            "df -h " + parent.string()};
+  return check_room(directory, static_cast<double>(space.available), period);
+}
+
+}  // namespace youbotd

@@ -1,0 +1,279 @@
+// What `youbotd --check` finds: on machines made up of files, and on this one with rights taken away.
+#include "apps/youbotd/check.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <string>
+
+#include "apps/youbotd/check_bus.h"
+#include "apps/youbotd/check_machine.h"
+#include "apps/youbotd/check_master.h"
+#include "apps/youbotd/check_recording.h"
+#include "apps/youbotd/check_rights.h"
+#include "tests/support/run_command.h"
+#include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/support/veth.h"
+
+namespace youbotd {
+namespace {
+
+using namespace std::chrono_literals;
+namespace fs = std::filesystem;
+using Mark = Finding::Mark;
+using support::Namespaces;
+
+bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+/// A kernel that is a folder.
+class Machine {
+ public:
+  const Machine& file(const std::string& name, const std::string& text) const {
+    (void)folder_.write(name, text + "\n");
+    return *this;
+  }
+  /// Up and with a carrier.
+  const Machine& interface(const std::string& name) const {
+    const std::string folder = "sys/class/net/" + name + "/";
+    return file(folder + "type", "1").file(folder + "flags", "0x1003").file(folder + "carrier", "1");
+  }
+  drivers::usb::SystemPaths paths() const {
+    return {.sys = folder_ / "sys", .proc = folder_ / "proc", .dev = folder_ / "dev", .rule_directories = {}};
+  }
+
+ private:
+  support::TemporaryDirectory folder_;
+};
+
+const std::string kClocks = "sys/devices/system/clocksource/clocksource0/";
+
+TEST(CheckMachine, OnlyPreemptRtBoundsALateCycle) {
+  const Machine debian;
+  debian.file("proc/version", "Linux version 6.1.0-18-rt-amd64 (x@y) #1 SMP PREEMPT_RT Debian 6.1.76");
+  EXPECT_EQ(check_kernel(debian.paths()).mark, Mark::kOk);
+  EXPECT_EQ(check_kernel(debian.paths()).found, "kernel: 6.1.0-18-rt-amd64, PREEMPT_RT");
+  const Machine older;
+  older.file("proc/version", "Linux version 5.10.0-rt (x@y) #1 SMP").file("sys/kernel/realtime", "1");
+  EXPECT_EQ(check_kernel(older.paths()).mark, Mark::kOk);
+  const Machine stock;
+  stock.file("proc/version", "Linux version 6.1.0-18-amd64 (x@y) #1 SMP PREEMPT_DYNAMIC Debian 6.1.76");
+  const Finding finding = check_kernel(stock.paths());
+  EXPECT_EQ(finding.mark, Mark::kWarn);
+  EXPECT_TRUE(says(finding.found, "preemptible but not PREEMPT_RT")) << finding.found;
+  EXPECT_TRUE(says(finding.remedy, "linux-image-rt-")) << finding.remedy;
+}
+
+TEST(CheckMachine, ASlowClockIsWarnedOfAndTheBetterOneNamed) {
+  const Machine machine;
+  machine.file(kClocks + "current_clocksource", "tsc")
+      .file(kClocks + "available_clocksource", "tsc hpet acpi_pm");
+  EXPECT_EQ(check_clock_source(machine.paths()).mark, Mark::kOk);
+  machine.file(kClocks + "current_clocksource", "hpet");
+  const Finding hpet = check_clock_source(machine.paths());
+  EXPECT_EQ(hpet.mark, Mark::kWarn);
+  EXPECT_EQ(hpet.remedy, "echo tsc | sudo tee " +
+                             (machine.paths().sys / kClocks.substr(4) / "current_clocksource").string());
+  machine.file(kClocks + "current_clocksource", "acpi_pm")
+      .file(kClocks + "available_clocksource", "hpet acpi_pm");
+  EXPECT_TRUE(says(check_clock_source(machine.paths()).remedy, "dmesg"));
+}
+
+TEST(CheckMachine, ThrottlingMattersToALoopThatTakesACore) {
+  const Machine machine;
+  machine.file("proc/sys/kernel/sched_rt_runtime_us", "950000")
+      .file("proc/sys/kernel/sched_rt_period_us", "1000000");
+  EXPECT_EQ(check_throttling(false, machine.paths()).mark, Mark::kOk);
+  const Finding busy = check_throttling(true, machine.paths());
+  EXPECT_EQ(busy.mark, Mark::kWarn);
+  EXPECT_TRUE(says(busy.found, "950 ms of each 1000 ms")) << busy.found;
+  EXPECT_EQ(busy.remedy, "sudo sysctl kernel.sched_rt_runtime_us=-1");
+  machine.file("proc/sys/kernel/sched_rt_runtime_us", "-1");
+  EXPECT_EQ(check_throttling(true, machine.paths()).mark, Mark::kOk);
+  machine.file("proc/sys/kernel/sched_rt_runtime_us", "0");
+  EXPECT_EQ(check_throttling(false, machine.paths()).mark, Mark::kFail);
+}
+
+TEST(CheckMachine, OnlyTheCoresOfTheLoopHaveToKeepTheirClock) {
+  const Machine machine;
+  const std::string folder = "sys/devices/system/cpu/";
+  machine.file(folder + "online", "0-1");
+  EXPECT_EQ(check_governor({}, machine.paths()), std::nullopt) << "the kernel does not change it";
+  machine.file(folder + "cpu0/cpufreq/scaling_governor", "powersave")
+      .file(folder + "cpu1/cpufreq/scaling_governor", "performance");
+  EXPECT_EQ(check_governor(1, machine.paths())->mark, Mark::kOk);
+  const auto all = check_governor({}, machine.paths());
+  EXPECT_EQ(all->mark, Mark::kWarn);
+  EXPECT_TRUE(says(all->found, "performance on 1 core powersave on 1 core")) << all->found;
+  const auto slow = check_governor(0, machine.paths());
+  EXPECT_EQ(slow->remedy,
+            "echo performance | sudo tee " +
+                (machine.paths().sys / "devices/system/cpu/cpu0/cpufreq/scaling_governor").string());
+}
+
+TEST(CheckInterface, SaysWhatKeepsItFromBeingABus) {
+  const Machine machine;
+  machine.interface("eth7");
+  const auto judge = [&](const std::string& name = "eth7") { return check_interface(name, machine.paths()); };
+  EXPECT_EQ(judge().mark, Mark::kOk) << judge().found;
+  EXPECT_EQ(judge("eth8").mark, Mark::kFail);
+  EXPECT_TRUE(says(judge("eth8").found, "not there; there are eth7")) << judge("eth8").found;
+  EXPECT_EQ(judge("../net/eth7").mark, Mark::kFail);
+
+  machine.file("sys/class/net/eth7/carrier", "0");
+  EXPECT_TRUE(says(judge().found, "nothing at the other end")) << judge().found;
+  machine.file("sys/class/net/eth7/flags", "0x1002");
+  EXPECT_TRUE(says(judge().found, "down")) << judge().found;
+  EXPECT_EQ(judge().remedy, "sudo ip link set eth7 up");
+  fs::create_symlink("../br0", machine.paths().sys / "class/net/eth7/master");
+  EXPECT_TRUE(says(judge().found, "part of br0")) << judge().found;
+  EXPECT_EQ(judge().remedy, "sudo ip link set eth7 nomaster");
+  machine.file("sys/class/net/eth7/phy80211/name", "phy0");
+  EXPECT_TRUE(says(judge().found, "wireless")) << judge().found;
+  machine.file("sys/class/net/eth7/type", "772");
+  EXPECT_TRUE(says(judge().found, "not Ethernet")) << judge().found;
+  EXPECT_EQ(judge().mark, Mark::kFail);
+}
+
+TEST(CheckInterface, AnAddressMeansOtherTraffic) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  EXPECT_EQ(check_addresses("veth-c").mark, Mark::kOk) << "what every interface gives itself does not count";
+  ASSERT_EQ(support::run_command("ip address add 192.0.2.7/24 dev veth-c").exit_code, 0);
+  const Finding finding = check_addresses("veth-c");
+  EXPECT_EQ(finding.mark, Mark::kWarn);
+  EXPECT_TRUE(says(finding.found, "192.0.2.7")) << finding.found;
+  EXPECT_TRUE(says(finding.remedy, "flush dev veth-c")) << finding.remedy;
+}
+
+TEST(CheckMaster, OneThatIsNotThereFailsWithWhatToLookAt) {
+  const Machine machine;
+  apps::HapticOptions options;
+  EXPECT_TRUE(check_master(options, machine.paths()).empty()) << "the simulated pen is always there";
+  options.name = "falcon";
+  options.falcon.port_path = "9-9.9";  // where no machine has one
+  const Findings falcon = check_master(options, machine.paths());
+  ASSERT_EQ(falcon.size(), 1U);
+  EXPECT_EQ(falcon[0].mark, Mark::kFail);
+  EXPECT_TRUE(says(falcon[0].found, "no 0403:cb48 on the bus")) << falcon[0].found;
+  EXPECT_TRUE(says(falcon[0].remedy, "lsusb")) << falcon[0].remedy;
+
+  options.name = "spacemouse";
+  options.space_mouse.choice.serial = "none has this";
+  const Findings mouse = check_master(options, machine.paths());
+  ASSERT_EQ(mouse.size(), 1U);
+  EXPECT_EQ(mouse[0].mark, Mark::kFail);
+  EXPECT_FALSE(mouse[0].remedy.empty());
+
+  options.name = "force-dimension";
+  options.force_dimension.sdk.file = "/nowhere/libdrd.so.3";
+  const Findings omega = check_master(options, machine.paths());
+  ASSERT_EQ(omega.size(), 2U) << "the library, and the device";
+  EXPECT_EQ(omega[0].mark, Mark::kFail);
+  EXPECT_TRUE(says(omega[0].found, "/nowhere/libdrd.so.3")) << omega[0].found;
+  EXPECT_TRUE(says(omega[0].remedy, "FDSDK")) << omega[0].remedy;
+  options.force_dimension.transport = hal::ForceDimensionTransport::kUsb;
+  EXPECT_TRUE(says(check_master(options, machine.paths())[0].remedy, "transport = \"sdk\""));
+}
+
+TEST(CheckRecording, LooksWhereItWouldBeMadeAndLeavesNothing) {
+  const support::TemporaryDirectory folder;
+  EXPECT_NE(check_recording(folder / "runs/today", false, 1ms).mark, Mark::kFail);
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  EXPECT_EQ(check_recording(folder.path(), true, 1ms).mark, Mark::kFail);
+  const fs::path file = folder.write("file", "");
+  const Finding below_a_file = check_recording(file / "run", false, 1ms);
+  EXPECT_EQ(below_a_file.mark, Mark::kFail);
+  EXPECT_TRUE(says(below_a_file.found, "Not a directory")) << below_a_file.found;
+  EXPECT_TRUE(says(below_a_file.remedy, "install -d")) << below_a_file.remedy;
+}
+
+TEST(CheckRecording, RoomIsCountedInHours) {
+  EXPECT_EQ(check_room("/runs", 29e9, 1ms).mark, Mark::kOk);
+  EXPECT_TRUE(says(check_room("/runs", 28.8e9, 1ms).found, "room for 10.0 h at 2.9 GB/h"));
+  EXPECT_EQ(check_room("/runs", 2e9, 1ms).mark, Mark::kWarn);
+  EXPECT_EQ(check_room("/runs", 2e9, 10ms).mark, Mark::kOk) << "a slower loop writes less";
+}
+
+TEST(CheckReport, AProblemIsFollowedByWhatToDo) {
+  const Findings findings{{Mark::kOk, "clock source: tsc", ""},
+                          {Mark::kWarn, "kernel: old", "apt install new"}};
+  EXPECT_EQ(report(findings, false),
+            "ok    clock source: tsc\nwarn  kernel: old\n      apt install new\n2 checks: 0 FAIL, 1 warn\n");
+  EXPECT_EQ(report(findings, true), "warn  kernel: old\n      apt install new\n");
+  EXPECT_TRUE(passed(findings));
+  EXPECT_FALSE(passed({{Mark::kFail, "core: 7", "lscpu"}}));
+}
+
+// The program as people run it.
+
+const std::string kCheck = YOUBOTD_BINARY " --check --config " YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml ";
+
+TEST(CheckCommand, SimulationInVirtualTimeNeedsNothingOfTheMachine) {
+  const support::CommandResult result = support::run_command(kCheck + "--virtual-time");
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_EQ(result.output, "ok    configuration: loopback\n1 check: 0 FAIL, 0 warn\n");
+}
+
+TEST(CheckCommand, AConfigurationThatNoRunAcceptsIsAUsageError) {
+  const support::TemporaryDirectory folder;
+  const std::string bad = folder.write("bad.toml", "robbot = \"loopback\"\n").string();
+  EXPECT_EQ(support::run_command(YOUBOTD_BINARY " --check --config " + bad).exit_code, 2);
+  const support::CommandResult one_joint = support::run_command(kCheck + "--robot can:can0");
+  EXPECT_EQ(one_joint.exit_code, 2);
+  EXPECT_TRUE(one_joint.said("four wheels")) << one_joint.output;
+  EXPECT_EQ(support::run_command(kCheck + "--robot wire --haptic phantom").exit_code, 2);
+}
+
+TEST(CheckCommand, WithoutRightsItFailsAndNamesTheCommandThatGivesThem) {
+  SKIP_UNLESS(geteuid() == 0, "needs root, to take its rights away");
+  const std::string without =
+      "setpriv --bounding-set=-sys_nice,-ipc_lock,-sys_resource prlimit --memlock=0 --rtprio=0 ";
+  const support::CommandResult result = support::run_command(without + kCheck);
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_TRUE(result.said("FAIL  priority: SCHED_FIFO 80 for the cycle")) << result.output;
+#ifndef __SANITIZE_ADDRESS__  // which makes locking a call that does nothing
+  EXPECT_TRUE(result.said("FAIL  memory lock")) << result.output;
+#endif
+  EXPECT_TRUE(result.said("setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep " +
+                          fs::canonical(YOUBOTD_BINARY).string()))
+      << result.output;
+  const support::CommandResult waived = support::run_command(without + kCheck + "--allow-non-rt");
+  EXPECT_EQ(waived.exit_code, 0) << waived.output;
+  EXPECT_TRUE(waived.said("warn  priority: SCHED_FIFO 80 for the cycle")) << waived.output;
+}
+
+TEST(CheckCommand, ACoreThatIsNotThereIsNamed) {
+  const Finding finding = check_core(CPU_SETSIZE - 1, Mark::kFail);
+  EXPECT_EQ(finding.mark, Mark::kFail);
+  EXPECT_TRUE(says(finding.found, "core: 1023")) << finding.found;
+}
+
+TEST(CheckCommand, ABusIsOpenedAsTheMasterDoes) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  // It shows /sys as that namespace has it.
+  const std::string there = "ip netns exec " + namespaces.control_namespace() + " ";
+  const std::string bus = kCheck + "--allow-non-rt --robot ethercat:veth-c";
+  const support::CommandResult ready = support::run_command(there + bus);
+  EXPECT_EQ(ready.exit_code, 0) << ready.output;
+  EXPECT_TRUE(ready.said("ok    interface veth-c")) << ready.output;
+  EXPECT_TRUE(ready.said("ok    raw socket: opens on veth-c")) << ready.output;
+
+  const support::CommandResult denied =
+      support::run_command(there + "setpriv --bounding-set=-net_raw " + bus + " --quiet");
+  EXPECT_EQ(denied.exit_code, 3) << denied.output;
+  EXPECT_TRUE(denied.said("FAIL  raw socket")) << denied.output;
+  EXPECT_TRUE(denied.said("setcap cap_net_raw")) << denied.output;
+  EXPECT_FALSE(denied.said("ok  ")) << denied.output;
+
+  ASSERT_EQ(support::run_command("ip link set veth-c down").exit_code, 0);
+  const support::CommandResult down = support::run_command(there + bus);
+  EXPECT_EQ(down.exit_code, 3) << down.output;
+  EXPECT_TRUE(down.said("sudo ip link set veth-c up")) << down.output;
+  EXPECT_FALSE(down.said("raw socket")) << down.output;
+}
+
+}  // namespace
+}  // namespace youbotd
