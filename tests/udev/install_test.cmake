@@ -15,7 +15,10 @@ file(GLOB rules RELATIVE ${ROOT}/udev ${ROOT}/udev/*.rules)
 list(TRANSFORM rules PREPEND ${RULES_DIR}/ OUTPUT_VARIABLE installed_rules)
 set(programs youbotd youbot-bench youbot-sim youbot-gap)
 list(TRANSFORM programs PREPEND /usr/bin/ OUTPUT_VARIABLE installed_programs)
-set(expected ${installed_programs} ${installed_rules} /usr/share/youbot-hal/demo.toml
+cmake_path(ABSOLUTE_PATH UNIT_DIR BASE_DIRECTORY /usr)
+cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
+set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.service ${SYSUSERS_DIR}/youbotd.conf
+             /usr/share/youbot-hal/demo.toml
              /usr/share/youbot-hal/teleop.toml
              /usr/share/doc/youbot-hal/README.md /usr/share/doc/youbot-hal/raw-socket.md)
 file(GLOB_RECURSE found ${SCRATCH}/*)

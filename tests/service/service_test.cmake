@@ -1,0 +1,77 @@
+# Installs below a folder of its own, then asks systemd what it thinks of the unit, and the installed youbotd
+# whether it knows the options that the unit gives it.
+cmake_minimum_required(VERSION 3.25)
+
+find_program(analyze systemd-analyze)
+find_program(sysusers systemd-sysusers)
+if(NOT analyze OR NOT sysusers)
+  if(DEFINED ENV{YOUBOT_TESTS_MUST_RUN})
+    message(FATAL_ERROR "systemd-analyze or systemd-sysusers is missing: install systemd")
+  endif()
+  message("SKIPPED: systemd-analyze or systemd-sysusers is missing: install systemd")
+  return()
+endif()
+
+# Runs a command that may fail; what it said is in `output`.
+function(run)
+  execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE said ERROR_VARIABLE said RESULT_VARIABLE result)
+  if(NOT result EQUAL 0)
+    list(JOIN ARGN " " command)
+    message(FATAL_ERROR "${command}\nended with ${result}:\n${said}")
+  endif()
+  set(output "${said}" PARENT_SCOPE)
+endfunction()
+
+file(REMOVE_RECURSE ${SCRATCH})
+set(ENV{DESTDIR} ${SCRATCH})
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix /usr)
+unset(ENV{DESTDIR})
+cmake_path(ABSOLUTE_PATH UNIT_DIR BASE_DIRECTORY /usr)
+cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
+set(unit ${SCRATCH}${UNIT_DIR}/youbotd.service)
+
+# What it is not sure of it only says: any word is a failure. It looks for the units that ours depends on.
+file(COPY /usr/lib/systemd/system DESTINATION ${SCRATCH}/usr/lib/systemd)
+run(${analyze} verify --man=no --root=${SCRATCH} ${unit})
+if(output)
+  message(FATAL_ERROR "systemd-analyze verify:\n${output}")
+endif()
+
+# 1.9 of 10 when it was written: what is left is the robot's bus, real time and USB.
+run(${analyze} security --offline=true --no-pager --threshold=20 ${unit})
+
+# The user and the group of the unit are those that are declared.
+file(MAKE_DIRECTORY ${SCRATCH}/etc)
+run(${sysusers} --root=${SCRATCH} ${SCRATCH}${SYSUSERS_DIR}/youbotd.conf)
+file(STRINGS ${unit} lines)
+foreach(pair "User:passwd" "Group:group")
+  string(REPLACE ":" ";" pair ${pair})
+  list(POP_FRONT pair key database)
+  set(names ${lines})
+  list(FILTER names INCLUDE REGEX "^${key}=")
+  string(REGEX REPLACE "^${key}=" "" name "${names}")
+  file(STRINGS ${SCRATCH}/etc/${database} entries REGEX "^${name}:")
+  if(NOT name OR NOT entries)
+    message(FATAL_ERROR "${key}=${name} is not declared in ${SYSUSERS_DIR}/youbotd.conf")
+  endif()
+endforeach()
+
+list(FILTER lines INCLUDE REGEX "^ExecStart(Pre)?=")
+list(LENGTH lines count)
+if(NOT count EQUAL 2)
+  message(FATAL_ERROR "Not one ExecStartPre and one ExecStart:\n${lines}")
+endif()
+foreach(line IN LISTS lines)
+  string(REGEX REPLACE "^[A-Za-z]+=-?" "" line "${line}")
+  separate_arguments(words UNIX_COMMAND "${line}")
+  list(POP_FRONT words program)
+  run(${SCRATCH}${program} --help)
+  list(FILTER words INCLUDE REGEX "^--")
+  list(REMOVE_ITEM words --control)  # which youbotd learns with the socket
+  foreach(option IN LISTS words)
+    if(NOT output MATCHES "[ ,]${option}[ ,\n]")
+      message(FATAL_ERROR "${program} does not know ${option}:\n${line}")
+    endif()
+  endforeach()
+endforeach()
+file(REMOVE_RECURSE ${SCRATCH})
