@@ -17,6 +17,7 @@
 #include "apps/common/control_socket.h"
 #include "apps/common/loop.h"
 #include "apps/common/robot_session.h"
+#include "apps/common/service_manager.h"
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/control_server.h"
 #include "apps/youbotd/served_loop.h"
@@ -74,9 +75,12 @@ class Service final : public ControlServer::Listener {
   /// The orders again, and what became of them.
   void beat();
   void end_run();
+  /// To the service manager: alive, as long as the cycles go on.
+  void report_alive();
   void bring_to_rest(const std::string& why);
 
   ServiceOptions options_;
+  apps::ServiceManager manager_;
   hal::SteadyClock clock_;
   Config config_;
   apps::OpenedRobot robot_;
@@ -93,6 +97,8 @@ class Service final : public ControlServer::Listener {
   std::optional<Peer> commander_;       // while it is
   std::string fault_;                   // that ended the last run
   std::filesystem::path fault_report_;
+  std::uint64_t cycles_reported_ = 0;
+  steady_clock::time_point reported_{};
 };
 
 /// Robot, master and socket are opened here and the loop runs in a thread of its own; this one may wait.
@@ -134,10 +140,13 @@ void Service::serve(const std::atomic<bool>& stop) {
   for (const std::string& problem : not_real_time_) spdlog::warn("not real-time: {}", problem);
   spdlog::info("{} is open, its drives are off; waiting for commands on {}", config_.robot.name,
                options_.control_socket.string());
+  manager_.ready("drives off, waiting for commands");
   while (!over.load(std::memory_order_acquire)) {
     server.serve(kBeat);
     beat();
+    report_alive();
   }
+  manager_.stopping();
   cycles.join();
   beat();
   spdlog::info("ended after {} cycles, {} overruns", statistics.cycles, statistics.overruns);
@@ -150,6 +159,14 @@ void Service::beat() {
   if (commander_ && steady_clock::now() - commander_->heard > apps::kCommanderPatience)
     bring_to_rest(commander_->name + " is silent");
   loop_->order(orders_);
+}
+
+void Service::report_alive() {
+  const auto interval = manager_.watchdog_interval();
+  if (!interval || steady_clock::now() - reported_ < *interval || told_.cycles == cycles_reported_) return;
+  reported_ = steady_clock::now();
+  cycles_reported_ = told_.cycles;
+  manager_.watchdog();
 }
 
 void Service::bring_to_rest(const std::string& why) {
@@ -171,6 +188,7 @@ void Service::end_run() {
   if (!fault_report_.empty()) spdlog::error("the last second before it is in {}", fault_report_.string());
   for (const std::string& problem : summary.recording_problems) spdlog::warn("recording: {}", problem);
   if (summary.cycles_lost > 0) spdlog::warn("recording: {} cycles lost", summary.cycles_lost);
+  manager_.status(fault_.empty() ? "drives off, waiting for commands" : "stopped by a fault at " + fault_);
   velocity_ = nullptr;
   commander_.reset();
   orders_.run = nullptr;
@@ -240,6 +258,7 @@ void Service::enable(const Peer& peer) {
   fault_.clear();
   fault_report_.clear();
   spdlog::info("run {} ({}) enabled by {}", orders_.number, mode_, peer.name);
+  manager_.status(mode_ + ", enabled by " + peer.name);
   loop_->order(orders_);
 }
 
