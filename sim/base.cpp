@@ -48,7 +48,7 @@ void Base::advance(std::span<const hal::JointCommand> commands, bool powered,
 void Base::step(double step_s) noexcept {
   control::PlanarVector wrench_B = push_B_;
   wheels_.step(twist_B_, step_s, wrench_B);
-  if (!parameters_.on_ground) return;
+  if (!wheels_.on_ground()) return;
 
   // Newton in the turning frame B: m·(dv/dt + ω × v) = f.
   const double spin = twist_B_[2];
@@ -57,6 +57,11 @@ void Base::step(double step_s) noexcept {
                                              wrench_B[2] / parameters_.yaw_inertia_kg_m2);
   twist_B_ += step_s * acceleration_B;
   X_WB_ = control::moved_by(X_WB_, step_s * twist_B_);
+}
+
+void Base::set_on_ground(bool on_ground) noexcept {
+  wheels_.set_on_ground(on_ground);
+  if (!on_ground) twist_B_.setZero();
 }
 
 double Base::kinetic_energy_J() const noexcept {

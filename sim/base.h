@@ -38,6 +38,8 @@ class Base final : public hal::Plant {
   double kinetic_energy_J() const noexcept;
   /// From now on a hand pushes the body with this wrench.
   void push(const control::PlanarVector& wrench_B) noexcept { push_B_ = wrench_B; }
+  /// Lifted off the ground the body stays where it is.
+  void set_on_ground(bool on_ground) noexcept;
   void set_twist(const control::PlanarVector& twist_B) noexcept { twist_B_ = twist_B; }
 
  private:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "control/friction/sliding_table.h"
 
@@ -116,6 +117,11 @@ void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
     wrench_B += control::PlanarVector(force_x, force_y, x * force_y - y * force_x);
     wheels_[i].step(kForward[i] * r * force_x, step_s);
   }
+}
+
+void MecanumWheels::set_on_ground(bool on_ground) noexcept {
+  if (std::exchange(parameters_.on_ground, on_ground) == on_ground) return;
+  grips_.fill(BoundedBristle(parameters_.roller_give));
 }
 
 void MecanumWheels::sense(double interval_s) noexcept {

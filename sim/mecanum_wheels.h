@@ -58,6 +58,9 @@ class MecanumWheels {
   /// Ends a controller period, as Drive::sense().
   void sense(double interval_s) noexcept;
   void measure(std::span<hal::JointSample> samples) const noexcept;
+  /// Lifts them off the ground, or sets them down. Measured curves stay scaled as they were at the start.
+  void set_on_ground(bool on_ground) noexcept;
+  bool on_ground() const noexcept { return parameters_.on_ground; }
 
   Drive& operator[](std::size_t index) noexcept { return wheels_[index]; }
   double kinetic_energy_J() const noexcept;

@@ -110,6 +110,13 @@ void MobileManipulator::advance(std::span<const hal::JointCommand> commands, boo
   look_at_tip();
 }
 
+void MobileManipulator::set_on_ground(bool on_ground) noexcept {
+  if (wheels_.on_ground() == on_ground) return;
+  wheels_.set_on_ground(on_ground);
+  if (!on_ground) v_.head<kBaseAxes>().setZero();
+  held_.left_s = 0.0;  // the inverse mass is another one
+}
+
 void MobileManipulator::step(double step_s) noexcept {
   if (held_.left_s < step_s / 2) hold_model(std::max(step_s, seconds(parameters_.model_hold)));
   held_.left_s -= step_s;

@@ -57,6 +57,8 @@ class MobileManipulator final : public hal::Plant {
                std::chrono::nanoseconds duration) noexcept override;
 
   /// From now on somebody pushes the tip.
+  /// Lifted off the ground the base stays where it is.
+  void set_on_ground(bool on_ground) noexcept;
   void push_tip(const Eigen::Vector3d& force_W_N) noexcept { push_W_N_ = force_W_N; }
 
   /// Truth, for tests and the summary of a simulated run.
@@ -79,7 +81,7 @@ class MobileManipulator final : public hal::Plant {
 
  private:
   std::array<ElasticJoint, control::kArmJoints> make_joints();
-  bool base_moves() const noexcept { return parameters_.wheels.on_ground; }
+  bool base_moves() const noexcept { return wheels_.on_ground(); }
   /// What is held from now on for `duration_s`.
   void hold_model(double duration_s) noexcept;
   control::ChainMatrix inverse_mass(const control::ChainMatrix& mass) const noexcept;

@@ -147,6 +147,24 @@ TEST(Base, InTheAirEveryWheelTurnsAloneAndTheBodyStays) {
   }
 }
 
+TEST(Base, LiftedItStaysAndSetDownItDrives) {
+  Base base(noiseless());
+  const WheelVector turning_left = WheelVector::Constant(0.3);
+  run(base, turning_left, 500);
+  const double turned_rad = base.pose().yaw_rad;
+  ASSERT_GT(turned_rad, 0.05);
+  base.set_on_ground(false);  // in the middle of it
+  run(base, turning_left, 500);
+  EXPECT_EQ(base.pose().yaw_rad, turned_rad);
+  const double in_the_air_rad = base.wheel(0).position_rad();
+  run(base, WheelVector::Zero(), 2000);
+  EXPECT_GT(base.wheel(0).position_rad(), in_the_air_rad);
+  base.set_on_ground(true);
+  EXPECT_EQ(base.twist(), control::PlanarVector::Zero());
+  run(base, turning_left, 500);
+  EXPECT_GT(base.pose().yaw_rad, turned_rad + 0.05);
+}
+
 TEST(Base, InTheAirItsWheelsHaveTheFrictionThatWasMeasuredThere) {
   BaseParameters parameters = noiseless();
   parameters.on_ground = false;
