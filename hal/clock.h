@@ -15,6 +15,8 @@ class Clock {
 
   /// Cycle. Monotonic; the origin is arbitrary.
   virtual std::chrono::nanoseconds now() const noexcept = 0;
+  /// Whether it is the machine's, as robots and people have it. One that does not say so is not.
+  virtual bool is_real() const noexcept { return false; }
   /// Cycle. Returns at `deadline` or later; at once when it has passed.
   virtual void sleep_until(std::chrono::nanoseconds deadline) noexcept = 0;
 };
@@ -22,6 +24,7 @@ class Clock {
 /// CLOCK_MONOTONIC with absolute deadlines, so that a late wake-up does not shift the next one.
 class SteadyClock final : public Clock {
  public:
+  bool is_real() const noexcept override { return true; }
   std::chrono::nanoseconds now() const noexcept override;
   void sleep_until(std::chrono::nanoseconds deadline) noexcept override;
 };

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/ethercat/lock_step.h"
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/ethercat/raw_socket_link.h"
 #include "drivers/tmcl/client.h"
@@ -67,12 +68,31 @@ std::vector<tmcl::ParameterSetting> settings_of(const EthercatOptions& options, 
   return settings;
 }
 
+/// In lock-step nothing is late, however long a busy machine lets either end wait.
+ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
+  ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
+  if (options.lock_step) {
+    bus.access.frame_timeout = bus.cyclic.frame_timeout = std::chrono::seconds(2);
+    bus.state_timeout = bus.mailbox_timeout = std::chrono::seconds(60);
+  }
+  return bus;
+}
+
+void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
+  for (const ethercat::Slave& slave : slaves)
+    if (!ethercat::is_in_lock_step(slave.sii))
+      throw SetupError(slave.label(), "check that it is simulated in lock-step",
+                       "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
+}
+
 class EthercatRobot final : public Robot {
  public:
   using OpenLink = std::function<std::unique_ptr<ethercat::Link>()>;
 
   EthercatRobot(OpenLink open_link, const EthercatOptions& options, const Clock& clock, nanoseconds period)
       : open_link_(std::move(open_link)), options_(options), clock_(clock), period_(period) {
+    if (options.lock_step && period != ethercat::kLockStepPeriod)
+      throw std::invalid_argument("in lock-step a cycle takes 1 ms, and no other period");
     for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(kind_of(options.kind))) {
       if (board.kind == tmcl::BoardKind::kPower) continue;
       const AxisData& axis = axis_of(board);
@@ -126,9 +146,14 @@ void EthercatRobot::activate() {
   deactivate();
   try {
     link_ = open_link_();
-    ethercat::PreOpBus setup(*link_, options_.tap, {.distributed_clocks = options_.distributed_clocks});
+    ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
     const tmcl::YoubotKind kind = kind_of(options_.kind);
     check_topology(setup.slaves(), tmcl::youbot_topology(kind), link_->name());
+    if (options_.lock_step) {
+      check_lock_step(setup.slaves());
+      const std::array<std::uint8_t, 1> lifted{options_.lifted};
+      setup.broadcast_write(ethercat::kLiftedAddress, lifted);
+    }
     setup.enter_pre_op();
     const std::vector<tmcl::YoubotBoard> boards = tmcl::youbot_boards(kind);
     for (std::size_t slave = 0; slave < boards.size(); ++slave)
@@ -237,7 +262,8 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (latched_.ok()) latched_ = bus_status;
   if (latched_.ok() && command.enable) latched_ = check_drives();
   if (!latched_.ok()) switch_off(!command.enable);
-  repair();
+  // Whatever is there now: in lock-step only activate() looks what it is.
+  if (!options_.lock_step) repair();
 
   if (all_fresh) {
     sample.stamp = now;
@@ -381,11 +407,13 @@ std::unique_ptr<Robot> make_ethercat_robot(const std::string& interface, const E
                                            const Clock& clock, nanoseconds period) {
   const auto wait =
       options.busy_wait ? ethercat::RawSocketLink::Wait::kBusy : ethercat::RawSocketLink::Wait::kBlock;
+  EthercatOptions checked = options;
+  checked.lock_step = !clock.is_real();
   return make_ethercat_robot(
       [interface, wait]() -> std::unique_ptr<ethercat::Link> {
         return std::make_unique<ethercat::RawSocketLink>(interface, wait);
       },
-      options, clock, period);
+      checked, clock, period);
 }
 
 }  // namespace hal

@@ -100,6 +100,7 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     if (opened.emulation->has_base()) opened.truth = &opened.emulation->pose();
   } else if (names_interface(options.name, kEthercatPrefix)) {
     const std::string interface = options.name.substr(kEthercatPrefix.size());
+    ethercat.lifted = !simulation.on_ground;
     opened.capture = make_capture(interface);
     ethercat.tap = opened.capture.get();
     opened.robot = hal::make_ethercat_robot(interface, ethercat, clock, period);
@@ -116,6 +117,11 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
 
 bool is_simulated(const std::string& name) {
   return !name.starts_with(kEthercatPrefix) && !name.starts_with(kCanPrefix);
+}
+
+void check_virtual_time(const std::string& name) {
+  if (name.starts_with(kCanPrefix))
+    throw std::invalid_argument("--virtual-time: " + name + " lives in real time");
 }
 
 }  // namespace apps

@@ -22,7 +22,9 @@ struct RobotOptions {
   std::string name = "loopback";
   hal::EthercatOptions ethercat{.kind = hal::EthercatOptions::Kind::kBase};
   hal::CanOptions can;
-  sim::BaseParameters simulation;    ///< of loopback and wire; a real robot does not read it
+  /// Of loopback and wire. A simulation in lock-step reads whether its wheels are on the ground; a robot
+  /// reads nothing of it.
+  sim::BaseParameters simulation;
   sim::EnvironmentParameters scene;  ///< what the tip of a simulated arm on a base touches
 };
 
@@ -47,7 +49,10 @@ struct OpenedRobot {
 /// are.
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period);
 
-/// Whether such a robot can run in virtual time.
+/// Whether it is simulated in this process.
 bool is_simulated(const std::string& name);
+/// @throws std::invalid_argument where such a robot cannot run in virtual time. On a bus it can when it is a
+/// simulation in lock-step, of which it is asked when it is activated.
+void check_virtual_time(const std::string& name);
 
 }  // namespace apps

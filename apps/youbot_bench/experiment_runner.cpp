@@ -205,8 +205,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
 
 ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
                                  const apps::RobotOptions& robot, const std::atomic<bool>& stop) {
-  if (options.virtual_time && !apps::is_simulated(robot.name))
-    throw std::invalid_argument("--virtual-time: " + robot.name + " lives in real time");
+  if (options.virtual_time) apps::check_virtual_time(robot.name);
   std::unique_ptr<hal::Clock> clock;
   if (options.virtual_time)
     clock = std::make_unique<hal::VirtualClock>();

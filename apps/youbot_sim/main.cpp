@@ -39,6 +39,7 @@ struct Arguments {
   std::string model_file;
   std::optional<std::uint64_t> hidden_effect;
   double duration_s = 0.0;
+  bool lock_step = false;
   bool quiet = false;
 };
 
@@ -50,6 +51,7 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.board.firmware = kFirmwares.at(arguments.firmware);
   options.hardware = kGenerations.at(arguments.hardware);
   options.wire.timed = false;
+  options.lock_step = arguments.lock_step;
   options.base.model = apps::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
   if (!arguments.faults_file.empty()) options.wire.faults = youbot_sim::load_faults(arguments.faults_file);
   return options;
@@ -63,9 +65,10 @@ int run(const Arguments& arguments) {
     std::printf("serving %zu slaves on %s\n", robot.bus().size(), arguments.interface.c_str());
     std::fflush(stdout);  // scripts wait for this line
   }
+  const std::chrono::nanoseconds duration(std::llround(1e9 * arguments.duration_s));
   const youbot_sim::ServerSummary summary =
-      youbot_sim::serve(robot, socket, std::chrono::nanoseconds(std::llround(1e9 * arguments.duration_s)),
-                        apps::stop_requested);
+      arguments.lock_step ? youbot_sim::serve_in_lock_step(robot, socket, duration, apps::stop_requested)
+                          : youbot_sim::serve(robot, socket, duration, apps::stop_requested);
   if (!arguments.quiet) std::fputs(youbot_sim::report(summary, robot).c_str(), stdout);
   if (summary.skipped.count() > 0)
     spdlog::warn("the machine was too busy: {:.3f} s did not pass for the robot",
@@ -100,7 +103,9 @@ int main(int argc, char** argv) {
   app.add_option("--hidden-effect", arguments.hidden_effect,
                  "seed of an effect that the wheels have and nobody names; `youbot-bench reveal` tells")
       ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed));
-  app.add_option("--duration", arguments.duration_s, "end after this many seconds")
+  app.add_flag("--lock-step", arguments.lock_step,
+               "a millisecond passes with each frame and none without, for masters with --virtual-time");
+  app.add_option("--duration", arguments.duration_s, "end after this many seconds of the robot's time")
       ->check(CLI::PositiveNumber);
   app.add_flag("--quiet", arguments.quiet, "print problems only");
   return apps::run_app(app, argc, argv, [&] { return run(arguments); });

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "drivers/ethercat/frame.h"
+#include "drivers/ethercat/lock_step.h"
 
 namespace youbot_sim {
 namespace {
@@ -14,8 +15,16 @@ using std::chrono::nanoseconds;
 using Clock = std::chrono::steady_clock;
 
 constexpr nanoseconds kLongestSleep = std::chrono::milliseconds(1);
+/// In lock-step, where nothing is due without a frame, until it is looked whether to stop.
+constexpr nanoseconds kLongestPause = std::chrono::milliseconds(100);
 /// Further behind, emulation would never catch up, or run through the watchdogs in one go.
 constexpr nanoseconds kLongestCatchUp = std::chrono::milliseconds(50);
+
+void pass_replies_on(sim::bus::EmulatedWire& wire, FrameSocket& socket, std::span<std::uint8_t> buffer,
+                     ServerSummary& summary) noexcept {
+  for (std::size_t size = wire.receive(buffer); size > 0; size = wire.receive(buffer))
+    ++(socket.send(buffer.first(size)) ? summary.answered : summary.refused);
+}
 
 }  // namespace
 
@@ -24,11 +33,6 @@ ServerSummary serve(sim::bus::YoubotBus& robot, FrameSocket& socket, nanoseconds
   ServerSummary summary;
   std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> buffer;
   sim::bus::EmulatedWire& wire = robot.wire();
-  const auto pass_replies_on = [&] {
-    for (std::size_t size = wire.receive(buffer); size > 0; size = wire.receive(buffer)) {
-      ++(socket.send(std::span(buffer).first(size)) ? summary.answered : summary.refused);
-    }
-  };
 
   const Clock::time_point start = Clock::now();
   Clock::time_point emulated = start;  // the clock's time that the robot has reached
@@ -39,7 +43,7 @@ ServerSummary serve(sim::bus::YoubotBus& robot, FrameSocket& socket, nanoseconds
     if (size > 0) {
       ++summary.received;
       wire.send(std::span(buffer).first(size));
-      pass_replies_on();
+      pass_replies_on(wire, socket, buffer, summary);
     }
     const Clock::time_point now = Clock::now();
     const nanoseconds behind = now - emulated;
@@ -47,9 +51,29 @@ ServerSummary serve(sim::bus::YoubotBus& robot, FrameSocket& socket, nanoseconds
     summary.skipped += behind - step;
     robot.advance(step);
     emulated = now;
-    pass_replies_on();
+    pass_replies_on(wire, socket, buffer, summary);
   }
   summary.duration = emulated - start;
+  return summary;
+}
+
+ServerSummary serve_in_lock_step(sim::bus::YoubotBus& robot, FrameSocket& socket, nanoseconds duration,
+                                 const std::atomic<bool>& stop) noexcept {
+  ServerSummary summary;
+  std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> buffer;
+  sim::bus::EmulatedWire& wire = robot.wire();
+  while (!stop.load(std::memory_order_relaxed) && (duration.count() == 0 || wire.now() < duration)) {
+    const std::size_t size = socket.receive(buffer, kLongestPause);
+    if (size == 0) continue;
+    ++summary.received;
+    wire.send(std::span(buffer).first(size));
+    pass_replies_on(wire, socket, buffer, summary);
+    const auto& first_slave = robot.bus().slave(0).controller();
+    robot.set_on_ground(first_slave.get<std::uint8_t>(drivers::ethercat::kLiftedAddress) == 0);
+    robot.advance(drivers::ethercat::kLockStepPeriod);
+    pass_replies_on(wire, socket, buffer, summary);
+  }
+  summary.duration = wire.now();
   return summary;
 }
 

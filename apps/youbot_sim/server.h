@@ -1,5 +1,5 @@
 /// @file
-/// Serves an emulated robot on a network interface, by the real clock.
+/// Serves an emulated robot on a network interface, by the real clock or in lock-step.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -24,6 +24,11 @@ struct ServerSummary {
 /// to the clock afterwards, at least once a millisecond.
 ServerSummary serve(sim::bus::YoubotBus& robot, FrameSocket& socket, std::chrono::nanoseconds duration,
                     const std::atomic<bool>& stop) noexcept;
+
+/// The same by frames: each lets drivers::ethercat::kLockStepPeriod pass after its answer, and without one
+/// time stands still, `duration` with it. The master says whether the wheels are on the ground.
+ServerSummary serve_in_lock_step(sim::bus::YoubotBus& robot, FrameSocket& socket,
+                                 std::chrono::nanoseconds duration, const std::atomic<bool>& stop) noexcept;
 
 std::string report(const ServerSummary& summary, sim::bus::YoubotBus& robot);
 

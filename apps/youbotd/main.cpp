@@ -197,8 +197,10 @@ int main(int argc, char** argv) {
                  "serve: keep the drives off until `youbotctl` enables them over this Unix socket, and after "
                  "a fault until it does so again")
       ->check(not_empty);
-  app.add_flag("--virtual-time", arguments.session.virtual_time,
-               "as fast as the machine allows instead of real time (simulated robot and master)");
+  app.add_flag(
+      "--virtual-time", arguments.session.virtual_time,
+      "as fast as the machine allows instead of real time (simulated robot and master, or youbot-sim "
+      "--lock-step on a bus)");
   app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
                "go on when the system refuses real-time scheduling or memory locking");
   app.add_flag("--demo", arguments.demo,

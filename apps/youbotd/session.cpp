@@ -10,8 +10,7 @@ namespace youbotd {
 
 Summary run_session(const Config& config, const SessionOptions& options, const std::atomic<bool>& stop) {
   if (options.record_directory) check_record_directory(*options.record_directory);
-  if (options.virtual_time && !apps::is_simulated(config.robot.name))
-    throw std::invalid_argument("--virtual-time: " + config.robot.name + " lives in real time");
+  if (options.virtual_time) apps::check_virtual_time(config.robot.name);
 
   const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
   const apps::OpenedRobot opened = apps::open_robot(config.robot, *clock, config.cycle.period);

@@ -12,8 +12,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 void require_simulation(const Config& config, const TeleopOptions& options) {
-  if (options.virtual_time && !apps::is_simulated(config.robot.name))
-    throw std::invalid_argument("--virtual-time: " + config.robot.name + " lives in real time");
+  if (options.virtual_time) apps::check_virtual_time(config.robot.name);
   if (options.virtual_time && !apps::is_simulated_haptic(config.haptic.name))
     throw std::invalid_argument("--virtual-time: " + config.haptic.name + " lives in real time");
   if (!options.tasks.empty() && !apps::is_simulated_haptic(config.haptic.name))

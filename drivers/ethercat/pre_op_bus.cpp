@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <string>
 #include <thread>
 #include <utility>
 
@@ -26,6 +27,13 @@ PreOpBus::PreOpBus(Link& link, FrameTap* tap, const Options& options)
       access_(*transceiver_, options.access),
       slaves_(scan_bus(access_, link.name())) {
   for (const Slave& slave : slaves_) mailboxes_.emplace_back(slave);
+}
+
+void PreOpBus::broadcast_write(std::uint16_t address, std::span<const std::uint8_t> data) {
+  const std::uint16_t taken = access_.broadcast_write(address, data);
+  if (taken != slaves_.size())
+    throw BusError(transceiver_->link().name(), "write a register of all slaves",
+                   std::to_string(taken) + " of " + std::to_string(slaves_.size()) + " took it");
 }
 
 void PreOpBus::enter_pre_op() {

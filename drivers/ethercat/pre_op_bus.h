@@ -8,6 +8,7 @@
 ///   OpBus bus = std::move(setup).start();              // SAFE-OP, then OP
 #pragma once
 #include <chrono>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -35,6 +36,9 @@ class PreOpBus {
   PreOpBus(Link& link, FrameTap* tap, const Options& options);
 
   const std::vector<Slave>& slaves() const noexcept { return slaves_; }
+
+  /// Writes to a register of all slaves. @throws BusError when one did not take it.
+  void broadcast_write(std::uint16_t address, std::span<const std::uint8_t> data);
 
   /// Resets every slave to INIT and takes all side by side to PRE-OP.
   /// @throws BusError with slave, requested and actual state, AL status code in words, elapsed time.

@@ -35,7 +35,6 @@ constexpr std::uint16_t kRxPdos = 51;
 constexpr std::uint16_t kClock = 60;
 constexpr std::uint16_t kEnd = 0xFFFF;
 
-constexpr std::uint8_t kNameString = 1;  // strings count from 1
 constexpr std::uint16_t kTwoMiiPorts = 0x0011;
 constexpr std::uint8_t kUnsigned8 = 0x05;  // data types as in CoE
 constexpr std::uint8_t kUnsigned32 = 0x07;
@@ -61,15 +60,20 @@ void append_category(Bytes& image, std::uint16_t type, Bytes content) {
 }
 
 Bytes strings(const SlaveDescription& description) {
-  Bytes content{1, static_cast<std::uint8_t>(description.name.size())};
-  content.insert(content.end(), description.name.begin(), description.name.end());
+  Bytes content{0};
+  for (const std::string* text : {&description.order_code, &description.name}) {
+    if (text->empty()) continue;
+    ++content[0];
+    content.push_back(static_cast<std::uint8_t>(text->size()));
+    content.insert(content.end(), text->begin(), text->end());
+  }
   return content;
 }
 
 Bytes general(const SlaveDescription& description) {
-  Bytes content(32, 0);      // ETG.2010, table 7
-  content[2] = kNameString;  // order number
-  content[3] = kNameString;
+  Bytes content(32, 0);                                 // ETG.2010, table 7
+  content[2] = 1;                                       // order number: strings count from 1
+  content[3] = description.order_code.empty() ? 1 : 2;  // name
   content[5] = (description.mailbox_protocols & mailbox_protocol::kCoE) != 0 ? 0x01 : 0x00;  // SDO
   content[6] = (description.mailbox_protocols & mailbox_protocol::kFoE) != 0 ? 0x01 : 0x00;
   content[7] = (description.mailbox_protocols & mailbox_protocol::kEoE) != 0 ? 0x01 : 0x00;

@@ -39,6 +39,7 @@ inline constexpr std::uint16_t kVoE = 0x20;
 /// A plain struct; build_sii_image() and EmulatedSlave check it.
 struct SlaveDescription {
   std::string name;
+  std::string order_code{};  ///< the first string of the SII; empty: the name
   std::uint32_t vendor = 0;
   std::uint32_t product = 0;
   std::uint32_t revision = 0;

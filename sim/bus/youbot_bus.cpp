@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
+
+#include "drivers/ethercat/lock_step.h"
 
 namespace sim::bus {
 namespace {
@@ -85,8 +88,16 @@ BoardDrive& YoubotBus::arm_drive(const YoubotBusOptions& options, std::size_t jo
   return *arm_joints_.back();
 }
 
+EmulatedSlave& YoubotBus::add_slave(const YoubotBusOptions& options, SlaveDescription description) {
+  if (options.lock_step) {
+    description.order_code = description.name;  // by which any master still knows the board
+    description.name += drivers::ethercat::kLockStepMark;
+  }
+  return bus_.add(std::move(description), options.slave);
+}
+
 void YoubotBus::add_power_board(const YoubotBusOptions& options, const char* name, int number) {
-  bus_.add(power_board(name, number), options.slave);
+  add_slave(options, power_board(name, number));
 }
 
 void YoubotBus::add_board(const YoubotBusOptions& options, const char* name, int controller,
@@ -95,7 +106,7 @@ void YoubotBus::add_board(const YoubotBusOptions& options, const char* name, int
   board.controller = controller;
   board.axis = axis;
   EmulatedSlave& slave =
-      bus_.add(motor_board(name, controller, board.firmware, options.process_data_bytes), options.slave);
+      add_slave(options, motor_board(name, controller, board.firmware, options.process_data_bytes));
   joints_.push_back({bus_.size() - 1, std::make_unique<TmcmBoard>(slave, drive, board)});
 }
 
@@ -111,6 +122,11 @@ void YoubotBus::advance(nanoseconds step) noexcept {
     }
     wire_->advance(part);
   }
+}
+
+void YoubotBus::set_on_ground(bool on_ground) noexcept {
+  if (manipulator_) manipulator_->robot().set_on_ground(on_ground);
+  if (wheels_) wheels_->base().set_on_ground(on_ground);
 }
 
 void YoubotBus::advance_mechanics() noexcept {

@@ -48,6 +48,9 @@ struct YoubotBusOptions {
   /// due.
   WireOptions wire = {.timed = true, .faults = {}};
   SlaveOptions slave = {};
+  /// The slaves say that time goes with the frames, as drivers/ethercat/lock_step.h has it; who serves them
+  /// does it.
+  bool lock_step = false;
   std::uint64_t noise_seed = 1;  ///< of the arms; the base has its own, which a coupled robot takes
 };
 
@@ -64,6 +67,8 @@ class YoubotBus final : public EmulatedTime {
 
   void advance(std::chrono::nanoseconds step) noexcept;
   void wait(std::chrono::nanoseconds step) noexcept override { advance(step); }
+  /// Lifts a base off the ground, or sets it down.
+  void set_on_ground(bool on_ground) noexcept;
 
   EmulatedBus& bus() noexcept { return bus_; }
   EmulatedWire& wire() noexcept { return *wire_; }
@@ -96,6 +101,7 @@ class YoubotBus final : public EmulatedTime {
   void add_base(const YoubotBusOptions& options);
   void add_arm(const YoubotBusOptions& options);
   BoardDrive& arm_drive(const YoubotBusOptions& options, std::size_t joint);
+  EmulatedSlave& add_slave(const YoubotBusOptions& options, SlaveDescription description);
   void add_power_board(const YoubotBusOptions& options, const char* name, int number);
   void add_board(const YoubotBusOptions& options, const char* name, int controller, const BoardAxis& axis,
                  BoardDrive& drive);

@@ -5,8 +5,11 @@
 
 #include <cmath>
 #include <limits>
+#include <stdexcept>
+#include <string>
 
 #include "drivers/ethercat/frame_tap.h"
+#include "drivers/ethercat/lock_step.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
 #include "tests/hal/ethercat_rig.h"
@@ -537,6 +540,59 @@ TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(rig.step().ok()) << i << ": " << describe(rig.status.fault);
   rig.enable();
   EXPECT_TRUE(rig.status.ok());
+}
+
+// ---- simulations in lock-step ----
+
+TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
+  EthercatRig rig(EthercatRig::options(EthercatOptions::Kind::kBase),
+                  {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
+  try {
+    rig.robot->activate();
+    ADD_FAILURE() << "it took a robot that may be real";
+  } catch (const SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find("slave 1 (KR-845)"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("youbot-sim --lock-step"), std::string::npos) << error.what();
+  }
+  for (std::size_t slave = 0; slave < rig.emulation.bus().size(); ++slave)
+    EXPECT_EQ(rig.emulation.bus().slave(slave).state(), drivers::ethercat::AlState::kInit);
+  rig.command.enable = true;
+  EXPECT_EQ(rig.step().fault, Fault::kNotActive);
+}
+
+TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
+  sim::bus::YoubotBusOptions bus = EthercatRig::options(EthercatOptions::Kind::kBase);
+  bus.lock_step = true;
+  for (const bool lifted : {true, false}) {
+    EthercatRig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true, .lifted = lifted});
+    rig.robot->activate();
+    const auto& first_slave = rig.emulation.bus().slave(0).controller();
+    EXPECT_EQ(first_slave.get<std::uint8_t>(drivers::ethercat::kLiftedAddress), lifted ? 1 : 0);
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run(500ms);
+    EXPECT_GT(rig.sample.joints[3].position_rad, 0.3);
+  }
+}
+
+TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
+  sim::bus::YoubotBusOptions bus = EthercatRig::options(EthercatOptions::Kind::kBase);
+  bus.lock_step = true;
+  EthercatRig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
+  rig.robot->activate();
+  rig.enable();
+  rig.emulation.slave(2).report_error(drivers::ethercat::AlState::kSafeOp, 0x001B);
+  rig.run(500ms);
+  EXPECT_EQ(rig.status.fault, Fault::kPartialBus);
+  // Without lock-step this brings it back; here it may be another robot by now.
+  rig.command.enable = false;
+  rig.run(2s);
+  EXPECT_EQ(rig.emulation.slave(2).state(), drivers::ethercat::AlState::kSafeOp);
+}
+
+TEST(EthercatRobot, InLockStepNoOtherPeriodWillDo) {
+  const VirtualClock clock;
+  EXPECT_THROW((void)make_ethercat_robot("eth0", {}, clock, 2ms), std::invalid_argument);
 }
 
 }  // namespace
