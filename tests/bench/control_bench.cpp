@@ -4,13 +4,13 @@
 #include <chrono>
 
 #include "apps/common/open_robot.h"
-#include "apps/common/spsc_ring.h"
 #include "apps/youbotd/cycle.h"
 #include "control/base_controller.h"
 #include "control/friction/wheel_curve.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 #include "sim/base.h"
+#include "tests/bench/quantiles.h"
 
 namespace {
 
@@ -18,6 +18,7 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
 void WheelCurveAsPublished(benchmark::State& state) {
+  state.SetLabel("wheel curve as published");
   double velocity = -10;
   for (auto _ : state) {
     benchmark::DoNotOptimize(control::friction::wheel_curve_Nm(1, velocity));
@@ -27,6 +28,7 @@ void WheelCurveAsPublished(benchmark::State& state) {
 BENCHMARK(WheelCurveAsPublished);
 
 void WheelCurveFromTable(benchmark::State& state) {
+  state.SetLabel("wheel curve from the table");
   const control::friction::SlidingTable table = control::friction::wheel_table(1);
   double velocity = -10;
   for (auto _ : state) {
@@ -37,6 +39,7 @@ void WheelCurveFromTable(benchmark::State& state) {
 BENCHMARK(WheelCurveFromTable);
 
 void ControllerStep(benchmark::State& state) {
+  state.SetLabel("control step of the base");
   control::BaseController controller(control::BaseController::Config{});
   control::WheelVector position = control::WheelVector::Zero();
   control::BaseReference reference;
@@ -52,6 +55,8 @@ BENCHMARK(ControllerStep);
 void SimulatedMillisecond(benchmark::State& state) {
   sim::BaseParameters parameters;
   parameters.on_ground = state.range(0) != 0;
+  state.SetLabel(parameters.on_ground ? "simulation of the base on the ground"
+                                      : "simulation of the wheels in the air");
   sim::Base base(parameters);
   const std::array<hal::JointCommand, 4> commands{
       hal::JointCommand::torque_Nm(-0.3), hal::JointCommand::torque_Nm(0.3),
@@ -94,30 +99,20 @@ void whole_cycle(benchmark::State& state, const char* robot_name) {
     histogram.add(stopwatch.now() - begin);
   }
   if (cycle.stop_reason()) state.SkipWithError("the cycle stopped");
-  const auto microseconds = [&](double fraction) {
-    return std::chrono::duration<double, std::micro>(histogram.quantile(fraction)).count();
-  };
-  state.counters["median_us"] = microseconds(0.5);
-  state.counters["p99_9_us"] = microseconds(0.999);
+  bench::set_quantiles(state, histogram);
 }
 
-void WholeLoopbackCycle(benchmark::State& state) { whole_cycle(state, "loopback"); }
+void WholeLoopbackCycle(benchmark::State& state) {
+  state.SetLabel("whole loopback cycle: exchange, simulated base, observers, control");
+  whole_cycle(state, "loopback");
+}
 BENCHMARK(WholeLoopbackCycle)->MinTime(2.0);
 
 /// The same through the EtherCAT master and five emulated slaves, whose own work is in the figure.
-void WholeWireCycle(benchmark::State& state) { whole_cycle(state, "wire"); }
+void WholeWireCycle(benchmark::State& state) {
+  state.SetLabel("the same through every byte of the EtherCAT master, five emulated slaves");
+  whole_cycle(state, "wire");
+}
 BENCHMARK(WholeWireCycle)->MinTime(2.0);
 
-void RecordIntoRing(benchmark::State& state) {
-  apps::SpscRing<youbotd::CycleRecord> ring(1024);
-  youbotd::CycleRecord record;
-  for (auto _ : state) {
-    benchmark::DoNotOptimize(ring.push(record));
-    benchmark::DoNotOptimize(ring.pop(record));
-  }
-}
-BENCHMARK(RecordIntoRing);
-
 }  // namespace
-
-BENCHMARK_MAIN();

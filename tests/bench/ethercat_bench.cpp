@@ -16,6 +16,7 @@
 
 #include "drivers/latency_histogram.h"
 #include "tests/bench/ethercat_master.h"
+#include "tests/bench/figures.h"
 #include "tests/support/veth.h"
 
 namespace {
@@ -40,6 +41,7 @@ struct Row {
   int incomplete = 0;
 };
 
+const char* scheduling(bool real_time) { return real_time ? "SCHED_FIFO" : "without real-time priority"; }
 double microseconds(nanoseconds time) { return std::chrono::duration<double, std::micro>(time).count(); }
 double milliseconds(nanoseconds time) { return microseconds(time) / 1000.0; }
 
@@ -69,7 +71,7 @@ void run_round(Row& row) {
   row.replies += master->mailbox_replies();
 }
 
-void print(std::vector<Row>& rows) {
+void print(std::vector<Row>& rows, bool real_time) {
   std::printf("%-36s %9s %7s %9s %9s %9s %11s %11s\n", "", "bring-up", "frames", "round trip", "99.9 %",
               "CPU/cycle", "mailbox/s", "incomplete");
   std::printf("%-36s %9s %7s %9s %9s %9s %11s %11s\n", "", "ms", "", "median us", "us", "us", "replies",
@@ -84,6 +86,11 @@ void print(std::vector<Row>& rows) {
                 microseconds(row.cpu) / row.cycles,
                 static_cast<double>(row.replies) * 1000.0 / static_cast<double>(row.cycles), row.incomplete,
                 row.cycles);
+    bench::add_figure("EtherCAT cycle, " + std::to_string(kSlaves) + " slaves: " + row.name,
+                      bench::quantiles_text(row.round_trips),
+                      "ethercat_bench, " + std::to_string(row.cycles - row.incomplete) + " of " +
+                          std::to_string(row.cycles) + " cycles at 1 kHz, veth to youbot-sim, " +
+                          scheduling(real_time));
   }
 }
 
@@ -91,6 +98,7 @@ int run() {
   const support::Namespaces namespaces;
   if (!namespaces.usable()) {
     std::printf("EtherCAT over veth: not measured, it needs root and network namespaces\n");
+    bench::add_figure("EtherCAT cycle", "not measured", "needs root and network namespaces");
     return 0;
   }
   const bool real_time = bench::become_real_time();
@@ -111,7 +119,7 @@ int run() {
   ours("ours, busy wait, mailboxes busy", Waiting::kBusy, MailboxLoad::kAll);
 
   std::printf("EtherCAT over veth, %d slaves of youbot-sim, 1 kHz, %d rounds of %d cycles each, %s\n",
-              kSlaves, kRounds, kCycles, real_time ? "SCHED_FIFO" : "without real-time priority");
+              kSlaves, kRounds, kCycles, scheduling(real_time));
   std::fflush(stdout);
   const nanoseconds end = bench::now() + kTimeLimit;
   for (int round = 0; round < kRounds; ++round)
@@ -124,7 +132,7 @@ int run() {
         std::printf("%s, round %d: %s\n", row.name.c_str(), round + 1, error.what());
       }
     }
-  print(rows);
+  print(rows, real_time);
   return 0;
 }
 

@@ -30,6 +30,7 @@ std::array<double, kPeriod> velocities() {
 void step_of(benchmark::State& state, const AnyLaw& law) {
   static const std::array<double, kPeriod> kVelocities = velocities();
   State memory;
+  state.SetLabel("step of a friction law");
   std::size_t n = 0;
   for (auto _ : state) {
     benchmark::DoNotOptimize(law.step(memory, {kVelocities[n], 0.05}, 1e-3));

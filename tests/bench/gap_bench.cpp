@@ -3,6 +3,8 @@
 // with the data no faster than linearly (BigO).
 #include <benchmark/benchmark.h>
 
+#include <string>
+
 #include "tests/gap/gap_cases.h"
 
 namespace {
@@ -20,6 +22,8 @@ void GapSearch(benchmark::State& state) {
   double samples = 0;
   for (const sim::gap::Source& source : gap_case.data)
     samples += static_cast<double>(source.recording.rows());
+  state.SetLabel("youbot-gap: five recordings of " + std::to_string(state.range(0)) +
+                 " s at 1 kHz, two hidden effects");
   state.SetComplexityN(static_cast<benchmark::IterationCount>(samples));
   state.counters["recorded_s"] = samples * 1e-3;
 }

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "drivers/haptic/haptic_usb.h"
@@ -20,6 +21,7 @@
 #include "sim/devices/emulated_falcon.h"
 #include "sim/devices/emulated_space_mouse.h"
 #include "sim/hand.h"
+#include "tests/bench/figures.h"
 #include "tests/drivers/force_dimension_fakes.h"
 #include "tests/support/mock_falcon.h"
 #include "tests/support/mock_hidraw_device.h"
@@ -67,9 +69,14 @@ void measure(
   const auto at = [&times_us](double share) {
     return times_us[static_cast<std::size_t>(share * static_cast<double>(times_us.size() - 1))];
   };
-  std::printf("%-44s %10.0f %10.2f %10.2f %12.2f %8d\n", name,
-              static_cast<double>(kWarmUp + exchanges) / wall.count(), at(0.5), at(0.999),
-              1e6 * processor_s / exchanges, faults);
+  const double per_second = static_cast<double>(kWarmUp + exchanges) / wall.count();
+  const double processor_us = 1e6 * processor_s / exchanges;
+  std::printf("%-44s %10.0f %10.2f %10.2f %12.2f %8d\n", name, per_second, at(0.5), at(0.999), processor_us,
+              faults);
+  bench::add_figure(std::string("haptic exchange, ") + name, bench::quantiles_text(at(0.5), at(0.999)),
+                    "haptic_bench, " + std::to_string(exchanges) + " times flat out, " +
+                        bench::number_text(per_second) + " a second, " + bench::number_text(processor_us) +
+                        " µs of processor time each");
 }
 
 void loopback() {
@@ -140,6 +147,8 @@ int main() {
   falcon_in_process();
   if (!support::in_mock_kernel()) {
     std::puts("without umockdev's library loaded first: no USB and no HID");
+    bench::add_figure("haptic exchange over USB and HID", "not measured",
+                      "needs umockdev's library loaded first");
     return 0;
   }
   falcon_on_usb();

@@ -7,24 +7,18 @@
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 #include "tests/apps/teleop_rig.h"
+#include "tests/bench/quantiles.h"
 
 namespace {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-void quantiles(benchmark::State& state, const drivers::LatencyHistogram& histogram) {
-  const auto microseconds = [&](double fraction) {
-    return std::chrono::duration<double, std::micro>(histogram.quantile(fraction)).count();
-  };
-  state.counters["median_us"] = microseconds(0.5);
-  state.counters["p99_9_us"] = microseconds(0.999);
-}
-
 /// The full control step of base and arm, eight axes: kinematics, dynamics, stiffness, null space, mapping,
 /// passivity, friction. It goes through the rig's own start-up first; then the hand moves, and the robot,
 /// which costs nothing here, stands.
 void TeleoperationStep(benchmark::State& state) {
+  state.SetLabel("control step of teleoperation: eight axes, kinematics, dynamics, passivity");
   teleop_rig::Rig rig;
   if (!rig.run_until(control::TeleopPhase::kOperating)) return state.SkipWithError("no start");
   control::Teleoperation teleoperation(teleop_rig::quick_config().control);
@@ -51,13 +45,14 @@ void TeleoperationStep(benchmark::State& state) {
   }
   if (teleoperation.phase() != control::TeleopPhase::kOperating)
     return state.SkipWithError("it does not operate");
-  quantiles(state, histogram);
+  bench::set_quantiles(state, histogram);
 }
 BENCHMARK(TeleoperationStep)->MinTime(1.0);
 
 /// From a sample of the pen to the force that the device is told, at 4 kHz: exchange with the loopback
 /// device, whose pen moves on meanwhile, and the whole control step. The robot's exchange is not in it.
 void HapticPathAt4kHz(benchmark::State& state) {
+  state.SetLabel("from a sample of the pen to its force at 4 kHz, on the loopback device");
   constexpr std::chrono::microseconds kFast{250};
   control::Teleoperation::Config config = teleop_rig::quick_config().control;
   config.period_s = config.robot.period_s = config.mapping.period_s = config.smoothing.period_s =
@@ -117,12 +112,13 @@ void HapticPathAt4kHz(benchmark::State& state) {
     cycle(true);
   }
   if (teleoperation.phase() != control::TeleopPhase::kOperating) return state.SkipWithError("it stopped");
-  quantiles(state, histogram);
+  bench::set_quantiles(state, histogram);
 }
 BENCHMARK(HapticPathAt4kHz)->MinTime(1.0);
 
 /// One millisecond of base, arm and contact, with all joints turning.
 void SimulatedMobileManipulatorMillisecond(benchmark::State& state) {
+  state.SetLabel("simulation of base, arm and contact");
   sim::MobileManipulator plant;
   std::array<hal::JointCommand, 9> commands{};
   for (std::size_t i = 0; i < 4; ++i) commands[i] = hal::JointCommand::torque_Nm(i % 2 == 0 ? -0.4 : 0.4);

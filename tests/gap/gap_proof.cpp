@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "sim/effects/any_effect.h"
+#include "tests/bench/figures.h"
 #include "tests/gap/gap_cases.h"
 #include "tests/gap/gap_judge.h"
 
@@ -141,6 +142,10 @@ struct Share {
 };
 
 bool reached(const char* what, const Share& share, bool at_least, double target) {
+  bench::add_figure(std::string("youbot-gap on hidden drives: ") + what,
+                    std::to_string(share.part) + " of " + std::to_string(share.whole),
+                    std::string("gap_proof, ") + (at_least ? "at least " : "at most ") +
+                        bench::number_text(100 * target) + " % wanted");
   const bool good = share.whole == 0 || (at_least ? share.value() >= target : share.value() <= target);
   std::printf("%-4s %-66s %3d of %3d = %5.1f %%, %s %.0f %%\n", good ? "ok" : "MISS", what, share.part,
               share.whole, 100 * share.value(), at_least ? "at least" : "at most", 100 * target);
@@ -193,6 +198,10 @@ bool print_targets(const std::vector<Judgement>& judgements) {
       "no gap, though something outside the library is there: %d of %d; a gap, though nothing is: %d of %d\n",
       overlooked.part, overlooked.whole, alarms.part, alarms.whole);
   std::printf("search: %.2f s a case\n\n", seconds / static_cast<double>(judgements.size()));
+  bench::add_figure("youbot-gap on hidden drives: one search",
+                    bench::number_text(seconds / static_cast<double>(judgements.size())) + " s",
+                    "gap_proof, mean of " + std::to_string(judgements.size()) + " of " +
+                        std::to_string(gap_cases().size()) + " drives, a thread each");
 
   bool good = reached("nothing missing, and something named", nothing, false, 0.03);
   good = reached("one effect of three noise floors or more, named right", single, true, 0.95) && good;

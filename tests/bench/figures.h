@@ -1,0 +1,24 @@
+/// @file
+/// What the benchmarks measured, for one table of all of them (`bench_table`, README "Speed").
+#pragma once
+#include <string>
+
+#include "drivers/latency_histogram.h"
+
+namespace bench {
+
+/// Names the file that the figures are added to; without it they are only printed.
+inline constexpr const char* kFiguresVariable = "YOUBOT_FIGURES";
+
+/// One row: what was measured, what came out with its unit, how it was taken. A line of the file, its cells
+/// divided by tabs.
+/// @throws std::runtime_error when the file cannot be written.
+void add_figure(const std::string& what, const std::string& figure, const std::string& how);
+
+/// Three digits, or all before the point: "0.171", "7.25", "1280".
+std::string number_text(double value);
+/// "7.25 µs median, 59 µs 99.9 %"
+std::string quantiles_text(double median_us, double p99_9_us);
+std::string quantiles_text(const drivers::LatencyHistogram& histogram);
+
+}  // namespace bench
