@@ -1,0 +1,44 @@
+// tests/data/README.md: each of its examples prints what it says there.
+#include <gtest/gtest.h>
+
+#include <cctype>
+#include <string>
+#include <vector>
+
+#include "tests/documents/commands.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using documents::Block;
+
+const fs::path kData = YOUBOT_SOURCE_DIR "/tests/data";
+
+std::vector<Block> examples() {
+  std::vector<Block> blocks = documents::fenced_blocks(kData / "README.md");
+  std::erase_if(blocks, [](const Block& block) { return block.language != "console"; });
+  return blocks;
+}
+
+std::string test_name(const testing::TestParamInfo<Block>& example) {
+  std::string name;
+  for (const char c : example.param.heading)
+    name += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  return name;
+}
+
+class DataExample : public testing::TestWithParam<Block> {};
+
+TEST_P(DataExample, PrintsWhatTheDocumentSays) {
+  const documents::Checkout checkout;
+  for (const documents::Step& step : documents::console_steps(GetParam())) {
+    const support::CommandResult result = checkout.run(step.command);
+    EXPECT_EQ(result.exit_code, 0) << step.command;
+    EXPECT_EQ(documents::first_missing(step.printed, result.output), "") << step.command << "\nprinted:\n"
+                                                                         << result.output;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(OfEachDataSet, DataExample, testing::ValuesIn(examples()), test_name);
+
+}  // namespace
