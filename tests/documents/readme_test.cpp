@@ -1,0 +1,105 @@
+// README.md: its commands work as they stand there, one block after the other, since later ones read what
+// earlier ones wrote. What is not as in the document:
+// - `./dev ...` is left out: whoever runs this test comes from there;
+// - /tmp is a directory of the test's own;
+// - youbotd also gets --allow-non-rt, since not every machine that tests may run in real time;
+// - the robot's cable is between two network namespaces, with youbot-sim at its other end, and IFACE is its
+// near
+//   end; the command that makes such a cable runs in a namespace of its own;
+// - a haptic master is not there, so commands that name one have to refuse, in words, and usb-probe may find
+// none;
+// - youbotd on the bus may stop with a fault, in words: a busy machine keeps youbot-sim waiting for longer
+// than a
+//   robot may be silent.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tests/documents/commands.h"
+#include "tests/support/skip.h"
+#include "tests/support/veth.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using documents::Block;
+using documents::Step;
+using support::CommandResult;
+
+constexpr int kDone = 0;
+constexpr int kNoDevice = 3;
+constexpr int kStoppedByAFault = 4;
+
+bool contains(std::string_view text, std::string_view part) { return text.find(part) != std::string::npos; }
+
+void replace_all(std::string& text, std::string_view from, std::string_view to) {
+  for (std::size_t at = text.find(from); at != std::string::npos; at = text.find(from, at + to.size()))
+    text.replace(at, from.size(), to);
+}
+
+bool holds_commands(const Block& block) {
+  return block.language.empty() && !block.lines.empty() &&
+         (block.lines[0].starts_with("build/bin/") || block.lines[0].starts_with("ip "));
+}
+
+std::set<int> allowed(std::string_view command) {
+  if (contains(command, "--haptic falcon") || contains(command, "--haptic force-dimension"))
+    return {kNoDevice};
+  if (contains(command, "usb-probe")) return {kDone, kNoDevice};
+  if (contains(command, "youbotd") && contains(command, "ethercat:")) return {kDone, kStoppedByAFault};
+  return {kDone};
+}
+
+class Readme : public testing::Test {
+ protected:
+  /// `build/bin/youbot-sim ... &`, in the robot's namespace until the next block.
+  void serve(std::string command) {
+    command.resize(command.rfind('&'));
+    replace_all(command, "build/bin/", (checkout_ / "build/bin/").string());
+    simulator_.emplace(namespaces_, command, "serving");
+    ASSERT_TRUE(simulator_->ready()) << command;
+  }
+
+  void type(std::string command) {
+    replace_all(command, "/tmp/", (checkout_ / "tmp/").string());
+    replace_all(command, "ethercat:IFACE", "ethercat:veth-c");
+    if (!contains(command, "--allow-non-rt"))
+      replace_all(command, "build/bin/youbotd ", "build/bin/youbotd --allow-non-rt ");
+    if (command.starts_with("ip ")) command = "unshare --net sh -c '" + command + "'";
+    if (command.ends_with("&")) return serve(command);
+    const CommandResult result = checkout_.run(command);
+    EXPECT_TRUE(allowed(command).contains(result.exit_code))
+        << command << "\nexit code " << result.exit_code << '\n'
+        << result.output;
+    EXPECT_EQ(result.said(": error: "), result.exit_code != kDone) << command << '\n' << result.output;
+  }
+
+  support::Namespaces namespaces_;
+  documents::Checkout checkout_;
+  std::optional<support::Server> simulator_;
+};
+
+TEST_F(Readme, ItsCommandsWorkAsTheyStand) {
+  SKIP_UNLESS(namespaces_.usable(), "needs root and network namespaces");
+  fs::create_directory(checkout_ / "tmp");
+  int typed = 0;
+  const std::vector<Block> blocks = documents::fenced_blocks(YOUBOT_SOURCE_DIR "/README.md");
+  for (const Block& block : blocks)  // "with a file as below"
+    if (block.language == "toml") checkout_.write("haptic.toml", block.lines);
+  for (const Block& block : blocks) {
+    if (!holds_commands(block)) continue;
+    for (const Step& step : documents::command_steps(block)) {
+      type(step.command);
+      ++typed;
+    }
+    simulator_.reset();
+  }
+  EXPECT_GT(typed, 20) << "the blocks are written in another way than this test reads";
+}
+
+}  // namespace
