@@ -1,6 +1,6 @@
 #include "apps/youbotd/session.h"
 
-#include <stdexcept>
+#include <memory>
 
 #include "apps/common/open_robot.h"
 #include "apps/common/robot_session.h"
