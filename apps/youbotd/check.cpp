@@ -56,10 +56,9 @@ void check_real_time(const Config& config, const CheckOptions& options, Findings
   findings.push_back(check_memory_lock(refused));
   findings.push_back(check_priority("the cycle", config.real_time.priority, refused));
   if (config.real_time.cpu) findings.push_back(check_core(*config.real_time.cpu, refused));
-  // Its thread does not start without.
   if (config.teleoperated && !apps::is_simulated_haptic(config.haptic.name) &&
       config.haptic.thread.fifo_priority > 0)
-    findings.push_back(check_priority("the master", config.haptic.thread.fifo_priority, Mark::kFail));
+    findings.push_back(check_priority("the master", config.haptic.thread.fifo_priority, refused));
 }
 
 void check_bus(const std::string& interface, const CheckOptions& options, Findings& findings) {

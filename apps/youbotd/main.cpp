@@ -13,6 +13,7 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/real_time.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/youbotd/check.h"
@@ -57,6 +58,12 @@ void log_problems(const youbotd::RunSummary& summary) {
     spdlog::error("the last second before it is in {}", summary.fault_report->string());
 }
 
+/// The master's thread is not refused what the loop may do without.
+void relax(apps::HapticOptions& haptic) {
+  apps::RealTimeThread attempt;  // given back at once
+  if (!attempt.enter({.priority = haptic.thread.fifo_priority}).empty()) haptic.thread.fifo_priority = 0;
+}
+
 /// The file, what was set over it, and what the command line says.
 youbotd::Config configuration(const Arguments& arguments,
                               const std::map<std::string, std::string>& settings = {}) {
@@ -66,6 +73,7 @@ youbotd::Config configuration(const Arguments& arguments,
     config.haptic.name = arguments.haptic;
     config.teleoperated = true;
   }
+  if (arguments.session.allow_non_real_time) relax(config.haptic);
   return config;
 }
 

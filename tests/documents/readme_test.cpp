@@ -4,13 +4,12 @@
 // - /tmp is a directory of the test's own;
 // - youbotd also gets --allow-non-rt, since not every machine that tests may run in real time;
 // - the robot's cable is between two network namespaces, with youbot-sim at its other end, and IFACE is its
-// near
-//   end; the command that makes such a cable runs in a namespace of its own;
+//   near end; the command that makes such a cable runs in a namespace of its own;
 // - a haptic master is not there, so commands that name one have to refuse, in words, and usb-probe may find
-// none;
-// - youbotd on the bus may stop with a fault, in words: a busy machine keeps youbot-sim waiting for longer
-// than a
-//   robot may be silent.
+//   none;
+// - a path that nobody waits for is stopped by Ctrl-C after 4 s;
+// - youbotd on the bus or in real time may stop with a fault, in words: a busy machine does not run it, or
+//   youbot-sim, for longer than a robot may be silent.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -51,17 +50,19 @@ std::set<int> allowed(std::string_view command) {
   if (contains(command, "--haptic falcon") || contains(command, "--haptic force-dimension"))
     return {kNoDevice};
   if (contains(command, "usb-probe")) return {kDone, kNoDevice};
-  if (contains(command, "youbotd") && contains(command, "ethercat:")) return {kDone, kStoppedByAFault};
+  if (contains(command, "youbotd ") && contains(command, "ethercat:")) return {kDone, kStoppedByAFault};
+  if (contains(command, "youbotctl") && contains(command, " enable")) return {kDone, kStoppedByAFault};
   return {kDone};
 }
 
 class Readme : public testing::Test {
  protected:
-  /// `build/bin/youbot-sim ... &`, in the robot's namespace until the next block.
+  /// `build/bin/youbot-sim ... &`, or youbotd as a service, in the robot's namespace until the next block.
   void serve(std::string command) {
     command.resize(command.rfind('&'));
     replace_all(command, "build/bin/", (checkout_ / "build/bin/").string());
-    simulator_.emplace(namespaces_, command, "serving");
+    const bool robot = contains(command, "youbot-sim");
+    simulator_.emplace(namespaces_, command + " 2>&1", robot ? "serving" : "waiting for commands");
     ASSERT_TRUE(simulator_->ready()) << command;
   }
 
@@ -72,6 +73,8 @@ class Readme : public testing::Test {
       replace_all(command, "build/bin/youbotd ", "build/bin/youbotd --allow-non-rt ");
     if (command.starts_with("ip ")) command = "unshare --net sh -c '" + command + "'";
     if (command.ends_with("&")) return serve(command);
+    if (command.ends_with(" enable") && !contains(command, "|"))
+      command = "timeout --preserve-status --signal=INT 4 " + command;
     const CommandResult result = checkout_.run(command);
     EXPECT_TRUE(allowed(command).contains(result.exit_code))
         << command << "\nexit code " << result.exit_code << '\n'

@@ -67,7 +67,6 @@ foreach(line IN LISTS lines)
   list(POP_FRONT words program)
   run(${SCRATCH}${program} --help)
   list(FILTER words INCLUDE REGEX "^--")
-  list(REMOVE_ITEM words --control)  # which youbotd learns with the socket
   foreach(option IN LISTS words)
     if(NOT output MATCHES "[ ,]${option}[ ,\n]")
       message(FATAL_ERROR "${program} does not know ${option}:\n${line}")
