@@ -80,7 +80,7 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
 
 void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
   for (const ethercat::Slave& slave : slaves)
-    if (!ethercat::is_in_lock_step(slave.sii))
+    if (!slave.sii.name.ends_with(ethercat::kLockStepMark))
       throw SetupError(slave.label(), "check that it is simulated in lock-step",
                        "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
 }

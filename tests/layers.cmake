@@ -4,7 +4,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # Pattern of the including file, pattern of what it may include. The first match counts.
-set(plain_values "hal/(plant|joint|hand_plant)\\.h$|drivers/.*(_wire|/frame|/registers|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port)\\.h$")
+set(plain_values "hal/(plant|joint|hand_plant)\\.h$|drivers/.*(_wire|/frame|/registers|/lock_step|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port)\\.h$")
 set(rules
   "^drivers/ethercat/"  "^drivers/(ethercat/|latency_histogram\\.h)"
   "^drivers/tmcl/"      "^drivers/"

@@ -5,8 +5,6 @@
 #include <cstdint>
 #include <string_view>
 
-#include "drivers/ethercat/sii.h"
-
 namespace drivers::ethercat {
 
 /// A simulation in lock-step lets this time pass with each frame and none without: its master may cycle as
@@ -18,9 +16,6 @@ inline constexpr std::chrono::milliseconds kLockStepPeriod{1};
 /// is left in the state it was found in. No board of a robot can say so by accident: the name lies in its
 /// EEPROM, read anew at each start, and has 23 characters to match.
 inline constexpr std::string_view kLockStepMark = " simulated in lock-step";
-inline bool is_in_lock_step(const SiiInfo& sii) noexcept {
-  return std::string_view(sii.name).ends_with(kLockStepMark);
-}
 
 /// In the user memory of its slaves, which means nothing to their controllers: whether the simulated robot's
 /// wheels are off the ground (1) or on it (0). Nobody else could lift it.

@@ -545,8 +545,8 @@ TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
 // ---- simulations in lock-step ----
 
 TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
-  EthercatRig rig(EthercatRig::options(EthercatOptions::Kind::kBase),
-                  {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
+  Rig rig(Rig::options(EthercatOptions::Kind::kBase),
+          {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   try {
     rig.robot->activate();
     ADD_FAILURE() << "it took a robot that may be real";
@@ -561,10 +561,10 @@ TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
 }
 
 TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
-  sim::bus::YoubotBusOptions bus = EthercatRig::options(EthercatOptions::Kind::kBase);
+  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
   bus.lock_step = true;
   for (const bool lifted : {true, false}) {
-    EthercatRig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true, .lifted = lifted});
+    Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true, .lifted = lifted});
     rig.robot->activate();
     const auto& first_slave = rig.emulation.bus().slave(0).controller();
     EXPECT_EQ(first_slave.get<std::uint8_t>(drivers::ethercat::kLiftedAddress), lifted ? 1 : 0);
@@ -576,9 +576,9 @@ TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
 }
 
 TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
-  sim::bus::YoubotBusOptions bus = EthercatRig::options(EthercatOptions::Kind::kBase);
+  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
   bus.lock_step = true;
-  EthercatRig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   rig.robot->activate();
   rig.enable();
   rig.emulation.slave(2).report_error(drivers::ethercat::AlState::kSafeOp, 0x001B);
