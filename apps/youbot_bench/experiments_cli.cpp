@@ -2,7 +2,6 @@
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -11,7 +10,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <iostream>
 #include <map>
 #include <optional>
 #include <set>
@@ -30,6 +28,7 @@
 #include "apps/common/shared_tables.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/common/toml_reader.h"
+#include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "apps/youbot_bench/progress.h"
 #include "control/friction/sliding_table.h"
@@ -191,20 +190,6 @@ Made make(const ReversalsConfig& config, const std::string& /*joint*/, double /*
   return std::make_unique<sim::experiments::Reversals>(config);
 }
 
-/// A robot that moves something: nobody's wheels turn without a word.
-void confirm_wheels_are_free(const std::string& robot, bool arms_move, bool yes) {
-  if (apps::is_simulated(robot) || yes) return;
-  const char* const what =
-      arms_move ? "the joints will turn, and the arm goes to its end stops" : "the joints will turn";
-  if (isatty(STDIN_FILENO) == 0)
-    throw std::invalid_argument("--robot " + robot + ": " + what +
-                                ". Lift the wheels off the ground and add --yes");
-  std::fprintf(stderr, "%s: %s. Are the wheels off the ground? Type 'off the ground': ", robot.c_str(), what);
-  std::string answer;
-  std::getline(std::cin, answer);
-  if (answer != "off the ground") throw std::invalid_argument("not confirmed; nothing was moved");
-}
-
 }  // namespace
 
 /// One subcommand: what the command line said, until it is run.
@@ -235,7 +220,11 @@ class ExperimentCommand {
                          "[ethercat] are read");
     command_->add_option("--kind", kind_,
                          "what is on the bus: base, base+arm, base+two-arms, arm; overrides the file (base)");
-    command_->add_flag("--real-time", real_time_, "a simulated robot, too, in real time");
+    CLI::Option* const real_time =
+        command_->add_flag("--real-time", real_time_, "a simulated robot, too, in real time");
+    command_
+        ->add_flag("--virtual-time", virtual_time_, "a simulated robot on a bus, too: youbot-sim --lock-step")
+        ->excludes(real_time);
     command_->add_flag("--allow-non-rt", allow_non_real_time_,
                        "go on when the system refuses real-time scheduling or memory locking");
     command_->add_flag("--yes", yes_, "the wheels are off the ground: do not ask");
@@ -300,6 +289,7 @@ class ExperimentCommand {
   std::string kind_;
   hal::EthercatOptions ethercat_{.kind = hal::EthercatOptions::Kind::kBase};
   bool real_time_ = false;
+  bool virtual_time_ = false;
   bool allow_non_real_time_ = false;
   bool yes_ = false;
   bool quiet_ = false;
@@ -366,7 +356,7 @@ int ExperimentCommand::run() {
   ExperimentOptions options{.joints = split(common_.joints),
                             .directory = directory,
                             .resume = resume,
-                            .virtual_time = simulated && !real_time_,
+                            .virtual_time = virtual_time_ || (simulated && !real_time_),
                             .quiet = quiet_,
                             .allow_non_real_time = allow_non_real_time_,
                             .record_rate_Hz = common_.record_rate_Hz,
@@ -393,7 +383,14 @@ int ExperimentCommand::run() {
                                    "experiment = \"{}\"\n{}\n[parameters]\n{}\n{}",
                                    name_, apps::build_version(), name_, written(common_),
                                    written_parameters(), apps::ethercat_text(ethercat_))};
-  confirm_wheels_are_free(common_.robot, ethercat_.home_arms, yes_);
+  // In virtual time nothing but a simulation moves.
+  if (!options.virtual_time && !simulated && !yes_)
+    confirm({.robot = common_.robot,
+             .what = ethercat_.home_arms ? "the joints will turn, and the arm goes to its end stops"
+                                         : "the joints will turn",
+             .question = "Are the wheels off the ground?",
+             .answer = "off the ground",
+             .otherwise = "Lift the wheels off the ground and add --yes"});
   apps::stop_on_signals();
   return report(run_experiment(plan, options, robot, apps::stop_requested), directory);
 }

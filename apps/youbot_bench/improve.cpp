@@ -10,7 +10,10 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <fstream>
 #include <future>
+#include <initializer_list>
+#include <iterator>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -18,9 +21,11 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/hidden_effect.h"
+#include "apps/common/open_robot.h"
 #include "apps/common/progress_line.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/common/whole_file.h"
+#include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiments_cli.h"
 #include "apps/youbot_bench/improve_report.h"
 #include "apps/youbot_gap/explain.h"
@@ -58,17 +63,27 @@ std::vector<int> explained_wheels(const ImproveOptions& options) {
 
 void record(const Words& experiment, const ImproveOptions& options) {
   Words words = experiment;
-  for (const std::string& word :
-       {std::string("--quiet"), std::string("--hidden-effect"), std::to_string(options.hidden_effect),
-        std::string("--out"), (options.out / "recordings").string()})
-    words.push_back(word);
-  std::ranges::reverse(words);  // as the parser takes them
+  const auto add = [&words](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
+  add({"--quiet", "--robot", options.robot, "--out", (options.out / "recordings").string()});
+  if (options.hidden_effect) add({"--hidden-effect", std::to_string(*options.hidden_effect)});
+  if (!options.config.empty()) add({"--config", options.config.string()});
+  if (options.virtual_time) add({"--virtual-time"});
+  if (options.allow_non_real_time) add({"--allow-non-rt"});
+  if (!apps::is_simulated(options.robot)) add({"--yes"});  // which improve() has asked already
+  std::ranges::reverse(words);                             // as the parser takes them
   CLI::App app;
   ExperimentCommands commands(app);
   app.parse(std::move(words));
   if (commands.run() != apps::kExitOk)
     throw hal::SetupError("youbot-bench", "record the experiment " + experiment.front(), "see above");
 }
+
+/// In virtual time nothing but a simulation moves.
+bool moves_a_machine(const ImproveOptions& options) {
+  return !apps::is_simulated(options.robot) && !options.virtual_time;
+}
+
+bool came_to_its_end(const Run& run) { return run.summary.stop_reason.empty() && !run.summary.cut_short; }
 
 void make_directory(const fs::path& path) {
   std::error_code error;
@@ -135,78 +150,174 @@ std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, apps::P
   return findings;
 }
 
-/// The demo's configuration with a line more in one of its tables.
+/// A configuration with a line more in one of its tables.
 std::string with_line(std::string config, const std::string& table, const std::string& line) {
   const std::size_t header = config.find("\n[" + table + "]");
-  if (header == std::string::npos) throw std::logic_error("the demo's configuration has no [" + table + "]");
+  if (header == std::string::npos) return config + "\n[" + table + "]\n" + line + "\n";
   return config.insert(config.find('\n', header + 1) + 1, line + "\n");
 }
 
 control::PlanarPose pose_of(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
 
-Run driven(const youbotd::Config& config, const fs::path& file) {
+Run driven(const youbotd::Config& config, const fs::path& file, const ImproveOptions& options) {
+  static constexpr std::chrono::milliseconds kBetweenPoints{50};
+  static constexpr std::size_t kMostPoints =
+      50'000;  // of which the memory is there: a drive may be in real time
   Run run;
+  run.time_s.reserve(kMostPoints);
+  run.X_WB.reserve(kMostPoints);
+  run.reference_X_WB.reserve(kMostPoints);
   youbotd::SessionOptions session;
   session.config_file = file;
-  session.virtual_time = true;
-  session.after_cycle = [&run, cycle = 0](const youbotd::CycleRecord& record) mutable {
-    constexpr int kCyclesPerPoint = 50;
-    if (cycle++ % kCyclesPerPoint != 0 || !std::isfinite(record.reference_W[0])) return;
+  session.virtual_time = options.virtual_time || apps::is_simulated(options.robot);
+  session.allow_non_real_time = options.allow_non_real_time;
+  session.after_cycle = [&run,
+                         next = std::chrono::nanoseconds{}](const youbotd::CycleRecord& record) mutable {
+    if (record.time < next || !std::isfinite(record.reference_W[0]) || run.time_s.size() == kMostPoints)
+      return;
+    next = record.time + kBetweenPoints;
     run.time_s.push_back(std::chrono::duration<double>(record.time).count());
-    run.X_WB.push_back(pose_of(record.truth_W));
+    run.X_WB.push_back(pose_of(std::isfinite(record.truth_W[0]) ? record.truth_W : record.odometry_W));
     run.reference_X_WB.push_back(pose_of(record.reference_W));
   };
   run.summary = youbotd::run_session(config, session, apps::stop_requested);
   return run;
 }
 
-/// Writes the configuration beside the models and drives what it says.
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path);
+  if (!file) throw std::invalid_argument("--config: cannot read " + path.string());
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// A person stands beside it, and has carried it back.
+void confirm_it_may_drive(const ImproveOptions& options, const std::string& name) {
+  if (!moves_a_machine(options) || options.yes) return;
+  confirm({.robot = options.robot,
+           .what = "THE BASE WILL DRIVE its path by itself, with the " + name + " in the compensator",
+           .question = "Is it on the ground where it may, the emergency stop in your hand?",
+           .answer = "on the ground",
+           .otherwise = "Set it down where it may drive four times in a row and add --stage drive --yes"});
+}
+
+/// What is driven without the models.
+std::string configuration(const ImproveOptions& options) {
+  return options.config.empty() ? std::string(youbotd::kDemoConfig) : text_of(options.config);
+}
+
+/// Writes the configuration beside the models and drives what it says. Ends early on request and on a fault.
 Drive drive(const ImproveOptions& options, const std::string& name, const std::string& model_file,
             const std::string& simulated_wheels) {
   std::string models;
   for (int wheel = 1; wheel <= 4; ++wheel)
     models += (wheel > 1 ? ", \"" : "\"") + wheel_name(options.wheel != 0 ? options.wheel : wheel) + "/" +
               model_file + "\"";
-  std::string text =
-      with_line(std::string(youbotd::kDemoConfig), "compensation", "models = [" + models + "]");
-  text = with_line(std::move(text), "simulation", simulated_wheels);
+  std::string text = with_line(configuration(options), "compensation", "models = [" + models + "]");
+  if (!simulated_wheels.empty()) text = with_line(std::move(text), "simulation", simulated_wheels);
   const fs::path file = options.out / ("youbotd-" + name + ".toml");
   apps::write_whole_file(file, text);
 
   youbotd::Config config = youbotd::load_config(file);
+  config.robot.name = options.robot;
   Drive result;
-  result.demo = driven(config, file);
+  confirm_it_may_drive(options, name + " model");
+  result.demo = driven(config, file, options);
+  if (!came_to_its_end(result.demo)) return result;
   for (control::PlanarVector& displacement_B : config.path.displacements_B)
     displacement_B = displacement_B.cwiseProduct(control::PlanarVector(1, -1, -1));
-  result.mirrored = driven(config, file);
+  confirm_it_may_drive(options, name + " model, mirrored");
+  result.mirrored = driven(config, file, options);
   return result;
 }
 
-}  // namespace
+void check(const ImproveOptions& options) {
+  using Stage = ImproveOptions::Stage;
+  if (apps::is_simulated(options.robot)) {
+    if (options.robot != "loopback" || !options.config.empty() || options.stage != Stage::kBoth)
+      throw std::invalid_argument(
+          "--robot: ethercat:IFACE alone takes --config and --stage; without it the simulated robot in this "
+          "program is measured and driven");
+    if (!options.hidden_effect)
+      throw std::invalid_argument("--hidden-effect SEED is missing, or a robot: --robot ethercat:IFACE");
+    return;
+  }
+  apps::check_virtual_time(options.robot);
+  if (options.hidden_effect)
+    throw std::invalid_argument(
+        "--hidden-effect: what a robot on a bus has is its own; youbot-sim --hidden-effect SEED hides it "
+        "there");
+  if (moves_a_machine(options) && options.yes && options.stage == Stage::kBoth)
+    throw std::invalid_argument(
+        "--yes: nobody would set the robot down between measuring and driving; first --stage measure --yes, "
+        "then --stage drive --yes");
+}
 
-Improvement run_chain(const ImproveOptions& options) {
+/// Where measuring has left everything that driving needs, and nobody has driven yet.
+void check_measured(const ImproveOptions& options) {
+  for (const int wheel : explained_wheels(options))
+    for (const char* const file : {"base.toml", "model.toml"})
+      if (!fs::exists(options.out / wheel_name(wheel) / file))
+        throw std::invalid_argument("--stage drive: there is no " +
+                                    (options.out / wheel_name(wheel) / file).string() +
+                                    "; --stage measure writes it");
+  if (fs::exists(options.out / "report.html"))
+    throw std::invalid_argument("--stage drive: " + options.out.string() +
+                                " holds the report of earlier drives, which is not replaced");
+}
+
+/// False when it was asked to stop.
+bool measure(const ImproveOptions& options, apps::ProgressLine& progress, Improvement& improvement) {
   make_new_directory(options.out);
-  apps::ProgressLine progress("youbot-bench improve", options.quiet);
-  Improvement improvement;
+  if (moves_a_machine(options) && !options.yes)
+    confirm({.robot = options.robot,
+             .what = "ALL WHEELS WILL TURN, for some minutes",
+             .question = "Are they off the ground, the emergency stop in your hand?",
+             .answer = "off the ground",
+             .otherwise = "Lift the wheels off the ground and add --stage measure --yes"});
   double done = 0;
   for (const Words& experiment : experiments()) {
     progress.show("recording " + experiment.front(), done);
     record(experiment, options);
-    if (apps::stop_requested) return improvement;
+    if (apps::stop_requested) return false;
     done += kRecorded / static_cast<double>(experiments().size());
   }
   try {
     improvement.wheels = explain(options, progress);
   } catch (const Stopped&) {
-    return improvement;
+    return false;
   }
+  return true;
+}
+
+void drive_both(const ImproveOptions& options, apps::ProgressLine& progress, Improvement& improvement) {
+  const auto came_to_their_end = [](const Drive& drive) {
+    return came_to_its_end(drive.demo) && came_to_its_end(drive.mirrored);
+  };
   progress.show("driving with the known model", kExplained);
-  const std::string known = wheel_name(explained_wheels(options).front()) + "/base.toml";
-  const std::string hiding = "hidden_effect = " + std::to_string(options.hidden_effect);
-  improvement.nothing_hidden = drive(options, "nothing-hidden", "base.toml", "model = \"" + known + "\"");
-  improvement.base = drive(options, "base", "base.toml", hiding);
+  std::string simulated_wheels;
+  if (options.hidden_effect) {
+    const std::string known = wheel_name(explained_wheels(options).front()) + "/base.toml";
+    improvement.nothing_hidden = drive(options, "nothing-hidden", "base.toml", "model = \"" + known + "\"");
+    if (!came_to_their_end(*improvement.nothing_hidden)) return;
+    simulated_wheels = "hidden_effect = " + std::to_string(*options.hidden_effect);
+  }
+  improvement.base = drive(options, "base", "base.toml", simulated_wheels);
+  if (!came_to_their_end(improvement.base)) return;
   progress.show("driving with the improved model", (1 + kExplained) / 2);
-  improvement.improved = drive(options, "improved", "model.toml", hiding);
+  improvement.improved = drive(options, "improved", "model.toml", simulated_wheels);
+}
+
+}  // namespace
+
+Improvement run_chain(const ImproveOptions& options) {
+  using Stage = ImproveOptions::Stage;
+  check(options);
+  apps::ProgressLine progress("youbot-bench improve", options.quiet);
+  Improvement improvement;
+  if (options.stage == Stage::kDrive) check_measured(options);
+  if (options.stage != Stage::kDrive && !measure(options, progress, improvement)) return improvement;
+  if (options.stage != Stage::kMeasure) drive_both(options, progress, improvement);
+  if (apps::stop_requested) return improvement;
   progress.show("done", 1);
   progress.finish();
   return improvement;
@@ -215,24 +326,31 @@ Improvement run_chain(const ImproveOptions& options) {
 int improve(const ImproveOptions& options) {
   apps::stop_on_signals();
   const Improvement improvement = run_chain(options);
+  for (const Drive* drive : {improvement.nothing_hidden ? &*improvement.nothing_hidden : nullptr,
+                             &improvement.base, &improvement.improved}) {
+    if (drive == nullptr) continue;
+    for (const Run* run : {&drive->demo, &drive->mirrored}) {
+      if (run->summary.stop_reason.empty()) continue;
+      spdlog::error("a drive was stopped by a fault at {}", run->summary.stop_reason);
+      return apps::kExitFault;
+    }
+  }
   if (apps::stop_requested) {
     spdlog::info("stopped on request, nothing to compare");
     return apps::kExitOk;
   }
-  int code = apps::kExitOk;
-  for (const Drive* drive : {&improvement.nothing_hidden, &improvement.base, &improvement.improved})
-    for (const Run* run : {&drive->demo, &drive->mirrored}) {
-      if (run->summary.stop_reason.empty()) continue;
-      spdlog::error("a drive was stopped by a fault at {}", run->summary.stop_reason);
-      code = apps::kExitFault;
-    }
-  const apps::HiddenEffect hidden(options.hidden_effect);
-  improvement_page(improvement, hidden).write(options.out / "report.html");
-  if (options.quiet) return code;
-  std::fputs(improvement_text(improvement).c_str(), stdout);
-  std::printf("report: %s\n\n", (options.out / "report.html").c_str());
-  std::fputs(reveal_text(improvement, hidden).c_str(), stdout);
-  return code;
+  std::string text = improvement_text(improvement);
+  if (options.stage == ImproveOptions::Stage::kMeasure) {
+    text += "Now on the ground, with --stage drive and the same --out.\n";
+  } else {
+    const std::string reveal =
+        options.hidden_effect ? reveal_text(improvement, apps::HiddenEffect(*options.hidden_effect)) : "";
+    improvement_page(improvement, reveal).write(options.out / "report.html");
+    text += "report: " + (options.out / "report.html").string() + "\n";
+    if (!reveal.empty()) text += "\n" + reveal;
+  }
+  if (!options.quiet) std::fputs(text.c_str(), stdout);
+  return apps::kExitOk;
 }
 
 }  // namespace youbot_bench

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <optional>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -65,20 +66,22 @@ double rms_distance_m(std::initializer_list<Pair> pairs) {
 std::string millimetres(double distance_m) { return fmt::format("{:.1f} mm", 1e3 * distance_m); }
 
 std::string driving_text(const Improvement& improvement) {
-  const Drive& plain = improvement.nothing_hidden;
+  const std::optional<Drive>& plain = improvement.nothing_hidden;
   const double error_before_m = path_error_m(improvement.base);
   const double error_after_m = path_error_m(improvement.improved);
   std::string text;
   if (less(error_after_m, error_before_m))
     text = "The base drives better with the improved model: ";
-  else if (less(apart_m(improvement.improved, plain), apart_m(improvement.base, plain)))
+  else if (plain && less(apart_m(improvement.improved, *plain), apart_m(improvement.base, *plain)))
     text =
         "With the improved model the base drives more as if nothing were hidden, but no closer to its path: ";
   else
     text = "The base drives no better with the improved model: ";
   text += millimetres(error_before_m) + " off with the known model, " + millimetres(error_after_m) +
-          " with the improved one, " + millimetres(path_error_m(plain)) + " with nothing hidden.";
-  if (less(error_before_m, path_error_m(plain)))
+          " with the improved one";
+  if (!plain) return text + ".";
+  text += ", " + millimetres(path_error_m(*plain)) + " with nothing hidden.";
+  if (less(error_before_m, path_error_m(*plain)))
     text +=
         " The known model helps more than friction takes, which makes up for what no model holds, such as "
         "the rollers' resistance.";
@@ -104,19 +107,20 @@ struct Named {
   const Drive& drive;
 };
 
-report::Row driving_row(const Named& run, const Drive& plain, const Way& way) {
+report::Row driving_row(const Named& run, const std::optional<Drive>& plain, const Way& way) {
   const youbotd::PathMetrics& path = (run.drive.*way.run).summary.path;
-  return {std::string(run.name),     1e3 * path_error_m(run.drive), 1e3 * apart_m(run.drive, plain),
-          1e3 * path.rms_m(),        1e3 * path.worst_m(),          path.worst_rad(),
-          100 * path.limited_share()};
+  report::Row row{std::string(run.name), 1e3 * path_error_m(run.drive),
+                  1e3 * path.rms_m(),    1e3 * path.worst_m(),
+                  path.worst_rad(),      100 * path.limited_share()};
+  if (plain) row.emplace_back(1e3 * apart_m(run.drive, *plain));
+  return row;
 }
 
 void add_driving(report::Page& page, const Improvement& improvement) {
-  const Drive& plain = improvement.nothing_hidden;
+  const std::optional<Drive>& plain = improvement.nothing_hidden;
   const Way way = shown_way(improvement);
-  const Named runs[] = {{"known model", improvement.base},
-                        {"improved models", improvement.improved},
-                        {"known model, nothing hidden", plain}};
+  std::vector<Named> runs{{"known model", improvement.base}, {"improved models", improvement.improved}};
+  if (plain) runs.push_back({"known model, nothing hidden", *plain});
   std::vector<report::Row> rows;
   report::Plot error{.title = "Distance from the reference",
                      .x = {"time", "s"},
@@ -141,15 +145,13 @@ void add_driving(report::Page& page, const Improvement& improvement) {
     error.series.push_back(std::move(series));
     add_path(named.name, run.X_WB, report::Style::kLine);
   }
-  add_path("reference", (plain.*way.run).reference_X_WB, report::Style::kDashed);
-  page.table({{"compensated with"},
-              {"off the path, both ways, rms", "mm", 1},
-              {"shifted from the last line, both ways, rms", "mm", 1},
-              {"path error, rms", "mm", 1},
-              {"worst", "mm", 1},
-              {"heading error, worst", "rad", 3},
-              {"at the force limit", "%", 0}},
-             rows, std::string("Both ways round; from the fourth column on and in the plots ") + way.name);
+  add_path("reference", (improvement.base.*way.run).reference_X_WB, report::Style::kDashed);
+  std::vector<report::Column> columns{
+      {"compensated with"}, {"off the path, both ways, rms", "mm", 1}, {"path error, rms", "mm", 1},
+      {"worst", "mm", 1},   {"heading error, worst", "rad", 3},        {"at the force limit", "%", 0}};
+  if (plain) columns.push_back({"shifted from the last line, both ways, rms", "mm", 1});
+  page.table(columns, rows,
+             std::string("Both ways round, where it says so; otherwise and in the plots ") + way.name);
   page.plots({error, path});
 }
 
@@ -169,7 +171,9 @@ double apart_m(const Drive& drive, const Drive& other) {
   return rms_distance_m({{&drive.demo.X_WB, &other.demo.X_WB}, {&drive.mirrored.X_WB, &other.mirrored.X_WB}});
 }
 
-std::string improvement_text(const Improvement& improvement) {
+namespace {
+
+std::string search_table(const Improvement& improvement) {
   std::size_t width = 5;
   for (const Findings& findings : improvement.wheels) width = std::max(width, named_by(findings).size());
   std::string text = fmt::format("{:<9}{:<18}{:<{}}  {:<22}{}\n", "drive", "verdict", "named", width,
@@ -181,19 +185,33 @@ std::string improvement_text(const Improvement& improvement) {
                         fmt::format("{:.2g} -> {:.2g}", result.gap_before_Nm, result.gap_after_Nm),
                         result.noise_floor_Nm);
   }
+  return text + "\n";
+}
+
+std::string driving_table(const Improvement& improvement) {
   const Drive& base = improvement.base;
   const Drive& improved = improvement.improved;
   const Way way = shown_way(improvement);
-  text += "\n" + youbotd::side_by_side(way.name, "known model", (base.*way.run).summary, "improved",
-                                       (improved.*way.run).summary);
+  std::string text = youbotd::side_by_side(way.name, "known model", (base.*way.run).summary, "improved",
+                                           (improved.*way.run).summary);
   const auto row = [&text](const char* name, double left_m, double right_m) {
     text += fmt::format("{:<26}{:>14}{:>14}\n", name, millimetres(left_m), millimetres(right_m));
   };
   text += "both ways round, at the four wheels, rms\n";
   row("  off the path", path_error_m(base), path_error_m(improved));
-  row("  shifted by what is hidden", apart_m(base, improvement.nothing_hidden),
-      apart_m(improved, improvement.nothing_hidden));
+  if (improvement.nothing_hidden)
+    row("  shifted by what is hidden", apart_m(base, *improvement.nothing_hidden),
+        apart_m(improved, *improvement.nothing_hidden));
   return text + driving_text(improvement) + "\n";
+}
+
+}  // namespace
+
+std::string improvement_text(const Improvement& improvement) {
+  std::string text;
+  if (!improvement.wheels.empty()) text += search_table(improvement);
+  if (!improvement.improved.demo.X_WB.empty()) text += driving_table(improvement);
+  return text;
 }
 
 std::string reveal_text(const Improvement& improvement, const apps::HiddenEffect& hidden) {
@@ -204,15 +222,16 @@ std::string reveal_text(const Improvement& improvement, const apps::HiddenEffect
                      apps::count_text(static_cast<long long>(improvement.wheels.size()), "wheel"));
 }
 
-report::Page improvement_page(const Improvement& improvement, const apps::HiddenEffect& hidden) {
+report::Page improvement_page(const Improvement& improvement, const std::string& reveal) {
   report::Page page(
-      fmt::format("Search for a hidden effect, and what it brings: path error {:.1f} to {:.1f} mm",
+      fmt::format("Search for what the model lacks, and what it brings: path error {:.1f} to {:.1f} mm",
                   1e3 * path_error_m(improvement.base), 1e3 * path_error_m(improvement.improved)));
   page.text(
-      "The simulated wheels have an effect that the known model lacks. It was searched for in recordings of "
+      "The wheels may have an effect that the known model lacks. It was searched for in recordings of "
       "each wheel in the air; then the base drove the demo path and its mirror image, its friction "
       "compensated with the known and with the improved model. Off the path is meant at the four wheels, "
-      "where heading counts with what it moves.");
+      "where heading counts with what it moves; where the base was, a simulation in this program knows, and "
+      "otherwise its wheels tell.");
   page.text(driving_text(improvement));
   std::vector<report::Row> rows;
   for (const Findings& findings : improvement.wheels) {
@@ -220,13 +239,16 @@ report::Page improvement_page(const Improvement& improvement, const apps::Hidden
     rows.push_back({findings.drive, std::string(sim::gap::verdict_name(result.verdict)), named_by(findings),
                     result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm});
   }
-  page.table(
-      {{"drive"}, {"verdict"}, {"named"}, {"gap before", "N·m"}, {"gap after", "N·m"}, {"noise", "N·m"}},
-      rows, "What the search named; wheel-N/report.html has the evidence");
+  if (!rows.empty())
+    page.table(
+        {{"drive"}, {"verdict"}, {"named"}, {"gap before", "N·m"}, {"gap after", "N·m"}, {"noise", "N·m"}},
+        rows, "What the search named; wheel-N/report.html has the evidence");
 
   add_driving(page, improvement);
-  page.heading("What was hidden");
-  page.text(reveal_text(improvement, hidden));
+  if (!reveal.empty()) {
+    page.heading("What was hidden");
+    page.text(reveal);
+  }
   return page;
 }
 

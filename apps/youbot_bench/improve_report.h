@@ -17,11 +17,12 @@ double apart_m(const Drive& drive, const Drive& other);
 /// Whether a figure fell by more than a twentieth.
 bool less(double after, double before);
 
-/// Two tables, what the search named and how the base drove, and a sentence on what they show.
+/// Two tables, what the search named and how the base drove, and a sentence on what they show; of what was
+/// done.
 std::string improvement_text(const Improvement& improvement);
 /// What was hidden, and whether the search named it. For the end.
 std::string reveal_text(const Improvement& improvement, const apps::HiddenEffect& hidden);
-/// Both for people, with plots.
-report::Page improvement_page(const Improvement& improvement, const apps::HiddenEffect& hidden);
+/// Both for people, with plots. `reveal`: empty where nobody knows what is hidden.
+report::Page improvement_page(const Improvement& improvement, const std::string& reveal);
 
 }  // namespace youbot_bench

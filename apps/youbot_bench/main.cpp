@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
+#include <map>
 #include <stdexcept>
 #include <string>
 
@@ -147,14 +148,37 @@ int main(int argc, char** argv) {
   identify_command->add_option("--inertia", identify.inertia_kg_m2, "kg·m², joint side, when it is known");
   identify_command->add_option("--out", identify.out, "directory for model.toml and report.html")->required();
 
+  using Stage = youbot_bench::ImproveOptions::Stage;
   youbot_bench::ImproveOptions improve;
   CLI::App* const improve_command =
       app.add_subcommand("improve",
-                         "find an effect hidden in a simulated robot, compensate it and drive better: "
-                         "experiments, search, demo");
-  improve_command->add_option("--hidden-effect", improve.hidden_effect, "seed that draws the effect")
-      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed))
-      ->required();
+                         "find what the model of the wheels lacks, compensate it and drive better: "
+                         "experiments, search, demo. ON A ROBOT THIS MOVES A MACHINE");
+  improve_command->footer(
+      "On a real robot the wheels turn first, lifted off the ground; then the base drives the demo path and "
+      "its mirror image, twice, each from where it stands: keep 4 m by 4 m free, or carry it back. It asks "
+      "on the terminal before each; without one, --stage measure --yes and --stage drive --yes, set down in "
+      "between. Its path error is that of the wheels' odometry.\n"
+      "A simulation in lock-step (youbot-sim --lock-step) is lifted and set down by this program.\n"
+      "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, 4 stopped by a "
+      "fault.");
+  improve_command
+      ->add_option("--hidden-effect", improve.hidden_effect,
+                   "seed that draws the effect of the simulated robot in this program")
+      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed));
+  improve_command->add_option("--robot", improve.robot,
+                              "ethercat:IFACE: a robot or youbot-sim, with what it has");
+  improve_command->add_option("--config", improve.config,
+                              "youbotd's TOML file for that robot; none: the demo's");
+  improve_command
+      ->add_option("--stage", improve.stage, "measure, with the wheels off the ground, or drive, on it")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, Stage>{{"measure", Stage::kMeasure}, {"drive", Stage::kDrive}}));
+  improve_command->add_flag("--virtual-time", improve.virtual_time,
+                            "as fast as both ends can; youbot-sim --lock-step and nothing else");
+  improve_command->add_flag("--allow-non-rt", improve.allow_non_real_time,
+                            "go on when the system refuses real-time scheduling or memory locking");
+  improve_command->add_flag("--yes", improve.yes, "with --stage: the robot may move, do not ask");
   improve_command->add_option("--out", improve.out, "directory for recordings, models and reports")
       ->required();
   improve_command

@@ -45,8 +45,9 @@ void expect_better(const Improvement& improvement, std::string_view effect) {
   // Closer to the path, and most of what the effect did to the drive is gone.
   EXPECT_TRUE(less(path_error_m(improvement.improved), path_error_m(improvement.base)))
       << improvement_text(improvement);
-  EXPECT_LT(apart_m(improvement.improved, improvement.nothing_hidden),
-            0.3 * apart_m(improvement.base, improvement.nothing_hidden));
+  ASSERT_TRUE(improvement.nothing_hidden);
+  EXPECT_LT(apart_m(improvement.improved, *improvement.nothing_hidden),
+            0.3 * apart_m(improvement.base, *improvement.nothing_hidden));
   EXPECT_NE(improvement_text(improvement).find("The base drives better with the improved model"),
             std::string::npos);
 }
