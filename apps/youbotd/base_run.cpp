@@ -16,7 +16,7 @@ std::unique_ptr<BaseRecording> make_recording(const Config& config, const RunOpt
   return std::make_unique<BaseRecording>(
       BaseRecording::Description{.directory = *options.record_directory,
                                  .config_file = options.config_file,
-                                 .experiment = "path",
+                                 .experiment = options.experiment,
                                  .friction_compensation = config.cycle.controller.compensate_friction,
                                  .period = config.cycle.period});
 }

@@ -63,7 +63,8 @@ class Run {
 struct RunOptions {
   std::filesystem::path config_file;
   std::optional<std::filesystem::path> record_directory{};
-  bool virtual_time = false;  ///< the recording may make the cycle wait
+  std::string experiment = "path";  ///< as the recordings of a base call it
+  bool virtual_time = false;        ///< the recording may make the cycle wait
 };
 
 }  // namespace youbotd

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <fstream>
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -71,6 +72,7 @@ class Service final : public ControlServer::Listener {
 
   std::unique_ptr<Run> make_run(const Config& config, const RunOptions& options);
   RunOptions next_run() const;
+  void record_settings(const std::filesystem::path& directory) const;
   void open_master_again();
   /// The orders again, and what became of them.
   void beat();
@@ -117,7 +119,7 @@ void Service::serve(const std::atomic<bool>& stop) {
   apps::LoopStatistics statistics;
   std::atomic<bool> over{false};
   std::promise<std::vector<std::string>> entered;
-  std::thread cycles([&] {
+  std::jthread cycles([&](const std::stop_token& left) {  // by an exception, below
     apps::RealTimeThread real_time;
     try {
       entered.set_value(apps::enter_real_time(real_time, config_.real_time, options_.allow_non_real_time));
@@ -127,16 +129,13 @@ void Service::serve(const std::atomic<bool>& stop) {
     }
     apps::run_loop(
         clock_, config_.cycle.period, *loop_,
-        [&](std::chrono::nanoseconds) { return stop.load(std::memory_order_relaxed); },
+        [&](std::chrono::nanoseconds) {
+          return stop.load(std::memory_order_relaxed) || left.stop_requested();
+        },
         [&](const CycleTimes& /*times*/) { loop_->keep(); }, statistics);
     over.store(true, std::memory_order_release);
   });
-  try {
-    not_real_time_ = entered.get_future().get();
-  } catch (...) {
-    cycles.join();
-    throw;
-  }
+  not_real_time_ = entered.get_future().get();
   for (const std::string& problem : not_real_time_) spdlog::warn("not real-time: {}", problem);
   spdlog::info("{} is open, its drives are off; waiting for commands on {}", config_.robot.name,
                options_.control_socket.string());
@@ -252,7 +251,9 @@ void Service::enable(const Peer& peer) {
   if (run_)
     throw Refusal(orders_.stop || orders_.off ? "it is still coming to rest" : "it is enabled already");
   if (master_.device) open_master_again();
-  run_ = make_run(options_.configuration(settings_), next_run());
+  const RunOptions options = next_run();
+  run_ = make_run(options_.configuration(settings_), options);
+  if (options.record_directory) record_settings(*options.record_directory);
   orders_ = {.number = orders_.number + 1, .run = run_.get()};
   commander_ = peer;
   fault_.clear();
@@ -278,12 +279,22 @@ void Service::open_master_again() {
 }
 
 RunOptions Service::next_run() const {
-  RunOptions run{.config_file = options_.config_file};
+  RunOptions run{.config_file = options_.config_file, .experiment = mode_};
   for (int number = 1; options_.record_directory; ++number) {
     run.record_directory = *options_.record_directory / ("run-" + std::to_string(number));
     if (!std::filesystem::exists(*run.record_directory)) break;
   }
   return run;
+}
+
+/// Beside the configuration, which they stood over.
+void Service::record_settings(const std::filesystem::path& directory) const {
+  if (settings_.empty()) return;
+  const std::filesystem::path path = directory / "settings.toml";
+  std::ofstream file(path);
+  for (const auto& [key, value] : settings_) file << key << " = " << value << '\n';
+  file.close();
+  if (!file) spdlog::warn("recording: {} could not be written", path.string());
 }
 
 std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options) {

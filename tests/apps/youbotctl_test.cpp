@@ -5,6 +5,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <thread>
@@ -69,12 +70,16 @@ TEST_F(Youbotctl, DrivesThePathOnceItIsEnabledAndThenTheDrivesAreOff) {
   EXPECT_TRUE(before["commander"].is_null());
   EXPECT_FALSE(std::filesystem::exists(folder / "runs")) << "nothing is recorded before it is enabled";
 
+  EXPECT_EQ(tell({"set", "limits.force_N", "7"}).exit_code, 0);
   for (const char* run : {"run-1", "run-2"}) {
     const CommandResult result = tell({"enable"});
     EXPECT_EQ(result.exit_code, 0) << result.output;
     EXPECT_TRUE(result.said("running")) << result.output;
     EXPECT_TRUE(result.said("off")) << result.output;
     EXPECT_TRUE(std::filesystem::exists(folder / "runs" / run / "base.csv"));
+    std::ifstream settings(folder / "runs" / run / "settings.toml");
+    std::string line;
+    EXPECT_TRUE(std::getline(settings, line) && line == "limits.force_N = 7") << line;
   }
   youbotd.signal(SIGTERM);
   const CommandResult end = youbotd.finish();

@@ -1,0 +1,68 @@
+// A youbotd that serves keeps its master through being unplugged and plugged in again.
+#ifdef YOUBOTD_BINARY  // which is not built for the thread sanitizer
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "sim/devices/emulated_space_mouse.h"
+#include "tests/support/mock_hidraw_device.h"
+#include "tests/support/mock_usb_device.h"
+#include "tests/support/process.h"
+#include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using namespace std::chrono_literals;
+using support::CommandResult;
+using support::Process;
+
+TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
+  SKIP_UNLESS(support::in_mock_kernel(), "needs umockdev's library loaded first");
+  const support::TemporaryDirectory folder;
+  const std::string socket = folder / "s";
+  const auto ctl = [&socket](std::vector<std::string> words) {
+    words.insert(words.begin(), {YOUBOTCTL_BINARY, "--socket", socket});
+    return words;
+  };
+  const auto tell = [&](std::vector<std::string> words) { return Process(ctl(std::move(words))).finish(); };
+  const auto master_comes_to = [&](const char* state) {
+    for (const auto end = std::chrono::steady_clock::now() + 60s; std::chrono::steady_clock::now() < end;
+         std::this_thread::sleep_for(20ms))
+      if (tell({"status"}).said(state)) return testing::AssertionSuccess();
+    return testing::AssertionFailure() << tell({"status"}).output;
+  };
+  const support::MockHidrawOptions mouse{
+      .vendor = 0x256f,
+      .product = 0xc635,
+      .report_descriptor = sim::devices::EmulatedSpaceMouse({}, {}).report_descriptor()};
+
+  support::MockHidrawBus bus;
+  support::MockHidrawDevice& first = bus.plug(mouse);
+  Process youbotd({YOUBOTD_BINARY, "--config", YOUBOT_SOURCE_DIR "/apps/youbotd/teleop.toml", "--haptic",
+                   "spacemouse", "--control", socket, "--allow-non-rt"});
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_TRUE(master_comes_to("SpaceMouse Compact: ready"));
+
+  first.unplug();
+  EXPECT_TRUE(master_comes_to("unplugged"));
+  const CommandResult refused = tell({"enable"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.output;
+  EXPECT_TRUE(refused.said("SpaceMouse")) << refused.output;
+
+  bus.plug(mouse);
+  Process commander(ctl({"enable"}));
+  EXPECT_TRUE(commander.wait_for("centring"));
+  commander.signal(SIGINT);
+  const CommandResult ended = commander.finish();
+  // A busy machine may stall a loop of 1 kHz, or the master's thread, for long enough to be stopped.
+  EXPECT_TRUE(ended.exit_code == 0 || (ended.exit_code == 4 && ended.said("stopped by a fault"))) << ended.output;
+}
+
+}  // namespace
+#endif
