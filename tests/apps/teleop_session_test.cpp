@@ -275,8 +275,8 @@ TEST_F(TeleopSession, ARobotThatIsNotABaseWithOneArmIsRefusedWithWhatToDo) {
 }
 
 TEST_F(TeleopSession, WhatLivesInRealTimeIsRefusedInVirtualTimeByItsName) {
-  config.robot.name = "ethercat:eth9";
-  EXPECT_EQ(refusal(), "--virtual-time: ethercat:eth9 lives in real time");
+  config.robot.name = "can:can9";
+  EXPECT_EQ(refusal(), "--virtual-time: can:can9 lives in real time");
   config.robot.name = "loopback";
   for (const char* master : {"falcon", "force-dimension", "spacemouse"}) {
     config.haptic.name = master;

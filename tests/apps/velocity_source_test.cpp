@@ -85,7 +85,8 @@ TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
   source.begin(0ns);
   source.tell({0.5, 0, 0.8});
   const Motion motion = drive(30, /*held=*/true);
-  EXPECT_NEAR(motion.reference.X_WB.x_m, VelocitySource::kLeash_m, 1e-3);
+  EXPECT_NEAR(std::hypot(motion.reference.X_WB.x_m, motion.reference.X_WB.y_m), VelocitySource::kLeash_m,
+              1e-9);
   EXPECT_NEAR(motion.reference.X_WB.yaw_rad, VelocitySource::kLeash_rad, 1e-9);
 }
 

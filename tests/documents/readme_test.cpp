@@ -61,6 +61,7 @@ class Readme : public testing::Test {
   void serve(std::string command) {
     command.resize(command.rfind('&'));
     replace_all(command, "build/bin/", (checkout_ / "build/bin/").string());
+    replace_all(command, " apps/", " " + (checkout_ / "apps/").string());
     const bool robot = contains(command, "youbot-sim");
     simulator_.emplace(namespaces_, command + " 2>&1", robot ? "serving" : "waiting for commands");
     ASSERT_TRUE(simulator_->ready()) << command;
