@@ -7,13 +7,16 @@
 #include <cstdio>
 #include <map>
 #include <optional>
+#include <stdexcept>
 
 #include "apps/common/exit_code.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/run_app.h"
+#include "apps/common/scene_config.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/youbot_sim/fault_file.h"
 #include "apps/youbot_sim/frame_socket.h"
+#include "apps/youbot_sim/robot_recording.h"
 #include "apps/youbot_sim/server.h"
 #include "sim/bus/youbot_bus.h"
 
@@ -36,6 +39,8 @@ struct Arguments {
   std::string firmware = "148";
   std::string hardware = "later";
   std::string faults_file;
+  std::string scene_file;
+  std::string record_file;
   std::string model_file;
   std::optional<std::uint64_t> hidden_effect;
   double duration_s = 0.0;
@@ -53,6 +58,10 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.wire.timed = false;
   options.lock_step = arguments.lock_step;
   options.base.model = apps::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
+  if (!arguments.scene_file.empty()) {
+    if (!options.coupled) throw std::invalid_argument("--scene needs --robot base+arm: only its tip touches");
+    options.scene = apps::load_scene(arguments.scene_file);
+  }
   if (!arguments.faults_file.empty()) options.wire.faults = youbot_sim::load_faults(arguments.faults_file);
   return options;
 }
@@ -60,6 +69,8 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
 int run(const Arguments& arguments) {
   sim::bus::YoubotBus robot(robot_options(arguments));
   youbot_sim::FrameSocket socket(arguments.interface);
+  std::optional<youbot_sim::RobotRecording> recording;
+  if (!arguments.record_file.empty()) recording.emplace(arguments.record_file, robot, arguments.lock_step);
   apps::stop_on_signals();
   if (!arguments.quiet) {
     std::printf("serving %zu slaves on %s\n", robot.bus().size(), arguments.interface.c_str());
@@ -70,6 +81,10 @@ int run(const Arguments& arguments) {
       arguments.lock_step ? youbot_sim::serve_in_lock_step(robot, socket, duration, apps::stop_requested)
                           : youbot_sim::serve(robot, socket, duration, apps::stop_requested);
   if (!arguments.quiet) std::fputs(youbot_sim::report(summary, robot).c_str(), stdout);
+  if (recording) {
+    recording->close();
+    for (const std::string& problem : recording->problems()) spdlog::warn("recording: {}", problem);
+  }
   if (summary.skipped.count() > 0)
     spdlog::warn("the machine was too busy: {:.3f} s did not pass for the robot",
                  std::chrono::duration<double>(summary.skipped).count());
@@ -98,6 +113,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--faults", arguments.faults_file, "TOML file; apps/youbot_sim/fault_file.h describes it")
       ->check(CLI::ExistingFile);
+  app.add_option("--scene", arguments.scene_file,
+                 "TOML file whose [scene] is what the tip of the arm touches, as in youbotd's configuration")
+      ->check(CLI::ExistingFile);
+  app.add_option("--record", arguments.record_file,
+                 "CSV file, a row for each emulated millisecond: what the robot truly did, what its boards "
+                 "told the master and what they followed; apps/youbot_sim/robot_recording.h describes it");
   app.add_option("--model", arguments.model_file,
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,

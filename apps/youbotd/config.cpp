@@ -9,8 +9,8 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/hidden_effect.h"
+#include "apps/common/scene_config.h"
 #include "apps/common/toml_reader.h"
-#include "apps/youbotd/scene_config.h"
 #include "apps/youbotd/teleop_config.h"
 #include "sim/effects/resistance.h"
 
@@ -208,7 +208,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   apps::read_haptic(haptic, file.parent_path(), config.haptic);
   config.teleoperated = root.has("teleoperation");
   read_teleoperation(root.table("teleoperation"), config.teleoperation);
-  read_scene(root.table("scene"), config.robot.scene);
+  apps::read_scene(root.table("scene"), config.robot.scene);
   TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;

@@ -42,6 +42,7 @@ class MotorUnits {
     return sign_ * motor_rpm * rad_per_s_per_rpm_;
   }
   double torque_Nm(double motor_mA) const noexcept { return sign_ * motor_mA * Nm_per_mA_; }
+  double position_rad(double ticks) const noexcept { return sign_ * ticks * rad_per_tick_; }
 
  private:
   double sign_;

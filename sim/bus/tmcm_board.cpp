@@ -64,6 +64,7 @@ void TmcmBoard::power_changed(bool on) noexcept {
   reply_.reset();
   zero_versions_left_ = options_.zero_version_replies;
   drive_.command({}, false);
+  followed_.reset();
   if (gripper_ != nullptr) gripper_->power_changed(on);
   // An incremental encoder: zero is where the joint happens to be.
   encoder_ticks_ = units_.ticks(drive_.measured().position_rad);
@@ -188,6 +189,7 @@ void TmcmBoard::drive_motor() noexcept {
   if (timed_out_) command = {ControllerMode::kPosition, hold_ticks_};
   if (i2t_.exceeded()) command = {ControllerMode::kPwm, 0};
   const bool enabled = bridge_enabled();
+  followed_ = enabled ? std::optional(command) : std::nullopt;
   if (!enabled) motion_.restart(motor_);
   drive_.command(motion_.update(command, motor_, parameters_, kPeriod), enabled);
 }

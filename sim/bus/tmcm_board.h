@@ -61,6 +61,10 @@ class TmcmBoard final : public Application {
 
   /// What its process data show, before it is packed.
   const drivers::tmcl::DriveInput& input() const noexcept { return input_; }
+  /// What the motor has followed since the latest period; none: the bridge is open.
+  const std::optional<drivers::tmcl::DriveOutput>& followed() const noexcept { return followed_; }
+  /// Between such integers and SI at the joint. Positions count as the board's counter does.
+  const MotorUnits& units() const noexcept { return units_; }
   const TmcmParameters& parameters() const noexcept { return parameters_; }
   bool initialized() const noexcept { return commutation_.known(); }
   const I2tMonitor& i2t() const noexcept { return i2t_; }
@@ -122,6 +126,7 @@ class TmcmBoard final : public Application {
   // Commands.
   bool powered_ = true;
   drivers::tmcl::DriveOutput command_;
+  std::optional<drivers::tmcl::DriveOutput> followed_;
   drivers::tmcl::ControllerMode last_mode_{};  // of the process data
   drivers::tmcl::DriveInput input_;
   std::chrono::nanoseconds since_tick_{};

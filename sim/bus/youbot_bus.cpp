@@ -116,11 +116,13 @@ void YoubotBus::advance(nanoseconds step) noexcept {
     step -= part;
     until_period_ -= part;
     // The period that ends now first, so that the boards read what it led to.
-    if (until_period_.count() == 0) {
+    const bool ends = until_period_.count() == 0;
+    if (ends) {
       advance_mechanics();
       until_period_ = TmcmBoard::kPeriod;
     }
     wire_->advance(part);
+    if (ends && look_) look_();
   }
 }
 

@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "sim/base.h"
@@ -67,6 +69,8 @@ class YoubotBus final : public EmulatedTime {
 
   void advance(std::chrono::nanoseconds step) noexcept;
   void wait(std::chrono::nanoseconds step) noexcept override { advance(step); }
+  /// Setup: called at the end of each period, when mechanics and boards have done theirs.
+  void after_each_period(std::function<void()> look) noexcept { look_ = std::move(look); }
   /// Lifts a base off the ground, or sets it down.
   void set_on_ground(bool on_ground) noexcept;
 
@@ -78,6 +82,7 @@ class YoubotBus final : public EmulatedTime {
   /// Of a joint on the bus, from 0.
   std::size_t position(std::size_t joint) const noexcept { return joints_[joint].position; }
   GripperBoard& gripper(std::size_t arm) noexcept { return *grippers_[arm]; }
+  std::size_t gripper_count() const noexcept { return grippers_.size(); }
 
   std::size_t arm_count() const noexcept { return (joints_.size() - wheel_count()) / 5; }
   bool has_base() const noexcept { return wheels_ || manipulator_; }
@@ -116,6 +121,7 @@ class YoubotBus final : public EmulatedTime {
   std::vector<Joint> joints_;
   std::optional<EmulatedWire> wire_;
   std::chrono::nanoseconds until_period_ = TmcmBoard::kPeriod;
+  std::function<void()> look_;
 };
 
 }  // namespace sim::bus

@@ -1,11 +1,11 @@
-#include "apps/youbotd/scene_config.h"
+#include "apps/common/scene_config.h"
 
 #include <span>
 
-namespace youbotd {
-namespace {
+#include "apps/common/shared_tables.h"
 
-using apps::TomlTable;
+namespace apps {
+namespace {
 
 sim::Surface read_surface(TomlTable& table) {
   sim::Surface surface;
@@ -42,4 +42,14 @@ void read_scene(TomlTable table, sim::EnvironmentParameters& scene) {
   }
 }
 
-}  // namespace youbotd
+sim::EnvironmentParameters load_scene(const std::filesystem::path& path) {
+  TomlFile file = TomlFile::parse(path);
+  sim::EnvironmentParameters scene;
+  TomlTable root = file.root();
+  leave_to_others(root, {"scene"});
+  read_scene(root.table("scene"), scene);
+  file.finish();
+  return scene;
+}
+
+}  // namespace apps
