@@ -71,6 +71,7 @@ std::vector<tmcl::ParameterSetting> settings_of(const EthercatOptions& options, 
 /// In lock-step nothing is late, however long a busy machine lets either end wait.
 ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
+  bus.cyclic.frame_timeout = options.frame_timeout;
   if (options.lock_step) {
     bus.access.frame_timeout = bus.cyclic.frame_timeout = std::chrono::seconds(2);
     bus.state_timeout = bus.mailbox_timeout = std::chrono::seconds(60);

@@ -27,6 +27,9 @@ struct EthercatOptions {
   bool unsigned_current = false;
   /// Cycles without an answer, or with slaves missing, that are bridged with the last sample.
   int tolerated_cycles = 10;
+  /// A cycle waits so long for its answer. On a robot less than a period; for slaves that a busy machine
+  /// emulates and that have all the time, more.
+  std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
   /// Let the slaves' clocks follow one reference. The youBot's boards are said not to bear it.
   bool distributed_clocks = false;
   /// Arm joints that do not know their zero find it at their end stops when the robot is enabled: the arm

@@ -2,7 +2,10 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
 #include <array>
+#include <chrono>
+#include <cmath>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -38,9 +41,14 @@ void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::Ether
     options.parameters.push_back(parameter);
   }
   table.integer("tolerated_cycles", options.tolerated_cycles, {.min = 0, .max = 100});
-  if (options.tolerated_cycles * period > kLongestBridge)
-    table.refuse("tolerated_cycles",
-                 "times the cycle's period is more than the 0.1 s after which the drives stop by themselves");
+  double frame_timeout_s = std::chrono::duration<double>(options.frame_timeout).count();
+  table.number("frame_timeout_s", frame_timeout_s, {.min = 1e-4, .max = 0.1});
+  options.frame_timeout = std::chrono::nanoseconds(std::llround(1e9 * frame_timeout_s));
+  if (options.tolerated_cycles * std::max(period, options.frame_timeout) > kLongestBridge)
+    table.refuse(
+        "tolerated_cycles",
+        "times the cycle's period, or 'ethercat.frame_timeout_s', is more than the 0.1 s after which "
+        "the drives stop by themselves");
 }
 
 std::string ethercat_text(const hal::EthercatOptions& options) {
@@ -49,9 +57,10 @@ std::string ethercat_text(const hal::EthercatOptions& options) {
     if (value == options.kind) kind = name;
   std::string text = fmt::format(
       "[ethercat]\nkind = {}\nbusy_wait = {}\nunsigned_current = {}\ntolerated_cycles = {}\n"
-      "distributed_clocks = {}\nhome_arms = {}\n",
+      "frame_timeout_s = {}\ndistributed_clocks = {}\nhome_arms = {}\n",
       toml_string(kind), options.busy_wait, options.unsigned_current, options.tolerated_cycles,
-      options.distributed_clocks, options.home_arms);
+      std::chrono::duration<double>(options.frame_timeout).count(), options.distributed_clocks,
+      options.home_arms);
   for (const hal::EthercatOptions::Parameter& parameter : options.parameters)
     text += fmt::format("\n[[ethercat.parameter]]\njoint = {}\nname = {}\nvalue = {}\n",
                         toml_string(parameter.joint), toml_string(parameter.name), parameter.value);
