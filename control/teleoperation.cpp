@@ -138,7 +138,8 @@ void Teleoperation::request_stop(TeleopEnd why) noexcept {
 void Teleoperation::switch_off() noexcept {
   start_ = false;
   if (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) return;
-  end_ = TeleopEnd::kRequested;
+  // What made it stop stays the reason.
+  if (phase_ != TeleopPhase::kStopping && phase_ != TeleopPhase::kLowering) end_ = TeleopEnd::kRequested;
   enter(TeleopPhase::kOff);
 }
 

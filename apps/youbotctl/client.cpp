@@ -14,7 +14,7 @@ namespace youbotctl {
 namespace {
 
 /// youbotd answers between two looks at its robot; while it makes a run ready or opens a master, later.
-constexpr timeval kPatience{10, 0};
+constexpr timeval kPatience{60, 0};
 
 std::string hint(int error) {
   switch (error) {

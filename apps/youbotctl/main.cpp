@@ -114,6 +114,7 @@ class Input {
     std::array<char, 1024> text{};
     const ssize_t size = read(STDIN_FILENO, text.data(), text.size());
     ended_ = size <= 0;
+    if (ended_ && !pending_.empty()) pending_ += '\n';  // the last line needs none
     if (size > 0) pending_.append(text.data(), static_cast<std::size_t>(size));
   }
   std::string pending_;
@@ -127,26 +128,33 @@ int enable(const Arguments& arguments) {
   json reply = client.ask("enable");
   if (reply["ok"] == false) return tell(reply, arguments, false);
   if (!arguments.quiet) std::fprintf(stderr, "enabled: Ctrl-C stops; commands are read, one a line\n");
+  const json run = reply["status"]["run"];
+  const auto goes_on = [&] { return reply["status"]["run"] == run && reply["status"]["enabled"] == true; };
   Input input;
   std::string phase;
   bool stopping = false;
-  while (reply["status"].value("enabled", false)) {
-    if (const std::string now = text(reply["status"], "phase");
-        now != phase && now != "off" && !arguments.quiet) {
-      std::printf("%s\n", now.c_str());
+  while (goes_on()) {
+    if (const std::string now = text(reply["status"], "phase"); now != phase && now != "off") {
+      if (!arguments.quiet) std::printf("%s\n", now.c_str());
       std::fflush(stdout);
       phase = now;
     }
     std::string line;
-    if (apps::stop_requested && !stopping) {
-      stopping = true;
-      reply = client.ask("stop");
-      continue;
-    }
     const bool told = input.take(line);
-    if (!told && input.ended()) usleep(1000U * kBeat_ms);
-    reply = client.ask(told && !line.empty() ? line : "alive");
+    // Nobody is left who could tell it another velocity.
+    const bool abandoned = !told && input.ended() && text(reply["status"], "mode") == "velocity";
+    if (!stopping && (apps::stop_requested || abandoned)) {
+      stopping = true;
+      line = "stop";
+    } else if (!told && input.ended()) {
+      usleep(1000U * kBeat_ms);
+    }
+    reply = client.ask(line.empty() ? "alive" : line);
     if (reply["ok"] == false) spdlog::error("{}", text(reply, "error"));
+  }
+  if (reply["status"]["run"] != run) {
+    spdlog::error("the run is over, and somebody has enabled the next one");
+    return apps::kExitUsage;
   }
   if (const std::string fault = text(reply["status"], "fault"); !fault.empty()) {
     spdlog::error("stopped by a fault at {}", fault);
@@ -183,7 +191,10 @@ int main(int argc, char** argv) {
       "start the robot, and stay: it comes to rest when this program ends, however it does. Ctrl-C stops. "
       "Meanwhile it takes commands from standard input, one a line",
       [&] { return enable(arguments); });
-  command("stop", "come to rest, lower the arm, drives off", [&] { return ask(arguments, "stop"); });
+  command("stop",
+          "come to rest, drives off; in teleoperation the arm is lowered first, elsewhere one that stands up "
+          "FALLS",
+          [&] { return ask(arguments, "stop"); });
   command("disable", "drives off at once: an arm FALLS", [&] { return ask(arguments, "disable"); });
   command("mode", "what it does once enabled", [&] { return ask(arguments, "mode " + arguments.mode); })
       ->add_option("name", arguments.mode, "path or velocity; teleoperation where a master commands")

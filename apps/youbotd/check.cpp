@@ -1,10 +1,12 @@
 #include "apps/youbotd/check.h"
 
 #include <algorithm>
+#include <memory>
 #include <string_view>
 
 #include "apps/common/open_haptic.h"
 #include "apps/common/open_robot.h"
+#include "apps/common/robot_session.h"
 #include "apps/common/wording.h"
 #include "apps/youbotd/base_recording.h"
 #include "apps/youbotd/check_bus.h"
@@ -27,9 +29,9 @@ using Mark = Finding::Mark;
 constexpr std::string_view kEthercat = "ethercat:";
 
 /// Makes what a run is made of; nothing of it is opened before it is activated.
-Finding check_configuration(const Config& config) {
-  const hal::VirtualClock clock;
-  const apps::OpenedRobot robot = apps::open_robot(config.robot, clock, config.cycle.period);
+Finding check_configuration(const Config& config, bool virtual_time) {
+  const std::unique_ptr<hal::Clock> clock = apps::make_clock(virtual_time);
+  const apps::OpenedRobot robot = apps::open_robot(config.robot, *clock, config.cycle.period);
   std::string found = "configuration: " + config.robot.name;
   if (!config.teleoperated) {
     PathSource motion(config.path);
@@ -38,7 +40,7 @@ Finding check_configuration(const Config& config) {
   }
   found += " by hand on " + config.haptic.name;
   try {
-    const apps::OpenedHaptic master = apps::open_haptic(config.haptic, clock, config.cycle.period);
+    const apps::OpenedHaptic master = apps::open_haptic(config.haptic, *clock, config.cycle.period);
     const TeleopCycle cycle({.control = config.teleoperation}, *robot.robot, *master.device);
   } catch (const hal::SetupError& error) {
     return {Mark::kFail, std::string("configuration: ") + error.what(), "set haptic.falcon.firmware"};
@@ -85,7 +87,7 @@ const char* mark_text(Mark mark) {
 }  // namespace
 
 Findings check(const Config& config, const CheckOptions& options) {
-  Findings findings{check_configuration(config)};
+  Findings findings{check_configuration(config, options.virtual_time)};
   if (!options.virtual_time) check_real_time(config, options, findings);
   if (config.robot.name.starts_with(kEthercat))
     check_bus(config.robot.name.substr(kEthercat.size()), options, findings);

@@ -1,8 +1,6 @@
 #include "apps/youbotd/control_server.h"
 
-#include <grp.h>
 #include <poll.h>
-#include <pwd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -24,13 +22,14 @@ hal::SetupError refused(const std::filesystem::path& path, const std::string& hi
   return {"control socket " + path.string(), "open", hint};
 }
 
-/// Whether somebody answers there.
-bool served(const sockaddr_un& address) {
-  const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  const bool answered =
-      probe >= 0 && connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
-  if (probe >= 0) close(probe);
-  return answered;
+/// Why nobody can be reached there; 0 when somebody can.
+int error_of_calling(const sockaddr_un& address) {
+  const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (probe < 0) return errno;
+  const bool reached = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  const int error = reached ? 0 : errno;
+  close(probe);
+  return error;
 }
 
 /// A socket that nobody serves is left from a daemon that was killed. Anything else is not ours to remove.
@@ -38,7 +37,11 @@ void remove_leftover(const std::filesystem::path& path, const sockaddr_un& addre
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return;
   if (!S_ISSOCK(found.st_mode)) throw refused(path, "there is something else of that name");
-  if (served(address)) throw refused(path, "another youbotd serves it; stop that one, or name another path");
+  const int error = error_of_calling(address);
+  if (error == 0 || error == EAGAIN)
+    throw refused(path, "another youbotd serves it; stop that one, or name another path");
+  if (error != ECONNREFUSED)
+    throw refused(path, std::string("there is another program's socket: ") + std::strerror(error));
   unlink(path.c_str());
 }
 
@@ -52,12 +55,9 @@ bool in_our_group(int socket, const ucred& peer) {
   return std::find(groups.cbegin(), end, getegid()) != end;
 }
 
+/// Without a look into the list of users, which may be far away and slow.
 std::string name_of(const ucred& peer) {
-  std::array<char, 1024> room{};
-  passwd entry{};
-  passwd* found = nullptr;
-  const bool known = getpwuid_r(peer.uid, &entry, room.data(), room.size(), &found) == 0 && found != nullptr;
-  return (known ? entry.pw_name : "user " + std::to_string(peer.uid)) + " (process " +
+  return (peer.uid == 0 ? "root" : "user " + std::to_string(peer.uid)) + " (process " +
          std::to_string(peer.pid) + ")";
 }
 
@@ -113,11 +113,11 @@ void ControlServer::accept() {
   if (socket < 0) return;
   ucred peer{};
   socklen_t size = sizeof peer;
-  if (connections_.size() >= kMostConnections ||
-      getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) {
+  if (getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) {
     close(socket);
     return;
   }
+  if (connections_.size() >= kMostConnections) drop_most_silent();
   const bool may_command = peer.uid == 0 || peer.uid == geteuid() || in_our_group(socket, peer);
   connections_.push_back({socket,
                           {.connection = ++accepted_,
@@ -126,6 +126,16 @@ void ControlServer::accept() {
                            .name = name_of(peer),
                            .may_command = may_command,
                            .heard = std::chrono::steady_clock::now()}});
+}
+
+/// Those who hold connections and say nothing shut nobody out who wants to stop the robot.
+void ControlServer::drop_most_silent() {
+  const auto earlier = [](const Connection& a, const Connection& b) { return a.peer.heard < b.peer.heard; };
+  const auto dropped = std::min_element(connections_.begin(), connections_.end(), earlier);
+  const Peer peer = dropped->peer;
+  close(dropped->socket);
+  connections_.erase(dropped);
+  listener_.gone(peer);
 }
 
 bool ControlServer::hear(Connection& connection) {

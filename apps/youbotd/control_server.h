@@ -16,7 +16,7 @@ struct Peer {
   std::uint64_t connection = 0;  ///< never the same twice
   pid_t pid = 0;
   uid_t uid = 0;
-  std::string name;                               ///< "marta (process 4711)"
+  std::string name;                               ///< "user 1000 (process 4711)"
   bool may_command = false;                       ///< root, the daemon's own user, or a member of its group
   std::chrono::steady_clock::time_point heard{};  ///< last word of it
 };
@@ -52,6 +52,7 @@ class ControlServer {
     Peer peer;
   };
   void accept();
+  void drop_most_silent();
   /// False when the other end is gone.
   bool hear(Connection& connection);
 

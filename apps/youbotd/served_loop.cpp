@@ -17,7 +17,11 @@ void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
     run_ = orders_.run;
     number_ = orders_.number;
+    told_.master = {};
+    told_.master_left = false;
     if (capture_ != nullptr) capture_->resume();
+  } else if (run_ == nullptr && orders_.run != nullptr && orders_.number > number_) {
+    told_.ended = number_ = orders_.number;  // called off before it began
   }
   if (run_ == nullptr) return;
   if (heard && orders_.off)

@@ -36,7 +36,7 @@ struct Told {
 class ServedLoop {
  public:
   /// A run without orders for longer than this comes to rest: nobody is there who could stop it.
-  static constexpr std::chrono::milliseconds kSilence{500};
+  static constexpr std::chrono::milliseconds kSilence{2000};
 
   /// `master` and `capture`, which keeps still from the end of a run to the next, may be null. All outlive
   /// the loop.

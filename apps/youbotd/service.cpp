@@ -31,7 +31,7 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-/// How often orders are repeated and news looked at: a tenth of ServedLoop::kSilence.
+/// How often orders are repeated and news looked at: well within ServedLoop::kSilence.
 constexpr std::chrono::milliseconds kBeat{50};
 /// Tables that are read when robot and master are opened. The rest is read anew for each run.
 constexpr std::array<std::string_view, 6> kOpenedOnce{"robot",  "loop",       "ethercat",
@@ -70,7 +70,9 @@ class Service final : public ControlServer::Listener {
   void set_velocity(std::istringstream& words);
   json status() const;
 
-  std::unique_ptr<Run> make_run(const Config& config, const RunOptions& options);
+  void require_same_devices(const Config& config) const;
+  /// `velocity`, unless null, is where to tell one, in the mode that follows it.
+  std::unique_ptr<Run> make_run(const Config& config, const RunOptions& options, VelocitySource** velocity);
   RunOptions next_run() const;
   void record_settings(const std::filesystem::path& directory) const;
   void open_master_again();
@@ -113,7 +115,7 @@ void Service::serve(const std::atomic<bool>& stop) {
     for (const std::string& warning : master_.device->info().warnings)
       spdlog::warn("{}: {}", master_.device->info().name, warning);
   // What cannot run is told now and not when somebody enables it.
-  (void)make_run(config_, {.config_file = options_.config_file});
+  (void)make_run(config_, {.config_file = options_.config_file}, nullptr);
   const apps::RobotActivation robot_activation(*robot_.robot);
 
   apps::LoopStatistics statistics;
@@ -250,17 +252,34 @@ void Service::obey(const Peer& peer, const std::string& request) {
 void Service::enable(const Peer& peer) {
   if (run_)
     throw Refusal(orders_.stop || orders_.off ? "it is still coming to rest" : "it is enabled already");
+  const Config config = options_.configuration(settings_);
+  require_same_devices(config);
   if (master_.device) open_master_again();
   const RunOptions options = next_run();
-  run_ = make_run(options_.configuration(settings_), options);
+  VelocitySource* velocity = nullptr;
+  run_ = make_run(config, options, &velocity);
+  velocity_ = velocity;
   if (options.record_directory) record_settings(*options.record_directory);
   orders_ = {.number = orders_.number + 1, .run = run_.get()};
   commander_ = peer;
+  commander_->heard = steady_clock::now();  // what came before this took its time
   fault_.clear();
   fault_report_.clear();
   spdlog::info("run {} ({}) enabled by {}", orders_.number, mode_, peer.name);
   manager_.status(mode_ + ", enabled by " + peer.name);
   loop_->order(orders_);
+}
+
+/// The file is read anew for each run; what it says of the loop and of what is open has to be as it was.
+void Service::require_same_devices(const Config& config) const {
+  const bool same = config.cycle.period == config_.cycle.period && config.robot.name == config_.robot.name &&
+                    config.robot.ethercat.kind == config_.robot.ethercat.kind &&
+                    config.haptic.name == config_.haptic.name &&
+                    config.haptic.limits.slew_N_per_s == config_.haptic.limits.slew_N_per_s &&
+                    config.teleoperated == config_.teleoperated;
+  if (!same)
+    throw Refusal(options_.config_file.string() +
+                  " says something else of the loop, the robot or the master by now: start youbotd anew");
 }
 
 /// One that was unplugged is plugged in again, perhaps.
@@ -274,8 +293,16 @@ void Service::open_master_again() {
     (void)loop_->take(told_);
   }
   if (!told_.master_left) throw Refusal("the loop does not answer");
-  (void)master_.device->deactivate();
-  master_.device->activate();  // or throws, and it stays left
+  std::future<void> opening = std::async(std::launch::async, [this] {
+    (void)master_.device->deactivate();
+    master_.device->activate();
+  });
+  while (opening.wait_for(kBeat) != std::future_status::ready) {
+    (void)loop_->take(told_);
+    report_alive();
+  }
+  opening.get();  // or throws, and it stays left
+  orders_.leave_master = false;
 }
 
 RunOptions Service::next_run() const {
@@ -297,15 +324,15 @@ void Service::record_settings(const std::filesystem::path& directory) const {
   if (!file) spdlog::warn("recording: {} could not be written", path.string());
 }
 
-std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options) {
+std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options,
+                                       VelocitySource** velocity) {
   if (config_.teleoperated)
     return std::make_unique<TeleopRun>(config, options, *robot_.robot, *master_.device,
                                        robot_.manipulator.get());
   std::unique_ptr<MotionSource> motion;
-  velocity_ = nullptr;
   if (mode_ == "velocity") {
     auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period);
-    velocity_ = source.get();
+    if (velocity != nullptr) *velocity = source.get();
     motion = std::move(source);
   } else {
     motion = std::make_unique<PathSource>(config.path);
@@ -342,7 +369,7 @@ void Service::set_velocity(std::istringstream& words) {
   if (!(words >> twist_B[0] >> twist_B[1] >> twist_B[2]) || !twist_B.allFinite() ||
       (words >> std::ws && !words.eof()))
     throw Refusal("a velocity is three numbers: m/s ahead, m/s to the left, rad/s counter-clockwise");
-  if (velocity_ == nullptr) throw Refusal("it is not enabled in the mode velocity");
+  if (!run_ || velocity_ == nullptr) throw Refusal("it is not enabled in the mode velocity");
   velocity_->tell(twist_B);
 }
 

@@ -244,6 +244,16 @@ TEST(CheckCommand, WithoutRightsItFailsAndNamesTheCommandThatGivesThem) {
   EXPECT_TRUE(waived.said("warn  priority: SCHED_FIFO 80 for the cycle")) << waived.output;
 }
 
+TEST(CheckCommand, ABusMayHaveAnotherPeriod) {
+  const support::TemporaryDirectory folder;
+  const std::string slow =
+      folder.write("slow.toml", "[loop]\nperiod_s = 0.002\n[[path.leg]]\nforward_m = 1\n");
+  const support::CommandResult result =
+      support::run_command(YOUBOTD_BINARY " --check --robot ethercat:nosuch0 --config " + slow);
+  EXPECT_EQ(result.exit_code, 3) << result.output;
+  EXPECT_TRUE(result.said("nosuch0")) << result.output;
+}
+
 TEST(CheckCommand, ACoreThatIsNotThereIsNamed) {
   const Finding finding = check_core(CPU_SETSIZE - 1, Mark::kFail);
   EXPECT_EQ(finding.mark, Mark::kFail);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -118,6 +119,19 @@ TEST_F(ControlServerTest, DoesNotWaitForACallerThatNeverReadsItsAnswers) {
   EXPECT_EQ(echo.left.size(), 1U) << "its answers filled the socket";
 }
 
+TEST_F(ControlServerTest, IdleConnectionsShutNobodyOut) {
+  ControlServer server(path, echo);
+  std::vector<std::unique_ptr<Caller>> idle;
+  for (int i = 0; i < 40; ++i) {
+    idle.push_back(std::make_unique<Caller>(path));
+    server.serve(10ms);
+  }
+  const Caller worried(path);
+  ASSERT_TRUE(worried.say("stop"));
+  serve(server);
+  EXPECT_EQ(worried.hear(), "you said stop");
+}
+
 TEST_F(ControlServerTest, IsForItsOwnerAndGroupOnly) {
   const ControlServer server(path, echo);
   struct stat found {};
@@ -161,6 +175,14 @@ TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
     EXPECT_THROW(ControlServer(path, echo), hal::SetupError) << "somebody serves it";
   }
   EXPECT_FALSE(std::filesystem::exists(path));
+
+  const int stranger = socket(AF_UNIX, SOCK_STREAM, 0);
+  const sockaddr_un address = apps::control_address(path);
+  ASSERT_EQ(bind(stranger, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  ASSERT_EQ(listen(stranger, 1), 0);
+  EXPECT_THROW(ControlServer(path, echo), hal::SetupError) << "another program serves it";
+  EXPECT_TRUE(std::filesystem::exists(path));
+  close(stranger);
 
   const std::filesystem::path file = folder.write("precious", "text");
   EXPECT_THROW(ControlServer(file, echo), hal::SetupError);

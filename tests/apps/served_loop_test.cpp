@@ -129,9 +129,12 @@ TEST_F(ServedLoopTest, StopBringsToRestAndOffSwitchesOff) {
 }
 
 TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
-  loop.order({.number = 1, .run = &run, .stop = true});
-  cycle(3);
-  EXPECT_EQ(run.steps, 0);
+  for (std::uint64_t number = 1; number <= 2; ++number) {
+    loop.order({.number = number, .run = &run, .stop = number == 1, .off = number == 2});
+    cycle(3);
+    EXPECT_EQ(run.steps, 0);
+    EXPECT_EQ(told.ended, number) << "nobody has to wait for it";
+  }
 }
 
 TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {

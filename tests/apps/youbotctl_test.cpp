@@ -119,7 +119,7 @@ TEST_F(Youbotctl, TheRobotComesToRestWhenItsCommanderDies) {
   ASSERT_TRUE(commander.wait_for("running"));
   commander.signal(SIGKILL);
   EXPECT_TRUE(comes_to_rest());
-  EXPECT_TRUE(youbotd.wait_for("is gone"));
+  EXPECT_TRUE(youbotd.wait_for("coming to rest"));
   Process again(ctl({"enable"}));
   EXPECT_TRUE(again.wait_for("running")) << "the next one may";
   again.signal(SIGINT);
@@ -135,6 +135,19 @@ TEST_F(Youbotctl, TheRobotComesToRestWhenItsCommanderHangs) {
   commander.signal(SIGSTOP);
   EXPECT_TRUE(comes_to_rest());
   EXPECT_TRUE(youbotd.wait_for("is silent"));
+}
+
+TEST_F(Youbotctl, AVelocityStopsWithTheProgramThatTellsIt) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  ASSERT_TRUE(commander.say("set velocity 0.2 0 0"));
+  commander.hang_up();
+  const CommandResult ended = commander.finish();
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
+  EXPECT_TRUE(ended.said("stopping")) << ended.output;
 }
 
 TEST_F(Youbotctl, DisableSwitchesOffAtOnce) {

@@ -46,7 +46,7 @@ class Process {
       kill(pid_, SIGKILL);
       waitpid(pid_, nullptr, 0);
     }
-    close(input_);
+    if (input_ >= 0) close(input_);
     if (output_ != nullptr) fclose(output_);
   }
 
@@ -62,6 +62,11 @@ class Process {
   bool say(const std::string& line) const {
     const std::string text = line + "\n";
     return write(input_, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  }
+  /// The end of its input.
+  void hang_up() {
+    close(input_);
+    input_ = -1;
   }
   void signal(int number) const { kill(pid_, number); }
   pid_t pid() const { return pid_; }
