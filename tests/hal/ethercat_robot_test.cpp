@@ -403,6 +403,20 @@ TEST(EthercatRobot, ADriveThatLeavesOperationIsAFaultHoweverShortAndHoweverMuchI
   }
 }
 
+TEST(EthercatRobot, AnAnswerIsInTimeForAsLongAsACycleWaits) {
+  for (const auto frame_timeout : {std::chrono::microseconds(500), std::chrono::microseconds(3000)}) {
+    Rig rig(Rig::options(EthercatOptions::Kind::kBase, Firmware::k148,
+                         {FaultEvent{.kind = FaultKind::kDelay, .at = 6s, .count = 100, .delay = 2ms}}),
+            {.kind = EthercatOptions::Kind::kBase, .frame_timeout = frame_timeout});
+    rig.robot->activate();
+    rig.enable();
+    rig.run_until([&] { return rig.emulation.wire().now() >= 5990ms; });
+    ASSERT_TRUE(rig.sample.enabled);
+    rig.run(50ms);
+    EXPECT_EQ(rig.status.fault, frame_timeout > 2ms ? Fault::kNone : Fault::kFrameLost);
+  }
+}
+
 TEST(EthercatRobot, APowerBlipIsAFaultAndNothingTurnsByItself) {
   for (const Firmware firmware : {Firmware::k148, Firmware::k200}) {
     Rig rig(Rig::options(EthercatOptions::Kind::kBase, firmware,
