@@ -282,9 +282,12 @@ void Service::require_same_devices(const Config& config) const {
                   " says something else of the loop, the robot or the master by now: start youbotd anew");
 }
 
-/// One that was unplugged is plugged in again, perhaps.
+/// One that was unplugged is plugged in again, perhaps; and one that was lost for its driver, as a Falcon is
+/// after some replies that did not come, is there again only when it is opened anew.
 void Service::open_master_again() {
-  if (told_.master.fault != hal::HapticFault::kUnplugged) return;
+  if (told_.master.fault != hal::HapticFault::kUnplugged &&
+      told_.master.fault != hal::HapticFault::kDeviceFault)
+    return;
   orders_.leave_master = true;
   const auto until = steady_clock::now() + std::chrono::seconds(1);
   while (!told_.master_left && steady_clock::now() < until) {

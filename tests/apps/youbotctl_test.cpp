@@ -107,7 +107,7 @@ TEST_F(Youbotctl, OneCommandsAndAnybodyMayStop) {
   EXPECT_EQ(tell({"stop"}).exit_code, 0);
   const CommandResult ended = commander.finish();
   EXPECT_EQ(ended.exit_code, 0) << ended.output;
-  EXPECT_TRUE(ended.said("stopping")) << ended.output;
+  EXPECT_TRUE(ended.said("off")) << ended.output;
   EXPECT_TRUE(comes_to_rest());
 }
 
@@ -147,7 +147,7 @@ TEST_F(Youbotctl, AVelocityStopsWithTheProgramThatTellsIt) {
   commander.hang_up();
   const CommandResult ended = commander.finish();
   EXPECT_EQ(ended.exit_code, 0) << ended.output;
-  EXPECT_TRUE(ended.said("stopping")) << ended.output;
+  EXPECT_TRUE(ended.said("off")) << ended.output;
 }
 
 TEST_F(Youbotctl, DisableSwitchesOffAtOnce) {
