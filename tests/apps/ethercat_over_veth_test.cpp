@@ -58,7 +58,7 @@ TEST(EthercatOverVeth, TheBaseStartsDrivesLosesAWheelRecoversAndMovesAgainOnlyWh
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::TemporaryDirectory directory;
   const fs::path faults = directory.write(
-      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_s = 8.0\nduration_s = 1.0\nslave = 4\n");
+      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_frame = 4000\nduration_s = 1.0\nslave = 4\n");
   const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
 
