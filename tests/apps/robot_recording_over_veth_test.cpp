@@ -1,0 +1,94 @@
+// What youbotd recorded against what the simulated robot saw, with the bus between them: youbot-sim --record
+// in lock-step, so that each of the robot's rows is one frame.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/run_command.h"
+#include "tests/support/skip.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/support/veth.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using Column = std::vector<double>;
+
+Column column(const fs::path& path, const std::string& name) {
+  std::ifstream file(path);
+  std::optional<std::size_t> place;
+  Column values;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("#")) continue;
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell);
+    if (!place)
+      place = static_cast<std::size_t>(std::find(cells.begin(), cells.end(), name) - cells.begin());
+    else
+      values.push_back(std::stod(cells.at(*place)));
+  }
+  return values;
+}
+
+double furthest_apart(const Column& a, const Column& b, std::size_t shift) {
+  double furthest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) furthest = std::max(furthest, std::abs(a[i] - b.at(i + shift)));
+  return furthest;
+}
+
+TEST(RobotRecordingOverVeth, IsWhatTheDaemonRecorded) {
+  const support::Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory folder;
+  const fs::path config = folder.write("path.toml", "[[path.leg]]\nforward_m = 0.1\n");
+  const fs::path seen = folder / "seen.csv";
+  {
+    const support::Simulator simulator(namespaces, "--robot base --lock-step --record " + seen.string());
+    ASSERT_TRUE(simulator.ready());
+    const support::CommandResult run =
+        support::run_command(YOUBOTD_BINARY " --robot ethercat:veth-c --virtual-time --config " +
+                             config.string() + " --record " + (folder / "run").string());
+    ASSERT_EQ(run.exit_code, 0) << run.output;
+    EXPECT_TRUE(run.said(" 0 lost")) << run.output;
+  }  // which ends it, and its file
+
+  // Motor controllers take whole milliamperes: torque constant and gear ratio of the wheels (datasheet).
+  constexpr double kHalfStep_Nm = 0.5e-3 * 0.0335 * 26;
+  std::optional<std::size_t> shift;  // frames of the start-up
+  for (const std::string wheel : {"1", "2", "3", "4"}) {
+    const Column told_rad = column(folder / "run" / ("wheel-" + wheel + ".csv"), "position_rad");
+    const Column told_Nm = column(folder / "run" / ("wheel-" + wheel + ".csv"), "torque_command_Nm");
+    const Column seen_rad = column(seen, "wheel_" + wheel + "_encoder_rad");
+    const Column seen_Nm = column(seen, "wheel_" + wheel + "_target");
+    ASSERT_GT(told_rad.size(), 5000U);
+    ASSERT_EQ(seen_rad.size(), seen_Nm.size());
+    EXPECT_GT(std::abs(told_rad.back()), 1.0) << "wheel " << wheel << " did not turn";
+    for (std::size_t s = 0; !shift && told_rad.size() + s < seen_rad.size(); ++s)
+      if (furthest_apart(told_rad, seen_rad, s) < 1e-6) shift = s;
+    ASSERT_TRUE(shift) << "no row of the robot's fits the daemon's";
+    EXPECT_LT(furthest_apart(told_rad, seen_rad, *shift), 1e-6) << "wheel " << wheel;
+    // A command acts from its row on, and the robot's row of that frame was written before it came.
+    EXPECT_LT(furthest_apart(told_Nm, seen_Nm, *shift + 1), kHalfStep_Nm + 1e-6) << "wheel " << wheel;
+    EXPECT_GT(
+        *std::max_element(told_Nm.begin(), told_Nm.end()) - *std::min_element(told_Nm.begin(), told_Nm.end()),
+        20 * kHalfStep_Nm);
+
+    // Power once, from the enable to the end.
+    const Column mode = column(seen, "wheel_" + wheel + "_mode");
+    int starts = 0;
+    for (std::size_t i = 1; i < mode.size(); ++i) starts += mode[i] > 0 && mode[i - 1] <= 0;
+    EXPECT_EQ(starts, 1);
+    EXPECT_LE(mode.back(), 0);
+  }
+}
+
+}  // namespace
