@@ -107,6 +107,10 @@ void read_falcon(TomlTable table, const std::filesystem::path& folder, HapticOpt
   table.text("usb_port", falcon.port_path);
   table.number("command_per_Nm", falcon.device.command_per_Nm, {.min = -5e4, .max = 5e4});
   table.number("origin_m", falcon.device.p_FO_m[2], {.min = 0.08, .max = 0.18});
+  double deadline_s = seconds(falcon.device.reply_deadline);
+  table.number("reply_deadline_s", deadline_s, {.min = 0.003, .max = 0.02});
+  falcon.device.reply_deadline = std::chrono::microseconds(std::llround(1e6 * deadline_s));
+  table.integer("lost_after_misses", falcon.device.lost_after_misses, {.min = 1, .max = 10});
 }
 
 void read_space_mouse(TomlTable table, hal::SpaceMouseLinkConfig& config) {

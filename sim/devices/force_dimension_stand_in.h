@@ -8,6 +8,7 @@
 /// for hold() and held().
 #pragma once
 #include <array>
+#include <atomic>
 #include <cstdint>
 
 namespace sim::devices {
@@ -41,6 +42,8 @@ struct ForceDimensionScript {
   Axes hand_N{};            ///< pushes on the handle
   bool hand_holds = false;  ///< a spring and damper to hand_m, and the arm's mass
   Axes hand_m{};
+  double hand_stiffness_N_per_m = 300.0;
+  double hand_damping_N_s_per_m = 10.0;
 
   bool pose_is_nan = false;
   int nan_value = 1;                       ///< which: 0 to 2 the position, 3 to 11 the rotation by rows
@@ -116,5 +119,15 @@ struct ForceDimensionControl {
 /// extern "C" const ForceDimensionControl* fd_stand_in_control();
 inline constexpr const char* kStandInControl = "fd_stand_in_control";
 using StandInControlFunction = const ForceDimensionControl*();
+
+/// For a whole program that loads the library, where nobody calls the functions above: the environment names
+/// a file of this size, which another process writes to. Time passes as on a clock then, and a strong hand
+/// has the first device's handle where it is told to.
+struct DistantHand {
+  std::array<std::atomic<double>, 3> p_HD_m;
+  std::atomic<std::uint32_t> buttons;
+};
+static_assert(std::atomic<double>::is_always_lock_free);
+inline constexpr const char* kDistantHandVariable = "FD_STAND_IN_DISTANT_HAND";
 
 }  // namespace sim::devices

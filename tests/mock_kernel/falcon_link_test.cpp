@@ -88,6 +88,22 @@ TEST_F(FalconLinkOnTheBus, FromTheBusToAForceAndBack) {
   EXPECT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.ok() && sample.stamp == now; }));
 }
 
+TEST_F(FalconLinkOnTheBus, LostItIsOpenedAnewAndTellsWhereTheGripIsNow) {
+  support::MockFalcon far(*bus, {.firmware_running = true});
+  link->open();
+  far.with([](sim::devices::EmulatedFalcon& device) { device.pull_and_push(); });
+  ASSERT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.ok() && sample.stamp == now; }));
+  far.usb().hold_out();
+  ASSERT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.fault == HapticFault::kDeviceFault; }));
+  far.usb().release_out();
+  // Lost, it asks on for zero force and reads no reply.
+  for (int i = 0; i < 100; ++i) (void)link->exchange({true, Vector3d::Zero()}, now, sample);
+  far.with([](sim::devices::EmulatedFalcon& device) { device.move_grip({0.02, 0.0, 0.13}); });
+  link->open();
+  ASSERT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.ok() && sample.stamp == now; }));
+  EXPECT_NEAR(sample.p_HD_m.y(), 0.02, 1e-3);
+}
+
 TEST_F(FalconLinkOnTheBus, UnpluggedItSaysSoAndCannotBeOpened) {
   {
     support::MockFalcon far(*bus, {.firmware_running = true});

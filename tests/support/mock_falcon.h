@@ -9,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "drivers/usb/ftdi_serial.h"
 #include "drivers/usb/usb_port.h"
 #include "sim/devices/emulated_falcon.h"
 #include "tests/support/mock_usb_device.h"
@@ -38,13 +39,16 @@ class BorrowedPort final : public drivers::usb::UsbPort {
 };
 
 /// The emulated device has a time of its own: after each write it gets as much of it as it needs to say what
-/// it has to say, and a packet without bytes behind that, as the real one sends.
+/// it has to say, and a packet without bytes behind that, as the real one sends. As the real one's chip does,
+/// it keeps only some replies for a host that does not fetch them, and none when it is told to forget them.
 class MockFalcon {
  public:
   MockFalcon(MockUsbBus& bus, sim::devices::EmulatedFalconOptions options)
       : falcon_(std::move(options)), usb_(bus, {}) {
     usb_.on_control([this](const ControlRequest& request) {
       const std::lock_guard lock(mutex_);
+      constexpr auto kPurge = static_cast<std::uint8_t>(drivers::usb::ftdi::Request::kPurge);
+      if (request.request == kPurge) usb_.forget(kIn);
       return error_of(falcon_.control_out(request.request, request.value, request.index));
     });
     usb_.on_out([this](int, const UsbBytes& bytes) {
@@ -64,6 +68,7 @@ class MockFalcon {
 
  private:
   static constexpr int kIn = 0x81;
+  static constexpr int kMostWaiting = 32;  // packets, every other one of which is empty
   static int error_of(const drivers::usb::TransferResult& result) { return result.ok() ? 0 : -EPIPE; }
 
   int pump() {
@@ -77,7 +82,7 @@ class MockFalcon {
       }
       size = result.size;
       packet.resize(size);
-      usb_.send(kIn, packet);
+      if (usb_.waiting() < kMostWaiting) usb_.send(kIn, packet);
     }
     return 0;
   }

@@ -505,6 +505,11 @@ void MockUsbDevice::fail_in(int endpoint, int error) {
   state_->serve(endpoint);
 }
 
+void MockUsbDevice::forget(int endpoint) {
+  const std::lock_guard lock(state_->mutex);
+  state_->packets[endpoint].clear();
+}
+
 void MockUsbDevice::hold_out(int taken) {
   const std::lock_guard lock(state_->mutex);
   state_->holding = true;

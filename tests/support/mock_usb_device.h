@@ -99,6 +99,8 @@ class MockUsbDevice {
   /// The same with a failure, a negative errno in place of a packet. -EPIPE halts the endpoint: what is under
   /// way stays there, what comes later fails, until the host clears the halt.
   void fail_in(int endpoint, int error);
+  /// Packets that no transfer has taken yet are gone.
+  void forget(int endpoint);
 
   // ---- faults ----
 

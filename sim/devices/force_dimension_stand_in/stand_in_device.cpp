@@ -19,8 +19,6 @@ constexpr double kMotorLimit_N = 12.0;
 constexpr double kWorkspace_m = 0.08;
 constexpr double kWatchdogTick_s = 125e-6;
 constexpr double kHandMass_kg = 0.5;
-constexpr double kHandDamping_Ns_per_m = 10.0;
-constexpr double kHandStiffness_N_per_m = 300.0;
 constexpr double kPositionStep_m = 1e-5;
 constexpr double kAngleStep_rad = 0.09 * 3.14159265358979 / 180.0;
 constexpr Axes kRest_m{0.03, 0.0, -0.05};       // where the handle lies when nobody has calibrated
@@ -200,8 +198,8 @@ void StandInDevice::move(double step_s) {
 
     double force_N = motor_N + script.hand_N[i] - (i == 2 ? kMass_kg * kGravity_m_per_s2 : 0.0);
     if (script.hand_holds) {
-      force_N +=
-          kHandStiffness_N_per_m * (script.hand_m[i] - position_m) - kHandDamping_Ns_per_m * velocity_m_per_s;
+      force_N += script.hand_stiffness_N_per_m * (script.hand_m[i] - position_m) -
+                 script.hand_damping_N_s_per_m * velocity_m_per_s;
     }
     // Implicit in the damper, which is stiff while braked.
     velocity_m_per_s =

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "sim/devices/force_dimension_stand_in/distant_hand.h"
 #include "sim/devices/force_dimension_stand_in/stand_in_device.h"
 
 namespace sim::devices {
@@ -116,7 +117,8 @@ int call(Work work) {
     holding.wait(true);
     --held_calls;
   }
-  advance(calls.cost_s);
+  static DistantHandLink distant_hand;
+  advance(calls.cost_s + distant_hand.take(devices.front().script));
   const bool fails = ++calls.made == calls.failing;
   if (fails && !calls.failing_works) return fail(calls.failing_code);
   const int result = work();

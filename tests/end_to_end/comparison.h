@@ -1,0 +1,150 @@
+/// @file
+/// What the daemon recorded beside what the simulator did.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "control/teleoperation.h"
+#include "drivers/tmcl/process_data.h"
+#include "hal/youbot_axes.h"
+#include "tests/end_to_end/recording.h"
+
+namespace end_to_end {
+
+inline constexpr std::size_t kJoints = 9;
+inline constexpr std::array<const char*, kJoints> kJointNames{
+    "wheel_1", "wheel_2", "wheel_3", "wheel_4", "arm_1", "arm_2", "arm_3", "arm_4", "arm_5"};
+
+/// One run's rows beside those of the simulator. Each cycle is a frame, and each frame a row of the
+/// simulator's: so they lie apart by a constant, or a row is missing.
+class Comparison {
+ public:
+  Comparison(const Recording& run, const Recording& robot) : run_(run), robot_(robot) {
+    for (std::size_t i = 0; i < kJoints; ++i) {
+      const std::string name = kJointNames[i];
+      positions_[i] = &run[name + "_position_rad"];
+      commands_[i] = &run[name + (i < 4 ? "_torque_command_Nm" : "_command")];
+      encoders_[i] = &robot[name + "_encoder_rad"];
+      modes_[i] = &robot[name + "_mode"];
+      targets_[i] = &robot[name + "_target"];
+    }
+    align();
+  }
+  bool aligned() const { return shift_.has_value(); }
+  /// What the robot did when the run's row was written.
+  std::size_t robot_row(std::size_t row) const { return row + *shift_; }
+
+  /// Rows with the position that the boards told with that cycle's frame, and others that kept the one
+  /// before because the answer came too late.
+  struct Count {
+    std::size_t equal = 0;
+    std::size_t kept = 0;
+    std::size_t wrong = 0;
+    std::string first_wrong{};
+  };
+  Count positions() const {
+    Count count;
+    const std::size_t first = first_row();
+    // A wheel that lost its power counts on from where it was, and its board from zero.
+    std::array<double, kJoints> offset{};
+    for (std::size_t i = 0; i < 4; ++i) offset[i] = (*positions_[i])[first] - told(first, i);
+    for (std::size_t row = first; row < run_.rows(); ++row) {
+      bool equal = true;
+      bool kept = row > 0;
+      for (std::size_t i = 0; i < kJoints; ++i) {
+        equal = equal && std::abs((*positions_[i])[row] - told(row, i) - offset[i]) < kRounding;
+        kept = kept && (*positions_[i])[row] == (*positions_[i])[row - 1];
+      }
+      ++(equal ? count.equal : kept ? count.kept : count.wrong);
+      if (!equal && !kept && count.first_wrong.empty()) count.first_wrong = "row " + std::to_string(row);
+    }
+    return count;
+  }
+  /// Torque commands while it operates against what the boards followed a cycle later, up to the one in which
+  /// a board lost its power: those behind it hear no more.
+  Count torques() const {
+    Count count;
+    for (std::size_t row = first_row(); row < power_lost_row() && row + 1 < run_.rows(); ++row) {
+      if (!operating(row) || !operating(row + 1)) continue;
+      for (std::size_t i = 0; i < kJoints; ++i) {
+        const hal::AxisConstants& axis = i < 4 ? hal::kWheelAxis.constants : hal::kArmAxes[i - 4].constants;
+        const double half_mA_Nm = 0.5e-3 * axis.torque_constant_Nm_per_A * axis.gear_ratio;
+        const std::size_t there = robot_row(row) + 1;
+        const bool equal =
+            (*modes_[i])[there] == static_cast<double>(drivers::tmcl::ControllerMode::kCurrent) &&
+            std::abs((*commands_[i])[row] - (*targets_[i])[there]) < half_mA_Nm + 2 * kRounding;
+        ++(equal ? count.equal : count.wrong);
+        if (!equal && count.first_wrong.empty())
+          count.first_wrong = std::string(kJointNames[i]) + ", row " + std::to_string(row) + ": " +
+                              std::to_string((*commands_[i])[row]) + " N·m, followed " +
+                              std::to_string((*targets_[i])[there]) + " in mode " +
+                              std::to_string((*modes_[i])[there]);
+      }
+    }
+    return count;
+  }
+  /// The run's first row, if any, whose frame a board without power did not hear.
+  std::size_t power_lost_row() const {
+    for (std::size_t row = first_row(); row < run_.rows() && robot_row(row) + 1 < robot_.rows(); ++row)
+      for (const std::vector<double>* modes : modes_)
+        if ((*modes)[robot_row(row) + 1] < 0) return row;
+    return run_.rows();
+  }
+
+ private:
+  static constexpr double kRounding = 1e-6;  // of the files; a tick is 1e-5 rad and more
+
+  /// With the frame of that cycle, which carries what was published before it.
+  double told(std::size_t row, std::size_t joint) const { return (*encoders_[joint])[robot_row(row) - 1]; }
+  bool operating(std::size_t row) const {
+    return run_["phase"][row] == static_cast<double>(control::TeleopPhase::kOperating);
+  }
+  /// Homing sets angles anew before.
+  std::size_t first_row() const {
+    const std::vector<double>& phase = run_["phase"];
+    return static_cast<std::size_t>(
+        std::find(phase.begin(), phase.end(), static_cast<double>(control::TeleopPhase::kUnfolding)) -
+        phase.begin());
+  }
+  bool arm_told(std::size_t row, std::size_t robot_row) const {
+    for (std::size_t i = 4; i < kJoints; ++i)
+      if (std::abs((*positions_[i])[row] - (*encoders_[i])[robot_row]) >= kRounding) return false;
+    return true;
+  }
+  /// By a stretch in which the arm moves, where no two rows are alike.
+  void align() {
+    constexpr std::size_t kStretch = 200;
+    std::size_t best = 0;
+    const std::size_t middle = first_row() + 1000;
+    if (middle + kStretch >= run_.rows()) return;
+    for (std::size_t there = middle; there + kStretch < robot_.rows(); ++there) {
+      if (!arm_told(middle, there) && !arm_told(middle + kStretch, there + kStretch)) continue;
+      std::size_t alike = 0;
+      for (std::size_t n = 0; n < kStretch; ++n) alike += arm_told(middle + n, there + n) ? 1U : 0U;
+      if (alike <= best) continue;
+      best = alike;
+      shift_ = there + 1 - middle;
+    }
+  }
+
+  const Recording& run_;
+  const Recording& robot_;
+  std::array<const std::vector<double>*, kJoints> positions_{}, commands_{}, encoders_{}, modes_{},
+      targets_{};
+  std::optional<std::size_t> shift_;
+};
+
+/// A run as its daemon recorded it.
+struct RecordedRun {
+  RecordedRun(const std::filesystem::path& folder, const Recording& robot)
+      : recording(folder / "teleoperation.csv"), comparison(recording, robot) {}
+  Recording recording;
+  Comparison comparison;
+};
+
+}  // namespace end_to_end

@@ -1,0 +1,72 @@
+/// @file
+/// youbotd as a service and youbotctl, as their user has them.
+#pragma once
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/support/process.h"
+#include "tests/support/spawn.h"
+#include "tests/support/temporary_directory.h"
+
+namespace end_to_end {
+
+class Daemon {
+ public:
+  Daemon(const std::filesystem::path& folder, const std::filesystem::path& config,
+         const std::vector<std::string>& more)
+      : socket_(folder / "socket"), youbotd_([&] {
+          std::vector<std::string> words{YOUBOTD_BINARY, "--control",      socket_,    "--config",
+                                         config,         "--allow-non-rt", "--record", folder / "runs"};
+          words.insert(words.end(), more.begin(), more.end());
+          return words;
+        }()) {}
+
+  support::Process& process() { return youbotd_; }
+  support::SpawnResult tell(std::vector<std::string> words) const {
+    words.insert(words.begin(), {YOUBOTCTL_BINARY, "--socket", socket_});
+    return support::spawn(std::move(words));
+  }
+  nlohmann::json status() const {
+    return nlohmann::json::parse(tell({"status", "--json"}).output, nullptr, /*allow_exceptions=*/false);
+  }
+  /// What the status is when `condition` holds for it, or when the patience ends.
+  template <typename Condition>
+  nlohmann::json wait_until(Condition condition) const {
+    nlohmann::json now;
+    for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(150);
+         std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(std::chrono::milliseconds(50)))
+      if (now = status(); now.is_object() && condition(now)) break;
+    return now;
+  }
+  /// Of the loop, each of which is a millisecond of the emulated robot. False when it was disabled before.
+  bool wait_cycles(long count) const {
+    const long from = status().value("cycles", 0L);
+    const nlohmann::json then = wait_until([&](const nlohmann::json& now) {
+      return now["enabled"] == false || now["cycles"].get<long>() >= from + count;
+    });
+    return then.value("enabled", false);
+  }
+
+  /// A commander of its own process, which stays as long as what it enabled.
+  void enable() {
+    commander_ = std::make_unique<support::Process>(
+        std::vector<std::string>{YOUBOTCTL_BINARY, "--socket", socket_, "enable"});
+    ++enables_;
+  }
+  int enables() const { return enables_; }
+  support::CommandResult commander_ended() { return std::exchange(commander_, nullptr)->finish(); }
+
+ private:
+  std::filesystem::path socket_;
+  support::Process youbotd_;
+  std::unique_ptr<support::Process> commander_;
+  int enables_ = 0;
+};
+
+}  // namespace end_to_end

@@ -1,0 +1,131 @@
+/// @file
+/// What a user does step by step, with a machine that may hold him up.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "tests/end_to_end/daemon.h"
+#include "tests/end_to_end/hand.h"
+
+namespace end_to_end {
+
+inline constexpr int kMostRepetitions = 8;
+
+/// Part of a run, in the time of its recording.
+struct Window {
+  int run = 0;
+  double from_s = 0;
+  double to_s = 0;
+};
+
+inline bool came_too_late(const std::string& fault) {
+  for (const char* late : {"no fresh sample in time", "no new force command in time",
+                           "replies missing in a row", "did not run for too long", "no answer from the bus"})
+    if (fault.find(late) != fault.npos) return true;
+  return false;
+}
+
+inline bool is_power_cycle(const std::string& fault) {
+  return fault.find("wheel-3: some devices") != fault.npos;
+}
+
+class Scenario {
+ public:
+  Scenario(Daemon& daemon, Hand& hand) : daemon_(daemon), hand_(hand) {}
+
+  /// Operates, and does `step`, which says whether it was done; again, when something came too late.
+  void perform(const std::string& name, const std::function<bool()>& step) {
+    for (; !broken_; ++repetitions_) {
+      if (!operates()) continue;
+      Window window{daemon_.enables(), daemon_.status().value("time_s", 0.0), 0.0};
+      const bool done = step();
+      const nlohmann::json now = daemon_.status();
+      window.to_s = now.value("time_s", 0.0);
+      if (now.value("enabled", false)) {
+        EXPECT_TRUE(done) << name << ": " << now.dump(2);
+        broken_ = !done;
+        windows[name] = window;
+        return;
+      }
+      judge_end(name, /*operating=*/true);
+    }
+  }
+  /// The hand keeps still until the script has switched the slave off, and it is back.
+  void meet_power_cycle() {
+    while (!broken_ && !power_cycled_in_operation) {
+      if (!operates()) {
+        ++repetitions_;
+        continue;
+      }
+      const nlohmann::json now =
+          daemon_.wait_until([](const nlohmann::json& status) { return status["enabled"] == false; });
+      broken_ = now.value("enabled", true);
+      EXPECT_FALSE(broken_) << "the script's fault did not come: " << now.dump(2);
+      if (!broken_) judge_end("power cycle", /*operating=*/true);
+    }
+  }
+  bool broken() const { return broken_; }
+
+  std::map<std::string, Window> windows;
+  bool power_cycled_in_operation = false;
+
+ private:
+  /// False when the run ended before.
+  bool operates() {
+    if (repetitions_ > kMostRepetitions) {
+      ADD_FAILURE() << "something came too late " << repetitions_ << " times";
+      broken_ = true;
+      return false;
+    }
+    if (!daemon_.status().value("enabled", false)) {
+      hand_.press(false);
+      hand_.move_to(Eigen::Vector3d::Zero());
+      daemon_.enable();
+      (void)daemon_.wait_until(
+          [](const nlohmann::json& now) { return now["enabled"] == true || now["fault"] != ""; });
+    }
+    const nlohmann::json now = daemon_.wait_until([](const nlohmann::json& status) {
+      return status["enabled"] == false || status["phase"] == "operating";
+    });
+    if (now.value("phase", "") == "operating") return true;
+    if (now.value("enabled", true)) {
+      ADD_FAILURE() << "it does not come to operate: " << now.dump(2);
+      broken_ = true;
+    } else {
+      judge_end("start-up");
+    }
+    return false;
+  }
+  /// It is off: by what?
+  void judge_end(const std::string& during, bool operating = false) {
+    const nlohmann::json now = daemon_.status();
+    const std::string fault = now.value("fault", "");
+    const support::CommandResult commander = daemon_.commander_ended();
+    EXPECT_EQ(commander.exit_code, 4) << commander.output;
+    EXPECT_TRUE(commander.said("stopped by a fault")) << commander.output;
+    const bool scripted = is_power_cycle(fault);
+    broken_ = !scripted && !came_too_late(fault);
+    EXPECT_FALSE(broken_) << during << " was ended by " << fault;
+    power_cycled_in_operation = power_cycled_in_operation || (scripted && operating);
+    std::printf("%s was ended by %s\n", during.c_str(), fault.c_str());
+    const nlohmann::json ready =
+        daemon_.wait_until([](const nlohmann::json& status) { return status["robot_state"] == "ready"; });
+    broken_ = broken_ || ready.value("robot_state", "") != "ready";
+    EXPECT_FALSE(broken_) << "it does not recover: " << ready.dump(2);
+    // Long enough for a drive that goes on again by itself to be seen.
+    const long from = ready.value("cycles", 0L);
+    (void)daemon_.wait_until(
+        [&](const nlohmann::json& status) { return status["cycles"].get<long>() > from + 500; });
+  }
+
+  Daemon& daemon_;
+  Hand& hand_;
+  int repetitions_ = 0;
+  bool broken_ = false;
+};
+
+}  // namespace end_to_end
