@@ -1,0 +1,46 @@
+// Where results go: tried before the work, one message, one exit code, nothing replaced.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "apps/common/output_directory.h"
+#include "hal/setup_error.h"
+#include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(OutputDirectory, IsMadeWithThoseItIsInAndTellsWhichWereMissing) {
+  const support::TemporaryDirectory folder;
+  const fs::path deep = folder / "a/b";
+  EXPECT_EQ(apps::make_output_directory(deep), (std::vector<fs::path>{folder / "a", deep}));
+  EXPECT_TRUE(fs::is_directory(deep));
+  EXPECT_TRUE(apps::make_output_directory(deep).empty());
+}
+
+TEST(OutputDirectory, ThatCannotBeMadeLeavesNothingBehind) {
+  const support::TemporaryDirectory folder;
+  const fs::path file = folder.write("file", "x");
+  for (const fs::path& path :
+       {file, file / "below", folder / std::string(300, 'x'), folder / "new" / std::string(300, 'x')})
+    EXPECT_THROW(apps::make_output_directory(path), hal::SetupError) << path;
+  EXPECT_FALSE(fs::exists(folder / "new"));
+}
+
+TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
+  const support::TemporaryDirectory folder;
+  const fs::path file = folder.write("file", "x");
+  for (const std::string command :
+       {"transparency --quiet", "haptic-hold --quiet --virtual-time --duration 1",
+        "steady-state --quiet --sets 9 --joint wheel-1", "improve --quiet --hidden-effect 1"}) {
+    const auto result =
+        support::run_command(YOUBOT_BENCH_BINARY " " + command + " --out " + (file / "below").string());
+    EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
+    EXPECT_TRUE(result.said("cannot be the directory for the results")) << result.output;
+  }
+}
+
+}  // namespace
