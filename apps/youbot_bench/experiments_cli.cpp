@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -19,10 +18,12 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "apps/common/build_info.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/quantity.h"
 #include "apps/common/shared_tables.h"
@@ -118,22 +119,6 @@ void read_toml(apps::TomlTable& table, const Parameter& parameter, Value& value)
     table.integer(parameter.key, value, {.min = parameter.min, .max = parameter.max});
   else
     table.number(parameter.key, value, {.min = parameter.min, .max = parameter.max});
-}
-
-template <typename Value>
-void read_option(const std::string& text, const Parameter& parameter, Value& value) {
-  if constexpr (std::is_same_v<Value, std::string>) {
-    value = text;
-  } else {
-    const char* const end = text.data() + text.size();
-    const auto [stopped, error] = std::from_chars(text.data(), end, value);
-    if (error == std::errc() && stopped == end) return;
-    const bool whole = std::is_same_v<Value, int>;
-    throw std::invalid_argument(option_and_unit(parameter.key).first + ": '" + text + "' is " +
-                                (error == std::errc::result_out_of_range ? "beyond all bounds"
-                                 : whole                                 ? "not a whole number"
-                                                                         : "not a number"));
-  }
 }
 
 /// One tick of the encoder at the joint.
@@ -232,20 +217,28 @@ class ExperimentCommand {
     common_.visit([this](const Parameter& parameter, const auto& value) { add(parameter, value); });
   }
 
+  /// What is given is kept until the file was read, over which it stands.
   template <typename Value>
   void add(const Parameter& parameter, const Value& value) {
     const auto [option, unit] = option_and_unit(parameter.key);
-    std::string help = parameter.help;
-    if (!unit.empty()) help += ", " + unit;
-    if (const std::string text = fmt::format("{}", value); !text.empty()) help += " (" + text + ")";
-    CLI::Option* const added = command_->add_option_function<std::vector<std::string>>(
-        option,
-        [this, key = std::string(parameter.key)](const std::vector<std::string>& values) {
-          given_[key] = fmt::format("{}", fmt::join(values, ","));
-        },
-        help);
-    if (option == "--joint") return;  // may be given several times
-    added->expected(1);
+    const std::string help = parameter.help + (unit.empty() ? "" : ", " + unit);
+    CLI::Option* added = nullptr;
+    if constexpr (std::is_same_v<Value, std::string>) {
+      added = command_->add_option_function<std::vector<std::string>>(
+          option,
+          [this, key = std::string(parameter.key)](const std::vector<std::string>& values) {
+            given_[key] = fmt::format("{}", fmt::join(values, ","));
+          },
+          help);
+      if (option != "--joint") added->expected(1);  // may be given several times
+    } else {
+      added = command_->add_option_function<Value>(
+          option, [this, key = std::string(parameter.key)](const Value& given) { given_[key] = given; },
+          help);
+      if constexpr (!std::is_same_v<Value, bool>)
+        added->check(apps::finite_range(parameter.min, parameter.max));
+    }
+    if (const std::string text = fmt::format("{}", value); !text.empty()) added->default_str(text);
   }
 
   /// Takes what the command line gave over what was there.
@@ -253,7 +246,7 @@ class ExperimentCommand {
   void take_given(Config& config) const {
     config.visit([this](const Parameter& parameter, auto& value) {
       const auto given = given_.find(parameter.key);
-      if (given != given_.end()) read_option(given->second, parameter, value);
+      if (given != given_.end()) value = std::get<std::remove_cvref_t<decltype(value)>>(given->second);
     });
   }
   template <typename Config>
@@ -282,7 +275,7 @@ class ExperimentCommand {
   std::string result_;
   CommonConfig common_;
   CLI::App* command_ = nullptr;
-  std::map<std::string, std::string> given_;
+  std::map<std::string, std::variant<double, int, bool, std::string>> given_;
   std::string out_;
   std::string resume_;
   std::string config_file_;
