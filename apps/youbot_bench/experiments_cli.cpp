@@ -21,6 +21,7 @@
 #include <variant>
 
 #include "apps/common/build_info.h"
+#include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/finite_range.h"
@@ -32,9 +33,13 @@
 #include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "apps/youbot_bench/progress.h"
+#include "control/friction/any_law.h"
+#include "control/friction/law_compensator.h"
 #include "control/friction/sliding_table.h"
 #include "hal/axis_scale.h"
 #include "hal/youbot_axes.h"
+#include "sim/effects/dissipation.h"
+#include "sim/effects/resistance.h"
 #include "sim/experiments/compensation.h"
 #include "sim/experiments/dahl.h"
 #include "sim/experiments/parameter.h"
@@ -129,13 +134,6 @@ double encoder_step_rad(const std::string& joint) {
   return hal::AxisScale(constants).position_resolution_rad();
 }
 
-control::friction::SlidingTable friction_of(const std::string& joint) {
-  if (!joint.starts_with("wheel-") || joint.back() < '1' || joint.back() > '4')
-    throw std::invalid_argument("compensation: no friction curve was measured for " + joint +
-                                ", only for wheel-1 to wheel-4");
-  return control::friction::wheel_table(joint.back() - '0');
-}
-
 using sim::experiments::CompensationConfig;
 using sim::experiments::DahlConfig;
 using sim::experiments::MultisineConfig;
@@ -145,6 +143,10 @@ using sim::experiments::StaircaseConfig;
 using sim::experiments::SteadyStateConfig;
 using sim::experiments::StickSlipConfig;
 using sim::experiments::TorqueRampConfig;
+
+/// Files where they are found again, from wherever the experiment is resumed.
+template <typename Config>
+void make_paths_absolute(Config& /*config*/) {}
 
 using Made = std::unique_ptr<JointExperiment>;
 Made make(const SteadyStateConfig& config, const std::string& /*joint*/, double period_s) {
@@ -165,8 +167,46 @@ Made make(const MultisineConfig& config, const std::string& /*joint*/, double pe
 Made make(const StickSlipConfig& config, const std::string& /*joint*/, double /*period_s*/) {
   return std::make_unique<sim::experiments::StickSlip>(config);
 }
+bool is_law(const std::string& name) {
+  return std::ranges::any_of(control::friction::law_descriptions(),
+                             [&](const auto& law) { return law.name == name; });
+}
+
+void make_paths_absolute(CompensationConfig& config) {
+  if (!config.compensator.empty() && !is_law(config.compensator))
+    config.compensator = std::filesystem::absolute(config.compensator).string();
+}
+
+/// What the compensator believes.
+control::friction::SlidingTable compensated_friction(const std::string& compensator, int wheel) {
+  if (compensator.empty()) return control::friction::wheel_table(wheel);
+  if (is_law(compensator)) return control::friction::law_table(control::friction::make_law(compensator));
+  const sim::effects::DriveModel model = apps::read_drive_model(compensator);
+  if (const std::string why = apps::driving_friction(model, sim::effects::kUsualTopSpeed_rad_per_s);
+      !why.empty())
+    throw std::invalid_argument("--compensator: " + compensator + ": " + why);
+  return sim::effects::resistance_of(model).sliding;
+}
+
+/// Against the curve that was measured on this wheel. The observer blends from rest on.
+double passive_gain_of(const CompensationConfig& config, const control::friction::SlidingTable& friction,
+                       int wheel) {
+  const control::friction::LawCompensator help(friction,
+                                               {.margin = std::min(config.margin, 0.999),
+                                                .blend_speed_rad_per_s = config.blend_speed_rad_per_s,
+                                                .quiet_speed_rad_per_s = 0});
+  return control::friction::max_passive_gain(
+      control::friction::make_law("measured_wheel", {{"wheel", static_cast<double>(wheel)}}), help);
+}
+
 Made make(const CompensationConfig& config, const std::string& joint, double period_s) {
-  return std::make_unique<sim::experiments::Compensation>(config, friction_of(joint), period_s);
+  if (!joint.starts_with("wheel-") || joint.back() < '1' || joint.back() > '4')
+    throw std::invalid_argument("compensation: no friction curve was measured for " + joint +
+                                ", only for wheel-1 to wheel-4");
+  const int wheel = joint.back() - '0';
+  control::friction::SlidingTable friction = compensated_friction(config.compensator, wheel);
+  const double gain = passive_gain_of(config, friction, wheel);
+  return std::make_unique<sim::experiments::Compensation>(config, std::move(friction), gain, period_s);
 }
 Made make(const StaircaseConfig& config, const std::string& /*joint*/, double /*period_s*/) {
   return std::make_unique<sim::experiments::Staircase>(config);
@@ -300,7 +340,10 @@ class CommandOf final : public ExperimentCommand {
   }
 
  private:
-  void take_given_parameters() override { take_given(config_); }
+  void take_given_parameters() override {
+    take_given(config_);
+    make_paths_absolute(config_);
+  }
   void read_parameters(apps::TomlTable table) override { read(config_, table); }
   std::string written_parameters() const override { return written(config_); }
   Made make_experiment(const std::string& joint, double period_s) const override {

@@ -241,8 +241,8 @@ TEST(Experiments, DoNotAllocateOrLockInTheCycle) {
   all.push_back(std::make_unique<TorqueWave>(MultisineConfig{}, kPeriod_s));
   all.push_back(std::make_unique<TorqueWave>(PreslidingConfig{}, kPeriod_s));
   all.push_back(std::make_unique<StickSlip>(StickSlipConfig{}));
-  all.push_back(
-      std::make_unique<Compensation>(CompensationConfig{}, control::friction::wheel_table(1), kPeriod_s));
+  all.push_back(std::make_unique<Compensation>(CompensationConfig{}, control::friction::wheel_table(1), 1.0,
+                                               kPeriod_s));
   all.push_back(std::make_unique<Staircase>(StaircaseConfig{}));
   std::vector<double> result(kMaxResults);
   const support::NoAllocGuard guard;
