@@ -149,6 +149,11 @@ void Teleoperation::stop_after_gap(const TeleopInput& input) noexcept {
   request_stop(TeleopEnd::kStalled);
 }
 
+void Teleoperation::bridge(const TeleopInput& input, double gap_s) noexcept {
+  robot_.bridge(input.wheel_position_rad, input.arm_position_rad, gap_s);
+  presence_.bridge(input.grip.v_HD_H_m_per_s);
+}
+
 void Teleoperation::begin(const TeleopInput& input) noexcept {
   start_ = false;
   end_ = TeleopEnd::kNone;

@@ -164,6 +164,9 @@ class Teleoperation {
   void switch_off() noexcept;
   /// Before a step after a pause of the loop: comes to rest, with velocities that begin anew.
   void stop_after_gap(const TeleopInput& input) noexcept;
+  /// Before a step after a shorter one, of the loop or of the robot's samples, which it is not stopped for:
+  /// the way of `gap_s` is not to be taken for that of one period.
+  void bridge(const TeleopInput& input, double gap_s) noexcept;
 
   const TeleopOutput& step(const TeleopInput& input) noexcept;
 

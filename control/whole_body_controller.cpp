@@ -64,6 +64,13 @@ void WholeBodyController::forget_velocity(const WheelVector& wheel_position_rad,
   for (int i = 0; i < kArmJoints; ++i) arm_observers_[static_cast<std::size_t>(i)].reset(arm_position_rad[i]);
 }
 
+void WholeBodyController::bridge(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
+                                 double gap_s) noexcept {
+  base_.bridge(wheel_position_rad, gap_s);
+  for (int i = 0; i < kArmJoints; ++i)
+    arm_observers_[static_cast<std::size_t>(i)].bridge(arm_position_rad[i], gap_s);
+}
+
 const WholeBodyController::State& WholeBodyController::sense(const WheelVector& wheel_position_rad,
                                                              const ArmVector& arm_position_rad) noexcept {
   const BaseDrive::State base = base_.sense(wheel_position_rad);
