@@ -217,6 +217,11 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
   if (cycle.command_timeout < 2 * cycle.period) loop.refuse("command_timeout_s", "is less than two periods");
+  // So long a single lost frame keeps the loop, which is to go on after it.
+  else if (config.robot.ethercat.frame_timeout + cycle.period > cycle.command_timeout)
+    ethercat.refuse(
+        "frame_timeout_s",
+        "and a period are more than 'loop.command_timeout_s': one lost frame would stop the robot");
   const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
   if (cutoff_rad_per_s * period_s > 1)
     compensation.refuse("filter_cutoff_rad_per_s",
