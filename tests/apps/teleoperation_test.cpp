@@ -273,6 +273,39 @@ TEST(Teleoperation, TheButtonClosesTheGripper) {
   EXPECT_EQ(rig.last().gripper_opening_m, 0.020);
 }
 
+TEST(Teleoperation, AMasterOfSpeedsThatIsHeldDeflectedThroughTheStartUpDrivesNothing) {
+  auto config = teleop_rig::quick_config();
+  config.control.mapping.rate_only = true;
+  config.control.master_has_force = false;
+  Rig rig(config);
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kApproaching));
+  rig.hand.hold_at({-0.05, 0, 0});
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  const Vector3d at_m = vector(rig.last().setpoint_p_WT_m);
+  rig.run(2s);
+  EXPECT_EQ(vector(rig.last().setpoint_p_WT_m), at_m);
+  EXPECT_FALSE(rig.last().rate_control);
+  rig.hand.move_to(Vector3d::Zero(), 300ms);
+  rig.run(500ms);
+  rig.hand.move_to({-0.05, 0, 0}, 300ms);
+  rig.run(2s);
+  EXPECT_GT(rig.last().setpoint_p_WT_m[0], at_m.x() + 0.05) << "now it is meant";
+  expect_no_jump(rig);
+}
+
+TEST(Teleoperation, ATipThatDoesNotTurnAsItIsToldEndsItBeforeTheSpringTurnsRound) {
+  auto config = teleop_rig::quick_config();
+  config.control.smoothing.turn_speed_rad_per_s = 6;  // faster than any arm
+  config.control.setpoint_turn_limit_rad = 1.0;
+  Rig rig(config);
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.hand.turn_to(Quaterniond(Eigen::AngleAxisd(3.0, Vector3d::UnitX())), 300ms);
+  rig.run(1s);
+  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kSetpointTurnedTooFar);
+  EXPECT_TRUE(rig.cycle.phase() == TeleopPhase::kStopping || rig.cycle.phase() == TeleopPhase::kLowering)
+      << control::name(rig.cycle.phase());
+}
+
 // --- The danger of 3.4.5: the pen let go, and only its orientation changed ---
 
 struct Release {
