@@ -216,9 +216,10 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   // What one value demands of another.
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
-  if (cycle.command_timeout < 2 * cycle.period) loop.refuse("command_timeout_s", "is less than two periods");
-  // So long a single lost frame keeps the loop, which is to go on after it.
-  else if (config.robot.ethercat.frame_timeout + cycle.period > cycle.command_timeout)
+  const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + cycle.period;
+  if (cycle.command_timeout < 2 * cycle.period)
+    loop.refuse("command_timeout_s", "is less than two periods");
+  else if (lost_frame > cycle.command_timeout)
     ethercat.refuse(
         "frame_timeout_s",
         "and a period are more than 'loop.command_timeout_s': one lost frame would stop the robot");
