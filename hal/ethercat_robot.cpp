@@ -376,7 +376,8 @@ std::vector<std::string> EthercatRobot::report() const {
   }
   std::vector<std::string> lines = bus_->findings();
   if (simulation_gone_)
-    lines.emplace_back("the simulation in lock-step does not answer any more: start it anew, then this program");
+    lines.emplace_back(
+        "the simulation in lock-step does not answer any more: start it anew, then this program");
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (const std::string failure = drives_[i].failure(); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);
