@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <sched.h>
 
+#include <cmath>
 #include <functional>
 #include <memory>
 #include <string>
@@ -152,6 +153,7 @@ void expect_recorded_what_happened(const Scenario& scenario, const Recording& ro
     SCOPED_TRACE("run " + std::to_string(n));
     runs.push_back(std::make_unique<RecordedRun>(runs_folder / ("run-" + std::to_string(n)), robot));
     const Recording& run = runs.back()->recording;
+    EXPECT_TRUE(std::isnan(run["true_tip_x_m"][0])) << "which only the simulator knows";
     expect_phases_in_order(run);
     expect_continuous(run);
     if (phases(run).size() < 3) continue;  // held up by this machine before it moved
