@@ -181,6 +181,9 @@ void make_paths_absolute(CompensationConfig& config) {
 control::friction::SlidingTable compensated_friction(const std::string& compensator, int wheel) {
   if (compensator.empty()) return control::friction::wheel_table(wheel);
   if (is_law(compensator)) return control::friction::law_table(control::friction::make_law(compensator));
+  if (!std::filesystem::exists(compensator))
+    throw std::invalid_argument("--compensator: " + compensator +
+                                " is neither a file nor a law; identify --help lists the laws");
   const sim::effects::DriveModel model = apps::read_drive_model(compensator);
   if (const std::string why = apps::driving_friction(model, sim::effects::kUsualTopSpeed_rad_per_s);
       !why.empty())

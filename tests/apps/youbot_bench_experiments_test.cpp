@@ -581,7 +581,18 @@ TEST_F(BenchCommand, CompensationTellsWhetherTheHelpStaysBelowTheFrictionThatWas
   EXPECT_GT(passive_gain("weak", "--compensator coulomb --margin 0.1"), 1);
   EXPECT_NE(text_of(directory / "weak/report.html").find("is passive: it supplies no energy"),
             std::string::npos);
-  EXPECT_EQ(bench("compensation --compensator nosuch" + out("none")).exit_code, 2);
+  const CommandResult none = bench("compensation --compensator nosuch" + out("none"));
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.output.find("nosuch is neither a file nor a law"), std::string::npos) << none.output;
+  // From 2 rad/s on, less than nothing is left of this friction.
+  const std::string driving =
+      directory.write("driving.toml",
+                      "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.011\n[[effect]]\ntype = "
+                      "\"coulomb\"\ntorque_Nm = 0.04\n"
+                      "[[effect]]\ntype = \"quadratic_drag\"\ncoefficient_Nm_s2_per_rad2 = -0.01\n");
+  const CommandResult drives = bench("compensation --compensator " + driving + out("none"));
+  EXPECT_EQ(drives.exit_code, 2);
+  EXPECT_NE(drives.output.find("drives the joint from 2 rad/s on"), std::string::npos) << drives.output;
   EXPECT_FALSE(fs::exists(directory / "none"));
 }
 
