@@ -21,7 +21,9 @@ namespace {
 std::optional<CLI::RequiredError> unknown_command(const CLI::App& app) {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
   const std::vector<std::string> left_over = app.remaining();
-  if (commands.empty() || !app.get_subcommands().empty() || left_over.empty()) return std::nullopt;
+  if (commands.empty() || !app.get_subcommands().empty() || left_over.empty() ||
+      left_over.front().starts_with('-'))
+    return std::nullopt;
   std::string names;
   for (const CLI::App* command : commands) names += (names.empty() ? "" : ", ") + command->get_name();
   return CLI::RequiredError("There is no command '" + left_over.front() + "' but " + names,

@@ -66,6 +66,9 @@ int main(int argc, char** argv) {
       ->check(finite_range(1e-6, 1000))
       ->capture_default_str();
 
+  curve_command->add_flag("--quiet", curve.quiet,
+                          "the table only, without a remark on where nothing was measured");
+
   std::string robot;
   CLI::App* const scan_command =
       app.add_subcommand("scan", "list the slaves on the bus and how they are cabled; changes nothing");

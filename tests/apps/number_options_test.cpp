@@ -89,12 +89,26 @@ TEST(NumberOptionsOfTheBench, AreSeenByTheTestAndShowTheirDefaults) {
 }
 
 TEST(UnknownCommand, IsNamedWithThoseThereAre) {
-  const support::CommandResult result = run_command(YOUBOT_BENCH_BINARY " nosuch");
-  EXPECT_EQ(result.exit_code, 2);
-  EXPECT_TRUE(result.said("'nosuch'") && result.said("steady-state")) << result.output;
+  for (const std::string program : {YOUBOT_BENCH_BINARY, YOUBOTCTL_BINARY}) {
+    const support::CommandResult result = run_command(program + " nosuch --out x");
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_TRUE(result.said("'nosuch'")) << result.output;
+    for (const std::string& name : subcommands(program)) EXPECT_TRUE(result.said(name)) << result.output;
+  }
+  EXPECT_FALSE(run_command(YOUBOT_BENCH_BINARY " --quiet").said("no command '--quiet'"));
   const support::CommandResult none = run_command(YOUBOT_BENCH_BINARY);
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_TRUE(none.said("subcommand is required")) << none.output;
+}
+
+TEST(CurveCommand, RemarksOnWhatWasNotMeasuredUnlessItIsToBeQuiet) {
+  const std::string command = YOUBOT_BENCH_BINARY " curve --wheel 1 --from 0 --to 20 --step 10";
+  const support::CommandResult told = run_command(command);
+  EXPECT_TRUE(told.said("nothing was measured beyond")) << told.output;
+  const support::CommandResult quiet = run_command(command + " --quiet");
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_TRUE(quiet.output.starts_with("velocity_rad_per_s,torque_Nm\n0,")) << quiet.output;
+  EXPECT_FALSE(quiet.said("nothing was measured")) << quiet.output;
 }
 
 }  // namespace
