@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <stdexcept>
 #include <system_error>
 
@@ -11,6 +12,15 @@
 namespace apps {
 
 namespace fs = std::filesystem;
+
+std::string why_not_writable(const fs::path& directory) {
+  std::string file = (directory / "youbot-try-XXXXXX").string();
+  const int descriptor = mkstemp(file.data());
+  if (descriptor < 0) return std::generic_category().message(errno);
+  close(descriptor);
+  unlink(file.c_str());
+  return {};
+}
 
 std::vector<fs::path> make_output_directory(const fs::path& directory) {
   std::vector<fs::path> missing;
@@ -27,12 +37,18 @@ std::vector<fs::path> make_output_directory(const fs::path& directory) {
     cause = error.message();
   else if (!fs::is_directory(directory, unknown))
     cause = "something else has that name";
-  else if (::access(directory.c_str(), W_OK | X_OK) != 0)
-    cause = std::generic_category().message(errno);
+  else
+    cause = why_not_writable(directory);
   if (cause.empty()) return made;
   for (; !made.empty(); made.pop_back()) fs::remove(made.back(), unknown);
   throw hal::SetupError(directory.string(), "cannot be the directory for the results: " + cause,
                         "name another one");
+}
+
+void try_output_directory(const fs::path& directory) {
+  const std::vector<fs::path> made = make_output_directory(directory);
+  std::error_code unknown;
+  for (auto path = made.rbegin(); path != made.rend(); ++path) fs::remove(*path, unknown);
 }
 
 void require_no_results(const fs::path& directory, const std::vector<std::string>& files) {

@@ -30,6 +30,23 @@ TEST(OutputDirectory, ThatCannotBeMadeLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(folder / "new"));
 }
 
+TEST(OutputDirectory, IsTriedWithAFileAsRightsAloneMayLie) {
+  const support::TemporaryDirectory folder;
+  EXPECT_EQ(apps::why_not_writable(folder.path()), "");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  // Root has every right there, and nobody can make a file.
+  EXPECT_THROW(apps::make_output_directory("/proc"), hal::SetupError);
+}
+
+TEST(OutputDirectory, ThatIsOnlyTriedIsTakenAwayAgain) {
+  const support::TemporaryDirectory folder;
+  apps::try_output_directory(folder / "a/b");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  apps::try_output_directory(folder.path());
+  EXPECT_TRUE(fs::exists(folder.path())) << "it was there before";
+  EXPECT_THROW(apps::try_output_directory(folder.write("file", "x")), hal::SetupError);
+}
+
 TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
   const support::TemporaryDirectory folder;
   const fs::path file = folder.write("file", "x");
@@ -41,6 +58,26 @@ TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
     EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
     EXPECT_TRUE(result.said("cannot be the directory for the results")) << result.output;
   }
+}
+
+TEST(OutputDirectory, IsRefusedByYoubotdBeforeItLooksForARobot) {
+  const support::TemporaryDirectory folder;
+  const fs::path file = folder.write("file", "x");
+  const std::string app = YOUBOT_SOURCE_DIR "/apps/youbotd/";
+  for (const std::string& command :
+       {"--config " + app + "demo.toml", "--config " + app + "demo.toml --demo",
+        "--config " + app + "teleop.toml",
+        "--config " + app + "demo.toml --control " + (folder / "socket").string()})
+    for (const fs::path& directory : {file, file / "below", fs::path("/proc")}) {
+      const auto result =
+          support::run_command(YOUBOTD_BINARY " --quiet --allow-non-rt --robot ethercat:nosuch " + command +
+                               " --record " + directory.string());
+      EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
+      EXPECT_TRUE(result.said(directory.string()) && result.said(": cannot be the directory for the results"))
+          << command << "\n"
+          << result.output;
+      EXPECT_FALSE(result.said("nosuch")) << result.output;
+    }
 }
 
 }  // namespace
