@@ -6,12 +6,23 @@
 #include <cstdlib>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "hal/setup_error.h"
 
 namespace apps {
 
 namespace fs = std::filesystem;
+
+namespace {
+
+/// Outermost first; what is not empty by now stays.
+void take_away(std::vector<fs::path> made) {
+  std::error_code unknown;
+  for (; !made.empty(); made.pop_back()) fs::remove(made.back(), unknown);
+}
+
+}  // namespace
 
 std::string why_not_writable(const fs::path& directory) {
   std::string file = (directory / "youbot-try-XXXXXX").string();
@@ -29,8 +40,10 @@ std::vector<fs::path> make_output_directory(const fs::path& directory) {
     missing.insert(missing.begin(), at);
   std::vector<fs::path> made;
   error.clear();
-  for (const fs::path& path : missing)
+  for (const fs::path& path : missing) {
     if (fs::create_directory(path, error)) made.push_back(path);
+    if (error) break;
+  }
   std::error_code unknown;
   std::string cause;
   if (error)
@@ -40,16 +53,12 @@ std::vector<fs::path> make_output_directory(const fs::path& directory) {
   else
     cause = why_not_writable(directory);
   if (cause.empty()) return made;
-  for (; !made.empty(); made.pop_back()) fs::remove(made.back(), unknown);
+  take_away(std::move(made));
   throw hal::SetupError(directory.string(), "cannot be the directory for the results: " + cause,
                         "name another one");
 }
 
-void try_output_directory(const fs::path& directory) {
-  const std::vector<fs::path> made = make_output_directory(directory);
-  std::error_code unknown;
-  for (auto path = made.rbegin(); path != made.rend(); ++path) fs::remove(*path, unknown);
-}
+void try_output_directory(const fs::path& directory) { take_away(make_output_directory(directory)); }
 
 void require_no_results(const fs::path& directory, const std::vector<std::string>& files) {
   std::error_code unknown;

@@ -30,6 +30,17 @@ TEST(OutputDirectory, ThatCannotBeMadeLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(folder / "new"));
 }
 
+TEST(OutputDirectory, ThatCannotBeMadeIsToldWithTheFirstCause) {
+  const support::TemporaryDirectory folder;
+  fs::create_symlink(folder / "missing", folder / "link");
+  try {
+    apps::make_output_directory(folder / "link/below");
+    FAIL();
+  } catch (const hal::SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find("File exists"), std::string::npos) << error.what();
+  }
+}
+
 TEST(OutputDirectory, IsTriedWithAFileAsRightsAloneMayLie) {
   const support::TemporaryDirectory folder;
   EXPECT_EQ(apps::why_not_writable(folder.path()), "");
