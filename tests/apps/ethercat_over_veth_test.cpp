@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -10,6 +11,7 @@
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/process.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
@@ -134,6 +136,42 @@ TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {
   EXPECT_EQ(scan.exit_code, 0);
   EXPECT_TRUE(scan.said("this is a complete youBot: base+arm")) << scan.output;
   EXPECT_TRUE(scan.said("KR-843")) << scan.output;
+}
+
+// Either would take the other's answers and reset its slaves.
+TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const Simulator simulator(namespaces, "--robot base");
+  ASSERT_TRUE(simulator.ready());
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write("config.toml",
+                                          "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+                                          "[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n");
+  const std::string daemon = YOUBOTD_BINARY " --allow-non-rt --config " + config.string();
+  support::Process master(
+      {YOUBOTD_BINARY, "--allow-non-rt", "--config", config, "--control", directory / "control"});
+  ASSERT_TRUE(master.wait_for("waiting for commands"));
+  const std::string holder = "youbotd (process " + std::to_string(master.pid()) + ")";
+  for (const std::string& second :
+       {daemon, daemon + " --check", std::string(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c"),
+        std::string(YOUBOT_BENCH_BINARY " diagnose --duration 0.1 --robot ethercat:veth-c")}) {
+    // With the namespace's own /sys.
+    const support::CommandResult result =
+        support::run_command("ip netns exec " + namespaces.control_namespace() + " " + second);
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_TRUE(result.said("veth-c: lock the interface: " + holder)) << result.output;
+  }
+  const support::CommandResult twice = support::run_command("ip netns exec " + namespaces.sim_namespace() +
+                                                            " " YOUBOT_SIM_BINARY " --interface veth-s");
+  EXPECT_EQ(twice.exit_code, 3);
+  EXPECT_TRUE(twice.said("veth-s: lock the interface: youbot-sim (process ")) << twice.output;
+
+  master.signal(SIGKILL);
+  (void)master.finish();
+  const support::CommandResult scan =
+      support::run_command(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c");
+  EXPECT_EQ(scan.exit_code, 0) << scan.output;
 }
 
 }  // namespace
