@@ -82,7 +82,7 @@ bool print_diagnosis(ethercat::Link& link, const DiagnoseOptions& options, const
   if (!options.capture.empty()) capture.write(options.capture, "youbot-bench diagnose");
 
   print_slaves(bus);
-  std::printf("%s\n", bus.diagnostics().summary(frames).c_str());
+  std::printf("%s\n", ethercat::Diagnostics::summary(frames, bus.diagnostics().round_trips()).c_str());
   std::printf("wake-up median %.1f us, 99.9 %% within %.1f us, %.1f us at most\n",
               microseconds(wake_up.quantile(0.5)), microseconds(wake_up.quantile(0.999)),
               microseconds(wake_up.worst()));

@@ -6,6 +6,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -172,6 +173,69 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
   const support::CommandResult scan =
       support::run_command(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c");
   EXPECT_EQ(scan.exit_code, 0) << scan.output;
+}
+
+/// A served base on veth-c, and who asks it.
+struct ServedBase {
+  ServedBase()
+      : config(directory.write("config.toml",
+                               "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+                               "[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n")),
+        daemon({YOUBOTD_BINARY, "--allow-non-rt", "--config", config, "--control", directory / "control"}) {}
+
+  support::CommandResult tell(const std::string& words) const {
+    return support::run_command(YOUBOTCTL_BINARY " --socket " + (directory / "control").string() + " " +
+                                words);
+  }
+  nlohmann::json status() const {
+    return nlohmann::json::parse(tell("status --json").output, nullptr, /*allow_exceptions=*/false);
+  }
+
+  support::TemporaryDirectory directory;
+  fs::path config;
+  support::Process daemon;
+};
+
+// The last on the bus: without it everything else is still in reach.
+constexpr const char* kWheelIsGone =
+    "slave 5 (TMCM-1632): does not answer: check its power and the cable before it";
+
+TEST(EthercatOverVeth, ServedItSaysWhichSlaveFailedAndWhatToCheck) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory directory;
+  const fs::path faults =
+      directory.write("faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_frame = 2500\nslave = 5\n");
+  const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
+  ASSERT_TRUE(simulator.ready());
+  ServedBase base;
+  ASSERT_TRUE(base.daemon.wait_for("waiting for commands"));
+  const support::CommandResult run = base.tell("enable");
+  EXPECT_EQ(run.exit_code, 4) << run.output;
+  // Unless this machine lost frames before, which is another fault.
+  EXPECT_TRUE(base.daemon.wait_for(std::string("robot: ") + kWheelIsGone));
+  EXPECT_EQ(base.tell("enable").exit_code, 4);
+  const nlohmann::json status = base.status();
+  EXPECT_EQ(status["robot_trouble"], nlohmann::json({kWheelIsGone})) << status.dump(2);
+  EXPECT_EQ(status["robot_state"], "wheel-4: some devices on the bus did not answer") << status.dump(2);
+  EXPECT_NE(status["fault_robot_report"].dump().find(kWheelIsGone), std::string::npos) << status.dump(2);
+  EXPECT_TRUE(base.daemon.wait_for(std::string("robot says: ") + kWheelIsGone));
+  const support::CommandResult words = base.tell("status");
+  EXPECT_TRUE(words.said(kWheelIsGone)) << words.output;
+  fs::remove(status["fault_report"].get<std::string>());
+}
+
+TEST(EthercatOverVeth, ServedItSaysThatASlaveIsBack) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory directory;
+  const fs::path faults = directory.write(
+      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_frame = 1500\nduration_s = 1.0\nslave = 5\n");
+  const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
+  ASSERT_TRUE(simulator.ready());
+  ServedBase base;
+  ASSERT_TRUE(base.daemon.wait_for(std::string("robot: ") + kWheelIsGone));
+  ASSERT_TRUE(base.daemon.wait_for("robot: slave 5 (TMCM-1632): works again"));
 }
 
 }  // namespace
