@@ -69,6 +69,7 @@ youbotd::Config configuration(const Arguments& arguments,
                               const std::map<std::string, std::string>& settings = {}) {
   youbotd::Config config = youbotd::load_config(arguments.session.config_file, settings);
   if (!arguments.robot.empty()) config.robot.name = arguments.robot;
+  apps::check_robot_name(config.robot.name);
   if (!arguments.haptic.empty()) {
     config.haptic.name = arguments.haptic;
     config.teleoperated = true;
