@@ -18,6 +18,7 @@
 #include "apps/youbot_sim/frame_socket.h"
 #include "apps/youbot_sim/robot_recording.h"
 #include "apps/youbot_sim/server.h"
+#include "drivers/tmcl/youbot_topology.h"
 #include "sim/bus/youbot_bus.h"
 
 namespace {
@@ -29,7 +30,7 @@ using sim::bus::RobotKind;
 const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
                                                {"arm", RobotKind::kArm},
                                                {"base+arm", RobotKind::kBaseAndArm},
-                                               {"two-arms", RobotKind::kTwoArms}};
+                                               {"base+two-arms", RobotKind::kTwoArms}};
 const std::map<std::string, Firmware> kFirmwares{{"148", Firmware::k148}, {"200", Firmware::k200}};
 const std::map<std::string, Hardware> kGenerations{{"first", Hardware::kFirst}, {"later", Hardware::kLater}};
 
@@ -48,6 +49,17 @@ struct Arguments {
   bool quiet = false;
 };
 
+std::size_t slaves_of(RobotKind robot) {
+  using drivers::tmcl::YoubotKind;
+  switch (robot) {
+    case RobotKind::kBase: return youbot_boards(YoubotKind::kBase).size();
+    case RobotKind::kArm: return youbot_boards(YoubotKind::kArm).size();
+    case RobotKind::kBaseAndArm: return youbot_boards(YoubotKind::kBaseAndArm).size();
+    case RobotKind::kTwoArms: break;
+  }
+  return youbot_boards(YoubotKind::kBaseAndTwoArms).size();
+}
+
 /// The wire takes its time by itself here, so emulated round trips stay off.
 sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   sim::bus::YoubotBusOptions options;
@@ -62,7 +74,8 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
     if (!options.coupled) throw std::invalid_argument("--scene needs --robot base+arm: only its tip touches");
     options.scene = apps::load_scene(arguments.scene_file);
   }
-  if (!arguments.faults_file.empty()) options.wire.faults = youbot_sim::load_faults(arguments.faults_file);
+  if (!arguments.faults_file.empty())
+    options.wire.faults = youbot_sim::load_faults(arguments.faults_file, slaves_of(options.robot));
   return options;
 }
 
