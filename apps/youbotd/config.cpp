@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/can_config.h"
 #include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/hidden_effect.h"
@@ -207,6 +208,8 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   apps::read_scene(root.table("scene"), config.robot.scene);
   TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
+  TomlTable can = root.table("can");
+  apps::read_can(can, config.robot.can);
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;
 
   // What one value demands of another.
