@@ -28,6 +28,9 @@ class BaseController {
   void forget_velocity(const WheelVector& wheel_position_rad) noexcept {
     drive_.forget_velocity(wheel_position_rad);
   }
+  void bridge(const WheelVector& wheel_position_rad, double gap_s) noexcept {
+    drive_.bridge(wheel_position_rad, gap_s);
+  }
 
   Output step(const WheelVector& wheel_position_rad, const BaseReference& reference) noexcept;
   /// Senses without driving, for cycles in which the drives are off: zero torque and wrench.

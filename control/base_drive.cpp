@@ -62,6 +62,11 @@ void BaseDrive::forget_velocity(const WheelVector& wheel_position_rad) noexcept 
   for (SmallTorques& torques : small_torques_) torques.reset();
 }
 
+void BaseDrive::bridge(const WheelVector& wheel_position_rad, double gap_s) noexcept {
+  for (Eigen::Index i = 0; i < 4; ++i)
+    observers_[static_cast<std::size_t>(i)].bridge(wheel_position_rad[i], gap_s);
+}
+
 BaseDrive::State BaseDrive::sense(const WheelVector& wheel_position_rad) noexcept {
   State state;
   for (Eigen::Index i = 0; i < 4; ++i) {

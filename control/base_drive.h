@@ -54,6 +54,8 @@ class BaseDrive {
   /// After a gap in time: velocities begin at zero again instead of taking the way of the gap for one
   /// period's.
   void forget_velocity(const WheelVector& wheel_position_rad) noexcept;
+  /// Before sense() after a shorter gap: velocities go on with the way of the gap in its own time.
+  void bridge(const WheelVector& wheel_position_rad, double gap_s) noexcept;
 
   /// Once a cycle, before drive().
   State sense(const WheelVector& wheel_position_rad) noexcept;

@@ -18,7 +18,7 @@ struct FrictionEstimate {
   double position_Nm = 0.0;  ///< torque against positive motion by where the joint is
 };
 
-/// Cycle: step(). Owns its filter state, one observer per joint.
+/// Cycle: step(), bridge(). Owns its filter state, one observer per joint.
 class FrictionObserver {
  public:
   struct Config {
@@ -32,6 +32,8 @@ class FrictionObserver {
 
   void reset(double position_rad) noexcept { filter_.reset(position_rad); }
   FrictionEstimate step(double position_rad) noexcept;
+  /// As StateVariableFilter::bridge().
+  void bridge(double position_rad, double gap_s) noexcept { filter_.bridge(position_rad, gap_s); }
 
   /// What keeps a motion in the direction of the sign of `direction` from starting, or from going on at
   /// `speed`: the break-away torque at rest, no more than the sliding friction once it moves.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <string>
 
@@ -25,6 +26,10 @@ HapticMapping::HapticMapping(const Config& config) : config_(config) {
   require_positive(config.rate_speed_m_per_s, "rate_speed_m_per_s");
   require_positive(config.rate_turn_rad_per_s, "rate_turn_rad_per_s");
   require_positive(config.leash_m, "leash_m");
+  // From half a turn on it is as far the other way round.
+  if (require_positive(config.turn_leash_rad, "turn_leash_rad") >= std::numbers::pi)
+    throw std::invalid_argument("haptic mapping: turn_leash_rad = " + std::to_string(config.turn_leash_rad) +
+                                " must be less than half a turn");
   for (const double half_axis_m : config.boundary.half_axes_m) require_positive(half_axis_m, "half axis");
   if (!(config.full_deflection_m > config.rest_deflection_m && config.rest_deflection_m >= 0 &&
         config.full_turn_rad > config.rest_turn_rad && config.rest_turn_rad >= 0))
@@ -42,21 +47,21 @@ HapticMapping::HapticMapping(const Config& config) : config_(config) {
 void HapticMapping::index(const Grip& grip, const TipPose& target) noexcept {
   target_ = target;
   mode_ = Mode::kPosition;
-  been_inside_ = config_.boundary.inside(grip.p_HD_m);
+  been_inside_ = !config_.rate_only && config_.boundary.inside(grip.p_HD_m);
   offset_W_m_ = target.p_WT_m - config_.motion_scale * turned_H_W(grip.p_HD_m);
   q_HD_index_ = grip.q_HD;
   q_WT_index_ = target.q_WT;
 }
 
-const TipPose& HapticMapping::step(const Grip& grip, const Eigen::Vector3d& p_WT_m, bool may_drive) noexcept {
+const TipPose& HapticMapping::step(const Grip& grip, const TipPose& tip, bool may_drive) noexcept {
   if (config_.rate_only) {
-    if (may_drive) follow_deflection(grip, p_WT_m);
+    follow_deflection(grip, tip, may_drive);
     return target_;
   }
   const Eigen::Vector3d hand_W_m = config_.motion_scale * turned_H_W(grip.p_HD_m);
   if (!config_.boundary.inside(grip.p_HD_m)) {
     mode_ = Mode::kRate;
-    if (may_drive && been_inside_) advance(config_.rate_speed_m_per_s * hand_W_m.normalized(), p_WT_m);
+    if (may_drive && been_inside_) advance(config_.rate_speed_m_per_s * hand_W_m.normalized(), tip.p_WT_m);
   } else {
     // The thesis sums up old drift and both ways, from a grip one cycle later than the target; without that
     // cycle it is this.
@@ -76,20 +81,29 @@ void HapticMapping::advance(const Eigen::Vector3d& velocity_W_m_per_s,
   if (ahead_m < config_.leash_m) target_.p_WT_m += config_.period_s * velocity_W_m_per_s;
 }
 
-void HapticMapping::follow_deflection(const Grip& grip, const Eigen::Vector3d& p_WT_m) noexcept {
+void HapticMapping::turn(const Eigen::Vector3d& velocity_W_rad_per_s,
+                         const Eigen::Quaterniond& q_WT) noexcept {
+  const Eigen::Vector3d axis_W = velocity_W_rad_per_s.normalized();
+  if (rotation_between(q_WT, target_.q_WT).dot(axis_W) >= config_.turn_leash_rad) return;
+  const Eigen::AngleAxisd step(config_.period_s * velocity_W_rad_per_s.norm(), axis_W);
+  target_.q_WT = (step * target_.q_WT).normalized();
+}
+
+void HapticMapping::follow_deflection(const Grip& grip, const TipPose& tip, bool may_drive) noexcept {
   const double deflection_m = grip.p_HD_m.norm();
   const double pace = share(deflection_m, config_.rest_deflection_m, config_.full_deflection_m);
-  mode_ = pace > 0 ? Mode::kRate : Mode::kPosition;
-  if (pace > 0) advance(pace * config_.rate_speed_m_per_s / deflection_m * turned_H_W(grip.p_HD_m), p_WT_m);
-
   const Eigen::Vector3d turn_H_rad = rotation_between(Eigen::Quaterniond::Identity(), grip.q_HD);
   const double turn_rad = turn_H_rad.norm();
-  const double turn_pace = share(turn_rad, config_.rest_turn_rad, config_.full_turn_rad);
-  if (config_.follow_rotation && turn_pace > 0) {
-    const Eigen::AngleAxisd step(turn_pace * config_.rate_turn_rad_per_s * config_.period_s,
-                                 turned_H_W(turn_H_rad) / turn_rad);
-    target_.q_WT = (step * target_.q_WT).normalized();
-  }
+  const double turn_pace =
+      config_.follow_rotation ? share(turn_rad, config_.rest_turn_rad, config_.full_turn_rad) : 0.0;
+  been_inside_ = been_inside_ || (pace <= 0 && turn_pace <= 0);
+  const bool driving = may_drive && been_inside_;
+  mode_ = driving && pace > 0 ? Mode::kRate : Mode::kPosition;
+  if (!driving) return;
+  if (pace > 0)
+    advance(pace * config_.rate_speed_m_per_s / deflection_m * turned_H_W(grip.p_HD_m), tip.p_WT_m);
+  if (turn_pace > 0)
+    turn(turn_pace * config_.rate_turn_rad_per_s / turn_rad * turned_H_W(turn_H_rad), tip.q_WT);
 }
 
 }  // namespace control

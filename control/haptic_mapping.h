@@ -23,8 +23,8 @@ struct Grip {
 /// Inside the boundary the tip follows the grip: p = s·R_WH·h + o. Outside it moves at constant speed in the
 /// direction of the grip from the master's origin, and when the grip comes back the offset o has taken up how
 /// far it went, so that the target goes on from where it is. The rotation follows the grip's since the last
-/// index. After an index outside the boundary nothing is driven before the grip was inside. One thread.
-/// Cycle: index(), step().
+/// index. After an index nothing is driven before the grip was inside the boundary, or a rate-only master at
+/// rest: one that is held deflected meanwhile has not yet told anything. One thread. Cycle: index(), step().
 class HapticMapping {
  public:
   enum class Mode { kPosition, kRate };
@@ -39,6 +39,7 @@ class HapticMapping {
     /// Under rate control the target waits for a tip that is further behind than this, so that a robot that
     /// is held up winds the spring no further.
     double leash_m = 0.012;
+    double turn_leash_rad = 0.10472;  ///< likewise one that is turned behind; less than half a turn
     /// Of a rate-only master: no speed up to here, all of it from there on; likewise turning.
     double rest_deflection_m = 0.005;
     double full_deflection_m = 0.050;
@@ -53,19 +54,20 @@ class HapticMapping {
 
   /// From here on the grip where it is means this pose: for the start, and after the clutch.
   void index(const Grip& grip, const TipPose& target) noexcept;
-  /// One cycle. `p_WT_m`: where the tip is. `may_drive`: otherwise nothing moves by rate control.
-  const TipPose& step(const Grip& grip, const Eigen::Vector3d& p_WT_m, bool may_drive = true) noexcept;
+  /// One cycle. `tip`: where it is. `may_drive`: otherwise nothing moves by rate control.
+  const TipPose& step(const Grip& grip, const TipPose& tip, bool may_drive = true) noexcept;
 
   const TipPose& target() const noexcept { return target_; }
   Mode mode() const noexcept { return mode_; }
 
  private:
   void advance(const Eigen::Vector3d& velocity_W_m_per_s, const Eigen::Vector3d& p_WT_m) noexcept;
-  void follow_deflection(const Grip& grip, const Eigen::Vector3d& p_WT_m) noexcept;
+  void turn(const Eigen::Vector3d& velocity_W_rad_per_s, const Eigen::Quaterniond& q_WT) noexcept;
+  void follow_deflection(const Grip& grip, const TipPose& tip, bool may_drive) noexcept;
 
   Config config_;
   Mode mode_ = Mode::kPosition;
-  bool been_inside_ = false;  // since the index: before that nothing is driven
+  bool been_inside_ = false;  // or at rest, since the index: before that nothing is driven
   TipPose target_;
   Eigen::Vector3d offset_W_m_ = Eigen::Vector3d::Zero();
   Eigen::Quaterniond q_HD_index_ = Eigen::Quaterniond::Identity();

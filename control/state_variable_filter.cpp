@@ -27,28 +27,43 @@ StateVariableFilter::StateVariableFilter(const Config& config) {
   lag_s_ = 2 * zeta / w;
   stiffness_ = w * w;
   friction_ = 2 * zeta * w;
+  transition_ = transition_over(T);
+}
 
-  // Matrix exponential of [[0, 1], [-w², -2ζw]] by its closed form: with a = ζw and d = sqrt(a² - w²),
-  // exp(AT) = e^(-aT) (cosh(dT) I + sinh(dT)/d (A + a I)); complex d covers ζ < 1, the limit sinh(dT)/d -> T
-  // covers ζ = 1.
-  const double a = zeta * w;
-  const std::complex<double> d = std::sqrt(std::complex<double>(a * a - w * w));
-  const double cosh_dT = std::cosh(d * T).real();
-  const double sinh_dT_over_d = std::abs(d * T) < 1e-6 ? T : (std::sinh(d * T) / d).real();
+/// Matrix exponential of [[0, 1], [-w², -2ζw]] by its closed form: with a = ζw and d = sqrt(a² - w²),
+/// exp(At) = e^(-at) (cosh(dt) I + sinh(dt)/d (A + a I)); complex d covers ζ < 1, the limit sinh(dt)/d -> t
+/// covers ζ = 1. Both factors are taken into the brackets, where nothing grows with a long time.
+Eigen::Matrix2d StateVariableFilter::transition_over(double time_s) const noexcept {
+  const double a = friction_ / 2;
+  const std::complex<double> d = std::sqrt(std::complex<double>(a * a - stiffness_));
+  const std::complex<double> slow = std::exp((d - a) * time_s);
+  const std::complex<double> fast = std::exp(-(d + a) * time_s);
+  const double damped_cosh = (slow + fast).real() / 2;
+  const double damped_sinh_over_d =
+      std::abs(d * time_s) < 1e-6 ? time_s * std::exp(-a * time_s) : ((slow - fast) / (2.0 * d)).real();
   Eigen::Matrix2d A_shifted;
-  A_shifted << a, 1, -w * w, a - friction_;
-  transition_ = std::exp(-a * T) * (cosh_dT * Eigen::Matrix2d::Identity() + sinh_dT_over_d * A_shifted);
+  A_shifted << a, 1, -stiffness_, -a;
+  return damped_cosh * Eigen::Matrix2d::Identity() + damped_sinh_over_d * A_shifted;
 }
 
 StateVariableFilter::Output StateVariableFilter::step(double position) noexcept {
   if (!started_) reset(position);
+  follow(position, (position - last_input_) / period_s_, transition_);
+  return {state_[0], state_[1], stiffness_ * (position - state_[0]) - friction_ * state_[1]};
+}
+
+void StateVariableFilter::bridge(double position, double gap_s) noexcept {
+  if (!started_ || !(gap_s > period_s_)) return;
+  const double slope = (position - last_input_) / gap_s;
+  follow(position - period_s_ * slope, slope, transition_over(gap_s - period_s_));
+}
+
+void StateVariableFilter::follow(double position, double slope, const Eigen::Matrix2d& transition) noexcept {
   // Along a straight input of slope r the filter settles on (u − r·2ζ/ω, r); what is off it decays by Φ.
-  const double slope = (position - last_input_) / period_s_;
   const Eigen::Vector2d settled_before(last_input_ - lag_s_ * slope, slope);
   const Eigen::Vector2d settled_now(position - lag_s_ * slope, slope);
-  state_ = settled_now + transition_ * (state_ - settled_before);
+  state_ = settled_now + transition * (state_ - settled_before);
   last_input_ = position;
-  return {state_[0], state_[1], stiffness_ * (position - state_[0]) - friction_ * state_[1]};
 }
 
 }  // namespace control

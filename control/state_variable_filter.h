@@ -8,7 +8,7 @@ namespace control {
 /// Second-order low-pass x/u = ω²/(s² + 2ζωs + ω²) whose states are the filtered position and its derivative,
 /// discretised exactly for an input that runs straight between samples: a ramp's slope comes out exactly, and
 /// the filtered position follows 2ζ/ω later.
-/// Cycle: reset(), step().
+/// Cycle: reset(), step(), bridge().
 class StateVariableFilter {
  public:
   struct Config {
@@ -34,13 +34,20 @@ class StateVariableFilter {
   }
   /// The first step after construction resets to its input. Input and output have the same unit.
   Output step(double position) noexcept;
+  /// Before the step with this same input, when it comes `gap_s` after the last one and not a period: the way
+  /// of the gap is then no speed but that of its own time.
+  void bridge(double position, double gap_s) noexcept;
 
  private:
+  Eigen::Matrix2d transition_over(double time_s) const noexcept;  // Φ
+  /// Straight to this input.
+  void follow(double position, double slope, const Eigen::Matrix2d& transition) noexcept;
+
   double period_s_;
-  double lag_s_;      // 2ζ/ω
-  double stiffness_;  // ω²
-  double friction_;   // 2ζω
-  Eigen::Matrix2d transition_;
+  double lag_s_;                // 2ζ/ω
+  double stiffness_;            // ω²
+  double friction_;             // 2ζω
+  Eigen::Matrix2d transition_;  // over a period
   Eigen::Vector2d state_ = Eigen::Vector2d::Zero();
   double last_input_ = 0.0;
   bool started_ = false;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -29,6 +30,10 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
     require(std::isfinite(value) && value > 0, name, value);
   };
   positive(config.period_s, "period_s");
+  positive(config.setpoint_distance_limit_m, "setpoint_distance_limit_m");
+  positive(config.setpoint_turn_limit_rad, "setpoint_turn_limit_rad");
+  require(config.setpoint_turn_limit_rad < std::numbers::pi, "setpoint_turn_limit_rad",
+          config.setpoint_turn_limit_rad);
   positive(config.feedback.force_scale, "force_scale");
   positive(config.feedback.force_limit_N, "force_limit_N");
   positive(config.centred_within_m, "centred_within_m");
@@ -116,6 +121,8 @@ const char* describe(TeleopEnd end) noexcept {
     case TeleopEnd::kWheelTooFast: return "a wheel turned faster than allowed";
     case TeleopEnd::kJointTooFast: return "a joint of the arm turned faster than allowed";
     case TeleopEnd::kSetpointTooFar: return "the tip was further from its set-point than allowed";
+    case TeleopEnd::kSetpointTurnedTooFar:
+      return "the tip was turned further from its set-point than allowed";
   }
   return "unknown";
 }
@@ -147,6 +154,11 @@ void Teleoperation::stop_after_gap(const TeleopInput& input) noexcept {
   robot_.forget_velocity(input.wheel_position_rad, input.arm_position_rad);
   robot_.sense(input.wheel_position_rad, input.arm_position_rad);
   request_stop(TeleopEnd::kStalled);
+}
+
+void Teleoperation::bridge(const TeleopInput& input, double gap_s) noexcept {
+  robot_.bridge(input.wheel_position_rad, input.arm_position_rad, gap_s);
+  presence_.bridge(input.grip.v_HD_H_m_per_s);
 }
 
 void Teleoperation::begin(const TeleopInput& input) noexcept {
@@ -212,9 +224,14 @@ void Teleoperation::check(const TeleopInput& input) noexcept {
   if (!(state.velocity.tail<kArmJoints>().cwiseAbs().maxCoeff() <= config_.joint_speed_limit_rad_per_s))
     return fail(TeleopEnd::kJointTooFast);
   const bool tracking = started && phase_ != TeleopPhase::kUnfolding;
-  if (tracking && !((smoothing_.setpoint().p_WT_m - state.X_WT.translation()).norm() <=
-                    config_.setpoint_distance_limit_m))
-    stop(TeleopEnd::kSetpointTooFar);
+  if (!tracking) return;
+  const TipPose at = tip();
+  const TipSetpoint& setpoint = smoothing_.setpoint();
+  if (!((setpoint.p_WT_m - at.p_WT_m).norm() <= config_.setpoint_distance_limit_m))
+    return stop(TeleopEnd::kSetpointTooFar);
+  // Beyond half a turn the spring would pull the other way round.
+  if (!(setpoint.q_WT.angularDistance(at.q_WT) <= config_.setpoint_turn_limit_rad))
+    stop(TeleopEnd::kSetpointTurnedTooFar);
 }
 
 void Teleoperation::centre(const TeleopInput& input) noexcept {
@@ -317,7 +334,7 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
                           : 0.0;
     // A grip that the robot has pushed out there is none that is held there.
     const bool may_drive = config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty());
-    mapping_.step(input.grip, robot_.state().X_WT.translation(), may_drive);
+    mapping_.step(input.grip, tip(), may_drive);
   }
   centring_share_ = std::max(0.0, centring_share_ - period_s / config_.feedback_fade_s);
   smoothing_.step(mapping_.target().p_WT_m, mapping_.target().q_WT);

@@ -48,17 +48,18 @@ const char* name(TeleopPhase phase) noexcept;
 enum class TeleopEnd : std::uint8_t {
   kNone,
   kRequested,
-  kNotCentred,      ///< the master did not come to its origin in time
-  kNotUnfolded,     ///< the arm did not come to its pose in time
-  kNotArrived,      ///< the tip did not come to rest in front of the robot in time
-  kMasterFault,     ///< no force and no word from the master any more
-  kStalled,         ///< the loop that calls step() did not run
-  kNotEnabled,      ///< the drives did not start to obey in time
-  kNotHomed,        ///< the arm's angles are not known
-  kRobotFault,      ///< the drives are off already
-  kWheelTooFast,    ///< the drives go off at once
-  kJointTooFast,    ///< likewise
-  kSetpointTooFar,  ///< the tip is further from its set-point than it may be
+  kNotCentred,            ///< the master did not come to its origin in time
+  kNotUnfolded,           ///< the arm did not come to its pose in time
+  kNotArrived,            ///< the tip did not come to rest in front of the robot in time
+  kMasterFault,           ///< no force and no word from the master any more
+  kStalled,               ///< the loop that calls step() did not run
+  kNotEnabled,            ///< the drives did not start to obey in time
+  kNotHomed,              ///< the arm's angles are not known
+  kRobotFault,            ///< the drives are off already
+  kWheelTooFast,          ///< the drives go off at once
+  kJointTooFast,          ///< likewise
+  kSetpointTooFar,        ///< the tip is further from its set-point than it may be
+  kSetpointTurnedTooFar,  ///< likewise turned
 };
 /// "the master did not come to its origin in time"
 const char* describe(TeleopEnd end) noexcept;
@@ -149,7 +150,8 @@ class Teleoperation {
     double lowering_s = 3.0;  ///< until none of the arm's weight is carried any more
     double wheel_speed_limit_rad_per_s = 16.0;
     double joint_speed_limit_rad_per_s = 3.0;
-    double setpoint_distance_limit_m = 0.6;  ///< tip to set-point
+    double setpoint_distance_limit_m = 0.6;   ///< tip to set-point
+    double setpoint_turn_limit_rad = 2.0944;  ///< likewise; less than half a turn
   };
 
   /// @throws std::invalid_argument naming the value that is out of range, also when the arm cannot reach the
@@ -164,6 +166,9 @@ class Teleoperation {
   void switch_off() noexcept;
   /// Before a step after a pause of the loop: comes to rest, with velocities that begin anew.
   void stop_after_gap(const TeleopInput& input) noexcept;
+  /// Before a step after a shorter one, of the loop or of the robot's samples, which it is not stopped for:
+  /// the way of `gap_s` is not to be taken for that of one period.
+  void bridge(const TeleopInput& input, double gap_s) noexcept;
 
   const TeleopOutput& step(const TeleopInput& input) noexcept;
 

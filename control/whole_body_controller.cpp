@@ -64,6 +64,13 @@ void WholeBodyController::forget_velocity(const WheelVector& wheel_position_rad,
   for (int i = 0; i < kArmJoints; ++i) arm_observers_[static_cast<std::size_t>(i)].reset(arm_position_rad[i]);
 }
 
+void WholeBodyController::bridge(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
+                                 double gap_s) noexcept {
+  base_.bridge(wheel_position_rad, gap_s);
+  for (int i = 0; i < kArmJoints; ++i)
+    arm_observers_[static_cast<std::size_t>(i)].bridge(arm_position_rad[i], gap_s);
+}
+
 const WholeBodyController::State& WholeBodyController::sense(const WheelVector& wheel_position_rad,
                                                              const ArmVector& arm_position_rad) noexcept {
   const BaseDrive::State base = base_.sense(wheel_position_rad);
@@ -135,12 +142,14 @@ WholeBodyController::Output WholeBodyController::drive_arm(const CartesianSpring
   const ChainVector gravity = model_.gravity_Nm();
   for (int i = 0; i < kArmJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
-    const double share = torque_Nm[i] < 0 ? protection.share_downwards[i] : protection.share_upwards[i];
-    const double command_Nm = share * torque_Nm[i] + protection.torque_Nm[i];
+    const auto let_through = [&](double wanted_Nm) {
+      return wanted_Nm * (wanted_Nm < 0 ? protection.share_downwards[i] : protection.share_upwards[i]);
+    };
+    const double command_Nm = let_through(torque_Nm[i]) + protection.torque_Nm[i];
     const double help_Nm =
         arm_compensator_.torque_Nm(command_Nm, arm_estimates_[joint], arm_observers_[joint]);
     const double limit_Nm = config_.arm_torque_limit_Nm[joint];
-    const double whole_Nm = command_Nm + help_Nm + settled_Nm_[i] + gravity[kBaseAxes + i];
+    const double whole_Nm = command_Nm + help_Nm + let_through(settled_Nm_[i]) + gravity[kBaseAxes + i];
     output.arm_torque_Nm[i] = std::clamp(whole_Nm, -limit_Nm, limit_Nm);
     // What stays when the spring is slack comes anew each cycle.
     const double guard_Nm = protection.torque_Nm[i];

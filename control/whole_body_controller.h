@@ -70,6 +70,9 @@ class WholeBodyController {
   void reset(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
   /// After a gap in time: velocities begin at zero again.
   void forget_velocity(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
+  /// As BaseDrive::bridge().
+  void bridge(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
+              double gap_s) noexcept;
 
   /// Once a cycle, before the others. Finite positions.
   const State& sense(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;

@@ -74,7 +74,8 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
   bus.cyclic.frame_timeout = options.frame_timeout;
   if (options.lock_step) {
-    bus.access.frame_timeout = bus.cyclic.frame_timeout = std::chrono::seconds(2);
+    bus.access.frame_timeout = std::chrono::seconds(2);
+    bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone
     bus.state_timeout = bus.mailbox_timeout = std::chrono::seconds(60);
   }
   return bus;
@@ -92,6 +93,7 @@ struct RobotState {
   ethercat::BusState bus;
   std::vector<DriveChannel::Failure> failures;  // of each drive
   std::vector<GripperState> grippers;
+  bool simulation_gone = false;
 };
 
 class EthercatRobot final : public Robot {
@@ -149,6 +151,8 @@ class EthercatRobot final : public Robot {
   std::deque<GripperChannel> grippers_;
   std::vector<std::string> gripper_trouble_;  // of each: why it is taken for absent
   bool enabled_ = false;
+  // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
+  bool simulation_gone_ = false;
   int bad_cycles_ = 0;
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
@@ -223,11 +227,12 @@ void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard
 }
 
 void EthercatRobot::deactivate() noexcept {
-  if (bus_) {
+  if (bus_ && !simulation_gone_) {
     stop_grippers();
     bus_->leave_op();
   }
   bus_.reset();
+  simulation_gone_ = false;
   grippers_.clear();
   gripper_trouble_.clear();
   drives_.clear();
@@ -255,9 +260,9 @@ void EthercatRobot::stop_grippers() noexcept {
 }
 
 CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sample) noexcept {
-  if (!bus_) {
+  if (!bus_ || simulation_gone_) {
     sample.enabled = false;
-    return {Fault::kNotActive};
+    return {bus_ ? Fault::kFrameLost : Fault::kNotActive};
   }
   if (!command.enable) latched_ = {};
   if (latched_.ok()) latched_ = check_command(command);
@@ -270,6 +275,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
     drives_[i].drive(command.joints[i], enabled_, bus_->outputs(drives_[i].slave()));
   const nanoseconds now = clock_.now();
   const ethercat::CycleResult result = bus_->exchange(now);
+  simulation_gone_ = options_.lock_step && !result.answered;
 
   bool all_fresh = true;
   for (DriveChannel& drive : drives_) {
@@ -301,6 +307,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 /// Cycle, after the first time: everything has its size by then.
 void EthercatRobot::copy_state() {
   bus_->copy_state(state_.bus);
+  state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
   for (std::size_t i = 0; i < drives_.size(); ++i) state_.failures[i] = drives_[i].failure();
   state_.grippers.resize(grippers_.size());
@@ -359,7 +366,7 @@ CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexce
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (has_left(bus_->health(drives_[i].slave())))
       return {Fault::kPartialBus, static_cast<std::int8_t>(i), result.working_counter};
-  if (++bad_cycles_ <= options_.tolerated_cycles) return {};
+  if (++bad_cycles_ <= options_.tolerated_cycles && !simulation_gone_) return {};
   if (!result.answered) return {Fault::kFrameLost};
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (bus_->health(drives_[i].slave()).condition != ethercat::SlaveCondition::kOperational)
@@ -415,6 +422,9 @@ std::vector<std::string> EthercatRobot::report() const {
   }
   const RobotState& state = newest_state();
   std::vector<std::string> lines = bus_->findings(state.bus);
+  if (state.simulation_gone)
+    lines.emplace_back(
+        "the simulation in lock-step does not answer any more: start it anew, then this program");
   for (std::size_t i = 0; i < joints_.size(); ++i)
     if (const std::string failure = describe(state.failures[i]); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);

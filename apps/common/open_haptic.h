@@ -34,7 +34,7 @@ struct HapticOptions {
   sim::HandParameters hand;  ///< on the loopback
 };
 
-/// Takes over what the `[haptic]` table of a configuration holds; README, "Haptic masters", shows every key.
+/// Takes over what the `[haptic]` table of a configuration holds; drivers/haptic/README.md shows every key.
 /// Relative paths start at `folder`.
 void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOptions& options);
 

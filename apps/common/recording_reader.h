@@ -1,5 +1,5 @@
 /// @file
-/// Reads a recording (README, "Recording format") and believes nothing about it.
+/// Reads a recording (apps/FILE_FORMATS.md) and believes nothing about it.
 ///
 ///     const apps::ReadRecording read = apps::read_recording("wheel-1.csv");
 ///     for (const std::string& warning : read.warnings) ...

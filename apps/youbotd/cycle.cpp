@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "apps/youbotd/sample_gap.h"
+
 namespace youbotd {
 namespace {
 
@@ -58,6 +60,7 @@ void Cycle::step(nanoseconds now) noexcept {
   const bool stalled = gap > config_.command_timeout;
   if (stalled)
     for (std::size_t i = 0; i < kWheels; ++i) command_.joints[i] = {};
+  const nanoseconds last_sample = sample_.stamp;
   const hal::CycleStatus status = robot_.exchange(command_, sample_);
   for (std::size_t i = 0; i < kWheels; ++i) {
     record_.torque_command_Nm[i] = sample_.enabled ? command_.joints[i].target : 0.0;
@@ -69,6 +72,8 @@ void Cycle::step(nanoseconds now) noexcept {
     fail({.kind = StopReason::Kind::kRobotFault, .joint = status.joint, .status = status}, now);
 
   const control::WheelVector position_rad = wheel_positions(sample_);
+  const std::chrono::duration<double> sample_gap = sample_.stamp - last_sample;
+  if (to_be_bridged(sample_gap, config_.period)) controller_.bridge(position_rad, sample_gap.count());
   // The reference has gone on without us: not to be chased.
   if (stalled) {
     controller_.forget_velocity(position_rad);

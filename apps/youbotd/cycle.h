@@ -38,8 +38,9 @@ std::string describe(const StopReason& reason, const hal::Robot& robot);
 /// A state machine around control::BaseController:
 ///   kStarting → kRunning → kStopping → kOff,   any → kFaulted → finished.
 /// A fault switches the drives off at once. A set-point that is too old, or a loop that did not run for as
-/// long, brakes first, as the robot can still be trusted. There is no way back: motion after a stop needs a
-/// new start. One thread. step() is the cycle: no allocation, lock, exception, blocking call or logging.
+/// long, brakes first, as the robot can still be trusted. A shorter pause stops nothing, and what came to
+/// pass in it is no overspeed unless it was one. There is no way back: motion after a stop needs a new start.
+/// One thread. step() is the cycle: no allocation, lock, exception, blocking call or logging.
 class Cycle {
  public:
   struct Config {

@@ -15,6 +15,7 @@ namespace youbotd {
 
 /// A level: what is to be done now.
 struct Orders {
+  std::uint64_t serial = 0;   ///< grows by one with each order given
   std::uint64_t number = 0;   ///< of the run; each is done once. 0: none
   Run* run = nullptr;         ///< lives until Told::ended says its number
   bool stop = false;          ///< comes to rest, then drives off
@@ -23,6 +24,7 @@ struct Orders {
 };
 
 struct Told {
+  std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed; what is told is as new as they
   std::uint64_t cycles = 0;
   std::uint64_t ended = 0;   ///< number of the last run that is over
   Progress progress;         ///< of the run under way

@@ -77,6 +77,9 @@ class Service final : public ControlServer::Listener {
   RunOptions next_run() const;
   void record_settings(const std::filesystem::path& directory) const;
   void open_master_again();
+  void give_orders();
+  /// Gives the orders and waits for a cycle that followed them, and for what it tells.
+  void give_orders_and_hear();
   /// The orders again, and what became of them.
   void beat();
   /// Tells the log what of the robot is lost, and what is back.
@@ -166,6 +169,11 @@ void Service::beat() {
   if (run_ && told_.ended == orders_.number) end_run();
   if (commander_ && steady_clock::now() - commander_->heard > apps::kCommanderPatience)
     bring_to_rest(commander_->name + " is silent");
+  give_orders();
+}
+
+void Service::give_orders() {
+  ++orders_.serial;
   loop_->order(orders_);
 }
 
@@ -179,6 +187,16 @@ void Service::watch_robot() {
     if (std::ranges::none_of(trouble, concerns)) spdlog::info("robot: {} works again", device);
   }
   trouble_ = trouble;
+}
+
+void Service::give_orders_and_hear() {
+  give_orders();
+  const auto until = steady_clock::now() + std::chrono::seconds(1);
+  while (told_.heard != orders_.serial) {
+    if (steady_clock::now() >= until) throw Refusal("the loop does not answer");
+    std::this_thread::sleep_for(kBeat / 10);
+    (void)loop_->take(told_);
+  }
 }
 
 void Service::report_alive() {
@@ -254,7 +272,7 @@ void Service::obey(const Peer& peer, const std::string& request) {
   if (command == "disable") {
     if (run_) spdlog::warn("drives off: told so by {}", peer.name);
     orders_.off = run_ != nullptr;
-    return loop_->order(orders_);
+    return give_orders();
   }
   if (commander_ && !commands) throw Refusal(commander_->name + " commands; stop it first");
   if (command == "enable") return enable(peer);
@@ -285,7 +303,7 @@ void Service::enable(const Peer& peer) {
   run_ = make_run(config, options, &velocity);
   velocity_ = velocity;
   if (options.record_directory) record_settings(*options.record_directory);
-  orders_ = {.number = orders_.number + 1, .run = run_.get()};
+  orders_ = {.serial = orders_.serial, .number = orders_.number + 1, .run = run_.get()};
   commander_ = peer;
   commander_->heard = steady_clock::now();  // what came before this took its time
   fault_.clear();
@@ -293,7 +311,7 @@ void Service::enable(const Peer& peer) {
   fault_robot_report_.clear();
   spdlog::info("run {} ({}) enabled by {}", orders_.number, mode_, peer.name);
   manager_.status(mode_ + ", enabled by " + peer.name);
-  loop_->order(orders_);
+  give_orders();
 }
 
 /// The file is read anew for each run; what it says of the loop and of what is open has to be as it was.
@@ -311,19 +329,18 @@ void Service::require_same_devices(const Config& config) const {
 /// One that was unplugged is plugged in again, perhaps; and one that was lost for its driver, as a Falcon is
 /// after some replies that did not come, is there again only when it is opened anew.
 void Service::open_master_again() {
+  give_orders_and_hear();  // what was told before may be of the master as it was before it was opened
   if (told_.master.fault != hal::HapticFault::kUnplugged &&
       told_.master.fault != hal::HapticFault::kDeviceFault)
     return;
+  const auto begin = steady_clock::now();
   orders_.leave_master = true;
-  const auto until = steady_clock::now() + std::chrono::seconds(1);
-  while (!told_.master_left && steady_clock::now() < until) {
-    loop_->order(orders_);
-    std::this_thread::sleep_for(kBeat / 10);
-    (void)loop_->take(told_);
-  }
-  if (!told_.master_left) throw Refusal("the loop does not answer");
+  give_orders_and_hear();
+  if (!told_.master_left) throw Refusal("the loop has not left the master");
   std::future<void> opening = std::async(std::launch::async, [this] {
-    (void)master_.device->deactivate();
+    if (!master_.device->deactivate())
+      spdlog::error("{}: nothing confirmed that the force is off: switch the device off",
+                    master_.device->info().name);
     master_.device->activate();
   });
   while (opening.wait_for(kBeat) != std::future_status::ready) {
@@ -332,6 +349,9 @@ void Service::open_master_again() {
   }
   opening.get();  // or throws, and it stays left
   orders_.leave_master = false;
+  give_orders_and_hear();  // by a loop that did not end meanwhile
+  if (steady_clock::now() - begin > apps::kCommanderPatience)
+    throw Refusal(master_.device->info().name + " took long to be opened, and is ready now: enable again");
 }
 
 RunOptions Service::next_run() const {
@@ -414,12 +434,18 @@ std::string Service::robot_state() const {
 
 json Service::status() const {
   const Progress& now = told_.progress;
-  json status{
-      {"format", "youbotd-status/1"}, {"version", apps::build_version()},
-      {"robot", config_.robot.name},  {"mode", mode_},
-      {"enabled", run_ != nullptr},   {"phase", run_ ? now.phase : fault_.empty() ? "off" : "faulted"},
-      {"cycles", told_.cycles},       {"real_time", not_real_time_.empty()},
-      {"settings", settings_}};
+  json status{{"format", "youbotd-status/1"},
+              {"version", apps::build_version()},
+              {"robot", config_.robot.name},
+              {"mode", mode_},
+              {"run", orders_.number},
+              {"enabled", run_ != nullptr},
+              {"phase", run_             ? now.phase
+                        : fault_.empty() ? "off"
+                                         : "faulted"},
+              {"cycles", told_.cycles},
+              {"real_time", not_real_time_.empty()},
+              {"settings", settings_}};
   status["commander"] = commander_ ? json(commander_->name) : json(nullptr);
   status["fault"] = fault_;
   status["fault_report"] = fault_report_.string();

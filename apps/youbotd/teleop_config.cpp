@@ -63,6 +63,7 @@ void read_coupling(TomlTable table, Teleoperation::Config& control) {
   table.number("force_limit_N", spring.force_limit_N, {.min = 1, .max = 200});
   table.number("moment_limit_Nm", spring.moment_limit_Nm, {.min = 0.1, .max = 50});
   table.number("setpoint_distance_limit_m", control.setpoint_distance_limit_m, {.min = 0.05, .max = 5});
+  read_degrees(table, "setpoint_turn_limit_deg", control.setpoint_turn_limit_rad, 5, 170);
 }
 
 void read_mapping(TomlTable table, control::HapticMapping::Config& mapping,
@@ -75,6 +76,7 @@ void read_mapping(TomlTable table, control::HapticMapping::Config& mapping,
   read_degrees(table, "smoothing_threshold_deg", smoothing.turn_threshold_rad, 0.001, 20);
   table.number("rate_m_per_s", mapping.rate_speed_m_per_s, {.min = 0.001, .max = 1});
   table.number("leash_m", mapping.leash_m, {.min = 0.001, .max = 1});
+  read_degrees(table, "turn_leash_deg", mapping.turn_leash_rad, 0.1, 90);
   table.number("rest_deflection_m", mapping.rest_deflection_m, {.min = 0, .max = 1});
   table.number("full_deflection_m", mapping.full_deflection_m, {.min = 0.001, .max = 1});
   read_degrees(table, "rest_turn_deg", mapping.rest_turn_rad, 0, 90);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "apps/youbotd/sample_gap.h"
+
 namespace youbotd {
 namespace {
 
@@ -47,7 +49,9 @@ void TeleopCycle::step(nanoseconds now) noexcept {
           i < kWheels ? hal::JointCommand{} : hal::JointCommand::velocity_rad_per_s(0.0);
     master_command_.enable = false;
   }
+  const nanoseconds last_sample = robot_sample_.stamp;
   robot_status_ = robot_.exchange(robot_command_, robot_sample_);
+  const std::chrono::duration<double> sample_gap = robot_sample_.stamp - last_sample;
   master_status_ = master_.exchange(master_command_, master_sample_);
 
   TeleopInput input;
@@ -74,6 +78,8 @@ void TeleopCycle::step(nanoseconds now) noexcept {
     else
       control_.request_start();
   }
+  if (to_be_bridged(sample_gap, std::chrono::duration<double>(config_.control.period_s)))
+    control_.bridge(input, sample_gap.count());
   if (stalled) control_.stop_after_gap(input);
   const bool centring = control_.phase() == TeleopPhase::kCentring;
   if (centring && !input.drives_obey && now - first_ > config_.enable_timeout)

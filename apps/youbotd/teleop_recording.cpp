@@ -101,8 +101,9 @@ void append_teleop(apps::RecordingFile& file, const TeleopRecord& record) {
 }
 
 TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
-                                 const std::filesystem::path& config_file, std::chrono::nanoseconds period)
-    : file_(open(directory, config_file, period, setup_problems_)),
+                                 const std::filesystem::path& config_file, std::chrono::nanoseconds period,
+                                 bool simulated)
+    : file_(open(directory, config_file, period, simulated, setup_problems_)),
       recorder_(
           kRingCapacity,
           [this](const TeleopRecord& record) {
@@ -114,21 +115,19 @@ TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
 
 std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem::path& directory,
                                                            const std::filesystem::path& config_file,
-                                                           std::chrono::nanoseconds period,
+                                                           std::chrono::nanoseconds period, bool simulated,
                                                            std::vector<std::string>& problems) {
   if (!apps::make_recording_directory(directory, config_file, problems)) return nullptr;
   std::array<char, 32> rate_Hz{};
   std::snprintf(rate_Hz.data(), rate_Hz.size(), "%g", 1 / std::chrono::duration<double>(period).count());
+  std::vector<apps::RecordingFile::Comment> comments{{"rig", "base+arm"},
+                                                     {"experiment", "teleoperation"},
+                                                     {"sample_rate_Hz", rate_Hz.data()},
+                                                     {"not_measured", kNoOpening},
+                                                     {"software", apps::build_version()}};
+  if (!simulated) comments.push_back({"not_measured", kNoTruth});
   try {
-    return std::make_unique<apps::RecordingFile>(
-        directory / kFile,
-        std::vector<apps::RecordingFile::Comment>{{"rig", "base+arm"},
-                                                  {"experiment", "teleoperation"},
-                                                  {"sample_rate_Hz", rate_Hz.data()},
-                                                  {"not_measured", kNoTruth},
-                                                  {"not_measured", kNoOpening},
-                                                  {"software", apps::build_version()}},
-        teleop_columns());
+    return std::make_unique<apps::RecordingFile>(directory / kFile, comments, teleop_columns());
   } catch (const std::exception& failure) {
     problems.emplace_back(failure.what());
     return nullptr;

@@ -25,8 +25,9 @@ class TeleopRecording {
   static bool holds_recording(const std::filesystem::path& directory);
 
   /// Setup: makes the directory. Does not throw on a disk that refuses: what is missing is in problems().
+  /// `simulated`: the truth is known.
   TeleopRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
-                  std::chrono::nanoseconds period);
+                  std::chrono::nanoseconds period, bool simulated);
 
   /// Cycle: wait-free.
   void add(const TeleopRecord& record) noexcept { recorder_.push(record); }
@@ -42,7 +43,7 @@ class TeleopRecording {
  private:
   static std::unique_ptr<apps::RecordingFile> open(const std::filesystem::path& directory,
                                                    const std::filesystem::path& config_file,
-                                                   std::chrono::nanoseconds period,
+                                                   std::chrono::nanoseconds period, bool simulated,
                                                    std::vector<std::string>& problems);
 
   std::vector<std::string> setup_problems_;

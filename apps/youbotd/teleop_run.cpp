@@ -31,11 +31,12 @@ TeleopCycle::Config cycle_config(const Config& config, const hal::HapticInfo& ma
           .enable_timeout = config.cycle.enable_timeout};
 }
 
-std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunOptions& options) {
+std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunOptions& options,
+                                                bool simulated) {
   if (!options.record_directory) return nullptr;
   check_teleop_record_directory(*options.record_directory);
   return std::make_unique<TeleopRecording>(*options.record_directory, options.config_file,
-                                           config.cycle.period);
+                                           config.cycle.period, simulated);
 }
 
 double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
@@ -64,7 +65,7 @@ TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot
       truth_(truth),
       cycle_(cycle_config(config, master.info()), robot, master),
       flight_recorder_(static_cast<std::size_t>(kFlightRecorderSpan / config.cycle.period)),
-      recording_(make_recording(config, options)),
+      recording_(make_recording(config, options, truth != nullptr)),
       after_cycle_(std::move(after_cycle)) {
   summary_.robot = config.robot.name;
   summary_.virtual_time = options.virtual_time;

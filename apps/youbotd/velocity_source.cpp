@@ -1,6 +1,7 @@
 #include "apps/youbotd/velocity_source.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace youbotd {
 namespace {
@@ -19,7 +20,8 @@ PlanarVector cut(const PlanarVector& v, double linear, double turning) noexcept 
 
 }  // namespace
 
-void VelocitySource::begin(std::chrono::nanoseconds /*now*/) noexcept {
+void VelocitySource::begin(std::chrono::nanoseconds now) noexcept {
+  last_read_ = now;
   twist_B_.setZero();
   reference_W_ = {};
 }
@@ -29,7 +31,9 @@ Motion VelocitySource::read(std::chrono::nanoseconds now, const PlanarPose& X_WB
   const PlanarVector step = cut(wanted_B_ - twist_B_, limits_.acceleration_m_per_s2 * period_s_,
                                 limits_.turn_acceleration_rad_per_s2 * period_s_);
   twist_B_ += step;
-  const PlanarPose ahead_W = control::moved_by(reference_W_, twist_B_ * period_s_);
+  // Over a pause, too: a base that went on meanwhile is not to be pulled back.
+  const std::chrono::duration<double> elapsed = now - std::exchange(last_read_, now);
+  const PlanarPose ahead_W = control::moved_by(reference_W_, twist_B_ * elapsed.count());
   const PlanarVector from_base(ahead_W.x_m - X_WB.x_m, ahead_W.y_m - X_WB.y_m,
                                ahead_W.yaw_rad - X_WB.yaw_rad);
   const PlanarVector leashed = cut(from_base, kLeash_m, kLeash_rad);

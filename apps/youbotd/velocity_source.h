@@ -31,6 +31,7 @@ class VelocitySource final : public MotionSource {
   control::PlanarVector wanted_B_ = control::PlanarVector::Zero();
   control::PlanarVector twist_B_ = control::PlanarVector::Zero();  // of the reference
   control::PlanarPose reference_W_;
+  std::chrono::nanoseconds last_read_{};
 };
 
 }  // namespace youbotd

@@ -8,7 +8,7 @@
 namespace drivers::ethercat {
 
 /// A simulation in lock-step lets this time pass with each frame and none without: its master may cycle as
-/// fast as both ends can, or wait for seconds.
+/// fast as both ends can, or wait for seconds. One that does not answer for so long is gone.
 inline constexpr std::chrono::milliseconds kLockStepPeriod{1};
 
 /// Such a master must never meet a robot, whose time goes on by itself. So each slave of such a simulation

@@ -15,7 +15,7 @@ namespace hal {
 enum class ForceDimensionTransport : std::uint8_t {
   kSdk,  ///< the vendor's library, loaded when the device is opened
   /// We, over USB. Not supported: neither packets nor calibration data are public, so open() refuses. See
-  /// README, "Haptic masters".
+  /// drivers/haptic/README.md.
   kUsb,
 };
 

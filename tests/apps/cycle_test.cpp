@@ -26,11 +26,13 @@ class ScriptedMotion final : public MotionSource {
   void begin(nanoseconds now) noexcept override { begin_ = now; }
   Motion read(nanoseconds now, const control::PlanarPose&) noexcept override {
     Motion motion{now, {}, finished};
-    motion.reference.X_WB.x_m = ahead_m;
+    motion.reference.X_WB.x_m = ahead_m + speed_m_per_s * std::chrono::duration<double>(now - begin_).count();
+    motion.reference.twist_W.x() = speed_m_per_s;
     if (silent_after && now - begin_ > *silent_after) motion.stamp = begin_ + *silent_after;
     return motion;
   }
   double ahead_m = 1.0;
+  double speed_m_per_s = 0.0;
   bool finished = false;
   std::optional<nanoseconds> silent_after{};
 
@@ -38,9 +40,26 @@ class ScriptedMotion final : public MotionSource {
   nanoseconds begin_{};
 };
 
+/// A bus that bridges its own silence with the sample it has, as hal::Robot says of fresh values.
+class Bus final : public hal::Robot {
+ public:
+  explicit Bus(hal::Robot& robot) : robot_(robot) {}
+  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
+  void activate() override { robot_.activate(); }
+  void deactivate() noexcept override { robot_.deactivate(); }
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    hal::RobotSample unheard;
+    return robot_.exchange(command, silent ? unheard : sample);
+  }
+  bool silent = false;
+
+ private:
+  hal::Robot& robot_;
+};
+
 /// The simulated base on the loopback robot in virtual time, and everything a test wants to reach.
 struct Rig {
-  explicit Rig(const Cycle::Config& config = moving()) : cycle(config, robot, motion, &base.pose()) {
+  explicit Rig(const Cycle::Config& config = moving()) : cycle(config, bus, motion, &base.pose()) {
     robot.activate();
   }
 
@@ -65,6 +84,7 @@ struct Rig {
   sim::Base base{sim::BaseParameters{}};
   hal::LoopbackRobot robot{
       base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}}};
+  Bus bus{robot};
   ScriptedMotion motion;
   Cycle cycle;
   double largest_command_Nm = 0;
@@ -184,6 +204,61 @@ TEST(Cycle, AWheelThatTurnsTooFastSwitchesTheDrivesOff) {
   EXPECT_EQ(rig.largest_command_Nm, 0.0);
 }
 
+/// Drives steadily at 0.4 m/s, 8.4 rad/s of the 12 that a wheel may turn at.
+struct SteadyRig : Rig {
+  SteadyRig() : Rig(strong()) {
+    motion.ahead_m = 0;
+    motion.speed_m_per_s = 0.4;
+    run(4s);
+  }
+  static Cycle::Config strong() {
+    Cycle::Config config;
+    config.controller.wrench_limits = {60.0, 5.0};
+    return config;
+  }
+  /// The base goes on under the torques it has, and nobody looks.
+  void pause(nanoseconds duration) { clock.sleep_until(clock.now() + duration); }
+};
+
+TEST(Cycle, APauseShorterThanTheTimeoutIsNoOverspeedAndStopsNothing) {
+  for (const nanoseconds duration : {4ms, 15ms, 50ms, 95ms}) {
+    SCOPED_TRACE(duration.count());
+    SteadyRig rig;
+    ASSERT_NEAR(rig.speed_m_per_s(), 0.4, 0.02);
+    rig.pause(duration);
+    for (int n = 0; n < 100; ++n) {
+      rig.run(1ms);
+      ASSERT_EQ(rig.cycle.record().phase, Phase::kRunning) << describe(rig.cycle.stop_reason(), rig.robot);
+      for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_NEAR(std::abs(rig.cycle.record().velocity_rad_per_s[i]), 0.4 / 0.0475, 1.0)
+            << n << " ms after";
+    }
+    rig.run(2s);
+    EXPECT_EQ(rig.cycle.record().phase, Phase::kRunning);
+    EXPECT_NEAR(rig.speed_m_per_s(), 0.4, 0.02);
+    EXPECT_NEAR(rig.cycle.record().odometry_W[0], rig.base.pose().x_m, 0.02) << "the way of the pause counts";
+  }
+}
+
+TEST(Cycle, AnOverspeedThatCameUpInAPauseSwitchesTheDrivesOffAtOnce) {
+  SteadyRig rig;
+  rig.base.push({400.0, 0.0, 0.0});
+  rig.pause(90ms);
+  rig.run(3ms);
+  EXPECT_EQ(rig.cycle.stop_reason().kind, StopReason::Kind::kOverspeed);
+  EXPECT_GT(std::abs(rig.base.wheel(0).velocity_rad_per_s()), 12.0) << "and it was one";
+}
+
+TEST(Cycle, SamplesThatDidNotComeForAWhileAreNoOverspeed) {
+  SteadyRig rig;
+  rig.bus.silent = true;
+  rig.run(40ms);
+  rig.bus.silent = false;
+  rig.run(1s);
+  EXPECT_EQ(rig.cycle.record().phase, Phase::kRunning) << describe(rig.cycle.stop_reason(), rig.robot);
+  EXPECT_NEAR(rig.speed_m_per_s(), 0.4, 0.05);
+}
+
 /// A robot whose drives never obey, or whose bus fails when told to.
 class BrokenRobot final : public hal::Robot {
  public:
@@ -280,6 +355,8 @@ TEST(Cycle, TheWholeCycleDoesNotAllocateOrLock) {
   Rig rig;
   rig.run(10ms);
   const support::NoAllocGuard guard;
+  rig.run(1s);
+  rig.clock.sleep_until(rig.clock.now() + 50ms);  // what a pause takes, too
   rig.run(1s);
   rig.motion.ahead_m = std::numeric_limits<double>::quiet_NaN();  // the fault path is part of it
   rig.run(10ms);

@@ -89,6 +89,8 @@ firmware = "nvent.bin"
 usb_port = "1-1.2"
 command_per_Nm = -9000.0
 origin_m = 0.12
+reply_deadline_s = 0.02
+lost_after_misses = 7
 
 [haptic.spacemouse]
 serial = "A1"
@@ -123,6 +125,8 @@ damping_N_s_per_m = 10.0
   EXPECT_EQ(options.falcon.port_path, "1-1.2");
   EXPECT_EQ(options.falcon.device.command_per_Nm, -9000.0);
   EXPECT_EQ(options.falcon.device.p_FO_m[2], 0.12);
+  EXPECT_EQ(options.falcon.device.reply_deadline, std::chrono::milliseconds(20));
+  EXPECT_EQ(options.falcon.device.lost_after_misses, 7);
   EXPECT_EQ(options.space_mouse.choice.serial, "A1");
   EXPECT_EQ(options.space_mouse.choice.path, "/dev/hidraw3");
   EXPECT_EQ(options.space_mouse.travel_m, 0.1);
@@ -134,8 +138,23 @@ damping_N_s_per_m = 10.0
   EXPECT_EQ(options.hand.hand_damping_N_s_per_m, 10.0);
 }
 
-TEST(OpenHaptic, TheConfigurationInTheReadmeShowsTheDefaults) {
-  std::ifstream file(std::string(YOUBOT_SOURCE_DIR) + "/README.md");
+TEST(OpenHaptic, AFalconWhoseOneMissingReplyEndsTheForceIsRefused) {
+  const support::TemporaryDirectory folder;
+  try {
+    (void)read(folder, "[haptic]\n[haptic.falcon]\nreply_deadline_s = 0.02\n");
+    FAIL() << "it was taken";
+  } catch (const apps::ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find(":3: 'haptic.falcon.reply_deadline_s' is not below"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(read(folder, "[haptic]\nstale_after_s = 0.004\n").limits.stale_after,
+            std::chrono::milliseconds(4))
+      << "of another master";
+}
+
+TEST(OpenHaptic, TheConfigurationInTheDocumentShowsTheDefaults) {
+  std::ifstream file(std::string(YOUBOT_SOURCE_DIR) + "/drivers/haptic/README.md");
   const std::string readme{std::istreambuf_iterator<char>(file), {}};
   const std::size_t begin = readme.find("[haptic]\n", readme.find("```toml\n[haptic]"));
   ASSERT_NE(begin, std::string::npos);
@@ -157,6 +176,8 @@ TEST(OpenHaptic, TheConfigurationInTheReadmeShowsTheDefaults) {
   EXPECT_EQ(shown.force_dimension.device.watchdog, defaults.force_dimension.device.watchdog);
   EXPECT_EQ(shown.falcon.device.command_per_Nm, defaults.falcon.device.command_per_Nm);
   EXPECT_EQ(shown.falcon.device.p_FO_m, defaults.falcon.device.p_FO_m);
+  EXPECT_EQ(shown.falcon.device.reply_deadline, defaults.falcon.device.reply_deadline);
+  EXPECT_EQ(shown.falcon.device.lost_after_misses, defaults.falcon.device.lost_after_misses);
   EXPECT_EQ(shown.space_mouse.travel_m, defaults.space_mouse.travel_m);
   EXPECT_EQ(shown.space_mouse.turn_rad, defaults.space_mouse.turn_rad);
   EXPECT_EQ(shown.hand.device_mass_kg, defaults.hand.device_mass_kg);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <string>
 #include <vector>
 
 #include "tests/support/no_alloc_guard.h"
@@ -148,6 +149,60 @@ TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
   loop.order(orders);
   cycle(10);
   EXPECT_STREQ(told.progress.phase, "off") << "it does not begin again by itself";
+}
+
+/// Counts who touches it.
+class CountedMaster final : public hal::HapticDevice {
+ public:
+  const hal::HapticInfo& info() const noexcept override { return info_; }
+  void activate() override {}
+  bool deactivate() noexcept override { return true; }
+  hal::HapticStatus exchange(const hal::HapticCommand&, hal::HapticSample&) noexcept override {
+    ++exchanges;
+    return status;
+  }
+  std::string describe(const hal::HapticStatus&) const override { return {}; }
+  int exchanges = 0;
+  hal::HapticStatus status{.fault = hal::HapticFault::kUnplugged};
+
+ private:
+  hal::HapticInfo info_;
+};
+
+TEST_F(ServedLoopTest, WhatItTellsSaysWhichOrdersItFollows) {
+  CountedMaster master;
+  ServedLoop with_master{robot, &master, nullptr};
+  const auto step = [&] {
+    with_master.step(now += 1ms);
+    with_master.keep();
+    (void)with_master.take(told);
+  };
+  with_master.order({.serial = 1, .leave_master = true});
+  EXPECT_LT(told.heard, 1U);
+  step();
+  EXPECT_EQ(told.heard, 1U);
+  EXPECT_TRUE(told.master_left);
+  EXPECT_EQ(master.exchanges, 0);
+
+  // Opened and at once to be left again, as when what came after the opening failed: that it was left once
+  // is old news, and between the two orders it was not.
+  with_master.order({.serial = 2});
+  step();
+  with_master.order({.serial = 3, .leave_master = true});
+  (void)with_master.take(told);
+  EXPECT_LT(told.heard, 3U);
+  step();
+  EXPECT_EQ(told.heard, 3U);
+  EXPECT_TRUE(told.master_left);
+  EXPECT_EQ(master.exchanges, 1) << "of the second order";
+
+  // Likewise of a fault: opened anew, it is there again.
+  EXPECT_EQ(told.master.fault, hal::HapticFault::kUnplugged);
+  master.status = {};
+  with_master.order({.serial = 4});
+  step();
+  EXPECT_EQ(told.heard, 4U);
+  EXPECT_TRUE(told.master.ok());
 }
 
 TEST_F(ServedLoopTest, EndsOnlyAfterTheRunHasComeToRest) {

@@ -88,6 +88,7 @@ const std::vector<Key>& keys() {
       {"coupling.force_limit_N", {35}, [](C c) { return V{c.robot.spring.force_limit_N}; }},
       {"coupling.moment_limit_Nm", {5}, [](C c) { return V{c.robot.spring.moment_limit_Nm}; }},
       {"coupling.setpoint_distance_limit_m", {0.5}, [](C c) { return V{c.setpoint_distance_limit_m}; }},
+      {"coupling.setpoint_turn_limit_deg", {100}, [](C c) { return V{c.setpoint_turn_limit_rad}; }, kDegree},
 
       {"mapping.motion_scale", {2}, [](C c) { return V{c.mapping.motion_scale}; }},
       {"mapping.follow_rotation",
@@ -109,6 +110,7 @@ const std::vector<Key>& keys() {
       {"mapping.full_turn_deg", {40}, [](C c) { return V{c.mapping.full_turn_rad}; }, kDegree},
       {"mapping.rate_turn_deg_per_s", {20}, [](C c) { return V{c.mapping.rate_turn_rad_per_s}; }, kDegree},
       {"mapping.leash_m", {0.02}, [](C c) { return V{c.mapping.leash_m}; }},
+      {"mapping.turn_leash_deg", {8}, [](C c) { return V{c.mapping.turn_leash_rad}; }, kDegree},
       {"mapping.boundary_centre_m",
        {-0.05, 0.01, 0.02},
        [](C c) { return all(c.mapping.boundary.centre_H_m); }},
@@ -309,6 +311,17 @@ TEST_F(TeleopConfig, ASpaceMouseGoesFasterTheFurtherItIsPushed) {
                       "'teleoperation.mapping.rest_turn_deg'",
                       "lab.toml:3: 'teleoperation.mapping.full_deflection_m' is not more than "
                       "'teleoperation.mapping.rest_deflection_m'"}));
+}
+
+TEST_F(TeleopConfig, OneLostFrameIsNotToCountAsALoopThatDidNotRun) {
+  const auto with = [](const std::string& frame_timeout_s) {
+    return "[loop]\ncommand_timeout_s = 0.05\n[ethercat]\ntolerated_cycles = 1\nframe_timeout_s = " +
+           frame_timeout_s + "\n";
+  };
+  EXPECT_EQ(problems(with("0.0495")),
+            Problems{"lab.toml:5: 'ethercat.frame_timeout_s' and a period are more than "
+                     "'loop.command_timeout_s': one lost frame would stop the robot"});
+  EXPECT_EQ(problems(with("0.049")), Problems{}) << "more than a period is for slaves that have the time";
 }
 
 TEST_F(TeleopConfig, OnlyThatTableTeleoperates) {

@@ -60,14 +60,15 @@ inline Scene unfolded_scene() {
 
 class Rig {
  public:
-  explicit Rig(const TeleopCycle::Config& config = quick_config(), const Scene& scene = unfolded_scene())
+  explicit Rig(const TeleopCycle::Config& config = quick_config(), const Scene& scene = unfolded_scene(),
+               const hal::HapticLimits& limits = {})
       : plant(scene.robot, scene.environment),
         hand(scene.hand),
         robot(plant, clock, kPeriod, joints()),
         master(
             std::make_unique<hal::LoopbackHapticLink>(
                 hand, kPeriod, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
-            clock),
+            clock, limits),
         cycle(config, robot, master) {
     robot.activate();
     master.activate();

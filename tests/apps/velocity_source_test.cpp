@@ -81,6 +81,18 @@ TEST_F(VelocitySourceTest, AheadIsWhereTheBaseLooks) {
   EXPECT_NEAR(base.yaw_rad, turned.yaw_rad, 1e-9);
 }
 
+TEST_F(VelocitySourceTest, GoesOnOverAPauseAsTheBaseDoes) {
+  source.begin(0ns);
+  source.tell({0.3, 0, 0});
+  drive(3);
+  const double before_m = base.x_m;
+  base.x_m += 0.3 * 0.081;  // of which nothing was read
+  now += 80ms;
+  const Motion motion = drive(0.001);
+  EXPECT_NEAR(motion.reference.X_WB.x_m - before_m, 0.3 * 0.081, 1e-9);
+  EXPECT_NEAR(motion.reference.twist_W.x(), 0.3, 1e-9);
+}
+
 TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
   source.begin(0ns);
   source.tell({0.5, 0, 0.8});

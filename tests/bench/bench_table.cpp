@@ -9,6 +9,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/common/build_info.h"
@@ -71,6 +72,10 @@ int main(int argc, char** argv) {
   if (argc != 2) {
     std::fputs("usage: bench_table FILE, to which the benchmarks added their figures\n", stderr);
     return 2;
+  }
+  if (std::string_view(argv[1]) == "--help") {
+    std::puts("usage: bench_table FILE\nmakes one table of the figures that the benchmarks added to FILE");
+    return 0;
   }
   std::ifstream file(argv[1]);
   std::vector<Row> rows = read_rows(file);

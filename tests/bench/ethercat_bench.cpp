@@ -86,11 +86,17 @@ void print(std::vector<Row>& rows, bool real_time) {
                 microseconds(row.cpu) / row.cycles,
                 static_cast<double>(row.replies) * 1000.0 / static_cast<double>(row.cycles), row.incomplete,
                 row.cycles);
-    bench::add_figure("EtherCAT cycle, " + std::to_string(kSlaves) + " slaves: " + row.name,
-                      bench::quantiles_text(row.round_trips),
+    const std::string bus = std::to_string(kSlaves) + " slaves: " + row.name;
+    bench::add_figure("EtherCAT cycle, " + bus,
+                      bench::quantiles_text(row.round_trips) + "; " +
+                          bench::number_text(microseconds(row.cpu) / row.cycles) + " µs of processor time",
                       "ethercat_bench, " + std::to_string(row.cycles - row.incomplete) + " of " +
                           std::to_string(row.cycles) + " cycles at 1 kHz, veth to youbot-sim, " +
                           scheduling(real_time));
+    bench::add_figure("EtherCAT bring-up to OP, " + bus,
+                      bench::number_text(milliseconds(row.bring_ups[row.bring_ups.size() / 2])) + " ms, " +
+                          std::to_string(row.bring_up_frames) + " frames",
+                      "ethercat_bench, median of " + std::to_string(row.bring_ups.size()));
   }
 }
 

@@ -129,6 +129,29 @@ TEST(HandPresence, TellsTheForceOfTheHand) {
   EXPECT_LT(presence.hand_force_N().norm(), 0.02);
 }
 
+TEST(HandPresence, WhatAGripTakesUpInAGapInTimeIsNoForceOfTheHand) {
+  for (const bool bridged : {true, false}) {
+    sim::Hand hand({.device_mass_kg = 0.3});
+    HandPresence presence(kConfig);
+    const Vector3d force_N(2, 0, 0);
+    for (int n = 0; n < 500; ++n) step(presence, hand, force_N);
+    const Vector3d before_N = presence.hand_force_N();
+    ASSERT_NEAR(before_N.x(), -2, 0.1);
+    hand.move_to({0.05, 0, 0}, 100ms);
+    hand.advance(force_N, 60ms);
+    const Vector3d v_m_per_s = hand.v_HD_H_m_per_s();
+    ASSERT_GT(v_m_per_s.x(), 0.1);
+    if (bridged) presence.bridge(v_m_per_s);
+    presence.step(v_m_per_s, force_N, kNothingWithheld_N);
+    const double changed_N = (presence.hand_force_N() - before_N).norm();
+    if (bridged) {
+      EXPECT_LT(changed_N, 0.1);
+    } else {
+      EXPECT_GT(changed_N, 1.0) << "else there is nothing to bridge";
+    }
+  }
+}
+
 TEST(HandPresence, AHandThatIsNotThereIsNotFoundAgain) {
   sim::Hand hand({});
   hand.let_go();

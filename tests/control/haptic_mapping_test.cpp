@@ -55,9 +55,7 @@ Quaterniond about(const Vector3d& axis, double angle_rad) {
 const TipPose kStart{.p_WT_m = {0.35, 0, 0.35}, .q_WT = about({0, 1, 0}, 2.1)};
 
 /// As if the tip were always where it should be.
-const TipPose& step(HapticMapping& mapping, const Grip& grip) {
-  return mapping.step(grip, mapping.target().p_WT_m);
-}
+const TipPose& step(HapticMapping& mapping, const Grip& grip) { return mapping.step(grip, mapping.target()); }
 
 TEST(HapticMapping, TheTipGoesWhereTheOperatorsHandGoesAsHeSeesIt) {
   HapticMapping mapping(config_with(0.1));
@@ -299,13 +297,13 @@ TEST(HapticMapping, UnderRateControlTheTargetWaitsForATipThatIsALeashBehind) {
   HapticMapping mapping(config_with(0.1));
   mapping.index(at(Vector3d::Zero()), kStart);
   const Grip down = at({0, 0, -0.07});
-  for (int n = 0; n < 5000; ++n) mapping.step(down, kStart.p_WT_m);
+  for (int n = 0; n < 5000; ++n) mapping.step(down, kStart);
   const double ahead_m = (mapping.target().p_WT_m - kStart.p_WT_m).norm();
   EXPECT_GT(ahead_m, 0.05);
   EXPECT_LE(ahead_m, 0.05 + 0.1 * kPeriod_s + 1e-12);
 
   const Vector3d waiting_m = mapping.target().p_WT_m;
-  mapping.step(down, waiting_m + Vector3d(0, 0, 0.02));
+  mapping.step(down, {waiting_m + Vector3d(0, 0, 0.02), kStart.q_WT});
   EXPECT_NEAR(waiting_m.z() - mapping.target().p_WT_m.z(), 0.1 * kPeriod_s, 1e-12) << "the tip has caught up";
 }
 
@@ -313,7 +311,7 @@ TEST(HapticMapping, BackToATipThatIsFarBehindTheTargetGoesAtOnce) {
   HapticMapping mapping(config_with(0.1));
   mapping.index(at(Vector3d::Zero()), kStart);
   const Vector3d before_m = mapping.target().p_WT_m;
-  mapping.step(at({0, 0, -0.07}), before_m - Vector3d(0, 0, 0.2));
+  mapping.step(at({0, 0, -0.07}), {before_m - Vector3d(0, 0, 0.2), kStart.q_WT});
   EXPECT_NEAR(before_m.z() - mapping.target().p_WT_m.z(), 0.1 * kPeriod_s, 1e-12);
 }
 
@@ -321,7 +319,7 @@ TEST(HapticMapping, ATipThatIsHeldUpOneWayDoesNotHoldUpTheOthers) {
   HapticMapping mapping(config_with(0.1));
   mapping.index(at(Vector3d::Zero()), kStart);
   const Vector3d tip_m = kStart.p_WT_m - Vector3d(0.2, 0, 0);
-  mapping.step(at({0, 0, -0.07}), tip_m);
+  mapping.step(at({0, 0, -0.07}), {tip_m, kStart.q_WT});
   EXPECT_NEAR(kStart.p_WT_m.z() - mapping.target().p_WT_m.z(), 0.1 * kPeriod_s, 1e-12);
 }
 
@@ -330,9 +328,10 @@ TEST(HapticMapping, NothingMovesByRateControlThatMayNotDrive) {
     HapticMapping mapping(config);
     mapping.index(at(Vector3d::Zero()), kStart);
     const Grip outside{.p_HD_m = {0, 0, -0.08}, .q_HD = about({1, 0, 0}, 0.6)};
-    for (int n = 0; n < 100; ++n) mapping.step(outside, kStart.p_WT_m, /*may_drive=*/false);
+    mapping.step(at(Vector3d::Zero()), kStart, /*may_drive=*/false);
+    for (int n = 0; n < 100; ++n) mapping.step(outside, kStart, /*may_drive=*/false);
     EXPECT_EQ(mapping.target().p_WT_m, kStart.p_WT_m);
-    mapping.step(outside, kStart.p_WT_m);
+    mapping.step(outside, kStart);
     EXPECT_LT(mapping.target().p_WT_m.z(), kStart.p_WT_m.z()) << "and then it may";
   }
 }
@@ -342,6 +341,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesTheTargetByItsDeflection) {
        {std::pair{0.004, 0.0}, std::pair{0.0275, 0.5}, std::pair{0.05, 1.0}, std::pair{0.2, 1.0}}) {
     HapticMapping mapping(rate_only());
     mapping.index(at({0.3, 0, 0}), kStart);
+    step(mapping, at(Vector3d::Zero()));
     for (int n = 0; n < 1000; ++n) step(mapping, at(deflection_m * Vector3d(-0.6, 0.8, 0)));
     EXPECT_LT((mapping.target().p_WT_m - kStart.p_WT_m - 0.1 * pace * Vector3d(0.6, -0.8, 0)).norm(), 1e-9)
         << deflection_m;
@@ -356,12 +356,61 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsTurnsTheTargetByItsTurn) {
     for (const Vector3d& axis_H : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, -1)}) {
       HapticMapping mapping(rate_only());
       mapping.index(at(Vector3d::Zero()), kStart);
+      step(mapping, at(Vector3d::Zero()));
       for (int n = 0; n < 1000; ++n) step(mapping, turned(about(axis_H, turn_rad)));
       const Vector3d axis_W(-axis_H.x(), -axis_H.y(), axis_H.z());
       EXPECT_LT(mapping.target().q_WT.angularDistance(about(axis_W, 0.2 * pace) * kStart.q_WT), 1e-7)
           << turn_rad;
       EXPECT_EQ(mapping.target().p_WT_m, kStart.p_WT_m);
     }
+}
+
+TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesNothingBeforeItWasAtRest) {
+  const Grip pushed{.p_HD_m = {-0.05, 0, 0}}, twisted{.q_HD = about({0, 0, 1}, 0.5)};
+  for (const Grip& held : {pushed, twisted}) {
+    HapticMapping mapping(rate_only());
+    mapping.index(held, kStart);
+    for (int n = 0; n < 1000; ++n) step(mapping, held);
+    EXPECT_EQ(mapping.target().p_WT_m, kStart.p_WT_m);
+    EXPECT_EQ(mapping.target().q_WT.coeffs(), kStart.q_WT.coeffs());
+    EXPECT_EQ(mapping.mode(), HapticMapping::Mode::kPosition);
+    step(mapping, at({0.004, 0, 0}));  // at rest, as far as it can be told
+    for (int n = 0; n < 1000; ++n) step(mapping, held);
+    const bool moved = (mapping.target().p_WT_m - kStart.p_WT_m).norm() > 0.09 ||
+                       mapping.target().q_WT.angularDistance(kStart.q_WT) > 0.19;
+    EXPECT_TRUE(moved) << "and then it does";
+    mapping.index(held, mapping.target());
+    const TipPose there = mapping.target();
+    for (int n = 0; n < 10; ++n) step(mapping, held);
+    EXPECT_EQ(mapping.target().p_WT_m, there.p_WT_m) << "each index begins anew";
+    EXPECT_EQ(mapping.target().q_WT.coeffs(), there.q_WT.coeffs());
+  }
+}
+
+TEST(HapticMapping, TheTurningTargetWaitsForATipThatIsALeashBehind) {
+  HapticMapping::Config config = rate_only();
+  config.turn_leash_rad = 0.15;
+  HapticMapping mapping(config);
+  mapping.index(at(Vector3d::Zero()), kStart);
+  mapping.step(at(Vector3d::Zero()), kStart);
+  const Grip left = turned(about({0, 0, 1}, 0.5)), right = turned(about({0, 0, 1}, -0.5));
+  const double step_rad = 0.2 * kPeriod_s;
+  // More than half a turn, would it go on.
+  for (int n = 0; n < 20000; ++n) mapping.step(left, kStart);
+  const double ahead_rad = mapping.target().q_WT.angularDistance(kStart.q_WT);
+  EXPECT_GT(ahead_rad, 0.15 - 1e-6);
+  EXPECT_LE(ahead_rad, 0.15 + step_rad + 1e-6);
+
+  const Quaterniond waiting = mapping.target().q_WT;
+  mapping.step(left, {kStart.p_WT_m, about({0, 0, 1}, 0.05) * kStart.q_WT});
+  EXPECT_NEAR(mapping.target().q_WT.angularDistance(waiting), step_rad, 1e-6) << "the tip has caught up";
+  mapping.step(turned(about({1, 0, 0}, 0.5)), kStart);
+  EXPECT_GT(mapping.target().q_WT.angularDistance(waiting), 1.2 * step_rad)
+      << "held up one way, not the others";
+  const double furthest_rad = mapping.target().q_WT.angularDistance(kStart.q_WT);
+  for (int n = 0; n < 100; ++n) mapping.step(right, kStart);
+  EXPECT_LT(mapping.target().q_WT.angularDistance(kStart.q_WT), furthest_rad - 50 * step_rad)
+      << "back it goes at once";
 }
 
 TEST(HapticMapping, RefusesWhatIsOutOfRangeByName) {
@@ -380,12 +429,15 @@ TEST(HapticMapping, RefusesWhatIsOutOfRangeByName) {
          {std::pair{"period_s", &Config::period_s}, std::pair{"motion_scale", &Config::motion_scale},
           std::pair{"rate_speed_m_per_s", &Config::rate_speed_m_per_s},
           std::pair{"rate_turn_rad_per_s", &Config::rate_turn_rad_per_s},
-          std::pair{"leash_m", &Config::leash_m}}) {
+          std::pair{"leash_m", &Config::leash_m}, std::pair{"turn_leash_rad", &Config::turn_leash_rad}}) {
       Config config;
       config.*member = bad;
       EXPECT_NE(refusal(config).find(name), std::string::npos) << refusal(config);
     }
   Config config;
+  config.turn_leash_rad = kPi;
+  EXPECT_NE(refusal(config).find("turn_leash_rad"), std::string::npos);
+  config = {};
   config.boundary.half_axes_m.y() = 0;
   EXPECT_NE(refusal(config).find("half axis"), std::string::npos);
   config = {};

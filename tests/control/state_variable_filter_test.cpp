@@ -170,6 +170,53 @@ TEST(StateVariableFilter, ResetForgetsTheMotion) {
   EXPECT_NEAR(output.velocity, 0.0, 1e-9);
 }
 
+TEST(StateVariableFilter, AlongAStraightInputABridgedGapIsAsIfEachSampleHadCome) {
+  for (const Config& config :
+       {Config{}, Config{125, 1.0, 1e-3}, Config{1000, 10, 1e-3}, Config{40, 0.5, 1e-2}})
+    for (const int periods : {2, 5, 50, 95}) {
+      SCOPED_TRACE(testing::Message()
+                   << config.cutoff_rad_per_s << ", " << config.damping << ", " << periods);
+      StateVariableFilter whole(config), gapped(config);
+      const auto input = [&](int k) { return 2.0 - 3.0 * config.period_s * k; };
+      // The gap begins in the middle of the transient: what is off the ramp is to decay in it, too.
+      for (StateVariableFilter* filter : {&whole, &gapped}) {
+        filter->reset(1.9);
+        for (int k = 0; k <= 4; ++k) filter->step(input(k));
+      }
+      Output expected;
+      for (int k = 5; k <= 4 + periods; ++k) expected = whole.step(input(k));
+      gapped.bridge(input(4 + periods), periods * config.period_s);
+      const Output output = gapped.step(input(4 + periods));
+      EXPECT_NEAR(output.position, expected.position, 1e-9);
+      EXPECT_NEAR(output.velocity, expected.velocity, 1e-7);
+      EXPECT_NEAR(gapped.step(input(5 + periods)).velocity, whole.step(input(5 + periods)).velocity, 1e-7);
+    }
+}
+
+TEST(StateVariableFilter, AGapHoweverLongShowsNoMoreThanItsMeanSpeed) {
+  for (const double zeta : {0.1, 0.9, 1.0, 10.0})
+    for (const double gap_s : {0.02, 0.1, 10.0, 1e6}) {
+      const Config config{125, zeta, 1e-3};
+      StateVariableFilter filter(config);
+      filter.reset(0);
+      filter.bridge(gap_s * 2.0, gap_s);
+      const double velocity = filter.step(gap_s * 2.0).velocity;
+      EXPECT_TRUE(std::isfinite(velocity)) << zeta << ", " << gap_s;
+      if (zeta >= 1) {
+        EXPECT_LE(velocity, 2.0 + 1e-6) << zeta << ", " << gap_s;
+      }
+      if (gap_s >= 10) {
+        EXPECT_NEAR(velocity, 2.0, 1e-6) << zeta << ", " << gap_s;
+      }
+    }
+}
+
+TEST(StateVariableFilter, NothingIsBridgedBeforeTheFirstSample) {
+  StateVariableFilter filter{Config{}};
+  filter.bridge(5.0, 0.05);
+  EXPECT_EQ(filter.step(7.0).velocity, 0.0);
+}
+
 TEST(StateVariableFilter, IsLinear) {
   const Config config;
   StateVariableFilter a(config), b(config), sum(config);

@@ -280,6 +280,23 @@ TEST(WholeBodyController, PushesAJointOffItsEndStop) {
   EXPECT_LT(output.arm_torque_Nm[3], model.gravity_Nm()[kBaseAxes + 3] - 0.5);
 }
 
+TEST(WholeBodyController, WhatIsSummedUpDrivesNoJointTowardsItsStopEither) {
+  ArmVector at_stop_rad = kBent;
+  at_stop_rad[3] = RobotModel().ranges()[3].upper_rad - 0.03;  // a fifth of the margin is left
+  for (const double direction : {1.0, -1.0}) {
+    Robot robot(bare(), at_stop_rad);
+    ArmVector posture_rad = at_stop_rad;
+    posture_rad[3] += 0.1 * direction;
+    robot.controller.set_posture(posture_rad);
+    const auto torque_Nm = [&](bool summing) {
+      return robot.controller.settle(robot.here(), kStiff, summing).arm_torque_Nm[3];
+    };
+    const double before_Nm = torque_Nm(false);
+    for (int n = 0; n < 2000; ++n) torque_Nm(true);
+    EXPECT_NEAR(torque_Nm(false) - before_Nm, direction > 0 ? 0.2 : -1.0, 1e-6) << "of 1 N·m";
+  }
+}
+
 TEST(WholeBodyController, RefusesWhatIsOutOfRangeByName) {
   const auto refusal = [](const WholeBodyController::Config& config) -> std::string {
     try {

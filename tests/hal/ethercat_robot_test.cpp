@@ -604,6 +604,62 @@ TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
   EXPECT_EQ(rig.emulation.slave(2).state(), drivers::ethercat::AlState::kSafeOp);
 }
 
+/// To a simulation that can go away, and nothing comes back.
+class Forsaken final : public drivers::ethercat::Link {
+ public:
+  struct State {
+    bool gone = false;
+    int sent_since = 0;
+  };
+  Forsaken(std::unique_ptr<drivers::ethercat::Link> link, State& state)
+      : link_(std::move(link)), state_(state) {}
+  bool send(std::span<const std::uint8_t> frame) noexcept override {
+    if (!state_.gone) return link_->send(frame);
+    ++state_.sent_since;
+    return true;
+  }
+  std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override {
+    return state_.gone ? 0 : link_->receive(buffer, timeout);
+  }
+  int last_error() const noexcept override { return link_->last_error(); }
+  const std::string& name() const noexcept override { return link_->name(); }
+
+ private:
+  std::unique_ptr<drivers::ethercat::Link> link_;
+  State& state_;
+};
+
+TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
+  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  bus.lock_step = true;
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
+  Forsaken::State simulation;
+  rig.robot = make_ethercat_robot(
+      [&]() -> std::unique_ptr<drivers::ethercat::Link> {
+        return std::make_unique<Forsaken>(
+            std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), simulation);
+      },
+      {.kind = EthercatOptions::Kind::kBase, .lock_step = true}, rig.clock, 1ms);
+  rig.robot->activate();
+  rig.enable();
+  simulation.gone = true;
+  EXPECT_EQ(rig.step().fault, Fault::kFrameLost) << "nothing is bridged";
+  EXPECT_FALSE(rig.sample.enabled);
+  rig.command.enable = false;
+  rig.run(50ms);
+  EXPECT_EQ(rig.status.fault, Fault::kFrameLost);
+  const std::vector<std::string> report = rig.robot->report();
+  EXPECT_TRUE(std::ranges::any_of(report, [](const std::string& line) {
+    return line.find("simulation in lock-step does not answer any more") != std::string::npos;
+  }));
+  rig.robot->deactivate();
+  EXPECT_EQ(simulation.sent_since, 1) << "each frame would be waited for";
+  simulation.gone = false;
+  rig.robot->activate();
+  rig.enable();
+  EXPECT_TRUE(rig.status.ok());
+}
+
 TEST(EthercatRobot, InLockStepNoOtherPeriodWillDo) {
   const VirtualClock clock;
   EXPECT_THROW((void)make_ethercat_robot("eth0", {}, clock, 2ms), std::invalid_argument);

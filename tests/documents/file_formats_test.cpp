@@ -1,0 +1,114 @@
+// apps/FILE_FORMATS.md: its examples are read by the programs, and what it lists is all there is.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "apps/common/drive_model_file.h"
+#include "apps/common/recording_reader.h"
+#include "apps/common/scene_config.h"
+#include "apps/youbot_gap/gap_json.h"
+#include "apps/youbot_sim/fault_file.h"
+#include "apps/youbotd/base_recording.h"
+#include "apps/youbotd/cycle_record.h"
+#include "control/teleoperation.h"
+#include "sim/effects/any_effect.h"
+#include "tests/documents/commands.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+const fs::path kDocument = fs::path(YOUBOT_SOURCE_DIR) / "apps/FILE_FORMATS.md";
+
+std::string document() {
+  std::ifstream file(kDocument);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+bool says(const std::string& text, const std::string& part) { return text.find(part) != text.npos; }
+
+/// The row of a table that begins with `name`, empty without one.
+std::string row_of(const std::string& text, const std::string& name) {
+  const std::size_t begin = text.find("\n| `" + name + "`");
+  return begin == text.npos ? "" : text.substr(begin + 1, text.find('\n', begin + 1) - begin - 1);
+}
+
+class FileFormats : public testing::Test {
+ protected:
+  /// The example that holds this line, as a file.
+  fs::path example(const std::string& line) {
+    for (const documents::Block& block : documents::fenced_blocks(kDocument)) {
+      if (std::ranges::count(block.lines, line) == 0) continue;
+      std::string text;
+      for (const std::string& each : block.lines) text += each + "\n";
+      return directory_.write("example", text);
+    }
+    ADD_FAILURE() << "no example with " << line;
+    return directory_ / "none";
+  }
+
+ private:
+  support::TemporaryDirectory directory_;
+};
+
+TEST_F(FileFormats, TheExampleOfARecordingIsOne) {
+  const apps::ReadRecording read = apps::read_recording(example("# youbot recording v1"));
+  EXPECT_EQ(read.recording.rig, "wheel-1");
+  EXPECT_EQ(read.recording.rows(), 1U);
+  EXPECT_TRUE(read.warnings.empty()) << read.warnings[0];
+}
+
+TEST_F(FileFormats, TheExampleOfADriveModelIsOne) {
+  const sim::effects::DriveModel model = apps::read_drive_model(example("format = \"youbot-drive-model/1\""));
+  EXPECT_EQ(model.name, "wheel-1");
+  EXPECT_EQ(model.effects.size(), 2U);
+}
+
+TEST_F(FileFormats, TheExampleOfASceneIsOne) {
+  EXPECT_EQ(apps::load_scene(example("[[scene.wall]]")).walls.size(), 1U);
+}
+
+TEST_F(FileFormats, TheExampleOfAFaultScriptIsOne) {
+  EXPECT_EQ(youbot_sim::load_faults(example("[[fault]]")).size(), 1U);
+}
+
+TEST_F(FileFormats, EveryEffectIsThereWithItsParameters) {
+  const std::string text = document();
+  for (const sim::effects::EffectDescription& effect : sim::effects::effect_descriptions()) {
+    const std::string row = row_of(text, std::string(effect.name));
+    EXPECT_FALSE(row.empty()) << effect.name;
+    for (const auto& parameter : effect.parameters)
+      EXPECT_TRUE(says(row, "`" + std::string(parameter.name) + "`")) << effect.name << " " << parameter.name;
+    EXPECT_EQ(static_cast<std::size_t>(std::ranges::count(row, '`')), 2 + 2 * effect.parameters.size())
+        << row;
+  }
+}
+
+TEST_F(FileFormats, EveryKeyOfGapJsonIsThere) {
+  const std::string text = document();
+  const nlohmann::json json = nlohmann::json::parse(youbot_gap::gap_json({}));
+  EXPECT_GT(json.size(), 10U);
+  for (const auto& [key, value] : json.items())
+    EXPECT_TRUE(says(text, "`" + key + "`") || says(text, "\"" + key + "\"")) << key;
+}
+
+TEST_F(FileFormats, ThePhasesHaveTheirNumbers) {
+  std::string text = document();
+  std::ranges::replace(text, '\n', ' ');
+  std::string base;
+  for (int i = 0; i <= static_cast<int>(youbotd::Phase::kOff); ++i)
+    base += (i == 0 ? "" : ", ") + std::to_string(i) + " " + youbotd::name(static_cast<youbotd::Phase>(i));
+  EXPECT_TRUE(says(text, base)) << base;
+  std::string teleoperation;
+  for (int i = 0; i <= static_cast<int>(control::TeleopPhase::kFaulted); ++i)
+    teleoperation +=
+        (i == 0 ? "" : ", ") + std::to_string(i) + " " + control::name(static_cast<control::TeleopPhase>(i));
+  EXPECT_TRUE(says(text, teleoperation)) << teleoperation;
+}
+
+}  // namespace
