@@ -49,13 +49,13 @@ void print_slaves(const ethercat::OpBus& bus) {
 
 }  // namespace
 
-bool print_diagnosis(ethercat::Link& link, const DiagnoseOptions& options, const std::atomic<bool>& stop) {
+bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOptions& options,
+                     const std::atomic<bool>& stop) {
   ethercat::PcapRing capture({.interface = link.name(), .frames = kCapturedFrames});
   ethercat::PreOpBus setup(link, &capture, {});
   setup.enter_pre_op();
   ethercat::OpBus bus = std::move(setup).start();
 
-  hal::SteadyClock clock;
   drivers::LatencyHistogram wake_up;
   std::uint64_t short_counters = 0;
   const nanoseconds begin = clock.now();

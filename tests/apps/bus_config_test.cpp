@@ -53,14 +53,14 @@ TEST_F(BusConfig, ABenchRigIsWhatItsTableSays) {
 
 TEST_F(BusConfig, WhatNoModuleCanBeIsRefusedWithItsLine) {
   EXPECT_EQ(problems("[can]\njoint = \"elbow\"\nmodule_id = 2048\nreply_id = 1\nrequests_per_cycle = 6\n"
-                     "bitrate_bit_per_s = 2000000\n"),
+                     "bitrate_bit_per_s = 2000000\nmodul_id = 2\n"),
             (std::vector<std::string>{
                 "lab.toml:2: 'can.joint' = 'elbow' is none of wheel-1 to wheel-4 and arm-1 to arm-5",
                 "lab.toml:3: 'can.module_id' is 2048, allowed is 1 to 2047",
                 "lab.toml:4: 'can.reply_id' is 'can.module_id', too: requests and replies need one each",
                 "lab.toml:5: 'can.requests_per_cycle' is 6, allowed is 1 to 5",
                 "lab.toml:6: 'can.bitrate_bit_per_s' is 2000000, allowed is 0 to 1000000",
-                "lab.toml:7: unknown key 'can.bitrate'"}));
+                "lab.toml:7: unknown key 'can.modul_id': did you mean 'module_id'?"}));
 }
 
 TEST_F(BusConfig, ABridgeLongerThanTheDrivesWatchdogSaysHowLongItIs) {
