@@ -39,13 +39,15 @@ ProgressLine::ProgressLine(std::string name, bool quiet)
 
 std::string ProgressLine::text(Clock::time_point now) const {
   std::string text = name_ + ": ";
-  if (terminal_) {
+  const bool known = !std::isnan(done_);
+  if (terminal_ && known) {
     const auto filled = static_cast<std::size_t>(done_ * kBarWidth);
     text += "[" + std::string(filled, '#') + std::string(kBarWidth - filled, '.') + "] ";
   }
-  text += std::to_string(std::lround(std::floor(100 * done_))) + " %";
+  std::string parts = known ? std::to_string(std::lround(std::floor(100 * done_))) + " %" : "";
   for (const std::string* part : {&stage_, &detail_})
-    if (!part->empty()) text += ", " + *part;
+    if (!part->empty()) parts += (parts.empty() ? "" : ", ") + *part;
+  text += parts;
   const double passed_s = std::chrono::duration<double>(now - begin_).count();
   if (done_ > 0) text += ", " + duration_text(passed_s * (1 - done_) / done_) + " left";
   return text;
@@ -56,7 +58,7 @@ void ProgressLine::show(std::string_view stage, double done, std::string_view de
   const Clock::time_point now = Clock::now();
   stage_ = stage;
   detail_ = detail;
-  done_ = done > 0 ? std::min(done, 1.0) : 0.0;
+  done_ = std::isnan(done) ? done : std::clamp(done, 0.0, 1.0);
 
   const bool new_stage = stage_ != told_stage_;
   const Clock::duration wait = terminal_   ? Clock::duration(kBarInterval)

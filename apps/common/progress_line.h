@@ -17,7 +17,8 @@ class ProgressLine {
   /// Clears away a bar that was not finished: what comes next begins on a line of its own.
   ~ProgressLine();
 
-  /// As often as one likes. `done`: share of the whole, 0 to 1. `detail` stands behind it.
+  /// As often as one likes. `done`: share of the whole, 0 to 1, NaN when nobody knows. `detail` stands behind
+  /// it.
   void show(std::string_view stage, double done, std::string_view detail = {});
   /// Leaves the last state standing on a line of its own.
   void finish();

@@ -173,7 +173,11 @@ int run(Arguments arguments) {
                  config.teleoperated ? " by hand on " + config.haptic.name : "",
                  1 / std::chrono::duration<double>(config.cycle.period).count(),
                  arguments.session.virtual_time ? ", virtual time" : "; Ctrl-C stops");
+  arguments.session.show_progress = !arguments.quiet && !arguments.session.virtual_time;
   if (!arguments.control_socket.empty()) return serve(arguments);
+  if (!config.teleoperated && config.path.displacements_B.empty())
+    spdlog::warn("{}: no [[path.leg]], so the base stays where it is",
+                 arguments.session.config_file.string());
   if (config.teleoperated) return run_teleoperation(arguments, config);
   return arguments.demo ? run_demo(arguments, config) : run_once(arguments, config);
 }

@@ -35,11 +35,14 @@ class PathSource final : public MotionSource {
 
   explicit PathSource(const control::BasePath::Plan& plan) : path_(plan) {}
 
+  std::chrono::duration<double> duration() const noexcept {
+    return std::chrono::duration<double>(path_.duration_s()) + kRestAtGoal;
+  }
+
   void begin(std::chrono::nanoseconds now) noexcept override { begin_ = now; }
   Motion read(std::chrono::nanoseconds now, const control::PlanarPose& /*X_WB*/) noexcept override {
     const std::chrono::duration<double> elapsed = now - begin_;
-    const std::chrono::duration<double> end = std::chrono::duration<double>(path_.duration_s()) + kRestAtGoal;
-    return {now, path_.at(elapsed.count()), elapsed >= end};
+    return {now, path_.at(elapsed.count()), elapsed >= duration()};
   }
 
  private:

@@ -65,6 +65,7 @@ struct RunOptions {
   std::optional<std::filesystem::path> record_directory{};
   std::string experiment = "path";  ///< as the recordings of a base call it
   bool virtual_time = false;        ///< the recording may make the cycle wait
+  bool show_progress = false;       ///< on standard error, while it lasts
 };
 
 }  // namespace youbotd

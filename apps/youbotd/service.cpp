@@ -307,6 +307,7 @@ void Service::open_master_again() {
   if (told_.master.fault != hal::HapticFault::kUnplugged &&
       told_.master.fault != hal::HapticFault::kDeviceFault)
     return;
+  const auto begin = steady_clock::now();
   orders_.leave_master = true;
   give_orders_and_hear();
   if (!told_.master_left) throw Refusal("the loop has not left the master");
@@ -322,6 +323,9 @@ void Service::open_master_again() {
   }
   opening.get();  // or throws, and it stays left
   orders_.leave_master = false;
+  give_orders_and_hear();  // by a loop that did not end meanwhile
+  if (steady_clock::now() - begin > apps::kCommanderPatience)
+    throw Refusal(master_.device->info().name + " took long to be opened, and is ready now: enable again");
 }
 
 RunOptions Service::next_run() const {
@@ -394,12 +398,18 @@ void Service::set_velocity(std::istringstream& words) {
 
 json Service::status() const {
   const Progress& now = told_.progress;
-  json status{
-      {"format", "youbotd-status/1"}, {"version", apps::build_version()},
-      {"robot", config_.robot.name},  {"mode", mode_},
-      {"enabled", run_ != nullptr},   {"phase", run_ ? now.phase : fault_.empty() ? "off" : "faulted"},
-      {"cycles", told_.cycles},       {"real_time", not_real_time_.empty()},
-      {"settings", settings_}};
+  json status{{"format", "youbotd-status/1"},
+              {"version", apps::build_version()},
+              {"robot", config_.robot.name},
+              {"mode", mode_},
+              {"run", orders_.number},
+              {"enabled", run_ != nullptr},
+              {"phase", run_             ? now.phase
+                        : fault_.empty() ? "off"
+                                         : "faulted"},
+              {"cycles", told_.cycles},
+              {"real_time", not_real_time_.empty()},
+              {"settings", settings_}};
   status["commander"] = commander_ ? json(commander_->name) : json(nullptr);
   status["fault"] = fault_;
   status["fault_report"] = fault_report_.string();

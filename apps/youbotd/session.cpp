@@ -1,10 +1,12 @@
 #include "apps/youbotd/session.h"
 
 #include <memory>
+#include <utility>
 
 #include "apps/common/open_robot.h"
 #include "apps/common/robot_session.h"
 #include "apps/youbotd/motion_source.h"
+#include "apps/youbotd/run_progress.h"
 
 namespace youbotd {
 
@@ -14,10 +16,13 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
 
   const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
   const apps::OpenedRobot opened = apps::open_robot(config.robot, *clock, config.cycle.period);
-  BaseRun run(config, options, *opened.robot, std::make_unique<PathSource>(config.path), opened.truth,
-              options.after_cycle);
+  auto path = std::make_unique<PathSource>(config.path);
+  const auto whole =
+      options.duration.value_or(std::chrono::duration_cast<std::chrono::nanoseconds>(path->duration()));
+  BaseRun run(config, options, *opened.robot, std::move(path), opened.truth, options.after_cycle);
   Summary& summary = run.summary();
   {
+    RunProgress progress(options.show_progress, whole);
     const apps::RobotActivation activation(*opened.robot);
     apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time)
@@ -29,7 +34,11 @@ Summary run_session(const Config& config, const SessionOptions& options, const s
           summary.cut_short = summary.cut_short || over || stop.load(std::memory_order_relaxed);
           return summary.cut_short;
         },
-        [&](const CycleTimes& /*times*/) { run.keep(); }, summary.loop);
+        [&](const CycleTimes& /*times*/) {
+          run.keep();
+          progress.publish(run.progress());
+        },
+        summary.loop);
     summary.robot_report = opened.robot->report();
   }
   for (std::string& still_moving : opened.robot->report())

@@ -5,6 +5,7 @@
 
 #include "apps/common/open_robot.h"
 #include "apps/common/robot_session.h"
+#include "apps/youbotd/run_progress.h"
 
 namespace youbotd {
 namespace {
@@ -45,6 +46,7 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
     run.emplace(config, options, *robot.robot, *master.device, robot.manipulator.get(), options.after_cycle);
     TeleopSummary& summary = run->summary();
     const apps::RobotActivation robot_activation(*robot.robot);
+    RunProgress progress(options.show_progress, options.duration);
     apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time)
       summary.not_real_time = apps::enter_real_time(real_time, config.real_time, options.allow_non_real_time);
@@ -63,7 +65,11 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
           summary.cut_short = summary.cut_short || (!done && (over || stop.load(std::memory_order_relaxed)));
           return done || summary.cut_short;
         },
-        [&](const CycleTimes& /*times*/) { run->keep(); }, summary.loop);
+        [&](const CycleTimes& /*times*/) {
+          run->keep();
+          progress.publish(run->progress());
+        },
+        summary.loop);
     summary.robot_report = robot.robot->report();
   }
   TeleopSummary& summary = run->summary();

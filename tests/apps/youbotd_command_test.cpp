@@ -32,6 +32,27 @@ TEST(YoubotdCommand, HelpNamesTheExitCodesAndSucceeds) {
     EXPECT_NE(result.output.find(word), std::string::npos) << word;
 }
 
+TEST(YoubotdCommand, TellsHowFarItIsUnlessItIsToBeQuiet) {
+  const support::TemporaryDirectory directory;
+  // This machine may be busy.
+  const fs::path config =
+      directory.write("patient.toml", "[loop]\ncommand_timeout_s = 2\n[[path.leg]]\nforward_m = 1\n");
+  const std::vector<std::string> arguments{"--config", config, "--duration", "3", "--allow-non-rt"};
+  const Result told = run(arguments);
+  EXPECT_EQ(told.exit_code, 0) << told.output;
+  EXPECT_NE(told.output.find(" %, running, "), std::string::npos) << told.output;
+  std::vector<std::string> quietly = arguments;
+  quietly.emplace_back("--quiet");
+  EXPECT_EQ(run(quietly).output.find(" %, running, "), std::string::npos);
+}
+
+TEST(YoubotdCommand, AConfigurationWithoutAPathIsNoSilentSuccess) {
+  const support::TemporaryDirectory directory;
+  const Result result = run({"--config", directory.write("empty.toml", "\n"), "--virtual-time", "--quiet"});
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_NE(result.output.find("empty.toml: no [[path.leg]]"), std::string::npos) << result.output;
+}
+
 TEST(YoubotdCommand, DemoComparesBothRunsAndSaysWhatItShows) {
   const Result result = run({"--config", kDemo, "--demo", "--virtual-time"});
   EXPECT_EQ(result.exit_code, 0) << result.output;
