@@ -21,7 +21,7 @@ fail() {
 expect() { [[ $3 == "$2" ]] || fail "$1: '$3' instead of '$2'"; }
 # wait_for WHAT COMMAND...: longer than any machine needs; a failure, never a measure.
 wait_for() {
-  local what=$1 until=$((SECONDS + 60))
+  local what=$1 until=$((SECONDS + 120))
   shift
   until "$@"; do
     ((SECONDS < until)) || fail "waited in vain for $what"
