@@ -124,14 +124,15 @@ int main(int argc, char** argv) {
   app.add_option("--hardware", arguments.hardware, "generation that names the boards")
       ->check(CLI::IsMember(&kGenerations))
       ->capture_default_str();
-  app.add_option("--faults", arguments.faults_file, "TOML file; apps/youbot_sim/fault_file.h describes it")
+  app.add_option("--faults", arguments.faults_file,
+                 "TOML file of faults and when they come; FILE_FORMATS.md has an example")
       ->check(CLI::ExistingFile);
   app.add_option("--scene", arguments.scene_file,
                  "TOML file whose [scene] is what the tip of the arm touches, as in youbotd's configuration")
       ->check(CLI::ExistingFile);
   app.add_option("--record", arguments.record_file,
                  "CSV file, a row for each emulated millisecond: what the robot truly did, what its boards "
-                 "told the master and what they followed; apps/youbot_sim/robot_recording.h describes it");
+                 "told the master and what they followed; FILE_FORMATS.md names the columns");
   app.add_option("--model", arguments.model_file,
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,

@@ -214,13 +214,15 @@ int main(int argc, char** argv) {
       ->required();
   CLI::App* set = command("set",
                           "a key of the configuration, for the next enable: set limits.force_N 10. Or, from "
-                          "the input of `enable` in the mode velocity: set velocity 0.1 0 0",
+                          "the input of `enable` in the mode velocity: set velocity 0.1 0 0, in m/s ahead "
+                          "and to the left and rad/s "
+                          "counter-clockwise, no more than the limits of the path allow",
                           [&] {
                             std::string request = "set " + arguments.key;
                             for (const std::string& value : arguments.values) request += " " + value;
                             return ask(arguments, request);
                           });
-  set->add_option("key", arguments.key)->required();
+  set->add_option("key", arguments.key, "with its tables, as limits.force_N; or velocity")->required();
   set->add_option("value", arguments.values, "as the file would have it")->required();
   return apps::run_app(app, argc, argv, [&] { return chosen(); });
 }
