@@ -3,7 +3,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <map>
-#include <stdexcept>
 #include <string>
 
 #include "apps/common/exit_code.h"
@@ -11,17 +10,18 @@
 #include "apps/common/hidden_effect.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
+#include "apps/youbot_bench/bus.h"
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/experiments_cli.h"
 #include "apps/youbot_bench/haptic_hold.h"
 #include "apps/youbot_bench/identify.h"
 #include "apps/youbot_bench/improve.h"
+#include "apps/youbot_bench/parameters.h"
 #include "apps/youbot_bench/scan.h"
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
 #include "control/friction/any_law.h"
-#include "drivers/ethercat/raw_socket_link.h"
 
 namespace {
 
@@ -33,14 +33,6 @@ std::string law_names() {
   for (const auto& law : control::friction::law_descriptions())
     (names += names.empty() ? "" : ", ") += law.name;
   return names;
-}
-
-/// "ethercat:eth0" → a link on eth0.
-drivers::ethercat::RawSocketLink open_link(const std::string& robot) {
-  const std::string prefix = "ethercat:";
-  if (!robot.starts_with(prefix))
-    throw std::invalid_argument("--robot: this command needs a bus, ethercat:IFACE, not '" + robot + "'");
-  return {robot.substr(prefix.size()), drivers::ethercat::RawSocketLink::Wait::kBlock};
 }
 
 }  // namespace
@@ -65,22 +57,47 @@ int main(int argc, char** argv) {
   curve_command->add_option("--step", curve.step_rad_per_s, "rad/s")
       ->check(finite_range(1e-6, 1000))
       ->capture_default_str();
-
   curve_command->add_flag("--quiet", curve.quiet,
                           "the table only, without a remark on where nothing was measured");
 
   std::string robot;
   CLI::App* const scan_command =
       app.add_subcommand("scan", "list the slaves on the bus and how they are cabled; changes nothing");
-  scan_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+  const char* const buses =
+      "ethercat:IFACE, or wire: an emulated base with an arm; loopback and can:IFACE "
+      "have no EtherCAT bus";
+  scan_command->add_option("--robot", robot, buses)->required();
+
+  youbot_bench::ParametersOptions parameters;
   CLI::App* const parameters_command = app.add_subcommand(
-      "parameters", "print all axis parameters of all motor controllers; takes the bus to PRE-OP");
-  parameters_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+      "parameters",
+      "print all axis parameters of all motor controllers, or set some; takes the bus to PRE-OP");
+  parameters_command
+      ->add_option("--robot", parameters.robot,
+                   "ethercat:IFACE, can:IFACE, or wire: an emulated base with an arm; loopback has none")
+      ->required();
+  parameters_command->add_option("--config", parameters.config,
+                                 "TOML file whose [can] says what is on can:IFACE");
+  parameters_command
+      ->add_option("--joint", parameters.joints,
+                   "wheel-1, arm-5, …; slave-2 on a bus that is no complete youBot; none: all")
+      ->delimiter(',');
+  CLI::Option* const set =
+      parameters_command
+          ->add_option(
+              "--set", parameters.settings,
+              "NAME=VALUE, written to --joint and read back; until the drive loses its power. Not while "
+              "the motor turns or is held, nor what the manufacturer's password protects")
+          ->type_size(1)
+          ->delimiter(',');
+  parameters_command
+      ->add_flag("--store", parameters.store, "also keep it in EEPROM, which wears out: not again and again")
+      ->needs(set);
 
   youbot_bench::DiagnoseOptions diagnose;
   CLI::App* const diagnose_command = app.add_subcommand(
       "diagnose", "cycle the bus with the motors stopped and tell how frames, slaves and cables fare");
-  diagnose_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+  diagnose_command->add_option("--robot", robot, buses)->required();
   diagnose_command->add_option("--duration", diagnose.duration_s, "seconds")
       ->check(finite_range(0.1, 1e6))
       ->capture_default_str();
@@ -266,15 +283,14 @@ int main(int argc, char** argv) {
       youbot_bench::usb_probe(usb_probe, apps::stop_requested);
     }
     if (*curve_command) youbot_bench::print_curve(curve);
-    if (*scan_command || *parameters_command) {
-      drivers::ethercat::RawSocketLink link = open_link(robot);
-      *scan_command ? youbot_bench::print_scan(link) : youbot_bench::print_parameters(link);
-    }
+    if (*scan_command) youbot_bench::print_scan(*youbot_bench::open_bus(robot).link);
+    if (*parameters_command) youbot_bench::parameters(parameters);
     if (*diagnose_command) {
-      drivers::ethercat::RawSocketLink link = open_link(robot);
+      const youbot_bench::Bus bus = youbot_bench::open_bus(robot);
       apps::stop_on_signals();
-      return youbot_bench::print_diagnosis(link, diagnose, apps::stop_requested) ? apps::kExitOk
-                                                                                 : apps::kExitFault;
+      return youbot_bench::print_diagnosis(*bus.link, *bus.clock, diagnose, apps::stop_requested)
+                 ? apps::kExitOk
+                 : apps::kExitFault;
     }
     return apps::kExitOk;
   });
