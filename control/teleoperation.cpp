@@ -156,11 +156,6 @@ void Teleoperation::stop_after_gap(const TeleopInput& input) noexcept {
   request_stop(TeleopEnd::kStalled);
 }
 
-void Teleoperation::bridge(const TeleopInput& input, double gap_s) noexcept {
-  robot_.bridge(input.wheel_position_rad, input.arm_position_rad, gap_s);
-  presence_.bridge(input.grip.v_HD_H_m_per_s);
-}
-
 void Teleoperation::begin(const TeleopInput& input) noexcept {
   start_ = false;
   end_ = TeleopEnd::kNone;
@@ -181,7 +176,8 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
   if ((phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) && start_)
     begin(input);
   else
-    robot_.sense(input.wheel_position_rad, input.arm_position_rad);
+    robot_.sense(input.wheel_position_rad, input.arm_position_rad, input.robot_elapsed_s);
+  if (input.grip_after_pause) presence_.bridge(input.grip.v_HD_H_m_per_s);
   in_phase_s_ += config_.period_s;
   check(input);
   switch (phase_) {
