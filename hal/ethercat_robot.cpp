@@ -254,8 +254,9 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 
   for (std::size_t i = 0; i < drives_.size(); ++i)
     drives_[i].drive(command.joints[i], enabled_, bus_->outputs(drives_[i].slave()));
-  const nanoseconds now = clock_.now();
-  const ethercat::CycleResult result = bus_->exchange(now);
+  bus_->send(clock_.now());
+  const nanoseconds stamp = clock_.now();
+  const ethercat::CycleResult result = bus_->receive();
   simulation_gone_ = options_.lock_step && !result.answered;
 
   bool all_fresh = true;
@@ -272,7 +273,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (!options_.lock_step) repair();
 
   if (all_fresh) {
-    sample.stamp = now;
+    sample.stamp = stamp;
     for (std::size_t i = 0; i < drives_.size(); ++i) sample.joints[i] = drives_[i].sample();
   }
   for (std::size_t i = 0; i < grippers_.size(); ++i) {

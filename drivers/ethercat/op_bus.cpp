@@ -108,7 +108,7 @@ std::span<const std::uint8_t> OpBus::inputs(std::size_t i) const noexcept {
   return {input_image_.data() + window.image_offset, window.bytes};
 }
 
-CycleResult OpBus::exchange(nanoseconds now) noexcept {
+void OpBus::send(nanoseconds now) noexcept {
   result_ = {};
   image_whole_ = broadcast_clean_ = false;
   for (Station& station : slaves_) {
@@ -123,13 +123,18 @@ CycleResult OpBus::exchange(nanoseconds now) noexcept {
     }
   }
   build_frame(now);
-  result_.answered = transceiver_->exchange(options_.frame_timeout);
+  sent_at_ = now;
+  sent_ = transceiver_->send();
+}
+
+CycleResult OpBus::receive() noexcept {
+  result_.answered = sent_ && transceiver_->receive(options_.frame_timeout);
   if (result_.answered) {
     diagnostics_.round_trips().add(transceiver_->round_trip());
     FrameReader answer = transceiver_->answer();
     Datagram datagram;
     for (const Entry& entry : entries_)
-      if (answer.next(datagram)) take(entry, datagram, now);
+      if (answer.next(datagram)) take(entry, datagram, sent_at_);
   } else {
     for (const Entry& entry : entries_)
       if (entry.purpose == Purpose::kMailbox) slaves_[entry.slave].mailbox.frame_lost();

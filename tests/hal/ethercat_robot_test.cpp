@@ -558,6 +558,48 @@ TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
 
 // ---- simulations in lock-step ----
 
+/// An interface that takes its time, before it has sent and until it has fetched.
+class SlowLink final : public drivers::ethercat::Link {
+ public:
+  SlowLink(std::unique_ptr<drivers::ethercat::Link> link, VirtualClock& clock)
+      : link_(std::move(link)), clock_(clock) {}
+  bool send(std::span<const std::uint8_t> frame) noexcept override {
+    clock_.sleep_until(clock_.now() + 300us);
+    sent_at = clock_.now();
+    return link_->send(frame);
+  }
+  std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override {
+    clock_.sleep_until(clock_.now() + 400us);
+    return link_->receive(buffer, timeout);
+  }
+  int last_error() const noexcept override { return link_->last_error(); }
+  const std::string& name() const noexcept override { return link_->name(); }
+  std::chrono::nanoseconds sent_at{};
+
+ private:
+  std::unique_ptr<drivers::ethercat::Link> link_;
+  VirtualClock& clock_;
+};
+
+TEST(EthercatRobot, ASamplesStampIsWhenItsFrameHadBeenSent) {
+  Rig rig;
+  const SlowLink* link = nullptr;
+  rig.robot = make_ethercat_robot(
+      [&]() -> std::unique_ptr<drivers::ethercat::Link> {
+        auto slow = std::make_unique<SlowLink>(
+            std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), rig.clock);
+        link = slow.get();
+        return slow;
+      },
+      {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms);
+  rig.robot->activate();
+  rig.enable();
+  for (int n = 0; n < 10; ++n) {
+    ASSERT_TRUE(rig.step().ok());
+    EXPECT_EQ(rig.sample.stamp, link->sent_at);
+  }
+}
+
 TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
   Rig rig(Rig::options(EthercatOptions::Kind::kBase),
           {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
