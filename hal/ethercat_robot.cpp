@@ -75,6 +75,7 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   if (options.lock_step) {
     bus.access.frame_timeout = std::chrono::seconds(2);
     bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone
+    bus.cyclic.silence_is_final = true;
     bus.state_timeout = bus.mailbox_timeout = std::chrono::seconds(60);
   }
   return bus;
@@ -210,7 +211,7 @@ void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard
 void EthercatRobot::deactivate() noexcept {
   if (bus_ && !simulation_gone_) {
     stop_grippers();
-    bus_->leave_op();
+    if (!simulation_gone_) bus_->leave_op();
   }
   bus_.reset();
   simulation_gone_ = false;
@@ -232,7 +233,7 @@ void EthercatRobot::stop_grippers() noexcept {
   };
   RobotSample sample;
   std::array<std::uint8_t, ethercat::kMaxFrameBytes> stray{};
-  for (int i = 0; i < kCycles && any_moves(); ++i) {
+  for (int i = 0; i < kCycles && any_moves() && !simulation_gone_; ++i) {
     (void)exchange({}, sample);
     // Waits in the bus' own time, emulated or not; what comes late is nobody's.
     (void)link_->receive(stray, kPause);

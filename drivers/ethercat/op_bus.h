@@ -65,6 +65,8 @@ class OpBus {
   struct Options {
     std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
     std::chrono::nanoseconds step_timeout = std::chrono::seconds(3);  ///< of one step to a state
+    /// Who did not answer once is gone: leave_op() tries no further.
+    bool silence_is_final = false;
     int lost_after_cycles = 3;  ///< cycles without an answer until a slave counts as lost
   };
 
@@ -92,7 +94,8 @@ class OpBus {
     return receive();
   }
   /// Takes all slaves down to INIT, outputs zero; a few frames for each state, so that it ends without an
-  /// answer too. Nothing is to be exchanged afterwards.
+  /// answer too, or with the first that has none when silence is final. Nothing is to be exchanged
+  /// afterwards.
   void leave_op() noexcept;
   /// Takes slave i from kStopped or kNeedsParameters to OP.
   void resume(std::size_t i) noexcept;
