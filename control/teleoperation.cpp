@@ -330,7 +330,7 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
                           : 0.0;
     // A grip that the robot has pushed out there is none that is held there.
     const bool may_drive = config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty());
-    mapping_.step(input.grip, tip(), may_drive);
+    mapping_.step(input.grip, tip(), may_drive, input.grip_fresh);
   }
   centring_share_ = std::max(0.0, centring_share_ - period_s / config_.feedback_fade_s);
   smoothing_.step(mapping_.target().p_WT_m, mapping_.target().q_WT);
