@@ -177,7 +177,6 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
     begin(input);
   else
     robot_.sense(input.wheel_position_rad, input.arm_position_rad, input.robot_elapsed_s);
-  if (input.grip_after_pause) presence_.bridge(input.grip.v_HD_H_m_per_s);
   in_phase_s_ += config_.period_s;
   check(input);
   switch (phase_) {
@@ -336,7 +335,9 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
   smoothing_.step(mapping_.target().p_WT_m, mapping_.target().q_WT);
   keep(robot_.track(smoothing_.setpoint(), stiffness_));
 
-  const bool held = presence_.step(input.grip.v_HD_H_m_per_s, input.held_H_N, withheld_N_);
+  const Eigen::Vector3d& v_m_per_s = input.grip.v_HD_H_m_per_s;
+  const bool held = input.grip_after_pause ? presence_.bridge(v_m_per_s)
+                                           : presence_.step(v_m_per_s, input.held_H_N, withheld_N_);
   if (config_.detect_release && !held) {
     feedback_share_ = centring_share_ = 0;
     clutched_ = false;
