@@ -18,6 +18,7 @@
 #include "drivers/tmcl/drive_reset.h"
 #include "drivers/tmcl/polled_drive.h"
 #include "hal/drive_units.h"
+#include "hal/newest_value.h"
 #include "hal/setup_error.h"
 
 namespace hal {
@@ -77,6 +78,7 @@ class CanRobot final : public Robot {
   void activate() override;
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
+  std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 
  private:
@@ -128,6 +130,8 @@ class CanRobot final : public Robot {
   std::int64_t position_ticks_ = 0;
   int silent_cycles_ = 0;
   CycleStatus latched_{};
+  mutable NewestValue<CycleStatus> statuses_;  // from the cycle to whoever asks
+  mutable CycleStatus told_{};
   bool stop_unheard_ = false;  // of the last deactivate()
 };
 
@@ -170,6 +174,7 @@ void CanRobot::activate() {
   output_ = tmcl::kStopMotor;
   silent_cycles_ = 0;
   latched_ = {};
+  statuses_.publish(latched_);
 }
 
 void CanRobot::check_options() const {
@@ -317,6 +322,7 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
     sample.joints[0] = units_.sample(drive_->input(), output_, position_ticks_);
   }
   sample.enabled = stage_ == Stage::kReady;
+  statuses_.publish(latched_);
   return latched_;
 }
 
@@ -361,6 +367,13 @@ CycleStatus CanRobot::check_drive() const noexcept {
   return {};
 }
 
+std::vector<std::string> CanRobot::trouble() const {
+  if (!drive_) return {};
+  (void)statuses_.take(told_);
+  if (told_.ok()) return {};
+  return {options_.joint_name + ": " + describe_can(told_)};
+}
+
 std::vector<std::string> CanRobot::report() const {
   if (!drive_) {
     if (!stop_unheard_) return {};
@@ -368,8 +381,7 @@ std::vector<std::string> CanRobot::report() const {
             ": nobody acknowledged the motor stop, and a module on CAN has no watchdog: " +
             "the motor may still turn; press the emergency stop"};
   }
-  if (latched_.ok()) return {};
-  return {options_.joint_name + ": " + describe_can(latched_)};
+  return trouble();
 }
 
 /// Forgets all preparation; out of turn when the motor may be moving. From then on the stop goes out with the

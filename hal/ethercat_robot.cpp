@@ -17,6 +17,7 @@
 #include "drivers/tmcl/youbot_topology.h"
 #include "hal/ethercat/drive_channel.h"
 #include "hal/ethercat/gripper_channel.h"
+#include "hal/newest_value.h"
 #include "hal/setup_error.h"
 
 namespace hal {
@@ -88,6 +89,14 @@ void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
                        "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
 }
 
+/// What reports are made of, by another thread than the cycle's.
+struct RobotState {
+  ethercat::BusState bus;
+  std::vector<DriveChannel::Failure> failures;  // of each drive
+  std::vector<GripperState> grippers;
+  bool simulation_gone = false;
+};
+
 class EthercatRobot final : public Robot {
  public:
   using OpenLink = std::function<std::unique_ptr<ethercat::Link>()>;
@@ -114,6 +123,7 @@ class EthercatRobot final : public Robot {
   void activate() override;
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
+  std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 
  private:
@@ -126,6 +136,8 @@ class EthercatRobot final : public Robot {
   void prepare() noexcept;
   void switch_off(bool by_operator) noexcept;
   void stop_grippers() noexcept;
+  void copy_state();
+  const RobotState& newest_state() const noexcept;
 
   OpenLink open_link_;
   EthercatOptions options_;
@@ -145,6 +157,10 @@ class EthercatRobot final : public Robot {
   int bad_cycles_ = 0;
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
+  RobotState state_;                  // the cycle's
+  // From there to whoever asks, who keeps the last one that he took.
+  mutable std::optional<NewestValue<RobotState>> states_;
+  mutable RobotState told_;
 };
 
 void EthercatRobot::activate() {
@@ -169,6 +185,9 @@ void EthercatRobot::activate() {
     throw SetupError("EtherCAT robot", "start up", error.what());
   }
   for (DriveChannel& drive : drives_) drive.attach(*bus_);
+  copy_state();
+  told_ = state_;
+  states_.emplace(state_);
   enabled_ = false;
   bad_cycles_ = 0;
   latched_ = {};
@@ -282,7 +301,24 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
     sample.grippers[i] = grippers_[i].sample();
   }
   sample.enabled = enabled_;
+  copy_state();
+  states_->publish(state_);
   return latched_;
+}
+
+/// Cycle, after the first time: everything has its size by then.
+void EthercatRobot::copy_state() {
+  bus_->copy_state(state_.bus);
+  state_.simulation_gone = simulation_gone_;
+  state_.failures.resize(drives_.size());
+  for (std::size_t i = 0; i < drives_.size(); ++i) state_.failures[i] = drives_[i].failure();
+  state_.grippers.resize(grippers_.size());
+  for (std::size_t i = 0; i < grippers_.size(); ++i) state_.grippers[i] = grippers_[i].sample().state;
+}
+
+const RobotState& EthercatRobot::newest_state() const noexcept {
+  (void)states_->take(told_);
+  return told_;
 }
 
 void EthercatRobot::switch_off(bool by_operator) noexcept {
@@ -371,22 +407,33 @@ void EthercatRobot::restore(std::size_t slave) noexcept {
   bus_->resume(slave);
 }
 
+std::vector<std::string> EthercatRobot::trouble() const {
+  if (!bus_) return {};
+  const RobotState& state = newest_state();
+  std::vector<std::string> lines = bus_->trouble(state.bus);
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    if (const std::string failure = describe(state.failures[i]); !failure.empty())
+      lines.push_back(joints_[i].name + ": " + failure);
+  return lines;
+}
+
 std::vector<std::string> EthercatRobot::report() const {
   if (!bus_) {
     if (!gripper_left_moving_) return {};
     return {"the gripper did not acknowledge its stop and may go on to its end: keep away from it"};
   }
-  std::vector<std::string> lines = bus_->findings();
-  if (simulation_gone_)
+  const RobotState& state = newest_state();
+  std::vector<std::string> lines = bus_->findings(state.bus);
+  if (state.simulation_gone)
     lines.emplace_back(
         "the simulation in lock-step does not answer any more: start it anew, then this program");
-  for (std::size_t i = 0; i < drives_.size(); ++i)
-    if (const std::string failure = drives_[i].failure(); !failure.empty())
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    if (const std::string failure = describe(state.failures[i]); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);
-  for (std::size_t arm = 0; arm < grippers_.size(); ++arm)
-    if (grippers_[arm].sample().state == GripperState::kAbsent)
+  for (std::size_t arm = 0; arm < state.grippers.size(); ++arm)
+    if (state.grippers[arm] == GripperState::kAbsent)
       lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_trouble_[arm]);
-  lines.push_back(bus_->diagnostics().summary(bus_->counters()));
+  lines.push_back(ethercat::Diagnostics::summary(state.bus.frames, state.bus.counts.round_trips));
   return lines;
 }
 

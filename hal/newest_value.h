@@ -12,6 +12,10 @@ namespace hal {
 template <typename T>
 class NewestValue {
  public:
+  NewestValue() = default;
+  /// Values that hold vectors take them from `like`: publishing others of the same sizes allocates nothing.
+  explicit NewestValue(const T& like) : slots_{like, like, like} {}
+
   /// Cycle, writer.
   void publish(const T& value) noexcept {
     slots_[written_] = value;

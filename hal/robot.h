@@ -69,8 +69,8 @@ struct [[nodiscard]] CycleStatus {
 const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
-/// Sole owner of its bus. One thread calls exchange(); set-up calls never run beside it. Destruction
-/// deactivates.
+/// Sole owner of its bus. One thread calls exchange(); of the set-up calls only trouble() and report() may
+/// run beside it, in one other thread. Destruction deactivates.
 class Robot {
  public:
   Robot() = default;
@@ -92,6 +92,8 @@ class Robot {
   /// joints, the joints and the stamp are left as they were, so that the stamp shows their age.
   virtual CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept = 0;
 
+  /// Setup: what keeps it from working now, "DEVICE: what is wrong, and what to check", a device a line.
+  virtual std::vector<std::string> trouble() const { return {}; }
   /// Setup: how the device fares in words, a finding a line, for the log after a run or a fault; after
   /// deactivate() what may still be moving, because nothing confirmed that it stopped. Empty when there is
   /// nothing to tell.

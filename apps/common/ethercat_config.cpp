@@ -44,11 +44,17 @@ void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::Ether
   double frame_timeout_s = std::chrono::duration<double>(options.frame_timeout).count();
   table.number("frame_timeout_s", frame_timeout_s, {.min = 1e-4, .max = 0.1});
   options.frame_timeout = std::chrono::nanoseconds(std::llround(1e9 * frame_timeout_s));
-  if (options.tolerated_cycles * std::max(period, options.frame_timeout) > kLongestBridge)
-    table.refuse(
-        "tolerated_cycles",
-        "times the cycle's period, or 'ethercat.frame_timeout_s', is more than the 0.1 s after which "
-        "the drives stop by themselves");
+  // A cycle without an answer takes as long as it waits for one, or its period.
+  const std::chrono::nanoseconds cycle = std::max(period, options.frame_timeout);
+  if (options.tolerated_cycles * cycle > kLongestBridge) {
+    const double cycle_s = std::chrono::duration<double>(cycle).count();
+    const char* const key = cycle == period ? "loop.period_s" : "ethercat.frame_timeout_s";
+    table.refuse("tolerated_cycles",
+                 fmt::format("= {} bridges {} × {:g} s ('{}') = {:g} s, and the drives stop by themselves "
+                             "after 0.1 s: lower one of the two",
+                             options.tolerated_cycles, options.tolerated_cycles, cycle_s, key,
+                             options.tolerated_cycles * cycle_s));
+  }
 }
 
 std::string ethercat_text(const hal::EthercatOptions& options) {

@@ -100,7 +100,7 @@ void read_force_dimension(TomlTable table, const std::filesystem::path& folder,
   config.device.watchdog = std::chrono::microseconds(std::llround(1e6 * watchdog_s));
 }
 
-void read_falcon(TomlTable table, const std::filesystem::path& folder, HapticOptions::Falcon& falcon) {
+void read_falcon(TomlTable& table, const std::filesystem::path& folder, HapticOptions::Falcon& falcon) {
   std::string firmware;
   table.text("firmware", firmware);
   if (!firmware.empty()) falcon.firmware = folder / firmware;
@@ -145,7 +145,12 @@ void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOp
   options.thread.period = std::chrono::nanoseconds(std::llround(1e9 * period_s));
   table.integer("priority", options.thread.fifo_priority, {.min = 0, .max = 99});
   read_force_dimension(table.table("force_dimension"), folder, options.force_dimension);
-  read_falcon(table.table("falcon"), folder, options.falcon);
+  const bool has_falcon = options.name == "falcon" || table.has("falcon");
+  TomlTable falcon = table.table("falcon");
+  read_falcon(falcon, folder, options.falcon);
+  if (has_falcon && options.falcon.device.reply_deadline >= limits.stale_after)
+    falcon.refuse("reply_deadline_s",
+                  "is not below haptic.stale_after_s: one missing reply would end the force");
   read_space_mouse(table.table("spacemouse"), options.space_mouse);
   read_hand(table.table("hand"), options.hand);
 }

@@ -72,6 +72,7 @@ sim::bus::RobotKind emulated_kind(hal::EthercatOptions::Kind kind) {
 
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
                        std::chrono::nanoseconds period) {
+  check_robot_name(options.name);
   OpenedRobot opened;
   hal::EthercatOptions ethercat = options.ethercat;
   const sim::BaseParameters simulation = with_youbot_wheels(options.simulation);
@@ -104,15 +105,23 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     opened.capture = make_capture(interface);
     ethercat.tap = opened.capture.get();
     opened.robot = hal::make_ethercat_robot(interface, ethercat, clock, period);
-  } else if (names_interface(options.name, kCanPrefix)) {
-    opened.robot = hal::make_can_robot(options.name.substr(kCanPrefix.size()), options.can, clock, period);
   } else {
-    throw std::invalid_argument("--robot: there is no '" + options.name +
-                                "', but loopback, wire, ethercat:IFACE, can:IFACE");
+    opened.robot = hal::make_can_robot(options.name.substr(kCanPrefix.size()), options.can, clock, period);
   }
   // Off the ground the simulated body stays where it is, and the wheels tell more.
   if (!simulation.on_ground) opened.truth = nullptr;
   return opened;
+}
+
+bool is_robot_name(const std::string& name) {
+  return name == "loopback" || name == "wire" || names_interface(name, kEthercatPrefix) ||
+         names_interface(name, kCanPrefix);
+}
+
+void check_robot_name(const std::string& name) {
+  if (!is_robot_name(name))
+    throw std::invalid_argument("--robot: there is no '" + name +
+                                "', but loopback, wire, ethercat:IFACE, can:IFACE");
 }
 
 bool is_simulated(const std::string& name) {

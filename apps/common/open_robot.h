@@ -45,10 +45,12 @@ struct OpenedRobot {
 ///   does not know its zero: `ethercat.home_arms`.
 /// - `ethercat:IFACE`: a robot, or youbot-sim, on a network interface.
 /// - `can:IFACE`: one joint on a bench, on a CAN interface.
-/// `clock` outlives the result. @throws std::invalid_argument for a name nobody knows, listing those there
-/// are.
+/// `clock` outlives the result. @throws std::invalid_argument as check_robot_name() does.
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock, std::chrono::nanoseconds period);
 
+bool is_robot_name(const std::string& name);
+/// @throws std::invalid_argument for a name nobody knows, listing those there are.
+void check_robot_name(const std::string& name);
 /// Whether it is simulated in this process.
 bool is_simulated(const std::string& name);
 /// @throws std::invalid_argument where such a robot cannot run in virtual time. On a bus it can when it is a

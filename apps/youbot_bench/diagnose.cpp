@@ -49,13 +49,13 @@ void print_slaves(const ethercat::OpBus& bus) {
 
 }  // namespace
 
-bool print_diagnosis(ethercat::Link& link, const DiagnoseOptions& options, const std::atomic<bool>& stop) {
+bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOptions& options,
+                     const std::atomic<bool>& stop) {
   ethercat::PcapRing capture({.interface = link.name(), .frames = kCapturedFrames});
   ethercat::PreOpBus setup(link, &capture, {});
   setup.enter_pre_op();
   ethercat::OpBus bus = std::move(setup).start();
 
-  hal::SteadyClock clock;
   drivers::LatencyHistogram wake_up;
   std::uint64_t short_counters = 0;
   const nanoseconds begin = clock.now();
@@ -82,7 +82,7 @@ bool print_diagnosis(ethercat::Link& link, const DiagnoseOptions& options, const
   if (!options.capture.empty()) capture.write(options.capture, "youbot-bench diagnose");
 
   print_slaves(bus);
-  std::printf("%s\n", bus.diagnostics().summary(frames).c_str());
+  std::printf("%s\n", ethercat::Diagnostics::summary(frames, bus.diagnostics().round_trips()).c_str());
   std::printf("wake-up median %.1f us, 99.9 %% within %.1f us, %.1f us at most\n",
               microseconds(wake_up.quantile(0.5)), microseconds(wake_up.quantile(0.999)),
               microseconds(wake_up.worst()));

@@ -7,6 +7,9 @@
 namespace drivers::ethercat {
 class Link;
 }
+namespace hal {
+class Clock;
+}
 
 namespace youbot_bench {
 
@@ -18,8 +21,9 @@ struct DiagnoseOptions {
 
 /// Takes whatever is on the bus to OP with all outputs zero, cycles it at 1 kHz and prints how frames, slaves
 /// and cables fared. True when nothing was found wrong. `stop` ends it early.
-/// @throws drivers::ethercat::BusError, std::runtime_error when the capture cannot be written.
-bool print_diagnosis(drivers::ethercat::Link& link, const DiagnoseOptions& options,
+/// `clock` is the bus'. @throws drivers::ethercat::BusError, std::runtime_error when the capture cannot be
+/// written.
+bool print_diagnosis(drivers::ethercat::Link& link, hal::Clock& clock, const DiagnoseOptions& options,
                      const std::atomic<bool>& stop);
 
 }  // namespace youbot_bench

@@ -21,6 +21,7 @@
 #include <utility>
 
 #include "apps/common/build_info.h"
+#include "apps/common/can_config.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/hidden_effect.h"
@@ -216,8 +217,8 @@ class ExperimentCommand {
     command_->add_option("--out", out_, "directory for the recordings, made if missing");
     command_->add_option("--resume", resume_, "go on with the experiment in this directory");
     command_->add_option("--config", config_file_,
-                         "TOML file: the experiment.toml of a recording, or youbotd's, of which robot and "
-                         "[ethercat] are read");
+                         "TOML file: the experiment.toml of a recording, or youbotd's, of which robot, "
+                         "[ethercat] and [can] are read");
     command_->add_option("--kind", kind_,
                          "what is on the bus: base, base+arm, base+two-arms, arm; overrides the file (base)");
     CLI::Option* const real_time =
@@ -288,6 +289,7 @@ class ExperimentCommand {
   std::string config_file_;
   std::string kind_;
   hal::EthercatOptions ethercat_{.kind = hal::EthercatOptions::Kind::kBase};
+  hal::CanOptions can_;
   bool real_time_ = false;
   bool virtual_time_ = false;
   bool allow_non_real_time_ = false;
@@ -328,7 +330,9 @@ void ExperimentCommand::load(const std::filesystem::path& file) {
   read_parameters(root.table("parameters"));
   apps::TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, ExperimentOptions{}.period, ethercat_);
-  apps::leave_to_others(root, {"robot", "ethercat"});
+  apps::TomlTable can = root.table("can");
+  apps::read_can(can, can_);
+  apps::leave_to_others(root, {"robot", "ethercat", "can"});
   toml.finish();
 }
 
@@ -367,22 +371,23 @@ int ExperimentCommand::run() {
   apps::RobotOptions robot;
   robot.name = common_.robot;
   robot.ethercat = ethercat_;
+  robot.can = can_;
   robot.simulation.on_ground = false;
   robot.simulation.step = std::chrono::nanoseconds(std::llround(common_.simulation_step_s * 1e9));
   robot.simulation.noise_seed = static_cast<std::uint64_t>(common_.noise_seed);
   // Where it is found again, from wherever the experiment is resumed.
   if (!common_.model.empty()) common_.model = std::filesystem::absolute(common_.model).string();
   robot.simulation.model = apps::simulated_wheel_model(common_.model, hidden_effect_of(common_));
-  const ExperimentPlan plan{
-      .name = name_,
-      .result = result_,
-      .make = [this](const hal::JointInfo& joint,
-                     double period_s) { return make_experiment(joint.name, period_s); },
-      .configuration = fmt::format("# youbot-bench {} --config THIS_FILE --out DIR makes it again\n"
-                                   "# software: {}\n"
-                                   "experiment = \"{}\"\n{}\n[parameters]\n{}\n{}",
-                                   name_, apps::build_version(), name_, written(common_),
-                                   written_parameters(), apps::ethercat_text(ethercat_))};
+  const ExperimentPlan plan{.name = name_,
+                            .result = result_,
+                            .make = [this](const hal::JointInfo& joint,
+                                           double period_s) { return make_experiment(joint.name, period_s); },
+                            .configuration = fmt::format(
+                                "# youbot-bench {} --config THIS_FILE --out DIR makes it again\n"
+                                "# software: {}\n"
+                                "experiment = \"{}\"\n{}\n[parameters]\n{}\n{}\n{}",
+                                name_, apps::build_version(), name_, written(common_), written_parameters(),
+                                apps::ethercat_text(ethercat_), apps::can_text(can_))};
   // In virtual time nothing but a simulation moves.
   if (!options.virtual_time && !simulated && !yes_)
     confirm({.robot = common_.robot,

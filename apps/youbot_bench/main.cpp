@@ -3,35 +3,23 @@
 #include <cstdint>
 #include <cstdio>
 #include <map>
-#include <stdexcept>
 #include <string>
 
 #include "apps/common/exit_code.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
+#include "apps/youbot_bench/bus.h"
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/experiments_cli.h"
 #include "apps/youbot_bench/haptic_hold.h"
 #include "apps/youbot_bench/identify.h"
 #include "apps/youbot_bench/improve.h"
+#include "apps/youbot_bench/parameters.h"
 #include "apps/youbot_bench/scan.h"
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
-#include "drivers/ethercat/raw_socket_link.h"
-
-namespace {
-
-/// "ethercat:eth0" → a link on eth0.
-drivers::ethercat::RawSocketLink open_link(const std::string& robot) {
-  const std::string prefix = "ethercat:";
-  if (!robot.starts_with(prefix))
-    throw std::invalid_argument("--robot: this command needs a bus, ethercat:IFACE, not '" + robot + "'");
-  return {robot.substr(prefix.size()), drivers::ethercat::RawSocketLink::Wait::kBlock};
-}
-
-}  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
@@ -49,15 +37,41 @@ int main(int argc, char** argv) {
   std::string robot;
   CLI::App* const scan_command =
       app.add_subcommand("scan", "list the slaves on the bus and how they are cabled; changes nothing");
-  scan_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+  const char* const buses =
+      "ethercat:IFACE, or wire: an emulated base with an arm; loopback and can:IFACE "
+      "have no EtherCAT bus";
+  scan_command->add_option("--robot", robot, buses)->required();
+
+  youbot_bench::ParametersOptions parameters;
   CLI::App* const parameters_command = app.add_subcommand(
-      "parameters", "print all axis parameters of all motor controllers; takes the bus to PRE-OP");
-  parameters_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+      "parameters",
+      "print all axis parameters of all motor controllers, or set some; takes the bus to PRE-OP");
+  parameters_command
+      ->add_option("--robot", parameters.robot,
+                   "ethercat:IFACE, can:IFACE, or wire: an emulated base with an arm; loopback has none")
+      ->required();
+  parameters_command->add_option("--config", parameters.config,
+                                 "TOML file whose [can] says what is on can:IFACE");
+  parameters_command
+      ->add_option("--joint", parameters.joints,
+                   "wheel-1, arm-5, …; slave-2 on a bus that is no complete youBot; none: all")
+      ->delimiter(',');
+  CLI::Option* const set =
+      parameters_command
+          ->add_option(
+              "--set", parameters.settings,
+              "NAME=VALUE, written to --joint and read back; until the drive loses its power. Not while "
+              "the motor turns or is held, nor what the manufacturer's password protects")
+          ->type_size(1)
+          ->delimiter(',');
+  parameters_command
+      ->add_flag("--store", parameters.store, "also keep it in EEPROM, which wears out: not again and again")
+      ->needs(set);
 
   youbot_bench::DiagnoseOptions diagnose;
   CLI::App* const diagnose_command = app.add_subcommand(
       "diagnose", "cycle the bus with the motors stopped and tell how frames, slaves and cables fare");
-  diagnose_command->add_option("--robot", robot, "ethercat:IFACE")->required();
+  diagnose_command->add_option("--robot", robot, buses)->required();
   diagnose_command->add_option("--duration", diagnose.duration_s, "seconds")->check(CLI::Range(0.1, 1e6));
   diagnose_command->add_option("--capture", diagnose.capture,
                                "pcapng file for the last second of frames, for Wireshark");
@@ -212,15 +226,14 @@ int main(int argc, char** argv) {
       youbot_bench::usb_probe(usb_probe, apps::stop_requested);
     }
     if (*curve_command) youbot_bench::print_curve(curve);
-    if (*scan_command || *parameters_command) {
-      drivers::ethercat::RawSocketLink link = open_link(robot);
-      *scan_command ? youbot_bench::print_scan(link) : youbot_bench::print_parameters(link);
-    }
+    if (*scan_command) youbot_bench::print_scan(*youbot_bench::open_bus(robot).link);
+    if (*parameters_command) youbot_bench::parameters(parameters);
     if (*diagnose_command) {
-      drivers::ethercat::RawSocketLink link = open_link(robot);
+      const youbot_bench::Bus bus = youbot_bench::open_bus(robot);
       apps::stop_on_signals();
-      return youbot_bench::print_diagnosis(link, diagnose, apps::stop_requested) ? apps::kExitOk
-                                                                                 : apps::kExitFault;
+      return youbot_bench::print_diagnosis(*bus.link, *bus.clock, diagnose, apps::stop_requested)
+                 ? apps::kExitOk
+                 : apps::kExitFault;
     }
     return apps::kExitOk;
   });

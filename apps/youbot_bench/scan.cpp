@@ -1,15 +1,11 @@
 #include "apps/youbot_bench/scan.h"
 
 #include <cstdio>
-#include <exception>
-#include <optional>
 #include <vector>
 
+#include "apps/youbot_bench/controllers.h"
 #include "drivers/ethercat/bus_error.h"
 #include "drivers/ethercat/pre_op_bus.h"
-#include "drivers/tmcl/axis_parameters.h"
-#include "drivers/tmcl/client.h"
-#include "drivers/tmcl/mailbox_transport.h"
 #include "drivers/tmcl/youbot_topology.h"
 
 namespace youbot_bench {
@@ -18,34 +14,32 @@ namespace {
 namespace ethercat = drivers::ethercat;
 namespace tmcl = drivers::tmcl;
 
-struct NamedKind {
-  const char* name;
-  tmcl::YoubotKind kind;
-};
-constexpr NamedKind kKinds[] = {{"base", tmcl::YoubotKind::kBase},
-                                {"arm", tmcl::YoubotKind::kArm},
-                                {"base+arm", tmcl::YoubotKind::kBaseAndArm},
-                                {"base+two-arms", tmcl::YoubotKind::kBaseAndTwoArms}};
+const char* name(tmcl::YoubotKind kind) {
+  switch (kind) {
+    case tmcl::YoubotKind::kBase: return "base";
+    case tmcl::YoubotKind::kArm: return "arm";
+    case tmcl::YoubotKind::kBaseAndArm: return "base+arm";
+    case tmcl::YoubotKind::kBaseAndTwoArms: break;
+  }
+  return "base+two-arms";
+}
 
 /// Which youBot this is; for the kind it comes closest to, what is wrong.
 void print_verdict(const std::vector<ethercat::Slave>& slaves, const std::string& interface) {
-  for (const NamedKind& candidate : kKinds) try {
-      check_topology(slaves, tmcl::youbot_topology(candidate.kind), interface);
-      std::printf("this is a complete youBot: %s\n", candidate.name);
-      return;
-    } catch (const ethercat::BusError&) {
-      continue;  // another kind, then
-    }
+  if (const auto kind = complete_youbot(slaves, interface)) {
+    std::printf("this is a complete youBot: %s\n", name(*kind));
+    return;
+  }
   const bool arm_only = slaves.front().sii.is_called("KR-843");
   const bool base_only = slaves.size() <= 5;
-  const NamedKind& nearest = arm_only              ? kKinds[1]
-                             : base_only           ? kKinds[0]
-                             : slaves.size() <= 11 ? kKinds[2]
-                                                   : kKinds[3];
+  const tmcl::YoubotKind nearest = arm_only              ? tmcl::YoubotKind::kArm
+                                   : base_only           ? tmcl::YoubotKind::kBase
+                                   : slaves.size() <= 11 ? tmcl::YoubotKind::kBaseAndArm
+                                                         : tmcl::YoubotKind::kBaseAndTwoArms;
   try {
-    check_topology(slaves, tmcl::youbot_topology(nearest.kind), interface);
+    check_topology(slaves, tmcl::youbot_topology(nearest), interface);
   } catch (const ethercat::BusError& error) {
-    std::printf("this is no complete youBot; as %s: %s\n", nearest.name, error.what());
+    std::printf("this is no complete youBot; as %s: %s\n", name(nearest), error.what());
   }
 }
 
@@ -70,34 +64,6 @@ void print_scan(ethercat::Link& link) {
                 mailbox.c_str());
   }
   print_verdict(slaves, link.name());
-}
-
-void print_parameters(ethercat::Link& link) {
-  ethercat::PreOpBus bus(link, nullptr, {});
-  bus.enter_pre_op();
-  std::printf("slave,name,firmware,number,parameter,value,unit\n");
-  for (std::size_t i = 0; i < bus.slaves().size(); ++i) {
-    const ethercat::Slave& slave = bus.slaves()[i];
-    if (!slave.mailbox_fits || slave.outputs.bytes == 0) continue;  // a power board
-    tmcl::SetupMailboxTransport transport(bus, i);
-    tmcl::SteadyClock clock;
-    tmcl::Client client(transport, clock);
-    const tmcl::FirmwareVersion version = client.version();
-    const std::optional<tmcl::Firmware> firmware = tmcl::supported_firmware(version);
-    for (const tmcl::AxisParameter& parameter : tmcl::kDriveParameters) {
-      if (!readable(parameter.access) || (firmware && !parameter.exists_in(*firmware))) continue;
-      std::string value;
-      try {
-        value = std::to_string(client.get(parameter));
-      } catch (const std::exception& error) {
-        std::fprintf(stderr, "youbot-bench: %s\n", error.what());
-        value = "refused";
-      }
-      std::printf("%u,%s,%d,%u,%.*s,%s,%s\n", slave.position, slave.sii.name.c_str(), version.version,
-                  parameter.number, static_cast<int>(parameter.name.size()), parameter.name.data(),
-                  value.c_str(), name(parameter.unit));
-    }
-  }
 }
 
 }  // namespace youbot_bench

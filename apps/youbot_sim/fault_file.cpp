@@ -28,7 +28,7 @@ void read_integer(apps::TomlTable& table, std::string_view key, T& value, const 
   value = static_cast<T>(number);
 }
 
-FaultEvent read_event(apps::TomlTable& table) {
+FaultEvent read_event(apps::TomlTable& table, std::size_t slaves) {
   FaultEvent event;
   table.choice("kind", event.kind,
                {{"drop_request", FaultKind::kDropRequest},
@@ -52,9 +52,11 @@ FaultEvent read_event(apps::TomlTable& table) {
   read_integer(table, "count", event.count, {.min = 1});
   read_time(table, "duration_s", event.duration);
   int slave = 1;
-  table.integer("slave", slave, {.min = 1});
+  table.integer("slave", slave, {.min = 1, .max = static_cast<double>(slaves)});
   event.slave = static_cast<std::uint32_t>(slave - 1);
   read_time(table, "delay_s", event.delay);
+  if (event.kind == FaultKind::kDelay && event.delay.count() == 0)
+    table.refuse("delay_s", "is zero or missing: the kind delay needs one");
   read_integer(table, "offset", event.offset, {.min = 0});
   read_integer(table, "mask", event.mask, {.min = 1, .max = 255});
   read_integer(table, "counter_change", event.counter_change, {});
@@ -70,11 +72,11 @@ FaultEvent read_event(apps::TomlTable& table) {
 
 }  // namespace
 
-std::vector<FaultEvent> load_faults(const std::filesystem::path& path) {
+std::vector<FaultEvent> load_faults(const std::filesystem::path& path, std::size_t slaves) {
   apps::TomlFile file = apps::TomlFile::parse(path);
   std::vector<FaultEvent> events;
   apps::TomlTable root = file.root();
-  for (apps::TomlTable& table : root.tables("fault")) events.push_back(read_event(table));
+  for (apps::TomlTable& table : root.tables("fault")) events.push_back(read_event(table, slaves));
   file.finish();
   return events;
 }

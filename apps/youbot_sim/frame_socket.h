@@ -4,15 +4,20 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 
+#include "drivers/ethercat/interface_lock.h"
+
 namespace youbot_sim {
 
-/// AF_PACKET, EtherType 0x88A4; needs CAP_NET_RAW and an interface that is up. Sleeps while it waits.
+/// AF_PACKET, EtherType 0x88A4; needs CAP_NET_RAW and an interface that is up, which it has for itself as far
+/// as slaves go. Sleeps while it waits.
 class FrameSocket {
  public:
-  /// @throws std::runtime_error saying what to do: no such interface, interface down, no permission.
+  /// @throws std::runtime_error saying what to do: no such interface, interface down, no permission;
+  ///         drivers::ethercat::InterfaceInUse.
   explicit FrameSocket(const std::string& interface);
   ~FrameSocket();
   FrameSocket(const FrameSocket&) = delete;
@@ -23,6 +28,7 @@ class FrameSocket {
   bool send(std::span<const std::uint8_t> frame) noexcept;
 
  private:
+  std::optional<drivers::ethercat::InterfaceLock> lock_;
   int socket_ = -1;
 };
 

@@ -18,6 +18,7 @@
 #include "apps/youbot_sim/frame_socket.h"
 #include "apps/youbot_sim/robot_recording.h"
 #include "apps/youbot_sim/server.h"
+#include "drivers/tmcl/youbot_topology.h"
 #include "sim/bus/youbot_bus.h"
 
 namespace {
@@ -29,7 +30,7 @@ using sim::bus::RobotKind;
 const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
                                                {"arm", RobotKind::kArm},
                                                {"base+arm", RobotKind::kBaseAndArm},
-                                               {"two-arms", RobotKind::kTwoArms}};
+                                               {"base+two-arms", RobotKind::kTwoArms}};
 const std::map<std::string, Firmware> kFirmwares{{"148", Firmware::k148}, {"200", Firmware::k200}};
 const std::map<std::string, Hardware> kGenerations{{"first", Hardware::kFirst}, {"later", Hardware::kLater}};
 
@@ -48,6 +49,17 @@ struct Arguments {
   bool quiet = false;
 };
 
+std::size_t slaves_of(RobotKind robot) {
+  using drivers::tmcl::YoubotKind;
+  switch (robot) {
+    case RobotKind::kBase: return youbot_boards(YoubotKind::kBase).size();
+    case RobotKind::kArm: return youbot_boards(YoubotKind::kArm).size();
+    case RobotKind::kBaseAndArm: return youbot_boards(YoubotKind::kBaseAndArm).size();
+    case RobotKind::kTwoArms: break;
+  }
+  return youbot_boards(YoubotKind::kBaseAndTwoArms).size();
+}
+
 /// The wire takes its time by itself here, so emulated round trips stay off.
 sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   sim::bus::YoubotBusOptions options;
@@ -62,7 +74,8 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
     if (!options.coupled) throw std::invalid_argument("--scene needs --robot base+arm: only its tip touches");
     options.scene = apps::load_scene(arguments.scene_file);
   }
-  if (!arguments.faults_file.empty()) options.wire.faults = youbot_sim::load_faults(arguments.faults_file);
+  if (!arguments.faults_file.empty())
+    options.wire.faults = youbot_sim::load_faults(arguments.faults_file, slaves_of(options.robot));
   return options;
 }
 
@@ -111,14 +124,15 @@ int main(int argc, char** argv) {
   app.add_option("--hardware", arguments.hardware, "generation that names the boards")
       ->check(CLI::IsMember(&kGenerations))
       ->capture_default_str();
-  app.add_option("--faults", arguments.faults_file, "TOML file; apps/youbot_sim/fault_file.h describes it")
+  app.add_option("--faults", arguments.faults_file,
+                 "TOML file of faults and when they come; FILE_FORMATS.md has an example")
       ->check(CLI::ExistingFile);
   app.add_option("--scene", arguments.scene_file,
                  "TOML file whose [scene] is what the tip of the arm touches, as in youbotd's configuration")
       ->check(CLI::ExistingFile);
   app.add_option("--record", arguments.record_file,
                  "CSV file, a row for each emulated millisecond: what the robot truly did, what its boards "
-                 "told the master and what they followed; apps/youbot_sim/robot_recording.h describes it");
+                 "told the master and what they followed; FILE_FORMATS.md names the columns");
   app.add_option("--model", arguments.model_file,
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,

@@ -39,6 +39,15 @@ std::string text(const json& status, const char* key) {
   return found != status.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
+std::vector<std::string> texts(const json& status, const char* key) {
+  const auto found = status.find(key);
+  std::vector<std::string> all;
+  if (found != status.end() && found->is_array())
+    for (const json& one : *found)
+      if (one.is_string()) all.push_back(one.get<std::string>());
+  return all;
+}
+
 /// A line for each thing that there is to tell.
 void print(const json& status) {
   const auto line = [](const char* name, const std::string& what) {
@@ -61,6 +70,7 @@ void print(const json& status) {
   line("commander", text(status, "commander"));
   line("robot",
        text(status, "robot") + (status.contains("robot_state") ? ": " + text(status, "robot_state") : ""));
+  for (const std::string& trouble : texts(status, "robot_trouble")) line("", trouble);
   if (status.contains("master"))
     line("master", text(status, "master") +
                        (status.contains("master_state") ? ": " + text(status, "master_state") : ""));
@@ -72,6 +82,7 @@ void print(const json& status) {
       line("set", key + " = " + (value.is_string() ? value.get<std::string>() : value.dump()));
   if (status.contains("real_time") && status["real_time"] == false) line("", "NOT REAL-TIME");
   line("fault", text(status, "fault"));
+  for (const std::string& said : texts(status, "fault_robot_report")) line("", said);
   line("report", text(status, "fault_report"));
 }
 
@@ -158,6 +169,8 @@ int enable(const Arguments& arguments) {
   }
   if (const std::string fault = text(reply["status"], "fault"); !fault.empty()) {
     spdlog::error("stopped by a fault at {}", fault);
+    for (const std::string& said : texts(reply["status"], "fault_robot_report"))
+      spdlog::error("robot says: {}", said);
     return apps::kExitFault;
   }
   if (!arguments.quiet) std::printf("off\n");
@@ -201,13 +214,15 @@ int main(int argc, char** argv) {
       ->required();
   CLI::App* set = command("set",
                           "a key of the configuration, for the next enable: set limits.force_N 10. Or, from "
-                          "the input of `enable` in the mode velocity: set velocity 0.1 0 0",
+                          "the input of `enable` in the mode velocity: set velocity 0.1 0 0, in m/s ahead "
+                          "and to the left and rad/s "
+                          "counter-clockwise, no more than the limits of the path allow",
                           [&] {
                             std::string request = "set " + arguments.key;
                             for (const std::string& value : arguments.values) request += " " + value;
                             return ask(arguments, request);
                           });
-  set->add_option("key", arguments.key)->required();
+  set->add_option("key", arguments.key, "with its tables, as limits.force_N; or velocity")->required();
   set->add_option("value", arguments.values, "as the file would have it")->required();
   return apps::run_app(app, argc, argv, [&] { return chosen(); });
 }

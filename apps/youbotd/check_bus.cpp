@@ -101,6 +101,9 @@ Finding check_raw_socket(const std::string& interface) {
   using drivers::ethercat::RawSocketLink;
   try {
     const RawSocketLink link(interface, RawSocketLink::Wait::kBlock);
+  } catch (const drivers::ethercat::InterfaceInUse& error) {
+    return {Mark::kFail, std::string("raw socket: ") + error.what(),
+            "end that program; a service: sudo systemctl stop youbotd"};
   } catch (const drivers::ethercat::BusError& error) {
     return {Mark::kFail, std::string("raw socket: ") + error.what(), how_to_give_rights()};
   }

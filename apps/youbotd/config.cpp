@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/can_config.h"
 #include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/hidden_effect.h"
@@ -159,12 +160,6 @@ void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::
   read_simulated_wheels(table, folder, simulation);
 }
 
-/// A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
-bool known_robot(const std::string& name) {
-  return name == "loopback" || name == "wire" || (name.starts_with("ethercat:") && name.size() > 9) ||
-         (name.starts_with("can:") && name.size() > 4);
-}
-
 /// When the path drives and turns at its limits at once.
 double fastest_wheel_rad_per_s(const Config& config) {
   const control::BaseGeometry& geometry = config.cycle.controller.geometry;
@@ -192,7 +187,9 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   for (const auto& [key, value] : settings) toml.set(key, value);
   TomlTable root = toml.root();
   root.text("robot", config.robot.name);
-  if (!known_robot(config.robot.name)) root.refuse("robot", "is none of loopback, wire, ethercat:IFACE");
+  // A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
+  if (!apps::is_robot_name(config.robot.name))
+    root.refuse("robot", "is none of loopback, wire, ethercat:IFACE");
   TomlTable loop = root.table("loop");
   TomlTable limits = root.table("limits");
   TomlTable compensation = root.table("compensation");
@@ -211,6 +208,8 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   apps::read_scene(root.table("scene"), config.robot.scene);
   TomlTable ethercat = root.table("ethercat");
   apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
+  TomlTable can = root.table("can");
+  apps::read_can(can, config.robot.can);
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;
 
   // What one value demands of another.

@@ -69,6 +69,7 @@ youbotd::Config configuration(const Arguments& arguments,
                               const std::map<std::string, std::string>& settings = {}) {
   youbotd::Config config = youbotd::load_config(arguments.session.config_file, settings);
   if (!arguments.robot.empty()) config.robot.name = arguments.robot;
+  apps::check_robot_name(config.robot.name);
   if (!arguments.haptic.empty()) {
     config.haptic.name = arguments.haptic;
     config.teleoperated = true;
@@ -194,7 +195,7 @@ int main(int argc, char** argv) {
       "youbotd");
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault.");
   app.add_option("--config", arguments.session.config_file,
-                 "TOML file; apps/youbotd/demo.toml and teleop.toml show every key")
+                 "TOML file; demo.toml and teleop.toml, which are installed beside the manual, show its keys")
       ->required();
   app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")
       ->check(not_empty);

@@ -68,6 +68,7 @@ class Service final : public ControlServer::Listener {
   void choose_mode(const std::string& mode);
   void set(const std::string& key, const std::string& value);
   void set_velocity(std::istringstream& words);
+  std::string robot_state() const;
   json status() const;
 
   void require_same_devices(const Config& config) const;
@@ -81,7 +82,10 @@ class Service final : public ControlServer::Listener {
   void give_orders_and_hear();
   /// The orders again, and what became of them.
   void beat();
+  /// Tells the log what of the robot is lost, and what is back.
+  void watch_robot();
   void end_run();
+  void tell_fault();
   /// To the service manager: alive, as long as the cycles go on.
   void report_alive();
   void bring_to_rest(const std::string& why);
@@ -104,6 +108,8 @@ class Service final : public ControlServer::Listener {
   std::optional<Peer> commander_;       // while it is
   std::string fault_;                   // that ended the last run
   std::filesystem::path fault_report_;
+  std::vector<std::string> fault_robot_report_;  // what the robot said of it
+  std::vector<std::string> trouble_;             // hal::Robot::trouble(), as the log knows it
   std::uint64_t cycles_reported_ = 0;
   steady_clock::time_point reported_{};
 };
@@ -159,6 +165,7 @@ void Service::serve(const std::atomic<bool>& stop) {
 
 void Service::beat() {
   (void)loop_->take(told_);
+  watch_robot();
   if (run_ && told_.ended == orders_.number) end_run();
   if (commander_ && steady_clock::now() - commander_->heard > apps::kCommanderPatience)
     bring_to_rest(commander_->name + " is silent");
@@ -168,6 +175,18 @@ void Service::beat() {
 void Service::give_orders() {
   ++orders_.serial;
   loop_->order(orders_);
+}
+
+void Service::watch_robot() {
+  const std::vector<std::string> trouble = robot_.robot->trouble();
+  for (const std::string& line : trouble)
+    if (std::ranges::find(trouble_, line) == trouble_.end()) spdlog::warn("robot: {}", line);
+  for (const std::string& line : trouble_) {
+    const std::string device = line.substr(0, line.find(": ") + 1);
+    const auto concerns = [&device](const std::string& other) { return other.starts_with(device); };
+    if (std::ranges::none_of(trouble, concerns)) spdlog::info("robot: {} works again", device);
+  }
+  trouble_ = trouble;
 }
 
 void Service::give_orders_and_hear() {
@@ -203,7 +222,7 @@ void Service::end_run() {
   if (fault_.empty())
     spdlog::info("run {} is over, drives off", orders_.number);
   else
-    spdlog::error("run {} was stopped by a fault at {}", orders_.number, fault_);
+    tell_fault();
   if (!fault_report_.empty()) spdlog::error("the last second before it is in {}", fault_report_.string());
   for (const std::string& problem : summary.recording_problems) spdlog::warn("recording: {}", problem);
   if (summary.cycles_lost > 0) spdlog::warn("recording: {} cycles lost", summary.cycles_lost);
@@ -212,6 +231,12 @@ void Service::end_run() {
   commander_.reset();
   orders_.run = nullptr;
   run_.reset();
+}
+
+void Service::tell_fault() {
+  spdlog::error("run {} was stopped by a fault at {}", orders_.number, fault_);
+  fault_robot_report_ = robot_.robot->report();
+  for (const std::string& line : fault_robot_report_) spdlog::error("robot says: {}", line);
 }
 
 void Service::gone(const Peer& peer) {
@@ -283,6 +308,7 @@ void Service::enable(const Peer& peer) {
   commander_->heard = steady_clock::now();  // what came before this took its time
   fault_.clear();
   fault_report_.clear();
+  fault_robot_report_.clear();
   spdlog::info("run {} ({}) enabled by {}", orders_.number, mode_, peer.name);
   manager_.status(mode_ + ", enabled by " + peer.name);
   give_orders();
@@ -307,6 +333,7 @@ void Service::open_master_again() {
   if (told_.master.fault != hal::HapticFault::kUnplugged &&
       told_.master.fault != hal::HapticFault::kDeviceFault)
     return;
+  const auto begin = steady_clock::now();
   orders_.leave_master = true;
   give_orders_and_hear();
   if (!told_.master_left) throw Refusal("the loop has not left the master");
@@ -322,6 +349,9 @@ void Service::open_master_again() {
   }
   opening.get();  // or throws, and it stays left
   orders_.leave_master = false;
+  give_orders_and_hear();  // by a loop that did not end meanwhile
+  if (steady_clock::now() - begin > apps::kCommanderPatience)
+    throw Refusal(master_.device->info().name + " took long to be opened, and is ready now: enable again");
 }
 
 RunOptions Service::next_run() const {
@@ -392,24 +422,42 @@ void Service::set_velocity(std::istringstream& words) {
   velocity_->tell(twist_B);
 }
 
+/// While there is no run: "wheel-2: some devices on the bus did not answer".
+std::string Service::robot_state() const {
+  const hal::CycleStatus& robot = told_.robot;
+  if (robot.ok()) return "ready";
+  const std::string joint =
+      robot.joint >= 0 ? robot_.robot->joints()[static_cast<std::size_t>(robot.joint)].name + ": " : "";
+  return joint + (robot.fault == hal::Fault::kJointFault ? hal::describe(robot.joint_fault())
+                                                         : hal::describe(robot.fault));
+}
+
 json Service::status() const {
   const Progress& now = told_.progress;
-  json status{
-      {"format", "youbotd-status/1"}, {"version", apps::build_version()},
-      {"robot", config_.robot.name},  {"mode", mode_},
-      {"enabled", run_ != nullptr},   {"phase", run_ ? now.phase : fault_.empty() ? "off" : "faulted"},
-      {"cycles", told_.cycles},       {"real_time", not_real_time_.empty()},
-      {"settings", settings_}};
+  json status{{"format", "youbotd-status/1"},
+              {"version", apps::build_version()},
+              {"robot", config_.robot.name},
+              {"mode", mode_},
+              {"run", orders_.number},
+              {"enabled", run_ != nullptr},
+              {"phase", run_             ? now.phase
+                        : fault_.empty() ? "off"
+                                         : "faulted"},
+              {"cycles", told_.cycles},
+              {"real_time", not_real_time_.empty()},
+              {"settings", settings_}};
   status["commander"] = commander_ ? json(commander_->name) : json(nullptr);
   status["fault"] = fault_;
   status["fault_report"] = fault_report_.string();
+  status["fault_robot_report"] = fault_robot_report_;
+  status["robot_trouble"] = trouble_;
   if (run_) {
     status["time_s"] = std::chrono::duration<double>(now.time).count();
     status["base_W"] = numbers(now.base_W);
     status["tip_p_WT_m"] = numbers(now.tip_p_WT_m);
     status["force_H_N"] = numbers(now.force_H_N);
   } else {
-    status["robot_state"] = told_.robot.ok() ? "ready" : hal::describe(told_.robot.fault);
+    status["robot_state"] = robot_state();
   }
   if (master_.device) {
     status["master"] = master_.device->info().name;

@@ -23,7 +23,8 @@ struct ServiceOptions {
   std::function<Config(const std::map<std::string, std::string>& settings)> configuration;
 };
 
-/// Runs until `stop` becomes true, then brings the robot to rest. Blocks. What happens goes to the log.
+/// Runs until `stop` becomes true, then brings the robot to rest. Blocks. What happens goes to the log, with
+/// what of the robot is lost, and what is back.
 ///
 /// - One peer commands at a time: who enables does until the drives are off, and the robot comes to rest when
 ///   his connection ends or is silent for apps::kCommanderPatience. Anybody who may connect may stop.

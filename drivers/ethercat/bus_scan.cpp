@@ -216,7 +216,10 @@ std::vector<Slave> scan_bus(RegisterAccess& access, const std::string& interface
   std::array<std::uint8_t, 1> type{};
   const std::uint16_t count = access.broadcast_read(reg::kType, type);
   if (count == 0)
-    throw BusError(interface, "count slaves", "frames come back, but no EtherCAT slave touched them");
+    throw BusError(
+        interface, "count slaves",
+        "frames come back, but no EtherCAT slave touched them; is the other end the robot's EtherCAT socket, "
+        "and no switch or looped cable?");
   std::vector<Slave> slaves(count);
   for (std::uint16_t i = 0; i < count; ++i) {
     slaves[i].position = static_cast<std::uint16_t>(i + 1);

@@ -36,7 +36,8 @@ PortErrors difference(const PortErrors& now, const PortErrors& before) noexcept 
 
 }  // namespace
 
-Diagnostics::Diagnostics(std::vector<Slave> slaves) {
+Diagnostics::Diagnostics(std::vector<Slave> slaves)
+    : counts_{std::vector<SlaveErrors>(slaves.size()), std::vector<SlaveErrors>(slaves.size()), {}} {
   stations_.reserve(slaves.size());
   for (Slave& slave : slaves) stations_.emplace_back().slave = std::move(slave);
 }
@@ -63,33 +64,32 @@ void Diagnostics::answer(const Datagram& datagram) noexcept {
 void Diagnostics::take(std::size_t i, std::span<const std::uint8_t, kErrorRegisterBytes> registers,
                        bool cleared) noexcept {
   Station& station = stations_[i];
+  SlaveErrors& total = counts_.total[i];
   bool gap = false;
   bool high = false;
   // A counter that went back was cleared by a power cycle or somebody else: what it shows came afterwards.
-  const auto count = [&](std::size_t at, std::uint64_t& total) {
+  const auto count = [&](std::size_t at, std::uint64_t& sum) {
     const std::uint8_t now = registers[at];
     const std::uint8_t before = station.last[at];
-    total += now >= before ? static_cast<std::uint64_t>(now - before) : now;
+    sum += now >= before ? static_cast<std::uint64_t>(now - before) : now;
     gap = gap || now < before || (now == kCounterEnd && before != kCounterEnd);
     high = high || now >= kClearFrom;
     station.last[at] = cleared ? std::uint8_t{0} : now;
   };
   for (std::size_t port = 0; port < kPorts; ++port) {
-    PortErrors& errors = station.total.ports[port];
+    PortErrors& errors = total.ports[port];
     count(kInvalidFrames + 2 * port, errors.invalid_frames);
     count(kInvalidFrames + 2 * port + 1, errors.symbol_errors);
     count(kForwarded + port, errors.forwarded);
     count(kLostLinks + port, errors.lost_links);
   }
-  count(kProcessing, station.total.processing_unit);
-  count(kPdi, station.total.pdi);
-  if (gap) ++station.total.gaps;
+  count(kProcessing, total.processing_unit);
+  count(kPdi, total.pdi);
+  if (gap) ++total.gaps;
   station.clear = high && !cleared;
 }
 
-void Diagnostics::mark() noexcept {
-  for (Station& station : stations_) station.marked = station.total;
-}
+void Diagnostics::mark() noexcept { counts_.marked = counts_.total; }
 
 /// Who is at the other end of the cable in a port.
 std::string Diagnostics::far_end(const Slave& slave, std::size_t port) const {
@@ -103,19 +103,22 @@ std::string Diagnostics::far_end(const Slave& slave, std::size_t port) const {
   return {};
 }
 
-std::vector<std::string> Diagnostics::findings() const {
+std::vector<std::string> Diagnostics::findings(const DiagnosticCounts& counts) const {
   bool damage_found = false;  // where a frame was damaged first
-  for (const Station& station : stations_)
+  for (std::size_t i = 0; i < stations_.size(); ++i)
     for (std::size_t port = 0; port < kPorts; ++port)
-      damage_found = damage_found ||
-                     station.total.ports[port].invalid_frames != station.marked.ports[port].invalid_frames;
+      damage_found = damage_found || counts.total[i].ports[port].invalid_frames !=
+                                         counts.marked[i].ports[port].invalid_frames;
 
   std::vector<std::string> lines;
-  for (const Station& station : stations_) {
-    const std::string at_least = station.total.gaps != station.marked.gaps ? "at least " : "";
+  for (std::size_t i = 0; i < stations_.size(); ++i) {
+    const Station& station = stations_[i];
+    const SlaveErrors& total = counts.total[i];
+    const SlaveErrors& marked = counts.marked[i];
+    const std::string at_least = total.gaps != marked.gaps ? "at least " : "";
     bool damaged_here = false;
     for (std::size_t port = 0; port < kPorts; ++port) {
-      const PortErrors errors = difference(station.total.ports[port], station.marked.ports[port]);
+      const PortErrors errors = difference(total.ports[port], marked.ports[port]);
       const std::string place = station.slave.label() + " port " + std::to_string(port) + ": " + at_least;
       const std::string end = far_end(station.slave, port);
       const std::string cable = end.empty() ? "what is plugged in there" : "the cable from " + end;
@@ -133,27 +136,25 @@ std::vector<std::string> Diagnostics::findings() const {
                         " came in already damaged: the fault lies farther along, where nothing was counted");
     }
     const std::string place = station.slave.label() + ": " + at_least;
-    if (const std::uint64_t bad = station.total.processing_unit - station.marked.processing_unit;
-        bad > 0 && !damaged_here)
+    if (const std::uint64_t bad = total.processing_unit - marked.processing_unit; bad > 0 && !damaged_here)
       lines.push_back(place + counted(bad, "frame") +
                       " without sense: does something else than this master send on the line?");
-    if (const std::uint64_t bad = station.total.pdi - station.marked.pdi; bad > 0)
+    if (const std::uint64_t bad = total.pdi - marked.pdi; bad > 0)
       lines.push_back(place + counted(bad, "failed access", "failed accesses") +
                       " by its own processor: the board, not the bus");
   }
   return lines;
 }
 
-std::string Diagnostics::summary(const FrameCounters& counters) const {
+std::string Diagnostics::summary(const FrameCounters& counters, const LatencyHistogram& round_trips) {
   std::string text =
       std::to_string(counters.sent) + " frames sent: " + std::to_string(counters.lost) + " lost, " +
       std::to_string(counters.late) + " late, " + std::to_string(counters.duplicate) + " duplicate, " +
       std::to_string(counters.malformed) + " malformed, " + std::to_string(counters.not_sent) + " not sent";
-  if (round_trips_.count() > 0)
-    text += "; round trip " + microseconds(round_trips_.best()) + " at least, median " +
-            microseconds(round_trips_.quantile(0.5)) + ", 99.9 % within " +
-            microseconds(round_trips_.quantile(0.999)) + ", " + microseconds(round_trips_.worst()) +
-            " at most";
+  if (round_trips.count() > 0)
+    text += "; round trip " + microseconds(round_trips.best()) + " at least, median " +
+            microseconds(round_trips.quantile(0.5)) + ", 99.9 % within " +
+            microseconds(round_trips.quantile(0.999)) + ", " + microseconds(round_trips.worst()) + " at most";
   return text;
 }
 

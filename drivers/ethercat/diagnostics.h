@@ -36,6 +36,13 @@ struct SlaveErrors {
   std::uint64_t gaps = 0;
 };
 
+/// All that was counted, slave by slave.
+struct DiagnosticCounts {
+  std::vector<SlaveErrors> total;
+  std::vector<SlaveErrors> marked;  ///< total as it was at the last mark
+  LatencyHistogram round_trips;
+};
+
 inline constexpr std::size_t kErrorRegisterBytes = 0x14;  ///< 0x0300 to 0x0313
 
 /// One slave in turn is asked for its error counters. They end at 255, so past the middle they are cleared by
@@ -46,8 +53,8 @@ class Diagnostics {
   /// Setup. @param slaves as scanned, with their cabling
   explicit Diagnostics(std::vector<Slave> slaves);
 
-  LatencyHistogram& round_trips() noexcept { return round_trips_; }
-  const LatencyHistogram& round_trips() const noexcept { return round_trips_; }
+  LatencyHistogram& round_trips() noexcept { return counts_.round_trips; }
+  const LatencyHistogram& round_trips() const noexcept { return counts_.round_trips; }
 
   /// Adds the datagram that asks the slave whose turn it is: 32 bytes. False when it does not fit.
   bool add(FrameWriter& writer, std::uint8_t index) noexcept;
@@ -59,26 +66,27 @@ class Diagnostics {
 
   std::size_t size() const noexcept { return stations_.size(); }
   /// Since construction.
-  const SlaveErrors& errors(std::size_t i) const noexcept { return stations_[i].total; }
+  const SlaveErrors& errors(std::size_t i) const noexcept { return counts_.total[i]; }
+  const DiagnosticCounts& counts() const noexcept { return counts_; }
   /// "New" counts from here.
   void mark() noexcept;
   /// What is new since mark(), in words, with what to check; empty when nothing is.
-  std::vector<std::string> findings() const;
+  std::vector<std::string> findings() const { return findings(counts_); }
+  /// The same of a copy of counts(), which another thread may hold while this one goes on counting.
+  std::vector<std::string> findings(const DiagnosticCounts& counts) const;
   /// "60000 frames sent: 2 lost, 0 late, 0 duplicate, 0 malformed, 0 not sent; round trip 38 us at least,
   /// ..."
-  std::string summary(const FrameCounters& counters) const;
+  static std::string summary(const FrameCounters& counters, const LatencyHistogram& round_trips);
 
  private:
   struct Station {
     Slave slave;
     std::array<std::uint8_t, kErrorRegisterBytes> last{};
-    SlaveErrors total;
-    SlaveErrors marked;
     bool clear = false;  // at the next look
   };
   std::string far_end(const Slave& slave, std::size_t port) const;
 
-  LatencyHistogram round_trips_;
+  DiagnosticCounts counts_;
   std::vector<Station> stations_;
   std::size_t turn_ = 0;
 };

@@ -39,6 +39,13 @@ std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<Se
   return first;
 }
 
+/// What is wrong with a slave that is not operational.
+std::string condition_text(const Slave& slave, const SlaveHealth& health, const SlaveSetup& failed_setup) {
+  std::string text = slave.label() + ": " + describe(health.condition);
+  if (failed_setup.status() == SlaveSetup::Status::kFailed) text += "; " + failed_setup.failure();
+  return text;
+}
+
 }  // namespace
 
 const char* describe(SlaveCondition condition) noexcept {
@@ -416,20 +423,49 @@ std::string OpBus::failure(std::size_t i) const {
   return setup.status() == SlaveSetup::Status::kFailed ? setup.failure() : std::string();
 }
 
-std::vector<std::string> OpBus::findings() const {
-  std::vector<std::string> lines = diagnostics_.findings();
+void OpBus::copy_state(BusState& state) const {
+  state.frames = counters();
+  state.counts = diagnostics_.counts();
+  state.health.resize(slaves_.size());
+  state.failed_setups.resize(slaves_.size());
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
-    const SlaveHealth& health = slaves_[i].health;
-    const std::string label = slaves_[i].info.label();
+    state.health[i] = slaves_[i].health;
+    state.failed_setups[i] = slaves_[i].failed_setup;
+  }
+  state.most_answering = most_answering_;
+}
+
+std::vector<std::string> OpBus::trouble(const BusState& state) const {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const SlaveHealth& health = state.health[i];
+    const bool starting = health.condition == SlaveCondition::kResuming && health.times_lost == 0 &&
+                          state.failed_setups[i].status() != SlaveSetup::Status::kFailed;
+    if (health.condition != SlaveCondition::kOperational && !starting)
+      lines.push_back(condition_text(slaves_[i].info, health, state.failed_setups[i]));
+  }
+  return lines;
+}
+
+std::vector<std::string> OpBus::findings() const {
+  BusState now;
+  copy_state(now);
+  return findings(now);
+}
+
+std::vector<std::string> OpBus::findings(const BusState& state) const {
+  std::vector<std::string> lines = diagnostics_.findings(state.counts);
+  for (std::size_t i = 0; i < slaves_.size(); ++i) {
+    const SlaveHealth& health = state.health[i];
     if (health.times_lost > 0)
-      lines.push_back(label + ": left operation " +
+      lines.push_back(slaves_[i].info.label() + ": left operation " +
                       (health.times_lost == 1 ? "once" : std::to_string(health.times_lost) + " times"));
     if (health.condition != SlaveCondition::kOperational)
-      lines.push_back(label + ": " + describe(health.condition) +
-                      (failure(i).empty() ? std::string() : "; " + failure(i)));
+      lines.push_back(condition_text(slaves_[i].info, health, state.failed_setups[i]));
   }
-  if (most_answering_ > slaves_.size())
-    lines.push_back(std::to_string(most_answering_) + " slaves answer, " + std::to_string(slaves_.size()) +
+  if (state.most_answering > slaves_.size())
+    lines.push_back(std::to_string(state.most_answering) + " slaves answer, " +
+                    std::to_string(slaves_.size()) +
                     " were there at the start: something was plugged in, and works only after a restart");
   return lines;
 }

@@ -47,6 +47,15 @@ struct CycleResult {
   std::uint16_t expected_working_counter = 0;
 };
 
+/// All that a bus can tell of itself, as plain values: a copy may be put in words beside the cycle.
+struct BusState {
+  FrameCounters frames;
+  DiagnosticCounts counts;
+  std::vector<SlaveHealth> health;        ///< of each slave
+  std::vector<SlaveSetup> failed_setups;  ///< its last one that did, until it is in OP again
+  std::uint16_t most_answering = 0;       ///< slaves, to a broadcast, since the start
+};
+
 /// One frame per exchange(), which is a send() and its receive():
 /// - normally one LRW over the whole image; while anything is wrong, one LRW per slave, so that the working
 ///   counter tells slave by slave whose data is good (3: read 1 + write 2);
@@ -107,7 +116,15 @@ class OpBus {
   const Diagnostics& diagnostics() const noexcept { return diagnostics_; }
   /// None when they are off.
   const std::optional<DistributedClocks>& clocks() const noexcept { return clocks_; }
-  /// Setup: what is wrong, in words, one finding a line; empty when nothing is.
+
+  /// Cycle, once `state` has been through here.
+  void copy_state(BusState& state) const;
+  // Setup, and beside the cycle: `state` in words.
+  /// Slaves that do not work now, one a line, with what to check; those that have not started yet are none.
+  std::vector<std::string> trouble(const BusState& state) const;
+  /// What is or was wrong, one finding a line; empty when nothing is.
+  std::vector<std::string> findings(const BusState& state) const;
+  /// Setup: of now.
   std::vector<std::string> findings() const;
 
  private:

@@ -1,13 +1,16 @@
 /// @file
 /// A network interface as EtherCAT link (AF_PACKET, EtherType 0x88A4).
 #pragma once
+#include <optional>
 #include <string>
 
+#include "drivers/ethercat/interface_lock.h"
 #include "drivers/ethercat/link.h"
 
 namespace drivers::ethercat {
 
-/// Needs CAP_NET_RAW and nothing else: the interface must be up already.
+/// A master's end: it has the interface for itself as long as it lives. Needs CAP_NET_RAW and nothing else:
+/// the interface must be up already.
 class RawSocketLink final : public Link {
  public:
   enum class Wait {
@@ -15,7 +18,7 @@ class RawSocketLink final : public Link {
     kBusy,   ///< polls: about 3 µs, a whole core while waiting
   };
 
-  /// @throws BusError saying what to do: no such interface, interface down, no permission.
+  /// @throws BusError saying what to do: no such interface, interface down, no permission; InterfaceInUse.
   RawSocketLink(const std::string& interface, Wait wait);
   ~RawSocketLink() override;
 
@@ -27,6 +30,7 @@ class RawSocketLink final : public Link {
  private:
   std::string interface_;
   Wait wait_;
+  std::optional<InterfaceLock> lock_;
   int socket_ = -1;
   int last_error_ = 0;
 };

@@ -88,14 +88,14 @@ void DriveChannel::run_sequence() noexcept {
   switch (running_->progress()) {
     case tmcl::Progress::kRunning: return;
     case tmcl::Progress::kFailed:
-      fault_ = running_->fault();
-      failed_stage_ = std::exchange(stage_, Stage::kOff);
+      failure_.fault = running_->fault();
+      failure_.stage = std::exchange(stage_, Stage::kOff);
       stop();
       failed_ = true;
       return;
     case tmcl::Progress::kDone: break;
   }
-  if (ended == failed_stage_) fault_ = tmcl::SequenceFault::kNone;
+  if (ended == failure_.stage) failure_.fault = tmcl::SequenceFault::kNone;
   if (ended == Stage::kHoming) {
     homed_ = true;
     if (!homing_->was_homed()) {
@@ -116,19 +116,21 @@ JointFault DriveChannel::joint_fault() const noexcept {
   if (!ready() && !failed()) return JointFault::kNone;
   const JointFault fault = joint_fault_of(input_.flags);
   if (fault != JointFault::kNone) return fault;
-  if (failed() && failed_stage_ != Stage::kCommutating) return JointFault::kNotPrepared;
+  if (failed() && failure_.stage != Stage::kCommutating) return JointFault::kNotPrepared;
   return failed() || !input_.flags.has(tmcl::StatusFlag::kInitialized) ? JointFault::kNotInitialized
                                                                        : JointFault::kNone;
 }
 
-std::string DriveChannel::failure() const {
-  if (fault_ == tmcl::SequenceFault::kNone) return {};
+std::string describe(const DriveChannel::Failure& failure) {
+  using Stage = DriveChannel::Stage;
+  if (failure.fault == tmcl::SequenceFault::kNone) return {};
   const char* step = "start it up";
-  if (failed_stage_ == Stage::kRestoring) step = "give it its parameters back";
-  if (failed_stage_ == Stage::kClearing) step = "clear its fault";
-  if (failed_stage_ == Stage::kCommutating) step = "find its commutation";
-  if (failed_stage_ == Stage::kHoming) step = "find its end stop";
-  return std::string("could not ") + step + ": " + tmcl::describe(fault_) + "; " + tmcl::advice(fault_);
+  if (failure.stage == Stage::kRestoring) step = "give it its parameters back";
+  if (failure.stage == Stage::kClearing) step = "clear its fault";
+  if (failure.stage == Stage::kCommutating) step = "find its commutation";
+  if (failure.stage == Stage::kHoming) step = "find its end stop";
+  return std::string("could not ") + step + ": " + tmcl::describe(failure.fault) + "; " +
+         tmcl::advice(failure.fault);
 }
 
 void DriveChannel::forget() noexcept {

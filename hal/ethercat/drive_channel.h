@@ -29,9 +29,10 @@ const AxisData& axis_of(const drivers::tmcl::YoubotBoard& board) noexcept;
 /// Preparing a drive is a chain; a link that is not needed ends at once:
 ///   clear the time-out flag, or let the winding cool and clear I²t -> find commutation -> home
 /// A drive that lost its power is given its parameters back before, in PRE-OP.
-/// Cycle: all but the constructor, attach() and failure(). Never moved: sequences point into it.
+/// Cycle: all but the constructor and attach(). Never moved: sequences point into it.
 class DriveChannel {
  public:
+  enum class Stage : std::uint8_t { kOff, kRestoring, kClearing, kCommutating, kHoming, kReady };
   struct Setup {
     drivers::tmcl::YoubotBoard board;
     std::size_t slave = 0;  ///< from 0
@@ -66,8 +67,12 @@ class DriveChannel {
   bool failed() const noexcept { return failed_; }
   /// What keeps it from obeying; kNone too while it is being prepared.
   JointFault joint_fault() const noexcept;
-  /// Setup: the last thing that failed and has not succeeded since, and what to try; empty without one.
-  std::string failure() const;
+  /// The last thing that failed and has not succeeded since.
+  struct Failure {
+    drivers::tmcl::SequenceFault fault = drivers::tmcl::SequenceFault::kNone;
+    Stage stage{};
+  };
+  Failure failure() const noexcept { return failure_; }
 
   bool restoring() const noexcept { return stage_ == Stage::kRestoring; }
   /// Once a cycle while a drive that lost its memory waits for its parameters: its counter starts anew,
@@ -89,8 +94,6 @@ class DriveChannel {
   static constexpr std::uint32_t kOwnTags = 0x8000'0000;
 
  private:
-  enum class Stage : std::uint8_t { kOff, kRestoring, kClearing, kCommutating, kHoming, kReady };
-
   void forget() noexcept;
   void begin(Stage stage, drivers::tmcl::Sequence& sequence) noexcept;
   void clear_timeout() noexcept;
@@ -116,9 +119,7 @@ class DriveChannel {
   std::optional<drivers::tmcl::Completion> answer_;
   std::optional<drivers::tmcl::Completion> answer_for_others_;
   bool failed_ = false;
-  // What failed last, kept for failure().
-  drivers::tmcl::SequenceFault fault_ = drivers::tmcl::SequenceFault::kNone;
-  Stage failed_stage_ = Stage::kOff;
+  Failure failure_;
 
   bool sensed_ = false;  // since it last lost its memory
   bool fresh_ = false;   // in the last cycle
@@ -128,5 +129,8 @@ class DriveChannel {
   drivers::tmcl::PositionUnwrapper position_;
   std::int64_t position_ticks_ = 0;
 };
+
+/// Setup: in words, with what to try; empty without one.
+std::string describe(const DriveChannel::Failure& failure);
 
 }  // namespace hal

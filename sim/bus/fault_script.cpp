@@ -35,10 +35,12 @@ FaultPlayer::FaultPlayer(EmulatedBus& bus, std::vector<FaultEvent> events) : bus
   std::string problems;
   for (std::size_t i = 0; i < events.size(); ++i) {
     const FaultEvent& event = events[i];
-    const auto require = [&problems, i](bool holds, const char* problem) {
-      if (!holds) problems += "; event " + std::to_string(i) + ": " + problem;
+    const auto require = [&problems, i](bool holds, const std::string& problem) {
+      if (!holds) problems += "; event " + std::to_string(i + 1) + ": " + problem;
     };
-    require(!concerns_one_slave(event.kind) || event.slave < bus.size(), "there is no such slave");
+    require(
+        !concerns_one_slave(event.kind) || event.slave < bus.size(),
+        "there is no slave " + std::to_string(event.slave + 1) + ", but 1 to " + std::to_string(bus.size()));
     require(!concerns_frames(event.kind) || event.count > 0, "it spoils no frame");
     require(event.at.count() >= 0 && event.duration.count() >= 0 && event.delay.count() >= 0,
             "a time is negative");

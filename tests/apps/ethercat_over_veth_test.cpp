@@ -3,13 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/process.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
@@ -134,6 +137,105 @@ TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {
   EXPECT_EQ(scan.exit_code, 0);
   EXPECT_TRUE(scan.said("this is a complete youBot: base+arm")) << scan.output;
   EXPECT_TRUE(scan.said("KR-843")) << scan.output;
+}
+
+// Either would take the other's answers and reset its slaves.
+TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const Simulator simulator(namespaces, "--robot base");
+  ASSERT_TRUE(simulator.ready());
+  const support::TemporaryDirectory directory;
+  const fs::path config = directory.write("config.toml",
+                                          "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+                                          "[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n");
+  const std::string daemon = YOUBOTD_BINARY " --allow-non-rt --config " + config.string();
+  support::Process master(
+      {YOUBOTD_BINARY, "--allow-non-rt", "--config", config, "--control", directory / "control"});
+  ASSERT_TRUE(master.wait_for("waiting for commands"));
+  const std::string holder = "youbotd (process " + std::to_string(master.pid()) + ")";
+  for (const std::string& second :
+       {daemon, daemon + " --check", std::string(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c"),
+        std::string(YOUBOT_BENCH_BINARY " diagnose --duration 0.1 --robot ethercat:veth-c")}) {
+    // With the namespace's own /sys.
+    const support::CommandResult result =
+        support::run_command("ip netns exec " + namespaces.control_namespace() + " " + second);
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_TRUE(result.said("veth-c: lock the interface: " + holder)) << result.output;
+  }
+  const support::CommandResult twice = support::run_command("ip netns exec " + namespaces.sim_namespace() +
+                                                            " " YOUBOT_SIM_BINARY " --interface veth-s");
+  EXPECT_EQ(twice.exit_code, 3);
+  EXPECT_TRUE(twice.said("veth-s: lock the interface: youbot-sim (process ")) << twice.output;
+
+  master.signal(SIGKILL);
+  (void)master.finish();
+  const support::CommandResult scan =
+      support::run_command(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c");
+  EXPECT_EQ(scan.exit_code, 0) << scan.output;
+}
+
+/// A served base on veth-c, and who asks it.
+struct ServedBase {
+  ServedBase()
+      : config(directory.write("config.toml",
+                               "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+                               "[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n")),
+        daemon({YOUBOTD_BINARY, "--allow-non-rt", "--config", config, "--control", directory / "control"}) {}
+
+  support::CommandResult tell(const std::string& words) const {
+    return support::run_command(YOUBOTCTL_BINARY " --socket " + (directory / "control").string() + " " +
+                                words);
+  }
+  nlohmann::json status() const {
+    return nlohmann::json::parse(tell("status --json").output, nullptr, /*allow_exceptions=*/false);
+  }
+
+  support::TemporaryDirectory directory;
+  fs::path config;
+  support::Process daemon;
+};
+
+// The last on the bus: without it everything else is still in reach.
+constexpr const char* kWheelIsGone =
+    "slave 5 (TMCM-1632): does not answer: check its power and the cable before it";
+
+TEST(EthercatOverVeth, ServedItSaysWhichSlaveFailedAndWhatToCheck) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory directory;
+  const fs::path faults =
+      directory.write("faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_frame = 2500\nslave = 5\n");
+  const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
+  ASSERT_TRUE(simulator.ready());
+  ServedBase base;
+  ASSERT_TRUE(base.daemon.wait_for("waiting for commands"));
+  const support::CommandResult run = base.tell("enable");
+  EXPECT_EQ(run.exit_code, 4) << run.output;
+  // Unless this machine lost frames before, which is another fault.
+  EXPECT_TRUE(base.daemon.wait_for(std::string("robot: ") + kWheelIsGone));
+  EXPECT_EQ(base.tell("enable").exit_code, 4);
+  const nlohmann::json status = base.status();
+  EXPECT_EQ(status["robot_trouble"], nlohmann::json({kWheelIsGone})) << status.dump(2);
+  EXPECT_EQ(status["robot_state"], "wheel-4: some devices on the bus did not answer") << status.dump(2);
+  EXPECT_NE(status["fault_robot_report"].dump().find(kWheelIsGone), std::string::npos) << status.dump(2);
+  EXPECT_TRUE(base.daemon.wait_for(std::string("robot says: ") + kWheelIsGone));
+  const support::CommandResult words = base.tell("status");
+  EXPECT_TRUE(words.said(kWheelIsGone)) << words.output;
+  fs::remove(status["fault_report"].get<std::string>());
+}
+
+TEST(EthercatOverVeth, ServedItSaysThatASlaveIsBack) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory directory;
+  const fs::path faults = directory.write(
+      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_frame = 1500\nduration_s = 1.0\nslave = 5\n");
+  const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
+  ASSERT_TRUE(simulator.ready());
+  ServedBase base;
+  ASSERT_TRUE(base.daemon.wait_for(std::string("robot: ") + kWheelIsGone));
+  ASSERT_TRUE(base.daemon.wait_for("robot: slave 5 (TMCM-1632): works again"));
 }
 
 }  // namespace

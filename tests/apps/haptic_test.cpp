@@ -138,6 +138,21 @@ damping_N_s_per_m = 10.0
   EXPECT_EQ(options.hand.hand_damping_N_s_per_m, 10.0);
 }
 
+TEST(OpenHaptic, AFalconWhoseOneMissingReplyEndsTheForceIsRefused) {
+  const support::TemporaryDirectory folder;
+  try {
+    (void)read(folder, "[haptic]\n[haptic.falcon]\nreply_deadline_s = 0.02\n");
+    FAIL() << "it was taken";
+  } catch (const apps::ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find(":3: 'haptic.falcon.reply_deadline_s' is not below"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(read(folder, "[haptic]\nstale_after_s = 0.004\n").limits.stale_after,
+            std::chrono::milliseconds(4))
+      << "of another master";
+}
+
 TEST(OpenHaptic, TheConfigurationInTheDocumentShowsTheDefaults) {
   std::ifstream file(std::string(YOUBOT_SOURCE_DIR) + "/drivers/haptic/README.md");
   const std::string readme{std::istreambuf_iterator<char>(file), {}};

@@ -74,6 +74,20 @@ TEST(YoubotBenchOverVeth, WithoutARobotItSaysWhatToCheck) {
   }
 }
 
+TEST(YoubotBenchOverVeth, ASettingIsStillThereForTheNextProgram) {
+  const support::Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::Simulator simulator(namespaces, "--robot base");
+  ASSERT_TRUE(simulator.ready());
+  for (const int before : {2000, 1500}) {
+    const CommandResult set = bench("parameters --joint wheel-2 --set motor_acceleration=1500");
+    EXPECT_EQ(set.exit_code, 0) << set.output;
+    EXPECT_TRUE(set.said("slave 3 (TMCM-1632), wheel-2: motor_acceleration was " + std::to_string(before) +
+                         ", is 1500 rpm/s until it loses its power"))
+        << set.output;
+  }
+}
+
 /// Listens on the robot's end of the cable: what the drives were told last, whether or not they were there to
 /// hear it. Not on the other end, where the kernel shows nobody what a master sends past its queues.
 class Listener {

@@ -61,6 +61,23 @@ struct Youbotctl : testing::Test {
   std::filesystem::path config;
 };
 
+TEST_F(Youbotctl, WhoSleptThroughTheEndOfHisRunDoesNotTakeTheNextForHis) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  Process sleeper(ctl({"enable"}));
+  ASSERT_TRUE(sleeper.wait_for("running"));
+  sleeper.signal(SIGSTOP);
+  EXPECT_TRUE(comes_to_rest());
+  EXPECT_EQ(status()["run"], 1);
+  Process next(ctl({"enable"}));
+  ASSERT_TRUE(next.wait_for("running"));
+  sleeper.signal(SIGCONT);
+  const CommandResult result = sleeper.finish();
+  EXPECT_EQ(result.exit_code, 2) << result.output;
+  EXPECT_TRUE(result.said("somebody has enabled the next one")) << result.output;
+  EXPECT_EQ(next.finish().exit_code, 0);
+}
+
 TEST_F(Youbotctl, DrivesThePathOnceItIsEnabledAndThenTheDrivesAreOff) {
   Process youbotd(daemon({"--record", folder / "runs"}));
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));

@@ -65,7 +65,10 @@ TEST(YoubotdCommand, WrongUseAndWrongConfigurationExitWithTwo) {
   EXPECT_EQ(run({}).exit_code, 2);
   EXPECT_EQ(run({"--config", kDemo, "--nonsense"}).exit_code, 2);
   EXPECT_EQ(run({"--config", kDemo, "--duration", "-1"}).exit_code, 2);
-  EXPECT_EQ(run({"--config", kDemo, "--robot", "toaster"}).exit_code, 2);
+  const Result unknown = run({"--config", kDemo, "--robot", "toaster"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_TRUE(unknown.said("there is no 'toaster'")) << unknown.output;
+  EXPECT_FALSE(unknown.said("running")) << unknown.output;
   const Result missing = run({"--config", "/nonexistent/file.toml"});
   EXPECT_EQ(missing.exit_code, 2);
   EXPECT_NE(missing.output.find("/nonexistent/file.toml"), std::string::npos);

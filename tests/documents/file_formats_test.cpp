@@ -74,7 +74,8 @@ TEST_F(FileFormats, TheExampleOfASceneIsOne) {
 }
 
 TEST_F(FileFormats, TheExampleOfAFaultScriptIsOne) {
-  EXPECT_EQ(youbot_sim::load_faults(example("[[fault]]")).size(), 1U);
+  constexpr std::size_t kSlavesOfABase = 5;
+  EXPECT_EQ(youbot_sim::load_faults(example("[[fault]]"), kSlavesOfABase).size(), 1U);
 }
 
 TEST_F(FileFormats, EveryEffectIsThereWithItsParameters) {

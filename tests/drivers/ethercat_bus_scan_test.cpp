@@ -119,7 +119,9 @@ TEST_F(Scan, AnInterfaceThatReturnsFramesUntouchedHasNoSlaves) {
   Transceiver transceiver(link);
   RegisterAccess access(transceiver, {});
   EXPECT_EQ(error_of([&] { scan_bus(access, "eth7"); }),
-            "eth7: count slaves: frames come back, but no EtherCAT slave touched them");
+            "eth7: count slaves: frames come back, but no EtherCAT slave touched them; is the other end the "
+            "robot's "
+            "EtherCAT socket, and no switch or looped cable?");
 }
 
 // ---- EEPROMs ----

@@ -10,7 +10,9 @@
 
 #include <atomic>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
+#include <optional>
 #include <thread>
 
 #include "drivers/ethercat/monotonic_clock.h"
@@ -206,6 +208,38 @@ TEST_P(RawSocket, WithoutPermissionItSaysWhatToDo) {
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
+}
+
+TEST_P(RawSocket, ASecondMasterIsRefusedUntilTheFirstHasEnded) {
+  std::optional<RawSocketLink> first(std::in_place, near_, GetParam());
+  const RawSocketLink other_end(far_, GetParam());
+  const std::string refusal = near_ + ": lock the interface: test_drivers (process " +
+                              std::to_string(getpid()) +
+                              ") is the master of this bus already, and two would disturb each other; end "
+                              "that one first";
+  for (int attempt = 0; attempt < 20; ++attempt)
+    EXPECT_EQ(error_of([&] { RawSocketLink(near_, GetParam()); }), refusal);
+  first.reset();
+  EXPECT_NO_THROW(RawSocketLink(near_, GetParam()));
+}
+
+TEST_P(RawSocket, AMasterThatWasKilledLeavesTheInterface) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    const RawSocketLink link(near_, GetParam());
+    (void)!write(ends[1], "", 1);
+    for (;;) pause();
+  }
+  close(ends[1]);
+  char ready = 0;
+  ASSERT_EQ(read(ends[0], &ready, 1), 1);
+  close(ends[0]);
+  EXPECT_THROW(RawSocketLink(near_, GetParam()), InterfaceInUse);
+  kill(child, SIGKILL);
+  ASSERT_EQ(waitpid(child, nullptr, 0), child);
+  EXPECT_NO_THROW(RawSocketLink(near_, GetParam()));
 }
 
 TEST_P(RawSocket, SendAndReceiveDoNotAllocateOrLock) {

@@ -16,6 +16,8 @@
 
 namespace end_to_end {
 
+using nlohmann::json;
+
 class Daemon {
  public:
   Daemon(const std::filesystem::path& folder, const std::filesystem::path& config,
@@ -32,13 +34,13 @@ class Daemon {
     words.insert(words.begin(), {YOUBOTCTL_BINARY, "--socket", socket_});
     return support::spawn(std::move(words));
   }
-  nlohmann::json status() const {
-    return nlohmann::json::parse(tell({"status", "--json"}).output, nullptr, /*allow_exceptions=*/false);
+  json status() const {
+    return json::parse(tell({"status", "--json"}).output, nullptr, /*allow_exceptions=*/false);
   }
   /// What the status is when `condition` holds for it, or when the patience ends.
   template <typename Condition>
-  nlohmann::json wait_until(Condition condition) const {
-    nlohmann::json now;
+  json wait_until(Condition condition) const {
+    json now;
     for (const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(150);
          std::chrono::steady_clock::now() < end; std::this_thread::sleep_for(std::chrono::milliseconds(50)))
       if (now = status(); now.is_object() && condition(now)) break;
@@ -47,18 +49,23 @@ class Daemon {
   /// Of the loop, each of which is a millisecond of the emulated robot. False when it was disabled before.
   bool wait_cycles(long count) const {
     const long from = status().value("cycles", 0L);
-    const nlohmann::json then = wait_until([&](const nlohmann::json& now) {
+    const json then = wait_until([&](const json& now) {
       return now["enabled"] == false || now["cycles"].get<long>() >= from + count;
     });
     return then.value("enabled", false);
   }
 
-  /// A commander of its own process, which stays as long as what it enabled.
-  void enable() {
+  /// A commander of its own process, which stays as long as what it enabled. False when it was refused.
+  bool enable() {
     commander_ = std::make_unique<support::Process>(
         std::vector<std::string>{YOUBOTCTL_BINARY, "--socket", socket_, "enable"});
-    ++enables_;
+    const json now = wait_until(
+        [&](const json& status) { return commander_->ended() || status["run"].get<int>() > enables_; });
+    const bool enabled = now.is_object() && now["run"].get<int>() > enables_;
+    if (enabled) ++enables_;
+    return enabled;
   }
+  /// So many runs there were.
   int enables() const { return enables_; }
   support::CommandResult commander_ended() { return std::exchange(commander_, nullptr)->finish(); }
 

@@ -43,7 +43,7 @@ class Scenario {
       if (!operates()) continue;
       Window window{daemon_.enables(), daemon_.status().value("time_s", 0.0), 0.0};
       const bool done = step();
-      const nlohmann::json now = daemon_.status();
+      const json now = daemon_.status();
       window.to_s = now.value("time_s", 0.0);
       if (now.value("enabled", false)) {
         EXPECT_TRUE(done) << name << ": " << now.dump(2);
@@ -61,8 +61,7 @@ class Scenario {
         ++repetitions_;
         continue;
       }
-      const nlohmann::json now =
-          daemon_.wait_until([](const nlohmann::json& status) { return status["enabled"] == false; });
+      const json now = daemon_.wait_until([](const json& status) { return status["enabled"] == false; });
       broken_ = now.value("enabled", true);
       EXPECT_FALSE(broken_) << "the script's fault did not come: " << now.dump(2);
       if (!broken_) judge_end("power cycle", /*operating=*/true);
@@ -84,13 +83,16 @@ class Scenario {
     if (!daemon_.status().value("enabled", false)) {
       hand_.press(false);
       hand_.move_to(Eigen::Vector3d::Zero());
-      daemon_.enable();
-      (void)daemon_.wait_until(
-          [](const nlohmann::json& now) { return now["enabled"] == true || now["fault"] != ""; });
+      if (!daemon_.enable()) {
+        const support::CommandResult refused = daemon_.commander_ended();
+        std::printf("not enabled: %s\n", refused.output.c_str());
+        EXPECT_TRUE(refused.exit_code == 2 || refused.exit_code == 3 || refused.exit_code == 4)
+            << refused.output;
+        return false;
+      }
     }
-    const nlohmann::json now = daemon_.wait_until([](const nlohmann::json& status) {
-      return status["enabled"] == false || status["phase"] == "operating";
-    });
+    const json now = daemon_.wait_until(
+        [](const json& status) { return status["enabled"] == false || status["phase"] == "operating"; });
     if (now.value("phase", "") == "operating") return true;
     if (now.value("enabled", true)) {
       ADD_FAILURE() << "it does not come to operate: " << now.dump(2);
@@ -102,7 +104,7 @@ class Scenario {
   }
   /// It is off: by what?
   void judge_end(const std::string& during, bool operating = false) {
-    const nlohmann::json now = daemon_.status();
+    const json now = daemon_.status();
     const std::string fault = now.value("fault", "");
     const support::CommandResult commander = daemon_.commander_ended();
     EXPECT_EQ(commander.exit_code, 4) << commander.output;
@@ -112,14 +114,13 @@ class Scenario {
     EXPECT_FALSE(broken_) << during << " was ended by " << fault;
     power_cycled_in_operation = power_cycled_in_operation || (scripted && operating);
     std::printf("%s was ended by %s\n", during.c_str(), fault.c_str());
-    const nlohmann::json ready =
-        daemon_.wait_until([](const nlohmann::json& status) { return status["robot_state"] == "ready"; });
+    const json ready =
+        daemon_.wait_until([](const json& status) { return status["robot_state"] == "ready"; });
     broken_ = broken_ || ready.value("robot_state", "") != "ready";
     EXPECT_FALSE(broken_) << "it does not recover: " << ready.dump(2);
     // Long enough for a drive that goes on again by itself to be seen.
     const long from = ready.value("cycles", 0L);
-    (void)daemon_.wait_until(
-        [&](const nlohmann::json& status) { return status["cycles"].get<long>() > from + 500; });
+    (void)daemon_.wait_until([&](const json& status) { return status["cycles"].get<long>() > from + 500; });
   }
 
   Daemon& daemon_;

@@ -1,10 +1,12 @@
 // All of the system through its real interfaces: youbotctl tells youbotd, which has a master on a mocked
 // kernel's USB and a robot on a network interface, behind which youbot-sim is. In real time, on a machine
 // that may be busy: a run may end because something came too late, and is repeated from the same step on. The
-// robot's own time goes with the frames, so what it does depends on nobody.
+// robot's own time goes with the frames, so what it does depends on nobody; a pause of the daemon's loop is
+// none to it, and what becomes of such a pause is other tests' business.
 #include <gtest/gtest.h>
 #include <sched.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -25,8 +27,6 @@
 
 namespace end_to_end {
 namespace {
-
-using nlohmann::json;
 
 /// Of the recorded hand's way, so that it stays inside the boundary of rate control below.
 constexpr double kHandScale = 0.6;
@@ -158,6 +158,9 @@ void expect_recorded_what_happened(const Scenario& scenario, const Recording& ro
     expect_continuous(run);
     if (phases(run).size() < 3) continue;  // held up by this machine before it moved
     ++runs_that_moved;
+    const std::vector<TeleopPhase> seen = phases(run);
+    if (std::ranges::count(seen, TeleopPhase::kOperating) == 0) continue;  // held up before it did much
+    ASSERT_TRUE(runs.back()->comparison.aligned()) << "the simulator has seen nothing of this run";
     expect_same(runs.back()->comparison, run.rows());
     expect_stopped_when_power_was_lost(*runs.back(), kToleratedCycles);
   }

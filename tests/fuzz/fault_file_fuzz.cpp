@@ -31,7 +31,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   require(file >= 0 && ftruncate(file, 0) == 0);
   require(pwrite(file, data, size, 0) == static_cast<ssize_t>(size));
   try {
-    for (const sim::bus::FaultEvent& event : youbot_sim::load_faults(path)) {
+    for (const sim::bus::FaultEvent& event : youbot_sim::load_faults(path, 5)) {
       require(event.kind <= sim::bus::FaultKind::kBoardFault);
       require(event.count >= 1 && event.mask != 0);
       require(event.at.count() >= 0 && event.duration.count() >= 0 && event.delay.count() >= 0);

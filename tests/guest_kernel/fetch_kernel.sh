@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Debian's PREEMPT_RT kernel, for the guest to run. Prints the folder in the cache that holds
 #   vmlinuz       the kernel
-#   modules       the names of those that the guest loads, one a line
+#   modules       the names of those that the guest of the device tests loads, one a line
 #   lib/modules/  these, and what they need
 # The current one is downloaded through apt when the cache lacks it; nothing is installed and root is not needed.
 # usage: fetch_kernel.sh           what apt calls the current one, or the newest in the cache when apt cannot say
@@ -17,9 +17,13 @@ modules=(
   hid-generic   # the driver that makes both readable
   hid-logitech  # that which the older SpaceMouse devices get
 )
+host_modules=(
+  virtio-pci 9pnet-virtio 9p overlay  # a guest that has the host's programs
+  veth  # an Ethernet cable between programs
+)
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/youbot-hal
 # A kernel with other modules is another one.
-key=modules-$(printf '%s ' "${modules[@]}" | cksum | cut -d ' ' -f 1)
+key=modules-$(printf '%s ' "${modules[@]}" "${host_modules[@]}" | cksum | cut -d ' ' -f 1)
 
 newest_cached() {
   local found
@@ -64,7 +68,7 @@ depmod --basedir "$new/all" "$release"  # the package comes without
 printf '%s\n' "${modules[@]}" > "$new/folder/modules"
 (
   cd "$new/all"
-  for module in "${modules[@]}"; do
+  for module in "${modules[@]}" "${host_modules[@]}"; do
     modprobe --dirname "$new/all" --set-version "$release" --show-depends "$module"
   done | sed -n "s|^insmod $new/all/\([^ ]*\).*|\1|p" | sort -u | xargs cp --parents --target-directory "$new/folder"
   cp --parents --target-directory "$new/folder" lib/modules/"$release"/modules.{order,builtin,builtin.modinfo}

@@ -42,7 +42,7 @@ TEST_F(Channel, WithoutNewsFromTheDriveItsPreparationStandsStill) {
   (void)tell();
   // Longer than any step of it has patience.
   for (int i = 0; i < 20'000; ++i) (void)tell();
-  EXPECT_FALSE(drive.failed()) << drive.failure();
+  EXPECT_FALSE(drive.failed()) << describe(drive.failure());
   for (int i = 0; i < 20'000 && !drive.failed(); ++i) {
     hear({});
     (void)tell();
@@ -56,7 +56,7 @@ TEST_F(Channel, ADriveThatLostItsMemoryIsNotJudgedByWhatItSaidBefore) {
   (void)tell();
   hear({StatusFlag::kTimeout});  // its first words: to be cleared, not to fail on
   EXPECT_EQ(tell(), tmcl::kStopMotor);
-  EXPECT_FALSE(drive.failed()) << drive.failure();
+  EXPECT_FALSE(drive.failed()) << describe(drive.failure());
 }
 
 }  // namespace

@@ -181,7 +181,7 @@ TEST_F(Script, EventsThatCannotBeAreAllNamed) {
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(
         error.what(),
-        "fault script; event 0: there is no such slave; event 1: it spoils no frame; event 2: there is no "
+        "fault script; event 1: there is no slave 4, but 1 to 3; event 2: it spoils no frame; event 3: there is no "
         "delay");
   }
 }

@@ -69,6 +69,12 @@ class Process {
     input_ = -1;
   }
   void signal(int number) const { kill(pid_, number); }
+  /// Whether it has ended by itself; finish() still tells how.
+  bool ended() const {
+    siginfo_t info{};
+    return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&
+           info.si_pid == pid_;
+  }
   pid_t pid() const { return pid_; }
   /// Waits for its end.
   CommandResult finish() {

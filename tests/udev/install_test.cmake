@@ -17,10 +17,14 @@ set(programs youbotd youbotctl youbot-bench youbot-sim youbot-gap)
 list(TRANSFORM programs PREPEND /usr/bin/ OUTPUT_VARIABLE installed_programs)
 cmake_path(ABSOLUTE_PATH UNIT_DIR BASE_DIRECTORY /usr)
 cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
+# In the folders that they link to each other by.
+set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_bench/README.md
+              apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md udev/raw-socket.md)
+list(TRANSFORM documents PREPEND /usr/share/doc/youbot-hal/)
 set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.service ${SYSUSERS_DIR}/youbotd.conf
              /usr/share/youbot-hal/demo.toml
              /usr/share/youbot-hal/teleop.toml
-             /usr/share/doc/youbot-hal/README.md /usr/share/doc/youbot-hal/raw-socket.md)
+             ${documents})
 file(GLOB_RECURSE found ${SCRATCH}/*)
 list(TRANSFORM found REPLACE "^${SCRATCH}" "")
 list(SORT expected)

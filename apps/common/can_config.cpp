@@ -1,0 +1,60 @@
+#include "apps/common/can_config.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <optional>
+
+#include "drivers/tmcl/polled_drive.h"
+#include "hal/youbot_axes.h"
+
+namespace apps {
+namespace {
+
+/// "arm-3" → its gear, motor and limits.
+std::optional<hal::AxisData> axis_of(const std::string& joint) {
+  for (int wheel = 1; wheel <= 4; ++wheel)
+    if (joint == "wheel-" + std::to_string(wheel)) return hal::kWheelAxis;
+  for (std::size_t i = 0; i < hal::kArmAxes.size(); ++i)
+    if (joint == "arm-" + std::to_string(i + 1)) return hal::kArmAxes[i];
+  return std::nullopt;
+}
+
+template <typename Number>
+void read_integer(TomlTable& table, std::string_view key, Number& value, const NumberRules& rules) {
+  int number = static_cast<int>(value);
+  table.integer(key, number, rules);
+  value = static_cast<Number>(number);
+}
+
+}  // namespace
+
+void read_can(TomlTable& table, hal::CanOptions& options) {
+  table.text("joint", options.joint_name);
+  if (const std::optional<hal::AxisData> axis = axis_of(options.joint_name))
+    options.axis = *axis;
+  else
+    table.refuse("joint", "= '" + options.joint_name + "' is none of wheel-1 to wheel-4 and arm-1 to arm-5");
+  constexpr double kLargestId = 0x7FF;  // of 11 bits
+  read_integer(table, "module_id", options.module_id, {.min = 1, .max = kLargestId});
+  read_integer(table, "reply_id", options.reply_id, {.min = 1, .max = kLargestId});
+  if (options.module_id == options.reply_id)
+    table.refuse("reply_id", "is 'can.module_id', too: requests and replies need one each");
+  read_integer(table, "motor", options.motor, {.min = 0, .max = 5});
+  read_integer(table, "bitrate_bit_per_s", options.bitrate_bit_per_s, {.min = 0, .max = 1e6});
+  read_integer(table, "requests_per_cycle", options.requests_per_cycle,
+               {.min = 1, .max = drivers::tmcl::PolledDrive::kMaxRequests});
+  read_integer(table, "patience_cycles", options.patience_cycles, {.min = 1, .max = 100});
+  read_integer(table, "tolerated_cycles", options.tolerated_cycles, {.min = 0, .max = 100});
+  table.boolean("unsigned_current", options.unsigned_current);
+}
+
+std::string can_text(const hal::CanOptions& options) {
+  return fmt::format(
+      "[can]\njoint = {}\nmodule_id = {}\nreply_id = {}\nmotor = {}\nbitrate_bit_per_s = {}\n"
+      "requests_per_cycle = {}\npatience_cycles = {}\ntolerated_cycles = {}\nunsigned_current = {}\n",
+      toml_string(options.joint_name), options.module_id, options.reply_id, options.motor,
+      options.bitrate_bit_per_s, options.requests_per_cycle, options.patience_cycles,
+      options.tolerated_cycles, options.unsigned_current);
+}
+
+}  // namespace apps

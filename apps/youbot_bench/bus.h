@@ -1,0 +1,24 @@
+/// @file
+/// `--robot` of the commands that look at a bus: scan, parameters, diagnose.
+#pragma once
+#include <memory>
+#include <string>
+
+#include "drivers/ethercat/link.h"
+#include "hal/clock.h"
+#include "sim/bus/youbot_bus.h"
+
+namespace youbot_bench {
+
+/// An EtherCAT bus and the time it lives in.
+struct Bus {
+  std::unique_ptr<sim::bus::YoubotBus> emulation;  ///< of `wire`; else null
+  std::unique_ptr<drivers::ethercat::Link> link;
+  std::unique_ptr<hal::Clock> clock;
+};
+
+/// `ethercat:IFACE`, or `wire`: an emulated base with an arm in this process, which needs no rights.
+/// @throws std::invalid_argument for a robot without such a bus, drivers::ethercat::BusError.
+Bus open_bus(const std::string& robot);
+
+}  // namespace youbot_bench

@@ -1,0 +1,180 @@
+#include "apps/youbot_bench/parameters.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+
+#include "apps/common/can_config.h"
+#include "apps/common/open_robot.h"
+#include "apps/common/shared_tables.h"
+#include "apps/common/toml_reader.h"
+#include "apps/youbot_bench/bus.h"
+#include "drivers/tmcl/axis_parameters.h"
+#include "drivers/tmcl/client.h"
+#include "drivers/tmcl/status_flags.h"
+#include "hal/ethercat_robot.h"
+#include "hal/setup_error.h"
+
+namespace youbot_bench {
+namespace {
+
+namespace ethercat = drivers::ethercat;
+namespace tmcl = drivers::tmcl;
+
+constexpr std::string_view kCan = "can:";
+
+hal::CanOptions can_options(const ParametersOptions& options) {
+  hal::CanOptions can;
+  if (options.config.empty()) return can;
+  apps::TomlFile toml = apps::TomlFile::parse(options.config);
+  apps::TomlTable root = toml.root();
+  apps::TomlTable table = root.table("can");
+  apps::read_can(table, can);
+  apps::leave_to_others(root, {"can"});
+  toml.finish();
+  return can;
+}
+
+std::string names(const std::vector<Controller>& controllers) {
+  std::string all;
+  for (const Controller& each : controllers) all += (all.empty() ? "" : ", ") + each.joint;
+  return all;
+}
+
+/// Those of the joints that are wanted.
+std::vector<Controller> chosen(std::vector<Controller> controllers, const std::vector<std::string>& joints) {
+  if (joints.empty()) return controllers;
+  for (const std::string& joint : joints) {
+    if (std::ranges::any_of(controllers, [&](const Controller& each) { return each.joint == joint; }))
+      continue;
+    throw std::invalid_argument("--joint: there is no '" + joint + "', but " + names(controllers));
+  }
+  std::erase_if(controllers, [&](const Controller& each) {
+    return std::ranges::find(joints, each.joint) == joints.end();
+  });
+  return controllers;
+}
+
+void run(std::vector<Controller> all, const ParametersOptions& options,
+         const std::vector<Setting>& settings) {
+  if (!settings.empty() && options.joints.empty() && all.size() > 1)
+    throw std::invalid_argument("--set: of which --joint? There are " + names(all));
+  std::vector<Controller> controllers = chosen(std::move(all), options.joints);
+  tmcl::SteadyClock clock;
+  settings.empty() ? print_parameters(controllers, clock)
+                   : write_parameters(controllers, settings, options.store, clock);
+}
+
+std::string label(const Controller& controller) {
+  return controller.transport->name() + ", " + controller.joint;
+}
+
+/// That a motor stop leaves velocity mode on is possible, so that flag tells nothing. The drive's own word on
+/// whether the motor turns is smoothed, the measured speed is not.
+void require_off(tmcl::Client& client, const Controller& controller) {
+  const auto refuse = [&](const std::string& found) {
+    throw hal::SetupError(label(controller), "check that it is off",
+                          found +
+                              ", and settings act at once; end what drives it, then switch the motors' power "
+                              "off and on: a raised arm falls");
+  };
+  const tmcl::StatusFlags flags(
+      static_cast<std::uint32_t>(client.get(tmcl::drive_parameter("error_and_status"), controller.motor)));
+  if (flags.has(tmcl::StatusFlag::kTimeout)) refuse("it holds its place since it heard nothing any more");
+  using enum tmcl::StatusFlag;
+  if (flags.has(kPositionMode) || flags.has(kCurrentMode) || flags.has(kPwmMode))
+    refuse("it is being driven");
+  if (!flags.has(kMotorHalted)) refuse("its motor turns");
+}
+
+void write(tmcl::Client& client, const Controller& controller, const Setting& setting, bool store) {
+  const tmcl::AxisParameter& parameter = *tmcl::find_drive_parameter(setting.name);
+  const std::int32_t before = client.get(parameter, controller.motor);
+  client.set(parameter, setting.value, controller.motor);
+  const std::int32_t after = client.get(parameter, controller.motor);
+  if (after != setting.value)
+    throw hal::SetupError(label(controller), "read " + setting.name + " back",
+                          "it took " + std::to_string(setting.value) + " and has " + std::to_string(after));
+  std::printf("%s: %s was %d, is %d %s until it loses its power\n", label(controller).c_str(),
+              setting.name.c_str(), before, after, name(parameter.unit));
+  if (!store) return;
+  client.store(parameter, controller.motor);
+  std::printf("%s: %s is kept in its EEPROM\n", label(controller).c_str(), setting.name.c_str());
+}
+
+}  // namespace
+
+Setting read_setting(const std::string& text, bool store) {
+  const std::size_t equals = std::min(text.find('='), text.size());
+  Setting setting{.name = text.substr(0, equals)};
+  const char* const end = text.data() + text.size();
+  const char* const begin = std::min(text.data() + equals + 1, end);
+  const auto [stopped, error] = std::from_chars(begin, end, setting.value);
+  if (error != std::errc() || stopped != end)
+    throw std::invalid_argument("--set: '" + text + "' should be NAME=VALUE, a whole number of 32 bits");
+  if (const std::string complaint = hal::check({.name = setting.name, .value = setting.value});
+      !complaint.empty())
+    throw std::invalid_argument("--set: '" + setting.name + "' " + complaint);
+  if (store && !storable(tmcl::find_drive_parameter(setting.name)->access))
+    throw std::invalid_argument("--store: '" + setting.name +
+                                "' is not kept in EEPROM; [[ethercat.parameter]] writes it at each start");
+  return setting;
+}
+
+void parameters(const ParametersOptions& options) {
+  std::vector<Setting> settings;
+  for (const std::string& text : options.settings) settings.push_back(read_setting(text, options.store));
+  if (options.store && settings.empty())
+    throw std::invalid_argument("--store: what? It keeps what --set NAME=VALUE writes");
+  apps::check_robot_name(options.robot);
+  if (options.robot.starts_with(kCan)) {
+    run(controllers_on_can(options.robot.substr(kCan.size()), can_options(options)), options, settings);
+    return;
+  }
+  if (!options.config.empty()) throw std::invalid_argument("--config: its [can] is for --robot can:IFACE");
+  const Bus bus = open_bus(options.robot);
+  ethercat::PreOpBus setup(*bus.link, nullptr, {});
+  run(controllers_of(setup, bus.link->name()), options, settings);
+}
+
+void print_parameters(std::span<Controller> controllers, tmcl::Clock& clock) {
+  std::printf("slave,name,firmware,number,parameter,value,unit\n");
+  for (const Controller& controller : controllers) {
+    tmcl::Client client(*controller.transport, clock);
+    const tmcl::FirmwareVersion version = client.version();
+    const std::optional<tmcl::Firmware> firmware = tmcl::supported_firmware(version);
+    for (const tmcl::AxisParameter& parameter : tmcl::kDriveParameters) {
+      if (!readable(parameter.access) || (firmware && !parameter.exists_in(*firmware))) continue;
+      std::string value;
+      try {
+        value = std::to_string(client.get(parameter, controller.motor));
+      } catch (const std::exception& error) {
+        std::fprintf(stderr, "youbot-bench: %s\n", error.what());
+        value = "refused";
+      }
+      std::printf("%u,%s,%d,%u,%.*s,%s,%s\n", controller.number, controller.name.c_str(), version.version,
+                  parameter.number, static_cast<int>(parameter.name.size()), parameter.name.data(),
+                  value.c_str(), name(parameter.unit));
+    }
+  }
+}
+
+void write_parameters(std::span<Controller> controllers, std::span<const Setting> settings, bool store,
+                      tmcl::Clock& clock) {
+  // All are looked at before one is changed.
+  for (const bool writing : {false, true})
+    for (const Controller& controller : controllers) {
+      tmcl::Client client(*controller.transport, clock);
+      (void)client.version();  // so that it knows what this firmware lacks
+      if (!writing) require_off(client, controller);
+      if (writing)
+        for (const Setting& setting : settings) write(client, controller, setting, store);
+    }
+}
+
+}  // namespace youbot_bench

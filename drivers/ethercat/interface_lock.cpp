@@ -1,0 +1,74 @@
+#include "drivers/ethercat/interface_lock.h"
+
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstddef>
+#include <cstring>
+#include <fstream>
+
+namespace drivers::ethercat {
+namespace {
+
+struct Address {
+  sockaddr_un name{};
+  socklen_t size = 0;
+};
+
+/// By index, as an interface may have several names. The zero in front makes it abstract.
+Address address_of(int index, InterfaceLock::End end) {
+  const std::string name = std::string("youbot-hal/ethercat-") +
+                           (end == InterfaceLock::End::kMaster ? "master/" : "slaves/") +
+                           std::to_string(index);
+  Address address;
+  address.name.sun_family = AF_UNIX;
+  std::memcpy(address.name.sun_path + 1, name.data(), name.size());
+  address.size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
+  return address;
+}
+
+int open_socket() { return socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
+
+const sockaddr* generic(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.name); }
+
+/// "youbotd (process 4711)", as far as the system tells: not of a holder in another container.
+std::string holder_of(const Address& address) {
+  ucred holder{};
+  const int caller = open_socket();
+  if (caller >= 0 && connect(caller, generic(address), address.size) == 0) {
+    socklen_t size = sizeof holder;
+    getsockopt(caller, SOL_SOCKET, SO_PEERCRED, &holder, &size);
+  }
+  if (caller >= 0) close(caller);
+  if (holder.pid == 0) return "another program";
+  std::ifstream comm("/proc/" + std::to_string(holder.pid) + "/comm");
+  std::string name;
+  std::getline(comm, name);
+  return (name.empty() ? "a program" : name) + " (process " + std::to_string(holder.pid) + ")";
+}
+
+}  // namespace
+
+InterfaceLock::InterfaceLock(const std::string& interface, int index, End end) {
+  const Address address = address_of(index, end);
+  socket_ = open_socket();
+  // Listening is what makes the kernel tell others who this is; nobody is ever answered.
+  if (socket_ >= 0 && bind(socket_, generic(address), address.size) == 0 && listen(socket_, SOMAXCONN) == 0)
+    return;
+  const int error = errno;
+  if (socket_ >= 0) close(socket_);
+  if (error != EADDRINUSE) throw BusError(interface, "lock the interface", std::strerror(error));
+  throw InterfaceInUse(
+      interface, "lock the interface",
+      holder_of(address) + (end == End::kMaster
+                                ? " is the master of this bus already, and two would disturb each other; end "
+                                  "that one first"
+                                : " answers for the slaves on it already; end that one first, or name "
+                                  "another interface"));
+}
+
+InterfaceLock::~InterfaceLock() { close(socket_); }
+
+}  // namespace drivers::ethercat

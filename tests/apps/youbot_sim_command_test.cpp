@@ -1,0 +1,43 @@
+// youbot-sim as a user meets it, as far as that needs no network interface.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using support::CommandResult;
+
+CommandResult simulate(const std::string& arguments) {
+  return support::run_command(YOUBOT_SIM_BINARY " --interface nosuchif0 " + arguments);
+}
+
+TEST(YoubotSimCommand, RobotsAreCalledAsEverywhereElse) {
+  for (const char* robot : {"base", "arm", "base+arm", "base+two-arms"}) {
+    const CommandResult result = simulate(std::string("--robot ") + robot);
+    EXPECT_EQ(result.exit_code, 3) << "only the interface is missing: " << result.output;
+    EXPECT_TRUE(result.said("nosuchif0")) << result.output;
+  }
+  const CommandResult unknown = simulate("--robot toaster");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_TRUE(unknown.said("base+two-arms")) << unknown.output;
+}
+
+TEST(YoubotSimCommand, AFaultThatCannotBeIsNamedWithItsLine) {
+  const support::TemporaryDirectory directory;
+  const std::string faults = directory.write("faults.toml",
+                                             "[[fault]]\nkind = \"slave_off\"\nslave = 6\n"
+                                             "[[fault]]\nkind = \"delay\"\n");
+  const CommandResult base = simulate("--robot base --faults " + faults);
+  EXPECT_EQ(base.exit_code, 2);
+  EXPECT_TRUE(base.said(faults + ":3: 'fault[0].slave' is 6, allowed is 1 to 5")) << base.output;
+  EXPECT_TRUE(base.said(faults + ":4: 'fault[1].delay_s' is zero or missing: the kind delay needs one"))
+      << base.output;
+  const CommandResult arm = simulate("--robot arm --faults " + faults);
+  EXPECT_FALSE(arm.said("faults.toml:3")) << arm.output;
+}
+
+}  // namespace

@@ -1,0 +1,16 @@
+#!/bin/sh
+# The guest's first process: the machine's /usr that QEMU shows, what is installed over it, and systemd. When it ends
+# before that the kernel panics, and the machine is off.
+set -eu
+export PATH=/bin
+mount -t proc proc /proc
+modprobe -a virtio_pci 9pnet_virtio 9p overlay
+
+mount -t tmpfs -o mode=755 tmpfs /new
+cp -a /root/. /new
+mkdir /new/.installed /new/.machine
+cp -a /usr/. /new/.installed
+mount -t 9p -o trans=virtio,version=9p2000.L,ro,cache=loose,msize=262144 usr /new/.machine
+mount -t overlay -o ro,lowerdir=/new/.installed:/new/.machine usr /new/usr
+
+exec switch_root /new /lib/systemd/systemd --unit=boot-test.service
