@@ -225,13 +225,14 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   // What one value demands of another.
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
-  const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + cycle.period;
+  // The cycle that waited in vain ends within a period, and the next begins within another.
+  const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + 2 * cycle.period;
   if (cycle.command_timeout < 2 * cycle.period)
     loop.refuse("command_timeout_s", "is less than two periods");
   else if (lost_frame > cycle.command_timeout)
     ethercat.refuse(
         "frame_timeout_s",
-        "and a period are more than 'loop.command_timeout_s': one lost frame would stop the robot");
+        "and two periods are more than 'loop.command_timeout_s': one lost frame would stop the robot");
   const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
   if (cutoff_rad_per_s * period_s > 1)
     compensation.refuse("filter_cutoff_rad_per_s",
