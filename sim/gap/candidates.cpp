@@ -379,7 +379,9 @@ void Builder::actuator() {
          {beyond(effects::make_effect(effect, {{parameter, value}}))},
          {kAsItIs},
          [=](const FittedModel& f, const Eigen::VectorXd&) {
-           return plus(f, effect, {{parameter, value}});
+           FittedModel as_commanded = f;
+           if (effect == "transport_delay") as_commanded.lag_s = as_commanded.smoothing_s2 = 0;
+           return plus(as_commanded, effect, {{parameter, value}});
          }});
   };
   if (!has<effects::TorqueDeadband>() && largest > 0)

@@ -42,9 +42,13 @@ bool at_the_end(const FreeParameter& p) {
 }
 
 /// A sensor that lags reports less of what rises: what was there is reported + lag·rate, which is exact for a
-/// first-order lag.
+/// first-order lag; + smoothing·bend, which is half the square of a pure delay, a 24th of that of a mean's
+/// length.
 Eigen::VectorXd lag_column(const Rows& rows) {
   return -rows.column([](const Signals& s) { return s.torque_rate_Nm_per_s; });
+}
+Eigen::VectorXd smoothing_column(const Rows& rows) {
+  return -rows.column([](const Signals& s) { return s.torque_bend_Nm_per_s2; });
 }
 
 /// How the prediction changes with one parameter, by differences: over a wide step, for what counts in
@@ -81,10 +85,16 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     list.push_back({FreeParameter::Kind::kInertia, 0, "inertia_kg_m2", fitted.model.inertia_kg_m2,
                     (1 - kInertiaTolerance) * given, (1 + kInertiaTolerance) * given, given});
   const bool measured = std::ranges::none_of(rows.signals(), &Signals::torque_is_command);
-  double lead_s = 0;
-  for (const Signals& s : rows.signals()) lead_s = std::max(lead_s, std::min(s.raw_period_s, kLongestLead_s));
-  if (measured)
-    list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, kLongestLag_s, 1e-3});
+  double period_s = 0;
+  for (const Signals& s : rows.signals()) period_s = std::max(period_s, s.raw_period_s);
+  if (measured || fitted.model.find<effects::TransportDelay>() == nullptr) {
+    const double lead_s = measured ? std::min(period_s, kLongestLead_s) : 0.5 * period_s;
+    const double lag_s = measured ? kLongestLag_s : 0.5 * period_s;
+    const double square_s2 = period_s * period_s;
+    list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, lag_s, 1e-3});
+    list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
+                    kLeastSmoothing * square_s2, kMostSmoothing * square_s2, square_s2});
+  }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : effects::effect_descriptions()[effect.index()].parameters) {
@@ -109,6 +119,7 @@ FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter
   switch (parameter.kind) {
     case FreeParameter::Kind::kInertia: result.model.inertia_kg_m2 = bounded; break;
     case FreeParameter::Kind::kLag: result.lag_s = bounded; break;
+    case FreeParameter::Kind::kSmoothing: result.smoothing_s2 = bounded; break;
     case FreeParameter::Kind::kEffect:
       result.model.effects[parameter.effect] =
           changed(fitted.model.effects[parameter.effect], parameter.name, bounded);
@@ -121,6 +132,7 @@ Eigen::VectorXd predicted_rows(const FittedModel& fitted, const Rows& rows) {
   Eigen::VectorXd result =
       rows.column([&](const Signals& s) { return predicted_torque_Nm(fitted.model, s); });
   if (fitted.lag_s != 0) result += fitted.lag_s * lag_column(rows);
+  if (fitted.smoothing_s2 != 0) result += fitted.smoothing_s2 * smoothing_column(rows);
   return result;
 }
 
@@ -130,8 +142,10 @@ Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
   const Eigen::VectorXd here = predicted_rows(fitted, rows);
   in_parallel(parameters.size(), [&](std::size_t k) {
     const FreeParameter& p = parameters[k];
-    jacobian.col(static_cast<Eigen::Index>(k)) =
-        p.kind == FreeParameter::Kind::kLag ? lag_column(rows) : slope(fitted, rows, p, here);
+    jacobian.col(static_cast<Eigen::Index>(k)) = p.kind == FreeParameter::Kind::kLag ? lag_column(rows)
+                                                 : p.kind == FreeParameter::Kind::kSmoothing
+                                                     ? smoothing_column(rows)
+                                                     : slope(fitted, rows, p, here);
   });
   return jacobian;
 }

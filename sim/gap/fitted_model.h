@@ -22,17 +22,24 @@ inline constexpr double kMostInertiaMore = 9;
 inline constexpr double kLongestLag_s = 0.01;
 /// Nor early by a sample, which is what a recorder's convention may shift it; at most this.
 inline constexpr double kLongestLead_s = 0.002;
+/// In squared sample periods, smoothing_s2: a whole period late, and a value that is held where the motion is
+/// sampled.
+inline constexpr double kMostSmoothing = 0.5;
+inline constexpr double kLeastSmoothing = -1.0 / 12;
 
-/// The model, and what the torque sensor's filter does, which is no property of the drive.
+/// The model, and what the torque's way into the recording does, which is no property of the drive: a
+/// sensor's filter, and a row that holds the torque of an instant or the mean of a period, at its time or
+/// before.
 struct FittedModel {
   effects::DriveModel model;
   double given_inertia_kg_m2 = 0;
   double lag_s = 0;
+  double smoothing_s2 = 0;
 };
 
 /// One number in a FittedModel that a fit may change.
 struct FreeParameter {
-  enum class Kind : std::uint8_t { kInertia, kLag, kEffect };
+  enum class Kind : std::uint8_t { kInertia, kLag, kSmoothing, kEffect };
   Kind kind = Kind::kEffect;
   std::size_t effect = 0;   ///< index, for kEffect
   std::string_view name{};  ///< for kEffect
@@ -41,8 +48,9 @@ struct FreeParameter {
   double upper = 0;
   double scale = 1;  ///< how far it has to move to matter
 };
-/// All of them: inertia (within its tolerance, unless an inertia effect has taken over), sensor lag (where
-/// torque is measured), and the parameters of all effects.
+/// All of them: inertia (within its tolerance, unless an inertia effect has taken over), lag and smoothing of
+/// the torque (of a command, half a period at most, unless a delay has taken over), and the parameters of all
+/// effects.
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows);
 FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter, double value);
 

@@ -11,6 +11,7 @@
 
 #include "sim/gap/actuator_channel.h"
 #include "sim/gap/blind_spots.h"
+#include "sim/gap/confirmation.h"
 #include "sim/gap/fitted_model.h"
 #include "sim/gap/noise_floor.h"
 #include "sim/gap/rest_channel.h"
@@ -260,12 +261,18 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
                                       signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
   const ActuatorFindings actuator = actuator_channel(searched, base, options);
 
-  FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2, .lag_s = 0};
+  FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2};
   const std::vector<bool> burst = bursts(given, rows);
   Split parts = split(rows, data.size(), held_out.empty(), burst, band);
   result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, base.inertia_kg_m2);
   parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
-  const SearchResult searching = search(given, rows, parts.training, options);
+  // Bursts have their own say below: they are not in what the gap is measured on.
+  Indices quiet;
+  for (const Eigen::Index i : parts.held_out)
+    if (!burst[static_cast<std::size_t>(i)]) quiet.push_back(i);
+  if (quiet.empty()) quiet = parts.held_out;
+  SearchResult searching = search(given, rows, parts.training, options);
+  confirm(searching, {rows, parts.training, quiet, result.noise_floor_Nm, band.resolution_rad});
 
   progress("looking for what is left", 0.92);
   const FittedModel& final = searching.fitted;
@@ -276,14 +283,10 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
     return rows.torque_Nm() - predicted_rows(fitted, rows);
   };
   const Eigen::VectorXd left = residual(final);
-  // Bursts have their own say below: they are not in what the gap is measured on.
-  Indices quiet;
-  for (const Eigen::Index i : parts.held_out)
-    if (!burst[static_cast<std::size_t>(i)]) quiet.push_back(i);
-  if (quiet.empty()) quiet = parts.held_out;
   result.band_Hz = band.cutoff_Hz;
   FittedModel as_given = given;
   as_given.lag_s = final.lag_s;
+  as_given.smoothing_s2 = final.smoothing_s2;
   result.gap_before_Nm = rms(residual(as_given), quiet);
   result.gap_base_Nm = rms(residual(refitted), quiet);
   result.gap_after_Nm = rms(left, quiet);

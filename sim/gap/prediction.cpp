@@ -49,7 +49,7 @@ std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model
   for (const double command : s.raw_command_Nm)
     beyond.push_back(chain.deliver(command, s.raw_period_s) - command);
   if (beyond.empty()) return std::vector<double>(s.size());
-  const std::vector<double> smooth = zero_phase(beyond, s.raw_period_s, s.filter_Hz);
+  const std::vector<double> smooth = zero_phase(at_samples(beyond), s.raw_period_s, s.filter_Hz);
   const auto step = static_cast<std::size_t>(std::llround(s.period_s / s.raw_period_s));
   std::vector<double> result;
   for (std::size_t i = 0; i < smooth.size(); i += step) result.push_back(smooth[i]);

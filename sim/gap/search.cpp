@@ -261,42 +261,20 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
   return rivals;
 }
 
-/// Where the i-th added effect stands: of its type, those of the given model come first, then in the order in
-/// which they were added.
-std::vector<effects::AnyEffect>::iterator place_of(std::size_t i, const std::vector<Added>& added,
-                                                   std::vector<effects::AnyEffect>& effects) {
-  const auto same = [&](const Added& other) { return other.effect == added[i].effect; };
-  const auto here = added.begin() + static_cast<std::ptrdiff_t>(i);
-  auto later = std::count_if(here, added.end(), same);  // itself among them
-  for (auto at = effects.end(); at != effects.begin();) {
-    --at;
-    if (effects::name_of(*at) == added[i].effect && --later == 0) return at;
-  }
-  return effects.end();
-}
-
 /// Effects that were added and are no longer missed leave the model.
 void drop_idle(SearchResult& result, const Rows& rows, const Training& training, double least_gain) {
   for (std::size_t i = 0; i + 1 < result.added.size();) {
-    const std::string_view effect = result.added[i].effect;
-    FittedModel without = result.fitted;
-    const auto at = place_of(i, result.added, without.model.effects);
-    if (at == without.model.effects.end()) {  // replaced by one that contains it
-      result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
-      continue;
+    const std::optional<FittedModel> without = without_added(result, i, rows, training);
+    if (without) {
+      const BlockRegression::Fit with = score(result.fitted, rows, training);
+      const BlockRegression::Fit bare = score(*without, rows, training);
+      if (1 - with.held_out / bare.held_out >= least_gain && is_sure(bare, with)) {
+        ++i;
+        continue;
+      }
+      result.fitted = *without;
     }
-    without.model.effects.erase(at);
-    if (effect == "inertia") without.model.inertia_kg_m2 = without.given_inertia_kg_m2;
-    without = refined(without, rows, training.rows);
-    const BlockRegression::Fit with = score(result.fitted, rows, training);
-    const BlockRegression::Fit bare = score(without, rows, training);
-    const bool missed = 1 - with.held_out / bare.held_out >= least_gain && is_sure(bare, with);
-    if (missed) {
-      ++i;
-    } else {
-      result.fitted = without;
-      result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
-    }
+    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
   }
 }
 
@@ -326,6 +304,26 @@ void report(const Options& options, std::string_view what, double done) {
 }
 
 }  // namespace
+
+std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i) {
+  const auto same = [&](const Added& other) { return other.effect == result.added[i].effect; };
+  const auto here = result.added.begin() + static_cast<std::ptrdiff_t>(i);
+  auto later = std::count_if(here, result.added.end(), same);  // itself among them
+  const std::vector<effects::AnyEffect>& effects = result.fitted.model.effects;
+  for (std::size_t at = effects.size(); at-- > 0;)
+    if (effects::name_of(effects[at]) == result.added[i].effect && --later == 0) return at;
+  return {};
+}
+
+std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
+                                         const Training& training) {
+  const std::optional<std::size_t> at = place_of_added(result, i);
+  if (!at) return {};
+  FittedModel without = result.fitted;
+  without.model.effects.erase(without.model.effects.begin() + static_cast<std::ptrdiff_t>(*at));
+  if (result.added[i].effect == "inertia") without.model.inertia_kg_m2 = without.given_inertia_kg_m2;
+  return refined(without, rows, training.rows);
+}
 
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options) {

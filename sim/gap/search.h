@@ -3,6 +3,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,5 +48,12 @@ struct SearchResult {
 /// that no longer gain leave.
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options);
+
+/// Which effect of the model the i-th addition is: of its type, those of the given model come first, then in
+/// the order in which they were added. None when another one that contains it has replaced it.
+std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i);
+/// The model without the i-th addition, refitted; none when another one has replaced that.
+std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
+                                         const Training& training);
 
 }  // namespace sim::gap

@@ -246,6 +246,12 @@ Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& 
   return band;
 }
 
+std::vector<double> at_samples(std::span<const double> held) {
+  std::vector<double> result(held.begin(), held.end());
+  for (std::size_t i = held.size(); i-- > 1;) result[i] = 0.5 * (held[i - 1] + held[i]);
+  return result;
+}
+
 Signals make_signals(const Source& source, const Band& band) {
   const Recording& recording = source.recording;
   const double own_period_s = period_of(source);
@@ -276,9 +282,6 @@ Signals make_signals(const Source& source, const Band& band) {
   const auto kept = [&](std::vector<double> values) {
     return every(common(std::move(values), Between::kCurve), step);
   };
-  const auto low_pass = [&](std::span<const double> raw) {
-    return zero_phase(even(raw), own_period_s, s.filter_Hz);
-  };
   const std::vector<double> as_measured = even(position_of(source), Between::kCurve);
   s.raw_position_rad = common(as_measured, Between::kCurve);
   const std::vector<double> position = zero_phase(as_measured, own_period_s, s.filter_Hz);
@@ -292,10 +295,14 @@ Signals make_signals(const Source& source, const Band& band) {
   for (const double v : s.velocity_rad_per_s)
     s.moving.push_back(std::abs(v) > band.slowest_rad_per_s ? 1.0 : 0.0);
   s.raw_torque_Nm = common(even(torque_of(source)));
-  const std::vector<double> torque = low_pass(torque_of(source));
-  s.torque_Nm = kept(torque);
-  s.torque_rate_Nm_per_s = kept(derivative(torque, own_period_s));
   s.torque_is_command = !recording.has("torque_measured_Nm");
+  const std::vector<double> raw_torque = even(torque_of(source));
+  const std::vector<double> torque =
+      zero_phase(s.torque_is_command ? at_samples(raw_torque) : raw_torque, own_period_s, s.filter_Hz);
+  s.torque_Nm = kept(torque);
+  const std::vector<double> torque_rate = derivative(torque, own_period_s);
+  s.torque_rate_Nm_per_s = kept(torque_rate);
+  s.torque_bend_Nm_per_s2 = kept(derivative(torque_rate, own_period_s));
   if (recording.has("torque_command_Nm")) {
     s.raw_command_Nm = common(even(recording.column("torque_command_Nm")));
     if (!s.torque_is_command) {

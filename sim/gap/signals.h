@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,9 +24,12 @@ struct Signals {
   std::vector<double> position_rad;
   std::vector<double> velocity_rad_per_s;
   std::vector<double> acceleration_rad_per_s2;
-  std::vector<double> moving;                ///< 1 or 0
-  std::vector<double> torque_Nm;             ///< delivered, as measured; commanded where nothing was measured
-  std::vector<double> torque_rate_Nm_per_s;  ///< of torque_Nm
+  std::vector<double> moving;  ///< 1 or 0
+  /// Delivered, as measured; where nothing was measured as commanded, at each sample the mean of what was
+  /// held before and after it.
+  std::vector<double> torque_Nm;
+  std::vector<double> torque_rate_Nm_per_s;   ///< of torque_Nm
+  std::vector<double> torque_bend_Nm_per_s2;  ///< of torque_rate_Nm_per_s
   bool torque_is_command = false;
   /// At the rate of the slowest recording, unfiltered: for what happens within milliseconds.
   double raw_period_s = 0;
@@ -53,6 +57,10 @@ struct Band {
 /// Rates may differ and times be uneven; a sample counts when its time says.
 /// @throws std::invalid_argument naming the recording that lacks a column or samples, or never moves.
 Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& base);
+
+/// What acts at the samples of a value that is held from each to the next: the mean of both sides, as which
+/// it also moves a mass from sample to sample.
+std::vector<double> at_samples(std::span<const double> held);
 
 Signals make_signals(const Source& source, const Band& band);
 

@@ -1,0 +1,155 @@
+#include "sim/gap/confirmation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace sim::gap {
+namespace {
+
+/// Steps of the encoder that a gap has to be wide.
+constexpr double kLeastSteps = 2;
+/// Of the squared residual above the noise that is left over, what an effect has to explain.
+constexpr double kLeastOfLeft = 0.25;
+
+/// What an effect is zero or nothing by; some have two.
+struct Size {
+  std::string_view effect;
+  std::string_view parameter;
+};
+constexpr Size kStribeck{"stribeck", "static_torque_Nm"};
+constexpr std::array kSizes{
+    Size{"coulomb", "torque_Nm"},
+    Size{"viscous", "coefficient_Nm_s_per_rad"},
+    Size{"quadratic_drag", "coefficient_Nm_s2_per_rad2"},
+    kStribeck,
+    Size{"midspeed_dip", "depth_Nm"},
+    Size{"torque_offset", "torque_Nm"},
+    Size{"direction_asymmetry", "coulomb_Nm"},
+    Size{"direction_asymmetry", "viscous_Nm_s_per_rad"},
+    Size{"thermal_drift", "coulomb_change_Nm"},
+    Size{"thermal_drift", "viscous_change_Nm_s_per_rad"},
+    Size{"imbalance", "torque_Nm"},
+    Size{"load_friction", "share"},
+    Size{"cogging", "amplitude_Nm"},
+    Size{"inertia", "difference_kg_m2"},
+    Size{"presliding", "stiffness_Nm_per_rad"},
+    Size{"backlash", "gap_rad"},
+    Size{"elasticity", "stiffness_Nm_per_rad"},
+    Size{"torque_deadband", "threshold_Nm"},
+    Size{"transport_delay", "delay_s"},
+};
+constexpr std::array<std::string_view, 3> kGiving{"presliding", "backlash", "elasticity"};
+
+bool gives(std::string_view effect) { return std::ranges::find(kGiving, effect) != kGiving.end(); }
+
+/// The value of `size` at which there is no such effect.
+double none_at(const Size& size, const effects::DriveModel& model) {
+  const auto* coulomb = model.find<effects::Coulomb>();
+  return size.effect == "stribeck" && coulomb != nullptr ? coulomb->parameters().torque_Nm : 0;
+}
+
+class Confirmation {
+ public:
+  Confirmation(SearchResult& result, const Judged& judged) : result_(result), judged_(judged) { judge(); }
+
+  /// The reason to take the i-th addition away; empty: it stays.
+  std::string reason_against(std::size_t i, const FittedModel& without) const {
+    const std::string_view effect = result_.added[i].effect;
+    const double square_without = square(without);
+    if (square_without <= square_) return "the held-out recordings are predicted no better with it";
+    if (effect == "backlash" && parameter(i, "gap_rad").value < kLeastSteps * judged_.resolution_rad)
+      return "its gap is narrower than two steps of the encoder";
+    if (effect == "stribeck" &&
+        parameter(i, "static_torque_Nm").value < none_at(kStribeck, result_.fitted.model))
+      return "its static torque is below the Coulomb friction, which is another shape";
+    const double explains = square_without - square_;
+    const double left_over = square_ - judged_.noise_floor_Nm * judged_.noise_floor_Nm;
+    if (explains < kLeastOfLeft * left_over) return "it explains little of what is left over without it";
+    if (!may_be_none(i)) return "";
+    if (explains < left_over) return "its size may as well be zero, and more is left over than it explains";
+    if (gives(effect) && gives_otherwise(i))
+      return "its size may as well be zero, and something else that gives is in the model";
+    return "";
+  }
+
+  /// The i-th is an elasticity or a backlash, and the data does not say how much of it.
+  bool is_either(std::size_t i) const {
+    const std::string_view effect = result_.added[i].effect;
+    return (effect == "elasticity" || effect == "backlash") && may_be_none(i);
+  }
+
+  /// Of the result as it is now.
+  void judge() {
+    const Eigen::VectorXd left = judged_.rows.torque_Nm() - predicted_rows(result_.fitted, judged_.rows);
+    square_ = left(judged_.held_out).squaredNorm() / static_cast<double>(judged_.held_out.size());
+    free_ = free_parameters(result_.fitted, judged_.rows);
+    estimates_ = estimates(result_.fitted, judged_.rows, judged_.training.rows,
+                           std::sqrt(square_) / judged_.noise_floor_Nm);
+  }
+
+ private:
+  double square(const FittedModel& fitted) const {
+    const Eigen::VectorXd left = judged_.rows.torque_Nm() - predicted_rows(fitted, judged_.rows);
+    return left(judged_.held_out).squaredNorm() / static_cast<double>(judged_.held_out.size());
+  }
+  const identify::Estimate& parameter(std::size_t i, std::string_view name) const {
+    const std::size_t effect = *place_of_added(result_, i);
+    for (std::size_t k = 0; k < free_.size(); ++k)
+      if (free_[k].kind == FreeParameter::Kind::kEffect && free_[k].effect == effect && free_[k].name == name)
+        return estimates_[k];
+    static const identify::Estimate kUnknown;
+    return kUnknown;
+  }
+  bool may_be_none(std::size_t i) const {
+    return std::ranges::all_of(kSizes, [&](const Size& size) {
+      if (size.effect != result_.added[i].effect) return true;
+      const identify::Estimate& estimate = parameter(i, size.parameter);
+      const double none = none_at(size, result_.fitted.model);
+      return estimate.lower <= none && none <= estimate.upper;
+    });
+  }
+  bool gives_otherwise(std::size_t i) const {
+    const std::size_t own = *place_of_added(result_, i);
+    const std::vector<effects::AnyEffect>& effects = result_.fitted.model.effects;
+    for (std::size_t k = 0; k < effects.size(); ++k)
+      if (k != own && gives(effects::name_of(effects[k]))) return true;
+    return false;
+  }
+
+  SearchResult& result_;
+  const Judged& judged_;
+  double square_ = 0;  // mean of the held-out residual's
+  std::vector<FreeParameter> free_;
+  std::vector<identify::Estimate> estimates_;
+};
+
+}  // namespace
+
+void confirm(SearchResult& result, const Judged& judged) {
+  Confirmation confirmation(result, judged);
+  for (std::size_t i = result.added.size(); i-- > 0;) {
+    std::optional<FittedModel> without = without_added(result, i, judged.rows, judged.training);
+    if (!without) continue;
+    const std::string reason = confirmation.reason_against(i, *without);
+    if (reason.empty()) continue;
+    const Added dropped = result.added[i];
+    result.rejected.push_back({std::string(dropped.effect), dropped.gain, reason});
+    result.fitted = std::move(*without);
+    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+    confirmation.judge();
+    i = result.added.size();  // what stays may have become necessary, or needless
+  }
+  for (std::size_t i = 0; i < result.added.size(); ++i) {
+    Added& added = result.added[i];
+    if (!place_of_added(result, i) || !confirmation.is_either(i)) continue;
+    const std::string other = added.effect == "elasticity" ? "backlash" : "elasticity";
+    if (std::ranges::find(added.equivalent, other) == added.equivalent.end())
+      added.equivalent.push_back(other);
+  }
+}
+
+}  // namespace sim::gap
