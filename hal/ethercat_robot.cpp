@@ -135,7 +135,7 @@ class EthercatRobot final : public Robot {
   void prepare() noexcept;
   void switch_off(bool by_operator) noexcept;
   void stop_grippers() noexcept;
-  void copy_state();
+  void copy_state() noexcept;
   const RobotState& newest_state() const noexcept;
 
   OpenLink open_link_;
@@ -305,7 +305,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 }
 
 /// Cycle, after the first time: everything has its size by then.
-void EthercatRobot::copy_state() {
+void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
