@@ -153,7 +153,9 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
   support::Process master(
       {YOUBOTD_BINARY, "--allow-non-rt", "--config", config, "--control", directory / "control"});
   ASSERT_TRUE(master.wait_for("waiting for commands"));
-  const std::string holder = "youbotd (process " + std::to_string(master.pid()) + ")";
+  const std::string refusal =
+      "veth-c: lock the interface: expected no other master on this bus, found youbotd (process " +
+      std::to_string(master.pid()) + ")";
   for (const std::string& second :
        {daemon, daemon + " --check", std::string(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c"),
         std::string(YOUBOT_BENCH_BINARY " diagnose --duration 0.1 --robot ethercat:veth-c")}) {
@@ -161,12 +163,15 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
     const support::CommandResult result =
         support::run_command("ip netns exec " + namespaces.control_namespace() + " " + second);
     EXPECT_EQ(result.exit_code, 3) << result.output;
-    EXPECT_TRUE(result.said("veth-c: lock the interface: " + holder)) << result.output;
+    EXPECT_TRUE(result.said(refusal)) << result.output;
   }
   const support::CommandResult twice = support::run_command("ip netns exec " + namespaces.sim_namespace() +
                                                             " " YOUBOT_SIM_BINARY " --interface veth-s");
   EXPECT_EQ(twice.exit_code, 3);
-  EXPECT_TRUE(twice.said("veth-s: lock the interface: youbot-sim (process ")) << twice.output;
+  EXPECT_TRUE(
+      twice.said("veth-s: lock the interface: expected nobody who answers for slaves on it, found "
+                 "youbot-sim (process "))
+      << twice.output;
 
   master.signal(SIGKILL);
   (void)master.finish();
@@ -215,7 +220,13 @@ TEST(EthercatOverVeth, ServedItSaysWhichSlaveFailedAndWhatToCheck) {
   // Unless this machine lost frames before, which is another fault.
   EXPECT_TRUE(base.daemon.wait_for(std::string("robot: ") + kWheelIsGone));
   EXPECT_EQ(base.tell("enable").exit_code, 4);
-  const nlohmann::json status = base.status();
+  // On a busy machine others lose frames too, and are on their way back for a moment.
+  nlohmann::json status = base.status();
+  const auto concerns_the_wheel_alone = [&status] {
+    return status["robot_trouble"] == nlohmann::json({kWheelIsGone}) &&
+           status["robot_state"].get<std::string>().starts_with("wheel-4: ");
+  };
+  for (int tries = 0; tries < 200 && !concerns_the_wheel_alone(); ++tries) status = base.status();
   EXPECT_EQ(status["robot_trouble"], nlohmann::json({kWheelIsGone})) << status.dump(2);
   EXPECT_EQ(status["robot_state"], "wheel-4: some devices on the bus did not answer") << status.dump(2);
   EXPECT_NE(status["fault_robot_report"].dump().find(kWheelIsGone), std::string::npos) << status.dump(2);
