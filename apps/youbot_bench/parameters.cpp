@@ -14,6 +14,7 @@
 #include "apps/common/shared_tables.h"
 #include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/bus.h"
+#include "apps/youbot_bench/experiments_cli.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "drivers/tmcl/client.h"
 #include "drivers/tmcl/status_flags.h"
@@ -36,6 +37,7 @@ hal::CanOptions can_options(const ParametersOptions& options) {
   apps::TomlTable table = root.table("can");
   apps::read_can(table, can);
   apps::leave_to_others(root, {"can"});
+  leave_to_experiments(root);
   toml.finish();
   return can;
 }
@@ -74,8 +76,9 @@ std::string label(const Controller& controller) {
   return controller.transport->name() + ", " + controller.joint;
 }
 
-/// That a motor stop leaves velocity mode on is possible, so that flag tells nothing. The drive's own word on
-/// whether the motor turns is smoothed, the measured speed is not.
+/// A motor stop may leave velocity mode on, so that flag tells only with a target. The drive's own word on
+/// whether the motor turns is smoothed, the measured speed is not; but a slow motor and a blocked one count
+/// as halted. What cannot be told is PWM mode of firmware 2.0 at standstill: it has no flag.
 void require_off(tmcl::Client& client, const Controller& controller) {
   const auto refuse = [&](const std::string& found) {
     throw hal::SetupError(label(controller), "check that it is off",
@@ -90,6 +93,9 @@ void require_off(tmcl::Client& client, const Controller& controller) {
   if (flags.has(kPositionMode) || flags.has(kCurrentMode) || flags.has(kPwmMode))
     refuse("it is being driven");
   if (!flags.has(kMotorHalted)) refuse("its motor turns");
+  if (!flags.has(kVelocityMode)) return;
+  const std::int32_t target_rpm = client.get(tmcl::drive_parameter("target_speed"), controller.motor);
+  if (target_rpm != 0) refuse("it is to turn at " + std::to_string(target_rpm) + " rpm");
 }
 
 void write(tmcl::Client& client, const Controller& controller, const Setting& setting, bool store) {
