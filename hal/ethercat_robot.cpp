@@ -37,12 +37,6 @@ tmcl::YoubotKind kind_of(EthercatOptions::Kind kind) noexcept {
   return tmcl::YoubotKind::kBase;
 }
 
-std::string name_of(const tmcl::YoubotBoard& board) {
-  const std::string number = std::to_string(board.index + 1);
-  if (board.kind == tmcl::BoardKind::kWheel) return "wheel-" + number;
-  return (board.arm == 0 ? "arm-" : "arm2-") + number;
-}
-
 /// Sets its stall detection up as the official driver does. What is wrong with it, empty when nothing is.
 std::string find_gripper(tmcl::Transport& transport, tmcl::Clock& clock) {
   try {
@@ -108,7 +102,7 @@ class EthercatRobot final : public Robot {
       if (board.kind == tmcl::BoardKind::kPower) continue;
       const AxisData& axis = axis_of(board);
       joints_.push_back(
-          {name_of(board), DriveUnits(axis, false).torque_limit_Nm(), axis.speed_limit_rad_per_s});
+          {joint_name(board), DriveUnits(axis, false).torque_limit_Nm(), axis.speed_limit_rad_per_s});
       settings_.push_back(settings_of(options, joints_.back().name));
     }
     for (const EthercatOptions::Parameter& each : options.parameters)

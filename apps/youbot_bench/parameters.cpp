@@ -6,7 +6,6 @@
 #include <exception>
 #include <optional>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 #include "apps/common/can_config.h"
@@ -26,8 +25,6 @@ namespace {
 
 namespace ethercat = drivers::ethercat;
 namespace tmcl = drivers::tmcl;
-
-constexpr std::string_view kCan = "can:";
 
 hal::CanOptions can_options(const ParametersOptions& options) {
   hal::CanOptions can;
@@ -134,12 +131,18 @@ Setting read_setting(const std::string& text, bool store) {
 
 void parameters(const ParametersOptions& options) {
   std::vector<Setting> settings;
-  for (const std::string& text : options.settings) settings.push_back(read_setting(text, options.store));
+  for (const std::string& text : options.settings) {
+    Setting setting = read_setting(text, options.store);
+    if (std::ranges::find(settings, setting.name, &Setting::name) != settings.end())
+      throw std::invalid_argument("--set: '" + setting.name + "' is given twice");
+    settings.push_back(std::move(setting));
+  }
   if (options.store && settings.empty())
     throw std::invalid_argument("--store: what? It keeps what --set NAME=VALUE writes");
   apps::check_robot_name(options.robot);
-  if (options.robot.starts_with(kCan)) {
-    run(controllers_on_can(options.robot.substr(kCan.size()), can_options(options)), options, settings);
+  if (options.robot.starts_with(apps::kCanPrefix)) {
+    run(controllers_on_can(options.robot.substr(apps::kCanPrefix.size()), can_options(options)), options,
+        settings);
     return;
   }
   if (!options.config.empty()) throw std::invalid_argument("--config: its [can] is for --robot can:IFACE");
