@@ -17,8 +17,9 @@ BaseController::Config checked(const BaseController::Config& config) {
 BaseController::BaseController(const Config& config) : config_(checked(config)), drive_(config) {}
 
 BaseController::Output BaseController::step(const WheelVector& wheel_position_rad,
-                                            const BaseReference& reference) noexcept {
-  const BaseDrive::State state = drive_.sense(wheel_position_rad);
+                                            const BaseReference& reference,
+                                            std::optional<double> elapsed_s) noexcept {
+  const BaseDrive::State state = drive_.sense(wheel_position_rad, elapsed_s);
   const PlanarPose& X_WB = state.X_WB;
   const PlanarVector error_W(reference.X_WB.x_m - X_WB.x_m, reference.X_WB.y_m - X_WB.y_m,
                              reference.X_WB.yaw_rad - X_WB.yaw_rad);
@@ -30,8 +31,9 @@ BaseController::Output BaseController::step(const WheelVector& wheel_position_ra
               config_.feedforward_inertia.cwiseProduct(rotated(reference.acceleration_W, -X_WB.yaw_rad)))};
 }
 
-BaseController::Output BaseController::brake(const WheelVector& wheel_position_rad) noexcept {
-  const BaseDrive::State state = drive_.sense(wheel_position_rad);
+BaseController::Output BaseController::brake(const WheelVector& wheel_position_rad,
+                                             std::optional<double> elapsed_s) noexcept {
+  const BaseDrive::State state = drive_.sense(wheel_position_rad, elapsed_s);
   return {state, drive_.drive_uncompensated(-config_.damping.cwiseProduct(state.twist_B))};
 }
 

@@ -1,6 +1,8 @@
 /// @file
 /// The base under wrench control: a spring and damper to a reference (thesis 2.7.2, figure 30).
 #pragma once
+#include <optional>
+
 #include "control/base_drive.h"
 #include "control/base_path.h"
 
@@ -28,17 +30,16 @@ class BaseController {
   void forget_velocity(const WheelVector& wheel_position_rad) noexcept {
     drive_.forget_velocity(wheel_position_rad);
   }
-  void bridge(const WheelVector& wheel_position_rad, double gap_s) noexcept {
-    drive_.bridge(wheel_position_rad, gap_s);
-  }
 
-  Output step(const WheelVector& wheel_position_rad, const BaseReference& reference) noexcept;
+  /// `elapsed_s` as in BaseDrive::sense(), here and below.
+  Output step(const WheelVector& wheel_position_rad, const BaseReference& reference,
+              std::optional<double> elapsed_s = {}) noexcept;
   /// Senses without driving, for cycles in which the drives are off: zero torque and wrench.
-  Output observe(const WheelVector& wheel_position_rad) noexcept {
-    return {drive_.sense(wheel_position_rad), {}};
+  Output observe(const WheelVector& wheel_position_rad, std::optional<double> elapsed_s = {}) noexcept {
+    return {drive_.sense(wheel_position_rad, elapsed_s), {}};
   }
   /// Stopping without a reference: damping towards rest, no spring, and friction left to help.
-  Output brake(const WheelVector& wheel_position_rad) noexcept;
+  Output brake(const WheelVector& wheel_position_rad, std::optional<double> elapsed_s = {}) noexcept;
 
  private:
   Config config_;

@@ -62,16 +62,12 @@ void BaseDrive::forget_velocity(const WheelVector& wheel_position_rad) noexcept 
   for (SmallTorques& torques : small_torques_) torques.reset();
 }
 
-void BaseDrive::bridge(const WheelVector& wheel_position_rad, double gap_s) noexcept {
-  for (Eigen::Index i = 0; i < 4; ++i)
-    observers_[static_cast<std::size_t>(i)].bridge(wheel_position_rad[i], gap_s);
-}
-
-BaseDrive::State BaseDrive::sense(const WheelVector& wheel_position_rad) noexcept {
+BaseDrive::State BaseDrive::sense(const WheelVector& wheel_position_rad,
+                                  std::optional<double> elapsed_s) noexcept {
   State state;
   for (Eigen::Index i = 0; i < 4; ++i) {
     const auto wheel = static_cast<std::size_t>(i);
-    estimates_[wheel] = observers_[wheel].step(wheel_position_rad[i]);
+    estimates_[wheel] = observers_[wheel].step(wheel_position_rad[i], elapsed_s);
     state.wheel_velocity_rad_per_s[i] = estimates_[wheel].velocity_rad_per_s;
   }
   state.X_WB = odometry_.step(wheel_position_rad);

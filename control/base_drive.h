@@ -54,11 +54,10 @@ class BaseDrive {
   /// After a gap in time: velocities begin at zero again instead of taking the way of the gap for one
   /// period's.
   void forget_velocity(const WheelVector& wheel_position_rad) noexcept;
-  /// Before sense() after a shorter gap: velocities go on with the way of the gap in its own time.
-  void bridge(const WheelVector& wheel_position_rad, double gap_s) noexcept;
 
-  /// Once a cycle, before drive().
-  State sense(const WheelVector& wheel_position_rad) noexcept;
+  /// Once a cycle, before drive(). `elapsed_s`: since the last sample, none: a period. 0: it is the same one
+  /// once more, as no other has come, and all that is known of the motion stays.
+  State sense(const WheelVector& wheel_position_rad, std::optional<double> elapsed_s = {}) noexcept;
   Torques drive(const PlanarVector& wrench_B) noexcept {
     return drive(wrench_B, config_.compensate_friction);
   }

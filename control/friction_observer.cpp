@@ -17,8 +17,8 @@ FrictionObserver::FrictionObserver(friction::SlidingTable table, const Config& c
     throw std::invalid_argument("friction observer: blend_speed_rad_per_s must be positive");
 }
 
-FrictionEstimate FrictionObserver::step(double position_rad) noexcept {
-  const double velocity = filter_.step(position_rad).velocity;
+FrictionEstimate FrictionObserver::step(double position_rad, std::optional<double> elapsed_s) noexcept {
+  const double velocity = filter_.step(position_rad, elapsed_s).velocity;
   const double direction = std::clamp(velocity / blend_speed_rad_per_s_, -1.0, 1.0);
   return {velocity, direction * table_.level_Nm(velocity), 1 - std::abs(direction),
           position_.at_Nm(position_rad)};

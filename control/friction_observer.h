@@ -3,6 +3,7 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "control/friction/sliding_table.h"
 #include "control/position_torque.h"
@@ -18,7 +19,7 @@ struct FrictionEstimate {
   double position_Nm = 0.0;  ///< torque against positive motion by where the joint is
 };
 
-/// Cycle: step(), bridge(). Owns its filter state, one observer per joint.
+/// Cycle: step(). Owns its filter state, one observer per joint.
 class FrictionObserver {
  public:
   struct Config {
@@ -31,9 +32,8 @@ class FrictionObserver {
   FrictionObserver(friction::SlidingTable table, const Config& config, PositionTorque position = {});
 
   void reset(double position_rad) noexcept { filter_.reset(position_rad); }
-  FrictionEstimate step(double position_rad) noexcept;
-  /// As StateVariableFilter::bridge().
-  void bridge(double position_rad, double gap_s) noexcept { filter_.bridge(position_rad, gap_s); }
+  /// `elapsed_s` as in StateVariableFilter::step().
+  FrictionEstimate step(double position_rad, std::optional<double> elapsed_s = {}) noexcept;
 
   /// What keeps a motion in the direction of the sign of `direction` from starting, or from going on at
   /// `speed`: the break-away torque at rest, no more than the sliding friction once it moves.

@@ -35,10 +35,11 @@ class HandPresence {
   /// One cycle; `held_N` is what the device was told last and held since, `withheld_N` how much more it was
   /// to have. True while a hand is there.
   bool step(const Eigen::Vector3d& v_m_per_s, const Eigen::Vector3d& held_N, double withheld_N) noexcept;
-  /// Before the step with this velocity after a gap in time: what the grip's speed has changed by meanwhile
-  /// is no force of one period.
-  void bridge(const Eigen::Vector3d& v_m_per_s) noexcept {
+  /// Instead of the step with this velocity after a gap in time: what the grip's speed has changed by
+  /// meanwhile is no force of one period, and tells nothing.
+  bool bridge(const Eigen::Vector3d& v_m_per_s) noexcept {
     expected_N_s_ = config_.device_mass_kg * v_m_per_s - hand_N_ / config_.bandwidth_rad_per_s;
+    return present_;
   }
 
   /// On the grip, low-passed.

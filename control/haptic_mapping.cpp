@@ -12,6 +12,9 @@
 namespace control {
 namespace {
 
+/// Of a rate-only master, before it drives anything.
+constexpr double kRest_s = 0.2;
+
 /// How far from `rest` to `full`, 0 to 1.
 double share(double value, double rest, double full) noexcept {
   return std::clamp((value - rest) / (full - rest), 0.0, 1.0);
@@ -47,15 +50,17 @@ HapticMapping::HapticMapping(const Config& config) : config_(config) {
 void HapticMapping::index(const Grip& grip, const TipPose& target) noexcept {
   target_ = target;
   mode_ = Mode::kPosition;
+  at_rest_s_ = 0;
   been_inside_ = !config_.rate_only && config_.boundary.inside(grip.p_HD_m);
   offset_W_m_ = target.p_WT_m - config_.motion_scale * turned_H_W(grip.p_HD_m);
   q_HD_index_ = grip.q_HD;
   q_WT_index_ = target.q_WT;
 }
 
-const TipPose& HapticMapping::step(const Grip& grip, const TipPose& tip, bool may_drive) noexcept {
+const TipPose& HapticMapping::step(const Grip& grip, const TipPose& tip, bool may_drive,
+                                   bool fresh) noexcept {
   if (config_.rate_only) {
-    follow_deflection(grip, tip, may_drive);
+    follow_deflection(grip, tip, may_drive, fresh);
     return target_;
   }
   const Eigen::Vector3d hand_W_m = config_.motion_scale * turned_H_W(grip.p_HD_m);
@@ -89,14 +94,16 @@ void HapticMapping::turn(const Eigen::Vector3d& velocity_W_rad_per_s,
   target_.q_WT = (step * target_.q_WT).normalized();
 }
 
-void HapticMapping::follow_deflection(const Grip& grip, const TipPose& tip, bool may_drive) noexcept {
+void HapticMapping::follow_deflection(const Grip& grip, const TipPose& tip, bool may_drive,
+                                      bool fresh) noexcept {
   const double deflection_m = grip.p_HD_m.norm();
   const double pace = share(deflection_m, config_.rest_deflection_m, config_.full_deflection_m);
   const Eigen::Vector3d turn_H_rad = rotation_between(Eigen::Quaterniond::Identity(), grip.q_HD);
   const double turn_rad = turn_H_rad.norm();
   const double turn_pace =
       config_.follow_rotation ? share(turn_rad, config_.rest_turn_rad, config_.full_turn_rad) : 0.0;
-  been_inside_ = been_inside_ || (pace <= 0 && turn_pace <= 0);
+  at_rest_s_ = fresh && pace <= 0 && turn_pace <= 0 ? at_rest_s_ + config_.period_s : 0.0;
+  been_inside_ = been_inside_ || at_rest_s_ >= kRest_s;
   const bool driving = may_drive && been_inside_;
   mode_ = driving && pace > 0 ? Mode::kRate : Mode::kPosition;
   if (!driving) return;

@@ -23,8 +23,9 @@ struct Grip {
 /// Inside the boundary the tip follows the grip: p = s·R_WH·h + o. Outside it moves at constant speed in the
 /// direction of the grip from the master's origin, and when the grip comes back the offset o has taken up how
 /// far it went, so that the target goes on from where it is. The rotation follows the grip's since the last
-/// index. After an index nothing is driven before the grip was inside the boundary, or a rate-only master at
-/// rest: one that is held deflected meanwhile has not yet told anything. One thread. Cycle: index(), step().
+/// index. After an index nothing is driven before the grip was inside the boundary, or a rate-only master for
+/// 0.2 s at rest: one that is held deflected meanwhile has not yet told anything, nor has one that has passed
+/// its middle or has not told where it is since it was opened. One thread. Cycle: index(), step().
 class HapticMapping {
  public:
   enum class Mode { kPosition, kRate };
@@ -54,8 +55,10 @@ class HapticMapping {
 
   /// From here on the grip where it is means this pose: for the start, and after the clutch.
   void index(const Grip& grip, const TipPose& target) noexcept;
-  /// One cycle. `tip`: where it is. `may_drive`: otherwise nothing moves by rate control.
-  const TipPose& step(const Grip& grip, const TipPose& tip, bool may_drive = true) noexcept;
+  /// One cycle. `tip`: where it is. `may_drive`: otherwise nothing moves by rate control. `fresh`: the grip
+  /// is no old one, which would tell no rest.
+  const TipPose& step(const Grip& grip, const TipPose& tip, bool may_drive = true,
+                      bool fresh = true) noexcept;
 
   const TipPose& target() const noexcept { return target_; }
   Mode mode() const noexcept { return mode_; }
@@ -63,11 +66,12 @@ class HapticMapping {
  private:
   void advance(const Eigen::Vector3d& velocity_W_m_per_s, const Eigen::Vector3d& p_WT_m) noexcept;
   void turn(const Eigen::Vector3d& velocity_W_rad_per_s, const Eigen::Quaterniond& q_WT) noexcept;
-  void follow_deflection(const Grip& grip, const TipPose& tip, bool may_drive) noexcept;
+  void follow_deflection(const Grip& grip, const TipPose& tip, bool may_drive, bool fresh) noexcept;
 
   Config config_;
   Mode mode_ = Mode::kPosition;
   bool been_inside_ = false;  // or at rest, since the index: before that nothing is driven
+  double at_rest_s_ = 0;      // of a rate-only master, in fresh samples without a break
   TipPose target_;
   Eigen::Vector3d offset_W_m_ = Eigen::Vector3d::Zero();
   Eigen::Quaterniond q_HD_index_ = Eigen::Quaterniond::Identity();

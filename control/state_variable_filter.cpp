@@ -46,23 +46,20 @@ Eigen::Matrix2d StateVariableFilter::transition_over(double time_s) const noexce
   return damped_cosh * Eigen::Matrix2d::Identity() + damped_sinh_over_d * A_shifted;
 }
 
-StateVariableFilter::Output StateVariableFilter::step(double position) noexcept {
+StateVariableFilter::Output StateVariableFilter::step(double position,
+                                                      std::optional<double> elapsed_s) noexcept {
   if (!started_) reset(position);
-  follow(position, (position - last_input_) / period_s_, transition_);
-  return {state_[0], state_[1], stiffness_ * (position - state_[0]) - friction_ * state_[1]};
+  if (const double time_s = elapsed_s.value_or(period_s_); time_s > 0) follow(position, time_s);
+  return {state_[0], state_[1], stiffness_ * (last_input_ - state_[0]) - friction_ * state_[1]};
 }
 
-void StateVariableFilter::bridge(double position, double gap_s) noexcept {
-  if (!started_ || !(gap_s > period_s_)) return;
-  const double slope = (position - last_input_) / gap_s;
-  follow(position - period_s_ * slope, slope, transition_over(gap_s - period_s_));
-}
-
-void StateVariableFilter::follow(double position, double slope, const Eigen::Matrix2d& transition) noexcept {
+void StateVariableFilter::follow(double position, double elapsed_s) noexcept {
   // Along a straight input of slope r the filter settles on (u − r·2ζ/ω, r); what is off it decays by Φ.
+  const double slope = (position - last_input_) / elapsed_s;
   const Eigen::Vector2d settled_before(last_input_ - lag_s_ * slope, slope);
   const Eigen::Vector2d settled_now(position - lag_s_ * slope, slope);
-  state_ = settled_now + transition * (state_ - settled_before);
+  const Eigen::Vector2d off = state_ - settled_before;
+  state_ = settled_now + (elapsed_s == period_s_ ? transition_ : transition_over(elapsed_s)) * off;
   last_input_ = position;
 }
 

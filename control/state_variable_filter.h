@@ -2,13 +2,14 @@
 /// Velocity and acceleration from position, without differencing encoder ticks (thesis 2.7.2, figure 30).
 #pragma once
 #include <Eigen/Core>
+#include <optional>
 
 namespace control {
 
 /// Second-order low-pass x/u = ω²/(s² + 2ζωs + ω²) whose states are the filtered position and its derivative,
 /// discretised exactly for an input that runs straight between samples: a ramp's slope comes out exactly, and
 /// the filtered position follows 2ζ/ω later.
-/// Cycle: reset(), step(), bridge().
+/// Cycle: reset(), step().
 class StateVariableFilter {
  public:
   struct Config {
@@ -33,15 +34,13 @@ class StateVariableFilter {
     started_ = true;
   }
   /// The first step after construction resets to its input. Input and output have the same unit.
-  Output step(double position) noexcept;
-  /// Before the step with this same input, when it comes `gap_s` after the last one and not a period: the way
-  /// of the gap is then no speed but that of its own time.
-  void bridge(double position, double gap_s) noexcept;
+  /// `elapsed_s`: since the last input, none: a period. The way is taken for gone in that time; in 0 none is
+  /// gone, and the estimate stays as it is: the input is the last one once more.
+  Output step(double position, std::optional<double> elapsed_s = {}) noexcept;
 
  private:
   Eigen::Matrix2d transition_over(double time_s) const noexcept;  // Φ
-  /// Straight to this input.
-  void follow(double position, double slope, const Eigen::Matrix2d& transition) noexcept;
+  void follow(double position, double elapsed_s) noexcept;
 
   double period_s_;
   double lag_s_;                // 2ζ/ω

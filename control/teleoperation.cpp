@@ -156,11 +156,6 @@ void Teleoperation::stop_after_gap(const TeleopInput& input) noexcept {
   request_stop(TeleopEnd::kStalled);
 }
 
-void Teleoperation::bridge(const TeleopInput& input, double gap_s) noexcept {
-  robot_.bridge(input.wheel_position_rad, input.arm_position_rad, gap_s);
-  presence_.bridge(input.grip.v_HD_H_m_per_s);
-}
-
 void Teleoperation::begin(const TeleopInput& input) noexcept {
   start_ = false;
   end_ = TeleopEnd::kNone;
@@ -181,7 +176,7 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
   if ((phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) && start_)
     begin(input);
   else
-    robot_.sense(input.wheel_position_rad, input.arm_position_rad);
+    robot_.sense(input.wheel_position_rad, input.arm_position_rad, input.robot_elapsed_s);
   in_phase_s_ += config_.period_s;
   check(input);
   switch (phase_) {
@@ -334,13 +329,15 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
                           : 0.0;
     // A grip that the robot has pushed out there is none that is held there.
     const bool may_drive = config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty());
-    mapping_.step(input.grip, tip(), may_drive);
+    mapping_.step(input.grip, tip(), may_drive, input.grip_fresh);
   }
   centring_share_ = std::max(0.0, centring_share_ - period_s / config_.feedback_fade_s);
   smoothing_.step(mapping_.target().p_WT_m, mapping_.target().q_WT);
   keep(robot_.track(smoothing_.setpoint(), stiffness_));
 
-  const bool held = presence_.step(input.grip.v_HD_H_m_per_s, input.held_H_N, withheld_N_);
+  const Eigen::Vector3d& v_m_per_s = input.grip.v_HD_H_m_per_s;
+  const bool held = input.grip_after_pause ? presence_.bridge(v_m_per_s)
+                                           : presence_.step(v_m_per_s, input.held_H_N, withheld_N_);
   if (config_.detect_release && !held) {
     feedback_share_ = centring_share_ = 0;
     clutched_ = false;

@@ -18,6 +18,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 
 #include "control/energy_tank.h"
 #include "control/force_feedback.h"
@@ -68,12 +69,15 @@ struct TeleopInput {
   // Robot.
   bool drives_obey = false;
   bool robot_fault = false;
+  std::optional<double> robot_elapsed_s{};  ///< since its last sample, as in BaseDrive::sense()
   WheelVector wheel_position_rad = WheelVector::Zero();
   ArmVector arm_position_rad = ArmVector::Zero();
   // Master.
   bool master_ready = false;  ///< it has a position and may have a force
   bool grip_fresh = false;    ///< this sample is not old
   bool master_fault = false;  ///< zero force until disabled once
+  /// The loop had a pause before this sample: what the grip's speed has changed by is not that of a period.
+  bool grip_after_pause = false;
   Grip grip;
   std::uint32_t buttons = 0;
   Eigen::Vector3d held_H_N = Eigen::Vector3d::Zero();  ///< force on the hand since the last sample
@@ -166,9 +170,6 @@ class Teleoperation {
   void switch_off() noexcept;
   /// Before a step after a pause of the loop: comes to rest, with velocities that begin anew.
   void stop_after_gap(const TeleopInput& input) noexcept;
-  /// Before a step after a shorter one, of the loop or of the robot's samples, which it is not stopped for:
-  /// the way of `gap_s` is not to be taken for that of one period.
-  void bridge(const TeleopInput& input, double gap_s) noexcept;
 
   const TeleopOutput& step(const TeleopInput& input) noexcept;
 

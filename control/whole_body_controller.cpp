@@ -64,23 +64,18 @@ void WholeBodyController::forget_velocity(const WheelVector& wheel_position_rad,
   for (int i = 0; i < kArmJoints; ++i) arm_observers_[static_cast<std::size_t>(i)].reset(arm_position_rad[i]);
 }
 
-void WholeBodyController::bridge(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
-                                 double gap_s) noexcept {
-  base_.bridge(wheel_position_rad, gap_s);
-  for (int i = 0; i < kArmJoints; ++i)
-    arm_observers_[static_cast<std::size_t>(i)].bridge(arm_position_rad[i], gap_s);
-}
-
 const WholeBodyController::State& WholeBodyController::sense(const WheelVector& wheel_position_rad,
-                                                             const ArmVector& arm_position_rad) noexcept {
-  const BaseDrive::State base = base_.sense(wheel_position_rad);
+                                                             const ArmVector& arm_position_rad,
+                                                             std::optional<double> elapsed_s) noexcept {
+  fresh_ = elapsed_s.value_or(config_.period_s) > 0;
+  const BaseDrive::State base = base_.sense(wheel_position_rad, elapsed_s);
   state_.X_WB = base.X_WB;
   state_.wheel_velocity_rad_per_s = base.wheel_velocity_rad_per_s;
   state_.position << base.X_WB.x_m, base.X_WB.y_m, base.X_WB.yaw_rad, arm_position_rad;
   state_.velocity.head<kBaseAxes>() = rotated(base.twist_B, base.X_WB.yaw_rad);
   for (int i = 0; i < kArmJoints; ++i) {
     const auto joint = static_cast<std::size_t>(i);
-    arm_estimates_[joint] = arm_observers_[joint].step(arm_position_rad[i]);
+    arm_estimates_[joint] = arm_observers_[joint].step(arm_position_rad[i], elapsed_s);
     state_.velocity[kBaseAxes + i] = arm_estimates_[joint].velocity_rad_per_s;
   }
   model_.update(state_.position);
@@ -111,7 +106,8 @@ WholeBodyController::Output WholeBodyController::settle(const TipSetpoint& setpo
       spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W);
   const ArmVector torque_Nm =
       model_.J_WT().rightCols<kArmJoints>().transpose() * spring.wrench_W + posture_pull_Nm();
-  if (summing)
+  // What the same sample asks for once more nobody has seen to be still missing.
+  if (summing && fresh_)
     for (int i = 0; i < kArmJoints; ++i) {
       const double limit_Nm = config_.settling_limit_Nm[static_cast<std::size_t>(i)];
       settled_Nm_[i] =

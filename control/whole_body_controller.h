@@ -4,6 +4,7 @@
 #pragma once
 #include <Eigen/Geometry>
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "control/arm_protection.h"
@@ -70,12 +71,10 @@ class WholeBodyController {
   void reset(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
   /// After a gap in time: velocities begin at zero again.
   void forget_velocity(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
-  /// As BaseDrive::bridge().
-  void bridge(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
-              double gap_s) noexcept;
 
-  /// Once a cycle, before the others. Finite positions.
-  const State& sense(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
+  /// Once a cycle, before the others. Finite positions; `elapsed_s` as in BaseDrive::sense().
+  const State& sense(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
+                     std::optional<double> elapsed_s = {}) noexcept;
 
   /// The arm's posture where the tip's task leaves a choice.
   void set_posture(const ArmVector& position_rad) noexcept { posture_rad_ = position_rad; }
@@ -107,6 +106,7 @@ class WholeBodyController {
   std::vector<FrictionObserver> arm_observers_;
   std::array<FrictionEstimate, kArmJoints> arm_estimates_{};
   State state_;
+  bool fresh_ = true;  // the sample that was sensed last
   ArmVector posture_rad_ = ArmVector::Zero();
   ArmVector settled_Nm_ = ArmVector::Zero();
   ArmVector spring_share_Nm_ = ArmVector::Zero();  // of the last command: what a slack spring takes away

@@ -70,6 +70,7 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   if (options.lock_step) {
     bus.access.frame_timeout = std::chrono::seconds(2);
     bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone
+    bus.cyclic.silence_is_final = true;
     bus.state_timeout = bus.mailbox_timeout = std::chrono::seconds(60);
   }
   return bus;
@@ -223,7 +224,7 @@ void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard
 void EthercatRobot::deactivate() noexcept {
   if (bus_ && !simulation_gone_) {
     stop_grippers();
-    bus_->leave_op();
+    if (!simulation_gone_) bus_->leave_op();
   }
   bus_.reset();
   simulation_gone_ = false;
@@ -245,7 +246,7 @@ void EthercatRobot::stop_grippers() noexcept {
   };
   RobotSample sample;
   std::array<std::uint8_t, ethercat::kMaxFrameBytes> stray{};
-  for (int i = 0; i < kCycles && any_moves(); ++i) {
+  for (int i = 0; i < kCycles && any_moves() && !simulation_gone_; ++i) {
     (void)exchange({}, sample);
     // Waits in the bus' own time, emulated or not; what comes late is nobody's.
     (void)link_->receive(stray, kPause);
@@ -267,8 +268,9 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 
   for (std::size_t i = 0; i < drives_.size(); ++i)
     drives_[i].drive(command.joints[i], enabled_, bus_->outputs(drives_[i].slave()));
-  const nanoseconds now = clock_.now();
-  const ethercat::CycleResult result = bus_->exchange(now);
+  bus_->send(clock_.now());
+  const nanoseconds stamp = clock_.now();
+  const ethercat::CycleResult result = bus_->receive();
   simulation_gone_ = options_.lock_step && !result.answered;
 
   bool all_fresh = true;
@@ -285,7 +287,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (!options_.lock_step) repair();
 
   if (all_fresh) {
-    sample.stamp = now;
+    sample.stamp = stamp;
     for (std::size_t i = 0; i < drives_.size(); ++i) sample.joints[i] = drives_[i].sample();
   }
   for (std::size_t i = 0; i < grippers_.size(); ++i) {

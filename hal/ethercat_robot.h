@@ -56,6 +56,8 @@ struct EthercatOptions {
 ///
 /// - activate() scans, compares with the expected topology, reads the firmware versions, takes all slaves to
 /// OP.
+/// - A sample's stamp is taken as soon as its frame has been sent: then it passes the boards, and they put in
+///   what they measured last. How long the frame took to make, or its answer to fetch, is not in it.
 /// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded,
 /// initialises
 ///   commutation where needed (with firmware 2.0 the joints move a little) and homes the arms if that is

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "apps/common/toml_reader.h"
+#include "sim/effects/dissipation.h"
 
 namespace apps {
 namespace {
@@ -119,6 +120,13 @@ std::string drive_model_text(const DriveModel& model, std::span<const std::strin
     }
   }
   return text;
+}
+
+std::string driving_friction(const DriveModel& model, double top_speed_rad_per_s) {
+  const auto from = sim::effects::driving_velocity_rad_per_s(model, top_speed_rad_per_s);
+  return from
+             ? fmt::format("its friction drives the joint from {:.3g} rad/s on, instead of braking it", *from)
+             : "";
 }
 
 }  // namespace apps

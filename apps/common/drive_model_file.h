@@ -25,4 +25,8 @@ struct EffectRemarks {
 std::string drive_model_text(const sim::effects::DriveModel& model, std::span<const std::string> header = {},
                              std::span<const EffectRemarks> remarks = {});
 
+/// Why no compensator can take this model: "its friction drives the joint from -0.91 rad/s on, instead of
+/// braking it"; empty when friction brakes at all speeds up to the top one. See sim/effects/dissipation.h.
+std::string driving_friction(const sim::effects::DriveModel& model, double top_speed_rad_per_s);
+
 }  // namespace apps

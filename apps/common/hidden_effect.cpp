@@ -1,5 +1,7 @@
 #include "apps/common/hidden_effect.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -10,6 +12,7 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/common/quantity.h"
 #include "apps/common/wording.h"
+#include "sim/effects/dissipation.h"
 
 namespace apps {
 namespace {
@@ -121,8 +124,11 @@ std::optional<sim::effects::DriveModel> simulated_wheel_model(
     throw std::invalid_argument(
         "--hidden-effect and --model: the simulated wheels follow one or the other, give one of them");
   if (hidden_effect) return HiddenEffect(*hidden_effect).wheel_model();
-  if (!model_file.empty()) return read_drive_model(model_file);
-  return std::nullopt;
+  if (model_file.empty()) return std::nullopt;
+  sim::effects::DriveModel model = read_drive_model(model_file);
+  if (const std::string why = driving_friction(model, sim::effects::kUsualTopSpeed_rad_per_s); !why.empty())
+    spdlog::warn("{}: {}; the simulated drive has no friction there", model_file, why);
+  return model;
 }
 
 }  // namespace apps

@@ -2,19 +2,16 @@
 
 #include <system_error>
 
+#include "apps/common/output_directory.h"
+
 namespace apps {
 
-bool make_recording_directory(const std::filesystem::path& directory,
+void make_recording_directory(const std::filesystem::path& directory,
                               const std::filesystem::path& config_file, std::vector<std::string>& problems) {
+  make_output_directory(directory);
   std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (error) {
-    problems.push_back(directory.string() + ": cannot make this directory: " + error.message());
-    return false;
-  }
   std::filesystem::copy_file(config_file, directory / "config.toml", error);
   if (error) problems.push_back((directory / "config.toml").string() + ": " + error.message());
-  return true;
 }
 
 }  // namespace apps

@@ -8,8 +8,9 @@
 namespace apps {
 
 /// Makes the directory where it is missing and copies the configuration into it as `config.toml`, never over
-/// another. False when there is no directory to write to. What went wrong is added to `problems`.
-bool make_recording_directory(const std::filesystem::path& directory,
+/// another; one that could not be copied is added to `problems`.
+/// @throws hal::SetupError when files cannot be made in the directory.
+void make_recording_directory(const std::filesystem::path& directory,
                               const std::filesystem::path& config_file, std::vector<std::string>& problems);
 
 }  // namespace apps

@@ -351,6 +351,9 @@ ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     throw RecordingError({path.string() + ": is a directory; give the files in it"});
+  // A pipe or a device may never end, and reading it may not even begin.
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+    throw RecordingError({path.string() + ": is not a regular file; write the recording to one"});
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw RecordingError({path.string() + ": cannot be opened; does it exist and may it be read?"});
   std::string text(static_cast<std::size_t>(std::max<std::streamoff>(file.tellg(), 0)), '\0');

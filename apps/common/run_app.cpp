@@ -5,18 +5,39 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <optional>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/toml_reader.h"
 
 namespace apps {
+namespace {
+
+/// The library only says that a command is missing when one is misspelled.
+std::optional<CLI::RequiredError> unknown_command(const CLI::App& app) {
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  const std::vector<std::string> left_over = app.remaining();
+  if (commands.empty() || !app.get_subcommands().empty() || left_over.empty() ||
+      left_over.front().starts_with('-'))
+    return std::nullopt;
+  std::string names;
+  for (const CLI::App* command : commands) names += (names.empty() ? "" : ", ") + command->get_name();
+  return CLI::RequiredError("There is no command '" + left_over.front() + "' but " + names,
+                            CLI::ExitCodes::RequiredError);
+}
+
+}  // namespace
 
 int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   app.set_version_flag("--version", build_version());
   try {
     app.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    return app.exit(unknown_command(app).value_or(error)) == 0 ? kExitOk : kExitUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }

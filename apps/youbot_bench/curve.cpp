@@ -1,5 +1,6 @@
 #include "apps/youbot_bench/curve.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
@@ -14,7 +15,8 @@ void print_curve(const CurveOptions& options) {
   if (!(options.step_rad_per_s > 0 && rows >= 0 && rows <= 1e7))
     throw std::invalid_argument("curve: --step must be positive and --from below --to");
   const double limit = control::friction::kIdentifiedSpeed_rad_per_s;
-  if (std::abs(options.from_rad_per_s) > limit || std::abs(options.to_rad_per_s) > limit)
+  const double furthest = std::max(std::abs(options.from_rad_per_s), std::abs(options.to_rad_per_s));
+  if (furthest > limit && !options.quiet)
     std::fprintf(stderr, "youbot-bench: nothing was measured beyond %g rad/s; the value there is held\n",
                  limit);
   std::printf("velocity_rad_per_s,torque_Nm\n");

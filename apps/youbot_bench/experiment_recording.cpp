@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "apps/common/build_info.h"
+#include "apps/common/output_directory.h"
 #include "hal/setup_error.h"
 
 namespace youbot_bench {
@@ -111,16 +112,7 @@ ExperimentRecording::Made::~Made() {
 }
 
 void ExperimentRecording::make_directory(const fs::path& path) {
-  std::vector<fs::path> missing;
-  std::error_code error;
-  for (fs::path at = path; !at.empty() && !fs::exists(at, error); at = at.parent_path())
-    missing.push_back(at);
-  for (; !missing.empty(); missing.pop_back())
-    if (fs::create_directory(missing.back(), error)) made_.add(missing.back());
-  std::error_code unknown;
-  if (!fs::is_directory(path, unknown))
-    throw hal::SetupError(path.string(), "make this directory",
-                          error ? error.message() : "something else has that name");
+  for (const fs::path& made : apps::make_output_directory(path)) made_.add(made);
 }
 
 ExperimentRecording::ExperimentRecording(const Description& description, bool resume)

@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -19,11 +18,14 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 
 #include "apps/common/build_info.h"
 #include "apps/common/can_config.h"
+#include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/quantity.h"
 #include "apps/common/shared_tables.h"
@@ -32,9 +34,13 @@
 #include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "apps/youbot_bench/progress.h"
+#include "control/friction/any_law.h"
+#include "control/friction/law_compensator.h"
 #include "control/friction/sliding_table.h"
 #include "hal/axis_scale.h"
 #include "hal/youbot_axes.h"
+#include "sim/effects/dissipation.h"
+#include "sim/effects/resistance.h"
 #include "sim/experiments/compensation.h"
 #include "sim/experiments/dahl.h"
 #include "sim/experiments/parameter.h"
@@ -121,35 +127,12 @@ void read_toml(apps::TomlTable& table, const Parameter& parameter, Value& value)
     table.number(parameter.key, value, {.min = parameter.min, .max = parameter.max});
 }
 
-template <typename Value>
-void read_option(const std::string& text, const Parameter& parameter, Value& value) {
-  if constexpr (std::is_same_v<Value, std::string>) {
-    value = text;
-  } else {
-    const char* const end = text.data() + text.size();
-    const auto [stopped, error] = std::from_chars(text.data(), end, value);
-    if (error == std::errc() && stopped == end) return;
-    const bool whole = std::is_same_v<Value, int>;
-    throw std::invalid_argument(option_and_unit(parameter.key).first + ": '" + text + "' is " +
-                                (error == std::errc::result_out_of_range ? "beyond all bounds"
-                                 : whole                                 ? "not a whole number"
-                                                                         : "not a number"));
-  }
-}
-
 /// One tick of the encoder at the joint.
 double encoder_step_rad(const std::string& joint) {
   hal::AxisConstants constants = hal::kWheelAxis.constants;
   if (joint.starts_with("arm") && joint.back() >= '1' && joint.back() <= '5')
     constants = hal::kArmAxes[static_cast<std::size_t>(joint.back() - '1')].constants;
   return hal::AxisScale(constants).position_resolution_rad();
-}
-
-control::friction::SlidingTable friction_of(const std::string& joint) {
-  if (!joint.starts_with("wheel-") || joint.back() < '1' || joint.back() > '4')
-    throw std::invalid_argument("compensation: no friction curve was measured for " + joint +
-                                ", only for wheel-1 to wheel-4");
-  return control::friction::wheel_table(joint.back() - '0');
 }
 
 using sim::experiments::CompensationConfig;
@@ -161,6 +144,10 @@ using sim::experiments::StaircaseConfig;
 using sim::experiments::SteadyStateConfig;
 using sim::experiments::StickSlipConfig;
 using sim::experiments::TorqueRampConfig;
+
+/// Files where they are found again, from wherever the experiment is resumed.
+template <typename Config>
+void make_paths_absolute(Config& /*config*/) {}
 
 using Made = std::unique_ptr<JointExperiment>;
 Made make(const SteadyStateConfig& config, const std::string& /*joint*/, double period_s) {
@@ -181,8 +168,49 @@ Made make(const MultisineConfig& config, const std::string& /*joint*/, double pe
 Made make(const StickSlipConfig& config, const std::string& /*joint*/, double /*period_s*/) {
   return std::make_unique<sim::experiments::StickSlip>(config);
 }
+bool is_law(const std::string& name) {
+  return std::ranges::any_of(control::friction::law_descriptions(),
+                             [&](const auto& law) { return law.name == name; });
+}
+
+void make_paths_absolute(CompensationConfig& config) {
+  if (!config.compensator.empty() && !is_law(config.compensator))
+    config.compensator = std::filesystem::absolute(config.compensator).string();
+}
+
+/// What the compensator believes.
+control::friction::SlidingTable compensated_friction(const std::string& compensator, int wheel) {
+  if (compensator.empty()) return control::friction::wheel_table(wheel);
+  if (is_law(compensator)) return control::friction::law_table(control::friction::make_law(compensator));
+  if (!std::filesystem::exists(compensator))
+    throw std::invalid_argument("--compensator: " + compensator +
+                                " is neither a file nor a law; identify --help lists the laws");
+  const sim::effects::DriveModel model = apps::read_drive_model(compensator);
+  if (const std::string why = apps::driving_friction(model, sim::effects::kUsualTopSpeed_rad_per_s);
+      !why.empty())
+    throw std::invalid_argument("--compensator: " + compensator + ": " + why);
+  return sim::effects::resistance_of(model).sliding;
+}
+
+/// Against the curve that was measured on this wheel. The observer blends from rest on.
+double passive_gain_of(const CompensationConfig& config, const control::friction::SlidingTable& friction,
+                       int wheel) {
+  const control::friction::LawCompensator help(friction,
+                                               {.margin = std::min(config.margin, 0.999),
+                                                .blend_speed_rad_per_s = config.blend_speed_rad_per_s,
+                                                .quiet_speed_rad_per_s = 0});
+  return control::friction::max_passive_gain(
+      control::friction::make_law("measured_wheel", {{"wheel", static_cast<double>(wheel)}}), help);
+}
+
 Made make(const CompensationConfig& config, const std::string& joint, double period_s) {
-  return std::make_unique<sim::experiments::Compensation>(config, friction_of(joint), period_s);
+  if (!joint.starts_with("wheel-") || joint.back() < '1' || joint.back() > '4')
+    throw std::invalid_argument("compensation: no friction curve was measured for " + joint +
+                                ", only for wheel-1 to wheel-4");
+  const int wheel = joint.back() - '0';
+  control::friction::SlidingTable friction = compensated_friction(config.compensator, wheel);
+  const double gain = passive_gain_of(config, friction, wheel);
+  return std::make_unique<sim::experiments::Compensation>(config, std::move(friction), gain, period_s);
 }
 Made make(const StaircaseConfig& config, const std::string& /*joint*/, double /*period_s*/) {
   return std::make_unique<sim::experiments::Staircase>(config);
@@ -233,20 +261,28 @@ class ExperimentCommand {
     common_.visit([this](const Parameter& parameter, const auto& value) { add(parameter, value); });
   }
 
+  /// What is given is kept until the file was read, over which it stands.
   template <typename Value>
   void add(const Parameter& parameter, const Value& value) {
     const auto [option, unit] = option_and_unit(parameter.key);
-    std::string help = parameter.help;
-    if (!unit.empty()) help += ", " + unit;
-    if (const std::string text = fmt::format("{}", value); !text.empty()) help += " (" + text + ")";
-    CLI::Option* const added = command_->add_option_function<std::vector<std::string>>(
-        option,
-        [this, key = std::string(parameter.key)](const std::vector<std::string>& values) {
-          given_[key] = fmt::format("{}", fmt::join(values, ","));
-        },
-        help);
-    if (option == "--joint") return;  // may be given several times
-    added->expected(1);
+    const std::string help = parameter.help + (unit.empty() ? "" : ", " + unit);
+    CLI::Option* added = nullptr;
+    if constexpr (std::is_same_v<Value, std::string>) {
+      added = command_->add_option_function<std::vector<std::string>>(
+          option,
+          [this, key = std::string(parameter.key)](const std::vector<std::string>& values) {
+            given_[key] = fmt::format("{}", fmt::join(values, ","));
+          },
+          help);
+      if (option != "--joint") added->expected(1);  // may be given several times
+    } else {
+      added = command_->add_option_function<Value>(
+          option, [this, key = std::string(parameter.key)](const Value& given) { given_[key] = given; },
+          help);
+      if constexpr (!std::is_same_v<Value, bool>)
+        added->check(apps::finite_range(parameter.min, parameter.max));
+    }
+    if (const std::string text = fmt::format("{}", value); !text.empty()) added->default_str(text);
   }
 
   /// Takes what the command line gave over what was there.
@@ -254,7 +290,7 @@ class ExperimentCommand {
   void take_given(Config& config) const {
     config.visit([this](const Parameter& parameter, auto& value) {
       const auto given = given_.find(parameter.key);
-      if (given != given_.end()) read_option(given->second, parameter, value);
+      if (given != given_.end()) value = std::get<std::remove_cvref_t<decltype(value)>>(given->second);
     });
   }
   template <typename Config>
@@ -283,7 +319,7 @@ class ExperimentCommand {
   std::string result_;
   CommonConfig common_;
   CLI::App* command_ = nullptr;
-  std::map<std::string, std::string> given_;
+  std::map<std::string, std::variant<double, int, bool, std::string>> given_;
   std::string out_;
   std::string resume_;
   std::string config_file_;
@@ -309,7 +345,10 @@ class CommandOf final : public ExperimentCommand {
   }
 
  private:
-  void take_given_parameters() override { take_given(config_); }
+  void take_given_parameters() override {
+    take_given(config_);
+    make_paths_absolute(config_);
+  }
   void read_parameters(apps::TomlTable table) override { read(config_, table); }
   std::string written_parameters() const override { return written(config_); }
   Made make_experiment(const std::string& joint, double period_s) const override {

@@ -16,6 +16,7 @@
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/open_haptic.h"
+#include "apps/common/output_directory.h"
 #include "apps/common/real_time.h"
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
@@ -382,15 +383,13 @@ void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& ha
 
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop) {
   apps::HapticOptions haptic = load_options(options);
+  if (!options.out.empty()) {
+    apps::require_no_results(options.out, {kRecording, "report.html"});
+    apps::make_output_directory(options.out);
+  }
   if (!options.virtual_time) prepare_real_time(options, haptic);
   const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
   const apps::OpenedHaptic opened = apps::open_haptic(haptic, *clock, kPeriod);
-  if (!options.out.empty()) {
-    if (std::filesystem::exists(std::filesystem::path(options.out) / kRecording))
-      throw std::invalid_argument("--out: " + options.out +
-                                  " holds a recording already; name a new directory");
-    std::filesystem::create_directories(options.out);
-  }
   std::unique_ptr<Operator> hand;
   if (opened.hand) hand = std::make_unique<Operator>(*opened.hand, Vector3d(options.point_m.data()));
 

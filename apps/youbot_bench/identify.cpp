@@ -1,18 +1,24 @@
 #include "apps/youbot_bench/identify.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
+#include <limits>
 #include <stdexcept>
 #include <string_view>
+#include <utility>
 
+#include "apps/common/drive_model_file.h"
+#include "apps/common/output_directory.h"
 #include "apps/common/quantity.h"
 #include "apps/common/recording_reader.h"
+#include "apps/common/whole_file.h"
 #include "apps/youbot_bench/identify_report.h"
 #include "apps/youbot_bench/model_writer.h"
+#include "sim/effects/dissipation.h"
 #include "sim/identify/model_choice.h"
 #include "sim/identify/moving_fit.h"
 #include "sim/identify/presliding_fit.h"
@@ -25,25 +31,43 @@ namespace {
 namespace fits = sim::identify;
 using fits::Estimate;
 
-void print_estimates(const std::vector<Estimate>& estimates) {
-  std::printf("  %-20s %12s   %-26s %s\n", "parameter", "value", "95 % interval", "unit");
+/// On the terminal, unless nobody wants to know.
+class Teller {
+ public:
+  explicit Teller(bool quiet) : quiet_(quiet) {}
+  template <typename... Values>
+  void operator()(fmt::format_string<Values...> format, Values&&... values) const {
+    if (!quiet_) fmt::print(format, std::forward<Values>(values)...);
+  }
+
+ private:
+  bool quiet_;
+};
+
+void print_estimates(const Teller& tell, const std::vector<Estimate>& estimates) {
+  tell("  {:<20} {:>12}   {:<26} {}\n", "parameter", "value", "95 % interval", "unit");
   for (const Estimate& estimate : estimates) {
     const auto [name, unit] = apps::quantity_of(estimate.name);
     const bool given = is_given(estimate);
-    char value[24] = "-";
-    if (estimate.ok() || given) std::snprintf(value, sizeof value, "%.5g", estimate.value);
-    char interval[64];
-    std::snprintf(interval, sizeof interval, "%.5g … %.5g", estimate.lower, estimate.upper);
+    const std::string value = estimate.ok() || given ? fmt::format("{:.5g}", estimate.value) : "-";
     if (estimate.ok())
-      std::printf("  %-20s %12s   %-28s %s\n", name.c_str(), value, interval, unit.c_str());
+      tell("  {:<20} {:>12}   {:<26} {}\n", name, value,
+           fmt::format("{:.5g} … {:.5g}", estimate.lower, estimate.upper), unit);
     else
-      std::printf("  %-20s %12s   %s%s\n", name.c_str(), value,
-                  given ? "" : "not identifiable: ", estimate.not_identifiable.c_str());
+      tell("  {:<20} {:>12}   {}{}\n", name, value,
+           given ? "" : "not identifiable: ", estimate.not_identifiable);
   }
 }
 
-void print_verdicts(const std::vector<std::string>& verdicts) {
-  for (const std::string& verdict : verdicts) std::printf("  ! %s\n", verdict.c_str());
+void print_verdicts(const Teller& tell, const std::vector<std::string>& verdicts) {
+  for (const std::string& verdict : verdicts) tell("  ! {}\n", verdict);
+}
+
+/// "added", or why it was not.
+std::string decision_of(const fits::ChoiceStep& step) {
+  if (step.added) return "added";
+  return std::string(step.removal ? "taken out" : "not added") +
+         (step.drives ? ", friction would drive the joint" : "");
 }
 
 sim::Recording read(const std::filesystem::path& path,
@@ -128,17 +152,14 @@ void require_directory_names(const std::vector<Rig>& rigs) {
 /// "fitted without speeds from 1 to 4 rad/s".
 std::string restriction(const fits::SpeedRange& speeds) {
   const auto [low, high] = std::minmax(speeds.above_rad_per_s, speeds.below_rad_per_s);
-  char text[96];
-  if (std::isfinite(high))
-    std::snprintf(text, sizeof text, "speeds from %.4g to %.4g rad/s", low, high);
-  else
-    std::snprintf(text, sizeof text, "speeds from %.4g rad/s on", low);
+  const std::string text = std::isfinite(high) ? fmt::format("speeds from {:.4g} to {:.4g} rad/s", low, high)
+                                               : fmt::format("speeds from {:.4g} rad/s on", low);
   const bool between = speeds.above_rad_per_s < speeds.below_rad_per_s;
   return std::string("fitted ") + (between ? "to " : "without ") + text;
 }
 
 /// Before the fit, so that nothing of what is left out decides about a term or an outlier.
-void restrict_map(IdentifiedRig& rig, const fits::SpeedRange& speeds) {
+void restrict_map(const Teller& tell, IdentifiedRig& rig, const fits::SpeedRange& speeds) {
   auto& [model, evidence] = rig;
   const std::size_t all = evidence.map.points.size();
   evidence.not_asked_for = fits::leave_out(evidence.map, speeds);
@@ -148,41 +169,60 @@ void restrict_map(IdentifiedRig& rig, const fits::SpeedRange& speeds) {
                                 " is left to fit");
   std::string line = restriction(speeds) + ": " + std::to_string(evidence.not_asked_for.size()) + " of " +
                      std::to_string(all) + " points left out, at";
-  for (const fits::MapPoint& point : evidence.not_asked_for) {
-    char velocity[24];
-    std::snprintf(velocity, sizeof velocity, " %.4g", point.velocity_rad_per_s);
-    line += velocity;
-  }
+  for (const fits::MapPoint& point : evidence.not_asked_for)
+    line += fmt::format(" {:.4g}", point.velocity_rad_per_s);
   model.evidence.push_back(line + " rad/s");
-  std::printf("%s\n", model.evidence.back().c_str());
+  tell("{}\n", model.evidence.back());
 }
 
-fits::StaticFit identify_map(IdentificationEvidence& evidence, const std::string& law) {
+/// "friction measured from -8 to -0.05 and from 0.05 to 8 rad/s: beyond, this model is a guess".
+std::string measured_range(const fits::StaticMap& map) {
+  std::string text;
+  for (const double sign : {-1.0, 1.0}) {
+    double slowest = std::numeric_limits<double>::infinity();
+    double fastest = 0;
+    for (const fits::MapPoint& point : map.points) {
+      const double speed = sign * point.velocity_rad_per_s;
+      if (speed < 0) continue;
+      slowest = std::min(slowest, speed);
+      fastest = std::max(fastest, speed);
+    }
+    if (fastest == 0) continue;
+    text +=
+        (text.empty() ? "" : " and ") +
+        fmt::format("from {:.4g} to {:.4g}", sign > 0 ? slowest : -fastest, sign > 0 ? fastest : -slowest);
+  }
+  return "friction measured " + text + " rad/s: beyond, this model is a guess";
+}
+
+fits::StaticFit identify_map(const Teller& tell, IdentificationEvidence& evidence, const std::string& law) {
   const fits::StaticMap& map = evidence.map;
   fits::StaticForm form;
+  fits::StaticFitOptions options;
   if (law == "auto") {
-    const fits::ModelChoice& choice = evidence.choice.emplace(fits::choose_model(map));
+    const fits::ModelChoice& choice = evidence.choice.emplace(
+        fits::choose_model(map, {.top_speed_rad_per_s = sim::effects::kUsualTopSpeed_rad_per_s}));
     form = choice.form;
-    std::printf("choice of terms, each speed predicted from the others:\n");
+    options.left_out = choice.outliers;
+    tell("choice of terms, leave-one-speed-out error without and with each:\n");
     for (const fits::ChoiceStep& step : choice.steps)
-      std::printf("  %-38s %7.2f %% -> %.2f %%, by chance p = %.3f: %s\n", fits::term_name(step.term),
-                  step.held_out_before_percent, step.held_out_after_percent, step.p_value,
-                  step.added ? "added" : (step.removal ? "taken out" : "not added"));
-    print_verdicts(choice.verdicts);
+      tell("  {:<38} {:7.2f} % -> {:.2f} %, by chance p = {:.3f}: {}\n", fits::term_name(step.term),
+           step.held_out_before_percent, step.held_out_after_percent, step.p_value, decision_of(step));
+    print_verdicts(tell, choice.verdicts);
   } else {
     form = form_of(law);
   }
-  fits::StaticFit fit = fits::fit_static(map, form);
-  std::printf("sliding: %s, %zu points of %s\n", fits::form_name(form).c_str(), map.points.size(),
-              map.rig.empty() ? "an unnamed rig" : map.rig.c_str());
-  print_estimates(fit.parameters);
+  fits::StaticFit fit = fits::fit_static(map, form, options);
+  tell("sliding: {}, {} points of {}\n", fits::form_name(form), map.points.size(),
+       map.rig.empty() ? "an unnamed rig" : map.rig);
+  print_estimates(tell, fit.parameters);
   if (fit.ok())
-    std::printf("  error %.2f %%, leave-one-speed-out %.2f %%, scatter %.3g N·m, condition %.3g\n",
-                fit.relative_error_percent, fit.leave_one_out_percent, fit.scatter_Nm, fit.condition);
+    tell("  error {:.2f} %, leave-one-speed-out {:.2f} %, scatter {:.3g} N·m, condition {:.3g}\n",
+         fit.relative_error_percent, fit.leave_one_out_percent, fit.scatter_Nm, fit.condition);
   for (const std::size_t i : fit.outliers)
-    std::printf("  left out: %.4g N·m at %.4g rad/s is far from the law\n", map.points[i].torque_Nm,
-                map.points[i].velocity_rad_per_s);
-  print_verdicts(fit.verdicts);
+    tell("  left out: {:.4g} N·m at {:.4g} rad/s is far from the law\n", map.points[i].torque_Nm,
+         map.points[i].velocity_rad_per_s);
+  print_verdicts(tell, fit.verdicts);
   return fit;
 }
 
@@ -205,21 +245,32 @@ control::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
   return parameters;
 }
 
-void identify_rig(Rig& rig, const std::optional<sim::Recording>& moving,
+/// A law that drives is none, and what compensates it drives too.
+void require_braking(const IdentifiedModel& model) {
+  const std::string why =
+      apps::driving_friction(drive_model_of(model), sim::effects::kUsualTopSpeed_rad_per_s);
+  if (!why.empty())
+    throw std::invalid_argument(
+        "no model of " + model.name + " is written: " + why +
+        "; take the terms --law auto finds, or a map with speeds up to those the joint is used at");
+}
+
+void identify_rig(const Teller& tell, Rig& rig, const std::optional<sim::Recording>& moving,
                   const std::optional<sim::Recording>& presliding, const IdentifyOptions& options) {
   auto& [model, evidence] = rig.identified;
   model.inertia_kg_m2 = options.inertia_kg_m2;
   if (!rig.maps.empty()) {
     evidence.map = fits::static_map(rig.maps);
-    restrict_map(rig.identified, options.speeds);
-    model.sliding = identify_map(evidence, options.law);
+    restrict_map(tell, rig.identified, options.speeds);
+    model.evidence.push_back(measured_range(evidence.map));
+    model.sliding = identify_map(tell, evidence, options.law);
   }
   if (moving) {
     const fits::MovingFit fit = fits::fit_moving(*moving);
-    std::printf("moving: inertia and friction together, %zu samples\n", fit.used);
-    print_estimates(fit.parameters);
-    std::printf("  error %.2f %%, condition %.3g\n", fit.relative_error_percent, fit.condition);
-    print_verdicts(fit.verdicts);
+    tell("moving: inertia and friction together, {} samples\n", fit.used);
+    print_estimates(tell, fit.parameters);
+    tell("  error {:.2f} %, condition {:.3g}\n", fit.relative_error_percent, fit.condition);
+    print_verdicts(tell, fit.verdicts);
     model.moving = fit.parameters;
     if (!model.inertia_kg_m2 && fit.parameter("inertia_kg_m2").ok())
       model.inertia_kg_m2 = fit.parameter("inertia_kg_m2").value;
@@ -229,17 +280,17 @@ void identify_rig(Rig& rig, const std::optional<sim::Recording>& moving,
       throw std::invalid_argument("--presliding: the moving recording gave no inertia; give --inertia");
     const fits::PreslidingFit fit = fits::fit_presliding(
         *presliding, {.inertia_kg_m2 = *model.inertia_kg_m2, .sliding = sliding_of(*model.sliding)});
-    std::printf("pre-sliding: LuGre by simulation\n");
-    print_estimates(fit.parameters);
+    tell("pre-sliding: LuGre by simulation\n");
+    print_estimates(tell, fit.parameters);
     if (fit.rms_error_rad > 0)
-      std::printf("  error %.3g rad rms, %.2f %%\n", fit.rms_error_rad, fit.relative_error_percent);
-    print_verdicts(fit.verdicts);
+      tell("  error {:.3g} rad rms, {:.2f} %\n", fit.rms_error_rad, fit.relative_error_percent);
+    print_verdicts(tell, fit.verdicts);
     model.presliding = fit.parameters;
   }
   if (!model.inertia_kg_m2)
-    std::printf(
-        "inertia: nothing here tells it; the model has %g kg·m², assumed. Give --moving or --inertia\n",
-        kAssumedInertia_kg_m2);
+    tell("inertia: nothing here tells it; the model has {:g} kg·m², assumed. Give --moving or --inertia\n",
+         kAssumedInertia_kg_m2);
+  require_braking(model);
 }
 
 }  // namespace
@@ -255,6 +306,9 @@ void identify(const IdentifyOptions& options) {
   if (options.inertia_kg_m2 && !(*options.inertia_kg_m2 > 0 && std::isfinite(*options.inertia_kg_m2)))
     throw std::invalid_argument("--inertia: must be a positive number of kg·m²");
   if (options.law != "auto") static_cast<void>(form_of(options.law));
+  if (options.law != "auto" && options.maps.empty())
+    throw std::invalid_argument(
+        "--law: is fitted to a map, give it with --map; --moving fits Coulomb and viscous friction only");
   const auto [above, below] = options.speeds;
   if (!(above >= 0 && below > 0 && std::isfinite(above)) || above == below)
     throw std::invalid_argument("--speeds-above, --speeds-below: must be two different speeds, in rad/s");
@@ -282,21 +336,27 @@ void identify(const IdentifyOptions& options) {
   const std::optional<sim::Recording> moving = read_beside(options.moving, "motion");
   const std::optional<sim::Recording> presliding = read_beside(options.presliding, "pre-sliding");
   require_directory_names(rigs);
+  const auto directory_of = [&](const IdentifiedRig& rig) {
+    return rigs.size() > 1 ? options.out / rig.model.name : options.out;
+  };
+  apps::require_no_results(options.out, {"report.html"});
+  for (const Rig& rig : rigs) apps::require_no_results(directory_of(rig.identified), {"model.toml"});
+  for (const Rig& rig : rigs) apps::make_output_directory(directory_of(rig.identified));
 
+  const Teller tell(options.quiet);
   std::vector<IdentifiedRig> identified;
   for (Rig& rig : rigs) {
-    if (rigs.size() > 1) std::printf("== %s\n", rig.identified.model.name.c_str());
-    identify_rig(rig, moving, presliding, options);
+    if (rigs.size() > 1) tell("== {}\n", rig.identified.model.name);
+    identify_rig(tell, rig, moving, presliding, options);
     identified.push_back(std::move(rig.identified));
   }
   for (const IdentifiedRig& rig : identified) {
-    const std::filesystem::path directory =
-        identified.size() > 1 ? options.out / rig.model.name : options.out;
-    write_model(rig.model, directory);
-    std::printf("written: %s\n", (directory / "model.toml").string().c_str());
+    const std::filesystem::path file = directory_of(rig) / "model.toml";
+    apps::write_whole_file(file, model_text(rig.model));
+    tell("written: {}\n", file.string());
   }
   write_identify_report(identified, options.out);
-  std::printf("report: %s\n", (options.out / "report.html").string().c_str());
+  tell("report: {}\n", (options.out / "report.html").string());
 }
 
 }  // namespace youbot_bench

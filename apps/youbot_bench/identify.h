@@ -19,12 +19,14 @@ struct IdentifyOptions {
   std::optional<double> inertia_kg_m2{};
   sim::identify::SpeedRange speeds{};  ///< of the maps, that the law is fitted to
   std::filesystem::path out{};
+  bool quiet = false;
 };
 
 /// Prints what was found, with intervals, errors and what the recordings do not tell, and writes
 /// `out`/model.toml and, about it, report.html. Maps of several rigs give `out`/RIG/model.toml for each and
 /// one report about all. @throws std::invalid_argument or apps::RecordingError for files that do not fit
-/// together or an unknown law; std::runtime_error when the model cannot be written.
+/// together, an unknown law, one that would drive the joint or an older model in `out`; hal::SetupError when
+/// the files cannot be written.
 void identify(const IdentifyOptions& options);
 
 }  // namespace youbot_bench

@@ -115,12 +115,17 @@ void add_choice(report::Page& page, std::span<const IdentifiedRig> rigs) {
                       step.held_out_after_percent, step.p_value,
                       std::string(step.added     ? "added"
                                   : step.removal ? "taken out"
+                                  : step.drives  ? "not added, friction would drive the joint"
                                                  : "not added")});
   }
   if (rows.empty()) return;
-  page.table(
-      {{"drive"}, {"term"}, {"held-out error without", "%"}, {"with", "%"}, {"by chance p"}, {"decision"}},
-      rows, "Terms tried, each speed predicted from the others");
+  page.table({{"drive"},
+              {"term"},
+              {"leave-one-speed-out error without", "%"},
+              {"with", "%"},
+              {"by chance p"},
+              {"decision"}},
+             rows, "Terms tried");
 }
 
 template <typename EstimatesOf>

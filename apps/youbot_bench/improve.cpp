@@ -22,6 +22,7 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/open_robot.h"
+#include "apps/common/output_directory.h"
 #include "apps/common/progress_line.h"
 #include "apps/common/stop_on_signals.h"
 #include "apps/common/whole_file.h"
@@ -85,27 +86,12 @@ bool moves_a_machine(const ImproveOptions& options) {
 
 bool came_to_its_end(const Run& run) { return run.summary.stop_reason.empty() && !run.summary.cut_short; }
 
-void make_directory(const fs::path& path) {
-  std::error_code error;
-  fs::create_directories(path, error);
-  if (error)
-    throw std::invalid_argument("--out: cannot make the directory " + path.string() + ": " + error.message());
-}
-
-/// What is there belongs to another run, or was written by `identify` under the same names.
-void make_new_directory(const fs::path& path) {
-  make_directory(path);
-  std::error_code error;
-  if (!fs::is_empty(path, error) || error)
-    throw std::invalid_argument("--out: " + path.string() + " is not empty; name a new directory");
-}
-
 /// Thrown through a search, which nothing else can stop.
 struct Stopped {};
 
 youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
   const fs::path directory = out / wheel_name(wheel);
-  make_directory(directory);
+  apps::make_output_directory(directory);
   sim::effects::DriveModel model = apps::known_wheel_model();
   model.name = wheel_name(wheel);
   apps::write_whole_file(directory / "base.toml", apps::drive_model_text(model));
@@ -267,7 +253,8 @@ void check_measured(const ImproveOptions& options) {
 
 /// False when it was asked to stop.
 bool measure(const ImproveOptions& options, apps::ProgressLine& progress, Improvement& improvement) {
-  make_new_directory(options.out);
+  apps::make_output_directory(options.out);
+  apps::require_empty(options.out);
   if (moves_a_machine(options) && !options.yes)
     confirm({.robot = options.robot,
              .what = "ALL WHEELS WILL TURN, for some minutes",

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
@@ -20,6 +21,21 @@
 #include "apps/youbot_bench/scan.h"
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
+#include "control/friction/any_law.h"
+
+namespace {
+
+using apps::finite_range;
+
+/// "coulomb, viscous, …"
+std::string law_names() {
+  std::string names;
+  for (const auto& law : control::friction::law_descriptions())
+    (names += names.empty() ? "" : ", ") += law.name;
+  return names;
+}
+
+}  // namespace
 
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
@@ -29,10 +45,20 @@ int main(int argc, char** argv) {
 
   youbot_bench::CurveOptions curve;
   CLI::App* const curve_command = app.add_subcommand("curve", "print the measured friction curve of a wheel");
-  curve_command->add_option("--wheel", curve.wheel, "1 to 4")->check(CLI::Range(1, 4))->required();
-  curve_command->add_option("--from", curve.from_rad_per_s, "rad/s");
-  curve_command->add_option("--to", curve.to_rad_per_s, "rad/s");
-  curve_command->add_option("--step", curve.step_rad_per_s, "rad/s");
+  curve_command->add_option("--wheel", curve.wheel, "number of the wheel")
+      ->check(finite_range(1, 4))
+      ->required();
+  curve_command->add_option("--from", curve.from_rad_per_s, "rad/s")
+      ->check(finite_range(-1000, 1000))
+      ->capture_default_str();
+  curve_command->add_option("--to", curve.to_rad_per_s, "rad/s")
+      ->check(finite_range(-1000, 1000))
+      ->capture_default_str();
+  curve_command->add_option("--step", curve.step_rad_per_s, "rad/s")
+      ->check(finite_range(1e-6, 1000))
+      ->capture_default_str();
+  curve_command->add_flag("--quiet", curve.quiet,
+                          "the table only, without a remark on where nothing was measured");
 
   std::string robot;
   CLI::App* const scan_command =
@@ -72,7 +98,9 @@ int main(int argc, char** argv) {
   CLI::App* const diagnose_command = app.add_subcommand(
       "diagnose", "cycle the bus with the motors stopped and tell how frames, slaves and cables fare");
   diagnose_command->add_option("--robot", robot, buses)->required();
-  diagnose_command->add_option("--duration", diagnose.duration_s, "seconds")->check(CLI::Range(0.1, 1e6));
+  diagnose_command->add_option("--duration", diagnose.duration_s, "seconds")
+      ->check(finite_range(0.1, 1e6))
+      ->capture_default_str();
   diagnose_command->add_option("--capture", diagnose.capture,
                                "pcapng file for the last second of frames, for Wireshark");
   diagnose_command->add_flag("--quiet", diagnose.quiet, "no progress");
@@ -91,17 +119,23 @@ int main(int argc, char** argv) {
   youbot_bench::HapticHoldOptions hold;
   CLI::App* const hold_command = app.add_subcommand(
       "haptic-hold", "hold a haptic master's pen at a point by springs. THIS PUSHES ON A HAND");
-  hold_command->add_option("--haptic", hold.haptic, "loopback, force-dimension, falcon, spacemouse");
+  hold_command->add_option("--haptic", hold.haptic,
+                           "loopback, force-dimension, falcon, spacemouse; none: the file's, else loopback");
   hold_command->add_option("--config", hold.config, "TOML file with a [haptic] table");
   hold_command->add_option("--stiffness", hold.stiffness_N_per_m, "N/m")
-      ->check(CLI::Range(0.0, youbot_bench::kMostHoldStiffness_N_per_m));
+      ->check(finite_range(0.0, youbot_bench::kMostHoldStiffness_N_per_m))
+      ->capture_default_str();
   hold_command->add_option("--damping", hold.damping_N_s_per_m, "N·s/m")
-      ->check(CLI::Range(0.0, youbot_bench::kMostHoldDamping_N_s_per_m));
+      ->check(finite_range(0.0, youbot_bench::kMostHoldDamping_N_s_per_m))
+      ->capture_default_str();
   hold_command
       ->add_option("--point", hold.point_m,
                    "x y z in m, from the device's origin: x towards the user, y to the right, z up")
-      ->check(CLI::Range(-0.2, 0.2));
-  hold_command->add_option("--duration", hold.duration_s, "seconds")->check(CLI::Range(0.1, 3600.0));
+      ->check(finite_range(-0.2, 0.2))
+      ->capture_default_str();
+  hold_command->add_option("--duration", hold.duration_s, "seconds")
+      ->check(finite_range(0.1, 3600.0))
+      ->capture_default_str();
   hold_command->add_option("--out", hold.out, "directory for haptic.csv and report.html");
   hold_command->add_flag("--virtual-time", hold.virtual_time, "as fast as the machine allows (loopback)");
   hold_command->add_flag("--allow-non-rt", hold.allow_non_real_time,
@@ -113,27 +147,40 @@ int main(int argc, char** argv) {
       "transparency", "measure how the robot feels and follows through teleoperation; in the simulation");
   transparency_command->add_option("--config", transparency.config,
                                    "youbotd's TOML file, such as teleop.toml");
-  transparency_command->add_option("--robot", transparency.robot, "loopback");
-  transparency_command->add_option("--haptic", transparency.haptic, "loopback");
+  transparency_command->add_option("--robot", transparency.robot, "loopback; none: the file's");
+  transparency_command->add_option("--haptic", transparency.haptic, "loopback; none: the file's");
   transparency_command
       ->add_option("--feedback", transparency.feedback, "position-error, none, or both with a comma between")
-      ->delimiter(',');
+      ->delimiter(',')
+      ->capture_default_str();
   transparency_command
       ->add_option("--stiffness", transparency.stiffness_N_per_m,
                    "of the coupling, N/m; several with commas between")
-      ->delimiter(',');
-  transparency_command->add_option("--axis", transparency.axis, "x forward, y left, z up");
-  transparency_command->add_option("--peak", transparency.excitation.peak_N,
-                                   "largest force of the excitation, N");
-  transparency_command->add_option("--lowest", transparency.excitation.lowest_Hz, "frequency, Hz");
-  transparency_command->add_option("--highest", transparency.excitation.highest_Hz, "frequency, Hz");
+      ->delimiter(',')
+      ->check(finite_range(1.0, youbot_bench::kMostCoupling_N_per_m))
+      ->capture_default_str();
+  transparency_command->add_option("--axis", transparency.axis, "x forward, y left, z up")
+      ->capture_default_str();
+  transparency_command
+      ->add_option("--peak", transparency.excitation.peak_N, "largest force of the excitation, N")
+      ->check(finite_range(1e-3, 100.0))
+      ->capture_default_str();
+  transparency_command->add_option("--lowest", transparency.excitation.lowest_Hz, "frequency, Hz")
+      ->check(finite_range(1e-3, 500.0))
+      ->capture_default_str();
+  transparency_command->add_option("--highest", transparency.excitation.highest_Hz, "frequency, Hz")
+      ->check(finite_range(1e-3, 500.0))
+      ->capture_default_str();
   transparency_command->add_option("--lines", transparency.excitation.lines, "number of frequencies")
-      ->check(CLI::Range(3, 500));
+      ->check(finite_range(3, 500))
+      ->capture_default_str();
   transparency_command->add_option("--period", transparency.excitation.period_s, "of the excitation, s")
-      ->check(CLI::Range(0.1, 1000.0));
+      ->check(finite_range(0.1, 1000.0))
+      ->capture_default_str();
   transparency_command
       ->add_option("--realizations", transparency.realizations, "excitations with other phases")
-      ->check(CLI::Range(2, 100));
+      ->check(finite_range(2, 100))
+      ->capture_default_str();
   transparency_command
       ->add_option("--out", transparency.out, "directory for a CSV file of each condition, and report.html")
       ->required();
@@ -151,16 +198,25 @@ int main(int argc, char** argv) {
   identify_command->add_option(
       "--presliding", identify.presliding,
       "recording below break-away: stiffness and damping; with --map and the inertia");
-  identify_command->add_option("--law", identify.law,
-                               "auto, or a friction law such as kfm, with +offset, +asymmetry, +quadratic");
-  identify_command->add_option("--speeds-above", identify.speeds.above_rad_per_s,
-                               "fit the map's speeds from this one on, rad/s");
-  identify_command->add_option(
-      "--speeds-below", identify.speeds.below_rad_per_s,
-      "fit the map's speeds up to this one, rad/s; when less than --speeds-above, what "
-      "lies between is left out");
-  identify_command->add_option("--inertia", identify.inertia_kg_m2, "kg·m², joint side, when it is known");
+  identify_command
+      ->add_option("--law", identify.law,
+                   "fitted to a map: auto, which chooses the terms, or one of " + law_names() +
+                       ", with +offset, +asymmetry, +quadratic as wanted")
+      ->capture_default_str();
+  identify_command
+      ->add_option("--speeds-above", identify.speeds.above_rad_per_s,
+                   "fit the map's speeds from this one on, rad/s")
+      ->check(finite_range(0, 1e6))
+      ->capture_default_str();
+  identify_command
+      ->add_option("--speeds-below", identify.speeds.below_rad_per_s,
+                   "fit the map's speeds up to this one, rad/s; when less than --speeds-above, what "
+                   "lies between is left out")
+      ->check(finite_range(0, 1e6));
+  identify_command->add_option("--inertia", identify.inertia_kg_m2, "kg·m², joint side, when it is known")
+      ->check(finite_range(1e-12, 1e6));
   identify_command->add_option("--out", identify.out, "directory for model.toml and report.html")->required();
+  identify_command->add_flag("--quiet", identify.quiet, "print problems only");
 
   using Stage = youbot_bench::ImproveOptions::Stage;
   youbot_bench::ImproveOptions improve;
@@ -179,7 +235,7 @@ int main(int argc, char** argv) {
   improve_command
       ->add_option("--hidden-effect", improve.hidden_effect,
                    "seed that draws the effect of the simulated robot in this program")
-      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed));
+      ->check(finite_range(0, apps::HiddenEffect::kMostSeed));
   improve_command->add_option("--robot", improve.robot,
                               "ethercat:IFACE: a robot or youbot-sim, with what it has");
   improve_command->add_option("--config", improve.config,
@@ -187,7 +243,8 @@ int main(int argc, char** argv) {
   improve_command
       ->add_option("--stage", improve.stage, "measure, with the wheels off the ground, or drive, on it")
       ->transform(CLI::CheckedTransformer(
-          std::map<std::string, Stage>{{"measure", Stage::kMeasure}, {"drive", Stage::kDrive}}));
+                      std::map<std::string, Stage>{{"measure", Stage::kMeasure}, {"drive", Stage::kDrive}})
+                      .description("measure or drive"));
   improve_command->add_flag("--virtual-time", improve.virtual_time,
                             "as fast as both ends can; youbot-sim --lock-step and nothing else");
   improve_command->add_flag("--allow-non-rt", improve.allow_non_real_time,
@@ -198,14 +255,14 @@ int main(int argc, char** argv) {
   improve_command
       ->add_option("--wheel", improve.wheel,
                    "explain this one and take its model for all; none: each wheel gets its own")
-      ->check(CLI::Range(1, 4));
+      ->check(finite_range(1, 4));
   improve_command->add_flag("--quiet", improve.quiet, "print problems only");
 
   std::uint64_t revealed_effect = 0;
   CLI::App* const reveal_command =
       app.add_subcommand("reveal", "tell what --hidden-effect SEED hides; for the end");
   reveal_command->add_option("--hidden-effect", revealed_effect, "the seed")
-      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed))
+      ->check(finite_range(0, apps::HiddenEffect::kMostSeed))
       ->required();
 
   return apps::run_app(app, argc, argv, [&] {

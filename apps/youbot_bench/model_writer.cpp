@@ -8,11 +8,9 @@
 #include <span>
 #include <stdexcept>
 #include <string_view>
-#include <system_error>
 #include <utility>
 
 #include "apps/common/drive_model_file.h"
-#include "apps/common/whole_file.h"
 #include "sim/effects/any_effect.h"
 
 namespace youbot_bench {
@@ -99,11 +97,7 @@ void add_effect(std::string_view effect, std::span<const Estimate> estimates, Co
   }
 }
 
-}  // namespace
-
-bool is_given(const Estimate& estimate) { return estimate.not_identifiable.starts_with("given"); }
-
-std::string model_text(const IdentifiedModel& model) {
+Contents contents_of(const IdentifiedModel& model) {
   Contents contents;
   contents.header = model.evidence;
   contents.model.name = model.name;
@@ -122,15 +116,18 @@ std::string model_text(const IdentifiedModel& model) {
     last = entry.effect;
     add_effect(entry.effect, estimates, contents);
   }
+  return contents;
+}
+
+}  // namespace
+
+bool is_given(const Estimate& estimate) { return estimate.not_identifiable.starts_with("given"); }
+
+std::string model_text(const IdentifiedModel& model) {
+  const Contents contents = contents_of(model);
   return apps::drive_model_text(contents.model, contents.header, contents.remarks);
 }
 
-void write_model(const IdentifiedModel& model, const std::filesystem::path& directory) {
-  std::error_code error;
-  std::filesystem::create_directories(directory, error);
-  if (error)
-    throw std::runtime_error(directory.string() + ": cannot make this directory: " + error.message());
-  apps::write_whole_file(directory / "model.toml", model_text(model));
-}
+sim::effects::DriveModel drive_model_of(const IdentifiedModel& model) { return contents_of(model).model; }
 
 }  // namespace youbot_bench

@@ -1,7 +1,6 @@
 /// @file
 /// Writes a drive model file (format youbot-drive-model/1) from what was identified.
 #pragma once
-#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,7 +29,7 @@ bool is_given(const sim::identify::Estimate& estimate);
 /// The text of the file, which loads. Only what was identified becomes an effect; what was not is named in a
 /// comment.
 std::string model_text(const IdentifiedModel& model);
-/// Writes `directory`/model.toml, making the directory. @throws std::runtime_error naming path and cause.
-void write_model(const IdentifiedModel& model, const std::filesystem::path& directory);
+/// What is read from that file.
+sim::effects::DriveModel drive_model_of(const IdentifiedModel& model);
 
 }  // namespace youbot_bench

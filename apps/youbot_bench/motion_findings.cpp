@@ -151,7 +151,9 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
                                           {"friction compensation"},
                                           {"swings"},
                                           {"first swing", "rad"},
-                                          {"left at the end", "rad"}}}};
+                                          {"left at the end", "rad"},
+                                          {"passive gain"}}}};
+  std::vector<double> gains;
   std::vector<double> swings_without;
   std::vector<double> swings_with;
   for (const MeasuredJoint& joint : measured.joints) {
@@ -164,7 +166,8 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
     for (std::size_t i = 0; i < swings.size(); ++i)
       findings.table.rows.push_back({joint.name, std::string(compensated[i] > 0 ? "with" : "without"),
                                      swings[i], result(joint, "first_swing_rad")[i],
-                                     result(joint, "final_error_rad")[i]});
+                                     result(joint, "final_error_rad")[i], result(joint, "passive_gain")[i]});
+    if (!swings.empty()) gains.push_back(result(joint, "passive_gain").front());
     for (const bool is_with : {false, true}) {
       const std::vector<double> those = chosen(swings, compensated, is_with ? 1.0 : 0.0);
       if (those.empty()) continue;
@@ -193,6 +196,14 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
       "alone. Friction ends the swinging; compensated in full it would never end. Swings "
       "smaller than " +
       apps::number_text(measured.setting("smallest_swing_rad", kUnknown), "rad") + " are not counted.");
+  if (gains.empty()) return findings;
+  const bool passive = std::ranges::all_of(gains, [](double gain) { return gain >= 1; });
+  findings.remarks.push_back(
+      "Passive gain: " + apps::range_text(gains) +
+      " times this help, following the measured speed, brings as much energy as the measured friction of the "
+      "joint takes, at the speed where that is least. " +
+      (passive ? "The compensated joint is passive: it supplies no energy."
+               : "Below 1 the compensated joint is not passive: there the help drives it."));
   return findings;
 }
 

@@ -13,6 +13,7 @@
 
 #include "apps/common/exit_code.h"
 #include "apps/common/open_haptic.h"
+#include "apps/common/output_directory.h"
 #include "apps/common/progress_line.h"
 #include "apps/common/robot_session.h"
 #include "apps/youbot_bench/transparency_report.h"
@@ -255,16 +256,6 @@ youbotd::Config load(const TransparencyOptions& options) {
   return config;
 }
 
-/// What is there belongs to another run.
-void make_new_directory(const std::filesystem::path& path) {
-  std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (error)
-    throw std::invalid_argument("--out: cannot make the directory " + path.string() + ": " + error.message());
-  if (!std::filesystem::is_empty(path, error) || error)
-    throw std::invalid_argument("--out: " + path.string() + " is not empty; name a new directory");
-}
-
 }  // namespace
 
 const char* name_of(Feedback feedback) noexcept {
@@ -302,7 +293,8 @@ int transparency(const TransparencyOptions& options, const std::atomic<bool>& st
   plan.hand.device_drag_N_s_per_m = config.haptic.hand.device_drag_N_s_per_m;
   const two_port::Excitation would_throw_before_anything_is_written(plan.excitation, kPeriod_s, 1);
   const std::filesystem::path out(options.out);
-  make_new_directory(out);
+  apps::make_output_directory(out);
+  apps::require_empty(out);
 
   const RobotMaker make_robot = [&config](const hal::Clock& clock, nanoseconds period) {
     return apps::open_robot(config.robot, clock, period);

@@ -98,7 +98,8 @@ std::string gap_json(const Findings& findings) {
   for (const sim::gap::FoundEffect& found : result.effects) json["effects"].push_back(json_of(found));
   for (const sim::gap::RejectedEffect& rejected : result.rejected)
     if (std::isfinite(rejected.gap_after))
-      json["rejected"].push_back({{"type", rejected.type}, {"gap_after", rejected.gap_after}});
+      json["rejected"].push_back(
+          {{"type", rejected.type}, {"gap_after", rejected.gap_after}, {"reason", rejected.reason}});
   for (const sim::gap::Unexplained& unexplained : result.unexplained)
     json["unexplained"].push_back({{"where", json_of(unexplained.where)}, {"share", unexplained.share}});
   for (const Refitted& refitted : refitted_parameters(findings))

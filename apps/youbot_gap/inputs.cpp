@@ -122,7 +122,7 @@ Inputs read_inputs(const InputPaths& paths) {
     collect([&] {
       apps::ReadRecording read = apps::read_recording(files[i]);
       inputs.warnings.insert(inputs.warnings.end(), read.warnings.begin(), read.warnings.end());
-      sources.push_back({names[i], std::move(read.recording)});
+      sources.push_back({names[i], std::move(read.recording), files[i].string()});
     });
   if (!problems.empty()) throw apps::ConfigError(std::move(problems));
 

@@ -2,6 +2,7 @@
 #include <CLI/CLI.hpp>
 
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/run_app.h"
 #include "apps/youbot_gap/explain.h"
 
@@ -12,8 +13,8 @@ int main(int argc, char** argv) {
       "shows how much of the gap is left.",
       "youbot-gap");
   app.footer(
-      "Exit codes: 0 done, whatever the verdict; 2 usage, model or recordings; 3 a file that cannot be "
-      "written.");
+      "Exit codes: 0 done, whatever the verdict; 2 usage, model or recordings; 3 a directory or file that "
+      "cannot be written.");
 
   youbot_gap::GapOptions options;
   app.add_option("--model", options.inputs.model, "the drive model, TOML")->required();
@@ -22,7 +23,9 @@ int main(int argc, char** argv) {
   app.add_option("--held-out", options.inputs.held_out,
                  "recordings that only judge; without them parts of --data are set aside");
   app.add_option("--out", options.out, "directory for model.toml, report.html and gap.json")->required();
-  app.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer");
+  app.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer")
+      ->check(apps::finite_range(0, 1e15))
+      ->capture_default_str();
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
 
   return apps::run_app(app, argc, argv, [&] {

@@ -31,6 +31,17 @@ std::string effect_text(const sim::gap::FoundEffect& found) {
   return text + "\n";
 }
 
+/// What a reader would miss: those that would leave less of the gap.
+std::string rejected_text(const sim::gap::Result& result) {
+  constexpr double kWorthTelling = 0.99;
+  std::string text;
+  for (const sim::gap::RejectedEffect& rejected : result.rejected)
+    if (rejected.gap_after < kWorthTelling * result.gap_after_Nm)
+      text += fmt::format("  - {} not added, though the gap would be {:.3g} N·m: {}\n",
+                          effect_words(rejected.type), rejected.gap_after, rejected.reason);
+  return text;
+}
+
 }  // namespace
 
 std::string summary_text(const Findings& findings) {
@@ -42,6 +53,7 @@ std::string summary_text(const Findings& findings) {
       result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
   text += fmt::format("held out: {}\n", apps::list_text(result.held_out));
   for (const sim::gap::FoundEffect& found : result.effects) text += effect_text(found);
+  text += rejected_text(result);
   for (const sim::gap::Unexplained& unexplained : result.unexplained)
     text += fmt::format("  ? {}: {:.0f} % of the squared residual, unexplained\n",
                         where_text(unexplained.where), 100 * unexplained.share);

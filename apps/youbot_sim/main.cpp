@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/run_app.h"
 #include "apps/common/scene_config.h"
@@ -137,11 +138,11 @@ int main(int argc, char** argv) {
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,
                  "seed of an effect that the wheels have and nobody names; `youbot-bench reveal` tells")
-      ->check(CLI::Range(0, apps::HiddenEffect::kMostSeed));
+      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed));
   app.add_flag("--lock-step", arguments.lock_step,
                "a millisecond passes with each frame and none without, for masters with --virtual-time");
   app.add_option("--duration", arguments.duration_s, "end after this many seconds of the robot's time")
-      ->check(CLI::PositiveNumber);
+      ->check(apps::finite_range(0.001, 1e6));
   app.add_flag("--quiet", arguments.quiet, "print problems only");
   return apps::run_app(app, argc, argv, [&] { return run(arguments); });
 }

@@ -71,7 +71,7 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
                                                std::vector<std::string>& problems) {
   const std::filesystem::path& directory = description.directory;
   Files files(kWheels + 1);
-  if (!apps::make_recording_directory(directory, description.config_file, problems)) return files;
+  apps::make_recording_directory(directory, description.config_file, problems);
 
   char rate_Hz[32];
   std::snprintf(rate_Hz, sizeof rate_Hz, "%g", 1 / seconds(description.period));
@@ -100,7 +100,7 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
 }
 
 bool BaseRecording::holds_recording(const std::filesystem::path& directory) {
-  // A directory that cannot be looked into is no reason not to drive: opening the files tells what is wrong.
+  // A directory that cannot be looked into cannot be written to either, and making files in it says why.
   std::error_code unknown;
   for (const char* name : {"config.toml", "base.csv", "wheel-1.csv"})
     if (std::filesystem::exists(directory / name, unknown)) return true;

@@ -33,7 +33,8 @@ class BaseRecording {
   /// Writing there would replace an earlier recording, or somebody's configuration.
   static bool holds_recording(const std::filesystem::path& directory);
 
-  /// Setup. Does not throw on a disk that refuses: what is missing is in problems().
+  /// Setup. @throws hal::SetupError for a directory in which no file can be made; a single file that is
+  /// missing is in problems().
   explicit BaseRecording(const Description& description);
 
   /// Cycle: wait-free.

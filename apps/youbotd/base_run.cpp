@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "apps/common/output_directory.h"
 #include "apps/common/robot_session.h"
 
 namespace youbotd {
@@ -27,6 +28,7 @@ void check_record_directory(const std::filesystem::path& directory) {
   if (BaseRecording::holds_recording(directory))
     throw std::invalid_argument("--record: " + directory.string() +
                                 " holds a recording already; name a new directory");
+  apps::try_output_directory(directory);
 }
 
 BaseRun::BaseRun(const Config& config, const RunOptions& options, hal::Robot& robot,

@@ -17,14 +17,15 @@ struct Summary : RunSummary {
   PathMetrics path;
 };
 
-/// @throws std::invalid_argument when recording there would replace something.
+/// Leaves nothing there. @throws std::invalid_argument when recording there would replace something,
+/// hal::SetupError when it cannot work.
 void check_record_directory(const std::filesystem::path& directory);
 
 class BaseRun final : public Run {
  public:
   /// Robot and truth (may be null) outlive the run. `after_cycle` sees every cycle, as a part of it.
   /// @throws std::invalid_argument for a configuration that no part accepts, or a recording that would be
-  ///         replaced.
+  ///         replaced; hal::SetupError when nothing can be recorded where it is told to.
   BaseRun(const Config& config, const RunOptions& options, hal::Robot& robot,
           std::unique_ptr<MotionSource> motion, const control::PlanarPose* truth,
           std::function<void(const CycleRecord&)> after_cycle = {});

@@ -1,12 +1,11 @@
 #include "apps/youbotd/check_recording.h"
 
 #include <spdlog/fmt/fmt.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstdlib>
 #include <string>
 #include <system_error>
+
+#include "apps/common/output_directory.h"
 
 namespace youbotd {
 namespace {
@@ -24,16 +23,6 @@ fs::path first_that_exists(fs::path directory) {
   while (directory.has_relative_path() && !fs::exists(directory, unknown))
     directory = directory.parent_path();
   return directory;
-}
-
-/// errno; 0: it can.
-int try_to_write(const fs::path& directory) {
-  std::string file = (directory / "youbotd-check-XXXXXX").string();
-  const int descriptor = mkstemp(file.data());
-  if (descriptor < 0) return errno;
-  close(descriptor);
-  unlink(file.c_str());
-  return 0;
 }
 
 }  // namespace
@@ -54,9 +43,8 @@ Finding check_recording(const fs::path& directory, bool holds_recording, std::ch
             "name a new directory as --record"};
   std::error_code unknown;
   const fs::path parent = first_that_exists(fs::absolute(directory, unknown));
-  if (const int error = try_to_write(parent); error != 0)
-    return {Mark::kFail,
-            "recording: " + parent.string() + " cannot be written: " + std::generic_category().message(error),
+  if (const std::string why = apps::why_not_writable(parent); !why.empty())
+    return {Mark::kFail, "recording: " + parent.string() + " cannot be written: " + why,
             "sudo install -d -o \"$USER\" " + directory.string() + ", or name another directory"};
   const fs::space_info space = fs::space(parent, unknown);
   if (unknown)

@@ -84,7 +84,9 @@ std::optional<sim::effects::DriveModel> read_model(TomlTable& table, std::string
   }
 }
 
-void read_wheel_models(TomlTable& table, const std::filesystem::path& folder,
+/// A curve that bends below zero at a speed the wheels may have is no friction: helped by what it seems to
+/// be, they would be driven astray.
+void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
                        control::BaseController::Config& controller) {
   constexpr std::string_view kKey = "models";
   std::vector<std::string> names;
@@ -94,13 +96,20 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder,
     return table.refuse(
         kKey, "should have a drive model for each of the 4 wheels, found " + std::to_string(names.size()));
   std::vector<control::JointResistance> wheels;
-  for (const std::string& name : names)
-    if (const auto model = read_model(table, kKey, folder, name))
+  for (const std::string& name : names) {
+    const auto model = read_model(table, kKey, folder, name);
+    if (!model) continue;
+    if (const std::string why = apps::driving_friction(*model, top_speed_rad_per_s); !why.empty())
+      table.refuse(kKey,
+                   "names a drive model that cannot be compensated up to 'limits.wheel_speed_rad_per_s': " +
+                       (folder / name).string() + ": " + why);
+    else
       wheels.push_back(sim::effects::resistance_of(*model));
+  }
   if (wheels.size() == 4) controller.wheels = {wheels[0], wheels[1], wheels[2], wheels[3]};
 }
 
-void read_compensation(TomlTable& table, const std::filesystem::path& folder,
+void read_compensation(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
                        control::BaseController::Config& controller) {
   table.boolean("enabled", controller.compensate_friction);
   table.number("margin", controller.compensator.margin, {.min = 0, .max = 1});
@@ -110,7 +119,7 @@ void read_compensation(TomlTable& table, const std::filesystem::path& folder,
   table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s,
                {.min = 5, .max = 1000});
   table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
-  read_wheel_models(table, folder, controller);
+  read_wheel_models(table, folder, top_speed_rad_per_s, controller);
 }
 
 void read_path(TomlTable table, control::BasePath::Plan& path) {
@@ -198,7 +207,8 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   read_geometry(root.table("geometry"), config.cycle.controller.geometry);
   read_controller(root.table("controller"), config.cycle.controller);
   read_limits(limits, config.cycle);
-  read_compensation(compensation, file.parent_path(), config.cycle.controller);
+  read_compensation(compensation, file.parent_path(), config.cycle.wheel_speed_limit_rad_per_s,
+                    config.cycle.controller);
   read_path(path, config.path);
   read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
   TomlTable haptic = root.table("haptic");
@@ -215,13 +225,14 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   // What one value demands of another.
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
-  const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + cycle.period;
+  // The cycle that waited in vain ends within a period, and the next begins within another.
+  const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + 2 * cycle.period;
   if (cycle.command_timeout < 2 * cycle.period)
     loop.refuse("command_timeout_s", "is less than two periods");
   else if (lost_frame > cycle.command_timeout)
     ethercat.refuse(
         "frame_timeout_s",
-        "and a period are more than 'loop.command_timeout_s': one lost frame would stop the robot");
+        "and two periods are more than 'loop.command_timeout_s': one lost frame would stop the robot");
   const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
   if (cutoff_rad_per_s * period_s > 1)
     compensation.refuse("filter_cutoff_rad_per_s",

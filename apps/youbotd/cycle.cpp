@@ -4,8 +4,6 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "apps/youbotd/sample_gap.h"
-
 namespace youbotd {
 namespace {
 
@@ -34,7 +32,12 @@ std::array<double, 3> as_array(const control::PlanarPose& pose) noexcept {
 }  // namespace
 
 Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const control::PlanarPose* truth)
-    : config_(config), robot_(robot), motion_(motion), truth_(truth), controller_(config.controller) {
+    : config_(config),
+      robot_(robot),
+      motion_(motion),
+      truth_(truth),
+      controller_(config.controller),
+      sample_clock_(config.period) {
   if (robot.joints().size() < kWheels)
     throw std::invalid_argument("the base needs a robot with four wheels, this one has " +
                                 std::to_string(robot.joints().size()) +
@@ -60,7 +63,6 @@ void Cycle::step(nanoseconds now) noexcept {
   const bool stalled = gap > config_.command_timeout;
   if (stalled)
     for (std::size_t i = 0; i < kWheels; ++i) command_.joints[i] = {};
-  const nanoseconds last_sample = sample_.stamp;
   const hal::CycleStatus status = robot_.exchange(command_, sample_);
   for (std::size_t i = 0; i < kWheels; ++i) {
     record_.torque_command_Nm[i] = sample_.enabled ? command_.joints[i].target : 0.0;
@@ -72,8 +74,7 @@ void Cycle::step(nanoseconds now) noexcept {
     fail({.kind = StopReason::Kind::kRobotFault, .joint = status.joint, .status = status}, now);
 
   const control::WheelVector position_rad = wheel_positions(sample_);
-  const std::chrono::duration<double> sample_gap = sample_.stamp - last_sample;
-  if (to_be_bridged(sample_gap, config_.period)) controller_.bridge(position_rad, sample_gap.count());
+  const double elapsed_s = sample_clock_.elapsed_s(sample_.stamp);
   // The reference has gone on without us: not to be chased.
   if (stalled) {
     controller_.forget_velocity(position_rad);
@@ -85,7 +86,7 @@ void Cycle::step(nanoseconds now) noexcept {
 
   switch (phase_) {
     case Phase::kStarting:
-      keep_record(controller_.observe(position_rad));
+      keep_record(controller_.observe(position_rad, elapsed_s));
       command_.enable = true;
       if (sample_.enabled) {
         controller_.reset(position_rad);
@@ -98,14 +99,14 @@ void Cycle::step(nanoseconds now) noexcept {
              now);
       }
       break;
-    case Phase::kRunning: run(now, position_rad); break;
-    case Phase::kStopping: brake(now, position_rad); break;
+    case Phase::kRunning: run(now, position_rad, elapsed_s); break;
+    case Phase::kStopping: brake(now, position_rad, elapsed_s); break;
     case Phase::kFaulted:
-    case Phase::kOff: keep_record(controller_.observe(position_rad)); break;
+    case Phase::kOff: keep_record(controller_.observe(position_rad, elapsed_s)); break;
   }
 }
 
-void Cycle::run(nanoseconds now, const control::WheelVector& position_rad) noexcept {
+void Cycle::run(nanoseconds now, const control::WheelVector& position_rad, double elapsed_s) noexcept {
   const Motion motion = motion_.read(now, X_WB_);
   const nanoseconds age = now - motion.stamp;
   if (age > config_.command_timeout) {
@@ -116,13 +117,13 @@ void Cycle::run(nanoseconds now, const control::WheelVector& position_rad) noexc
   }
   record_.reference_W = as_array(motion.reference.X_WB);
   if (phase_ == Phase::kStopping)
-    brake(now, position_rad);
+    brake(now, position_rad, elapsed_s);
   else
-    apply(controller_.step(position_rad, motion.reference));
+    apply(controller_.step(position_rad, motion.reference, elapsed_s));
 }
 
-void Cycle::brake(nanoseconds now, const control::WheelVector& position_rad) noexcept {
-  const control::BaseController::Output output = controller_.brake(position_rad);
+void Cycle::brake(nanoseconds now, const control::WheelVector& position_rad, double elapsed_s) noexcept {
+  const control::BaseController::Output output = controller_.brake(position_rad, elapsed_s);
   apply(output);
   if (phase_ != Phase::kStopping) return;
   const double fastest = output.wheel_velocity_rad_per_s.cwiseAbs().maxCoeff();

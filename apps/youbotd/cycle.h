@@ -7,6 +7,7 @@
 
 #include "apps/youbotd/cycle_record.h"
 #include "apps/youbotd/motion_source.h"
+#include "apps/youbotd/sample_clock.h"
 #include "control/base_controller.h"
 #include "hal/robot.h"
 
@@ -38,8 +39,9 @@ std::string describe(const StopReason& reason, const hal::Robot& robot);
 /// A state machine around control::BaseController:
 ///   kStarting → kRunning → kStopping → kOff,   any → kFaulted → finished.
 /// A fault switches the drives off at once. A set-point that is too old, or a loop that did not run for as
-/// long, brakes first, as the robot can still be trusted. A shorter pause stops nothing, and what came to
-/// pass in it is no overspeed unless it was one. There is no way back: motion after a stop needs a new start.
+/// long, brakes first, as the robot can still be trusted. A shorter pause stops nothing, nor do samples that
+/// did not come for some cycles, and what came to pass meanwhile is an overspeed when it was one, and only
+/// then. There is no way back: motion after a stop needs a new start.
 /// One thread. step() is the cycle: no allocation, lock, exception, blocking call or logging.
 class Cycle {
  public:
@@ -69,8 +71,9 @@ class Cycle {
   const StopReason& stop_reason() const noexcept { return stop_reason_; }
 
  private:
-  void run(std::chrono::nanoseconds now, const control::WheelVector& position_rad) noexcept;
-  void brake(std::chrono::nanoseconds now, const control::WheelVector& position_rad) noexcept;
+  void run(std::chrono::nanoseconds now, const control::WheelVector& position_rad, double elapsed_s) noexcept;
+  void brake(std::chrono::nanoseconds now, const control::WheelVector& position_rad,
+             double elapsed_s) noexcept;
   void apply(const control::BaseController::Output& output) noexcept;
   void keep_record(const control::BaseController::Output& output) noexcept;
   void enter(Phase phase, std::chrono::nanoseconds now) noexcept;
@@ -85,6 +88,7 @@ class Cycle {
 
   hal::RobotCommand command_;
   hal::RobotSample sample_;
+  SampleClock sample_clock_;
   CycleRecord record_;
   StopReason stop_reason_;
   Phase phase_ = Phase::kStarting;

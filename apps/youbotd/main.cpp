@@ -13,6 +13,7 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/real_time.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
@@ -154,12 +155,6 @@ int run_check(const Arguments& arguments, const youbotd::Config& config) {
   return youbotd::passed(findings) ? apps::kExitOk : apps::kExitSetup;
 }
 
-std::string reasonable_duration(const std::string& text) {
-  double seconds = 0.0;
-  const bool number = CLI::detail::lexical_cast(text, seconds);
-  return number && seconds >= 0.001 && seconds <= 1e6 ? "" : "should be 0.001 to 1000000 s, not " + text;
-}
-
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
 int run(Arguments arguments) {
@@ -203,7 +198,7 @@ int main(int argc, char** argv) {
                  "move base and arm by hand on this master: loopback, force-dimension, falcon, spacemouse")
       ->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
-      ->check(reasonable_duration);
+      ->check(apps::finite_range(0.001, 1e6));
   app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")
       ->check(not_empty);
   app.add_option("--control", arguments.control_socket,

@@ -17,6 +17,7 @@
 #include "apps/common/build_info.h"
 #include "apps/common/control_socket.h"
 #include "apps/common/loop.h"
+#include "apps/common/output_directory.h"
 #include "apps/common/robot_session.h"
 #include "apps/common/service_manager.h"
 #include "apps/youbotd/base_run.h"
@@ -466,6 +467,7 @@ json Service::status() const {
 }  // namespace
 
 void run_service(const ServiceOptions& options, const std::atomic<bool>& stop) {
+  if (options.record_directory) apps::try_output_directory(*options.record_directory);
   Service service(options);
   service.serve(stop);
 }

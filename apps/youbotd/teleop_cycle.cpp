@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "apps/youbotd/sample_gap.h"
-
 namespace youbotd {
 namespace {
 
@@ -22,6 +20,8 @@ constexpr std::size_t kJoints = TeleopRecord::kJoints;
 constexpr std::chrono::milliseconds kOffHold{20};
 /// A master's own thread does not keep step with this loop.
 constexpr std::chrono::milliseconds kFresh{10};
+/// After up to so many periods a wake-up was late, and the next is the earlier.
+constexpr int kPeriodsOfNoPause = 3;
 
 std::array<double, 3> numbers(const Eigen::Vector3d& v) noexcept { return {v.x(), v.y(), v.z()}; }
 std::array<double, 4> numbers(const Eigen::Quaterniond& q) noexcept { return {q.w(), q.x(), q.y(), q.z()}; }
@@ -29,7 +29,12 @@ std::array<double, 4> numbers(const Eigen::Quaterniond& q) noexcept { return {q.
 }  // namespace
 
 TeleopCycle::TeleopCycle(const Config& config, hal::Robot& robot, hal::HapticDevice& master)
-    : config_(config), robot_(robot), master_(master), control_(config.control) {
+    : config_(config),
+      robot_(robot),
+      master_(master),
+      control_(config.control),
+      period_(std::chrono::round<nanoseconds>(std::chrono::duration<double>(config.control.period_s))),
+      sample_clock_(period_) {
   if (robot.joints().size() != kJoints)
     throw std::invalid_argument("teleoperation needs a base with one arm, " + std::to_string(kJoints) +
                                 " joints; this robot has " + std::to_string(robot.joints().size()) +
@@ -49,14 +54,13 @@ void TeleopCycle::step(nanoseconds now) noexcept {
           i < kWheels ? hal::JointCommand{} : hal::JointCommand::velocity_rad_per_s(0.0);
     master_command_.enable = false;
   }
-  const nanoseconds last_sample = robot_sample_.stamp;
   robot_status_ = robot_.exchange(robot_command_, robot_sample_);
-  const std::chrono::duration<double> sample_gap = robot_sample_.stamp - last_sample;
   master_status_ = master_.exchange(master_command_, master_sample_);
 
   TeleopInput input;
   input.drives_obey = robot_sample_.enabled;
   input.robot_fault = !robot_status_.ok();
+  input.robot_elapsed_s = sample_clock_.elapsed_s(robot_sample_.stamp);
   for (std::size_t i = 0; i < kWheels; ++i)
     input.wheel_position_rad[static_cast<Eigen::Index>(i)] = robot_sample_.joints[i].position_rad;
   for (std::size_t i = kWheels; i < kJoints; ++i)
@@ -65,6 +69,7 @@ void TeleopCycle::step(nanoseconds now) noexcept {
   input.grip_fresh = master_status_.ok() && master_status_.age < kFresh;
   // Not ready is not yet, and ends by itself.
   input.master_fault = !master_status_.ok() && master_status_.fault != hal::HapticFault::kNotReady;
+  input.grip_after_pause = gap > kPeriodsOfNoPause * period_;
   input.grip = {master_sample_.p_HD_m, master_sample_.q_HD, master_sample_.v_HD_H_m_per_s};
   input.buttons = master_sample_.buttons;
   // What was told in the last exchange acted until this one.
@@ -78,8 +83,6 @@ void TeleopCycle::step(nanoseconds now) noexcept {
     else
       control_.request_start();
   }
-  if (to_be_bridged(sample_gap, std::chrono::duration<double>(config_.control.period_s)))
-    control_.bridge(input, sample_gap.count());
   if (stalled) control_.stop_after_gap(input);
   const bool centring = control_.phase() == TeleopPhase::kCentring;
   if (centring && !input.drives_obey && now - first_ > config_.enable_timeout)

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <string>
 
+#include "apps/youbotd/sample_clock.h"
 #include "apps/youbotd/teleop_record.h"
 #include "control/port_energy.h"
 #include "control/teleoperation.h"
@@ -69,6 +70,8 @@ class TeleopCycle {
   hal::HapticDevice& master_;
   control::Teleoperation control_;
   control::PortEnergy energy_;
+  std::chrono::nanoseconds period_;
+  SampleClock sample_clock_;
 
   hal::RobotCommand robot_command_;
   hal::RobotSample robot_sample_;

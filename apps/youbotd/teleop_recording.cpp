@@ -117,7 +117,7 @@ std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem
                                                            const std::filesystem::path& config_file,
                                                            std::chrono::nanoseconds period, bool simulated,
                                                            std::vector<std::string>& problems) {
-  if (!apps::make_recording_directory(directory, config_file, problems)) return nullptr;
+  apps::make_recording_directory(directory, config_file, problems);
   std::array<char, 32> rate_Hz{};
   std::snprintf(rate_Hz.data(), rate_Hz.size(), "%g", 1 / std::chrono::duration<double>(period).count());
   std::vector<apps::RecordingFile::Comment> comments{{"rig", "base+arm"},
@@ -135,7 +135,7 @@ std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem
 }
 
 bool TeleopRecording::holds_recording(const std::filesystem::path& directory) {
-  // A directory that cannot be looked into is no reason not to start: opening the file tells what is wrong.
+  // A directory that cannot be looked into cannot be written to either, and making files in it says why.
   std::error_code unknown;
   return std::filesystem::exists(directory / "config.toml", unknown) ||
          std::filesystem::exists(directory / kFile, unknown);

@@ -24,8 +24,8 @@ class TeleopRecording {
   /// Writing there would replace an earlier recording, or somebody's configuration.
   static bool holds_recording(const std::filesystem::path& directory);
 
-  /// Setup: makes the directory. Does not throw on a disk that refuses: what is missing is in problems().
-  /// `simulated`: the truth is known.
+  /// Setup. @throws hal::SetupError for a directory in which no file can be made; a single file that is
+  /// missing is in problems(). `simulated`: the truth is known.
   TeleopRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
                   std::chrono::nanoseconds period, bool simulated);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "apps/common/output_directory.h"
 #include "apps/common/robot_session.h"
 
 namespace youbotd {
@@ -54,6 +55,7 @@ void check_teleop_record_directory(const std::filesystem::path& directory) {
   if (TeleopRecording::holds_recording(directory))
     throw std::invalid_argument("--record: " + directory.string() +
                                 " holds a recording already; name a new directory");
+  apps::try_output_directory(directory);
 }
 
 TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot,

@@ -6,6 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace control::friction {
 namespace {
@@ -65,7 +66,10 @@ SlidingTable law_table(const AnyLaw& law, const SlidingTable::Grid& grid) {
 }
 
 LawCompensator::LawCompensator(const AnyLaw& law, const Config& config)
-    : table_(law_table(law, config.grid)), config_(checked_config(config)) {}
+    : LawCompensator(law_table(law, config.grid), config) {}
+
+LawCompensator::LawCompensator(SlidingTable table, const Config& config)
+    : table_(std::move(table)), config_(checked_config(config)) {}
 
 double LawCompensator::direction(double velocity_rad_per_s) const noexcept {
   const double share = (std::abs(velocity_rad_per_s) - config_.quiet_speed_rad_per_s) /

@@ -34,6 +34,8 @@ class LawCompensator {
 
   /// @throws std::invalid_argument naming the value out of range.
   LawCompensator(const AnyLaw& law, const Config& config);
+  /// Of a curve that is no law's, such as a drive model's; `config.grid` is not read.
+  LawCompensator(SlidingTable table, const Config& config);
 
   /// Help for the motion that is measured.
   double from_measured_Nm(double measured_rad_per_s) const noexcept;

@@ -115,7 +115,7 @@ std::span<const std::uint8_t> OpBus::inputs(std::size_t i) const noexcept {
   return {input_image_.data() + window.image_offset, window.bytes};
 }
 
-CycleResult OpBus::exchange(nanoseconds now) noexcept {
+void OpBus::send(nanoseconds now) noexcept {
   result_ = {};
   image_whole_ = broadcast_clean_ = false;
   for (Station& station : slaves_) {
@@ -130,13 +130,18 @@ CycleResult OpBus::exchange(nanoseconds now) noexcept {
     }
   }
   build_frame(now);
-  result_.answered = transceiver_->exchange(options_.frame_timeout);
+  sent_at_ = now;
+  sent_ = transceiver_->send();
+}
+
+CycleResult OpBus::receive() noexcept {
+  result_.answered = sent_ && transceiver_->receive(options_.frame_timeout);
   if (result_.answered) {
     diagnostics_.round_trips().add(transceiver_->round_trip());
     FrameReader answer = transceiver_->answer();
     Datagram datagram;
     for (const Entry& entry : entries_)
-      if (answer.next(datagram)) take(entry, datagram, now);
+      if (answer.next(datagram)) take(entry, datagram, sent_at_);
   } else {
     for (const Entry& entry : entries_)
       if (entry.purpose == Purpose::kMailbox) slaves_[entry.slave].mailbox.frame_lost();
@@ -379,6 +384,7 @@ void OpBus::leave_op() noexcept {
       if (request.counter != nullptr) request.data[0] = static_cast<std::uint8_t>(state);
       (void)writer.add(Command::kBrd, index, address_of(0, reg::kAlStatus), 2);
       if (!transceiver_->exchange(options_.frame_timeout)) {
+        if (options_.silence_is_final) return;
         patience -= kLostLeaveFrame;
         continue;
       }

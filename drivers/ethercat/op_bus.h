@@ -56,7 +56,7 @@ struct BusState {
   std::uint16_t most_answering = 0;       ///< slaves, to a broadcast, since the start
 };
 
-/// One frame per exchange():
+/// One frame per exchange(), which is a send() and its receive():
 /// - normally one LRW over the whole image; while anything is wrong, one LRW per slave, so that the working
 ///   counter tells slave by slave whose data is good (3: read 1 + write 2);
 /// - a broadcast read of the AL status, which shows any slave that left OP although it still answers;
@@ -74,6 +74,8 @@ class OpBus {
   struct Options {
     std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
     std::chrono::nanoseconds step_timeout = std::chrono::seconds(3);  ///< of one step to a state
+    /// Who did not answer once is gone: leave_op() tries no further.
+    bool silence_is_final = false;
     int lost_after_cycles = 3;  ///< cycles without an answer until a slave counts as lost
   };
 
@@ -92,9 +94,17 @@ class OpBus {
   std::span<const std::uint8_t> inputs(std::size_t i) const noexcept;
   MailboxLine& mailbox(std::size_t i) noexcept { return slaves_[i].mailbox; }
 
-  CycleResult exchange(std::chrono::nanoseconds now) noexcept;
+  /// Sends the frame: from now on its slaves put into it what they have measured.
+  void send(std::chrono::nanoseconds now) noexcept;
+  /// Waits for that frame, and takes in what it brings.
+  CycleResult receive() noexcept;
+  CycleResult exchange(std::chrono::nanoseconds now) noexcept {
+    send(now);
+    return receive();
+  }
   /// Takes all slaves down to INIT, outputs zero; a few frames for each state, so that it ends without an
-  /// answer too. Nothing is to be exchanged afterwards.
+  /// answer too, or with the first that has none when silence is final. Nothing is to be exchanged
+  /// afterwards.
   void leave_op() noexcept;
   /// Takes slave i from kStopped or kNeedsParameters to OP.
   void resume(std::size_t i) noexcept;
@@ -171,9 +181,11 @@ class OpBus {
   std::vector<std::uint8_t> output_image_;
   std::vector<std::uint8_t> input_image_;
   std::vector<Entry> entries_;  // of the frame under way; capacity fixed
-  bool suspicious_ = true;      // look at every slave
-  std::size_t turn_ = 0;        // whose supervision and service comes first
-  bool image_whole_ = false;    // the single LRW had its full counter
+  std::chrono::nanoseconds sent_at_{};
+  bool sent_ = false;
+  bool suspicious_ = true;    // look at every slave
+  std::size_t turn_ = 0;      // whose supervision and service comes first
+  bool image_whole_ = false;  // the single LRW had its full counter
   bool broadcast_clean_ = false;
   std::uint16_t most_answering_ = 0;  // slaves, to a broadcast, since the start
   unsigned cycles_to_counters_ = 0;

@@ -21,21 +21,23 @@ FrameWriter& Transceiver::begin() noexcept {
   return writer_;
 }
 
-bool Transceiver::exchange(nanoseconds timeout) noexcept {
+bool Transceiver::send() noexcept {
   const std::span<const std::uint8_t> frame = writer_.bytes();
   std::copy(frame.begin(), frame.end(), sent_.begin());
   sent_size_ = frame.size();
   if (tap_ != nullptr) tap_->frame(Direction::kSent, frame);
   ++counters_.sent;
-  const nanoseconds sent_at = monotonic_now();
-  if (!link_.send(frame)) {
-    ++counters_.not_sent;
-    return false;
-  }
+  sent_at_ = monotonic_now();
+  if (link_.send(frame)) return true;
+  ++counters_.not_sent;
+  return false;
+}
+
+bool Transceiver::receive(nanoseconds timeout) noexcept {
   nanoseconds left = timeout;  // the first wait is the link's own time alone, which may be emulated
   for (int strangers = 0; strangers < kMostStrangers; ++strangers) {
     const std::size_t size = link_.receive(received_, left);
-    const nanoseconds passed = monotonic_now() - sent_at;
+    const nanoseconds passed = monotonic_now() - sent_at_;
     left = std::max(timeout - passed, nanoseconds{0});
     if (size == 0) break;
     const std::span<std::uint8_t> bytes(received_.data(), size);

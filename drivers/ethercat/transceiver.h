@@ -31,11 +31,14 @@ class Transceiver {
   FrameWriter& begin() noexcept;
   std::uint8_t index() const noexcept { return index_; }
 
-  /// Sends the frame begun and waits for its answer. False when none came in time.
-  bool exchange(std::chrono::nanoseconds timeout) noexcept;
-  /// The answer's datagrams, from the first; after exchange() returned true, until begin().
+  /// Sends the frame begun. False when the interface refused it.
+  bool send() noexcept;
+  /// Waits for the answer to the frame that was sent, from then on for `timeout`. False when none came.
+  bool receive(std::chrono::nanoseconds timeout) noexcept;
+  bool exchange(std::chrono::nanoseconds timeout) noexcept { return send() && receive(timeout); }
+  /// The answer's datagrams, from the first; after receive() returned true, until begin().
   FrameReader answer() noexcept;
-  /// From sending to the answer, of the last exchange() that returned true.
+  /// From sending to the answer, of the last receive() that returned true.
   std::chrono::nanoseconds round_trip() const noexcept { return round_trip_; }
 
   const FrameCounters& counters() const noexcept { return counters_; }
@@ -54,6 +57,7 @@ class Transceiver {
   std::size_t received_size_ = 0;
   std::uint8_t index_ = 0;
   std::uint8_t answered_index_ = 0;
+  std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds round_trip_{};
   FrameCounters counters_;
 };

@@ -47,6 +47,11 @@ double EffectChain::deliver(double command_Nm, double interval_s) noexcept {
 
 double EffectChain::level_Nm(double speed_rad_per_s, double direction, double running_s,
                              double load_Nm) const noexcept {
+  return std::max(signed_level_Nm(speed_rad_per_s, direction, running_s, load_Nm), 0.0);
+}
+
+double EffectChain::signed_level_Nm(double speed_rad_per_s, double direction, double running_s,
+                                    double load_Nm) const noexcept {
   const Sliding sliding{speed_rad_per_s, direction, running_s, coulomb_Nm_, load_Nm};
   double level = 0;
   for (const AnyEffect& any : effects_) {
@@ -54,7 +59,7 @@ double EffectChain::level_Nm(double speed_rad_per_s, double direction, double ru
       if constexpr (ActsOnFriction<std::decay_t<decltype(effect)>>) level += effect.level_Nm(sliding);
     });
   }
-  return std::max(level, 0.0);
+  return level;
 }
 
 double EffectChain::load_Nm(double position_rad) const noexcept {

@@ -21,6 +21,9 @@ class EffectChain {
   /// Sliding friction at `speed_rad_per_s` >= 0 in `direction`, what takes torque from the motion; not below
   /// zero. `load_Nm`: what the transmission carries besides.
   double level_Nm(double speed_rad_per_s, double direction, double running_s, double load_Nm) const noexcept;
+  /// The same as the effects add up, below zero where they would drive.
+  double signed_level_Nm(double speed_rad_per_s, double direction, double running_s,
+                         double load_Nm) const noexcept;
   /// Torque against positive motion by where the joint is.
   double load_Nm(double position_rad) const noexcept;
   /// What the torque sensor makes of a torque.

@@ -8,11 +8,12 @@
 namespace sim::experiments {
 
 Compensation::Compensation(const CompensationConfig& config, control::friction::SlidingTable friction,
-                           double period_s)
+                           double passive_gain, double period_s)
     : config_(checked(config)),
       observer_(std::move(friction),
                 {.filter = {.period_s = period_s}, .blend_speed_rad_per_s = config.blend_speed_rad_per_s}),
-      compensator_({.margin = config.margin, .full_command_Nm = config.full_command_Nm}) {}
+      compensator_({.margin = config.margin, .full_command_Nm = config.full_command_Nm}),
+      passive_gain_(passive_gain) {}
 
 double Compensation::duration_s(int /*measurement*/) const noexcept { return config_.duration_s; }
 
@@ -56,8 +57,8 @@ SetPoint Compensation::step(const Reading& reading) noexcept {
 }
 
 std::span<const char* const> Compensation::result_columns() const noexcept {
-  static constexpr std::array<const char*, 4> kColumns{"compensation", "swings", "first_swing_rad",
-                                                       "final_error_rad"};
+  static constexpr std::array<const char*, 5> kColumns{"compensation", "swings", "first_swing_rad",
+                                                       "final_error_rad", "passive_gain"};
   return kColumns;
 }
 
@@ -66,6 +67,7 @@ void Compensation::write_result(std::span<double> values) const noexcept {
   values[1] = swings_;
   values[2] = first_swing_rad_;
   values[3] = last_off_rad_;
+  values[4] = passive_gain_;
 }
 
 }  // namespace sim::experiments

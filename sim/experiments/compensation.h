@@ -1,6 +1,8 @@
 /// @file
 /// How long a joint on a spring swings after a push, without and with friction compensation (thesis 2.7.2).
 #pragma once
+#include <string>
+
 #include "control/friction/sliding_table.h"
 #include "control/friction_compensator.h"
 #include "control/friction_observer.h"
@@ -21,6 +23,7 @@ struct CompensationConfig {
   double full_command_Nm = 0.01;
   double blend_speed_rad_per_s = 0.05;
   int repeats = 1;
+  std::string compensator{};  ///< of what the friction was made, for whoever makes it
 
   template <typename Visitor>
   void visit(Visitor&& v) {
@@ -36,6 +39,10 @@ struct CompensationConfig {
     v(Parameter{"blend_speed_rad_per_s", "below, the sign of the speed is in doubt", 0.005, 0.2},
       blend_speed_rad_per_s);
     v(Parameter{"repeats", "of without and with", 1, 1000}, repeats);
+    v(Parameter{"compensator",
+                "friction that is compensated: a drive model file or a law such as kfm; none: the joint's "
+                "measured curve"},
+      compensator);
   }
 };
 
@@ -45,7 +52,10 @@ struct CompensationConfig {
 /// each.
 class Compensation final : public JointExperiment {
  public:
-  Compensation(const CompensationConfig& config, control::friction::SlidingTable friction, double period_s);
+  /// `passive_gain`: of the help against the friction that is believed to be true, as
+  /// control::friction::max_passive_gain() has it; a result like the others.
+  Compensation(const CompensationConfig& config, control::friction::SlidingTable friction,
+               double passive_gain, double period_s);
 
   RecordedCommands recorded_commands() const noexcept override { return {.torque = true, .position = true}; }
   int measurement_count() const noexcept override { return 2 * config_.repeats; }
@@ -62,6 +72,7 @@ class Compensation final : public JointExperiment {
   CompensationConfig config_;
   control::FrictionObserver observer_;
   control::FrictionCompensator compensator_;
+  double passive_gain_;
   bool compensate_ = false;
   double reference_rad_ = 0.0;  // x_r
   double extreme_rad_ = 0.0;    // of the swing under way

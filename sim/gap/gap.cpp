@@ -343,9 +343,9 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
     result.effects.push_back(*rest.presliding);
     named.emplace(effects::name_of(rest.presliding->effect));
   }
-  for (const auto& [type, gain] : searching.rejected)
+  for (const auto& [type, gain, reason] : searching.rejected)
     if (!named.contains(type))
-      result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain))});
+      result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
 
   progress("simulating", 0.96);
   const Simulated simulated = simulate(base, final.model, signals, rows, quiet);

@@ -18,6 +18,7 @@ namespace sim::gap {
 struct Source {
   std::string name;  ///< of the file, as the report calls it
   Recording recording;
+  std::string path{};  ///< for messages about it alone; empty: the name
 };
 
 enum class Verdict : std::uint8_t {
@@ -53,7 +54,8 @@ struct FoundEffect {
 
 struct RejectedEffect {
   std::string type;
-  double gap_after;  ///< [N·m] had it been added to the final model
+  double gap_after;    ///< [N·m] had it been added to the final model
+  std::string reason;  ///< the criterion that it did not meet
 };
 struct Unexplained {
   Where where;

@@ -1,7 +1,9 @@
 #include "sim/gap/search.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -298,6 +300,27 @@ void drop_idle(SearchResult& result, const Rows& rows, const Training& training,
   }
 }
 
+/// "0.42"
+std::string short_text(double value) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "%.2g", value);
+  return text.data();
+}
+
+/// Why the search ended without this one: the first criterion that it did not meet.
+std::string reason_against(const Round::Outcome& outcome, const BlockRegression::Fit& base, int step,
+                           double p, double least_square, const Options& options) {
+  if (outcome.gain <= 0) return "predicts left-out stretches no better";
+  if (outcome.gain < options.least_gain)
+    return "takes away less than " + short_text(100 * options.least_gain) + " % of the squared residual";
+  if (step >= kMostEffects) return "as many effects as the search adds were found before it";
+  if (outcome.gain * base.held_out < least_square) return "takes away less than the noise floor lets tell";
+  if (p > options.false_positive_rate)
+    return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
+           short_text(options.false_positive_rate);
+  return "its gain is not sure: made by too few of the left-out stretches";
+}
+
 void report(const Options& options, std::string_view what, double done) {
   if (options.progress) options.progress(what, done);
 }
@@ -325,7 +348,8 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
             : std::vector<Rival>();
     if (rivals.empty()) {
       for (const Round::Outcome& outcome : outcomes)
-        result.rejected.emplace_back(outcome.effect, std::max(0.0, outcome.gain));
+        result.rejected.push_back({std::string(outcome.effect), std::max(0.0, outcome.gain),
+                                   reason_against(outcome, round.base(), step, p, least_square, options)});
       return result;
     }
     const Rival& winner = rivals.front();

@@ -32,8 +32,12 @@ struct Added {
 struct SearchResult {
   FittedModel fitted;
   std::vector<Added> added;
-  /// Effects that are not in it, and the share of the squared residual each would still take away.
-  std::vector<std::pair<std::string, double>> rejected;
+  struct Rejected {
+    std::string effect;
+    double gain;  ///< share of the squared residual that it would still take away
+    std::string reason;
+  };
+  std::vector<Rejected> rejected;  ///< effects that are not in it
 };
 
 /// Begins with the given model, whose parameters are refitted with every hypothesis, and adds the effect that

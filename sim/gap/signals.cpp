@@ -29,8 +29,10 @@ constexpr double kMissing = 2.5;
 /// Times within this share of a period are even.
 constexpr double kEven = 0.02;
 
+const std::string& path_of(const Source& source) { return source.path.empty() ? source.name : source.path; }
+
 [[noreturn]] void refuse(const Source& source, const std::string& why) {
-  throw std::invalid_argument(source.name + ": " + why);
+  throw std::invalid_argument(path_of(source) + ": " + why);
 }
 
 /// Mean step of a recording without holes.
@@ -233,9 +235,14 @@ Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& 
     const auto [low, high] = std::minmax_element(position.begin(), position.end());
     moves = moves || *high - *low > least;
   }
-  if (!moves)
+  if (!moves) {
+    std::string paths;
+    for (const Source& source : sources) paths += (paths.empty() ? "" : ", ") + path_of(source);
     throw std::invalid_argument(
-        "no recording moves: friction and inertia show only in motion; record a staircase or multisine");
+        paths +
+        ": no recording moves: friction and inertia show only in motion; record a staircase or "
+        "multisine");
+  }
   return band;
 }
 

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <random>
 #include <set>
 #include <stdexcept>
+#include <utility>
 
 #include "control/friction/kfm.h"
 
@@ -46,28 +48,30 @@ double column_value(Term term, double v) {
   throw std::logic_error("model choice: not a linear term");
 }
 
+/// What no drive has with another sign, and no law takes: these terms brake.
+bool brakes(Term term) { return term == Term::kCoulomb || term == Term::kViscous || term == Term::kStribeck; }
+
 /// Least squares on one set of terms at one Stribeck velocity and exponent, ready for any torques.
 struct Candidate {
   Eigen::MatrixXd Q;         // orthonormal basis of the columns
   Eigen::VectorXd leverage;  // diagonal of Q·Qᵀ
-  Eigen::RowVectorXd peak;   // height of the Stribeck term = peak·y; empty without one
+  Eigen::MatrixXd braking;   // coefficients of the terms that must not be negative = braking·y
   double velocity = 0;
   double exponent = 0;
+  bool reduced = false;  // some of them left out: for where the candidate before it has them negative
 };
 
-/// All candidates of one set of terms; linear but for the choice among them. A Stribeck term is a peak: where
-/// the data would have it a hollow, as if it were another kind of viscous friction, its height is zero.
+/// All candidates of one set of terms; linear but for the choice among them. Where the data would have a
+/// Coulomb, viscous or Stribeck term drive, its coefficient is zero, as in a fit of the law: a Stribeck term
+/// that is a hollow, or a viscous one that is negative beside a large quadratic one, would predict well and
+/// be no friction.
 class Family {
  public:
   Family(const Terms& terms, const Data& data) {
-    if (!terms.contains(Term::kStribeck)) {
-      add(terms, data, 0, 0);
-      return;
-    }
     Terms flat = terms;
     flat.erase(Term::kStribeck);
     flat.erase(Term::kStribeckExponent);
-    if (!add(flat, data, 0, 0)) return;
+    if (!add(flat, data, 0, 0) || !terms.contains(Term::kStribeck)) return;
     const std::size_t flat_ones = candidates_.size();
     // Below the slowest speed nothing of the term is seen, near the fastest no end of it.
     const double slowest = std::log(data.v.cwiseAbs().minCoeff());
@@ -81,13 +85,13 @@ class Family {
       double best = 0;
       double most = -1;
       const auto look = [&](double log_velocity) {
-        if (!add(terms, data, std::exp(log_velocity), exponent) || !admits(candidates_.back(), data.y))
-          return;
-        if (const double explained = (candidates_.back().Q.transpose() * data.y).squaredNorm();
-            explained > most) {
-          most = explained;
-          best = log_velocity;
-        }
+        const std::size_t before = candidates_.size();
+        if (!add(terms, data, std::exp(log_velocity), exponent)) return;
+        for (std::size_t i = before; i < candidates_.size(); ++i)
+          if (const double explained = explained_by(candidates_[i], data.y); explained > most) {
+            most = explained;
+            best = log_velocity;
+          }
       };
       for (int i = 0; i < kVelocities; ++i) look(slowest + i * step);
       for (int level = 0; level < 4 && most >= 0; ++level) {
@@ -104,49 +108,71 @@ class Family {
   double held_out(const Eigen::VectorXd& y) const {
     const Eigen::Index n = y.size();
     const double square = y.squaredNorm();
-    best_sum_.setConstant(n, std::numeric_limits<double>::infinity());
-    best_error_.setZero(n);
+    // Without any term that may be there nothing is predicted.
+    best_error_ = y;
+    best_sum_ = square - y.array().square();
+    bool whole_fits = false;
     for (const Candidate& candidate : candidates_) {
-      if (!admits(candidate, y)) continue;
+      if (candidate.reduced && whole_fits) continue;  // it would not be better
       coefficients_.noalias() = candidate.Q.transpose() * y;
       residual_.noalias() = y - candidate.Q * coefficients_;
+      braking_.noalias() = candidate.braking * y;
       const double sum = square - coefficients_.squaredNorm();
+      bool fits = braking_.size() == 0 || braking_.minCoeff() >= 0;
       for (Eigen::Index i = 0; i < n; ++i) {
-        // Without row i the residual there is e/(1 − h) and the sum of squares e²/(1 − h) less.
-        const double left = 1 - candidate.leverage[i];
-        const double error = residual_[i] / left;
+        // Without row i the residual there is e/(1 − h), the sum of squares e²/(1 − h) less and each
+        // coefficient less by its share in that residual.
+        const double error = residual_[i] / (1 - candidate.leverage[i]);
+        if (!((braking_ - candidate.braking.col(i) * error).array() >= 0).all()) {
+          fits = false;
+          continue;
+        }
         const double rest = sum - residual_[i] * error;
         if (rest < best_sum_[i]) {
           best_sum_[i] = rest;
           best_error_[i] = error;
         }
       }
+      if (!candidate.reduced) whole_fits = fits;
     }
     return best_error_.squaredNorm();
   }
 
   const Candidate& best(const Eigen::VectorXd& y) const {
-    const auto explained = [&](const Candidate& c) {
-      return admits(c, y) ? (c.Q.transpose() * y).squaredNorm() : -1.0;
-    };
-    return *std::max_element(candidates_.begin(), candidates_.end(),
-                             [&](const auto& a, const auto& b) { return explained(a) < explained(b); });
+    return *std::max_element(candidates_.begin(), candidates_.end(), [&](const auto& a, const auto& b) {
+      return explained_by(a, y) < explained_by(b, y);
+    });
   }
 
  private:
-  static bool admits(const Candidate& candidate, const Eigen::VectorXd& y) {
-    return candidate.peak.size() == 0 || candidate.peak.dot(y) > 0;
+  /// Negative where a term would drive.
+  static double explained_by(const Candidate& candidate, const Eigen::VectorXd& y) {
+    const bool drives = candidate.braking.rows() > 0 && (candidate.braking * y).minCoeff() < 0;
+    return drives ? -1.0 : (candidate.Q.transpose() * y).squaredNorm();
   }
 
-  /// False when the terms cannot be told apart there.
+  /// The terms there, then with some or all of the braking ones at zero, but for the Stribeck term, without
+  /// which velocity and exponent mean nothing. False when the terms cannot be told apart there.
   bool add(const Terms& terms, const Data& data, double velocity, double exponent) {
+    if (!add_one(terms, data, velocity, exponent)) return false;
+    for (const bool coulomb : {true, false})
+      for (const bool viscous : {true, false}) {
+        Terms some = terms;
+        if (!coulomb) some.erase(Term::kCoulomb);
+        if (!viscous) some.erase(Term::kViscous);
+        if (some.empty() || some == terms) continue;
+        if (add_one(some, data, velocity, exponent)) candidates_.back().reduced = true;
+      }
+    return true;
+  }
+  bool add_one(const Terms& terms, const Data& data, double velocity, double exponent) {
     const Eigen::Index n = data.v.size();
     Eigen::MatrixXd columns(n, static_cast<Eigen::Index>(terms.size()));
     Eigen::Index count = 0;
-    Eigen::Index peak = -1;
+    std::vector<Eigen::Index> braking;
     for (const Term term : terms) {
       if (term == Term::kStribeckExponent) continue;
-      if (term == Term::kStribeck) peak = count;
+      if (brakes(term)) braking.push_back(count);
       for (Eigen::Index i = 0; i < n; ++i)
         columns(i, count) =
             data.weight[i] * (term == Term::kStribeck ? stribeck_shape(data.v[i], velocity, exponent)
@@ -166,9 +192,9 @@ class Family {
     candidate.Q = qr.householderQ() * Eigen::MatrixXd::Identity(n, count);
     candidate.leverage = candidate.Q.rowwise().squaredNorm();
     if (candidate.leverage.maxCoeff() > 1 - 1e-9) return false;  // a point that only itself can predict
-    if (peak >= 0)
-      candidate.peak =
-          R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd(candidate.Q.transpose())).row(peak);
+    const Eigen::MatrixXd inverse =
+        R.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd(candidate.Q.transpose()));
+    candidate.braking = inverse(braking, Eigen::all);
     candidates_.push_back(std::move(candidate));
     return true;
   }
@@ -177,14 +203,41 @@ class Family {
   // Kept between calls of held_out(), which runs thousands of times.
   mutable Eigen::VectorXd coefficients_;
   mutable Eigen::VectorXd residual_;
+  mutable Eigen::VectorXd braking_;
   mutable Eigen::VectorXd best_sum_;
   mutable Eigen::VectorXd best_error_;
 };
 
+/// What fit_static() fits with these terms.
+StaticForm form_of(const Terms& terms, const Data& data) {
+  StaticForm form{.law = "stiction"};
+  if (terms.contains(Term::kStribeck)) {
+    form.law = "kfm";
+    if (!terms.contains(Term::kStribeckExponent)) {
+      const double exponent = Family(terms, data).best(data.y).exponent;
+      form.fixed.emplace_back("stribeck_exponent", exponent > 0 ? exponent : 1.0);  // 0: a peak of no height
+    }
+    if (!terms.contains(Term::kViscous)) form.fixed.emplace_back("viscous_Nm_s_per_rad", 0.0);
+  } else if (!terms.contains(Term::kViscous)) {
+    form.law = "coulomb";
+  } else if (!terms.contains(Term::kCoulomb)) {
+    form.law = "viscous";
+  }
+  form.torque_offset = terms.contains(Term::kTorqueOffset);
+  form.viscous_asymmetry = terms.contains(Term::kViscousAsymmetry);
+  form.quadratic = terms.contains(Term::kQuadratic);
+  return form;
+}
+
 class Search {
  public:
-  Search(const Data& data, const ChoiceOptions& options)
-      : data_(data), options_(options), random_(options.seed) {}
+  Search(const StaticMap& map, const std::vector<std::size_t>& left_out, const Data& data,
+         const ChoiceOptions& options)
+      : map_(map), left_out_(left_out), data_(data), options_(options), random_(options.seed) {
+    for (const MapPoint& point : map.points)
+      top_speed_rad_per_s_ = std::max(top_speed_rad_per_s_, std::abs(point.velocity_rad_per_s));
+    top_speed_rad_per_s_ = std::max(top_speed_rad_per_s_, options.top_speed_rad_per_s);
+  }
 
   Terms run(std::vector<ChoiceStep>& steps) {
     Terms terms{Term::kCoulomb, Term::kViscous};
@@ -194,6 +247,12 @@ class Search {
   }
 
  private:
+  /// A fit as the one that is reported.
+  struct Fitted {
+    double held_out_percent = std::numeric_limits<double>::infinity();
+    bool brakes = false;  // at all speeds
+  };
+
   static std::vector<Term> addable(const Terms& terms, const Data& data) {
     std::vector<Term> result;
     for (const Term term : {Term::kTorqueOffset, Term::kViscousAsymmetry, Term::kQuadratic, Term::kStribeck,
@@ -214,7 +273,20 @@ class Search {
     if (term == Term::kStribeck) terms.erase(Term::kStribeckExponent);
     return terms;
   }
-  double percent(double held_out) const { return 100 * std::sqrt(held_out) / data_.y.norm(); }
+
+  const Fitted& fitted(const Terms& terms) {
+    const auto [at, is_new] = fitted_.try_emplace(terms);
+    if (!is_new) return at->second;
+    const StaticFit fit = fit_static(map_, form_of(terms, data_),
+                                     {.profile = false, .exclude_outliers = false, .left_out = left_out_});
+    if (fit.ok())
+      at->second = {fit.leave_one_out_percent, !driving_velocity_rad_per_s(fit, top_speed_rad_per_s_)};
+    return at->second;
+  }
+  /// Whether the reported error falls by what `rich` has more than `simple`, and friction still brakes.
+  bool serves(const Terms& rich, const Terms& simple) {
+    return fitted(rich).brakes && fitted(rich).held_out_percent < fitted(simple).held_out_percent;
+  }
 
   /// How often data made from `simple` gain as much by one of `richer` as the measured ones did.
   double chance_of(double gain, const Family& simple, const std::vector<Family>& richer) {
@@ -240,27 +312,25 @@ class Search {
     if (!simple.usable()) return false;
     const double before = simple.held_out(data_.y);
     std::vector<Family> families;
-    std::vector<Term> candidates;
+    std::vector<std::pair<double, Term>> candidates;  // by their error
     for (const Term term : addable(terms, data_)) {
       Family family(with(terms, term), data_);
       if (!family.usable()) continue;
+      candidates.emplace_back(family.held_out(data_.y), term);
       families.push_back(std::move(family));
-      candidates.push_back(term);
     }
     if (families.empty() || !(before > 0)) return false;
-    std::size_t best = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t i = 0; i < families.size(); ++i)
-      if (const double held_out = families[i].held_out(data_.y); held_out < least) {
-        least = held_out;
-        best = i;
-      }
-    ChoiceStep step{.term = candidates[best],
-                    .held_out_before_percent = percent(before),
-                    .held_out_after_percent = percent(least)};
+    std::ranges::sort(candidates);
+    const auto serving = std::ranges::find_if(
+        candidates, [&](const auto& candidate) { return serves(with(terms, candidate.second), terms); });
+    const auto [least, best] = serving == candidates.end() ? candidates.front() : *serving;
+    ChoiceStep step{.term = best,
+                    .held_out_before_percent = fitted(terms).held_out_percent,
+                    .held_out_after_percent = fitted(with(terms, best)).held_out_percent,
+                    .drives = !fitted(with(terms, best)).brakes};
     const double gain = 1 - least / before;
     if (gain > 0) step.p_value = chance_of(gain, simple, families);
-    step.added = gain > 0 && step.p_value <= options_.false_positive_rate;
+    step.added = serving != candidates.end() && gain > 0 && step.p_value <= options_.false_positive_rate;
     steps.push_back(step);
     if (step.added) terms.insert(step.term);
     return step.added;
@@ -278,23 +348,27 @@ class Search {
       std::vector<Family> richer;
       richer.emplace_back(terms, data_);
       if (!simple.usable() || !richer.front().usable()) continue;
-      ChoiceStep step{.term = term, .removal = true};
-      const double before = simple.held_out(data_.y);
-      const double after = richer.front().held_out(data_.y);
-      step.held_out_before_percent = percent(before);
-      step.held_out_after_percent = percent(after);
-      const double gain = 1 - after / before;
+      ChoiceStep step{.term = term,
+                      .removal = true,
+                      .held_out_before_percent = fitted(without(terms, term)).held_out_percent,
+                      .held_out_after_percent = fitted(terms).held_out_percent};
+      const double gain = 1 - richer.front().held_out(data_.y) / simple.held_out(data_.y);
       if (gain > 0) step.p_value = chance_of(gain, simple, richer);
-      step.added = gain > 0 && step.p_value <= options_.false_positive_rate;
+      step.added =
+          gain > 0 && step.p_value <= options_.false_positive_rate && serves(terms, without(terms, term));
       if (step.added) continue;
       terms = without(terms, term);
       steps.push_back(step);
     }
   }
 
+  const StaticMap& map_;
+  const std::vector<std::size_t>& left_out_;
   const Data& data_;
   const ChoiceOptions& options_;
+  double top_speed_rad_per_s_ = 0;
   std::mt19937_64 random_;
+  std::map<Terms, Fitted> fitted_;
 };
 
 /// The speeds of a map, weighted as a fit with all terms would, without its outliers.
@@ -363,27 +437,10 @@ ModelChoice choose_model(const StaticMap& map, const ChoiceOptions& options) {
     return choice;
   }
   const Data data = data_of(map, all);
-  const Terms terms = Search(data, options).run(choice.steps);
+  choice.outliers = all.outliers;
+  const Terms terms = Search(map, all.outliers, data, options).run(choice.steps);
   choice.terms.assign(terms.begin(), terms.end());
-
-  StaticForm& form = choice.form;
-  if (terms.contains(Term::kStribeck)) {
-    form.law = "kfm";
-    if (!terms.contains(Term::kStribeckExponent)) {
-      const double exponent = Family(terms, data).best(data.y).exponent;
-      form.fixed.emplace_back("stribeck_exponent", exponent > 0 ? exponent : 1.0);  // 0: a peak of no height
-    }
-    if (!terms.contains(Term::kViscous)) form.fixed.emplace_back("viscous_Nm_s_per_rad", 0.0);
-  } else if (!terms.contains(Term::kViscous)) {
-    form.law = "coulomb";
-  } else if (!terms.contains(Term::kCoulomb)) {
-    form.law = "viscous";
-  } else {
-    form.law = "stiction";
-  }
-  form.torque_offset = terms.contains(Term::kTorqueOffset);
-  form.viscous_asymmetry = terms.contains(Term::kViscousAsymmetry);
-  form.quadratic = terms.contains(Term::kQuadratic);
+  choice.form = form_of(terms, data);
   return choice;
 }
 

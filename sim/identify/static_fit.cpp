@@ -10,6 +10,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "control/friction/dissipation.h"
 #include "sim/identify/least_squares.h"
 
 namespace sim::identify {
@@ -124,6 +125,7 @@ class Fitter {
       used_.push_back({i, p.velocity_rad_per_s, p.torque_Nm, sigma * sigma});
       largest_Nm_ = std::max(largest_Nm_, std::abs(p.torque_Nm));
     }
+    every_point_ = used_;
     // What double precision leaves of a torque; also where a map is exact.
     least_variance_ = std::max(largest_Nm_ * largest_Nm_ * 1e-18, 1e-40);
   }
@@ -133,6 +135,7 @@ class Fitter {
     if (!enough_speeds()) return std::move(fit_);
     starts_ = make_starts();
     if (options_.exclude_outliers) exclude_outliers();
+    if (options_.left_out) leave_out_the_given();
     solve_with_scatter();
     // A profile that finds a lower sum of squares has left a local minimum.
     for (int attempt = 0; attempt < 4; ++attempt) {
@@ -344,16 +347,27 @@ class Fitter {
     }
     if (left_out.empty()) return;
     if (const std::string where = misfit(solution.residuals, limit); !where.empty()) {
-      fit_.verdicts.push_back("the law does not describe this map " + where + "; no point was left out");
+      fit_.verdicts.push_back("the law does not describe this map " + where +
+                              (options_.left_out ? "" : "; no point was left out"));
       return;
     }
     if (5 * left_out.size() > all.size() || kept.size() <= free_.size()) {
       fit_.verdicts.push_back("the law does not describe this map: " + std::to_string(left_out.size()) +
-                              " of " + std::to_string(all.size()) + " points are far off; none was left out");
+                              " of " + std::to_string(all.size()) + " points are far off" +
+                              (options_.left_out ? "" : "; none was left out"));
       return;
     }
     fit_.outliers = std::move(left_out);
     used_ = std::move(kept);
+  }
+
+  /// Instead of those found, of which only what they say of the law stays.
+  void leave_out_the_given() {
+    scatter_ = 0;
+    fit_.outliers = *options_.left_out;
+    used_.clear();
+    for (std::size_t i = 0; i < every_point_.size(); ++i)
+      if (std::ranges::find(fit_.outliers, i) == fit_.outliers.end()) used_.push_back(every_point_[i]);
   }
 
   /// Three neighbouring speeds off to the same side are no chance; where they are, or empty.
@@ -597,6 +611,7 @@ class Fitter {
   Model model_;
   StaticFit fit_;
   std::vector<Point> used_;
+  std::vector<Point> every_point_;
   std::vector<double> base_;       // all parameters; the free ones at their initial values
   std::vector<std::size_t> free_;  // which are fitted
   double scatter_ = 0;
@@ -628,6 +643,12 @@ const Estimate& StaticFit::parameter(std::string_view name) const {
   if (found == parameters.end())
     throw std::invalid_argument("static fit: " + form_name(form) + " has no parameter " + std::string(name));
   return *found;
+}
+
+std::optional<double> driving_velocity_rad_per_s(const StaticFit& fit, double top_speed_rad_per_s) {
+  const double offset_Nm = fit.form.torque_offset ? fit.parameter(kTorqueOffsetName).value : 0;
+  return control::friction::driving_velocity_rad_per_s(
+      [&](double velocity) { return fit.torque_Nm(velocity) - offset_Nm; }, top_speed_rad_per_s);
 }
 
 StaticFit fit_static(const StaticMap& map, const StaticForm& form, const StaticFitOptions& options) {

@@ -2,6 +2,7 @@
 /// Fits a friction law to a steady-state map, and says which of its parameters the map decides.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -35,6 +36,8 @@ struct StaticFitOptions {
   bool profile = true;  ///< intervals by profile where the covariance is not honest; false: covariance only
   bool leave_one_out = true;
   bool exclude_outliers = true;
+  /// These points of the map are left out and no others, as it is comparing laws on the same points.
+  std::optional<std::vector<std::size_t>> left_out{};
 };
 
 struct StaticFit {
@@ -57,6 +60,10 @@ struct StaticFit {
   /// @throws std::invalid_argument when the form does not have it
   const Estimate& parameter(std::string_view name) const;
 };
+
+/// The velocity nearest to rest at which the fitted friction drives the joint, as
+/// control::friction::driving_velocity_rad_per_s(); a torque offset is no friction and does not count.
+std::optional<double> driving_velocity_rad_per_s(const StaticFit& fit, double top_speed_rad_per_s);
 
 /// Weights: each point's variance is that of its measured interval plus a common scatter, found such that the
 /// residuals are as large as they should be [R. C. Paule, J. Mandel, J. Res. NBS 87, 1982]: intervals from

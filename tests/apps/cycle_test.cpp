@@ -2,12 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <limits>
+#include <random>
 #include <vector>
 
 #include "hal/clock.h"
 #include "hal/loopback_robot.h"
 #include "sim/base.h"
+#include "tests/support/lossy_robot.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace youbotd {
@@ -40,23 +43,6 @@ class ScriptedMotion final : public MotionSource {
   nanoseconds begin_{};
 };
 
-/// A bus that bridges its own silence with the sample it has, as hal::Robot says of fresh values.
-class Bus final : public hal::Robot {
- public:
-  explicit Bus(hal::Robot& robot) : robot_(robot) {}
-  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
-  void activate() override { robot_.activate(); }
-  void deactivate() noexcept override { robot_.deactivate(); }
-  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
-    hal::RobotSample unheard;
-    return robot_.exchange(command, silent ? unheard : sample);
-  }
-  bool silent = false;
-
- private:
-  hal::Robot& robot_;
-};
-
 /// The simulated base on the loopback robot in virtual time, and everything a test wants to reach.
 struct Rig {
   explicit Rig(const Cycle::Config& config = moving()) : cycle(config, bus, motion, &base.pose()) {
@@ -84,7 +70,7 @@ struct Rig {
   sim::Base base{sim::BaseParameters{}};
   hal::LoopbackRobot robot{
       base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}}};
-  Bus bus{robot};
+  support::LossyRobot bus{robot};
   ScriptedMotion motion;
   Cycle cycle;
   double largest_command_Nm = 0;
@@ -251,12 +237,73 @@ TEST(Cycle, AnOverspeedThatCameUpInAPauseSwitchesTheDrivesOffAtOnce) {
 
 TEST(Cycle, SamplesThatDidNotComeForAWhileAreNoOverspeed) {
   SteadyRig rig;
-  rig.bus.silent = true;
+  rig.bus.loses = [](int) { return true; };
   rig.run(40ms);
-  rig.bus.silent = false;
+  rig.bus.loses = {};
   rig.run(1s);
   EXPECT_EQ(rig.cycle.record().phase, Phase::kRunning) << describe(rig.cycle.stop_reason(), rig.robot);
   EXPECT_NEAR(rig.speed_m_per_s(), 0.4, 0.05);
+}
+
+TEST(Cycle, SamplesThatAreLostNowAndAgainAreNoOverspeed) {
+  std::mt19937 random(7);
+  const std::vector<std::function<bool(int)>> buses = {
+      support::LossyRobot::all_but_one_of(2), support::LossyRobot::all_but_one_of(4),
+      support::LossyRobot::all_but_one_of(11), [&random](int) { return random() % 2 == 0; }};
+  for (const auto& loses : buses) {
+    SteadyRig rig;
+    rig.bus.loses = loses;
+    for (int n = 0; n < 2000; ++n) {
+      rig.run(1ms);
+      ASSERT_EQ(rig.cycle.record().phase, Phase::kRunning) << describe(rig.cycle.stop_reason(), rig.robot);
+      for (std::size_t i = 0; i < 4; ++i)
+        EXPECT_NEAR(std::abs(rig.cycle.record().velocity_rad_per_s[i]), 0.4 / 0.0475, 1.0) << n;
+    }
+    EXPECT_NEAR(rig.speed_m_per_s(), 0.4, 0.05);
+    EXPECT_NEAR(rig.cycle.record().odometry_W[0], rig.base.pose().x_m, 0.03);
+  }
+}
+
+/// Wheels that turn by themselves, whatever they are told.
+class TurningRobot final : public hal::Robot {
+ public:
+  TurningRobot(const hal::Clock& clock, double speed_rad_per_s) : clock_(clock), speed_(speed_rad_per_s) {}
+  std::span<const hal::JointInfo> joints() const noexcept override { return joints_; }
+  void activate() override {}
+  void deactivate() noexcept override {}
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    sample.stamp = clock_.now();
+    sample.enabled = command.enable;
+    for (hal::JointSample& joint : sample.joints)
+      joint.position_rad = speed_ * std::chrono::duration<double>(sample.stamp).count();
+    return {};
+  }
+
+ private:
+  const hal::Clock& clock_;
+  double speed_;
+  std::vector<hal::JointInfo> joints_{{"wheel-1", 3}, {"wheel-2", 3}, {"wheel-3", 3}, {"wheel-4", 3}};
+};
+
+TEST(Cycle, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
+  for (const int frames : {1, 2, 3, 4, 11}) {
+    SCOPED_TRACE(frames);
+    hal::VirtualClock clock;
+    TurningRobot robot(clock, 18.0);
+    support::LossyRobot bus(robot);
+    bus.loses = support::LossyRobot::all_but_one_of(frames);
+    ScriptedMotion motion;
+    Cycle::Config config;
+    config.wheel_speed_limit_rad_per_s = 17.0;
+    Cycle cycle(config, bus, motion, nullptr);
+    for (int n = 0; n < 200 && !cycle.stop_reason(); ++n) {
+      clock.sleep_until(clock.now() + 1ms);
+      cycle.step(clock.now());
+    }
+    EXPECT_EQ(cycle.stop_reason().kind, StopReason::Kind::kOverspeed);
+    // The filter knows 17 of 18 rad/s 50 ms after the drives obey, at the latest with the frame after that.
+    EXPECT_LE(cycle.stop_reason().time, 50ms + 2 * frames * 1ms);
+  }
 }
 
 /// A robot whose drives never obey, or whose bus fails when told to.

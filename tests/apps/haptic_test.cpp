@@ -247,7 +247,7 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
 
   const auto again = hold("--virtual-time --duration 1 --out " + out);
   EXPECT_EQ(again.exit_code, 2) << "a recording is never replaced";
-  EXPECT_TRUE(says(again.output, "holds a recording already")) << again.output;
+  EXPECT_TRUE(says(again.output, "haptic.csv is there already and is not replaced")) << again.output;
 }
 
 TEST(HapticHold, OneFileServesAllPrograms) {

@@ -110,7 +110,7 @@ TEST_F(HiddenTruth, PreslidingSaysThatItCannotBeIdentifiedAndWhy) {
     const std::string folder = (directory_ / name).string();
     bench("presliding --quiet --joint wheel-1 --model " + file(name + ".toml", truth) + " --out " + folder);
     return bench("identify --law kfm --inertia 0.0112" + map + " --presliding " + folder +
-                 "/presliding/wheel-1.csv --out " + folder);
+                 "/presliding/wheel-1.csv --out " + folder + "/model");
   };
   const std::string with_offset = presliding("with_offset", std::string(kTable4) + kMotorOffset);
   EXPECT_NE(with_offset.find("not identifiable: the motor delivers about 0.0"), std::string::npos)

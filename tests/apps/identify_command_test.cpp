@@ -9,6 +9,7 @@
 #include <string>
 
 #include "apps/common/drive_model_file.h"
+#include "control/friction/wheel_curve.h"
 #include "tests/support/measured_data.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -32,8 +33,12 @@ class IdentifyCommand : public testing::Test {
            << map.points[i].torque_ci95_Nm << ',' << map.points[i].velocity_rad_per_s << '\n';
     return text.str();
   }
-  /// Both streams into output_; the exit code.
+  /// Into a new directory; both streams into output_; the exit code.
   int run(const std::string& arguments) {
+    fs::remove_all(out());
+    return run_again(arguments);
+  }
+  int run_again(const std::string& arguments) {
     const support::CommandResult result =
         support::run_command(YOUBOT_BENCH_BINARY " identify " + arguments + " --out " + out());
     output_ = result.output;
@@ -133,6 +138,39 @@ TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
   EXPECT_TRUE(gap.said("+ midspeed dip")) << gap.output;
 }
 
+TEST_F(IdentifyCommand, ASlowMapGivesALawThatBrakesAndSaysHowFarItWasMeasured) {
+  // Up to 0.5 rad/s the measured wheel looks like a parabola as well, which would drive from 1 rad/s on.
+  sim::identify::StaticMap map{"wheel-1", {}};
+  for (int i = 1; i <= 10; ++i)
+    map.points.push_back({0.05 * i, control::friction::wheel_curve_Nm(1, 0.05 * i), 5e-5});
+  const std::string file = write("slow.csv", map_text(map));
+  EXPECT_EQ(run("--map " + file), 0) << output_;
+  EXPECT_TRUE(std::ranges::none_of(drive_model().effects, [](const auto& any) {
+    return sim::effects::name_of(any) == "quadratic_drag";
+  })) << model();
+  EXPECT_NE(model().find("# friction measured from 0.05 to 0.5 rad/s: beyond, this model is a guess"),
+            std::string::npos)
+      << model();
+  EXPECT_EQ(run("--law stiction+quadratic --map " + file), 2) << output_;
+  EXPECT_TRUE(said("no model of wheel-1 is written: its friction drives the joint from 0.9")) << output_;
+  EXPECT_FALSE(fs::exists(directory_ / "out/model.toml"));
+}
+
+TEST_F(IdentifyCommand, ReplacesNothingAndIsQuietWhenToldTo) {
+  const std::string map = write("1.csv", map_text(test_support::screw_drive_map(1)));
+  EXPECT_EQ(run("--quiet --law coulomb --map " + map), 0);
+  EXPECT_EQ(output_, "");
+  const std::string first = model();
+  EXPECT_EQ(run_again("--law kfm --map " + map), 2);
+  EXPECT_TRUE(said("is there already and is not replaced")) << output_;
+  EXPECT_EQ(model(), first);
+  fs::remove_all(out());
+  write("out", "a file");
+  EXPECT_EQ(run_again("--law kfm --map " + map), 3);
+  EXPECT_TRUE(said("cannot be the directory for the results")) << output_;
+  EXPECT_FALSE(said("sliding:")) << "before the work: " << output_;
+}
+
 TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {
   for (const int drive : {1, 2})
     write("run/steady-state-map/" + std::to_string(drive) + ".csv",
@@ -194,7 +232,7 @@ TEST_F(IdentifyCommand, GoesOnWithoutThePointsThatCouldNotBeMeasured) {
               "# not_measured: velocity_rad_per_s,torque_measured_Nm,torque_ci95_Nm: wheel-3 did not turn\n");
   EXPECT_EQ(run("--law coulomb --map " + write("map.csv", text + "999,nan,nan,nan,0.5\n")), 0) << output_;
   EXPECT_TRUE(said("velocity_rad_per_s and 2 more were not measured: wheel-3 did not turn")) << output_;
-  EXPECT_EQ(run("--law coulomb --moving " + write("moving.csv", text + "999,nan,nan,nan,0.5\n")), 2);
+  EXPECT_EQ(run("--moving " + write("moving.csv", text + "999,nan,nan,nan,0.5\n")), 2);
   EXPECT_TRUE(said("wheel-3 did not turn")) << output_;
 }
 
@@ -210,6 +248,8 @@ TEST_F(IdentifyCommand, RefusesWhatDoesNotFitTogether) {
   EXPECT_EQ(run("--presliding " + one + " --map " + one), 2);
   EXPECT_TRUE(said("--inertia")) << output_;
   EXPECT_EQ(run("--moving " + one), 2);
+  EXPECT_EQ(run("--law kfm --moving " + one), 2);
+  EXPECT_TRUE(said("--law: is fitted to a map")) << output_;
   EXPECT_EQ(run("--map " + write("3.csv", "# youbot recording v1\ntime_s,velocity_rpm\n0,nan\n")), 2);
   EXPECT_TRUE(said("3.csv:2: column 'velocity_rpm' must be velocity_rad_per_s")) << output_;
   EXPECT_TRUE(said("3.csv:3: velocity_rpm 'nan'")) << output_;

@@ -9,6 +9,7 @@
 
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/base_recording.h"
+#include "hal/setup_error.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbotd {
@@ -110,16 +111,30 @@ TEST_F(Session, ARecordingIsNeverReplaced) {
   EXPECT_THROW((void)run_session(config, options, stop), std::invalid_argument);
 }
 
-TEST_F(Session, WithoutAPlaceToRecordTheRobotRunsAndTheLossIsTold) {
+TEST_F(Session, APlaceThatCannotBeRecordedToIsRefusedBeforeTheRobotIsOpened) {
   directory.write("file", "not a directory");
-  options.duration = 3s;
   options.record_directory = directory / "file" / "run";
+  config.robot.name = "toaster";
+  try {
+    (void)run_session(config, options, stop);
+    FAIL();
+  } catch (const hal::SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find((directory / "file/run").string() + ": cannot be the directory"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+TEST_F(Session, WithoutAFileToRecordToTheRobotRunsAndTheLossIsTold) {
+  fs::create_symlink(directory / "missing/wheel-2.csv", directory / "wheel-2.csv");
+  options.duration = 3s;
+  options.record_directory = directory.path();
   const Summary summary = run_session(config, options, stop);
   EXPECT_TRUE(summary.stop_reason.empty());
   EXPECT_EQ(summary.cycles_recorded, 0U);
   EXPECT_EQ(summary.cycles_lost, summary.loop.cycles);
   ASSERT_EQ(summary.recording_problems.size(), 1U);
-  EXPECT_NE(summary.recording_problems[0].find((directory / "file/run").string()), std::string::npos);
+  EXPECT_NE(summary.recording_problems[0].find((directory / "wheel-2.csv").string()), std::string::npos);
 }
 
 TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
@@ -195,9 +210,9 @@ TEST_F(Session, TheDemoBaseFollowsItsPathThroughEveryByteOfTheEthercatMasterToo)
   EXPECT_LT(summary.path.final_m(), 0.02);
 }
 
-TEST_F(Session, AFaultReportFindsAnotherPlaceWhenTheRecordingHasNone) {
-  directory.write("file", "not a directory");
-  options.record_directory = directory / "file" / "run";
+TEST_F(Session, AFaultReportFindsAnotherPlaceWhenTheRecordingHasLostItsOwn) {
+  options.record_directory = directory / "run";
+  options.after_cycle = [&](const CycleRecord&) { fs::remove_all(directory / "run"); };
   config.cycle.wheel_speed_limit_rad_per_s = 0.5;
   const Summary summary = run_session(config, options, stop);
   ASSERT_TRUE(summary.fault_report.has_value());

@@ -318,10 +318,10 @@ TEST_F(TeleopConfig, OneLostFrameIsNotToCountAsALoopThatDidNotRun) {
     return "[loop]\ncommand_timeout_s = 0.05\n[ethercat]\ntolerated_cycles = 1\nframe_timeout_s = " +
            frame_timeout_s + "\n";
   };
-  EXPECT_EQ(problems(with("0.0495")),
-            Problems{"lab.toml:5: 'ethercat.frame_timeout_s' and a period are more than "
+  EXPECT_EQ(problems(with("0.0485")),
+            Problems{"lab.toml:5: 'ethercat.frame_timeout_s' and two periods are more than "
                      "'loop.command_timeout_s': one lost frame would stop the robot"});
-  EXPECT_EQ(problems(with("0.049")), Problems{}) << "more than a period is for slaves that have the time";
+  EXPECT_EQ(problems(with("0.048")), Problems{}) << "more than a period is for slaves that have the time";
 }
 
 TEST_F(TeleopConfig, OnlyThatTableTeleoperates) {

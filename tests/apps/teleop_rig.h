@@ -15,6 +15,7 @@
 #include "hal/loopback_robot.h"
 #include "sim/hand.h"
 #include "sim/mobile_manipulator.h"
+#include "tests/support/lossy_robot.h"
 
 namespace teleop_rig {
 
@@ -69,7 +70,8 @@ class Rig {
             std::make_unique<hal::LoopbackHapticLink>(
                 hand, kPeriod, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
             clock, limits),
-        cycle(config, robot, master) {
+        bus(robot),
+        cycle(config, bus, master) {
     robot.activate();
     master.activate();
   }
@@ -99,6 +101,7 @@ class Rig {
   sim::Hand hand;
   hal::LoopbackRobot robot;
   hal::LockstepHapticDevice master;
+  support::LossyRobot bus;
   TeleopCycle cycle;
   std::vector<TeleopRecord> records;
 };

@@ -450,17 +450,31 @@ TEST_F(TeleopSession, SomebodysConfigurationIsNotReplacedEither) {
   EXPECT_EQ(text_of(directory / "config.toml"), "robot = \"loopback\"\n");
 }
 
-TEST_F(TeleopSession, WithoutAPlaceToRecordTheRobotRunsAndTheLossIsTold) {
-  stop = true;
-  be_quick();
+TEST_F(TeleopSession, APlaceThatCannotBeRecordedToIsRefusedBeforeAnythingIsOpened) {
   directory.write("file", "not a directory");
   options.record_directory = directory / "file" / "run";
+  config.robot.name = "toaster";
+  config.haptic.name = "toaster";
+  try {
+    (void)run();
+    FAIL();
+  } catch (const hal::SetupError& error) {
+    EXPECT_TRUE(says(error.what(), (directory / "file/run").string() + ": cannot be the directory"))
+        << error.what();
+  }
+}
+
+TEST_F(TeleopSession, WithoutAFileToRecordToTheRobotRunsAndTheLossIsTold) {
+  stop = true;
+  be_quick();
+  fs::create_symlink(directory / "missing/teleoperation.csv", directory / "teleoperation.csv");
+  options.record_directory = directory.path();
   const TeleopSummary summary = run();
   EXPECT_EQ(summary.stop_reason, "");
   EXPECT_EQ(summary.cycles_recorded, 0U);
   EXPECT_EQ(summary.cycles_lost, summary.loop.cycles);
   ASSERT_EQ(summary.recording_problems.size(), 1U);
-  EXPECT_TRUE(says(summary.recording_problems[0], (directory / "file/run").string()))
+  EXPECT_TRUE(says(summary.recording_problems[0], (directory / "teleoperation.csv").string()))
       << summary.recording_problems[0];
 }
 
@@ -500,11 +514,11 @@ TEST_F(TeleopSession, AStartThatFailsLeavesItsLastSecondBesideTheRecording) {
   EXPECT_GE(last.at(999, "phase"), static_cast<double>(TeleopPhase::kStopping));
 }
 
-TEST_F(TeleopSession, AFaultReportFindsAnotherPlaceWhenTheRecordingHasNone) {
+TEST_F(TeleopSession, AFaultReportFindsAnotherPlaceWhenTheRecordingHasLostItsOwn) {
   be_quick();
   config.teleoperation.unfolding_timeout_s = 1.0;
-  directory.write("file", "not a directory");
-  options.record_directory = directory / "file" / "run";
+  options.record_directory = directory / "run";
+  options.after_cycle = [&](const TeleopRecord&) { fs::remove_all(directory / "run"); };
   const TeleopSummary summary = run();
   ASSERT_TRUE(summary.fault_report.has_value());
   EXPECT_EQ(Recorded(*summary.fault_report).rows.size(), 1000U);

@@ -21,6 +21,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using teleop_rig::Rig;
 using teleop_rig::Scene;
+using teleop_rig::TeleopCycle;
 using teleop_rig::TeleopRecord;
 
 constexpr double kStep_m = 2.5e-4;  // of the smoothing, per millisecond
@@ -810,6 +811,89 @@ TEST(Teleoperation, AnOverspeedThatCameUpInAPauseSwitchesTheDrivesOffAtOnce) {
   EXPECT_GT(rig.fastest_rad_per_s(), 1.2) << "and it was one";
   EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kJointTooFast);
   EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kFaulted);
+}
+
+TEST(Teleoperation, SamplesThatAreLostNowAndAgainAreNoOverspeedAndTheMotionGoesOn) {
+  for (const int frames : {2, 4, 11}) {
+    SCOPED_TRACE(frames);
+    MovingRig rig({});
+    ASSERT_TRUE(rig.moving);
+    ASSERT_GT(rig.fastest_rad_per_s(), 0.5);
+    rig.bus.loses = support::LossyRobot::all_but_one_of(frames);
+    rig.run(3s);
+    EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kOperating)
+        << youbotd::describe(rig.cycle.end(), rig.robot, rig.master);
+    EXPECT_LT((vector(rig.last().true_tip_p_WT_m) - vector(rig.last().setpoint_p_WT_m)).norm(), 0.02);
+    expect_no_jump(rig);
+    expect_passive(rig);
+  }
+}
+
+/// One joint turns by itself, whatever it is told.
+class TurningRobot final : public hal::Robot {
+ public:
+  TurningRobot(const hal::Clock& clock, std::size_t joint, double speed_rad_per_s)
+      : clock_(clock), joint_(joint), speed_(speed_rad_per_s) {}
+  std::span<const hal::JointInfo> joints() const noexcept override { return joints_; }
+  void activate() override {}
+  void deactivate() noexcept override {}
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    sample.stamp = clock_.now();
+    sample.enabled = command.enable;
+    for (hal::JointSample& joint : sample.joints) joint.homed = true;
+    sample.joints[joint_].position_rad = speed_ * std::chrono::duration<double>(sample.stamp).count();
+    return {};
+  }
+
+ private:
+  const hal::Clock& clock_;
+  std::size_t joint_;
+  double speed_;
+  std::vector<hal::JointInfo> joints_ = teleop_rig::joints();
+};
+
+TEST(Teleoperation, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
+  struct Case {
+    std::size_t joint;
+    double speed_rad_per_s;
+    TeleopEnd end;
+  };
+  for (const Case& turning :
+       {Case{1, 18.0, TeleopEnd::kWheelTooFast}, Case{6, 3.4, TeleopEnd::kJointTooFast}})
+    for (const int frames : {1, 2, 3, 4, 11}) {
+      SCOPED_TRACE(testing::Message() << turning.joint << ", " << frames);
+      hal::VirtualClock clock;
+      TurningRobot robot(clock, turning.joint, turning.speed_rad_per_s);
+      support::LossyRobot bus(robot);
+      sim::Hand hand({});
+      hal::LockstepHapticDevice master(
+          std::make_unique<hal::LoopbackHapticLink>(hand, teleop_rig::kPeriod,
+                                                    hal::HapticInfo{.name = "pen", .force_limit_N = 8.0}),
+          clock);
+      master.activate();
+      TeleopCycle cycle(teleop_rig::config(), bus, master);
+      for (int n = 0; n < 150 && cycle.end().end == TeleopEnd::kNone; ++n) {
+        if (n == 5) bus.loses = support::LossyRobot::all_but_one_of(frames);
+        clock.sleep_until(clock.now() + 1ms);
+        cycle.step(clock.now());
+      }
+      EXPECT_EQ(cycle.end().end, turning.end);
+      EXPECT_EQ(cycle.phase(), TeleopPhase::kFaulted);
+    }
+}
+
+TEST(Teleoperation, APenThatIsLetGoIsFoundOutWhateverTheBusLoses) {
+  for (const int frames : {1, 2, 3, 4, 11}) {
+    SCOPED_TRACE(frames);
+    Rig rig;
+    ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+    rig.hand.move_to({-0.02, 0.04, 0.03}, 400ms);
+    rig.run(300ms);
+    rig.bus.loses = support::LossyRobot::all_but_one_of(frames);
+    rig.hand.let_go();
+    rig.run(1s);
+    EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kLetGo) << control::name(rig.cycle.phase());
+  }
 }
 
 TEST(Teleoperation, ABusThatBreaksWhileTheArmIsLoweredIsNoSuccess) {

@@ -297,7 +297,7 @@ TEST(TransparencyCommand, WrongUseIsToldAndNothingIsWritten) {
       {"--axis w", "x, y, z"},
       {"--highest 200", "tenth of the sampling rate"},
       {"--period 2.00005", "whole number"},
-      {"--lowest nan", "lowest_Hz"},
+      {"--lowest nan", "--lowest: should be"},
       {"--realizations 1", "realizations"},
       {"--config " + (folder.path() / "none.toml").string(), "none.toml"},
       {"--config " + base_alone.string(), "base+arm"},

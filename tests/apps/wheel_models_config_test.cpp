@@ -67,6 +67,26 @@ TEST_F(WheelModels, AWrongCountIsRefused) {
             "lab.toml:2: 'compensation.models' should have a drive model for each of the 4 wheels, found 1");
 }
 
+TEST_F(WheelModels, FrictionThatWouldDriveAWheelAtASpeedItMayHaveIsRefused) {
+  directory_.write("models/bent.toml",
+                   "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.01\n[[effect]]\ntype = \"coulomb\"\n"
+                   "torque_Nm = 0.08\n[[effect]]\ntype = \"quadratic_drag\"\n"
+                   "coefficient_Nm_s2_per_rad2 = -0.00125\n");  // zero at 8 rad/s
+  const std::string models =
+      "[compensation]\nmodels = [\"models/good.toml\", \"models/bent.toml\", \"models/good.toml\", "
+      "\"models/good.toml\"]\n";
+  EXPECT_EQ(
+      problem(models),
+      "lab.toml:2: 'compensation.models' names a drive model that cannot be compensated up to "
+      "'limits.wheel_speed_rad_per_s': models/bent.toml: its friction drives the joint from 8 rad/s on, "
+      "instead of braking it");
+  EXPECT_EQ(
+      problem(
+          "[path]\nspeed_m_per_s = 0.1\nturn_speed_rad_per_s = 0.1\n[limits]\nwheel_speed_rad_per_s = 7.9\n" +
+          models),
+      "");
+}
+
 TEST_F(WheelModels, AnUnknownEffectIsNamedWithBothLines) {
   directory_.write("models/bad.toml",
                    "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.01\n[[effect]]\ntype = \"magic\"\n");

@@ -560,6 +560,42 @@ TEST_F(BenchCommand, EveryExperimentRunsAndIsMadeAgainByTheConfigurationItLeaves
   }
 }
 
+TEST_F(BenchCommand, CompensationTellsWhetherTheHelpStaysBelowTheFrictionThatWasMeasured) {
+  const auto passive_gain = [&](const char* name, const std::string& compensator) {
+    const CommandResult result =
+        bench("compensation --quiet --duration 4 --joint wheel-1 " + compensator + out(name));
+    EXPECT_EQ(result.exit_code, 0) << result.output;
+    return rows(directory / name / "compensation-result/wheel-1.csv").at(0).back();
+  };
+  // Its own curve, of which 95 % are helped; 3 % for how the two tables sample it.
+  EXPECT_NEAR(passive_gain("measured", ""), 1 / 0.95, 0.03);
+  // The curve's least level is about 0.048 N·m, at 0.45 rad/s and in its dip.
+  const std::string model =
+      directory.write("strong.toml",
+                      "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.011\n[[effect]]\n"
+                      "type = \"coulomb\"\ntorque_Nm = 0.096\n");
+  const double strong = passive_gain("strong", "--compensator " + model);
+  EXPECT_LT(strong, 0.6);
+  EXPECT_NE(text_of(directory / "strong/report.html").find("is not passive"), std::string::npos);
+  EXPECT_NE(text_of(directory / "strong/compensation/experiment.toml").find(model), std::string::npos);
+  EXPECT_GT(passive_gain("weak", "--compensator coulomb --margin 0.1"), 1);
+  EXPECT_NE(text_of(directory / "weak/report.html").find("is passive: it supplies no energy"),
+            std::string::npos);
+  const CommandResult none = bench("compensation --compensator nosuch" + out("none"));
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_NE(none.output.find("nosuch is neither a file nor a law"), std::string::npos) << none.output;
+  // From 2 rad/s on, less than nothing is left of this friction.
+  const std::string driving =
+      directory.write("driving.toml",
+                      "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.011\n[[effect]]\ntype = "
+                      "\"coulomb\"\ntorque_Nm = 0.04\n"
+                      "[[effect]]\ntype = \"quadratic_drag\"\ncoefficient_Nm_s2_per_rad2 = -0.01\n");
+  const CommandResult drives = bench("compensation --compensator " + driving + out("none"));
+  EXPECT_EQ(drives.exit_code, 2);
+  EXPECT_NE(drives.output.find("drives the joint from 2 rad/s on"), std::string::npos) << drives.output;
+  EXPECT_FALSE(fs::exists(directory / "none"));
+}
+
 TEST_F(BenchCommand, AFaultExitsWithFourAndSaysWhyEvenWhenQuiet) {
   const CommandResult result =
       bench("steady-state --quiet --sets 6 --settle 1 --measure 1 --max-speed 3.7" + out("run"));

@@ -1,6 +1,7 @@
 // youbot-gap as a user meets it: a model and recordings in, a better model, a page and numbers out, refusals
 // in words.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -144,6 +145,12 @@ void expect_contract(const json& gap) {
   for (const json& rejected : gap.at("rejected")) {
     EXPECT_TRUE(rejected.at("type").is_string());
     expect_number(rejected.at("gap_after"), "gap_after");
+    // Without a reason one that leaves less of the gap than the result does would look forgotten.
+    const std::string reason = rejected.at("reason");
+    EXPECT_FALSE(reason.empty());
+    if (rejected.at("gap_after") < 0.98 * gap.at("gap").at("after").get<double>()) {
+      EXPECT_EQ(reason.find("takes away less than 2 %"), reason.npos) << rejected;
+    }
   }
   ASSERT_TRUE(gap.at("unexplained").is_array());
   for (const json& unexplained : gap.at("unexplained")) {
@@ -194,7 +201,6 @@ TEST_F(GapCommand, NamesTheMissingEffectInModelReportNumbersAndWords) {
 
 TEST_F(GapCommand, SaysNothingWhenQuietAndTakesItsOwnModelForTheNextRun) {
   const std::string data = write("a.csv", recording(1)) + " " + write("b.csv", recording(2));
-  write("out/gap.json", "older");
   ASSERT_EQ(explain("--quiet --seed 7 --data " + data), 0) << output_;
   EXPECT_EQ(output_, "");
   const json first = json::parse(text_of("out/gap.json"));
@@ -211,7 +217,8 @@ TEST_F(GapCommand, SaysNothingWhenQuietAndTakesItsOwnModelForTheNextRun) {
       << "what was left is what is there to explain";
 
   EXPECT_EQ(run(improved + " --out " + path("out")), 2);
-  EXPECT_TRUE(said("--out: would replace the model that is given")) << output_;
+  EXPECT_TRUE(said("out/model.toml is there already and is not replaced")) << output_;
+  EXPECT_EQ(json::parse(text_of("out/gap.json")), first);
 }
 
 TEST_F(GapCommand, RefusesMistakesOfTheCommandLine) {
@@ -229,8 +236,13 @@ TEST_F(GapCommand, RefusesMistakesOfTheCommandLine) {
   fs::create_directories(directory_ / "empty");
   EXPECT_EQ(explain("--data " + path("empty")), 2);
   EXPECT_TRUE(said("there is no .csv in " + path("empty"))) << output_;
-  EXPECT_EQ(run("--model " + base_ + " --data " + data + " --out " + base_), 2);
-  EXPECT_TRUE(said("--out: cannot make the directory")) << output_;
+  EXPECT_EQ(run("--model " + base_ + " --data " + data + " --out " + base_), 3);
+  EXPECT_TRUE(said("base.toml: cannot be the directory for the results")) << output_;
+  EXPECT_EQ(explain("--seed -1 --data " + data), 2);
+  EXPECT_TRUE(said("--seed")) << output_;
+  ASSERT_EQ(mkfifo(path("pipe.csv").c_str(), 0600), 0);
+  EXPECT_EQ(explain("--data " + path("pipe.csv")), 2);
+  EXPECT_TRUE(said("pipe.csv: is not a regular file")) << output_;
   EXPECT_FALSE(fs::exists(directory_ / "out" / "gap.json"));
   EXPECT_EQ(run("--help"), 0);
   EXPECT_TRUE(said("Exit codes: 0 ")) << output_;
@@ -266,7 +278,9 @@ TEST_F(GapCommand, SaysWhichExperimentIsMissing) {
   for (int i = 0; i < 20000; ++i) still << i * 1e-3 << ",0.001," << 0.001 + 1e-4 * (i % 7) << ",0\n";
   EXPECT_EQ(explain("--data " + write("still.csv", still.str())), 2) << output_;
   EXPECT_TRUE(said("staircase") || said("multisine")) << output_;
+  EXPECT_TRUE(said(path("still.csv") + ": no recording moves")) << output_;
   EXPECT_EQ(explain("--data " + write("short.csv", recording(1, "wheel-1", 0.05))), 2) << output_;
+  EXPECT_TRUE(said(path("short.csv") + ": has 13 rows")) << output_;
   std::ostringstream blind;
   blind << "# youbot recording v1\ntime_s,position_rad\n";
   for (int i = 0; i < 20000; ++i) blind << i * 1e-3 << ',' << std::sin(1e-3 * i) << '\n';

@@ -61,6 +61,20 @@ struct Youbotctl : testing::Test {
   std::filesystem::path config;
 };
 
+TEST_F(Youbotctl, EnablesNothingThatCannotBeRecorded) {
+  Process youbotd(daemon({"--record", folder / "runs"}));
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  folder.write("runs", "a file has taken its place");
+  const CommandResult refused = tell({"enable"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.output;
+  EXPECT_TRUE(refused.said("runs/run-1: cannot be the directory for the results")) << refused.output;
+  EXPECT_EQ(status()["enabled"], false);
+  EXPECT_EQ(status()["phase"], "off");
+  std::filesystem::remove(folder / "runs");
+  EXPECT_EQ(tell({"enable"}).exit_code, 0) << "and once it can, it does";
+  EXPECT_TRUE(std::filesystem::exists(folder / "runs/run-1/base.csv"));
+}
+
 TEST_F(Youbotctl, WhoSleptThroughTheEndOfHisRunDoesNotTakeTheNextForHis) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));

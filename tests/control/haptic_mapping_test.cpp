@@ -57,6 +57,11 @@ const TipPose kStart{.p_WT_m = {0.35, 0, 0.35}, .q_WT = about({0, 1, 0}, 2.1)};
 /// As if the tip were always where it should be.
 const TipPose& step(HapticMapping& mapping, const Grip& grip) { return mapping.step(grip, mapping.target()); }
 
+/// A little longer than a master of speeds has to be before it drives.
+void rest(HapticMapping& mapping) {
+  for (int n = 0; n < 210; ++n) step(mapping, at({0.004, 0, 0}));  // at rest, as far as it can be told
+}
+
 TEST(HapticMapping, TheTipGoesWhereTheOperatorsHandGoesAsHeSeesIt) {
   HapticMapping mapping(config_with(0.1));
   mapping.index(at(Vector3d::Zero()), kStart);
@@ -328,7 +333,7 @@ TEST(HapticMapping, NothingMovesByRateControlThatMayNotDrive) {
     HapticMapping mapping(config);
     mapping.index(at(Vector3d::Zero()), kStart);
     const Grip outside{.p_HD_m = {0, 0, -0.08}, .q_HD = about({1, 0, 0}, 0.6)};
-    mapping.step(at(Vector3d::Zero()), kStart, /*may_drive=*/false);
+    for (int n = 0; n < 210; ++n) mapping.step(at(Vector3d::Zero()), kStart, /*may_drive=*/false);
     for (int n = 0; n < 100; ++n) mapping.step(outside, kStart, /*may_drive=*/false);
     EXPECT_EQ(mapping.target().p_WT_m, kStart.p_WT_m);
     mapping.step(outside, kStart);
@@ -341,7 +346,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesTheTargetByItsDeflection) {
        {std::pair{0.004, 0.0}, std::pair{0.0275, 0.5}, std::pair{0.05, 1.0}, std::pair{0.2, 1.0}}) {
     HapticMapping mapping(rate_only());
     mapping.index(at({0.3, 0, 0}), kStart);
-    step(mapping, at(Vector3d::Zero()));
+    rest(mapping);
     for (int n = 0; n < 1000; ++n) step(mapping, at(deflection_m * Vector3d(-0.6, 0.8, 0)));
     EXPECT_LT((mapping.target().p_WT_m - kStart.p_WT_m - 0.1 * pace * Vector3d(0.6, -0.8, 0)).norm(), 1e-9)
         << deflection_m;
@@ -356,7 +361,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsTurnsTheTargetByItsTurn) {
     for (const Vector3d& axis_H : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, -1)}) {
       HapticMapping mapping(rate_only());
       mapping.index(at(Vector3d::Zero()), kStart);
-      step(mapping, at(Vector3d::Zero()));
+      rest(mapping);
       for (int n = 0; n < 1000; ++n) step(mapping, turned(about(axis_H, turn_rad)));
       const Vector3d axis_W(-axis_H.x(), -axis_H.y(), axis_H.z());
       EXPECT_LT(mapping.target().q_WT.angularDistance(about(axis_W, 0.2 * pace) * kStart.q_WT), 1e-7)
@@ -374,7 +379,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesNothingBeforeItWasAtRest) {
     EXPECT_EQ(mapping.target().p_WT_m, kStart.p_WT_m);
     EXPECT_EQ(mapping.target().q_WT.coeffs(), kStart.q_WT.coeffs());
     EXPECT_EQ(mapping.mode(), HapticMapping::Mode::kPosition);
-    step(mapping, at({0.004, 0, 0}));  // at rest, as far as it can be told
+    rest(mapping);
     for (int n = 0; n < 1000; ++n) step(mapping, held);
     const bool moved = (mapping.target().p_WT_m - kStart.p_WT_m).norm() > 0.09 ||
                        mapping.target().q_WT.angularDistance(kStart.q_WT) > 0.19;
@@ -387,12 +392,36 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesNothingBeforeItWasAtRest) {
   }
 }
 
+TEST(HapticMapping, AMasterThatTellsOnlySpeedsIsAtRestForAWhileInFreshSamplesBeforeItDrives) {
+  const Grip resting{}, pushed{.p_HD_m = {-0.05, 0, 0}};
+  struct Step {
+    Grip grip;
+    bool fresh;
+    int cycles;
+  };
+  const auto drives_after = [&](std::initializer_list<Step> steps) {
+    HapticMapping mapping(rate_only());
+    mapping.index(pushed, kStart);
+    for (const Step& each : steps)
+      for (int n = 0; n < each.cycles; ++n) mapping.step(each.grip, kStart, /*may_drive=*/true, each.fresh);
+    mapping.step(pushed, kStart);
+    return mapping.target().p_WT_m != kStart.p_WT_m;
+  };
+  EXPECT_FALSE(drives_after({{resting, true, 1}})) << "it has only passed its middle";
+  EXPECT_FALSE(drives_after({{resting, true, 195}}));
+  EXPECT_TRUE(drives_after({{resting, true, 205}}));
+  EXPECT_FALSE(drives_after({{resting, false, 5000}})) << "one sample, and old";
+  EXPECT_FALSE(drives_after({{resting, true, 150}, {pushed, true, 1}, {resting, true, 150}})) << "no rest";
+  EXPECT_FALSE(drives_after({{resting, true, 150}, {resting, false, 1}, {resting, true, 150}}))
+      << "nobody knows what it did";
+}
+
 TEST(HapticMapping, TheTurningTargetWaitsForATipThatIsALeashBehind) {
   HapticMapping::Config config = rate_only();
   config.turn_leash_rad = 0.15;
   HapticMapping mapping(config);
   mapping.index(at(Vector3d::Zero()), kStart);
-  mapping.step(at(Vector3d::Zero()), kStart);
+  rest(mapping);
   const Grip left = turned(about({0, 0, 1}, 0.5)), right = turned(about({0, 0, 1}, -0.5));
   const double step_rad = 0.2 * kPeriod_s;
   // More than half a turn, would it go on.

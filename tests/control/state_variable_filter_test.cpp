@@ -170,7 +170,7 @@ TEST(StateVariableFilter, ResetForgetsTheMotion) {
   EXPECT_NEAR(output.velocity, 0.0, 1e-9);
 }
 
-TEST(StateVariableFilter, AlongAStraightInputABridgedGapIsAsIfEachSampleHadCome) {
+TEST(StateVariableFilter, AlongAStraightInputAGapIsAsIfEachSampleHadCome) {
   for (const Config& config :
        {Config{}, Config{125, 1.0, 1e-3}, Config{1000, 10, 1e-3}, Config{40, 0.5, 1e-2}})
     for (const int periods : {2, 5, 50, 95}) {
@@ -185,8 +185,7 @@ TEST(StateVariableFilter, AlongAStraightInputABridgedGapIsAsIfEachSampleHadCome)
       }
       Output expected;
       for (int k = 5; k <= 4 + periods; ++k) expected = whole.step(input(k));
-      gapped.bridge(input(4 + periods), periods * config.period_s);
-      const Output output = gapped.step(input(4 + periods));
+      const Output output = gapped.step(input(4 + periods), periods * config.period_s);
       EXPECT_NEAR(output.position, expected.position, 1e-9);
       EXPECT_NEAR(output.velocity, expected.velocity, 1e-7);
       EXPECT_NEAR(gapped.step(input(5 + periods)).velocity, whole.step(input(5 + periods)).velocity, 1e-7);
@@ -199,8 +198,7 @@ TEST(StateVariableFilter, AGapHoweverLongShowsNoMoreThanItsMeanSpeed) {
       const Config config{125, zeta, 1e-3};
       StateVariableFilter filter(config);
       filter.reset(0);
-      filter.bridge(gap_s * 2.0, gap_s);
-      const double velocity = filter.step(gap_s * 2.0).velocity;
+      const double velocity = filter.step(gap_s * 2.0, gap_s).velocity;
       EXPECT_TRUE(std::isfinite(velocity)) << zeta << ", " << gap_s;
       if (zeta >= 1) {
         EXPECT_LE(velocity, 2.0 + 1e-6) << zeta << ", " << gap_s;
@@ -211,10 +209,30 @@ TEST(StateVariableFilter, AGapHoweverLongShowsNoMoreThanItsMeanSpeed) {
     }
 }
 
-TEST(StateVariableFilter, NothingIsBridgedBeforeTheFirstSample) {
+TEST(StateVariableFilter, BeforeTheFirstSampleThereIsNoGap) {
   StateVariableFilter filter{Config{}};
-  filter.bridge(5.0, 0.05);
-  EXPECT_EQ(filter.step(7.0).velocity, 0.0);
+  EXPECT_EQ(filter.step(5.0, 0.05).velocity, 0.0);
+  StateVariableFilter held{Config{}};
+  EXPECT_EQ(held.step(5.0, 0.0).position, 5.0) << "there is nothing else to hold";
+}
+
+TEST(StateVariableFilter, ASampleThatIsNoNewOneTakesNoTime) {
+  StateVariableFilter heard{Config{}}, lossy{Config{}};
+  const auto input = [](int k) { return 0.018 * k; };
+  Output known = lossy.step(input(0));
+  for (int k = 0, newest = 0; k <= 100; ++k) {
+    const Output expected = heard.step(input(k));
+    if (k % 4 != 0) {
+      const Output output = lossy.step(input(newest), 0.0);
+      EXPECT_EQ(output.position, known.position);
+      EXPECT_EQ(output.velocity, known.velocity);
+      EXPECT_EQ(output.acceleration, known.acceleration);
+    } else {
+      known = lossy.step(input(k), (k - newest) * 1e-3);
+      newest = k;
+      EXPECT_NEAR(known.velocity, expected.velocity, 1e-9) << "three of four lost, and it looks no slower";
+    }
+  }
 }
 
 TEST(StateVariableFilter, IsLinear) {

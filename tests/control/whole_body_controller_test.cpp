@@ -115,6 +115,21 @@ TEST(WholeBodyController, StaticTorquesDoTheWorkOfTheTipsWrenchAndCarryTheWeight
   EXPECT_FALSE(output.protecting);
 }
 
+TEST(WholeBodyController, ASampleThatIsNoNewOneChangesNothingThatIsKnownAndIsNotSummedUp) {
+  Robot robot(bare());
+  robot.drive({0.1, 0, 0.3});
+  const TipSetpoint setpoint = robot.off_by({0.01, 0, 0.01}, {0, 0.1, 0});
+  const ArmVector known_Nm = robot.controller.settle(setpoint, kStiff, true).arm_torque_Nm;
+  const ChainVector velocity = robot.controller.state().velocity;
+  ASSERT_GT(velocity.norm(), 0.3);
+  for (int n = 0; n < 10; ++n) {
+    EXPECT_EQ(robot.controller.sense(robot.wheels_rad, robot.arm_rad, 0.0).velocity, velocity);
+    EXPECT_TRUE(robot.controller.settle(setpoint, kStiff, true).arm_torque_Nm.isApprox(known_Nm, 1e-12));
+  }
+  robot.controller.sense(robot.wheels_rad, robot.arm_rad);
+  EXPECT_FALSE(robot.controller.settle(setpoint, kStiff, true).arm_torque_Nm.isApprox(known_Nm, 1e-6));
+}
+
 TEST(WholeBodyController, TellsWhereTheTipIsAndHowItMoves) {
   Robot robot(bare());
   EXPECT_NEAR(robot.controller.state().velocity.norm(), 0, 1e-6);

@@ -92,8 +92,12 @@ TEST_F(FileFormats, EveryEffectIsThereWithItsParameters) {
 
 TEST_F(FileFormats, EveryKeyOfGapJsonIsThere) {
   const std::string text = document();
-  const nlohmann::json json = nlohmann::json::parse(youbot_gap::gap_json({}));
+  youbot_gap::Findings findings;
+  findings.result.rejected.push_back({"backlash", 0.1, "no better than chance"});
+  const nlohmann::json json = nlohmann::json::parse(youbot_gap::gap_json(findings));
   EXPECT_GT(json.size(), 10U);
+  for (const auto& [key, value] : json["rejected"].at(0).items())
+    EXPECT_TRUE(says(row_of(text, "rejected"), "`" + key + "`")) << key;
   for (const auto& [key, value] : json.items())
     EXPECT_TRUE(says(text, "`" + key + "`") || says(text, "\"" + key + "\"")) << key;
 }

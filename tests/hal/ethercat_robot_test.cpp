@@ -589,6 +589,48 @@ TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
 
 // ---- simulations in lock-step ----
 
+/// An interface that takes its time, before it has sent and until it has fetched.
+class SlowLink final : public drivers::ethercat::Link {
+ public:
+  SlowLink(std::unique_ptr<drivers::ethercat::Link> link, VirtualClock& clock)
+      : link_(std::move(link)), clock_(clock) {}
+  bool send(std::span<const std::uint8_t> frame) noexcept override {
+    clock_.sleep_until(clock_.now() + 300us);
+    sent_at = clock_.now();
+    return link_->send(frame);
+  }
+  std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override {
+    clock_.sleep_until(clock_.now() + 400us);
+    return link_->receive(buffer, timeout);
+  }
+  int last_error() const noexcept override { return link_->last_error(); }
+  const std::string& name() const noexcept override { return link_->name(); }
+  std::chrono::nanoseconds sent_at{};
+
+ private:
+  std::unique_ptr<drivers::ethercat::Link> link_;
+  VirtualClock& clock_;
+};
+
+TEST(EthercatRobot, ASamplesStampIsWhenItsFrameHadBeenSent) {
+  Rig rig;
+  const SlowLink* link = nullptr;
+  rig.robot = make_ethercat_robot(
+      [&]() -> std::unique_ptr<drivers::ethercat::Link> {
+        auto slow = std::make_unique<SlowLink>(
+            std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), rig.clock);
+        link = slow.get();
+        return slow;
+      },
+      {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms);
+  rig.robot->activate();
+  rig.enable();
+  for (int n = 0; n < 10; ++n) {
+    ASSERT_TRUE(rig.step().ok());
+    EXPECT_EQ(rig.sample.stamp, link->sent_at);
+  }
+}
+
 TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
   Rig rig(Rig::options(EthercatOptions::Kind::kBase),
           {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
@@ -640,11 +682,14 @@ class Forsaken final : public drivers::ethercat::Link {
  public:
   struct State {
     bool gone = false;
+    int gone_after = -1;  // that many frames; none: it is not
     int sent_since = 0;
   };
   Forsaken(std::unique_ptr<drivers::ethercat::Link> link, State& state)
       : link_(std::move(link)), state_(state) {}
   bool send(std::span<const std::uint8_t> frame) noexcept override {
+    state_.gone = state_.gone || state_.gone_after == 0;
+    if (state_.gone_after > 0) --state_.gone_after;
     if (!state_.gone) return link_->send(frame);
     ++state_.sent_since;
     return true;
@@ -689,6 +734,39 @@ TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
   rig.robot->activate();
   rig.enable();
   EXPECT_TRUE(rig.status.ok());
+}
+
+/// A simulation in lock-step that goes away; `frames` of the way out are still answered.
+int sent_to_the_dead(bool gripper_moves, int frames) {
+  constexpr auto kKind = EthercatOptions::Kind::kArm;
+  sim::bus::YoubotBusOptions bus = Rig::options(kKind);
+  bus.lock_step = true;
+  Rig rig(bus, {.kind = kKind, .lock_step = true});
+  Forsaken::State simulation;
+  rig.robot = make_ethercat_robot(
+      [&]() -> std::unique_ptr<drivers::ethercat::Link> {
+        return std::make_unique<Forsaken>(
+            std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), simulation);
+      },
+      {.kind = kKind, .lock_step = true}, rig.clock, 1ms);
+  rig.robot->activate();
+  rig.enable();
+  if (gripper_moves) {
+    rig.command.grippers[0] = {.move = true, .opening_m = 0.0};
+    rig.run(200ms);
+    EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kMoving);
+  }
+  simulation.gone_after = frames;
+  rig.robot->deactivate();
+  return simulation.sent_since;
+}
+
+TEST(EthercatRobot, InLockStepASimulationThatGoesWhileItIsLeftIsWaitedForOnce) {
+  for (const int frames : {0, 1, 2, 3})
+    EXPECT_EQ(sent_to_the_dead(/*gripper_moves=*/false, frames), 1) << frames;
+  // The gripper is stopped first, in cycles; then the slaves would be taken down.
+  for (const int frames : {0, 1, 2, 3})
+    EXPECT_EQ(sent_to_the_dead(/*gripper_moves=*/true, frames), 1) << frames;
 }
 
 TEST(EthercatRobot, InLockStepNoOtherPeriodWillDo) {

@@ -221,7 +221,7 @@ TEST(StickSlip, ASoftSpringMakesTheSimulatedWheelSlipAndAStiffOneDoesNot) {
 
 TEST(Compensation, TheWheelSwingsLongerWithItThanWithout) {
   Rig rig;
-  Compensation experiment({.duration_s = 20}, control::friction::wheel_table(1), kPeriod_s);
+  Compensation experiment({.duration_s = 20}, control::friction::wheel_table(1), 0.8, kPeriod_s);
   const std::vector<double> without = rig.run(experiment, 0);
   const std::vector<double> with = rig.run(experiment, 1);
   EXPECT_EQ(without[0], 0.0);
@@ -229,6 +229,7 @@ TEST(Compensation, TheWheelSwingsLongerWithItThanWithout) {
   EXPECT_GE(without[1], 2);
   EXPECT_GT(with[1], 3 * without[1]);
   EXPECT_GT(without[2], 0.1);  // the push went forward
+  EXPECT_EQ(with[4], 0.8) << "as it was given";
 }
 
 TEST(Experiments, DoNotAllocateOrLockInTheCycle) {
@@ -241,8 +242,8 @@ TEST(Experiments, DoNotAllocateOrLockInTheCycle) {
   all.push_back(std::make_unique<TorqueWave>(MultisineConfig{}, kPeriod_s));
   all.push_back(std::make_unique<TorqueWave>(PreslidingConfig{}, kPeriod_s));
   all.push_back(std::make_unique<StickSlip>(StickSlipConfig{}));
-  all.push_back(
-      std::make_unique<Compensation>(CompensationConfig{}, control::friction::wheel_table(1), kPeriod_s));
+  all.push_back(std::make_unique<Compensation>(CompensationConfig{}, control::friction::wheel_table(1), 1.0,
+                                               kPeriod_s));
   all.push_back(std::make_unique<Staircase>(StaircaseConfig{}));
   std::vector<double> result(kMaxResults);
   const support::NoAllocGuard guard;

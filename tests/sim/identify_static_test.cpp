@@ -320,6 +320,33 @@ TEST(ModelChoice, ADipAtMediumSpeedDoesNotTurnTheStribeckPeakIntoAHollow) {
   }
 }
 
+TEST(ModelChoice, ChoosesByTheFigureThatIsReportedAndNoLawThatDrives) {
+  // Table 3's first set ends at 0.5 rad/s. A parabola with a negative viscous term would predict these points
+  // well; bounded as the law is, it does not.
+  for (int wheel = 1; wheel <= 4; ++wheel) {
+    StaticMap map{"wheel", {}};
+    for (const double speed : sim::experiments::velocities_rad_per_s("1"))
+      map.points.push_back({speed, control::friction::wheel_curve_Nm(wheel, speed), 5e-5});
+    const auto choice = choose_model(map, {.repetitions = 199, .top_speed_rad_per_s = 12});
+    const StaticFit fit = fit_static(map, choice.form, {.left_out = choice.outliers});
+    EXPECT_EQ(sim::identify::driving_velocity_rad_per_s(fit, 12), std::nullopt) << wheel;
+    EXPECT_LE(fit.leave_one_out_percent, fit_static(map, kCoulombViscous).leave_one_out_percent) << wheel;
+    // Only where it is no chance that a term predicts better.
+    if (wheel == 1) {
+      EXPECT_LT(fit.leave_one_out_percent, fit_static(map, {.law = "kfm"}).leave_one_out_percent);
+    }
+    for (const auto& step : choice.steps)
+      if (step.added) {
+        EXPECT_LT(step.held_out_after_percent, step.held_out_before_percent) << wheel;
+      }
+    ASSERT_FALSE(choice.steps.empty());
+    const auto& last = choice.steps.back();
+    EXPECT_NEAR(last.added ? last.held_out_after_percent : last.held_out_before_percent,
+                fit.leave_one_out_percent, 0.01)
+        << wheel;
+  }
+}
+
 TEST(ModelChoice, AssumesNothingOfAMapThatIsTooSmall) {
   const auto choice = choose_model(measured({}, {0.1, 1.0}, 1e-4, 1));
   EXPECT_EQ(choice.terms.size(), 2u);

@@ -1,5 +1,6 @@
 // A drive model in the compensator: torques against the formulas of the effects, worked out by hand.
 #include "sim/effects/resistance.h"
+#include "sim/effects/dissipation.h"
 
 #include <gtest/gtest.h>
 
@@ -67,6 +68,25 @@ TEST(Resistance, BreakAwayIsStribecksStaticTorqueAndTheDipLowersItsBand) {
       "midspeed_dip", {{"depth_Nm", 0.02}, {"centre_rad_per_s", 2}, {"width_rad_per_s", 0.5}})}));
   EXPECT_NEAR(help_Nm(dip, 2, 0, kCommand_Nm), 0.05 + 0.02 - 0.02, 1e-4);
   EXPECT_NEAR(help_Nm(dip, -2.5, 0, kCommand_Nm), -(0.05 + 0.025 - 0.02 / std::numbers::e), 1e-4);
+}
+
+TEST(Dissipation, EndsWhereTheEffectsTogetherWouldDrive) {
+  EXPECT_EQ(sim::effects::driving_velocity_rad_per_s(with({}), 100), std::nullopt);
+  // 0.05 + 0.01·v − 0.003·v² is zero at (0.01 + √0.0007)/0.006 rad/s.
+  const DriveModel bent = with({make_effect("quadratic_drag", {{"coefficient_Nm_s2_per_rad2", -0.003}})});
+  EXPECT_NEAR(sim::effects::driving_velocity_rad_per_s(bent, 12).value_or(0), 6.076, 0.01);
+  EXPECT_EQ(sim::effects::driving_velocity_rad_per_s(bent, 6.07), std::nullopt);
+  // Backwards only: 0.05 − 0.02 + (0.01 − 0.015)·|v|.
+  const DriveModel uneven =
+      with({make_effect("direction_asymmetry", {{"coulomb_Nm", 0.02}, {"viscous_Nm_s_per_rad", 0.015}})});
+  EXPECT_NEAR(sim::effects::driving_velocity_rad_per_s(uneven, 12).value_or(0), -6, 0.01);
+  // Warm: 0.05 − 0.08. An offset is a load and no friction.
+  const DriveModel drifting =
+      with({make_effect("thermal_drift", {{"coulomb_change_Nm", -0.08}, {"time_constant_s", 30}})});
+  EXPECT_NEAR(sim::effects::driving_velocity_rad_per_s(drifting, 12).value_or(0), 0, 0.01);
+  EXPECT_EQ(sim::effects::driving_velocity_rad_per_s(
+                with({make_effect("torque_offset", {{"torque_Nm", 0.2}})}), 12),
+            std::nullopt);
 }
 
 TEST(Resistance, TorqueByPositionIsCarriedAtRestAndInMotionWhateverTheDirection) {

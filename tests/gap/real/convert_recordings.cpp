@@ -3,27 +3,25 @@
 // with --held-out DIR_OUT/NAME/held_out where there is one.
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
 #include <filesystem>
 
+#include "apps/common/exit_code.h"
+#include "apps/common/run_app.h"
 #include "tests/gap/real/converted_drive.h"
 
 int main(int argc, char** argv) {
-  CLI::App app("Converts the published recordings of tests/data to recordings and base models.");
+  CLI::App app("Converts the published recordings of tests/data to recordings and base models.",
+               "convert_recordings");
   std::filesystem::path from;
   std::filesystem::path to;
   app.add_option("DIR_IN", from, "tests/data")->required()->check(CLI::ExistingDirectory);
   app.add_option("DIR_OUT", to, "one directory for each drive is made in it")->required();
-  CLI11_PARSE(app, argc, argv);
-  try {
+  return apps::run_app(app, argc, argv, [&] {
     for (const auto& drive : real_recordings::converted_drives(from)) {
       real_recordings::write_drive(drive, to / drive.base.name);
       std::printf("%s: %zu recordings, %zu held out\n", (to / drive.base.name).c_str(), drive.data.size(),
                   drive.held_out.size());
     }
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "convert_recordings: %s\n", error.what());
-    return 2;
-  }
-  return 0;
+    return apps::kExitOk;
+  });
 }

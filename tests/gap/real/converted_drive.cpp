@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "apps/common/drive_model_file.h"
+#include "apps/common/output_directory.h"
 #include "apps/common/recording_file.h"
 
 namespace real_recordings {
@@ -39,13 +40,13 @@ std::vector<ConvertedDrive> converted_drives(const fs::path& data) {
 }
 
 void write_drive(const ConvertedDrive& drive, const fs::path& directory) {
-  fs::create_directories(directory / "data");
+  apps::make_output_directory(directory / "data");
   std::ofstream model(directory / "base.toml", std::ios::binary);
   model << apps::drive_model_text(drive.base, drive.remarks);
   if (!model.flush()) throw std::runtime_error((directory / "base.toml").string() + ": cannot be written");
   for (const ConvertedRecording& converted : drive.data)
     write_recording(converted.recording, directory / "data" / converted.file);
-  if (!drive.held_out.empty()) fs::create_directories(directory / "held_out");
+  if (!drive.held_out.empty()) apps::make_output_directory(directory / "held_out");
   for (const ConvertedRecording& converted : drive.held_out)
     write_recording(converted.recording, directory / "held_out" / converted.file);
 }

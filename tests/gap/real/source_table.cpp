@@ -1,6 +1,7 @@
 #include "tests/gap/real/source_table.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <stdexcept>
 
@@ -32,6 +33,7 @@ SourceTable::SourceTable(const std::filesystem::path& path) : path_(path.string(
                                std::to_string(rows_.back().size()) + " fields, not " +
                                std::to_string(names_.size()));
   }
+  if (rows_.size() < 2) throw std::runtime_error(path_ + ": ends before its second row of values");
 }
 
 std::vector<std::string> SourceTable::words(std::string_view name) const {
@@ -48,14 +50,16 @@ std::vector<double> SourceTable::column(std::string_view name) const {
   std::vector<double> values;
   for (const std::string& word : words(name)) {
     std::size_t used = 0;
+    double value = 0;
     try {
-      values.push_back(std::stod(word, &used));
+      value = std::stod(word, &used);
     } catch (const std::logic_error&) {
       used = std::string::npos;
     }
-    if (used != word.size())
-      throw std::runtime_error(path_ + ":" + std::to_string(values.size() + 1) + ": '" + word +
+    if (used != word.size() || !std::isfinite(value))
+      throw std::runtime_error(path_ + ":" + std::to_string(values.size() + 2) + ": '" + word +
                                "' is no number");
+    values.push_back(value);
   }
   return values;
 }

@@ -1,0 +1,114 @@
+// Every option of every program that takes a number refuses what is none: "nan" lies in every range that is
+// checked from its ends.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/support/run_command.h"
+
+namespace {
+
+using support::run_command;
+
+struct NumberOption {
+  std::string name;  // "--duration"
+  int count;         // of numbers that belong together
+};
+
+/// From the help, which names the type of each option: FLOAT:0 to 20, [FLOAT,FLOAT,FLOAT]:-1 to 1.
+std::vector<NumberOption> number_options(const std::string& command) {
+  std::istringstream help(run_command(command + " --help").output);
+  const std::regex option(R"(^\s+(?:-\w,)?(--[a-z-]+) (\[?(?:FLOAT|INT|UINT)[,A-Z]*).*)");
+  std::vector<NumberOption> found;
+  std::smatch parts;
+  for (std::string line; std::getline(help, line);)
+    if (std::regex_match(line, parts, option)) {
+      const std::string type = parts[2];
+      found.push_back({parts[1], 1 + static_cast<int>(std::ranges::count(type, ','))});
+    }
+  return found;
+}
+
+/// The commands of a program, from its help; none where it has none.
+std::vector<std::string> subcommands(const std::string& program) {
+  std::istringstream help(run_command(program + " --help").output);
+  const std::regex command(R"(^  ([a-z-]+)(?: .*)?$)");
+  std::vector<std::string> found;
+  bool listed = false;
+  std::smatch parts;
+  for (std::string line; std::getline(help, line);) {
+    if (line.starts_with("Subcommands:")) listed = true;
+    if (listed && std::regex_match(line, parts, command)) found.push_back(parts[1]);
+  }
+  return found;
+}
+
+class NumberOptions : public testing::TestWithParam<const char*> {};
+
+TEST_P(NumberOptions, AreFiniteAndWithinBounds) {
+  const std::string program = GetParam();
+  std::vector<std::string> commands{program};
+  for (const std::string& name : subcommands(program)) commands.push_back(program + " " + name);
+  for (const std::string& command : commands)
+    for (const NumberOption& option : number_options(command))
+      for (const std::string wrong : {"nan", "inf", "-inf", "1e300"}) {
+        std::string given = " " + option.name + "=" + wrong;
+        for (int i = 1; i < option.count; ++i) given += " 0";
+        const support::CommandResult result = run_command(command + given);
+        EXPECT_EQ(result.exit_code, 2) << command << given << "\n" << result.output;
+        EXPECT_TRUE(result.said(option.name) && result.said(wrong)) << command << given << "\n"
+                                                                    << result.output;
+      }
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, NumberOptions,
+                         testing::Values(YOUBOT_BENCH_BINARY, YOUBOT_GAP_BINARY, YOUBOT_SIM_BINARY,
+                                         YOUBOTD_BINARY, YOUBOTCTL_BINARY));
+
+TEST(NumberOptionsOfTheBench, AreSeenByTheTestAndShowTheirDefaults) {
+  const std::string bench = YOUBOT_BENCH_BINARY;
+  EXPECT_GE(subcommands(bench).size(), 19U);
+  std::set<std::string> names;
+  for (const NumberOption& option : number_options(bench + " steady-state")) names.insert(option.name);
+  for (const char* name : {"--settle", "--max-speed", "--noise-seed", "--hidden-effect"})
+    EXPECT_TRUE(names.contains(name)) << name;
+  EXPECT_EQ(number_options(bench + " haptic-hold").size(), 4U);
+  EXPECT_EQ(number_options(bench + " transparency").size(), 7U);
+  EXPECT_EQ(number_options(bench + " curve").size(), 4U);
+  EXPECT_TRUE(run_command(bench + " haptic-hold --help").said("=200\n"));
+  EXPECT_TRUE(run_command(bench + " diagnose --help").said("=10\n"));
+  EXPECT_TRUE(run_command(bench + " transparency --help").said("position-error,none"));
+  const support::CommandResult identify = run_command(bench + " identify --help");
+  EXPECT_TRUE(identify.said("=auto") && identify.said("elasto_plastic")) << identify.output;
+  EXPECT_FALSE(run_command(bench + " improve --help").said("->"));
+}
+
+TEST(UnknownCommand, IsNamedWithThoseThereAre) {
+  for (const std::string program : {YOUBOT_BENCH_BINARY, YOUBOTCTL_BINARY}) {
+    const support::CommandResult result = run_command(program + " nosuch --out x");
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_TRUE(result.said("'nosuch'")) << result.output;
+    for (const std::string& name : subcommands(program)) EXPECT_TRUE(result.said(name)) << result.output;
+  }
+  EXPECT_FALSE(run_command(YOUBOT_BENCH_BINARY " --quiet").said("no command '--quiet'"));
+  const support::CommandResult none = run_command(YOUBOT_BENCH_BINARY);
+  EXPECT_EQ(none.exit_code, 2);
+  EXPECT_TRUE(none.said("subcommand is required")) << none.output;
+}
+
+TEST(CurveCommand, RemarksOnWhatWasNotMeasuredUnlessItIsToBeQuiet) {
+  const std::string command = YOUBOT_BENCH_BINARY " curve --wheel 1 --from 0 --to 20 --step 10";
+  const support::CommandResult told = run_command(command);
+  EXPECT_TRUE(told.said("nothing was measured beyond")) << told.output;
+  const support::CommandResult quiet = run_command(command + " --quiet");
+  EXPECT_EQ(quiet.exit_code, 0);
+  EXPECT_TRUE(quiet.output.starts_with("velocity_rad_per_s,torque_Nm\n0,")) << quiet.output;
+  EXPECT_FALSE(quiet.said("nothing was measured")) << quiet.output;
+}
+
+}  // namespace

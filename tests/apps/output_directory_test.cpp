@@ -1,0 +1,94 @@
+// Where results go: tried before the work, one message, one exit code, nothing replaced.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "apps/common/output_directory.h"
+#include "hal/setup_error.h"
+#include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+
+TEST(OutputDirectory, IsMadeWithThoseItIsInAndTellsWhichWereMissing) {
+  const support::TemporaryDirectory folder;
+  const fs::path deep = folder / "a/b";
+  EXPECT_EQ(apps::make_output_directory(deep), (std::vector<fs::path>{folder / "a", deep}));
+  EXPECT_TRUE(fs::is_directory(deep));
+  EXPECT_TRUE(apps::make_output_directory(deep).empty());
+}
+
+TEST(OutputDirectory, ThatCannotBeMadeLeavesNothingBehind) {
+  const support::TemporaryDirectory folder;
+  const fs::path file = folder.write("file", "x");
+  for (const fs::path& path :
+       {file, file / "below", folder / std::string(300, 'x'), folder / "new" / std::string(300, 'x')})
+    EXPECT_THROW(apps::make_output_directory(path), hal::SetupError) << path;
+  EXPECT_FALSE(fs::exists(folder / "new"));
+}
+
+TEST(OutputDirectory, ThatCannotBeMadeIsToldWithTheFirstCause) {
+  const support::TemporaryDirectory folder;
+  fs::create_symlink(folder / "missing", folder / "link");
+  try {
+    apps::make_output_directory(folder / "link/below");
+    FAIL();
+  } catch (const hal::SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find("File exists"), std::string::npos) << error.what();
+  }
+}
+
+TEST(OutputDirectory, IsTriedWithAFileAsRightsAloneMayLie) {
+  const support::TemporaryDirectory folder;
+  EXPECT_EQ(apps::why_not_writable(folder.path()), "");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  // Root has every right there, and nobody can make a file.
+  EXPECT_THROW(apps::make_output_directory("/proc"), hal::SetupError);
+}
+
+TEST(OutputDirectory, ThatIsOnlyTriedIsTakenAwayAgain) {
+  const support::TemporaryDirectory folder;
+  apps::try_output_directory(folder / "a/b");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+  apps::try_output_directory(folder.path());
+  EXPECT_TRUE(fs::exists(folder.path())) << "it was there before";
+  EXPECT_THROW(apps::try_output_directory(folder.write("file", "x")), hal::SetupError);
+}
+
+TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
+  const support::TemporaryDirectory folder;
+  const fs::path file = folder.write("file", "x");
+  for (const std::string command :
+       {"transparency --quiet", "haptic-hold --quiet --virtual-time --duration 1",
+        "steady-state --quiet --sets 9 --joint wheel-1", "improve --quiet --hidden-effect 1"}) {
+    const auto result =
+        support::run_command(YOUBOT_BENCH_BINARY " " + command + " --out " + (file / "below").string());
+    EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
+    EXPECT_TRUE(result.said("cannot be the directory for the results")) << result.output;
+  }
+}
+
+TEST(OutputDirectory, IsRefusedByYoubotdBeforeItLooksForARobot) {
+  const support::TemporaryDirectory folder;
+  const fs::path file = folder.write("file", "x");
+  const std::string app = YOUBOT_SOURCE_DIR "/apps/youbotd/";
+  for (const std::string& command :
+       {"--config " + app + "demo.toml", "--config " + app + "demo.toml --demo",
+        "--config " + app + "teleop.toml",
+        "--config " + app + "demo.toml --control " + (folder / "socket").string()})
+    for (const fs::path& directory : {file, file / "below", fs::path("/proc")}) {
+      const auto result =
+          support::run_command(YOUBOTD_BINARY " --quiet --allow-non-rt --robot ethercat:nosuch " + command +
+                               " --record " + directory.string());
+      EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
+      EXPECT_TRUE(result.said(directory.string()) && result.said(": cannot be the directory for the results"))
+          << command << "\n"
+          << result.output;
+      EXPECT_FALSE(result.said("nosuch")) << result.output;
+    }
+}
+
+}  // namespace

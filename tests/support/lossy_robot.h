@@ -1,0 +1,37 @@
+/// @file
+/// A robot whose bus loses answers and bridges them with the sample it has, as hal::Robot says of fresh
+/// values.
+#pragma once
+#include <functional>
+
+#include "hal/robot.h"
+
+namespace support {
+
+class LossyRobot final : public hal::Robot {
+ public:
+  explicit LossyRobot(hal::Robot& robot) : robot_(robot) {}
+  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
+  void activate() override { robot_.activate(); }
+  void deactivate() noexcept override { robot_.deactivate(); }
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    hal::RobotSample unheard;
+    const bool lost = loses && loses(count_++);
+    const hal::CycleStatus status = robot_.exchange(command, lost ? unheard : sample);
+    if (lost) sample.enabled = unheard.enabled;
+    return status;
+  }
+  /// Whether it does in its nth cycle. None: it does not.
+  std::function<bool(int n)> loses;
+
+  /// All but one of so many.
+  static std::function<bool(int n)> all_but_one_of(int frames) {
+    return [frames](int n) { return n % frames != frames - 1; };
+  }
+
+ private:
+  hal::Robot& robot_;
+  int count_ = 0;
+};
+
+}  // namespace support
