@@ -37,12 +37,6 @@ tmcl::YoubotKind kind_of(EthercatOptions::Kind kind) noexcept {
   return tmcl::YoubotKind::kBase;
 }
 
-std::string name_of(const tmcl::YoubotBoard& board) {
-  const std::string number = std::to_string(board.index + 1);
-  if (board.kind == tmcl::BoardKind::kWheel) return "wheel-" + number;
-  return (board.arm == 0 ? "arm-" : "arm2-") + number;
-}
-
 /// Sets its stall detection up as the official driver does. What is wrong with it, empty when nothing is.
 std::string find_gripper(tmcl::Transport& transport, tmcl::Clock& clock) {
   try {
@@ -109,7 +103,7 @@ class EthercatRobot final : public Robot {
       if (board.kind == tmcl::BoardKind::kPower) continue;
       const AxisData& axis = axis_of(board);
       joints_.push_back(
-          {name_of(board), DriveUnits(axis, false).torque_limit_Nm(), axis.speed_limit_rad_per_s});
+          {joint_name(board), DriveUnits(axis, false).torque_limit_Nm(), axis.speed_limit_rad_per_s});
       settings_.push_back(settings_of(options, joints_.back().name));
     }
     for (const EthercatOptions::Parameter& each : options.parameters)
@@ -136,7 +130,7 @@ class EthercatRobot final : public Robot {
   void prepare() noexcept;
   void switch_off(bool by_operator) noexcept;
   void stop_grippers() noexcept;
-  void copy_state();
+  void copy_state() noexcept;
   const RobotState& newest_state() const noexcept;
 
   OpenLink open_link_;
@@ -307,7 +301,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 }
 
 /// Cycle, after the first time: everything has its size by then.
-void EthercatRobot::copy_state() {
+void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());

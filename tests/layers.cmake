@@ -6,9 +6,10 @@ cmake_minimum_required(VERSION 3.25)
 # Pattern of the including file, pattern of what it may include. The first match counts.
 set(plain_values "hal/(plant|joint|hand_plant)\\.h$|drivers/.*(_wire|/frame|/registers|/lock_step|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port)\\.h$")
 set(rules
-  "^drivers/ethercat/"  "^drivers/(ethercat/|latency_histogram\\.h)"
+  "^drivers/[^/]+$"     "^drivers/[^/]+$"
+  "^drivers/ethercat/"  "^drivers/(ethercat/|interface_lock\\.h|latency_histogram\\.h)"
   "^drivers/tmcl/"      "^drivers/"
-  "^drivers/can/"       "^drivers/(can/|setup_error\\.h)"
+  "^drivers/can/"       "^drivers/(can/|interface_lock\\.h|setup_error\\.h)"
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/setup_error\\.h)"
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"

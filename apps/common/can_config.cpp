@@ -19,11 +19,29 @@ std::optional<hal::AxisData> axis_of(const std::string& joint) {
   return std::nullopt;
 }
 
+/// Never negative. False when there is one that was refused.
 template <typename Number>
-void read_integer(TomlTable& table, std::string_view key, Number& value, const NumberRules& rules) {
-  int number = static_cast<int>(value);
+bool read_integer(TomlTable& table, std::string_view key, Number& value, const NumberRules& rules) {
+  int number = -1;
   table.integer(key, number, rules);
+  if (number < 0) return !table.has(key);
   value = static_cast<Number>(number);
+  return true;
+}
+
+/// One for requests, one for replies.
+void read_identifiers(TomlTable& table, hal::CanOptions& options) {
+  constexpr NumberRules kElevenBits{.min = 1, .max = 0x7FF};
+  const hal::CanOptions defaults = options;
+  const bool module_read = read_integer(table, "module_id", options.module_id, kElevenBits);
+  const bool reply_read = read_integer(table, "reply_id", options.reply_id, kElevenBits);
+  if (!module_read || !reply_read || options.module_id != options.reply_id) return;
+  const bool reply_given = table.has("reply_id");
+  table.refuse(reply_given ? "reply_id" : "module_id",
+               fmt::format("= {} is 'can.{}', too: requests and replies need one each; without the keys they "
+                           "are {} and {}",
+                           options.reply_id, reply_given ? "module_id" : "reply_id", defaults.module_id,
+                           defaults.reply_id));
 }
 
 }  // namespace
@@ -34,11 +52,7 @@ void read_can(TomlTable& table, hal::CanOptions& options) {
     options.axis = *axis;
   else
     table.refuse("joint", "= '" + options.joint_name + "' is none of wheel-1 to wheel-4 and arm-1 to arm-5");
-  constexpr double kLargestId = 0x7FF;  // of 11 bits
-  read_integer(table, "module_id", options.module_id, {.min = 1, .max = kLargestId});
-  read_integer(table, "reply_id", options.reply_id, {.min = 1, .max = kLargestId});
-  if (options.module_id == options.reply_id)
-    table.refuse("reply_id", "is 'can.module_id', too: requests and replies need one each");
+  read_identifiers(table, options);
   read_integer(table, "motor", options.motor, {.min = 0, .max = 5});
   read_integer(table, "bitrate_bit_per_s", options.bitrate_bit_per_s, {.min = 0, .max = 1e6});
   read_integer(table, "requests_per_cycle", options.requests_per_cycle,

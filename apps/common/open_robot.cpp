@@ -1,7 +1,6 @@
 #include "apps/common/open_robot.h"
 
 #include <stdexcept>
-#include <string_view>
 #include <vector>
 
 #include "apps/common/wire_robot.h"
@@ -44,9 +43,6 @@ sim::BaseParameters with_youbot_wheels(sim::BaseParameters parameters) {
   parameters.drive.sensors.torque_resolution_Nm = scale.torque_resolution_Nm();
   return parameters;
 }
-
-constexpr std::string_view kEthercatPrefix = "ethercat:";
-constexpr std::string_view kCanPrefix = "can:";
 
 bool names_interface(const std::string& name, std::string_view prefix) {
   return name.starts_with(prefix) && name.size() > prefix.size();

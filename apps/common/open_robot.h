@@ -4,6 +4,7 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "control/planar.h"
 #include "drivers/ethercat/pcap_ring.h"
@@ -39,6 +40,10 @@ struct OpenedRobot {
   /// ground.
   const control::PlanarPose* truth = nullptr;
 };
+
+/// What names of robots on an interface begin with.
+inline constexpr std::string_view kEthercatPrefix = "ethercat:";
+inline constexpr std::string_view kCanPrefix = "can:";
 
 /// - `loopback`: the simulated base behind the HAL; with an arm on it where `ethercat.kind` is base+arm.
 /// - `wire`: the same behind emulated motor controllers, through every byte of the EtherCAT master. Its arm

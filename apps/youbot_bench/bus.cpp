@@ -1,7 +1,6 @@
 #include "apps/youbot_bench/bus.h"
 
 #include <stdexcept>
-#include <string_view>
 
 #include "apps/common/open_robot.h"
 #include "drivers/ethercat/raw_socket_link.h"
@@ -26,7 +25,6 @@ class EmulatedClock final : public hal::Clock {
 }  // namespace
 
 Bus open_bus(const std::string& robot) {
-  constexpr std::string_view kEthercat = "ethercat:";
   apps::check_robot_name(robot);
   if (robot == "wire") {
     Bus bus;
@@ -36,14 +34,14 @@ Bus open_bus(const std::string& robot) {
     bus.clock = std::make_unique<EmulatedClock>(*bus.emulation);
     return bus;
   }
-  if (!robot.starts_with(kEthercat))
+  if (!robot.starts_with(apps::kEthercatPrefix))
     throw std::invalid_argument("--robot: this command needs an EtherCAT bus, wire or ethercat:IFACE, and " +
                                 robot + " has none");
   using drivers::ethercat::RawSocketLink;
-  return {
-      .emulation = nullptr,
-      .link = std::make_unique<RawSocketLink>(robot.substr(kEthercat.size()), RawSocketLink::Wait::kBlock),
-      .clock = std::make_unique<hal::SteadyClock>()};
+  return {.emulation = nullptr,
+          .link = std::make_unique<RawSocketLink>(robot.substr(apps::kEthercatPrefix.size()),
+                                                  RawSocketLink::Wait::kBlock),
+          .clock = std::make_unique<hal::SteadyClock>()};
 }
 
 }  // namespace youbot_bench

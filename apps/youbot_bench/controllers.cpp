@@ -8,20 +8,9 @@
 #include "drivers/tmcl/mailbox_transport.h"
 
 namespace youbot_bench {
-namespace {
 
 namespace ethercat = drivers::ethercat;
 namespace tmcl = drivers::tmcl;
-
-/// As hal::make_ethercat_robot() calls it.
-std::string joint_of(const tmcl::YoubotBoard& board) {
-  const char* const limb = board.kind == tmcl::BoardKind::kWheel ? "wheel-"
-                           : board.arm == 0                      ? "arm-"
-                                                                 : "arm2-";
-  return limb + std::to_string(board.index + 1);
-}
-
-}  // namespace
 
 std::optional<tmcl::YoubotKind> complete_youbot(const std::vector<ethercat::Slave>& slaves,
                                                 const std::string& interface) {
@@ -46,7 +35,7 @@ std::vector<Controller> controllers_of(ethercat::PreOpBus& bus, const std::strin
     if (!slave.mailbox_fits || slave.outputs.bytes == 0) continue;  // a power board
     controllers.push_back({.number = slave.position,
                            .name = slave.sii.name,
-                           .joint = kind ? joint_of(boards[i]) : "slave-" + std::to_string(slave.position),
+                           .joint = kind ? joint_name(boards[i]) : "slave-" + std::to_string(slave.position),
                            .transport = std::make_unique<tmcl::SetupMailboxTransport>(bus, i)});
   }
   return controllers;

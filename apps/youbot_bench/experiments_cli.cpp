@@ -513,4 +513,9 @@ int ExperimentCommands::run() {
   return apps::kExitUsage;
 }
 
+void leave_to_experiments(apps::TomlTable& root) {
+  for (const char* key : {"experiment", "parameters"}) root.ignore(key);
+  CommonConfig().visit([&root](const Parameter& parameter, const auto&) { root.ignore(parameter.key); });
+}
+
 }  // namespace youbot_bench

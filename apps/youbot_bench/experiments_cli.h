@@ -8,6 +8,10 @@ namespace CLI {  // NOLINT(readability-identifier-naming): the library calls its
 class App;
 }
 
+namespace apps {
+class TomlTable;
+}  // namespace apps
+
 namespace youbot_bench {
 
 class ExperimentCommand;
@@ -34,5 +38,8 @@ class ExperimentCommands {
  private:
   std::vector<std::unique_ptr<ExperimentCommand>> commands_;
 };
+
+/// `root` may be an experiment.toml; what it has of an experiment is none of the caller's business.
+void leave_to_experiments(apps::TomlTable& root);
 
 }  // namespace youbot_bench

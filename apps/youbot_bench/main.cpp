@@ -77,7 +77,7 @@ int main(int argc, char** argv) {
                    "ethercat:IFACE, can:IFACE, or wire: an emulated base with an arm; loopback has none")
       ->required();
   parameters_command->add_option("--config", parameters.config,
-                                 "TOML file whose [can] says what is on can:IFACE");
+                                 "TOML file whose [can] says what is on can:IFACE, an experiment.toml too");
   parameters_command
       ->add_option("--joint", parameters.joints,
                    "wheel-1, arm-5, …; slave-2 on a bus that is no complete youBot; none: all")

@@ -53,7 +53,7 @@ FrameSocket::FrameSocket(const std::string& interface)
     address.sll_family = AF_PACKET;
     address.sll_protocol = htons(drivers::ethercat::kEtherType);
     address.sll_ifindex = prepare(socket_, interface);
-    lock_.emplace(interface, address.sll_ifindex, drivers::ethercat::InterfaceLock::End::kSlaves);
+    lock_.emplace(interface, address.sll_ifindex, drivers::InterfaceLock::End::kEthercatSlaves);
     // A hint: receive() drops copies of our own frames too.
     const int on = 1;
     setsockopt(socket_, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);

@@ -8,7 +8,7 @@
 #include <span>
 #include <string>
 
-#include "drivers/ethercat/interface_lock.h"
+#include "drivers/interface_lock.h"
 
 namespace youbot_sim {
 
@@ -17,7 +17,7 @@ namespace youbot_sim {
 class FrameSocket {
  public:
   /// @throws std::runtime_error saying what to do: no such interface, interface down, no permission;
-  ///         drivers::ethercat::InterfaceInUse.
+  ///         drivers::InterfaceInUse.
   explicit FrameSocket(const std::string& interface);
   ~FrameSocket();
   FrameSocket(const FrameSocket&) = delete;
@@ -28,7 +28,7 @@ class FrameSocket {
   bool send(std::span<const std::uint8_t> frame) noexcept;
 
  private:
-  std::optional<drivers::ethercat::InterfaceLock> lock_;
+  std::optional<drivers::InterfaceLock> lock_;
   int socket_ = -1;
 };
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <memory>
-#include <string_view>
 
 #include "apps/common/open_haptic.h"
 #include "apps/common/open_robot.h"
@@ -26,8 +25,6 @@ namespace {
 
 using Mark = Finding::Mark;
 
-constexpr std::string_view kEthercat = "ethercat:";
-
 /// Makes what a run is made of; nothing of it is opened before it is activated.
 Finding check_configuration(const Config& config, bool virtual_time) {
   const std::unique_ptr<hal::Clock> clock = apps::make_clock(virtual_time);
@@ -49,7 +46,7 @@ Finding check_configuration(const Config& config, bool virtual_time) {
 }
 
 void check_real_time(const Config& config, const CheckOptions& options, Findings& findings) {
-  const bool on_bus = config.robot.name.starts_with(kEthercat);
+  const bool on_bus = config.robot.name.starts_with(apps::kEthercatPrefix);
   const Mark refused = options.allow_non_real_time ? Mark::kWarn : Mark::kFail;
   findings.push_back(check_kernel(options.paths));
   findings.push_back(check_clock_source(options.paths));
@@ -89,8 +86,8 @@ const char* mark_text(Mark mark) {
 Findings check(const Config& config, const CheckOptions& options) {
   Findings findings{check_configuration(config, options.virtual_time)};
   if (!options.virtual_time) check_real_time(config, options, findings);
-  if (config.robot.name.starts_with(kEthercat))
-    check_bus(config.robot.name.substr(kEthercat.size()), options, findings);
+  if (config.robot.name.starts_with(apps::kEthercatPrefix))
+    check_bus(config.robot.name.substr(apps::kEthercatPrefix.size()), options, findings);
   if (config.teleoperated)
     for (Finding& finding : check_master(config.haptic, options.paths))
       findings.push_back(std::move(finding));

@@ -10,11 +10,12 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <stdexcept>
 #include <system_error>
 
 #include "apps/youbotd/check_rights.h"
-#include "drivers/ethercat/bus_error.h"
 #include "drivers/ethercat/raw_socket_link.h"
+#include "drivers/interface_lock.h"
 #include "drivers/usb/usb_devices.h"
 
 namespace youbotd {
@@ -101,10 +102,10 @@ Finding check_raw_socket(const std::string& interface) {
   using drivers::ethercat::RawSocketLink;
   try {
     const RawSocketLink link(interface, RawSocketLink::Wait::kBlock);
-  } catch (const drivers::ethercat::InterfaceInUse& error) {
+  } catch (const drivers::InterfaceInUse& error) {
     return {Mark::kFail, std::string("raw socket: ") + error.what(),
             "end that program; a service: sudo systemctl stop youbotd"};
-  } catch (const drivers::ethercat::BusError& error) {
+  } catch (const std::runtime_error& error) {
     return {Mark::kFail, std::string("raw socket: ") + error.what(), how_to_give_rights()};
   }
   return {Mark::kOk, "raw socket: opens on " + interface};

@@ -24,6 +24,7 @@
 #include "apps/youbotd/control_server.h"
 #include "apps/youbotd/served_loop.h"
 #include "apps/youbotd/teleop_run.h"
+#include "apps/youbotd/trouble_log.h"
 #include "apps/youbotd/velocity_source.h"
 
 namespace youbotd {
@@ -35,7 +36,7 @@ using std::chrono::steady_clock;
 /// How often orders are repeated and news looked at: well within ServedLoop::kSilence.
 constexpr std::chrono::milliseconds kBeat{50};
 /// Tables that are read when robot and master are opened. The rest is read anew for each run.
-constexpr std::array<std::string_view, 6> kOpenedOnce{"robot",  "loop",       "ethercat",
+constexpr std::array<std::string_view, 7> kOpenedOnce{"robot",  "loop",       "ethercat", "can",
                                                       "haptic", "simulation", "scene"};
 
 /// A request that is refused, with the reason for who asked.
@@ -109,8 +110,9 @@ class Service final : public ControlServer::Listener {
   std::optional<Peer> commander_;       // while it is
   std::string fault_;                   // that ended the last run
   std::filesystem::path fault_report_;
-  std::vector<std::string> fault_robot_report_;  // what the robot said of it
-  std::vector<std::string> trouble_;             // hal::Robot::trouble(), as the log knows it
+  std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated
+  std::vector<std::string> trouble_;             // hal::Robot::trouble()
+  TroubleLog trouble_log_;
   std::uint64_t cycles_reported_ = 0;
   steady_clock::time_point reported_{};
 };
@@ -179,15 +181,10 @@ void Service::give_orders() {
 }
 
 void Service::watch_robot() {
-  const std::vector<std::string> trouble = robot_.robot->trouble();
-  for (const std::string& line : trouble)
-    if (std::ranges::find(trouble_, line) == trouble_.end()) spdlog::warn("robot: {}", line);
-  for (const std::string& line : trouble_) {
-    const std::string device = line.substr(0, line.find(": ") + 1);
-    const auto concerns = [&device](const std::string& other) { return other.starts_with(device); };
-    if (std::ranges::none_of(trouble, concerns)) spdlog::info("robot: {} works again", device);
-  }
-  trouble_ = trouble;
+  trouble_ = robot_.robot->trouble();
+  const TroubleLog::News news = trouble_log_.update(trouble_);
+  for (const std::string& line : news.trouble) spdlog::warn("robot: {}", line);
+  for (const std::string& device : news.works_again) spdlog::info("robot: {}: works again", device);
 }
 
 void Service::give_orders_and_hear() {

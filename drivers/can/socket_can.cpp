@@ -105,6 +105,9 @@ SocketCan::SocketCan(const SocketCanOptions& options) : SocketCan(open_socket(op
     throw open_error(OpenStep::kBitrate, 0, options, *bitrate);
   }
 
+  // Replies do not say to whose request they are.
+  lock_.emplace(name_, index, InterfaceLock::End::kCanMaster);
+
   // Exactly this identifier: no extended ones, no remote requests. Error frames have a filter of their own.
   const can_filter filter{options.receive_id & CAN_SFF_MASK, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
   const can_err_mask_t errors = CAN_ERR_MASK;
@@ -123,12 +126,14 @@ SocketCan::SocketCan(int socket, std::string name) noexcept : socket_(socket), n
 SocketCan::SocketCan(SocketCan&& other) noexcept
     : socket_(std::exchange(other.socket_, -1)),
       name_(std::move(other.name_)),
+      lock_(std::move(other.lock_)),
       bus_error_(other.bus_error_),
       last_error_(other.last_error_) {}
 
 SocketCan& SocketCan::operator=(SocketCan&& other) noexcept {
   std::swap(socket_, other.socket_);
   std::swap(name_, other.name_);
+  std::swap(lock_, other.lock_);
   std::swap(bus_error_, other.bus_error_);
   std::swap(last_error_, other.last_error_);
   return *this;

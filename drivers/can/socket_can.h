@@ -5,9 +5,11 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "drivers/can/bus_error.h"
+#include "drivers/interface_lock.h"
 #include "drivers/setup_error.h"
 
 namespace drivers::can {
@@ -26,11 +28,12 @@ enum class Received : std::uint8_t {
   kFailed,    ///< see SocketCan::last_error()
 };
 
-/// Owns a socket. One thread. send() and receive() neither allocate nor throw.
+/// Owns a socket, and has its interface among our programs for itself. One thread. send() and receive()
+/// neither allocate nor throw.
 class SocketCan {
  public:
   /// Setup. @throws SetupError saying what to do: no CAN in the kernel, no such interface, not a CAN
-  /// interface, down, other bit rate, no permission.
+  /// interface, down, other bit rate, no permission; InterfaceInUse.
   explicit SocketCan(const SocketCanOptions& options);
   /// Takes over a socket that carries can_frame messages: a test's socketpair (SOCK_SEQPACKET).
   SocketCan(int socket, std::string name) noexcept;
@@ -60,6 +63,7 @@ class SocketCan {
 
   int socket_ = -1;
   std::string name_;
+  std::optional<InterfaceLock> lock_;  // none for a test's socketpair
   BusError bus_error_;
   int last_error_ = 0;
 };

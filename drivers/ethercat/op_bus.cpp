@@ -266,9 +266,7 @@ void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) 
       station.found = counter != 0 && load_le<std::uint16_t>(datagram.data.data()) == 0;
       break;
     case Purpose::kAddress:
-      if (counter == 0) break;
-      station.identified = false;
-      restart(station);
+      if (counter != 0) restart(station);
       break;
     case Purpose::kErrorCounters: diagnostics_.answer(datagram); break;
     case Purpose::kClock: (void)clocks_->answer(datagram); break;
@@ -283,14 +281,14 @@ void OpBus::take_probe(Station& station, const Datagram& datagram) noexcept {
   station.health.al_error = (datagram.data[0] & reg::kAlError) != 0;
   station.health.al_code = load_le<std::uint16_t>(&datagram.data[4]);
   if (station.health.condition != SlaveCondition::kLost) return;
-  if (station.identified)
+  if (station.configured)
     station.health.condition = SlaveCondition::kStopped;
   else
     restart(station);
 }
 
 void OpBus::restart(Station& station) noexcept {
-  station.found = false;
+  station.configured = station.found = false;
   station.silent_cycles = 0;
   station.mailbox.restart();
   station.health.condition = SlaveCondition::kRestarting;
@@ -329,7 +327,6 @@ void OpBus::update_conditions() noexcept {
         break;
       case SlaveCondition::kRestarting:
         if (station.setup.status() == SlaveSetup::Status::kDone) {
-          station.identified = true;
           health.condition = SlaveCondition::kNeedsParameters;
           health.state = AlState::kPreOp;  // the probe may be older
           health.al_error = false;
@@ -406,6 +403,7 @@ void OpBus::resume(std::size_t i) noexcept {
   SlaveHealth& health = station.health;
   if (health.condition != SlaveCondition::kStopped && health.condition != SlaveCondition::kNeedsParameters)
     return;
+  station.configured = true;
   const auto run = [&](const std::vector<SetupStep>& steps) {
     health.condition = SlaveCondition::kResuming;
     station.setup.begin(station.info.station, steps, options_.step_timeout);
@@ -423,7 +421,7 @@ std::string OpBus::failure(std::size_t i) const {
   return setup.status() == SlaveSetup::Status::kFailed ? setup.failure() : std::string();
 }
 
-void OpBus::copy_state(BusState& state) const {
+void OpBus::copy_state(BusState& state) const noexcept {
   state.frames = counters();
   state.counts = diagnostics_.counts();
   state.health.resize(slaves_.size());

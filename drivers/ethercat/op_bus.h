@@ -118,7 +118,7 @@ class OpBus {
   const std::optional<DistributedClocks>& clocks() const noexcept { return clocks_; }
 
   /// Cycle, once `state` has been through here.
-  void copy_state(BusState& state) const;
+  void copy_state(BusState& state) const noexcept;
   // Setup, and beside the cycle: `state` in words.
   /// Slaves that do not work now, one a line, with what to check; those that have not started yet are none.
   std::vector<std::string> trouble(const BusState& state) const;
@@ -160,7 +160,7 @@ class OpBus {
     bool asked = false;      // for its state, in this frame
     bool probed = false;     // and it answered
     bool found = false;      // something without address answers at its place
-    bool identified = true;  // whatever has its address is the right device
+    bool configured = true;  // what has its address is the right device, with all it was given
   };
 
   void build_frame(std::chrono::nanoseconds now) noexcept;

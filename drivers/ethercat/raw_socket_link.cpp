@@ -54,7 +54,7 @@ RawSocketLink::RawSocketLink(const std::string& interface, Wait wait) : interfac
     fail(interface, "read the interface's flags", errno);
   if ((request.ifr_flags & IFF_UP) == 0)
     throw BusError(interface, "open", "the interface is down; 'ip link set " + interface + " up'");
-  lock_.emplace(interface, index, InterfaceLock::End::kMaster);
+  lock_.emplace(interface, index, InterfaceLock::End::kEthercatMaster);
 
   // Frames of our own come back as outgoing copies otherwise; and a queueing discipline only delays them.
   // Both are hints: an older kernel without them works too, receive() drops outgoing copies itself.

@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "drivers/ethercat/interface_lock.h"
 #include "drivers/ethercat/link.h"
+#include "drivers/interface_lock.h"
 
 namespace drivers::ethercat {
 

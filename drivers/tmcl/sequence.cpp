@@ -38,7 +38,7 @@ const char* advice(SequenceFault fault) noexcept {
   switch (fault) {
     case SequenceFault::kNone:
     case SequenceFault::kCancelled: return "nothing to do";
-    case SequenceFault::kMailboxFailed: return "see the completion; check that nobody else uses the mailbox";
+    case SequenceFault::kMailboxFailed: return "try again; power-cycle the drive if it stays";
     case SequenceFault::kTimeoutFlag: return "keep process data flowing, then clear the flag explicitly";
     case SequenceFault::kI2tFlag: return "let the motor cool, then clear the flag explicitly";
     case SequenceFault::kDriveError: return "read the status flags";

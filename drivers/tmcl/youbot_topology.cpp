@@ -1,7 +1,6 @@
 #include "drivers/tmcl/youbot_topology.h"
 
 #include <array>
-#include <string>
 
 namespace drivers::tmcl {
 namespace {
@@ -35,6 +34,11 @@ ethercat::ExpectedSlave expected(const YoubotBoard& board) {
 }
 
 }  // namespace
+
+std::string joint_name(const YoubotBoard& board) {
+  const char* const limb = board.kind == BoardKind::kWheel ? "wheel-" : board.arm == 0 ? "arm-" : "arm2-";
+  return limb + std::to_string(board.index + 1);
+}
 
 std::vector<YoubotBoard> youbot_boards(YoubotKind kind) {
   std::vector<YoubotBoard> boards;

@@ -2,6 +2,7 @@
 /// What stands where on a youBot's bus (official driver's configuration, KU Leuven driver).
 #pragma once
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "drivers/ethercat/bus_scan.h"
@@ -17,6 +18,9 @@ struct YoubotBoard {
   int arm = 0;    ///< 0 or 1; -1: the base's power board
   int index = 0;  ///< wheel 0 … 3, joint 0 … 4
 };
+
+/// What a wheel's or arm joint's board turns: "wheel-1", "arm-1", of a second arm "arm2-1".
+std::string joint_name(const YoubotBoard& board);
 
 /// In bus order, power boards included.
 std::vector<YoubotBoard> youbot_boards(YoubotKind kind);

@@ -57,10 +57,25 @@ TEST_F(BusConfig, WhatNoModuleCanBeIsRefusedWithItsLine) {
             (std::vector<std::string>{
                 "lab.toml:2: 'can.joint' = 'elbow' is none of wheel-1 to wheel-4 and arm-1 to arm-5",
                 "lab.toml:3: 'can.module_id' is 2048, allowed is 1 to 2047",
-                "lab.toml:4: 'can.reply_id' is 'can.module_id', too: requests and replies need one each",
                 "lab.toml:5: 'can.requests_per_cycle' is 6, allowed is 1 to 5",
                 "lab.toml:6: 'can.bitrate_bit_per_s' is 2000000, allowed is 0 to 1000000",
                 "lab.toml:7: unknown key 'can.modul_id': did you mean 'module_id'?"}));
+}
+
+TEST_F(BusConfig, OneIdentifierForRequestsAndRepliesIsRefusedWithTheDefaults) {
+  const auto refused = [](const std::string& where) {
+    return std::vector<std::string>{
+        "lab.toml:" + where + ", too: requests and replies need one each; without the keys they are 1 and 2"};
+  };
+  EXPECT_EQ(problems("[can]\nmodule_id = 2\n"), refused("2: 'can.module_id' = 2 is 'can.reply_id'"));
+  EXPECT_EQ(problems("[can]\njoint = \"arm-1\"\nreply_id = 1\n"),
+            refused("3: 'can.reply_id' = 1 is 'can.module_id'"));
+  EXPECT_EQ(problems("[can]\nmodule_id = 7\nreply_id = 7\n"),
+            refused("3: 'can.reply_id' = 7 is 'can.module_id'"));
+  EXPECT_EQ(problems("[can]\nmodule_id = 3000\nreply_id = 1\n"),
+            std::vector<std::string>{"lab.toml:2: 'can.module_id' is 3000, allowed is 1 to 2047"});
+  EXPECT_EQ(problems("[can]\nmodule_id = 2\nreply_id = 0\n"),
+            std::vector<std::string>{"lab.toml:3: 'can.reply_id' is 0, allowed is 1 to 2047"});
 }
 
 TEST_F(BusConfig, ABridgeLongerThanTheDrivesWatchdogSaysHowLongItIs) {

@@ -2,6 +2,7 @@
 // master on the other. Conditions are waited for, never timed.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -153,7 +154,9 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
   support::Process master(
       {YOUBOTD_BINARY, "--allow-non-rt", "--config", config, "--control", directory / "control"});
   ASSERT_TRUE(master.wait_for("waiting for commands"));
-  const std::string holder = "youbotd (process " + std::to_string(master.pid()) + ")";
+  const std::string refusal =
+      "veth-c: lock the interface: expected no other master on this bus, found youbotd (process " +
+      std::to_string(master.pid()) + ")";
   for (const std::string& second :
        {daemon, daemon + " --check", std::string(YOUBOT_BENCH_BINARY " scan --robot ethercat:veth-c"),
         std::string(YOUBOT_BENCH_BINARY " diagnose --duration 0.1 --robot ethercat:veth-c")}) {
@@ -161,12 +164,15 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
     const support::CommandResult result =
         support::run_command("ip netns exec " + namespaces.control_namespace() + " " + second);
     EXPECT_EQ(result.exit_code, 3) << result.output;
-    EXPECT_TRUE(result.said("veth-c: lock the interface: " + holder)) << result.output;
+    EXPECT_TRUE(result.said(refusal)) << result.output;
   }
   const support::CommandResult twice = support::run_command("ip netns exec " + namespaces.sim_namespace() +
                                                             " " YOUBOT_SIM_BINARY " --interface veth-s");
   EXPECT_EQ(twice.exit_code, 3);
-  EXPECT_TRUE(twice.said("veth-s: lock the interface: youbot-sim (process ")) << twice.output;
+  EXPECT_TRUE(
+      twice.said("veth-s: lock the interface: expected nobody who answers for slaves on it, found "
+                 "youbot-sim (process "))
+      << twice.output;
 
   master.signal(SIGKILL);
   (void)master.finish();
@@ -178,9 +184,10 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
 /// A served base on veth-c, and who asks it.
 struct ServedBase {
   ServedBase()
-      : config(directory.write("config.toml",
-                               "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
-                               "[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n")),
+      : config(directory.write(
+            "config.toml",
+            "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+            "frame_timeout_s = 0.001\n[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n")),
         daemon({YOUBOTD_BINARY, "--allow-non-rt", "--config", config, "--control", directory / "control"}) {}
 
   support::CommandResult tell(const std::string& words) const {
@@ -215,8 +222,16 @@ TEST(EthercatOverVeth, ServedItSaysWhichSlaveFailedAndWhatToCheck) {
   // Unless this machine lost frames before, which is another fault.
   EXPECT_TRUE(base.daemon.wait_for(std::string("robot: ") + kWheelIsGone));
   EXPECT_EQ(base.tell("enable").exit_code, 4);
-  const nlohmann::json status = base.status();
-  EXPECT_EQ(status["robot_trouble"], nlohmann::json({kWheelIsGone})) << status.dump(2);
+  // On a busy machine others lose frames too: they are in trouble for a moment, and what failed meanwhile
+  // stays.
+  nlohmann::json status = base.status();
+  const auto names_the_wheel = [&status] {
+    const nlohmann::json& trouble = status["robot_trouble"];
+    return std::find(trouble.begin(), trouble.end(), kWheelIsGone) != trouble.end() &&
+           status["robot_state"].get<std::string>().starts_with("wheel-4: ");
+  };
+  for (int tries = 0; tries < 200 && !names_the_wheel(); ++tries) status = base.status();
+  EXPECT_TRUE(names_the_wheel()) << status.dump(2);
   EXPECT_EQ(status["robot_state"], "wheel-4: some devices on the bus did not answer") << status.dump(2);
   EXPECT_NE(status["fault_robot_report"].dump().find(kWheelIsGone), std::string::npos) << status.dump(2);
   EXPECT_TRUE(base.daemon.wait_for(std::string("robot says: ") + kWheelIsGone));

@@ -643,6 +643,12 @@ TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
   EXPECT_EQ(text_of(directory / "b/staircase/experiment.toml"), effective);
   EXPECT_EQ(text_of(directory / "b/staircase/wheel-1.csv"), text_of(directory / "a/staircase/wheel-1.csv"));
   EXPECT_EQ(bench("staircase --quiet --resume " + (directory / "a").string()).exit_code, 0);
+  // Of both `parameters` takes what is on the CAN bus, which alone it lacks here.
+  for (const fs::path& file : {directory / "a/staircase/experiment.toml", fs::path(config)}) {
+    const CommandResult parameters = bench("parameters --robot can:nosuch0 --config " + file.string());
+    EXPECT_EQ(parameters.exit_code, 3) << parameters.output;
+    EXPECT_NE(parameters.output.find("nosuch0"), std::string::npos) << parameters.output;
+  }
 
   directory.write("lab.toml",
                   "[ethercat]\ntolerated_cycles = 101\nbusy = true\n[[ethercat.parameter]]\n"
@@ -652,6 +658,8 @@ TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
   for (const char* problem :
        {"lab.toml:2: ", "unknown key 'ethercat.busy'", "no_such", "unknown key 'loops'"})
     EXPECT_NE(refused.output.find(problem), std::string::npos) << problem << "\nin\n" << refused.output;
+  EXPECT_NE(bench("parameters --robot can:nosuch0 --config " + config).output.find("unknown key 'loops'"),
+            std::string::npos);
   EXPECT_EQ(bench("staircase --kind table" + out("c")).exit_code, 2);
   EXPECT_FALSE(fs::exists(directory / "c"));
 }

@@ -126,6 +126,23 @@ TEST_F(ParametersOfABase, NothingIsWrittenWhileAMotorTurnsAndAllIsWhenItStands) 
   EXPECT_EQ(acceleration(0), 1500);
 }
 
+// What a drive calls halted is slower than its parameter 9, and a blocked wheel.
+TEST_F(ParametersOfABase, NothingIsWrittenWhileAMotorIsToTurnHoweverSlowly) {
+  robot.set_on_ground(false);
+  command(1, Command::kSetAxisParameter, 15, 1);
+  robot.advance(1s);
+  command(1, Command::kRotateRight, 0, 3);
+  robot.advance(1s);
+  const std::string told = refused();
+  EXPECT_TRUE(contains(told, "wheel-2: check that it is off: it is to turn at 3 rpm")) << told;
+  EXPECT_EQ(acceleration(0), 2000);
+
+  command(1, Command::kMotorStop, 0, 0);
+  robot.advance(1s);
+  EXPECT_EQ(refused(), "");
+  EXPECT_EQ(acceleration(0), 1500);
+}
+
 TEST_F(ParametersOfABase, NothingIsWrittenToADriveThatHoldsItsPlaceSinceItsMasterIsGone) {
   {
     ethercat::PreOpBus setup(link, nullptr, {});
@@ -249,6 +266,10 @@ TEST(YoubotBenchBus, ParametersAreSetOfJointsThatAreNamed) {
   const CommandResult which = bench("parameters --robot wire --set motor_acceleration=1500");
   EXPECT_EQ(which.exit_code, 2) << which.output;
   EXPECT_TRUE(which.said("--set: of which --joint? There are wheel-1, ")) << which.output;
+  const CommandResult twice = bench(
+      "parameters --robot wire --joint wheel-1 --set motor_acceleration=1500 --set motor_acceleration=1600");
+  EXPECT_EQ(twice.exit_code, 2) << twice.output;
+  EXPECT_TRUE(twice.said("--set: 'motor_acceleration' is given twice")) << twice.output;
   const CommandResult none = bench("parameters --robot wire --joint elbow");
   EXPECT_EQ(none.exit_code, 2) << none.output;
   EXPECT_TRUE(none.said("--joint: there is no 'elbow', but wheel-1, ")) << none.output;

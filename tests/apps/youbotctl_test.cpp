@@ -234,6 +234,7 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
   EXPECT_TRUE(says(refusal({"set", "limits.force_N", "ten"}), "limits.force_N"));
   EXPECT_TRUE(says(refusal({"set", "robot", "\"wire\""}), "read once"));
   EXPECT_TRUE(says(refusal({"set", "loop.period_s", "0.002"}), "read once"));
+  EXPECT_TRUE(says(refusal({"set", "can.module_id", "5"}), "read once"));
   EXPECT_TRUE(says(refusal({"set", "velocity", "0.1", "0", "0"}), "not enabled in the mode velocity"));
   EXPECT_TRUE(says(refusal({"mode", "teleoperation"}), "path, velocity"));
   EXPECT_TRUE(status()["settings"].empty()) << "what was refused is not kept";

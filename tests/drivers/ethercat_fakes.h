@@ -43,7 +43,7 @@ template <typename Action>
 std::string error_of(Action&& action) {
   try {
     action();
-  } catch (const BusError& error) {
+  } catch (const std::runtime_error& error) {
     return error.what();
   }
   return {};

@@ -213,10 +213,9 @@ TEST_P(RawSocket, WithoutPermissionItSaysWhatToDo) {
 TEST_P(RawSocket, ASecondMasterIsRefusedUntilTheFirstHasEnded) {
   std::optional<RawSocketLink> first(std::in_place, near_, GetParam());
   const RawSocketLink other_end(far_, GetParam());
-  const std::string refusal = near_ + ": lock the interface: test_drivers (process " +
-                              std::to_string(getpid()) +
-                              ") is the master of this bus already, and two would disturb each other; end "
-                              "that one first";
+  const std::string refusal =
+      near_ + ": lock the interface: expected no other master on this bus, found test_drivers (process " +
+      std::to_string(getpid()) + "); two would disturb each other: end that one first";
   for (int attempt = 0; attempt < 20; ++attempt)
     EXPECT_EQ(error_of([&] { RawSocketLink(near_, GetParam()); }), refusal);
   first.reset();

@@ -10,6 +10,7 @@
 
 #include <cerrno>
 #include <chrono>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -17,6 +18,7 @@
 
 #include "drivers/can/interface_bitrate.h"
 #include "drivers/can/socket_can.h"
+#include "drivers/interface_lock.h"
 #include "drivers/tmcl/can_transport.h"
 #include "drivers/tmcl/client.h"
 #include "hal/can_robot.h"
@@ -188,6 +190,28 @@ TEST(CanInKernel, OtherInterfacesAreRefused) {
   } catch (const drivers::SetupError& error) {
     EXPECT_EQ(error.report().found, "another kind of network interface");
   }
+}
+
+TEST(CanInKernel, ASecondProgramOfOursIsRefusedUntilTheFirstHasEnded) {
+  std::optional<SocketCan> first(std::in_place, SocketCanOptions{.interface = kInterface});
+  std::optional<SocketCan> moved(std::move(*first));
+  first.reset();
+  hal::SteadyClock clock;
+  const auto robot = hal::make_can_robot(kInterface, {}, clock, 10ms);
+  try {
+    robot->activate();
+    ADD_FAILURE() << "it would take the other's replies for its joint's position";
+  } catch (const hal::SetupError& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("vcan0: lock the interface: expected no other master on this bus, found guest_tests "
+                        "(process " +
+                        std::to_string(::getpid()) + ")"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_THROW(SocketCan({.interface = kInterface}), drivers::InterfaceInUse);
+  moved.reset();
+  EXPECT_NO_THROW(SocketCan({.interface = kInterface}));
 }
 
 TEST(CanInKernel, VirtualInterfaceHasNoBitRate) {

@@ -475,6 +475,37 @@ TEST(EthercatRobot, ASlaveThatFallsBackWhileItWaitsForItsParametersIsConfiguredA
   EXPECT_EQ(rig.emulation.board(1).parameters()[11], 4321);
 }
 
+// Wherever in its way back the loss falls, above all between two of its parameters; and whether its memory
+// went again or was kept.
+TEST(EthercatRobot, ADriveThatIsLostAgainOnItsWayBackGetsItsParametersAllTheSame) {
+  for (const bool loses_power : {false, true})
+    for (auto after = 5ms; after <= 40ms; after += 1ms) {
+      const std::string when =
+          std::to_string(after.count()) + " ms after its return" + (loses_power ? ", without power" : "");
+      Rig rig(Rig::options(EthercatOptions::Kind::kBase),
+              {.kind = EthercatOptions::Kind::kBase,
+               .parameters = {{"wheel-4", "motor_acceleration", 1500}, {"wheel-4", "velocity_pid1_p", 777}}});
+      const auto lose = [&](bool power, std::chrono::milliseconds duration) {
+        sim::bus::EmulatedBus& bus = rig.emulation.bus();
+        power ? bus.set_power(4, false) : bus.set_cable(0, false);
+        rig.run(duration);
+        power ? bus.set_power(4, true) : bus.set_cable(0, true);
+      };
+      rig.robot->activate();
+      rig.run(50ms);
+      lose(true, 100ms);
+      rig.run(after);
+      lose(loses_power, 6ms);
+      rig.run_until([&] { return rig.status.ok(); }, 5s);
+      rig.command.enable = true;
+      rig.run_until([&] { return rig.sample.enabled || !rig.status.ok(); });
+      EXPECT_TRUE(rig.sample.enabled) << when << ": " << describe(rig.status.fault);
+      EXPECT_EQ(rig.emulation.board(3).parameters()[11], 1500) << when;
+      EXPECT_EQ(rig.emulation.board(3).parameters()[140], 777) << when;
+      EXPECT_TRUE(rig.robot->trouble().empty()) << when << ": " << rig.robot->trouble().front();
+    }
+}
+
 TEST(EthercatRobot, TooLittleProcessDataIsRefusedInsteadOfWaitedFor) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
   bus.process_data_bytes = 16;

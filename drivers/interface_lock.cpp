@@ -1,4 +1,4 @@
-#include "drivers/ethercat/interface_lock.h"
+#include "drivers/interface_lock.h"
 
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -8,8 +8,9 @@
 #include <cstddef>
 #include <cstring>
 #include <fstream>
+#include <utility>
 
-namespace drivers::ethercat {
+namespace drivers {
 namespace {
 
 struct Address {
@@ -17,11 +18,18 @@ struct Address {
   socklen_t size = 0;
 };
 
+const char* name(InterfaceLock::End end) {
+  switch (end) {
+    case InterfaceLock::End::kEthercatMaster: return "ethercat-master";
+    case InterfaceLock::End::kEthercatSlaves: return "ethercat-slaves";
+    case InterfaceLock::End::kCanMaster: break;
+  }
+  return "can-master";
+}
+
 /// By index, as an interface may have several names. The zero in front makes it abstract.
 Address address_of(int index, InterfaceLock::End end) {
-  const std::string name = std::string("youbot-hal/ethercat-") +
-                           (end == InterfaceLock::End::kMaster ? "master/" : "slaves/") +
-                           std::to_string(index);
+  const std::string name = std::string("youbot-hal/") + drivers::name(end) + "/" + std::to_string(index);
   Address address;
   address.name.sun_family = AF_UNIX;
   std::memcpy(address.name.sun_path + 1, name.data(), name.size());
@@ -54,21 +62,31 @@ std::string holder_of(const Address& address) {
 InterfaceLock::InterfaceLock(const std::string& interface, int index, End end) {
   const Address address = address_of(index, end);
   socket_ = open_socket();
-  // Listening is what makes the kernel tell others who this is; nobody is ever answered.
+  // Listening is what makes the kernel tell others who this is; nobody is ever answered. So each who asked
+  // waits until the holder ends, and after SOMAXCONN of them (4096) it is "another program" to the next.
   if (socket_ >= 0 && bind(socket_, generic(address), address.size) == 0 && listen(socket_, SOMAXCONN) == 0)
     return;
   const int error = errno;
   if (socket_ >= 0) close(socket_);
-  if (error != EADDRINUSE) throw BusError(interface, "lock the interface", std::strerror(error));
-  throw InterfaceInUse(
-      interface, "lock the interface",
-      holder_of(address) + (end == End::kMaster
-                                ? " is the master of this bus already, and two would disturb each other; end "
-                                  "that one first"
-                                : " answers for the slaves on it already; end that one first, or name "
-                                  "another interface"));
+  if (error != EADDRINUSE)
+    throw SetupError({interface, "lock the interface", "success", std::strerror(error),
+                      "in a container, allow the address family AF_UNIX"});
+  if (end == End::kEthercatSlaves)
+    throw InterfaceInUse({interface, "lock the interface", "nobody who answers for slaves on it",
+                          holder_of(address), "end that one first, or name another interface"});
+  throw InterfaceInUse({interface, "lock the interface", "no other master on this bus", holder_of(address),
+                        "two would disturb each other: end that one first"});
 }
 
-InterfaceLock::~InterfaceLock() { close(socket_); }
+InterfaceLock::InterfaceLock(InterfaceLock&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
 
-}  // namespace drivers::ethercat
+InterfaceLock& InterfaceLock::operator=(InterfaceLock&& other) noexcept {
+  std::swap(socket_, other.socket_);
+  return *this;
+}
+
+InterfaceLock::~InterfaceLock() {
+  if (socket_ >= 0) close(socket_);
+}
+
+}  // namespace drivers

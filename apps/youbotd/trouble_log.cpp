@@ -1,0 +1,26 @@
+#include "apps/youbotd/trouble_log.h"
+
+#include <utility>
+
+namespace youbotd {
+
+TroubleLog::News TroubleLog::update(const std::vector<std::string>& trouble) {
+  News news;
+  std::map<std::string, Device> before = std::exchange(devices_, {});
+  for (const std::string& line : trouble) {
+    const std::string name = line.substr(0, line.find(": "));
+    const auto [entry, is_first_line] = devices_.try_emplace(name);
+    Device& device = entry->second;
+    if (is_first_line) {
+      device = std::move(before[name]);
+      before.erase(name);
+      ++device.beats;
+    }
+    if (device.beats >= kPatience && device.told.insert(line).second) news.trouble.push_back(line);
+  }
+  for (const auto& [name, device] : before)
+    if (!device.told.empty()) news.works_again.push_back(name);
+  return news;
+}
+
+}  // namespace youbotd

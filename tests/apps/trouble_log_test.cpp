@@ -1,0 +1,65 @@
+#include "apps/youbotd/trouble_log.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+namespace youbotd {
+namespace {
+
+using Lines = std::vector<std::string>;
+
+const std::string kLost = "slave 5 (TMCM-1632): does not answer";
+const std::string kStopped = "slave 5 (TMCM-1632): answers, but is not in OP; it refused OP";
+const std::string kResuming = "slave 5 (TMCM-1632): on its way to OP; it refused OP";
+
+struct TroubleLogTest : testing::Test {
+  /// What is told of it in as many beats.
+  Lines warnings(const Lines& trouble, int beats) {
+    Lines told;
+    for (int i = 0; i < beats; ++i)
+      for (const std::string& line : log.update(trouble).trouble) told.push_back(line);
+    return told;
+  }
+  TroubleLog log;
+};
+
+TEST_F(TroubleLogTest, ATroubleIsToldOnceWhenItHasLastedAndItsEndOnce) {
+  EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience - 1), Lines{});
+  EXPECT_EQ(warnings({kLost}, 1), Lines{kLost});
+  EXPECT_EQ(warnings({kLost}, 1000), Lines{});
+  EXPECT_EQ(log.update({}).works_again, Lines{"slave 5 (TMCM-1632)"});
+  EXPECT_EQ(log.update({}).works_again, Lines{});
+  EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience), Lines{kLost}) << "and another one anew";
+}
+
+TEST_F(TroubleLogTest, WhatPassesByItselfAtOnceIsNotToldNorItsEnd) {
+  for (int again = 0; again < 100; ++again) {
+    EXPECT_EQ(warnings({kLost}, 1), Lines{});
+    EXPECT_EQ(warnings({kResuming}, TroubleLog::kPatience - 2), Lines{});
+    EXPECT_EQ(log.update({}).works_again, Lines{});
+  }
+}
+
+TEST_F(TroubleLogTest, ADeviceThatTakesTheSameTurnsForEverIsToldOfOnce) {
+  EXPECT_EQ(warnings({kLost}, 10), Lines{kLost});
+  EXPECT_EQ(warnings({kResuming}, 1), Lines{kResuming}) << "what refused it is new";
+  EXPECT_EQ(warnings({kStopped}, 1), Lines{kStopped});
+  for (int turn = 0; turn < 100; ++turn) {
+    EXPECT_EQ(warnings({kResuming}, 2), Lines{});
+    EXPECT_EQ(warnings({kStopped}, 1), Lines{});
+  }
+}
+
+TEST_F(TroubleLogTest, DevicesHaveTheirTroublesEachForItself) {
+  const std::string other = "wheel-1: could not find its commutation";
+  EXPECT_EQ(warnings({kLost}, 10), Lines{kLost});
+  EXPECT_EQ(warnings({kLost, other}, TroubleLog::kPatience), Lines{other});
+  const TroubleLog::News news = log.update({other});
+  EXPECT_EQ(news.works_again, Lines{"slave 5 (TMCM-1632)"});
+  EXPECT_EQ(news.trouble, Lines{});
+}
+
+}  // namespace
+}  // namespace youbotd
