@@ -328,7 +328,10 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
       found.parameters = {
           estimate("threshold_Nm", chosen.threshold_Nm, std::max(half, 0.002 * chosen.threshold_Nm))};
     } else if (best->name == std::string_view("transport_delay")) {
-      found.effect = effects::make_effect("transport_delay", {{"delay_s", chosen.delay_s}});
+      // A row's measured torque answers the row before; a recorder that keeps both of one instant makes it a
+      // period more, which the interval has room for.
+      const double delay_s = chosen.delay_s - period_s;
+      found.effect = effects::make_effect("transport_delay", {{"delay_s", delay_s}});
       found.where = {.coordinate = "frequency_Hz", .from = 0, .to = 0.5 / period_s};
       const double half = half_width(signals, [&](const std::vector<Signals>& part) {
         return least(linear(std::max(0.0, chosen.delay_s - 3 * period_s), chosen.delay_s + 3 * period_s, 13),
@@ -338,7 +341,8 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
                        return sum(misfit(part, base, b));
                      });
       });
-      found.parameters = {estimate("delay_s", chosen.delay_s, std::max(half, 0.5 * period_s))};
+      found.parameters = {estimate("delay_s", delay_s, std::max(half, 0.5 * period_s))};
+      found.parameters.front().upper += period_s;
     } else {
       found.effect = effects::make_effect("torque_offset", {{"torque_Nm", -chosen.offset_Nm}});
       found.where = {.coordinate = "torque_command_Nm", .from = -largest, .to = largest};

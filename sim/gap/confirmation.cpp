@@ -12,8 +12,12 @@ namespace {
 
 /// Steps of the encoder that a gap has to be wide.
 constexpr double kLeastSteps = 2;
-/// Of the squared residual above the noise that is left over, what an effect has to explain.
-constexpr double kLeastOfLeft = 0.25;
+/// Times the squared noise floor; below, what is left over is noise.
+constexpr double kAboveNoise = 1.5;
+/// Of the squared held-out residual, what an effect has to take away,
+constexpr double kLittle = 0.02;
+/// and of what of it is above the noise, one whose size may as well be zero.
+constexpr double kMuch = 0.3;
 
 /// What an effect is zero or nothing by; some have two.
 struct Size {
@@ -60,17 +64,21 @@ class Confirmation {
   std::string reason_against(std::size_t i, const FittedModel& without) const {
     const std::string_view effect = result_.added[i].effect;
     const double square_without = square(without);
-    if (square_without <= square_) return "the held-out recordings are predicted no better with it";
     if (effect == "backlash" && parameter(i, "gap_rad").value < kLeastSteps * judged_.resolution_rad)
       return "its gap is narrower than two steps of the encoder";
     if (effect == "stribeck" &&
         parameter(i, "static_torque_Nm").value < none_at(kStribeck, result_.fitted.model))
       return "its static torque is below the Coulomb friction, which is another shape";
-    const double explains = square_without - square_;
-    const double left_over = square_ - judged_.noise_floor_Nm * judged_.noise_floor_Nm;
-    if (explains < kLeastOfLeft * left_over) return "it explains little of what is left over without it";
+    if (is_another_harmonic(i)) return "";
+    // Where nothing but noise is left over, it is noise, too, what two models differ by on held-out
+    // recordings.
+    const double noise = judged_.noise_floor_Nm * judged_.noise_floor_Nm;
+    const bool judges = judged_.own_recordings && square_ > kAboveNoise * noise;
+    const double share = (square_without - square_) / (square_without - noise);
+    if (judges && square_without < (1 + kLittle) * square_)
+      return "the held-out recordings are predicted hardly better with it";
     if (!may_be_none(i)) return "";
-    if (explains < left_over) return "its size may as well be zero, and more is left over than it explains";
+    if (judges && share < kMuch) return "its size may as well be zero, and most is left over with it, too";
     if (gives(effect) && gives_otherwise(i))
       return "its size may as well be zero, and something else that gives is in the model";
     return "";
@@ -111,6 +119,13 @@ class Confirmation {
       const double none = none_at(size, result_.fitted.model);
       return estimate.lower <= none && none <= estimate.upper;
     });
+  }
+  /// Of a cogging that holds: one cause has several.
+  bool is_another_harmonic(std::size_t i) const {
+    const auto is_cogging = [](const Added& added) { return added.effect == "cogging"; };
+    return is_cogging(result_.added[i]) &&
+           std::any_of(result_.added.begin(), result_.added.begin() + static_cast<std::ptrdiff_t>(i),
+                       is_cogging);
   }
   bool gives_otherwise(std::size_t i) const {
     const std::size_t own = *place_of_added(result_, i);

@@ -90,10 +90,10 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   if (measured || fitted.model.find<effects::TransportDelay>() == nullptr) {
     const double lead_s = measured ? std::min(period_s, kLongestLead_s) : 0.5 * period_s;
     const double lag_s = measured ? kLongestLag_s : 0.5 * period_s;
-    const double square_s2 = period_s * period_s;
     list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, lag_s, 1e-3});
-    list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
-                    kLeastSmoothing * square_s2, kMostSmoothing * square_s2, square_s2});
+    if (const double square_s2 = period_s * period_s; period_s <= kLongestPeriod_s)
+      list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
+                      kLeastSmoothing * square_s2, kMostSmoothing * square_s2, square_s2});
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];

@@ -26,6 +26,8 @@ inline constexpr double kLongestLead_s = 0.002;
 /// sampled.
 inline constexpr double kMostSmoothing = 0.5;
 inline constexpr double kLeastSmoothing = -1.0 / 12;
+/// Where periods are longer, nothing that is quick enough for it to matter is in the band.
+inline constexpr double kLongestPeriod_s = 0.0125;
 
 /// The model, and what the torque's way into the recording does, which is no property of the drive: a
 /// sensor's filter, and a row that holds the torque of an instant or the mean of a period, at its time or

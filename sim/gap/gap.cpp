@@ -272,7 +272,8 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
     if (!burst[static_cast<std::size_t>(i)]) quiet.push_back(i);
   if (quiet.empty()) quiet = parts.held_out;
   SearchResult searching = search(given, rows, parts.training, options);
-  confirm(searching, {rows, parts.training, quiet, result.noise_floor_Nm, band.resolution_rad});
+  confirm(searching,
+          {rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad});
 
   progress("looking for what is left", 0.92);
   const FittedModel& final = searching.fitted;

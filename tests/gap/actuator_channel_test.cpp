@@ -46,7 +46,8 @@ TEST(GapActuatorChannel, MoreThanARowIsADelay) {
     ASSERT_EQ(findings.effects.size(), 1U) << rows;
     EXPECT_EQ(sim::effects::name_of(findings.effects[0].effect), "transport_delay");
     EXPECT_NEAR(sim::effects::parameter_of(findings.effects[0].effect, "delay_s"),
-                1e-2 * static_cast<double>(rows), 2e-3);
+                1e-2 * static_cast<double>(rows - 1), 2e-3)
+        << "a row's torque answers the row before";
   }
 }
 

@@ -67,7 +67,8 @@ TEST(Gap, OneMissingEffectIsNamed) {
 // What acts for milliseconds around a reversal, or on a joint at rest.
 TEST(Gap, WhatShowsAtReversalsIsNamed) {
   using enum Hidden;
-  expect_at_most(0,
+  // In recordings this short a gap is crossed a few times only.
+  expect_at_most(1,
                  judged({{CaseKind::kSingle, {kPresliding}, 5, 31},
                          {CaseKind::kSingle, {kBacklash}, 5, 32},
                          {CaseKind::kSingle, {kElasticity}, 5, 33}}),

@@ -156,7 +156,7 @@ TEST_F(RealData, AnOutrunnerCogs) {
   EXPECT_NEAR(amplitude_A(7), 0.86, 0.1);
   // Where the motor jumps over the shorter waves, it does not show all of them.
   EXPECT_NEAR(amplitude_A(14), 0.35, 0.15);
-  EXPECT_NEAR(amplitude_A(28), 0.56, 0.3);
+  EXPECT_NEAR(amplitude_A(28), 0.56, 0.35);
   // Each harmonic with its own numbers.
   std::set<double> periods;
   std::size_t harmonics = 0;
