@@ -179,10 +179,10 @@ TEST_F(Script, EventsThatCannotBeAreAllNamed) {
     const FaultPlayer player(bus, events);
     FAIL();
   } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "fault script; event 1: there is no slave 4, but 1 to 3; event 2: it spoils no frame; event 3: there is no "
-        "delay");
+    EXPECT_STREQ(error.what(),
+                 "fault script; event 1: there is no slave 4, but 1 to 3; event 2: it spoils no frame; event "
+                 "3: there is no "
+                 "delay");
   }
 }
 
