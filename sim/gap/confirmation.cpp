@@ -92,14 +92,14 @@ class Confirmation {
 
   /// Of the result as it is now.
   void judge() {
-    const Eigen::VectorXd left = judged_.rows.torque_Nm() - predicted_rows(result_.fitted, judged_.rows);
-    square_ = left(judged_.held_out).squaredNorm() / static_cast<double>(judged_.held_out.size());
+    square_ = square(result_.fitted);
     free_ = free_parameters(result_.fitted, judged_.rows);
     estimates_ = estimates(result_.fitted, judged_.rows, judged_.training.rows,
                            std::sqrt(square_) / judged_.noise_floor_Nm);
   }
 
  private:
+  /// Mean square of what a model leaves of the held-out rows.
   double square(const FittedModel& fitted) const {
     const Eigen::VectorXd left = judged_.rows.torque_Nm() - predicted_rows(fitted, judged_.rows);
     return left(judged_.held_out).squaredNorm() / static_cast<double>(judged_.held_out.size());
@@ -137,7 +137,7 @@ class Confirmation {
 
   SearchResult& result_;
   const Judged& judged_;
-  double square_ = 0;  // mean of the held-out residual's
+  double square_ = 0;  // that of the result
   std::vector<FreeParameter> free_;
   std::vector<identify::Estimate> estimates_;
 };
