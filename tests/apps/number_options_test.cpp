@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -23,27 +22,31 @@ struct NumberOption {
 /// From the help, which names the type of each option: FLOAT:0 to 20, [FLOAT,FLOAT,FLOAT]:-1 to 1.
 std::vector<NumberOption> number_options(const std::string& command) {
   std::istringstream help(run_command(command + " --help").output);
-  const std::regex option(R"(^\s+(?:-\w,)?(--[a-z-]+) (\[?(?:FLOAT|INT|UINT)[,A-Z]*).*)");
   std::vector<NumberOption> found;
-  std::smatch parts;
-  for (std::string line; std::getline(help, line);)
-    if (std::regex_match(line, parts, option)) {
-      const std::string type = parts[2];
-      found.push_back({parts[1], 1 + static_cast<int>(std::ranges::count(type, ','))});
-    }
+  for (std::string line; std::getline(help, line);) {
+    std::istringstream words(line);
+    std::string name;
+    std::string type;
+    if (!line.starts_with(" ") || !(words >> name >> type)) continue;
+    const std::size_t at = name.find("--");
+    type = type.substr(type.starts_with("[") ? 1 : 0);
+    const bool is_number = type.starts_with("FLOAT") || type.starts_with("INT") || type.starts_with("UINT");
+    if (at == std::string::npos || !is_number) continue;
+    type = type.substr(0, type.find_first_of(":]"));
+    found.push_back({name.substr(at), 1 + static_cast<int>(std::ranges::count(type, ','))});
+  }
   return found;
 }
 
 /// The commands of a program, from its help; none where it has none.
 std::vector<std::string> subcommands(const std::string& program) {
   std::istringstream help(run_command(program + " --help").output);
-  const std::regex command(R"(^  ([a-z-]+)(?: .*)?$)");
   std::vector<std::string> found;
   bool listed = false;
-  std::smatch parts;
   for (std::string line; std::getline(help, line);) {
     if (line.starts_with("Subcommands:")) listed = true;
-    if (listed && std::regex_match(line, parts, command)) found.push_back(parts[1]);
+    if (listed && line.starts_with("  ") && line.find_first_not_of(' ') == 2)
+      found.push_back(line.substr(2, line.find(' ', 2) - 2));
   }
   return found;
 }
