@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <set>
 #include <sstream>
 #include <string>
@@ -71,7 +72,12 @@ TEST_P(NumberOptions, AreFiniteAndWithinBounds) {
 
 INSTANTIATE_TEST_SUITE_P(Programs, NumberOptions,
                          testing::Values(YOUBOT_BENCH_BINARY, YOUBOT_GAP_BINARY, YOUBOT_SIM_BINARY,
-                                         YOUBOTD_BINARY, YOUBOTCTL_BINARY));
+                                         YOUBOTD_BINARY, YOUBOTCTL_BINARY),
+                         [](const testing::TestParamInfo<const char*>& info) {
+                           std::string name = std::filesystem::path(info.param).filename();
+                           std::ranges::replace(name, '-', '_');
+                           return name;
+                         });
 
 TEST(NumberOptionsOfTheBench, AreSeenByTheTestAndShowTheirDefaults) {
   const std::string bench = YOUBOT_BENCH_BINARY;
