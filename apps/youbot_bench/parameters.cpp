@@ -60,7 +60,7 @@ std::vector<Controller> chosen(std::vector<Controller> controllers, const std::v
 }
 
 void run(std::vector<Controller> all, const ParametersOptions& options,
-         const std::vector<Setting>& settings) {
+         const std::vector<NewParameter>& settings) {
   if (!settings.empty() && options.joints.empty() && all.size() > 1)
     throw std::invalid_argument("--set: of which --joint? There are " + names(all));
   std::vector<Controller> controllers = chosen(std::move(all), options.joints);
@@ -95,7 +95,7 @@ void require_off(tmcl::Client& client, const Controller& controller) {
   if (target_rpm != 0) refuse("it is to turn at " + std::to_string(target_rpm) + " rpm");
 }
 
-void write(tmcl::Client& client, const Controller& controller, const Setting& setting, bool store) {
+void write(tmcl::Client& client, const Controller& controller, const NewParameter& setting, bool store) {
   const tmcl::AxisParameter& parameter = *tmcl::find_drive_parameter(setting.name);
   const std::int32_t before = client.get(parameter, controller.motor);
   client.set(parameter, setting.value, controller.motor);
@@ -112,9 +112,9 @@ void write(tmcl::Client& client, const Controller& controller, const Setting& se
 
 }  // namespace
 
-Setting read_setting(const std::string& text, bool store) {
+NewParameter read_setting(const std::string& text, bool store) {
   const std::size_t equals = std::min(text.find('='), text.size());
-  Setting setting{.name = text.substr(0, equals)};
+  NewParameter setting{.name = text.substr(0, equals)};
   const char* const end = text.data() + text.size();
   const char* const begin = std::min(text.data() + equals + 1, end);
   const auto [stopped, error] = std::from_chars(begin, end, setting.value);
@@ -130,10 +130,10 @@ Setting read_setting(const std::string& text, bool store) {
 }
 
 void parameters(const ParametersOptions& options) {
-  std::vector<Setting> settings;
+  std::vector<NewParameter> settings;
   for (const std::string& text : options.settings) {
-    Setting setting = read_setting(text, options.store);
-    if (std::ranges::find(settings, setting.name, &Setting::name) != settings.end())
+    NewParameter setting = read_setting(text, options.store);
+    if (std::ranges::find(settings, setting.name, &NewParameter::name) != settings.end())
       throw std::invalid_argument("--set: '" + setting.name + "' is given twice");
     settings.push_back(std::move(setting));
   }
@@ -173,7 +173,7 @@ void print_parameters(std::span<Controller> controllers, tmcl::Clock& clock) {
   }
 }
 
-void write_parameters(std::span<Controller> controllers, std::span<const Setting> settings, bool store,
+void write_parameters(std::span<Controller> controllers, std::span<const NewParameter> settings, bool store,
                       tmcl::Clock& clock) {
   // All are looked at before one is changed.
   for (const bool writing : {false, true})
@@ -182,7 +182,7 @@ void write_parameters(std::span<Controller> controllers, std::span<const Setting
       (void)client.version();  // so that it knows what this firmware lacks
       if (!writing) require_off(client, controller);
       if (writing)
-        for (const Setting& setting : settings) write(client, controller, setting, store);
+        for (const NewParameter& setting : settings) write(client, controller, setting, store);
     }
 }
 

@@ -25,18 +25,18 @@ void parameters(const ParametersOptions& options);
 /// Prints `slave,name,firmware,number,parameter,value,unit` for every readable axis parameter.
 void print_parameters(std::span<Controller> controllers, drivers::tmcl::Clock& clock);
 
-struct Setting {
+struct NewParameter {
   std::string name;
   std::int32_t value = 0;
 };
 /// "NAME=VALUE". @throws std::invalid_argument for what no drive would take: not a parameter, read-only, a
 /// command, protected by the manufacturer's password, out of range, or with `store` not kept in EEPROM.
-Setting read_setting(const std::string& text, bool store);
+NewParameter read_setting(const std::string& text, bool store);
 
 /// Writes all of them to each controller, reads them back and says what they were. A setting acts at once:
 /// @throws hal::SetupError before anything is written when a motor turns, or its drive holds its place;
 /// drivers::SetupError with the controller's refusal, after what the others had taken was said.
-void write_parameters(std::span<Controller> controllers, std::span<const Setting> settings, bool store,
+void write_parameters(std::span<Controller> controllers, std::span<const NewParameter> settings, bool store,
                       drivers::tmcl::Clock& clock);
 
 }  // namespace youbot_bench

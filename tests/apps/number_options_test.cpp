@@ -73,8 +73,8 @@ TEST_P(NumberOptions, AreFiniteAndWithinBounds) {
 INSTANTIATE_TEST_SUITE_P(Programs, NumberOptions,
                          testing::Values(YOUBOT_BENCH_BINARY, YOUBOT_GAP_BINARY, YOUBOT_SIM_BINARY,
                                          YOUBOTD_BINARY, YOUBOTCTL_BINARY),
-                         [](const testing::TestParamInfo<const char*>& info) {
-                           std::string name = std::filesystem::path(info.param).filename();
+                         [](const testing::TestParamInfo<const char*>& program) {
+                           std::string name = std::filesystem::path(program.param).filename();
                            std::ranges::replace(name, '-', '_');
                            return name;
                          });

@@ -31,7 +31,7 @@ using support::CommandResult;
 using tmcl::Command;
 
 constexpr std::uint8_t kAcceleration = 11;  // motor_acceleration; the emulated boards' is 2000
-const std::vector<Setting> kSlower{{.name = "motor_acceleration", .value = 1500}};
+const std::vector<NewParameter> kSlower{{.name = "motor_acceleration", .value = 1500}};
 
 /// What it throws, in words.
 template <typename Error, typename Action>
@@ -50,7 +50,7 @@ bool contains(const std::string& text, const std::string& part) {
 
 struct ParametersOfABase : testing::Test {
   /// As one run of the program: what it printed.
-  std::string write(bool store, const std::vector<Setting>& settings = kSlower) {
+  std::string write(bool store, const std::vector<NewParameter>& settings = kSlower) {
     ethercat::PreOpBus setup(link, nullptr, {});
     std::vector<Controller> controllers = controllers_of(setup, link.name());
     testing::internal::CaptureStdout();
