@@ -1,4 +1,5 @@
 #include "sim/hand.h"
+#include "hal/seconds.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,6 +9,8 @@
 namespace sim {
 namespace {
 
+using hal::seconds;
+
 /// Far below the hand's own period of about 0.3 s, and below the 30 ms of the grip in its end stop.
 constexpr double kLargestStep_s = 1e-4;
 
@@ -16,8 +19,6 @@ void check(const char* name, double value, bool may_be_zero) {
   throw std::invalid_argument(std::string("hand: ") + name + " is " + std::to_string(value) + ", must be " +
                               (may_be_zero ? "finite and not negative" : "finite and positive"));
 }
-
-double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 
 /// The share of a movement of least jerk that is done after `reached_s` of `reach_s`.
 double least_jerk(double reached_s, double reach_s) {

@@ -1,4 +1,5 @@
 #include "sim/mobile_manipulator.h"
+#include "hal/seconds.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -8,6 +9,8 @@
 
 namespace sim {
 namespace {
+
+using hal::seconds;
 
 using control::kArmJoints;
 using control::kBaseAxes;
@@ -28,8 +31,6 @@ MobileManipulatorParameters checked(const MobileManipulatorParameters& parameter
   require_positive(parameters.model_hold, "model_hold");
   return parameters;
 }
-
-double seconds(std::chrono::nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
 control::ChainVector chain(const control::ArmVector& arm_rad) {
   control::ChainVector q;

@@ -9,9 +9,12 @@
 
 #include "control/haptic_mapping.h"
 #include "control/master_frame.h"
+#include "hal/seconds.h"
 
 namespace sim {
 namespace {
+
+using hal::seconds;
 
 using control::turned_H_W;
 using Eigen::Vector3d;
@@ -39,7 +42,6 @@ constexpr double kAtRest_m_per_s = 0.01;
 /// No boundary is further out: an arm's length.
 constexpr double kLargestReach_m = 1.0;
 
-double seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 nanoseconds from_seconds(double time_s) { return nanoseconds(std::llround(1e9 * time_s)); }
 
 double distance_m(const Vector3d& p_m, const Vector3d& from_m, const Vector3d& to_m) {

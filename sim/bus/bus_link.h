@@ -12,9 +12,9 @@
 
 namespace sim::bus {
 
-/// Who makes emulated time pass while the master waits for a frame. The owner of a plant derives from it to
-/// move plant, clock and bus together; wait() ends with EmulatedWire::advance(step). A process that runs by
-/// the real clock does nothing in it and advances the wire once a cycle.
+/// Makes emulated time pass while the master waits for a frame. The owner of a plant derives from it to move
+/// plant, clock and bus together; wait() has to end with EmulatedWire::advance(step), on which the master's
+/// time-outs rely.
 class EmulatedTime {
  public:
   EmulatedTime() = default;
@@ -40,15 +40,21 @@ class BusLink final : public drivers::ethercat::Link {
     const std::chrono::nanoseconds until_reply =
         wire_.next_reply() ? *wire_.next_reply() - wire_.now() : std::chrono::nanoseconds::max();
     const std::chrono::nanoseconds step = std::min(until_reply, timeout);
-    if (step.count() > 0) wait(step);
+    if (step.count() > 0) pass(step);
     return wire_.receive(buffer);
   }
 
+  /// The emulated time, which advances in receive() and wait(). On an untimed wire it would stand still
+  /// there: that one uses the machine's clock.
+  std::chrono::nanoseconds now() const noexcept override { return wire_.timed() ? wire_.now() : Link::now(); }
+  void wait(std::chrono::nanoseconds duration) override {
+    wire_.timed() ? pass(duration) : Link::wait(duration);
+  }
   int last_error() const noexcept override { return 0; }
   const std::string& name() const noexcept override { return name_; }
 
  private:
-  void wait(std::chrono::nanoseconds step) noexcept {
+  void pass(std::chrono::nanoseconds step) noexcept {
     time_ != nullptr ? time_->wait(step) : wire_.advance(step);
   }
 

@@ -39,6 +39,7 @@ class EmulatedWire {
   /// Lets emulated time pass on the bus, stopping at the script's events on the way.
   void advance(std::chrono::nanoseconds step) noexcept;
   std::chrono::nanoseconds now() const noexcept { return bus_.now() - start_; }
+  bool timed() const noexcept { return timed_; }
 
   const FaultPlayer& faults() const noexcept { return player_; }
   std::uint64_t dropped() const noexcept { return dropped_; }  ///< for want of capacity

@@ -33,9 +33,9 @@ constexpr std::uint16_t kSyncManagers = 41;
 constexpr std::uint16_t kTxPdos = 50;  // inputs: the slave transmits them
 constexpr std::uint16_t kRxPdos = 51;
 constexpr std::uint16_t kClock = 60;
-constexpr std::uint16_t kEnd = 0xFFFF;
+constexpr std::uint16_t kEndOfCategories = 0xFFFF;
 
-constexpr std::uint16_t kTwoMiiPorts = 0x0011;
+constexpr std::uint16_t kMiiPorts0And1 = 0x0011;
 constexpr std::uint8_t kUnsigned8 = 0x05;  // data types as in CoE
 constexpr std::uint8_t kUnsigned32 = 0x07;
 
@@ -77,7 +77,7 @@ Bytes general(const SlaveDescription& description) {
   content[5] = (description.mailbox_protocols & mailbox_protocol::kCoE) != 0 ? 0x01 : 0x00;  // SDO
   content[6] = (description.mailbox_protocols & mailbox_protocol::kFoE) != 0 ? 0x01 : 0x00;
   content[7] = (description.mailbox_protocols & mailbox_protocol::kEoE) != 0 ? 0x01 : 0x00;
-  store_le(&content[16], kTwoMiiPorts);
+  store_le(&content[16], kMiiPorts0And1);
   return content;
 }
 
@@ -159,7 +159,7 @@ void append_categories(Bytes& image, const SlaveDescription& description) {
     store_le<std::uint16_t>(&clock[14], 0x0300);  // AssignActivate: cyclic unit, SYNC0
     append_category(image, kClock, clock);
   }
-  append(image, kEnd);
+  append(image, kEndOfCategories);
 }
 
 }  // namespace

@@ -18,14 +18,14 @@ using drivers::ethercat::store_le;
 constexpr std::size_t kControl = reg::kSiiControl - reg::kSiiConfiguration;
 constexpr std::size_t kAddress = reg::kSiiAddress - reg::kSiiConfiguration;
 constexpr std::size_t kData = reg::kSiiData - reg::kSiiConfiguration;
-constexpr std::size_t kEnd = kData + 8;
+constexpr std::size_t kEndOfRegisters = kData + 8;
 
 constexpr std::uint8_t kGivenToFirmware = 0x01;  // in the configuration register
 constexpr std::uint16_t kWriteEnable = 0x0001;
 constexpr std::uint16_t kTwoAddressBytes = 0x0080;
 constexpr std::uint16_t kCommandMask = 0x0700;
-constexpr std::uint16_t kRead = 0x0100;
-constexpr std::uint16_t kWrite = 0x0200;
+constexpr std::uint16_t kReadCommand = 0x0100;
+constexpr std::uint16_t kWriteCommand = 0x0200;
 constexpr std::uint16_t kReload = 0x0400;
 constexpr std::uint16_t kNotLoaded = 0x1800;  // checksum wrong, device information missing
 constexpr std::uint16_t kCommandError = 0x2000;
@@ -39,7 +39,7 @@ SiiInterface::SiiInterface(std::vector<std::uint8_t> image, Timing timing, std::
 }
 
 void SiiInterface::reset() noexcept {
-  std::fill_n(registers_.begin(), kEnd, std::uint8_t{0});
+  std::fill_n(registers_.begin(), kEndOfRegisters, std::uint8_t{0});
   busy_for_ = {};
   command_ = errors_ = 0;
   load_configuration();
@@ -67,7 +67,7 @@ void SiiInterface::set_status(std::uint16_t bits) noexcept {
 void SiiInterface::write(std::size_t offset, std::span<const std::uint8_t> bytes) noexcept {
   std::uint16_t control = 0;
   bool commanded = false;
-  for (std::size_t i = 0; i < bytes.size() && offset + i < kEnd; ++i) {
+  for (std::size_t i = 0; i < bytes.size() && offset + i < kEndOfRegisters; ++i) {
     const std::size_t at = offset + i;
     if (at == 0) registers_[0] = bytes[i] & 0x03;
     // While busy, or given away, everything but the configuration is locked.
@@ -88,15 +88,15 @@ void SiiInterface::start(std::uint16_t control) noexcept {
     errors_ = 0;
   } else if (errors_ != 0) {
     return;  // to be cleared first
-  } else if (command != kRead && command != kWrite && command != kReload) {
+  } else if (command != kReadCommand && command != kWriteCommand && command != kReload) {
     errors_ = kCommandError;
-  } else if (command == kWrite && (control & kWriteEnable) == 0) {
+  } else if (command == kWriteCommand && (control & kWriteEnable) == 0) {
     errors_ = kWriteEnableError;
   } else {
     command_ = command;
-    busy_for_ = command == kRead    ? timing_.read_time
-                : command == kWrite ? timing_.write_time
-                                    : 4 * timing_.read_time;
+    busy_for_ = command == kReadCommand    ? timing_.read_time
+                : command == kWriteCommand ? timing_.write_time
+                                           : 4 * timing_.read_time;
     set_status(static_cast<std::uint16_t>(reg::kSiiBusy | command));
     if (busy_for_.count() <= 0) finish();
     return;
@@ -113,12 +113,12 @@ void SiiInterface::advance(std::chrono::nanoseconds step) noexcept {
 void SiiInterface::finish() noexcept {
   const auto address = load_le<std::uint32_t>(&registers_[kAddress]);
   switch (std::exchange(command_, std::uint16_t{0})) {
-    case kRead:
+    case kReadCommand:
       for (std::uint32_t i = 0; i < (timing_.reads_8_bytes ? 4U : 2U); ++i) {
         store_le(&registers_[kData + 2 * i], word(address + i));
       }
       break;
-    case kWrite:
+    case kWriteCommand:
       if (2ULL * address + 1 < image_.size())
         std::copy_n(&registers_[kData], 2, &image_[2 * std::size_t{address}]);
       break;

@@ -12,7 +12,7 @@ namespace reg = drivers::ethercat::reg;
 using std::chrono::nanoseconds;
 
 constexpr std::uint8_t kEt1100 = 0x11;
-constexpr std::uint8_t kTwoMiiPorts = 0x0F;
+constexpr std::uint8_t kPorts0And1AreMii = 0x0F;
 constexpr std::uint16_t kClock64 = 0x000C;  // features: distributed clock, 64 bits wide
 
 constexpr std::uint16_t kDlStatusEvent = 0x0004;  // in the event request
@@ -56,7 +56,7 @@ void SlaveController::reset(nanoseconds now) noexcept {
   set(reg::kFmmuCount, static_cast<std::uint8_t>(fmmus_.size()));
   set(reg::kSyncManagerCount, static_cast<std::uint8_t>(managers_.size()));
   set(reg::kRamKilobytes, ram_kilobytes_);
-  set(reg::kPortDescriptor, kTwoMiiPorts);
+  set(reg::kPortDescriptor, kPorts0And1AreMii);
   set<std::uint16_t>(reg::kFeatures, has_clock_ ? kClock64 : 0);
   if (sii_.loaded()) {
     set(reg::kStationAlias, sii_.word(4));

@@ -15,7 +15,7 @@ constexpr double kLeastSteps = 2;
 /// Times the squared noise floor; below, what is left over is noise.
 constexpr double kAboveNoise = 1.5;
 /// Of the squared held-out residual, what an effect has to take away,
-constexpr double kLittle = 0.02;
+constexpr double kWorthwhileGain = 0.02;
 /// and of what of it is above the noise, one whose size may as well be zero.
 constexpr double kMuch = 0.3;
 
@@ -75,7 +75,7 @@ class Confirmation {
     const double noise = judged_.noise_floor_Nm * judged_.noise_floor_Nm;
     const bool judges = judged_.own_recordings && square_ > kAboveNoise * noise;
     const double share = (square_without - square_) / (square_without - noise);
-    if (judges && square_without < (1 + kLittle) * square_)
+    if (judges && square_without < (1 + kWorthwhileGain) * square_)
       return "the held-out recordings are predicted hardly better with it";
     if (!may_be_none(i)) return "";
     if (judges && share < kMuch) return "its size may as well be zero, and most is left over with it, too";

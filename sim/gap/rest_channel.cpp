@@ -20,14 +20,14 @@ constexpr double kHolds = 0.9;
 /// A swing of torque that is worth looking at, of the Coulomb torque.
 constexpr double kLeastSwing = 0.1;
 /// Stretches below and above this share of the Coulomb torque have to agree.
-constexpr double kLittle = 0.5;
+constexpr double kLittleSwing = 0.5;
 /// How well: slopes under little torque over those under much.
 constexpr double kLeastAgreement = 0.3;
 constexpr double kMostAgreement = 2;
 /// What coasts or was filtered in: left out at both ends of a rest.
-constexpr double kSettle_s = 0.1;
+constexpr double kSettleAtRest_s = 0.1;
 constexpr double kLeast_s = 0.25;
-constexpr double kPiece_s = 1;
+constexpr double kRestPiece_s = 1;
 constexpr std::size_t kLeastPieces = 8;
 constexpr std::size_t kLeastSamples = 10;  // of a piece
 constexpr std::size_t kLeastOfLittle = 3;
@@ -77,10 +77,10 @@ void add_pieces(const Signals& s, const Band& band, double coulomb_Nm, std::vect
   for (std::size_t first = 0; first < position.size();) {
     std::size_t last = first;
     while (last < position.size() && rests(last)) ++last;
-    if (last - first > 2 * samples(kSettle_s)) {
-      const std::size_t from = first + samples(kSettle_s);
-      const std::size_t count = last - samples(kSettle_s) - from;
-      const std::size_t parts = std::max<std::size_t>(1, count / samples(kPiece_s));
+    if (last - first > 2 * samples(kSettleAtRest_s)) {
+      const std::size_t from = first + samples(kSettleAtRest_s);
+      const std::size_t count = last - samples(kSettleAtRest_s) - from;
+      const std::size_t parts = std::max<std::size_t>(1, count / samples(kRestPiece_s));
       const std::size_t length = count / parts;
       for (std::size_t p = 0; p < parts && length >= samples(kLeast_s); ++p) {
         const std::size_t begin = from + p * length;
@@ -135,9 +135,9 @@ RestFindings rest_channel(std::span<const Signals> signals, const effects::Drive
   if (2 * compliance * widest_Nm < band.resolution_rad) return findings;
 
   const auto little =
-      slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm < kLittle * coulomb_Nm; });
+      slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm < kLittleSwing * coulomb_Nm; });
   const auto much =
-      slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm >= kLittle * coulomb_Nm; });
+      slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm >= kLittleSwing * coulomb_Nm; });
   const bool both = little.size() >= kLeastOfLittle && much.size() >= kLeastOfLittle;
   if (both) {
     const double agreement = identify::median(little) / identify::median(much);

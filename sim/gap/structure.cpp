@@ -18,7 +18,7 @@
 namespace sim::gap {
 namespace {
 
-constexpr int kFolds = 8;
+constexpr int kStructureFolds = 8;
 constexpr double kBurstWindow_s = 0.3;
 /// Squared residual of a stretch over that of a usual one.
 constexpr double kBurst = 12;
@@ -98,7 +98,7 @@ Eigen::MatrixXd cycle_columns(double frequency_Hz, const Rows& rows, const std::
 }
 
 double gain_of(const Eigen::MatrixXd& columns, const std::vector<int>& block, const Eigen::VectorXd& target) {
-  const BlockRegression regression(columns, block, kFolds);
+  const BlockRegression regression(columns, block, kStructureFolds);
   std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
   std::iota(all.begin(), all.end(), Eigen::Index{0});
   const std::vector<Bounds> bounds(all.size());
@@ -169,7 +169,7 @@ std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, 
     const Eigen::VectorXd x = rows.means(coordinate.value)(training.rows);
     Eigen::MatrixXd columns = hats(x, coordinate.nodes);
     if (coordinate.by_direction) columns = direction.asDiagonal() * columns;
-    const BlockRegression regression(columns, training.block, kFolds);
+    const BlockRegression regression(columns, training.block, kStructureFolds);
     std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
     std::iota(all.begin(), all.end(), Eigen::Index{0});
     const std::vector<Bounds> bounds(all.size());

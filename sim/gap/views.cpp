@@ -23,7 +23,7 @@ constexpr double kWindow_s = 1.0;
 constexpr std::size_t kMostWindows = 60;
 constexpr std::size_t kTraces = 4;
 
-struct Coordinate {
+struct ViewCoordinate {
   const char* name;
   std::function<Samples(const Signals&)> value;
 };
@@ -35,7 +35,7 @@ Samples turned(const Signals& s) {
   return result;
 }
 
-std::vector<Coordinate> coordinates() {
+std::vector<ViewCoordinate> view_coordinates() {
   return {{"velocity_rad_per_s", [](const Signals& s) { return s.velocity_rad_per_s; }},
           {"position_rad", turned},
           {"acceleration_rad_per_s2", [](const Signals& s) { return s.acceleration_rad_per_s2; }},
@@ -121,7 +121,7 @@ std::vector<ResidualMap> residual_maps(const FittedModel& before, const FittedMo
   const Eigen::VectorXd left_before = rows.torque_Nm() - predicted_rows(before, rows);
   const Eigen::VectorXd left_after = rows.torque_Nm() - predicted_rows(after, rows);
   std::vector<ResidualMap> maps;
-  for (const Coordinate& coordinate : coordinates()) {
+  for (const ViewCoordinate& coordinate : view_coordinates()) {
     const Eigen::VectorXd x = rows.means(coordinate.value)(use);
     const double low = quantile(x, 0.005);
     const double high = quantile(x, 0.995);
@@ -263,7 +263,7 @@ Simulated simulate(const effects::DriveModel& before, const effects::DriveModel&
 
 Where where_of(std::string_view effect, const Eigen::VectorXd& contribution, const Rows& rows,
                const std::vector<Eigen::Index>& use) {
-  const auto suits = [&]() -> Coordinate {
+  const auto suits = [&]() -> ViewCoordinate {
     if (effect == "cogging" || effect == "imbalance" || effect == "load_friction")
       return {"position_rad", turned};
     if (effect == "inertia" || effect == "elasticity")

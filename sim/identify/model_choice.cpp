@@ -229,10 +229,10 @@ StaticForm form_of(const Terms& terms, const Data& data) {
   return form;
 }
 
-class Search {
+class ChoiceSearch {
  public:
-  Search(const StaticMap& map, const std::vector<std::size_t>& left_out, const Data& data,
-         const ChoiceOptions& options)
+  ChoiceSearch(const StaticMap& map, const std::vector<std::size_t>& left_out, const Data& data,
+               const ChoiceOptions& options)
       : map_(map), left_out_(left_out), data_(data), options_(options), random_(options.seed) {
     for (const MapPoint& point : map.points)
       top_speed_rad_per_s_ = std::max(top_speed_rad_per_s_, std::abs(point.velocity_rad_per_s));
@@ -438,7 +438,7 @@ ModelChoice choose_model(const StaticMap& map, const ChoiceOptions& options) {
   }
   const Data data = data_of(map, all);
   choice.outliers = all.outliers;
-  const Terms terms = Search(map, all.outliers, data, options).run(choice.steps);
+  const Terms terms = ChoiceSearch(map, all.outliers, data, options).run(choice.steps);
   choice.terms.assign(terms.begin(), terms.end());
   choice.form = form_of(terms, data);
   return choice;

@@ -231,9 +231,9 @@ class Coordinates {
   std::vector<Coordinate> list_;
 };
 
-class Search {
+class PendulumSearch {
  public:
-  Search(const std::vector<Rows>& runs, const PendulumRig& rig, const PendulumFitOptions& options)
+  PendulumSearch(const std::vector<Rows>& runs, const PendulumRig& rig, const PendulumFitOptions& options)
       : runs_(runs), rig_(rig), options_(options) {}
 
   LeastSquaresSolution from(const Coordinates& coordinates, const std::vector<Eigen::VectorXd>& starts,
@@ -366,7 +366,7 @@ PendulumFit fit_pendulum(std::span<const PendulumRun> runs, const PendulumRig& r
       throw std::invalid_argument("pendulum fit: a run of " + std::to_string(run.time_s.size()) +
                                   " rows cannot be compared at " + std::to_string(options.rows_per_run));
 
-  Search search(rows, rig, options);
+  PendulumSearch search(rows, rig, options);
   Coordinates coordinates(rig.resistance_ohm);
   LeastSquaresSolution solution;
   for (const auto& stage : stages(rig, options)) {

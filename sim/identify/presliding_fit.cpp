@@ -22,7 +22,7 @@ constexpr double kLargestOffset = 0.1;  // of the static friction
 constexpr const char* kNames[] = {"stiffness_Nm_per_rad", "damping_Nm_s_per_rad", "torque_offset_Nm",
                                   "position_offset_rad"};
 
-std::string number(double value) {
+std::string three_digits(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
   return text;
@@ -50,7 +50,7 @@ std::string torque_obstacle(const Recording& recording, std::span<const double> 
   const double most = largest(torque);
   const auto [low, high] = std::minmax_element(torque.begin(), torque.end());
   if (!(*low<-0.1 * most&& * high> 0.1 * most))
-    return "the torque never reverses (" + number(*low) + " to " + number(*high) +
+    return "the torque never reverses (" + three_digits(*low) + " to " + three_digits(*high) +
            " N·m); stiffness and damping show at reversals of the motion";
 
   if (recording.has("torque_command_Nm") && recording.has("torque_measured_Nm")) {
@@ -65,8 +65,8 @@ std::string torque_obstacle(const Recording& recording, std::span<const double> 
     }
     const double offset = median(delivered);
     if (offset - median(wanted) > kLargestOffset * static_Nm)
-      return "the motor delivers about " + number(offset) +
-             " N·m where less is commanded: " + number(100 * offset / static_Nm) +
+      return "the motor delivers about " + three_digits(offset) +
+             " N·m where less is commanded: " + three_digits(100 * offset / static_Nm) +
              " % of the static friction, so the torque jumps at each reversal, where stiffness and damping "
              "show";
     double square = 0;
@@ -74,15 +74,15 @@ std::string torque_obstacle(const Recording& recording, std::span<const double> 
       square += (torque[i] - command[i]) * (torque[i] - command[i]);
     const double off = std::sqrt(square / static_cast<double>(command.size()));
     if (off > kLargestOffset * static_Nm)
-      return "the delivered torque differs from the commanded one by " + number(off) +
+      return "the delivered torque differs from the commanded one by " + three_digits(off) +
              " N·m rms, more than a tenth of the static friction";
   }
   // A torque that passes through zero has values near it; one that jumps over it has none.
   std::size_t small = 0;
   for (const double value : torque) small += std::abs(value) < kLargestOffset * static_Nm ? 1 : 0;
   if (200 * small < torque.size())
-    return "the torque jumps over zero: hardly any sample is below " + number(kLargestOffset * static_Nm) +
-           " N·m; stiffness and damping show at reversals";
+    return "the torque jumps over zero: hardly any sample is below " +
+           three_digits(kLargestOffset * static_Nm) + " N·m; stiffness and damping show at reversals";
   return {};
 }
 
@@ -155,9 +155,9 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
   const double range = *high - *low;
   const double resolution = options.resolution_rad > 0 ? options.resolution_rad : resolution_of(position);
   if (!(range >= kLeastSteps * resolution) || range == 0)
-    return refuse_all("the encoder is too coarse: the joint moves " + number(range) + " rad, " +
-                      number(resolution > 0 ? range / resolution : 0) + " steps of " + number(resolution) +
-                      " rad; 20 are the least");
+    return refuse_all("the encoder is too coarse: the joint moves " + three_digits(range) + " rad, " +
+                      three_digits(resolution > 0 ? range / resolution : 0) + " steps of " +
+                      three_digits(resolution) + " rad; 20 are the least");
   if (largest(torque) > options.sliding.static_Nm)
     fit.verdicts.emplace_back("the torque exceeds the static friction; errors of the sliding friction enter");
 
@@ -242,8 +242,8 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
     fit.parameters.push_back(std::move(estimate));
   }
   if (fit.relative_error_percent > 30)
-    fit.verdicts.push_back("the law does not describe this motion: " + number(fit.relative_error_percent) +
-                           " % of it is left");
+    fit.verdicts.push_back("the law does not describe this motion: " +
+                           three_digits(fit.relative_error_percent) + " % of it is left");
   return fit;
 }
 

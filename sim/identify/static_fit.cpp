@@ -21,7 +21,7 @@ using control::friction::AnyLaw;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kMostExtra = 1e4;  // N·m and per power of rad/s, as the laws' own bounds
 
-std::string number(double value) {
+std::string four_digits(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", value);
   return text;
@@ -384,8 +384,8 @@ class Fitter {
       };
       for (to = from + 1; to < order.size() && side(to) == side(from);) ++to;
       if (side(from) == 0 || to - from < 3) continue;
-      where += (where.empty() ? "from " : ", from ") + number(used_[order[from]].v) + " to " +
-               number(used_[order[to - 1]].v) + " rad/s";
+      where += (where.empty() ? "from " : ", from ") + four_digits(used_[order[from]].v) + " to " +
+               four_digits(used_[order[to - 1]].v) + " rad/s";
     }
     return where;
   }
@@ -433,7 +433,7 @@ class Fitter {
         estimate.lower = profile_end(whole, covariance, column, -1, half, t);
         estimate.upper = profile_end(whole, covariance, column, +1, half, t);
         if (estimate.upper >= slots[k].upper)
-          estimate.not_identifiable = "any value above " + number(estimate.lower) + " fits this map";
+          estimate.not_identifiable = "any value above " + four_digits(estimate.lower) + " fits this map";
       }
       fit_.parameters.push_back(std::move(estimate));
     }
@@ -536,8 +536,8 @@ class Fitter {
     else if (!stribeck_matters())
       why = "without a Stribeck term the map is described as well";
     else if (below.empty())
-      why = "no speed below the Stribeck velocity: the slowest is " + number(slowest_) + ", it is about " +
-            number(vs) + " rad/s";
+      why = "no speed below the Stribeck velocity: the slowest is " + four_digits(slowest_) +
+            ", it is about " + four_digits(vs) + " rad/s";
     const auto refuse = [&](std::string_view name, const std::string& reason) {
       if (Estimate* const found = estimate(name); found != nullptr && found->ok())
         found->not_identifiable = reason;
@@ -547,8 +547,8 @@ class Fitter {
       for (const std::string_view name : {"static_Nm", "stribeck_velocity_rad_per_s", "stribeck_exponent"})
         refuse(name, why);
     } else if (above.empty()) {
-      why = "no speed well above the Stribeck velocity: the fastest is " + number(fastest_) +
-            ", it is about " + number(vs) + " rad/s";
+      why = "no speed well above the Stribeck velocity: the fastest is " + four_digits(fastest_) +
+            ", it is about " + four_digits(vs) + " rad/s";
       fit_.verdicts.push_back(why);
       for (const std::string_view name :
            {"coulomb_Nm", "viscous_Nm_s_per_rad", "stribeck_velocity_rad_per_s"})
@@ -558,7 +558,7 @@ class Fitter {
       if (Estimate* const found = estimate(name);
           found != nullptr && found->ok() && found->upper > 10 * found->lower)
         found->not_identifiable =
-            "this map allows anything from " + number(found->lower) + " to " + number(found->upper);
+            "this map allows anything from " + four_digits(found->lower) + " to " + four_digits(found->upper);
   }
   /// Whether the level at rest differs from that of sliding by more than chance, whatever the shape between
   /// them: the sum of squares without it, against what three free parameters gain by chance in 1 of 20 maps.

@@ -1,6 +1,7 @@
 #include "sim/identify/statistics.h"
 
-#include <Eigen/Dense>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 
@@ -58,13 +59,28 @@ double r_squared(const Eigen::VectorXd& measured, const Eigen::VectorXd& predict
          (measured - predicted).squaredNorm() / (measured.array() - measured.mean()).matrix().squaredNorm();
 }
 
+namespace {
+
+using SquareSvd = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>;
+
+/// Singular values and V of a matrix, by way of R of its QR decomposition, which has the same.
+SquareSvd svd_of(const Eigen::MatrixXd& matrix) {
+  const Eigen::MatrixXd qr = Eigen::HouseholderQR<Eigen::MatrixXd>(matrix).matrixQR();
+  const Eigen::Index rows = std::min(matrix.rows(), matrix.cols());
+  Eigen::MatrixXd R = Eigen::MatrixXd::Zero(matrix.cols(), matrix.cols());
+  R.topRows(rows) = qr.topRows(rows).triangularView<Eigen::Upper>();
+  return SquareSvd(R, Eigen::ComputeFullV);
+}
+
+}  // namespace
+
 Eigen::MatrixXd normal_inverse(const Eigen::MatrixXd& jacobian) {
   if (jacobian.cols() == 0) return {};
   Eigen::VectorXd length = jacobian.colwise().norm();
   for (double& l : length)
     if (!(l > 0)) l = 1e-150;
   const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(scaled, Eigen::ComputeThinV);
+  const SquareSvd svd = svd_of(scaled);
   Eigen::VectorXd inverse_square = svd.singularValues();
   const double least = 1e-9 * (inverse_square.size() > 0 ? inverse_square[0] : 1);
   for (double& s : inverse_square) s = 1 / std::max(s * s, least * least);
@@ -78,7 +94,7 @@ double condition_number(const Eigen::MatrixXd& jacobian) {
   if (!(length.minCoeff() > 0) || jacobian.rows() < jacobian.cols())
     return std::numeric_limits<double>::infinity();
   const Eigen::MatrixXd scaled = jacobian * length.cwiseInverse().asDiagonal();
-  const Eigen::VectorXd s = Eigen::JacobiSVD<Eigen::MatrixXd>(scaled).singularValues();
+  const Eigen::VectorXd s = svd_of(scaled).singularValues();
   return s[0] / s[s.size() - 1];
 }
 

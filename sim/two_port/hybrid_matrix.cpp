@@ -1,6 +1,5 @@
 #include "sim/two_port/hybrid_matrix.h"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -135,11 +134,19 @@ HybridPoint solve(const std::vector<Spectra>& experiments, const EstimateLimits&
     point.condition = std::numeric_limits<double>::infinity();
     return point;
   }
-  const Eigen::MatrixXcd scaled = X * scale.cwiseInverse().asDiagonal();
-  const Eigen::JacobiSVD<Eigen::MatrixXcd> svd(scaled, Eigen::ComputeThinU | Eigen::ComputeThinV);
-  point.condition = svd.singularValues()[0] / svd.singularValues()[1];
-  const Eigen::MatrixXcd inverse =
-      scale.cwiseInverse().asDiagonal() * svd.solve(Eigen::MatrixXcd::Identity(rows, rows));
+  // Of two columns of unit length, the scalar product decides: their singular values are √(1 ± |product|).
+  const Eigen::MatrixX2cd scaled = X * scale.cwiseInverse().asDiagonal();
+  const Complex product = scaled.col(0).dot(scaled.col(1));
+  const double independent = 1.0 - std::norm(product);
+  if (independent <= std::numeric_limits<double>::epsilon()) {
+    point.condition = std::numeric_limits<double>::infinity();
+    return point;
+  }
+  point.condition = (1.0 + std::abs(product)) / std::sqrt(independent);
+  Eigen::Matrix2cd gram_inverse;
+  gram_inverse << 1.0, -product, -std::conj(product), 1.0;
+  const Eigen::Matrix2Xcd inverse =
+      scale.cwiseInverse().asDiagonal() * (gram_inverse / independent) * scaled.adjoint();
   point.H = (inverse * Y).transpose();
   // To first order δHᵀ = X⁺·(δY - δX·Hᵀ).
   const Eigen::MatrixXd variance =

@@ -25,7 +25,7 @@ constexpr Axes kRest_m{0.03, 0.0, -0.05};       // where the handle lies when no
 constexpr Axes kUncalibrated_m{0.0, 0.0, 0.0};  // what is told then, wherever it is
 constexpr Axes kRegulation_N{0.0, 0.0, 2.0};    // what calibration holds the handle with at its end
 
-enum Cause { kNone = 0, kVelocity = 2, kWatchdog = 3, kSoftware = 4, kUnplugged = 5 };
+enum Cause { kNoCause = 0, kVelocity = 2, kWatchdog = 3, kSoftware = 4, kUnplugged = 5 };
 
 double norm(const Axes& vector) { return std::hypot(vector[0], vector[1], vector[2]); }
 
@@ -83,7 +83,7 @@ void StandInDevice::calibrate() {
   state.regulation = true;
   state.command_N = target_N_ = kRegulation_N;
   change_to(ForceDimensionMode::kForce);
-  state.force_off_cause = kNone;
+  state.force_off_cause = kNoCause;
   fed_s_ = state.time_s;
   transfer();
   transfer();
@@ -96,7 +96,7 @@ void StandInDevice::enable_force(bool on) {
     state.brought_back_N = target_N_ = state.command_N;
   }
   change_to(ForceDimensionMode::kForce);
-  state.force_off_cause = kNone;
+  state.force_off_cause = kNoCause;
 }
 
 void StandInDevice::brake(int cause) {
