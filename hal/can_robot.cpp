@@ -56,7 +56,7 @@ std::string in_words(const tmcl::FirmwareVersion& version) {
          std::to_string(version.version / 100) + "." + fraction;
 }
 
-std::string milliseconds(nanoseconds duration) {
+std::string in_milliseconds(nanoseconds duration) {
   const std::int64_t hundredths = (duration.count() + 9'999) / 10'000;  // rounded up
   return std::to_string(hundredths / 100) + "." + std::to_string(100 + hundredths % 100).substr(1) + " ms";
 }
@@ -196,8 +196,8 @@ void CanRobot::check_bitrate() const {
   if (period_ >= shortest) return;
   throw SetupError(socket.name(), "check that a cycle fits on the bus",
                    std::to_string(options_.requests_per_cycle) + " requests and replies a cycle at " +
-                       std::to_string(bit_per_s) + " bit/s need a period of " + milliseconds(shortest) +
-                       " or more, and it is " + milliseconds(period_) +
+                       std::to_string(bit_per_s) + " bit/s need a period of " + in_milliseconds(shortest) +
+                       " or more, and it is " + in_milliseconds(period_) +
                        "; lengthen the period, lower requests_per_cycle, or set module and interface to a "
                        "higher bit rate");
 }
@@ -265,9 +265,9 @@ void CanRobot::try_whole_cycles() {
   }
   if (best > options_.patience_cycles * period_)
     throw SetupError(module_name_, "send a cycle's requests at once",
-                     "its answers take " + milliseconds(best) + ", more than " +
-                         std::to_string(options_.patience_cycles) + " periods of " + milliseconds(period_) +
-                         "; lengthen the period or lower requests_per_cycle");
+                     "its answers take " + in_milliseconds(best) + ", more than " +
+                         std::to_string(options_.patience_cycles) + " periods of " +
+                         in_milliseconds(period_) + "; lengthen the period or lower requests_per_cycle");
 }
 
 void CanRobot::deactivate() noexcept {

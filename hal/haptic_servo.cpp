@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/seconds.h"
 #include "hal/setup_error.h"
 
 namespace hal {
@@ -11,8 +12,6 @@ namespace {
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
 using std::chrono::nanoseconds;
-
-double seconds(nanoseconds time) noexcept { return std::chrono::duration<double>(time).count(); }
 
 bool finite(const HapticSample& sample) noexcept {
   return sample.p_HD_m.allFinite() && sample.q_HD.coeffs().allFinite();
@@ -24,7 +23,7 @@ Vector3d within(const Vector3d& v, double longest) noexcept {
   return length > longest ? Vector3d(v * (longest / length)) : v;
 }
 
-std::uint32_t microseconds(nanoseconds time) noexcept {
+std::uint32_t whole_microseconds(nanoseconds time) noexcept {
   const auto count = std::chrono::duration_cast<std::chrono::microseconds>(time).count();
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(count, 0, UINT32_MAX));
 }
@@ -76,7 +75,7 @@ HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds command
   } else {
     // While the force was off nobody was harmed by a pause.
     if (enabled_since_ && (gap < 0ns || gap > limits_.stale_after))
-      latch({.fault = HapticFault::kStale, .detail = microseconds(gap)});
+      latch({.fault = HapticFault::kStale, .detail = whole_microseconds(gap)});
     check_command(command, commanded, now);
     if (latched_.ok() && !enabled_since_) enabled_since_ = fresh_ = now;
   }
@@ -116,7 +115,7 @@ void HapticServo::check_command(const HapticCommand& command, nanoseconds comman
                                 nanoseconds now) noexcept {
   if (!command.f_D_H_N.allFinite()) latch({.fault = HapticFault::kBadCommand});
   if (now - commanded > limits_.command_timeout)
-    latch({.fault = HapticFault::kNoCommand, .detail = microseconds(now - commanded)});
+    latch({.fault = HapticFault::kNoCommand, .detail = whole_microseconds(now - commanded)});
 }
 
 /// Limited and faded in; not yet slowed down.
@@ -135,7 +134,7 @@ void HapticServo::check_reading(HapticStatus reading, const HapticSample& measur
   if (!reading.ok()) latch(reading);
   if (!enabled_since_) return;
   if (now - fresh_ > limits_.stale_after)
-    latch({.fault = HapticFault::kStale, .detail = microseconds(now - fresh_)});
+    latch({.fault = HapticFault::kStale, .detail = whole_microseconds(now - fresh_)});
   const bool has_force = link_.info().force_limit_N > 0.0;  // a cap on springs may snap as it likes
   if (has_force && measured.v_HD_H_m_per_s.norm() > limits_.speed_m_per_s)
     latch({.fault = HapticFault::kTooFast});

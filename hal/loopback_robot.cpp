@@ -10,13 +10,13 @@
 namespace hal {
 namespace {
 
-bool finite(const JointSample& joint) noexcept {
+bool is_finite(const JointSample& joint) noexcept {
   return std::isfinite(joint.position_rad) && std::isfinite(joint.velocity_rad_per_s) &&
          std::isfinite(joint.torque_Nm);
 }
 
 bool all_finite(std::span<const JointSample> joints) noexcept {
-  return std::all_of(joints.begin(), joints.end(), finite);
+  return std::all_of(joints.begin(), joints.end(), is_finite);
 }
 
 }  // namespace
@@ -108,7 +108,7 @@ CycleStatus LoopbackRobot::check(const RobotCommand& command) const noexcept {
 CycleStatus LoopbackRobot::check(const RobotSample& sample) const noexcept {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointSample& joint = sample.joints[i];
-    const JointFault fault = finite(joint) ? joint.fault : JointFault::kBadSample;
+    const JointFault fault = is_finite(joint) ? joint.fault : JointFault::kBadSample;
     if (fault != JointFault::kNone)
       return {Fault::kJointFault, static_cast<std::int8_t>(i), static_cast<std::uint32_t>(fault)};
   }

@@ -15,26 +15,23 @@
 #include "hal/setup_error.h"
 
 namespace hal {
-namespace {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-struct Given {
-  HapticCommand command;
-  nanoseconds stamp{};
-  std::uint32_t disables = 0;  // how many commands so far were not enabled
-};
-
-struct Outcome {
-  HapticStatus status;
-  HapticSample sample;  // the latest
-  nanoseconds told{};
-};
-
-}  // namespace
-
 struct ThreadedHapticDevice::Shared {
+  struct Given {
+    HapticCommand command;
+    nanoseconds stamp{};
+    std::uint32_t disables = 0;  // how many commands so far were not enabled
+  };
+
+  struct Outcome {
+    HapticStatus status;
+    HapticSample sample;  // the latest
+    nanoseconds told{};
+  };
+
   Shared(std::unique_ptr<HapticLink> the_link, const HapticLimits& limits)
       : link(std::move(the_link)), servo(*link, limits) {}
 
@@ -107,7 +104,7 @@ void ThreadedHapticDevice::activate() {
   shared_->servo.reset();
   shared_->stop = false;
   shared_->given.publish({});
-  Outcome old;
+  Shared::Outcome old;
   shared_->outcomes.take(old);
   shared_->sample = {};
   disables_ = 0;
@@ -152,7 +149,7 @@ bool ThreadedHapticDevice::deactivate() noexcept {
 HapticStatus ThreadedHapticDevice::exchange(const HapticCommand& command, HapticSample& sample) noexcept {
   if (!running_) return {HapticFault::kNotActive};
   const nanoseconds now = shared_->clock.now();
-  if (Outcome outcome; shared_->outcomes.take(outcome)) {
+  if (Shared::Outcome outcome; shared_->outcomes.take(outcome)) {
     status_ = outcome.status;
     told_ = outcome.told;
     sample_ = outcome.sample;

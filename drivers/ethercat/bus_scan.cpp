@@ -62,17 +62,10 @@ void read_base_information(RegisterAccess& access, std::vector<Slave>& slaves) {
             });
 }
 
-/// In at port 0, then out and back at these.
-constexpr std::array<std::uint8_t, 3> kPortOrder{3, 1, 2};
-
-bool communicates(const Slave& slave, std::uint8_t port) {
-  return (slave.dl_status >> (9 + 2 * port) & 1) != 0;
-}
-
 /// Where the next slave belongs behind the last one: the first port that exists and leads nowhere.
 std::uint8_t next_port(const Slave& slave) {
   for (const std::uint8_t port : kPortOrder)
-    if ((slave.port_descriptor >> (2 * port) & 3) >= 2 && !communicates(slave, port)) return port;
+    if ((slave.port_descriptor >> (2 * port) & 3) >= 2 && !slave.communicates(port)) return port;
   return 1;
 }
 
@@ -92,7 +85,7 @@ void find_parents(std::vector<Slave>& slaves) {
     }
     Branch branch{slave.position, {}};
     for (std::size_t n = kPortOrder.size(); n-- > 0;)
-      if (communicates(slave, kPortOrder[n])) branch.free_ports.push_back(kPortOrder[n]);
+      if (slave.communicates(kPortOrder[n])) branch.free_ports.push_back(kPortOrder[n]);
     path.push_back(std::move(branch));
   }
 }

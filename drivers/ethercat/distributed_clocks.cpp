@@ -12,23 +12,18 @@ using std::chrono::nanoseconds;
 
 constexpr std::uint16_t kClockIs64Bit = 0x0008;  // in Slave::features
 constexpr std::uint16_t kSpeedCounterStart = 0x1000;
-constexpr std::array<std::uint8_t, 3> kPortOrder{3, 1, 2};  // after 0
-constexpr std::size_t kLatchBytes = 0x20;                   // 0x0900 to 0x091F
+constexpr std::size_t kLatchBytes = 0x20;  // 0x0900 to 0x091F
 constexpr std::uint32_t kSignOfDifference = 0x8000'0000;
 /// 10 km of cable one way: what takes longer is no delay but a wrong measurement.
 constexpr std::int64_t kLongestHop = 50'000;
 constexpr std::int64_t kLongestBranch = 1'000'000;  // hundreds of slaves
-
-bool communicates(const Slave& slave, std::uint8_t port) noexcept {
-  return (slave.dl_status >> (9 + 2 * port) & 1) != 0;
-}
 
 /// The port the frame came in by, or came back at, before it left by `port`; port 0 at the earliest.
 std::uint8_t port_before(const Slave& slave, std::uint8_t port) noexcept {
   std::uint8_t before = 0;
   for (const std::uint8_t candidate : kPortOrder) {
     if (candidate == port) break;
-    if (communicates(slave, candidate)) before = candidate;
+    if (slave.communicates(candidate)) before = candidate;
   }
   return before;
 }

@@ -6,6 +6,9 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <thread>
+
+#include "drivers/ethercat/monotonic_clock.h"
 
 namespace drivers::ethercat {
 
@@ -23,6 +26,11 @@ class Link {
   /// Cycle: the next EtherCAT frame that came back, copied into `buffer`; its size, or 0 when none came
   /// before `timeout` was over. Frames of our own as they go out are not delivered.
   virtual std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept = 0;
+  /// Monotonic clock of all deadlines on the wire: the machine's. An emulated bus overrides it with its own
+  /// time, so that a busy machine makes no frame late.
+  virtual std::chrono::nanoseconds now() const noexcept { return monotonic_now(); }
+  /// Setup: sleeps on that clock.
+  virtual void wait(std::chrono::nanoseconds duration) { std::this_thread::sleep_for(duration); }
   /// errno of the last failure of send() or receive(), 0 if none.
   virtual int last_error() const noexcept = 0;
   /// For messages: "eth0".

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdio>
 #include <string>
-#include <thread>
 #include <utility>
 
 #include "drivers/ethercat/bus_error.h"
@@ -67,11 +66,11 @@ void PreOpBus::run_setups(std::vector<SlaveSetup>& setups) {
     access_.each(
         setups.size(), [&](std::size_t i) { return !running(i); },
         [&](FrameWriter& writer, std::uint8_t index, std::size_t i) {
-          if (setups[i].request(writer, index, monotonic_now())) return true;
+          if (setups[i].request(writer, index, now())) return true;
           // Timed out just now: a placeholder keeps datagrams and slaves in step.
           return !running(i) && writer.add(Command::kNop, index, 0, 0).counter != nullptr;
         },
-        [&](const Datagram& datagram, std::size_t i) { setups[i].answer(datagram, monotonic_now()); });
+        [&](const Datagram& datagram, std::size_t i) { setups[i].answer(datagram, now()); });
   }
   for (std::size_t i = 0; i < setups.size(); ++i)
     if (setups[i].status() == SlaveSetup::Status::kFailed)
@@ -89,7 +88,7 @@ std::span<const std::uint8_t> PreOpBus::mailbox_exchange(std::size_t i,
                    line.exists() ? "the request is longer than the mailbox" : "it has none");
   while (line.status() == MailboxLine::Status::kBusy) {
     FrameWriter& writer = transceiver_->begin();
-    if (!line.add(writer, transceiver_->index(), monotonic_now())) continue;
+    if (!line.add(writer, transceiver_->index(), now())) continue;
     if (!transceiver_->exchange(options_.access.frame_timeout)) {
       line.frame_lost();
       continue;
@@ -104,6 +103,7 @@ std::span<const std::uint8_t> PreOpBus::mailbox_exchange(std::size_t i,
 }
 
 OpBus PreOpBus::start() && {
+  Link& link = transceiver_->link();
   std::optional<DistributedClocks> clocks;
   if (options_.distributed_clocks) {
     // Any moment will do for the slaves' time; ours can be compared with it.
@@ -119,15 +119,15 @@ OpBus PreOpBus::start() && {
 
   OpBus bus(std::move(transceiver_), std::move(slaves_), options_.cyclic, std::move(clocks));
   // Some slaves enter OP only while they see outputs: the cycle runs at once.
-  const std::chrono::nanoseconds begin = monotonic_now();
+  const std::chrono::nanoseconds begin = link.now();
   const std::chrono::nanoseconds deadline = begin + options_.state_timeout;
   const auto fail = [&bus](const std::string& who, const char* step, const std::string& why) {
     bus.leave_op();
     throw BusError(who, step, why);
   };
-  while (!bus.exchange(monotonic_now()).all_operational) {
-    std::this_thread::sleep_for(kStartPeriod);
-    const bool late = monotonic_now() > deadline;
+  while (!bus.exchange(link.now()).all_operational) {
+    link.wait(kStartPeriod);
+    const bool late = link.now() > deadline;
     for (std::size_t i = 0; i < bus.size(); ++i) {
       const SlaveHealth& health = bus.health(i);
       const bool refused = health.condition == SlaveCondition::kStopped;
@@ -141,7 +141,7 @@ OpBus PreOpBus::start() && {
           to_string(health.state), health.al_error ? " with error" : "", health.al_code,
           describe_al_status_code(health.al_code),
           static_cast<long long>(
-              std::chrono::duration_cast<std::chrono::milliseconds>(monotonic_now() - begin).count()));
+              std::chrono::duration_cast<std::chrono::milliseconds>(link.now() - begin).count()));
       fail(bus.slave(i).label(), "change state", text);
     }
     if (late)

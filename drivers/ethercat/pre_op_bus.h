@@ -56,6 +56,7 @@ class PreOpBus {
 
  private:
   void run_setups(std::vector<SlaveSetup>& setups);
+  std::chrono::nanoseconds now() const noexcept { return transceiver_->link().now(); }
 
   std::unique_ptr<Transceiver> transceiver_;
   Options options_;

@@ -14,7 +14,9 @@ namespace drivers::ethercat {
 class RegisterAccess {
  public:
   struct Options {
-    std::chrono::nanoseconds frame_timeout = std::chrono::milliseconds(20);
+    /// Nothing is driven yet, so it may be long: a busy machine that simulates the slaves takes 60 ms and
+    /// more.
+    std::chrono::nanoseconds frame_timeout = std::chrono::milliseconds(100);
     int tries = 3;
   };
   RegisterAccess(Transceiver& transceiver, const Options& options)

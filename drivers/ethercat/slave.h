@@ -20,6 +20,9 @@ struct ProcessDataWindow {
   std::uint32_t image_offset = 0;  ///< in bytes
 };
 
+/// The ports by which a frame leaves a slave and comes back to it, in this order; it came in at port 0.
+inline constexpr std::array<std::uint8_t, 3> kPortOrder{3, 1, 2};
+
 struct Slave {
   std::uint16_t position = 0;  ///< on the bus, from 1
   std::uint16_t station = 0;   ///< configured address
@@ -39,6 +42,8 @@ struct Slave {
   std::string label() const {
     return "slave " + std::to_string(position) + " (" + (sii.name.empty() ? "no name" : sii.name) + ")";
   }
+  /// Whether another device is at this port (DL status, bit 9 + 2 port).
+  bool communicates(std::uint8_t port) const noexcept { return (dl_status >> (9 + 2 * port) & 1) != 0; }
   bool has_distributed_clock() const noexcept { return (features & 0x0004) != 0; }
 };
 

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "drivers/ethercat/monotonic_clock.h"
-
 namespace drivers::ethercat {
 namespace {
 
@@ -27,17 +25,17 @@ bool Transceiver::send() noexcept {
   sent_size_ = frame.size();
   if (tap_ != nullptr) tap_->frame(Direction::kSent, frame);
   ++counters_.sent;
-  sent_at_ = monotonic_now();
+  sent_at_ = link_.now();
   if (link_.send(frame)) return true;
   ++counters_.not_sent;
   return false;
 }
 
 bool Transceiver::receive(nanoseconds timeout) noexcept {
-  nanoseconds left = timeout;  // the first wait is the link's own time alone, which may be emulated
+  nanoseconds left = timeout;
   for (int strangers = 0; strangers < kMostStrangers; ++strangers) {
     const std::size_t size = link_.receive(received_, left);
-    const nanoseconds passed = monotonic_now() - sent_at_;
+    const nanoseconds passed = link_.now() - sent_at_;
     left = std::max(timeout - passed, nanoseconds{0});
     if (size == 0) break;
     const std::span<std::uint8_t> bytes(received_.data(), size);

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* kDevice = "Force Dimension SDK";
+constexpr const char* kLibrary = "Force Dimension SDK";
 constexpr const char* kRemedy =
     "get the SDK (version 3, Linux) from forcedimension.com, unpack it and set FDSDK to its folder, the one "
     "that holds lib/release; or name the libdrd file. If it is there and does not load, libusb-1.0 is what "
@@ -170,7 +170,7 @@ ForceDimensionLibrary::ForceDimensionLibrary(const SdkSearch& search) {
     static_cast<void>(library.release());  // stays loaded, see the class
     return;
   }
-  throw SetupError({kDevice, "load the library", "a libdrd.so of version " + std::to_string(kNeededSdkMajor),
+  throw SetupError({kLibrary, "load the library", "a libdrd.so of version " + std::to_string(kNeededSdkMajor),
                     refusals, kRemedy});
 }
 
@@ -186,7 +186,7 @@ void ForceDimensionLibrary::require(std::initializer_list<std::string_view> symb
     found += (found.empty() ? "without " : ", ") + std::string(missing.symbol) + " (" + missing.feature + ")";
   }
   if (found.empty()) return;
-  throw SetupError({kDevice, "look up functions in " + path_, "all that this needs",
+  throw SetupError({kLibrary, "look up functions in " + path_, "all that this needs",
                     "version " + to_string(version_) + " " + found,
                     "install a newer SDK of version " + std::to_string(kNeededSdkMajor) + "; " + kRemedy});
 }

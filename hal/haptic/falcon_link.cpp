@@ -15,8 +15,8 @@ using drivers::haptic::FalconSample;
 using drivers::haptic::FalconStatus;
 
 // Both frames are right-handed, so the axes only change places.
-std::array<double, 3> in_falcon_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
-Eigen::Vector3d in_our_axes(const std::array<double, 3>& v) { return {v[2], v[0], v[1]}; }
+std::array<double, 3> to_falcon_axes(const Eigen::Vector3d& v) { return {v.y(), v.z(), v.x()}; }
+Eigen::Vector3d from_falcon_axes(const std::array<double, 3>& v) { return {v[2], v[0], v[1]}; }
 
 HapticFault generic(FalconFault fault) noexcept {
   switch (fault) {
@@ -68,18 +68,18 @@ HapticStatus FalconLink::exchange(const HapticCommand& command, std::chrono::nan
   if (!falcon_) return {HapticFault::kNotActive};
   const Eigen::Vector3d force_N = command.enable ? command.f_D_H_N : Eigen::Vector3d::Zero();
   FalconSample measured;
-  const FalconStatus status = falcon_->exchange(in_falcon_axes(force_N), measured);
+  const FalconStatus status = falcon_->exchange(to_falcon_axes(force_N), measured);
   HapticStatus told{.fault = generic(status.fault),
                     .saturated = measured.limited,
                     .detail = static_cast<std::uint32_t>(status.fault),
-                    .f_D_H_N = in_our_axes(falcon_->force_N())};
+                    .f_D_H_N = from_falcon_axes(falcon_->force_N())};
   if (!status.ok()) return told;
   if (!measured.homed) {
     told.fault = HapticFault::kNotReady;
     return told;
   }
   sample.stamp = now;
-  sample.p_HD_m = in_our_axes(measured.p_OG_m);
+  sample.p_HD_m = from_falcon_axes(measured.p_OG_m);
   sample.q_HD.setIdentity();
   sample.buttons = measured.buttons;
   return told;

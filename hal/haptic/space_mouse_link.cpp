@@ -8,7 +8,7 @@
 namespace hal {
 namespace {
 
-Eigen::Vector3d in_our_axes(const std::array<double, 3>& v) { return {-v[1], v[0], v[2]}; }
+Eigen::Vector3d from_space_mouse_axes(const std::array<double, 3>& v) { return {-v[1], v[0], v[2]}; }
 
 Eigen::Quaterniond rotation(const Eigen::Vector3d& vector_rad) {
   const double angle_rad = vector_rad.norm();
@@ -45,8 +45,8 @@ HapticStatus SpaceMouseLink::exchange(const HapticCommand& /*command*/, std::chr
   const drivers::haptic::SpaceMouseStatus status = mouse_->poll(now, polled);
   if (!status.ok()) return {HapticFault::kUnplugged};
   sample.stamp = now;
-  sample.p_HD_m = config_.travel_m * in_our_axes(polled.deflection.translation);
-  sample.q_HD = rotation(config_.turn_rad * in_our_axes(polled.deflection.rotation));
+  sample.p_HD_m = config_.travel_m * from_space_mouse_axes(polled.deflection.translation);
+  sample.q_HD = rotation(config_.turn_rad * from_space_mouse_axes(polled.deflection.rotation));
   sample.buttons = polled.buttons;
   return {};
 }

@@ -1,0 +1,18 @@
+/// @file
+/// Durations as numbers: std::chrono up to where a formula, a file or a text wants a number.
+#pragma once
+#include <chrono>
+
+namespace hal {
+
+constexpr double seconds(std::chrono::nanoseconds time) noexcept {
+  return std::chrono::duration<double>(time).count();
+}
+constexpr double milliseconds(std::chrono::nanoseconds time) noexcept {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+constexpr double microseconds(std::chrono::nanoseconds time) noexcept {
+  return std::chrono::duration<double, std::micro>(time).count();
+}
+
+}  // namespace hal
