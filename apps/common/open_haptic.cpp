@@ -15,10 +15,13 @@
 #include "hal/haptic/falcon_link.h"
 #include "hal/lockstep_haptic_device.h"
 #include "hal/loopback_haptic_link.h"
+#include "hal/seconds.h"
 #include "hal/setup_error.h"
 
 namespace apps {
 namespace {
+
+using hal::seconds;
 
 constexpr const char* kLoopback = "loopback";
 constexpr std::chrono::seconds kShortestRamp{1};  // that the omega.6's driver takes
@@ -69,8 +72,6 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
 std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(std::llround(1e3 * seconds));
 }
-
-double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
 
 /// A time in seconds, given and kept in milliseconds.
 void read_time(TomlTable& table, std::string_view key, std::chrono::milliseconds& time,

@@ -31,7 +31,7 @@ constexpr auto kKnownColumns = std::to_array<KnownColumn>({{"velocity_command", 
                                                            {"current", "current_A"},
                                                            {"time", "time_s"}});
 /// Lower case; what units in column names are made of.
-constexpr auto kUnitWords = std::to_array<std::string_view>(
+constexpr auto kColumnUnitWords = std::to_array<std::string_view>(
     {"s",   "ms",  "us",  "ns", "min",  "h",     "rad", "mrad",  "urad", "deg",     "rev",   "turns",
      "rpm", "per", "nm",  "n",  "mnm",  "knm",   "ncm", "m",     "a",    "ma",      "c",     "k",
      "f",   "kg",  "cm2", "g",  "ozin", "ticks", "inc", "count", "raw",  "percent", "counts"});
@@ -41,7 +41,8 @@ bool is_unit(std::string_view words) {
     const std::size_t end = std::min(words.find('_'), words.size());
     std::string word(words.substr(0, end));
     std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
-    if (std::find(kUnitWords.begin(), kUnitWords.end(), word) == kUnitWords.end()) return false;
+    if (std::find(kColumnUnitWords.begin(), kColumnUnitWords.end(), word) == kColumnUnitWords.end())
+      return false;
     words.remove_prefix(std::min(end + 1, words.size()));
   }
   return true;

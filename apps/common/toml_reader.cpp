@@ -43,7 +43,7 @@ namespace {
 using Names = std::set<std::string, std::less<>>;
 
 /// The words that units are made of in key names. Not `min` and `W`: mostly minimum and the world frame.
-constexpr auto kUnitWords = std::to_array<std::string_view>(
+constexpr auto kKeyUnitWords = std::to_array<std::string_view>(
     {"per", "s",  "ms", "us", "ns", "s2", "Hz", "kHz", "rpm", "rad", "mrad",  "deg",     "rev",
      "m",   "mm", "cm", "um", "km", "m2", "N",  "mN",  "kN",  "Nm",  "mNm",   "kg",      "g",
      "A",   "mA", "V",  "mV", "J",  "K",  "C",  "Ohm", "mH",  "uH",  "ticks", "percent", "permille"});
@@ -51,7 +51,7 @@ constexpr auto kUnitWords = std::to_array<std::string_view>(
 std::string_view without_unit(std::string_view name) {
   const auto cut = name.rfind('_');
   if (cut == name.npos || cut == 0) return name;
-  const bool is_unit = std::ranges::find(kUnitWords, name.substr(cut + 1)) != kUnitWords.end();
+  const bool is_unit = std::ranges::find(kKeyUnitWords, name.substr(cut + 1)) != kKeyUnitWords.end();
   return is_unit ? without_unit(name.substr(0, cut)) : name;
 }
 

@@ -5,9 +5,9 @@
 
 namespace report {
 
-extern const std::string_view kUPlotScript;
-extern const std::string_view kUPlotStyle;
-extern const std::string_view kUPlotLicense;
+extern const std::string_view kDygraphsScript;
+extern const std::string_view kDygraphsStyle;
+extern const std::string_view kDygraphsLicense;
 extern const std::string_view kPageScript;
 extern const std::string_view kPageStyle;
 

@@ -5,6 +5,8 @@ foreach(entry IN LISTS FILES)
   string(REGEX MATCH "^([^=]+)=(.+)$" entry "${entry}")
   set(name ${CMAKE_MATCH_1})
   file(READ "${CMAKE_MATCH_2}" text)
+  # Without the names of source maps, which a browser's inspector looks for beside the page.
+  string(REGEX REPLACE "/[/*]# sourceMappingURL=[^\n]*" "" text "${text}")
   string(FIND "${text}" ")embedded\"" clash)
   if(NOT clash EQUAL -1)
     message(FATAL_ERROR "${CMAKE_MATCH_2} contains the mark that ends a raw string here")

@@ -1,17 +1,19 @@
-// Draws each <figure class="plot"> from the JSON in it: uPlot does scales, axes and zoom; paths, legend,
-// read-out, keys and the table of the data are here. uPlot's mode 2 gives each series its own x.
+// Draws each <figure class="plot"> from the JSON in it. dygraphs does scales, axes and canvas. It has one x for
+// all series, and each of ours has its own; so series, zoom, legend, read-out, keys and table are here.
 'use strict';
 (() => {
   const kColours = 7;
   const kShapes = ['circle', 'square', 'triangle', 'diamond'];  // colour is never the only difference
   const kTableRows = 200;
   const kReach = 30;  // pixels from the pointer within which a point is read out
+  const kDrag = 4;  // pixels: a longer drag zooms
+  const kFlat = 24;  // pixels: a drag that is longer along an axis zooms this axis, too
+  const kTickSpace = {x: 70, y: 34};  // pixels
   const kPaperWidth = 640;
-  const kFont = '12px system-ui, sans-serif';
 
   let isPrinting = false;
 
-  // Colours come from the style sheet, which knows about light and dark; asked anew after a change.
+  // Colours come from the style sheet, which knows about light and dark; forgotten at a change.
   let colours = {};
   const css = name =>
     (colours[name] ??= getComputedStyle(document.documentElement).getPropertyValue(name).trim());
@@ -23,11 +25,16 @@
     made.append(...children);
     return made;
   };
+  const escaped = text => element('p', {}, text).innerHTML;
   const titled = axis => (axis.unit ? `${axis.label} (${axis.unit})` : axis.label);
   const hasMarkers = series => series.style.endsWith('points');
   const hasLine = series => series.style !== 'points' && series.y !== null;
 
   // --- numbers ---
+
+  const pen = document.createElement('canvas').getContext('2d');
+  pen.font = '12px system-ui, sans-serif';  // as the style sheet has it
+  const textWidth = text => pen.measureText(text).width;
 
   const superscript = number =>
     String(number).replace(/[-\d]/g, c => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]);
@@ -37,6 +44,10 @@
     while (decimals < 12 && Math.abs(step - Number(step.toFixed(decimals))) > step * 1e-6) ++decimals;
     return decimals;
   }
+
+  // What an axis is linear in.
+  const scaleOf = ({log}) => (log ? {forth: Math.log10, back: value => 10 ** value} :
+    {forth: value => value, back: value => value});
 
   // A power of ten is put aside where plain numbers would get long.
   function tickTexts(values, step) {
@@ -57,38 +68,40 @@
     return `${factor === 1 ? '' : `${factor}×`}10${superscript(power)}`;
   }
 
-  // uPlot's own logarithmic ticks begin at the axis' end, which here is no round number.
-  function logTicks(min, max) {
+  function logTicks(min, max, pixels, space) {
     const ticks = [];
-    if (max / min < 5) {
-      const rough = (max - min) / 5;
-      const power = 10 ** Math.floor(Math.log10(rough));
-      const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough);
-      const first = Math.ceil(min / step);
-      for (let n = 0; n < 10; ++n) ticks.push(Number(((first + n) * step).toPrecision(12)));
-      return ticks.filter(tick => tick <= max);
-    }
+    const decade = pixels / Math.log10(max / min);
+    const room = 0.55 * space;  // these numbers are short
+    const every = Math.ceil(room / decade);
     const digits = max / min > 1e6 ? 1 : 9;
     for (let power = Math.floor(Math.log10(min)); power <= Math.log10(max); ++power) {
       for (let digit = 1; digit <= digits; ++digit) {
-        const tick = Number(`${digit}e${power}`);
-        if (tick >= min && tick <= max) ticks.push(tick);
+        const v = Number(`${digit}e${power}`);
+        if (v < min || v > max) continue;
+        const hasText = digit === 1 ? power % every === 0 : (digit === 2 || digit === 5) && decade > 4 * room;
+        ticks.push(hasText ? {v, label: logTickText(v)} : {v});
       }
     }
     return ticks;
   }
 
-  // Those of them that have room for their text.
-  function labelledLogTicks(ticks, min, max, pixels, textPixels) {
-    if (max / min < 5) return ticks;
-    const decade = pixels / Math.log10(max / min);
-    const every = Math.ceil(textPixels / decade);
-    return ticks.map(tick => {
-      const power = Math.floor(Math.log10(tick) + 1e-9);
-      const digit = Math.round(tick / 10 ** power);
-      const shown = digit === 1 ? power % every === 0 : (digit === 2 || digit === 5) && decade > 4 * textPixels;
-      return shown ? tick : null;
-    });
+  function roundTicks(min, max, pixels, space) {
+    const rough = (max - min) * space / pixels;
+    const power = 10 ** Math.floor(Math.log10(rough));
+    const step = power * [1, 2, 5, 10].find(factor => factor * power >= rough);
+    const first = Math.ceil(min / step - 1e-9);
+    const count = Math.floor(max / step + 1e-9) - first + 1;
+    const values = Array.from({length: count}, (_, n) => Number(((first + n) * step).toPrecision(12)));
+    const texts = tickTexts(values, step);
+    return values.map((v, n) => ({v, label: texts[n]}));
+  }
+
+  // For dygraphs: values that get a line, and their text where there is room for it.
+  function ticksOf(axis, space, min, max, pixels) {
+    const ticks = (axis.log && max / min >= 5 ? logTicks : roundTicks)(min, max, pixels, space);
+    // dygraphs leaves out a tick exactly at the upper end.
+    const end = max - (max - min) * 1e-9;
+    return ticks.map(({v, label}) => ({v: Math.min(v, end), label}));
   }
 
   const readable = value => {
@@ -102,8 +115,7 @@
 
   // Ends of an axis that show everything, with a margin; where given, those of the page's author.
   function homeRange(axis, arrays) {
-    const forth = axis.log ? Math.log10 : value => value;
-    const back = axis.log ? value => 10 ** value : value => value;
+    const {forth, back} = scaleOf(axis);
     let from = Infinity;
     let to = -Infinity;
     for (const array of arrays) {
@@ -138,24 +150,32 @@
     path.closePath();
   }
 
-  // Pixels of the canvas, and which points have any.
-  function placesOf(u, plot, series) {
-    const y = value => u.valToPos(value, 'y', true);
+  // Pixels of the plot. dygraphs' toDomXCoord() knows no logarithmic axis.
+  function pixelsOf(g) {
+    const {x: left, y: top, w: width, h: height} = g.getArea();
+    return {
+      x: value => left + width * g.toPercentXCoord(value),
+      y: value => g.toDomYCoord(value),
+      bottom: top + height,
+    };
+  }
+
+  // Where the points of a series are, and which of them are anywhere.
+  function placesOf(pixels, plot, series) {
     const hasX = k => k < series.x.length && isShown(series.x[k], plot.x);
     return {
-      x: k => u.valToPos(series.x[k], 'x', true),
-      y,
+      x: k => pixels.x(series.x[k]),
+      y: pixels.y,
       // What a logarithmic axis cannot show reaches down to its end.
-      limit: value => y(isShown(value, plot.y) ? value : u.scales.y.min),
+      limit: value => (isShown(value, plot.y) ? pixels.y(value) : pixels.bottom),
       hasPoint: k => hasX(k) && series.y !== null && isShown(series.y[k], plot.y),
       hasLimits: k => hasX(k) && series.lower[k] !== null && isShown(series.upper[k], plot.y),
     };
   }
 
-  // What uPlot strokes and fills for one series: line, error bars and markers.
-  function pathsOf(u, plot, series) {
-    const {x, y, limit, hasPoint, hasLimits} = placesOf(u, plot, series);
-    const px = uPlot.pxRatio;
+  // Line, error bars and markers.
+  function drawSeries(context, pixels, plot, series) {
+    const {x, y, limit, hasPoint, hasLimits} = placesOf(pixels, plot, series);
     const count = series.x.length;
     const stroke = new Path2D();
     const fill = new Path2D();
@@ -164,12 +184,12 @@
         const shown = hasPoint(k);
         if (shown) stroke[down ? 'lineTo' : 'moveTo'](x(k), y(series.y[k]));
         // Between two gaps there is no line to draw.
-        if (shown && !down && !hasPoint(k + 1)) addMarker(fill, 'circle', x(k), y(series.y[k]), 2 * px);
+        if (shown && !down && !hasPoint(k + 1)) addMarker(fill, 'circle', x(k), y(series.y[k]), 2);
         down = shown;
       }
     }
     if (hasMarkers(series)) {
-      const radius = (count > 500 ? 1.7 : 3) * px;
+      const radius = count > 500 ? 1.7 : 3;
       for (let k = 0; k < count; ++k)
         if (hasPoint(k)) addMarker(fill, kShapes[series.look % kShapes.length], x(k), y(series.y[k]), radius);
     }
@@ -180,17 +200,24 @@
         stroke.moveTo(x(k), ends[0]);
         stroke.lineTo(x(k), ends[1]);
         for (const end of ends) {
-          stroke.moveTo(x(k) - 3 * px, end);
-          stroke.lineTo(x(k) + 3 * px, end);
+          stroke.moveTo(x(k) - 3, end);
+          stroke.lineTo(x(k) + 3, end);
         }
       }
     }
-    return {stroke, fill, flags: 0};
+    const isDashed = series.style === 'dashed';
+    context.strokeStyle = context.fillStyle = css(colourName(series.look));
+    context.lineWidth = hasLine(series) ? 1.75 : 1.25;
+    context.lineJoin = 'round';
+    context.lineCap = isDashed ? 'butt' : 'round';
+    context.setLineDash(isDashed ? [7, 5] : []);
+    context.stroke(stroke);
+    context.fill(fill);
   }
 
-  // Fills the area between lower and upper. Before all series, so that it covers no point.
-  function drawBand(u, plot, series) {
-    const {x, limit, hasLimits} = placesOf(u, plot, series);
+  // Fills the area between lower and upper.
+  function drawBand(context, pixels, plot, series) {
+    const {x, limit, hasLimits} = placesOf(pixels, plot, series);
     const path = new Path2D();
     for (let first = 0; first < series.x.length; ++first) {
       let end = first;
@@ -199,13 +226,8 @@
       for (let k = end - 1; k >= first; --k) path.lineTo(x(k), limit(series.lower[k]));
       first = end;
     }
-    const inside = new Path2D();
-    inside.rect(u.bbox.left, u.bbox.top, u.bbox.width, u.bbox.height);
-    u.ctx.save();
-    u.ctx.clip(inside);
-    u.ctx.fillStyle = css(colourName(series.look)) + '40';
-    u.ctx.fill(path);
-    u.ctx.restore();
+    context.fillStyle = css(colourName(series.look)) + '40';
+    context.fill(path);
   }
 
   // --- text alternatives ---
@@ -291,117 +313,152 @@
       x: homeRange(plot.x, all('x')),
       y: homeRange(plot.y, [...all('y'), ...all('lower'), ...all('upper')]),
     };
-    const view = {x: home.x, y: home.y};
-    let chosen = null;  // {series, k}: the point read out
+    const view = {...home};
+    const isOn = plot.series.map(() => true);
+    let chosen = null;  // {index, k}: the point read out
+    let dragFrom = null;  // [left, top] in pixels
 
     const chart = element('div', {
       class: 'chart', tabindex: 0, role: 'application', 'aria-roledescription': 'plot',
       'aria-label': summaryOf(plot),
     });
+    const surface = element('div', {class: 'surface'});
+    chart.append(surface);
     const readout = element('p', {'aria-live': 'polite'});
     const reset = element('button', {type: 'button', hidden: ''}, 'Whole plot');
     const below = element('div', {class: 'below'}, readout, reset);
+    figure.append(chart, below);
     const mark = element('div', {class: 'mark', hidden: ''});
+    const cross = element('div', {class: 'cross', hidden: ''});
+    const selection = element('div', {class: 'selection', hidden: ''});
+    const over = element('div', {class: 'over'}, cross, selection, mark);
     const isEmpty = plot.series.every(({x, y, upper}) =>
       x.every((value, k) => !isShown(value, plot.x) || !isShown((y ?? upper)[k], plot.y)));
     const hint = isEmpty ? 'No values to show.' : 'Drag to zoom in, point to read values.';
     readout.textContent = hint;
 
-    const scale = key => ({
-      time: false,
-      auto: false,
-      distr: plot[key].log ? 3 : 1,
-      range: () => view[key],  // asked when no zoom is being set, such as after a series was hidden
-    });
     const axis = key => ({
-      scale: key,
-      side: key === 'x' ? 2 : 3,
-      label: titled(plot[key]),
-      labelFont: `600 ${kFont}`,
-      labelSize: 22,
-      font: kFont,
-      stroke: () => css('--ink'),
-      grid: {stroke: () => css('--grid'), width: 1},
-      ticks: {stroke: () => css('--line'), width: 1, size: 5},
-      border: {show: true, stroke: () => css('--line'), width: 1},
-      gap: 4,
-      space: key === 'x' ? 70 : 34,
-      ...(plot[key].log && {
-        splits: (u, index, min, max) => logTicks(min, max),
-        filter: (u, splits) => {
-          const {min, max} = u.scales[key];
-          return key === 'x' ? labelledLogTicks(splits, min, max, u.over.clientWidth, 40) :
-            labelledLogTicks(splits, min, max, u.over.clientHeight, 18);
+      logscale: plot[key].log,
+      axisLabelFontSize: 12,
+      axisLineWidth: 1,
+      gridLineWidth: 1,
+      ticker: (min, max, pixels) => ticksOf(plot[key], kTickSpace[key], min, max, pixels),
+    });
+    function layout(event) {
+      event.reserveSpaceTop(8);  // for half a number
+      // dygraphs is about to clear only where the plot will be; this clears where it is.
+      event.chart_div.querySelector('canvas').getContext('2d').clearRect(0, 0, 1e4, 1e4);
+    }
+    // Its own data are one point without a value, so that it calls the plotter once for each drawing.
+    const g = new Dygraph(surface, [[1, null]], {
+      labels: ['x', 'y'],
+      axes: {x: {...axis('x'), axisLabelWidth: 50}, y: {...axis('y'), valueRange: view.y}},
+      dateWindow: view.x,
+      xlabel: escaped(titled(plot.x)),
+      ylabel: escaped(titled(plot.y)),
+      xAxisHeight: 24,
+      rightGap: 25,  // the number at the end of the axis reaches beyond it by half its width
+      plugins: [{activate: () => ({layout})}],
+      legend: 'never',
+      plotter({drawingContext, dygraph}) {
+        const pixels = pixelsOf(dygraph);
+        const shown = plot.series.filter((_, index) => isOn[index]);
+        const bands = shown.filter(series => series.lower && !hasMarkers(series));
+        for (const series of bands) drawBand(drawingContext, pixels, plot, series);
+        for (const series of shown) drawSeries(drawingContext, pixels, plot, series);
+      },
+      interactionModel: {
+        // A drag may leave the plot and come back.
+        pointerdown: event => event.target.setPointerCapture(event.pointerId),
+        mousedown({button, offsetX, offsetY}) {
+          if (button === 0) dragFrom = [offsetX, offsetY];
         },
-      }),
-      values: (u, splits, index, space, step) =>
-        plot[key].log ? splits.map(value => (value === null ? '' : logTickText(value))) : tickTexts(splits, step),
-      size: (u, texts, index, cycle) => {
-        const own = u.axes[index];
-        if (key === 'x' || cycle > 1) return key === 'x' ? 28 : own._size;  // settles at the second try
-        u.ctx.font = own.font[0];
-        const widths = (texts ?? []).map(text => u.ctx.measureText(text).width / uPlot.pxRatio);
-        return Math.max(30, own.ticks.size + own.gap + 4 + Math.max(0, ...widths));
+        mousemove({buttons, offsetX: left, offsetY: top}) {
+          if (buttons === 0) endDrag();
+          cross.hidden = false;
+          cross.style.translate = `${left}px ${top}px`;
+          choose(nearest(left, top));
+          const box = boxTo(left, top);
+          selection.hidden = !box;
+          if (!box) return;
+          selection.style.translate = `${box.x[0]}px ${box.y[0]}px`;
+          selection.style.width = `${box.x[1] - box.x[0]}px`;
+          selection.style.height = `${box.y[1] - box.y[0]}px`;
+        },
+        mouseup({offsetX, offsetY}) {
+          const box = boxTo(offsetX, offsetY);
+          endDrag();
+          if (box) zoomTo(box.x.map(x => g.toDataXCoord(x)), box.y.map(y => g.toDataYCoord(y)).reverse());
+        },
+        mouseleave() {
+          cross.hidden = true;
+          // A pointer that leaves keeps what keys have chosen.
+          if (document.activeElement !== chart) choose(null);
+        },
+        dblclick: () => zoomTo(home.x, home.y),
       },
     });
+    surface.append(over);
 
-    const u = new uPlot({
-      mode: 2,
-      width: 300,
-      height: 240,
-      padding: [10, 14, 0, 0],
-      legend: {show: false},
-      scales: {x: scale('x'), y: scale('y')},
-      axes: [axis('x'), axis('y')],
-      series: [{}, ...plot.series.map(series => ({
-        auto: false,
-        facets: [{scale: 'x', auto: false}, {scale: 'y', auto: false}],
-        stroke: () => css(colourName(series.look)),
-        fill: () => css(colourName(series.look)),
-        width: hasLine(series) ? 1.75 : 1.25,
-        dash: series.style === 'dashed' ? [7, 5] : undefined,
-        cap: series.style === 'dashed' ? 'butt' : 'round',
-        points: {show: false},
-        paths: self => pathsOf(self, plot, series),
-      }))],
-      cursor: {
-        points: {show: false},
-        drag: {x: true, y: true, uni: 24, dist: 4, setScale: true},  // a flat drag zooms one axis only
-        bind: {dblclick: () => () => zoomTo(home.x, home.y)},
-      },
-      hooks: {
-        setScale: [(self, key) => {
-          view[key] = [self.scales[key].min, self.scales[key].max];
-          reset.hidden = view.x.join() === home.x.join() && view.y.join() === home.y.join();
-        }],
-        setCursor: [self => {
-          // Moves that we did not make ourselves; a pointer that left keeps what keys have chosen.
-          if (self.cursor.left >= 0) choose(nearest(self.cursor.left, self.cursor.top));
-          else if (document.activeElement !== chart) choose(null);
-        }],
-        drawAxes: [self => plot.series.forEach((series, index) => {
-          const isBand = series.lower && !hasMarkers(series);
-          if (isBand && self.series[index + 1].show) drawBand(self, plot, series);
-        })],
-        draw: [() => placeMark()],
-      },
-    }, [null, ...plot.series.map(series => [series.x, series.y ?? series.upper])], chart);
-    u.over.append(mark);
-    figure.uplot = u;  // for tests and the console
+    // What a drag has gone over in the plot; a flat one takes the whole of the other axis.
+    function boxTo(left, top) {
+      if (!dragFrom) return null;
+      const area = g.getArea();
+      const width = Math.abs(left - dragFrom[0]);
+      const height = Math.abs(top - dragFrom[1]);
+      if (Math.max(width, height) < kDrag) return null;
+      const isFlat = (one, other) => one < kFlat && one < other;
+      const span = (isWhole, ends, first, last) => (isWhole ? [first, last] :
+        ends.map(end => Math.min(Math.max(end, first), last)).sort((a, b) => a - b));
+      return {
+        x: span(isFlat(width, height), [dragFrom[0], left], area.x, area.x + area.w),
+        y: span(isFlat(height, width), [dragFrom[1], top], area.y, area.y + area.h),
+      };
+    }
+
+    function endDrag() {
+      dragFrom = null;
+      selection.hidden = true;
+    }
+
+    // Draws what is in view, with room for the numbers of the y axis and, left of them, its title.
+    function show() {
+      const area = g.getArea();
+      const numbers = ticksOf(plot.y, kTickSpace.y, ...view.y, area.h).map(({label}) => textWidth(label ?? ''));
+      g.updateOptions({
+        dateWindow: view.x,
+        axes: {y: {valueRange: view.y, axisLabelWidth: 20 + Math.max(10, ...numbers)}},
+        axisLineColor: css('--line'),
+        gridLineColor: css('--grid'),
+      });
+      const {x, y, w, h} = g.getArea();
+      // With room for the mark of a point at the end of an axis.
+      over.style.clipPath = `rect(${y - 8}px ${x + w + 8}px ${y + h + 8}px ${x - 8}px)`;
+      surface.style.setProperty('--left', `${x}px`);
+      placeMark();
+    }
+
+    // For tests and the console.
+    figure.plot = {
+      view,
+      isOn,
+      show,
+      colourOf: index => css(colourName(plot.series[index].look)),
+      toPixels: (x, y) => [pixelsOf(g).x(x), pixelsOf(g).y(y)],
+    };
 
     const heightAt = (k, series) => (series.y ? series.y[k] : series.upper[k]);
     const canChoose = (k, series) => isShown(series.x[k], plot.x) && isShown(heightAt(k, series), plot.y);
-    const isOn = index => u.series[index + 1].show;
 
     function nearest(left, top) {
+      const pixels = pixelsOf(g);
       let best = null;
       let distance = kReach ** 2;
       plot.series.forEach((series, index) => {
-        if (!isOn(index)) return;
+        if (!isOn[index]) return;
         for (let k = 0; k < series.x.length; ++k) {
           if (!canChoose(k, series)) continue;
-          const square = (u.valToPos(series.x[k], 'x') - left) ** 2 +
-            (u.valToPos(heightAt(k, series), 'y') - top) ** 2;
+          const square = (pixels.x(series.x[k]) - left) ** 2 + (pixels.y(heightAt(k, series)) - top) ** 2;
           if (square >= distance) continue;
           distance = square;
           best = {index, k};
@@ -411,13 +468,11 @@
     }
 
     function placeMark() {
-      const place = chosen && {
-        x: u.valToPos(plot.series[chosen.index].x[chosen.k], 'x'),
-        y: u.valToPos(heightAt(chosen.k, plot.series[chosen.index]), 'y'),
-      };
-      mark.hidden = !place || place.x < 0 || place.y < 0 || place.x > u.over.clientWidth ||
-        place.y > u.over.clientHeight;
-      if (!mark.hidden) mark.style.translate = `${place.x}px ${place.y}px`;
+      mark.hidden = !chosen;
+      if (!chosen) return;
+      const series = plot.series[chosen.index];
+      const pixels = pixelsOf(g);
+      mark.style.translate = `${pixels.x(series.x[chosen.k])}px ${pixels.y(heightAt(chosen.k, series))}px`;
     }
 
     function choose(point) {
@@ -437,17 +492,16 @@
     }
 
     function zoomTo(x, y) {
-      u.batch(() => {
-        u.setScale('x', {min: x[0], max: x[1]});
-        u.setScale('y', {min: y[0], max: y[1]});
-      });
+      if (!(x[0] < x[1] && y[0] < y[1])) return;  // nothing to see
+      Object.assign(view, {x, y});
+      reset.hidden = x.join() === home.x.join() && y.join() === home.y.join();
+      show();
     }
 
     // About the point read out, or the middle; out to the whole plot and no further.
     function zoomBy(factor) {
       const zoomed = key => {
-        const forth = plot[key].log ? Math.log10 : value => value;
-        const back = plot[key].log ? value => 10 ** value : value => value;
+        const {forth, back} = scaleOf(plot[key]);
         const [from, to] = view[key].map(forth);
         const value = chosen && plot.series[chosen.index];
         const at = value ? forth(key === 'x' ? value.x[chosen.k] : heightAt(chosen.k, value)) : (from + to) / 2;
@@ -459,7 +513,7 @@
     }
 
     function step(by, from = chosen?.k) {
-      const index = chosen && isOn(chosen.index) ? chosen.index : plot.series.findIndex((_, i) => isOn(i));
+      const index = chosen && isOn[chosen.index] ? chosen.index : isOn.indexOf(true);
       if (index < 0) return;
       const series = plot.series[index];
       let k = from ?? (by > 0 ? -1 : series.x.length);
@@ -471,7 +525,7 @@
       const count = plot.series.length;
       for (let i = 1; i <= count; ++i) {
         const index = ((chosen?.index ?? -by) + by * i + count * i) % count;
-        if (!isOn(index)) continue;
+        if (!isOn[index]) continue;
         chosen = {index, k: -1};
         const same = plot.series[index].x.findIndex((_, k) => canChoose(k, plot.series[index]));
         choose(same < 0 ? null : {index, k: same});
@@ -503,10 +557,10 @@
       const button = element('button', {type: 'button', 'aria-pressed': 'true', title: 'Show or hide'},
         swatch(series), series.name);
       button.addEventListener('click', () => {
-        const show = !isOn(index);
-        if (!show && chosen?.index === index) choose(null);
-        u.setSeries(index + 1, {show});
-        button.setAttribute('aria-pressed', String(show));
+        isOn[index] = !isOn[index];
+        if (!isOn[index] && chosen?.index === index) choose(null);
+        button.setAttribute('aria-pressed', String(isOn[index]));
+        show();
       });
       legend.append(element('li', {}, button));
     });
@@ -514,33 +568,46 @@
     const details = element('details', {}, element('summary', {}, 'Data of this plot'));
     details.addEventListener('toggle', () => fillDetails(details, plot), {once: true});
 
-    if (legend.childElementCount) figure.append(legend);
-    figure.append(chart, below, details);
+    if (legend.childElementCount) chart.before(legend);
+    figure.append(details);
     const thinned = figure.querySelector('.thinned');
     if (thinned) details.before(thinned);
 
+    let ratio = devicePixelRatio;
     const fit = () => {
       const width = isPrinting ? kPaperWidth : chart.clientWidth;
-      if (width > 0) u.setSize({width, height: Math.round(Math.min(420, Math.max(250, width * 0.6)))});
+      if (width <= 0) return;
+      const height = Math.round(Math.min(420, Math.max(250, width * 0.6)));
+      // dygraphs follows the pixel ratio only when the size changes.
+      if (ratio !== devicePixelRatio) g.resize(width, height + 1);
+      ratio = devicePixelRatio;
+      g.resize(width, height);
+      show();
     };
     new ResizeObserver(() => fit()).observe(chart);
     fit();
-    return {u, fit};
+    return {fit, show};
   }
 
   const plots = [...document.querySelectorAll('figure.plot')].map(draw);
 
-  const recolour = () => {
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => {
     colours = {};
-    for (const {u} of plots) u.redraw();
-  };
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', recolour);
+    for (const {show} of plots) show();
+  });
+  // A window that is zoomed, or moved to another screen, keeps its size.
+  const followRatio = () =>
+    matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener('change', () => {
+      for (const {fit} of plots) fit();
+      followRatio();
+    }, {once: true});
+  followRatio();
   // Paper is white, and narrower than most windows.
   const print = on => {
     isPrinting = on;
     document.documentElement.classList.toggle('print', on);
+    colours = {};
     for (const {fit} of plots) fit();
-    recolour();
   };
   addEventListener('beforeprint', () => print(true));
   addEventListener('afterprint', () => print(false));

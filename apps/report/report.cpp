@@ -258,14 +258,14 @@ std::string Page::html() const {
 <link rel="icon" href="data:,">
 )";
   page += "<title>" + escaped(title_) + "</title>\n<style>\n";
-  page += kUPlotStyle;
+  page += kDygraphsStyle;
   page += kPageStyle;
   page += "</style>\n</head>\n<body>\n<main>\n<h1>" + escaped(title_) + "</h1>\n" + body_;
   page += "<noscript><p>The plots, and the tables of their data, need JavaScript.</p></noscript>\n</main>\n";
-  page += "<script>/*\nuPlot. ";
-  page += kUPlotLicense;
+  page += "<script>/*\n";
+  page += kDygraphsLicense;
   page += "\n*/\n";
-  page += kUPlotScript;
+  page += kDygraphsScript;
   page += "</script>\n<script>\n";
   page += kPageScript;
   page += "</script>\n</body>\n</html>\n";

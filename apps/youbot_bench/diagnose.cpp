@@ -8,9 +8,12 @@
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
+#include "hal/seconds.h"
 
 namespace youbot_bench {
 namespace {
+
+using hal::microseconds;
 
 namespace ethercat = drivers::ethercat;
 using std::chrono::nanoseconds;
@@ -18,10 +21,6 @@ using std::chrono::nanoseconds;
 constexpr std::chrono::milliseconds kPeriod{1};
 constexpr std::size_t kCapturedFrames = 2000;  // a second: one out, one back each period
 constexpr std::size_t kPorts = 4;
-
-double microseconds(nanoseconds duration) {
-  return std::chrono::duration<double, std::micro>(duration).count();
-}
 
 /// "up", with what was counted on the cable: "up, 12 CRC, 1 lost".
 std::string port_text(const ethercat::Slave& slave, const ethercat::SlaveErrors& errors, std::size_t port) {

@@ -1,4 +1,5 @@
 #include "apps/youbot_bench/experiment_cycle.h"
+#include "hal/seconds.h"
 
 #include <algorithm>
 #include <array>
@@ -8,6 +9,8 @@
 
 namespace youbot_bench {
 namespace {
+
+using hal::seconds;
 
 using std::chrono::nanoseconds;
 
@@ -19,8 +22,6 @@ constexpr std::chrono::milliseconds kRestHold{50};
 constexpr std::chrono::milliseconds kBrakeTimeout{2000};
 /// Cycles with the drives off before the loop ends, so that every drive has heard it.
 constexpr std::chrono::milliseconds kOffHold{20};
-
-double seconds(nanoseconds time) noexcept { return std::chrono::duration<double>(time).count(); }
 
 double target(const hal::JointCommand& command, hal::CommandMode mode) noexcept {
   return command.mode == mode ? command.target : 0.0;

@@ -8,14 +8,12 @@
 #include <system_error>
 
 #include "apps/common/recording_reader.h"
+#include "apps/youbot_bench/experiment_recording.h"
 
 namespace youbot_bench {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// Times are recorded to a microsecond.
-constexpr double kTimeGrain_s = 0.6e-6;
 
 double number_or(std::string_view text, double otherwise) {
   double value = otherwise;

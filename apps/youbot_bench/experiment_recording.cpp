@@ -24,8 +24,6 @@ using Comment = apps::RecordingFile::Comment;
 
 /// 8 s at 1 kHz: longer than a disk stalls.
 constexpr std::size_t kRingCapacity = 8192;
-/// Times are recorded to a microsecond.
-constexpr double kTimeGrain_s = 0.6e-6;
 
 std::string shortest(double value) {
   std::array<char, 32> text{};

@@ -19,6 +19,9 @@
 
 namespace youbot_bench {
 
+/// Times are recorded to a microsecond: a row belongs to a moment up to this late.
+inline constexpr double kTimeGrain_s = 0.6e-6;
+
 /// What leaves the cycle: a row of every joint, or the results of a measurement that all joints have
 /// finished. Joints in the order in which they were chosen.
 struct ExperimentRecord {

@@ -12,6 +12,7 @@
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/progress.h"
+#include "hal/seconds.h"
 #include "hal/setup_error.h"
 #include "sim/experiments/low_pass.h"
 #include "sim/experiments/parameter.h"
@@ -19,9 +20,9 @@
 namespace youbot_bench {
 namespace {
 
-using std::chrono::nanoseconds;
+using hal::seconds;
 
-double seconds(nanoseconds time) noexcept { return std::chrono::duration<double>(time).count(); }
+using std::chrono::nanoseconds;
 
 std::vector<std::size_t> choose_joints(const std::vector<std::string>& names, const hal::Robot& robot) {
   const auto all = robot.joints();

@@ -56,8 +56,6 @@ namespace youbot_bench {
 using sim::experiments::JointExperiment;
 using sim::experiments::Parameter;
 
-namespace {
-
 /// What all experiments have; the defaults of some depend on the experiment.
 struct CommonConfig {
   std::string robot = "loopback";
@@ -87,6 +85,8 @@ struct CommonConfig {
     v(Parameter{"noise_seed", "of the simulated sensors", 0, 2e9}, noise_seed);
   }
 };
+
+namespace {
 
 std::optional<std::uint64_t> hidden_effect_of(const CommonConfig& config) {
   if (config.hidden_effect < 0) return std::nullopt;

@@ -27,10 +27,14 @@
 #include "control/point_spring.h"
 #include "control/port_energy.h"
 #include "drivers/latency_histogram.h"
+#include "hal/seconds.h"
 #include "hal/setup_error.h"
 
 namespace youbot_bench {
 namespace {
+
+using hal::milliseconds;
+using hal::seconds;
 
 using Eigen::Vector3d;
 using std::chrono::nanoseconds;
@@ -41,9 +45,6 @@ constexpr std::chrono::seconds kReadyTimeout{60};  // for homing
 constexpr const char* kRecording = "haptic.csv";
 constexpr std::size_t kRing = 8192;
 constexpr int kCyclesPerPoint = 10;  // of the report's plots
-
-double seconds(nanoseconds time) { return std::chrono::duration<double>(time).count(); }
-double milliseconds(nanoseconds time) { return 1e3 * seconds(time); }
 
 /// One cycle of it. Plain numbers, because it crosses threads.
 struct HoldRecord {

@@ -17,17 +17,15 @@
 namespace youbot_bench {
 namespace {
 
-using youbot_gap::Findings;
-
 /// "stribeck", "torque offset or direction asymmetry and cogging", "nothing".
-std::string named_by(const Findings& findings) {
+std::string named_by(const youbot_gap::Findings& findings) {
   std::vector<std::string> names;
   for (const sim::gap::FoundEffect& found : findings.result.effects)
     names.push_back(youbot_gap::name_with_rivals(found));
   return apps::list_text(names);
 }
 
-bool names(const Findings& findings, std::string_view effect) {
+bool names(const youbot_gap::Findings& findings, std::string_view effect) {
   return std::ranges::any_of(findings.result.effects, [&](const sim::gap::FoundEffect& found) {
     return sim::effects::name_of(found.effect) == effect ||
            std::ranges::find(found.equivalent, effect) != found.equivalent.end();
@@ -175,10 +173,11 @@ namespace {
 
 std::string search_table(const Improvement& improvement) {
   std::size_t width = 5;
-  for (const Findings& findings : improvement.wheels) width = std::max(width, named_by(findings).size());
+  for (const youbot_gap::Findings& findings : improvement.wheels)
+    width = std::max(width, named_by(findings).size());
   std::string text = fmt::format("{:<9}{:<18}{:<{}}  {:<22}{}\n", "drive", "verdict", "named", width,
                                  "gap, held out, N·m", "noise, N·m");
-  for (const Findings& findings : improvement.wheels) {
+  for (const youbot_gap::Findings& findings : improvement.wheels) {
     const sim::gap::Result& result = findings.result;
     text += fmt::format("{:<9}{:<18}{:<{}}  {:<22}{:.2g}\n", findings.drive,
                         sim::gap::verdict_name(result.verdict), named_by(findings), width,
@@ -216,8 +215,8 @@ std::string improvement_text(const Improvement& improvement) {
 
 std::string reveal_text(const Improvement& improvement, const apps::HiddenEffect& hidden) {
   const std::string_view effect = sim::effects::name_of(hidden.effect());
-  const auto right = std::ranges::count_if(improvement.wheels,
-                                           [&](const Findings& findings) { return names(findings, effect); });
+  const auto right = std::ranges::count_if(
+      improvement.wheels, [&](const youbot_gap::Findings& findings) { return names(findings, effect); });
   return fmt::format("Hidden was {}; named on {} of {}.\n", hidden.reveal(), right,
                      apps::count_text(static_cast<long long>(improvement.wheels.size()), "wheel"));
 }
@@ -234,7 +233,7 @@ report::Page improvement_page(const Improvement& improvement, const std::string&
       "otherwise its wheels tell.");
   page.text(driving_text(improvement));
   std::vector<report::Row> rows;
-  for (const Findings& findings : improvement.wheels) {
+  for (const youbot_gap::Findings& findings : improvement.wheels) {
     const sim::gap::Result& result = findings.result;
     rows.push_back({findings.drive, std::string(sim::gap::verdict_name(result.verdict)), named_by(findings),
                     result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm});

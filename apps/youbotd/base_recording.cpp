@@ -9,18 +9,16 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/recording_directory.h"
+#include "hal/seconds.h"
 
 namespace youbotd {
 namespace {
 
-constexpr std::size_t kWheels = 4;
+using hal::microseconds;
+using hal::seconds;
+
 /// 16 s at 1 kHz: longer than a disk stalls.
 constexpr std::size_t kRingCapacity = 16384;
-
-double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
-double microseconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double, std::micro>(time).count();
-}
 
 }  // namespace
 

@@ -9,7 +9,6 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kWheels = 4;
 /// Braking ends when all wheels are slower than this, or by force after the timeout.
 constexpr double kRest_rad_per_s = 0.02;
 /// That long, since the filter needs some 15 ms to know a velocity.

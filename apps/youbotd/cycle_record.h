@@ -3,11 +3,14 @@
 #pragma once
 #include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <type_traits>
 
 namespace youbotd {
+
+inline constexpr std::size_t kWheels = 4;
 
 enum class Phase : std::uint8_t {
   kStarting,  ///< waiting for the drives to obey

@@ -1,14 +1,13 @@
 #include "apps/youbotd/report.h"
+#include "hal/seconds.h"
 
 #include <spdlog/fmt/fmt.h>
 
 namespace youbotd {
 namespace {
 
-double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
-double microseconds(std::chrono::nanoseconds time) {
-  return std::chrono::duration<double, std::micro>(time).count();
-}
+using hal::microseconds;
+using hal::seconds;
 
 std::string first_motion(const PathMetrics& path) {
   return path.first_motion() ? fmt::format("{:.2f} s", seconds(*path.first_motion())) : "never";

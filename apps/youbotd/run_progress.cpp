@@ -1,6 +1,8 @@
 #include "apps/youbotd/run_progress.h"
 
+#include <condition_variable>
 #include <limits>
+#include <mutex>
 
 #include "apps/common/progress_line.h"
 
@@ -14,7 +16,13 @@ void RunProgress::show(const std::stop_token& ended, std::optional<std::chrono::
   using Seconds = std::chrono::duration<double>;
   constexpr std::chrono::milliseconds kLook{100};
   apps::ProgressLine line("youbotd", /*quiet=*/false);
-  for (Progress progress; !ended.stop_requested(); std::this_thread::sleep_for(kLook)) {
+  std::mutex mutex;
+  std::condition_variable_any wake_up;  // notified by the stop request
+  const auto pause = [&] {
+    std::unique_lock lock(mutex);
+    wake_up.wait_for(lock, ended, kLook, [] { return false; });
+  };
+  for (Progress progress; !ended.stop_requested(); pause()) {
     if (!newest_.take(progress)) continue;
     const double done =
         whole ? Seconds(progress.time) / Seconds(*whole) : std::numeric_limits<double>::quiet_NaN();

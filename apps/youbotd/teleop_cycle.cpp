@@ -14,7 +14,6 @@ using control::TeleopOutput;
 using control::TeleopPhase;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kWheels = 4;
 constexpr std::size_t kJoints = TeleopRecord::kJoints;
 /// Cycles with the drives off before the loop ends, so that every drive has heard it.
 constexpr std::chrono::milliseconds kOffHold{20};

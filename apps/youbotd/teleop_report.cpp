@@ -3,11 +3,12 @@
 #include <cmath>
 
 #include "apps/youbotd/report.h"
+#include "hal/seconds.h"
 
 namespace youbotd {
 namespace {
 
-double seconds(std::chrono::nanoseconds time) { return std::chrono::duration<double>(time).count(); }
+using hal::seconds;
 
 std::string result(sim::TaskResult result) {
   switch (result) {
