@@ -4,7 +4,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # Pattern of the including file, pattern of what it may include. The first match counts.
-set(plain_values "hal/(plant|joint|hand_plant)\\.h$|drivers/.*(_wire|/frame|/registers|/lock_step|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port)\\.h$")
+set(plain_values "hal/(plant|joint|hand_plant|seconds)\\.h$|drivers/.*(_wire|/frame|/registers|/lock_step|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port)\\.h$")
 set(rules
   "^drivers/[^/]+$"     "^drivers/[^/]+$"
   "^drivers/ethercat/"  "^drivers/(ethercat/|interface_lock\\.h|latency_histogram\\.h)"
@@ -19,7 +19,7 @@ set(rules
   "^sim/gap/"           "^((sim|control|Eigen|unsupported/Eigen)/|${plain_values})"
   "^sim/identify/"      "^((sim|control|Eigen|ceres)/|${plain_values})"
   "^sim/"               "^((sim|control|Eigen)/|${plain_values})"
-  "^apps/"              "^(apps|sim|control|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann|systemd)/")
+  "^apps/"              "^(apps|sim|control|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
 # A control step is a function of (config, state, input, dt): no clock, thread or file.

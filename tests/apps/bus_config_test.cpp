@@ -13,7 +13,7 @@
 #include "tests/support/temporary_directory.h"
 
 namespace youbotd {
-namespace {
+namespace bus_config_test {
 
 struct BusConfig : testing::Test {
   hal::CanOptions can(const std::string& text) { return load_config(write(text)).robot.can; }
@@ -92,5 +92,5 @@ TEST_F(BusConfig, ABridgeLongerThanTheDrivesWatchdogSaysHowLongItIs) {
           "and the drives stop by themselves after 0.1 s: lower one of the two"});
 }
 
-}  // namespace
+}  // namespace bus_config_test
 }  // namespace youbotd

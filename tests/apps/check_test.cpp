@@ -12,13 +12,14 @@
 #include "apps/youbotd/check_master.h"
 #include "apps/youbotd/check_recording.h"
 #include "apps/youbotd/check_rights.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
 namespace youbotd {
-namespace {
+namespace check_test {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
@@ -208,7 +209,8 @@ TEST(CheckReport, AProblemIsFollowedByWhatToDo) {
 
 // The program as people run it.
 
-const std::string kCheck = YOUBOTD_BINARY " --check --config " YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml ";
+const std::string kCheck =
+    support::program("youbotd") + " --check --config " + support::source_dir() + "/apps/youbotd/demo.toml ";
 
 TEST(CheckCommand, SimulationInVirtualTimeNeedsNothingOfTheMachine) {
   const support::CommandResult result = support::run_command(kCheck + "--virtual-time");
@@ -219,7 +221,7 @@ TEST(CheckCommand, SimulationInVirtualTimeNeedsNothingOfTheMachine) {
 TEST(CheckCommand, AConfigurationThatNoRunAcceptsIsAUsageError) {
   const support::TemporaryDirectory folder;
   const std::string bad = folder.write("bad.toml", "robbot = \"loopback\"\n").string();
-  EXPECT_EQ(support::run_command(YOUBOTD_BINARY " --check --config " + bad).exit_code, 2);
+  EXPECT_EQ(support::run_command(support::program("youbotd") + " --check --config " + bad).exit_code, 2);
   const support::CommandResult one_joint = support::run_command(kCheck + "--robot can:can0");
   EXPECT_EQ(one_joint.exit_code, 2);
   EXPECT_TRUE(one_joint.said("four wheels")) << one_joint.output;
@@ -233,11 +235,11 @@ TEST(CheckCommand, WithoutRightsItFailsAndNamesTheCommandThatGivesThem) {
   const support::CommandResult result = support::run_command(without + kCheck);
   EXPECT_EQ(result.exit_code, 3) << result.output;
   EXPECT_TRUE(result.said("FAIL  priority: SCHED_FIFO 80 for the cycle")) << result.output;
-#ifndef __SANITIZE_ADDRESS__  // which makes locking a call that does nothing
+#ifndef YOUBOT_SANITIZED  // the address sanitizer makes locking a call that does nothing
   EXPECT_TRUE(result.said("FAIL  memory lock")) << result.output;
 #endif
   EXPECT_TRUE(result.said("setcap cap_net_raw,cap_sys_nice,cap_ipc_lock+ep " +
-                          fs::canonical(YOUBOTD_BINARY).string()))
+                          fs::canonical(support::program("youbotd")).string()))
       << result.output;
   const support::CommandResult waived = support::run_command(without + kCheck + "--allow-non-rt");
   EXPECT_EQ(waived.exit_code, 0) << waived.output;
@@ -248,8 +250,8 @@ TEST(CheckCommand, ABusMayHaveAnotherPeriod) {
   const support::TemporaryDirectory folder;
   const std::string slow =
       folder.write("slow.toml", "[loop]\nperiod_s = 0.002\n[[path.leg]]\nforward_m = 1\n");
-  const support::CommandResult result =
-      support::run_command(YOUBOTD_BINARY " --check --robot ethercat:nosuch0 --config " + slow);
+  const support::CommandResult result = support::run_command(
+      support::program("youbotd") + " --check --robot ethercat:nosuch0 --config " + slow);
   EXPECT_EQ(result.exit_code, 3) << result.output;
   EXPECT_TRUE(result.said("nosuch0")) << result.output;
 }
@@ -285,5 +287,5 @@ TEST(CheckCommand, ABusIsOpenedAsTheMasterDoes) {
   EXPECT_FALSE(down.said("raw socket")) << down.output;
 }
 
-}  // namespace
+}  // namespace check_test
 }  // namespace youbotd

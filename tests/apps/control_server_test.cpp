@@ -18,7 +18,7 @@
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace control_server_test {
 
 using namespace std::chrono_literals;
 using youbotd::ControlServer;
@@ -191,4 +191,4 @@ TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   EXPECT_THROW(ControlServer(std::string(200, 'x'), echo), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace control_server_test

@@ -12,9 +12,10 @@
 #include "sim/base.h"
 #include "tests/support/lossy_robot.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/turning_robot.h"
 
 namespace youbotd {
-namespace {
+namespace cycle_test {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -264,32 +265,13 @@ TEST(Cycle, SamplesThatAreLostNowAndAgainAreNoOverspeed) {
   }
 }
 
-/// Wheels that turn by themselves, whatever they are told.
-class TurningRobot final : public hal::Robot {
- public:
-  TurningRobot(const hal::Clock& clock, double speed_rad_per_s) : clock_(clock), speed_(speed_rad_per_s) {}
-  std::span<const hal::JointInfo> joints() const noexcept override { return joints_; }
-  void activate() override {}
-  void deactivate() noexcept override {}
-  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
-    sample.stamp = clock_.now();
-    sample.enabled = command.enable;
-    for (hal::JointSample& joint : sample.joints)
-      joint.position_rad = speed_ * std::chrono::duration<double>(sample.stamp).count();
-    return {};
-  }
-
- private:
-  const hal::Clock& clock_;
-  double speed_;
-  std::vector<hal::JointInfo> joints_{{"wheel-1", 3}, {"wheel-2", 3}, {"wheel-3", 3}, {"wheel-4", 3}};
-};
+const std::vector<hal::JointInfo> kFourWheels{{"wheel-1", 3}, {"wheel-2", 3}, {"wheel-3", 3}, {"wheel-4", 3}};
 
 TEST(Cycle, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
   for (const int frames : {1, 2, 3, 4, 11}) {
     SCOPED_TRACE(frames);
     hal::VirtualClock clock;
-    TurningRobot robot(clock, 18.0);
+    support::TurningRobot robot(clock, kFourWheels, 1, 18.0);
     support::LossyRobot bus(robot);
     bus.loses = support::LossyRobot::all_but_one_of(frames);
     ScriptedMotion motion;
@@ -309,7 +291,7 @@ TEST(Cycle, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
 /// A robot whose drives never obey, or whose bus fails when told to.
 class BrokenRobot final : public hal::Robot {
  public:
-  std::span<const hal::JointInfo> joints() const noexcept override { return joints_; }
+  std::span<const hal::JointInfo> joints() const noexcept override { return kFourWheels; }
   void activate() override {}
   void deactivate() noexcept override {}
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
@@ -320,9 +302,6 @@ class BrokenRobot final : public hal::Robot {
   bool obeys = false;
   hal::CycleStatus status{};
   hal::RobotCommand last_command;
-
- private:
-  std::vector<hal::JointInfo> joints_{{"wheel-1", 3}, {"wheel-2", 3}, {"wheel-3", 3}, {"wheel-4", 3}};
 };
 
 TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterHalfAMinute) {
@@ -410,5 +389,5 @@ TEST(Cycle, TheWholeCycleDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace cycle_test
 }  // namespace youbotd

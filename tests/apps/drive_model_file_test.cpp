@@ -10,7 +10,7 @@
 #include "tests/support/temporary_directory.h"
 
 namespace apps {
-namespace {
+namespace drive_model_file_test {
 
 using sim::effects::DriveModel;
 using sim::effects::make_effect;
@@ -97,5 +97,5 @@ TEST_F(DriveModelFile, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_EQ(problems("name = \"x\"\n").size(), 2U);  // format and inertia
 }
 
-}  // namespace
+}  // namespace drive_model_file_test
 }  // namespace apps

@@ -22,7 +22,7 @@
 #include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
-namespace {
+namespace experiment_report_test {
 
 namespace fs = std::filesystem;
 
@@ -227,5 +227,5 @@ TEST(Wording, UnitsAreTakenFromTheNames) {
   EXPECT_EQ(apps::quantity_of("rest_s").unit, "s");
 }
 
-}  // namespace
+}  // namespace experiment_report_test
 }  // namespace youbot_bench

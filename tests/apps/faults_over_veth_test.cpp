@@ -1,5 +1,6 @@
 // Fault scripts of youbot-sim against the real master on raw sockets, from another namespace. Faults begin
-// with a frame, not at a time, and conditions are waited for, so that a starved machine only takes longer.
+// with a frame, not at a time, the robot's time goes with the frames, and conditions are waited for, so that
+// a starved machine only takes longer.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -24,7 +25,7 @@
 #include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
-namespace {
+namespace faults_over_veth_test {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
@@ -41,14 +42,16 @@ struct Operator {
   static hal::EthercatOptions options() {
     hal::EthercatOptions options;
     options.kind = hal::EthercatOptions::Kind::kBase;
-    options.tolerated_cycles = 90;  // a shared machine may not run us for a while
+    // A busy machine may suspend either process for a while.
+    options.tolerated_cycles = 90;
+    options.frame_timeout = 3ms;
     return options;
   }
   /// Cycles until `condition`. Faults but `expected`, which is left latched, are answered by disabling and
   /// enabling again: a starved machine may bring any.
   template <typename Condition>
   bool cycle_until(Condition&& condition, hal::Fault expected = hal::Fault::kNone) {
-    const auto end = clock.now() + 60s;
+    const auto end = clock.now() + 120s;
     const bool wanted = command.enable;
     bool met = false;
     for (auto next = clock.now(); !met && clock.now() < end; clock.sleep_until(next += 1ms)) {
@@ -121,7 +124,7 @@ TEST_P(FaultsOverVeth, AreSurvived) {
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::TemporaryDirectory directory;
   const fs::path faults = directory.write("faults.toml", GetParam().faults);
-  const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
+  const support::Simulator simulator(namespaces, "--robot base --lock-step --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
   survive(GetParam().expected, GetParam().joint);
 }
@@ -204,7 +207,7 @@ TEST(CaptureOverVeth, TsharkDecodesEveryFrameFromTheStartThroughAFaultToTheStop)
   const support::TemporaryDirectory directory;
   const fs::path faults = directory.write(
       "faults.toml", "[[fault]]\nkind = \"slave_off\"\nslave = 4\nduration_s = 0.5\n" + kAtFrame);
-  const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
+  const support::Simulator simulator(namespaces, "--robot base --lock-step --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
   const fs::path file = directory / "run.pcapng";
   Capture capture(namespaces, file);
@@ -228,4 +231,4 @@ TEST(CaptureOverVeth, TsharkDecodesEveryFrameFromTheStartThroughAFaultToTheStop)
     EXPECT_TRUE(commands.contains(number)) << "command " << number;
 }
 
-}  // namespace
+}  // namespace faults_over_veth_test

@@ -12,10 +12,11 @@
 #include "apps/common/open_haptic.h"
 #include "apps/common/recording_reader.h"
 #include "hal/setup_error.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace haptic_test {
 
 using namespace std::chrono_literals;
 
@@ -154,7 +155,7 @@ TEST(OpenHaptic, AFalconWhoseOneMissingReplyEndsTheForceIsRefused) {
 }
 
 TEST(OpenHaptic, TheConfigurationInTheDocumentShowsTheDefaults) {
-  std::ifstream file(std::string(YOUBOT_SOURCE_DIR) + "/drivers/haptic/README.md");
+  std::ifstream file(support::source_dir() + "/drivers/haptic/README.md");
   const std::string readme{std::istreambuf_iterator<char>(file), {}};
   const std::size_t begin = readme.find("[haptic]\n", readme.find("```toml\n[haptic]"));
   ASSERT_NE(begin, std::string::npos);
@@ -220,7 +221,7 @@ TEST(OpenHaptic, AFirmwareFileThatCannotBeReadIsNamed) {
 }
 
 support::CommandResult hold(const std::string& arguments) {
-  return support::run_command(std::string(YOUBOT_BENCH_BINARY) + " haptic-hold " + arguments);
+  return support::run_command(support::program("youbot-bench") + " haptic-hold " + arguments);
 }
 
 TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
@@ -252,13 +253,13 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
 
 TEST(HapticHold, OneFileServesAllPrograms) {
   const support::TemporaryDirectory folder;
-  std::ifstream demo(std::string(YOUBOT_SOURCE_DIR) + "/apps/youbotd/demo.toml");
+  std::ifstream demo(support::source_dir() + "/apps/youbotd/demo.toml");
   const std::string robot{std::istreambuf_iterator<char>(demo), {}};
   const std::string file = folder.write("all.toml", robot + "\n[haptic]\nforce_limit_N = 3.0\n").string();
   const auto held = hold("--virtual-time --duration 1 --config " + file);
   EXPECT_EQ(held.exit_code, 0) << held.output;
   EXPECT_TRUE(held.said("3 N at most")) << held.output;
-  const auto driven = support::run_command(std::string(YOUBOTD_BINARY) +
+  const auto driven = support::run_command(support::program("youbotd") +
                                            " --virtual-time --duration 0.1 --allow-non-rt --config " + file);
   EXPECT_EQ(driven.exit_code, 0) << driven.output;
 }
@@ -277,4 +278,4 @@ TEST(HapticHold, WrongUseIsToldAndNothingMoves) {
   EXPECT_TRUE(says(result.output, "wrong.toml:2")) << result.output;
 }
 
-}  // namespace
+}  // namespace haptic_test

@@ -11,11 +11,12 @@
 
 #include "apps/common/drive_model_file.h"
 #include "sim/effects/effect_chain.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
 namespace apps {
-namespace {
+namespace hidden_effect_test {
 
 namespace fs = std::filesystem;
 using support::CommandResult;
@@ -61,7 +62,7 @@ class HiddenEffectCommands : public testing::Test {
   HiddenEffectCommands() { directory_.write("wheel.toml", drive_model_text(known_wheel_model())); }
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   static CommandResult bench(const std::string& arguments) {
-    return run_command(std::string(YOUBOT_BENCH_BINARY) + " " + arguments);
+    return run_command(support::program("youbot-bench") + " " + arguments);
   }
 
   support::TemporaryDirectory directory_;
@@ -73,11 +74,11 @@ TEST_F(HiddenEffectCommands, WheelsFollowAModelOrHideAnEffectNotBoth) {
   EXPECT_EQ(experiment.exit_code, 2);
   EXPECT_NE(experiment.output.find("--hidden-effect and --model"), std::string::npos) << experiment.output;
   EXPECT_FALSE(fs::exists(path("out")));
-  const CommandResult robot = run_command(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0" + both);
+  const CommandResult robot = run_command(support::program("youbot-sim") + " --interface nosuch0" + both);
   EXPECT_EQ(robot.exit_code, 2);
   EXPECT_NE(robot.output.find("--hidden-effect and --model"), std::string::npos) << robot.output;
   // One of them alone gets as far as the interface.
-  EXPECT_EQ(run_command(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0 --hidden-effect 3").exit_code,
+  EXPECT_EQ(run_command(support::program("youbot-sim") + " --interface nosuch0 --hidden-effect 3").exit_code,
             3);
 }
 
@@ -93,7 +94,7 @@ TEST_F(HiddenEffectCommands, OnlyASimulatedRobotHidesAnything) {
 TEST_F(HiddenEffectCommands, ASeedIsAWholeNumberFromZero) {
   for (const char* seed : {"-1", "3.5", "tree", "2000000001", "99999999999999999999", "''"}) {
     EXPECT_EQ(bench(std::string("reveal --hidden-effect ") + seed).exit_code, 2) << seed;
-    EXPECT_EQ(run_command(std::string(YOUBOT_SIM_BINARY) + " --interface nosuch0 --hidden-effect " + seed)
+    EXPECT_EQ(run_command(support::program("youbot-sim") + " --interface nosuch0 --hidden-effect " + seed)
                   .exit_code,
               2)
         << seed;
@@ -144,5 +145,5 @@ TEST_F(HiddenEffectCommands, ARecordingMadeAgainFromItsFileHidesTheSame) {
   EXPECT_NE(recorded("other", " --hidden-effect 8"), first);
 }
 
-}  // namespace
+}  // namespace hidden_effect_test
 }  // namespace apps

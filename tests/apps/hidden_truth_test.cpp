@@ -11,10 +11,11 @@
 #include "apps/common/recording_reader.h"
 #include "sim/identify/static_fit.h"
 #include "sim/identify/static_map.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace hidden_truth_test {
 
 namespace fs = std::filesystem;
 
@@ -55,7 +56,8 @@ class HiddenTruth : public testing::Test {
   }
   /// What youbot-bench prints; it must succeed.
   std::string bench(const std::string& arguments) const {
-    const support::CommandResult result = support::run_command(YOUBOT_BENCH_BINARY " " + arguments);
+    const support::CommandResult result =
+        support::run_command(support::program("youbot-bench") + " " + arguments);
     EXPECT_EQ(result.exit_code, 0) << arguments << "\n" << result.output;
     return result.output;
   }
@@ -125,10 +127,10 @@ TEST_F(HiddenTruth, PreslidingSaysThatItCannotBeIdentifiedAndWhy) {
 
 TEST_F(HiddenTruth, AModelIsForSimulatedRobotsOnly) {
   const support::CommandResult result =
-      support::run_command(YOUBOT_BENCH_BINARY " dahl --yes --robot can:nosuch0 --model " +
+      support::run_command(support::program("youbot-bench") + " dahl --yes --robot can:nosuch0 --model " +
                            file("truth.toml", kTable4) + " --out " + out());
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_TRUE(result.said("--model: only a simulated robot follows a model")) << result.output;
 }
 
-}  // namespace
+}  // namespace hidden_truth_test

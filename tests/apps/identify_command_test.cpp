@@ -10,11 +10,12 @@
 
 #include "apps/common/drive_model_file.h"
 #include "control/friction/wheel_curve.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace identify_command_test {
 
 namespace fs = std::filesystem;
 
@@ -40,7 +41,7 @@ class IdentifyCommand : public testing::Test {
   }
   int run_again(const std::string& arguments) {
     const support::CommandResult result =
-        support::run_command(YOUBOT_BENCH_BINARY " identify " + arguments + " --out " + out());
+        support::run_command(support::program("youbot-bench") + " identify " + arguments + " --out " + out());
     output_ = result.output;
     return result.exit_code;
   }
@@ -111,8 +112,8 @@ TEST_F(IdentifyCommand, FrictionThatRisesFromRestGivesAModelWithoutAStaticTorque
 TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
   const auto bench = [this](const std::string& experiment) {
     const support::CommandResult result =
-        support::run_command(YOUBOT_BENCH_BINARY " " + experiment + " --quiet --joint wheel-1 --out " +
-                             directory_.path().string());
+        support::run_command(support::program("youbot-bench") + " " + experiment +
+                             " --quiet --joint wheel-1 --out " + directory_.path().string());
     EXPECT_EQ(result.exit_code, 0) << result.output;
   };
   bench("steady-state --sets 1,4,6 --settle 2 --measure 3");
@@ -132,8 +133,8 @@ TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
   bench("torque-ramp --repeats 1 --rest 1 --model " + out() + "/model.toml");
 
   const support::CommandResult gap = support::run_command(
-      YOUBOT_GAP_BINARY " --model " + out() + "/model.toml --out " + (directory_ / "gap").string() +
-      " --data " + (directory_ / "staircase/wheel-1.csv").string());
+      support::program("youbot-gap") + " --model " + out() + "/model.toml --out " +
+      (directory_ / "gap").string() + " --data " + (directory_ / "staircase/wheel-1.csv").string());
   EXPECT_EQ(gap.exit_code, 0) << gap.output;
   EXPECT_TRUE(gap.said("+ midspeed dip")) << gap.output;
 }
@@ -287,4 +288,4 @@ TEST_F(IdentifyCommand, GoesFromMapMotionAndPreslidingToOneModel) {
   EXPECT_NE(model().find("# not identifiable: stiffness_Nm_per_rad"), std::string::npos) << model();
 }
 
-}  // namespace
+}  // namespace identify_command_test

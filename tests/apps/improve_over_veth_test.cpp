@@ -10,12 +10,13 @@
 
 #include "apps/common/drive_model_file.h"
 #include "apps/common/hidden_effect.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
-namespace {
+namespace improve_over_veth_test {
 
 namespace fs = std::filesystem;
 
@@ -36,8 +37,9 @@ class ImproveOverVeth : public testing::Test {
   void SetUp() override { SKIP_UNLESS(namespaces_.usable(), "needs root and network namespaces"); }
 
   support::CommandResult improve(const std::string& arguments) const {
-    return support::run_command(YOUBOT_BENCH_BINARY " improve --robot ethercat:veth-c --wheel 1 --config " +
-                                config_.string() + " --out " + out_.string() + " " + arguments);
+    return support::run_command(support::program("youbot-bench") +
+                                " improve --robot ethercat:veth-c --wheel 1 --config " + config_.string() +
+                                " --out " + out_.string() + " " + arguments);
   }
   std::string text_of(const std::string& file) const {
     std::ifstream stream(out_ / file);
@@ -105,4 +107,4 @@ TEST_F(ImproveOverVeth, WhatMayBeARobotDoesNotMoveWithoutAWordAndNeverBothWaysUn
   EXPECT_TRUE(unwatched.said("THE BASE WILL DRIVE")) << unwatched.output;
 }
 
-}  // namespace
+}  // namespace improve_over_veth_test

@@ -10,11 +10,12 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/youbot_bench/improve_report.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
-namespace {
+namespace improve_test {
 
 namespace fs = std::filesystem;
 
@@ -27,7 +28,7 @@ class Improve : public testing::Test {
 
   /// Without the standard error, where progress goes.
   support::CommandResult run(const std::string& arguments) const {
-    return support::run_command(YOUBOT_BENCH_BINARY " improve " + arguments + " --out " +
+    return support::run_command(support::program("youbot-bench") + " improve " + arguments + " --out " +
                                 directory_.string() + " 2> /dev/null");
   }
 
@@ -87,8 +88,8 @@ TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
 TEST_F(Improve, WhatIsInADirectoryAlreadyIsNotWrittenOver) {
   // Where README's `identify` writes.
   temporary_.write("new/wheel-1/model.toml", "mine");
-  const support::CommandResult result =
-      support::run_command(YOUBOT_BENCH_BINARY " improve --hidden-effect 3 --out " + directory_.string());
+  const support::CommandResult result = support::run_command(
+      support::program("youbot-bench") + " improve --hidden-effect 3 --out " + directory_.string());
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_TRUE(result.said("is not empty; name a new directory")) << result.output;
   EXPECT_EQ(fs::file_size(directory_ / "wheel-1/model.toml"), 4U);
@@ -97,10 +98,10 @@ TEST_F(Improve, WhatIsInADirectoryAlreadyIsNotWrittenOver) {
 
 TEST_F(Improve, EndsSoonWhenItIsAskedToInTheMiddleOfTheSearch) {
   // The search of four wheels takes many seconds on two cores.
-  const support::CommandResult result =
-      support::run_command(YOUBOT_BENCH_BINARY " improve --hidden-effect 3 --out " + directory_.string() +
-                           " & improve=$!; until test -e " + (directory_ / "wheel-4/base.toml").string() +
-                           " || ! kill -0 $improve; do sleep 0.05; done; kill -INT $improve; wait $improve");
+  const support::CommandResult result = support::run_command(
+      support::program("youbot-bench") + " improve --hidden-effect 3 --out " + directory_.string() +
+      " & improve=$!; until test -e " + (directory_ / "wheel-4/base.toml").string() +
+      " || ! kill -0 $improve; do sleep 0.05; done; kill -INT $improve; wait $improve");
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_TRUE(result.said("stopped on request, nothing to compare")) << result.output;
   EXPECT_FALSE(fs::exists(directory_ / "report.html"));
@@ -115,5 +116,5 @@ TEST_F(Improve, WrongUseIsRefusedBeforeAnythingIsMade) {
   EXPECT_FALSE(fs::exists(directory_));
 }
 
-}  // namespace
+}  // namespace improve_test
 }  // namespace youbot_bench

@@ -14,7 +14,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace youbotd {
-namespace {
+namespace loop_test {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -133,5 +133,5 @@ TEST(Loop, EveryCycleIsCountedAndTimed) {
   EXPECT_EQ(loop.statistics.robot_time, loop.clock.deadlines.back() - 100s);
 }
 
-}  // namespace
+}  // namespace loop_test
 }  // namespace youbotd

@@ -9,9 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 
-namespace {
+namespace number_options_test {
 
 using support::run_command;
 
@@ -52,10 +53,10 @@ std::vector<std::string> subcommands(const std::string& program) {
   return found;
 }
 
-class NumberOptions : public testing::TestWithParam<const char*> {};
+class NumberOptions : public testing::TestWithParam<std::string> {};
 
 TEST_P(NumberOptions, AreFiniteAndWithinBounds) {
-  const std::string program = GetParam();
+  const std::string& program = GetParam();
   std::vector<std::string> commands{program};
   for (const std::string& name : subcommands(program)) commands.push_back(program + " " + name);
   for (const std::string& command : commands)
@@ -71,16 +72,17 @@ TEST_P(NumberOptions, AreFiniteAndWithinBounds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Programs, NumberOptions,
-                         testing::Values(YOUBOT_BENCH_BINARY, YOUBOT_GAP_BINARY, YOUBOT_SIM_BINARY,
-                                         YOUBOTD_BINARY, YOUBOTCTL_BINARY),
-                         [](const testing::TestParamInfo<const char*>& program) {
+                         testing::Values(support::program("youbot-bench"), support::program("youbot-gap"),
+                                         support::program("youbot-sim"), support::program("youbotd"),
+                                         support::program("youbotctl")),
+                         [](const testing::TestParamInfo<std::string>& program) {
                            std::string name = std::filesystem::path(program.param).filename();
                            std::ranges::replace(name, '-', '_');
                            return name;
                          });
 
 TEST(NumberOptionsOfTheBench, AreSeenByTheTestAndShowTheirDefaults) {
-  const std::string bench = YOUBOT_BENCH_BINARY;
+  const std::string bench = support::program("youbot-bench");
   EXPECT_GE(subcommands(bench).size(), 19U);
   std::set<std::string> names;
   for (const NumberOption& option : number_options(bench + " steady-state")) names.insert(option.name);
@@ -98,20 +100,21 @@ TEST(NumberOptionsOfTheBench, AreSeenByTheTestAndShowTheirDefaults) {
 }
 
 TEST(UnknownCommand, IsNamedWithThoseThereAre) {
-  for (const std::string program : {YOUBOT_BENCH_BINARY, YOUBOTCTL_BINARY}) {
+  for (const std::string& program : {support::program("youbot-bench"), support::program("youbotctl")}) {
     const support::CommandResult result = run_command(program + " nosuch --out x");
     EXPECT_EQ(result.exit_code, 2);
     EXPECT_TRUE(result.said("'nosuch'")) << result.output;
     for (const std::string& name : subcommands(program)) EXPECT_TRUE(result.said(name)) << result.output;
   }
-  EXPECT_FALSE(run_command(YOUBOT_BENCH_BINARY " --quiet").said("no command '--quiet'"));
-  const support::CommandResult none = run_command(YOUBOT_BENCH_BINARY);
+  EXPECT_FALSE(run_command(support::program("youbot-bench") + " --quiet").said("no command '--quiet'"));
+  const support::CommandResult none = run_command(support::program("youbot-bench"));
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_TRUE(none.said("subcommand is required")) << none.output;
 }
 
 TEST(CurveCommand, RemarksOnWhatWasNotMeasuredUnlessItIsToBeQuiet) {
-  const std::string command = YOUBOT_BENCH_BINARY " curve --wheel 1 --from 0 --to 20 --step 10";
+  const std::string command =
+      support::program("youbot-bench") + " curve --wheel 1 --from 0 --to 20 --step 10";
   const support::CommandResult told = run_command(command);
   EXPECT_TRUE(told.said("nothing was measured beyond")) << told.output;
   const support::CommandResult quiet = run_command(command + " --quiet");
@@ -120,4 +123,4 @@ TEST(CurveCommand, RemarksOnWhatWasNotMeasuredUnlessItIsToBeQuiet) {
   EXPECT_FALSE(quiet.said("nothing was measured")) << quiet.output;
 }
 
-}  // namespace
+}  // namespace number_options_test

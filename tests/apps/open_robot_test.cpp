@@ -10,9 +10,10 @@
 #include "apps/common/wire_robot.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/session.h"
+#include "tests/support/built_paths.h"
 
 namespace apps {
-namespace {
+namespace open_robot_test {
 
 using namespace std::chrono_literals;
 
@@ -94,8 +95,7 @@ TEST(OpenRobot, WhatNobodyKnowsIsAnsweredWithAllThereIs) {
 }
 
 TEST(OpenRobot, TheBasesPathIsNotDrivenOnOneJoint) {
-  youbotd::Config config =
-      youbotd::load_config(std::filesystem::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml");
+  youbotd::Config config = youbotd::load_config(support::source_dir() + "/apps/youbotd/demo.toml");
   config.robot.name = "can:can0";
   const std::atomic<bool> stop{false};
   try {
@@ -106,5 +106,5 @@ TEST(OpenRobot, TheBasesPathIsNotDrivenOnOneJoint) {
   }
 }
 
-}  // namespace
+}  // namespace open_robot_test
 }  // namespace apps

@@ -6,10 +6,11 @@
 
 #include "apps/common/output_directory.h"
 #include "hal/setup_error.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace output_directory_test {
 
 namespace fs = std::filesystem;
 
@@ -64,8 +65,8 @@ TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
   for (const std::string command :
        {"transparency --quiet", "haptic-hold --quiet --virtual-time --duration 1",
         "steady-state --quiet --sets 9 --joint wheel-1", "improve --quiet --hidden-effect 1"}) {
-    const auto result =
-        support::run_command(YOUBOT_BENCH_BINARY " " + command + " --out " + (file / "below").string());
+    const auto result = support::run_command(support::program("youbot-bench") + " " + command + " --out " +
+                                             (file / "below").string());
     EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
     EXPECT_TRUE(result.said("cannot be the directory for the results")) << result.output;
   }
@@ -74,15 +75,15 @@ TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {
 TEST(OutputDirectory, IsRefusedByYoubotdBeforeItLooksForARobot) {
   const support::TemporaryDirectory folder;
   const fs::path file = folder.write("file", "x");
-  const std::string app = YOUBOT_SOURCE_DIR "/apps/youbotd/";
+  const std::string app = support::source_dir() + "/apps/youbotd/";
   for (const std::string& command :
        {"--config " + app + "demo.toml", "--config " + app + "demo.toml --demo",
         "--config " + app + "teleop.toml",
         "--config " + app + "demo.toml --control " + (folder / "socket").string()})
     for (const fs::path& directory : {file, file / "below", fs::path("/proc")}) {
-      const auto result =
-          support::run_command(YOUBOTD_BINARY " --quiet --allow-non-rt --robot ethercat:nosuch " + command +
-                               " --record " + directory.string());
+      const auto result = support::run_command(support::program("youbotd") +
+                                               " --quiet --allow-non-rt --robot ethercat:nosuch " + command +
+                                               " --record " + directory.string());
       EXPECT_EQ(result.exit_code, 3) << command << "\n" << result.output;
       EXPECT_TRUE(result.said(directory.string()) && result.said(": cannot be the directory for the results"))
           << command << "\n"
@@ -91,4 +92,4 @@ TEST(OutputDirectory, IsRefusedByYoubotdBeforeItLooksForARobot) {
     }
 }
 
-}  // namespace
+}  // namespace output_directory_test

@@ -30,7 +30,7 @@
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace recording_test {
 
 using apps::Recorder;
 using apps::RecordingFile;
@@ -686,4 +686,4 @@ TEST_F(RecordingFileTest, ARecorderBringsEveryRecordToTheFile) {
   EXPECT_EQ(recording.rows.back()[0], row(2999)[0]);
 }
 
-}  // namespace
+}  // namespace recording_test

@@ -12,12 +12,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
-namespace {
+namespace robot_recording_over_veth_test {
 
 namespace fs = std::filesystem;
 using Column = std::vector<double>;
@@ -54,9 +55,9 @@ TEST(RobotRecordingOverVeth, IsWhatTheDaemonRecorded) {
   {
     const support::Simulator simulator(namespaces, "--robot base --lock-step --record " + seen.string());
     ASSERT_TRUE(simulator.ready());
-    const support::CommandResult run =
-        support::run_command(YOUBOTD_BINARY " --robot ethercat:veth-c --virtual-time --config " +
-                             config.string() + " --record " + (folder / "run").string());
+    const support::CommandResult run = support::run_command(
+        support::program("youbotd") + " --robot ethercat:veth-c --virtual-time --config " + config.string() +
+        " --record " + (folder / "run").string());
     ASSERT_EQ(run.exit_code, 0) << run.output;
     EXPECT_TRUE(run.said(" 0 lost")) << run.output;
   }  // which ends it, and its file
@@ -91,4 +92,4 @@ TEST(RobotRecordingOverVeth, IsWhatTheDaemonRecorded) {
   }
 }
 
-}  // namespace
+}  // namespace robot_recording_over_veth_test

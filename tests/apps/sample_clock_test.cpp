@@ -5,7 +5,7 @@
 #include <random>
 
 namespace youbotd {
-namespace {
+namespace sample_clock_test {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -55,5 +55,5 @@ TEST(SampleClock, NoTimeIsCountedTwiceNorLeftOutHoweverLateOrEarlySamplesCome) {
   }
 }
 
-}  // namespace
+}  // namespace sample_clock_test
 }  // namespace youbotd

@@ -8,7 +8,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace served_loop_test {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -227,4 +227,4 @@ TEST_F(ServedLoopTest, NeitherAllocatesNorLocks) {
   EXPECT_EQ(told.ended, 1U);
 }
 
-}  // namespace
+}  // namespace served_loop_test

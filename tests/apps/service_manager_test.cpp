@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdlib>
 #include <cstring>
 #include <string>
@@ -12,19 +13,23 @@
 #include "apps/common/service_manager.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace service_manager_test {
 
 using namespace std::chrono_literals;
 
 class Listener {
  public:
-  Listener() {
+  enum class Name { kFile, kAbstract };
+  explicit Listener(Name kind = Name::kFile) {
     const std::string path = directory_ / "notify";
+    const bool is_abstract = kind == Name::kAbstract;
+    const std::string name = is_abstract ? '\0' + path : path;
     sockaddr_un address{};
     address.sun_family = AF_UNIX;
-    path.copy(address.sun_path, sizeof address.sun_path - 1);
-    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
-    setenv("NOTIFY_SOCKET", path.c_str(), 1);
+    name.copy(address.sun_path, sizeof address.sun_path - 1);
+    const std::size_t size = offsetof(sockaddr_un, sun_path) + name.size() + (is_abstract ? 0 : 1);
+    EXPECT_EQ(bind(socket_, reinterpret_cast<const sockaddr*>(&address), static_cast<socklen_t>(size)), 0);
+    setenv("NOTIFY_SOCKET", ((is_abstract ? "@" : "") + path).c_str(), 1);
   }
   Listener(const Listener&) = delete;
   Listener& operator=(const Listener&) = delete;
@@ -73,6 +78,12 @@ TEST(ServiceManager, HearsOfTheStartTheStateTheHeartbeatAndTheEnd) {
   EXPECT_EQ(manager.heard(), "") << "each is told once";
 }
 
+TEST(ServiceManager, HearsOnAnAbstractSocketAsInAContainer) {
+  const Listener manager(Listener::Name::kAbstract);
+  apps::ServiceManager().ready("running");
+  EXPECT_EQ(manager.heard(), "READY=1\nSTATUS=running");
+}
+
 TEST(ServiceManager, AStatusOfSeveralLinesStaysAStatus) {
   const Listener manager;
   const apps::ServiceManager service;
@@ -100,6 +111,10 @@ TEST(ServiceManager, IsToldTwiceInItsTimeThatTheServiceIsAlive) {
     const Watchdog watchdog("5000000", std::to_string(getppid()));
     EXPECT_EQ(service.watchdog_interval(), std::nullopt) << "it waits for another process";
   }
+  for (const char* limit_us : {"", "0", "soon", "-1", "5000000s", "99999999999999999999"}) {
+    const Watchdog watchdog(limit_us, std::to_string(getpid()));
+    EXPECT_EQ(service.watchdog_interval(), std::nullopt) << limit_us;
+  }
 }
 
-}  // namespace
+}  // namespace service_manager_test

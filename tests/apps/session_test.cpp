@@ -10,15 +10,16 @@
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/base_recording.h"
 #include "hal/setup_error.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbotd {
-namespace {
+namespace session_test {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
-const fs::path kDemo = fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml";
+const fs::path kDemo = support::source_dir() + "/apps/youbotd/demo.toml";
 
 class Session : public ::testing::Test {
  protected:
@@ -291,5 +292,5 @@ TEST_F(Session, ConfigurationMistakesAreAllListedWithTheirLines) {
   }
 }
 
-}  // namespace
+}  // namespace session_test
 }  // namespace youbotd

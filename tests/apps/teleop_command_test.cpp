@@ -6,19 +6,20 @@
 #include <string>
 
 #include "apps/youbotd/teleop_demo.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace teleop_command_test {
 
 namespace fs = std::filesystem;
 using support::CommandResult;
 
-const std::string kTeleop = YOUBOT_SOURCE_DIR "/apps/youbotd/teleop.toml";
-const std::string kBaseOnly = YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml";
+const std::string kTeleop = support::source_dir() + "/apps/youbotd/teleop.toml";
+const std::string kBaseOnly = support::source_dir() + "/apps/youbotd/demo.toml";
 
 CommandResult youbotd(const std::string& config, const std::string& arguments) {
-  return support::run_command(std::string(YOUBOTD_BINARY) + " --config " + config + " " + arguments);
+  return support::run_command(support::program("youbotd") + " --config " + config + " " + arguments);
 }
 
 TEST(TeleopCommand, TheDemoTellsHowEachTaskEndedAndWhatTheHandFelt) {
@@ -48,7 +49,7 @@ TEST(TeleopCommand, TheQuietDemoSaysNothing) {
 }
 
 TEST(TeleopCommand, HelpNamesTheMasters) {
-  const CommandResult result = support::run_command(std::string(YOUBOTD_BINARY) + " --help");
+  const CommandResult result = support::run_command(support::program("youbotd") + " --help");
   EXPECT_EQ(result.exit_code, 0);
   for (const char* word : {"--haptic", "loopback", "force-dimension", "falcon", "spacemouse", "teleop.toml"})
     EXPECT_TRUE(result.said(word)) << word;
@@ -130,10 +131,10 @@ TEST(TeleopCommand, OtherProgramsTakeItsFileToo) {
   for (const std::string& command : {std::string("haptic-hold --virtual-time --duration 1"),
                                      "staircase --quiet --hold 0.02 --out " + out}) {
     const CommandResult result =
-        support::run_command(std::string(YOUBOT_BENCH_BINARY) + " " + command + " --config " + kTeleop);
+        support::run_command(support::program("youbot-bench") + " " + command + " --config " + kTeleop);
     EXPECT_EQ(result.exit_code, 0) << command << "\n" << result.output;
   }
   EXPECT_TRUE(fs::exists(out + "/staircase/wheel-1.csv"));
 }
 
-}  // namespace
+}  // namespace teleop_command_test

@@ -15,10 +15,11 @@
 
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbotd {
-namespace {
+namespace teleop_config_test {
 
 namespace fs = std::filesystem;
 using control::Teleoperation;
@@ -26,7 +27,7 @@ using Values = std::vector<double>;
 
 using Problems = std::vector<std::string>;
 
-const fs::path kTeleop = fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/teleop.toml";
+const fs::path kTeleop = support::source_dir() + "/apps/youbotd/teleop.toml";
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -329,7 +330,7 @@ TEST_F(TeleopConfig, OnlyThatTableTeleoperates) {
   EXPECT_TRUE(load("[teleoperation]\n").teleoperated);
   EXPECT_FALSE(load("").teleoperated);
   EXPECT_FALSE(load("[haptic]\ndevice = \"falcon\"\n[[scene.table]]\n").teleoperated);
-  EXPECT_FALSE(load_config(fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml").teleoperated);
+  EXPECT_FALSE(load_config(support::source_dir() + "/apps/youbotd/demo.toml").teleoperated);
 }
 
 TEST_F(TeleopConfig, WhatTheRestSaysOfRobotAndMasterHoldsForTeleoperationToo) {
@@ -442,5 +443,5 @@ TEST_F(TeleopConfig, WhatNoSceneCanHaveIsRefusedWithItsLine) {
             Problems{"lab.toml:1: unknown key 'scene.floor': known keys are 'box', 'table', 'wall'"});
 }
 
-}  // namespace
+}  // namespace teleop_config_test
 }  // namespace youbotd

@@ -17,16 +17,17 @@
 #include "apps/youbotd/report.h"
 #include "apps/youbotd/teleop_demo.h"
 #include "apps/youbotd/teleop_recording.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbotd {
-namespace {
+namespace teleop_session_test {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 using control::TeleopPhase;
 
-const fs::path kTeleop = fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/teleop.toml";
+const fs::path kTeleop = support::source_dir() + "/apps/youbotd/teleop.toml";
 constexpr std::size_t kColumns = 91;
 
 bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -582,5 +583,5 @@ TEST(TeleopReport, TellsWhatMasterRobotAndSystemSay) {
   EXPECT_FALSE(says(text, "operator")) << text;
 }
 
-}  // namespace
+}  // namespace teleop_session_test
 }  // namespace youbotd

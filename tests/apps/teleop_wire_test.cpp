@@ -7,7 +7,7 @@
 #include "apps/common/open_robot.h"
 #include "tests/apps/teleop_rig.h"
 
-namespace {
+namespace teleop_wire_test {
 
 using namespace std::chrono_literals;
 using control::TeleopPhase;
@@ -96,4 +96,4 @@ TEST(TeleopOverTheWire, AnArmThatHomedUnderItsOwnWeightFollowsTheHandAndFeelsThe
   EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kOperating);
 }
 
-}  // namespace
+}  // namespace teleop_wire_test

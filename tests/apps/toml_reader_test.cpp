@@ -12,7 +12,7 @@
 
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace toml_reader_test {
 
 using apps::ConfigError;
 using apps::TomlFile;
@@ -507,4 +507,4 @@ TEST_F(TomlReader, LettersBeyondAsciiAreWelcomeInStringsAndComments) {
   EXPECT_EQ(name, "\"é");
 }
 
-}  // namespace
+}  // namespace toml_reader_test

@@ -21,10 +21,11 @@
 #include "control/arm_posture.h"
 #include "control/robot_model.h"
 #include "tests/apps/teleop_rig.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace transparency_test {
 
 using Complex = std::complex<double>;
 using sim::two_port::HybridPoint;
@@ -223,7 +224,7 @@ std::vector<std::vector<double>> rows_of(const std::string& csv) {
 }
 
 support::CommandResult transparency(const std::string& arguments) {
-  return support::run_command(std::string(YOUBOT_BENCH_BINARY) + " transparency " + arguments);
+  return support::run_command(support::program("youbot-bench") + " transparency " + arguments);
 }
 
 TEST(TransparencyCommand, WritesTablesAndReport) {
@@ -311,4 +312,4 @@ TEST(TransparencyCommand, WrongUseIsToldAndNothingIsWritten) {
   EXPECT_EQ(transparency("").exit_code, 2) << "--out is required";
 }
 
-}  // namespace
+}  // namespace transparency_test

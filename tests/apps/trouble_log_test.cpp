@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace youbotd {
-namespace {
+namespace trouble_log_test {
 
 using Lines = std::vector<std::string>;
 
@@ -61,5 +61,5 @@ TEST_F(TroubleLogTest, DevicesHaveTheirTroublesEachForItself) {
   EXPECT_EQ(news.trouble, Lines{});
 }
 
-}  // namespace
+}  // namespace trouble_log_test
 }  // namespace youbotd

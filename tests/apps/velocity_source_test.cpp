@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-namespace {
+namespace velocity_source_test {
 
 using namespace std::chrono_literals;
 using control::PlanarPose;
@@ -102,4 +102,4 @@ TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
   EXPECT_NEAR(motion.reference.X_WB.yaw_rad, VelocitySource::kLeash_rad, 1e-9);
 }
 
-}  // namespace
+}  // namespace velocity_source_test

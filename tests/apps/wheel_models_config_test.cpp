@@ -12,10 +12,11 @@
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/demo_config.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbotd {
-namespace {
+namespace wheel_models_config_test {
 
 namespace fs = std::filesystem;
 
@@ -120,9 +121,9 @@ TEST_F(WheelModels, SimulatedWheelsFollowAModelOrHideAnEffectNotBoth) {
 }
 
 TEST_F(WheelModels, TheBuiltInDemoIsTheFileItSays) {
-  std::ifstream file(fs::path(YOUBOT_SOURCE_DIR) / "apps/youbotd/demo.toml", std::ios::binary);
+  std::ifstream file(support::source_dir() + "/apps/youbotd/demo.toml", std::ios::binary);
   EXPECT_EQ(std::string(std::istreambuf_iterator<char>(file), {}), kDemoConfig);
 }
 
-}  // namespace
+}  // namespace wheel_models_config_test
 }  // namespace youbotd

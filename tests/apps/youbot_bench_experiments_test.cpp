@@ -24,12 +24,13 @@
 #include "sim/experiments/torque_ramp.h"
 #include "sim/joint_sensors.h"
 #include "tests/hal/can_bench.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
-namespace {
+namespace youbot_bench_experiments_test {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
@@ -526,7 +527,7 @@ TEST_F(BenchExperiment, TheCycleDoesNotAllocateOrLock) {
 using support::CommandResult;
 
 CommandResult bench(const std::string& arguments) {
-  return support::run_command(YOUBOT_BENCH_BINARY " " + arguments);
+  return support::run_command(support::program("youbot-bench") + " " + arguments);
 }
 
 class BenchCommand : public BenchExperiment {
@@ -623,7 +624,7 @@ TEST_F(BenchCommand, WrongUseExitsWithTwoAndMovesNothing) {
 
 TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
   // Every key of youbotd is in it.
-  std::string text = text_of(YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml");
+  std::string text = text_of(support::source_dir() + "/apps/youbotd/demo.toml");
   text.replace(text.find("robot = \"loopback\""), 18, "robot = \"wire\"");
   text.replace(text.find("unsigned_current = false"), 24, "unsigned_current = true");
   text += "\n[[ethercat.parameter]]\njoint = \"wheel-1\"\nname = \"motor_acceleration\"\nvalue = 2000\n";
@@ -691,5 +692,5 @@ TEST_F(BenchCommand, TheWireRobotGivesTheSameMap) {
     EXPECT_NEAR(row[2], control::friction::wheel_curve_Nm(1, row[1]), 0.02) << row[4];
 }
 
-}  // namespace
+}  // namespace youbot_bench_experiments_test
 }  // namespace youbot_bench

@@ -27,12 +27,13 @@
 #include "apps/common/recording_reader.h"
 #include "drivers/ethercat/frame.h"
 #include "drivers/tmcl/process_data.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
-namespace {
+namespace youbot_bench_over_veth_test {
 
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
@@ -40,7 +41,8 @@ using support::CommandResult;
 
 /// In the namespace that the test lives in.
 CommandResult bench(const std::string& arguments) {
-  return support::run_command(YOUBOT_BENCH_BINARY " " + arguments + " --robot ethercat:veth-c");
+  return support::run_command(support::program("youbot-bench") + " " + arguments +
+                              " --robot ethercat:veth-c");
 }
 
 TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
@@ -48,11 +50,11 @@ TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::TemporaryDirectory directory;
   const fs::path capture = directory / "capture.pcapng";
-  // Bring-up takes some hundred frames; a cycle each afterwards.
+  // Bring-up takes some hundred frames; a cycle each afterwards, of which a busy machine leaves some out.
   const fs::path faults =
       directory.write("faults.toml",
                       "[[fault]]\nkind = \"damage_on_cable\"\nat_frame = 1000\ncount = 3\nslave = 2\n"
-                      "[[fault]]\nkind = \"slave_off\"\nat_s = 3.0\nduration_s = 0.3\nslave = 4\n");
+                      "[[fault]]\nkind = \"slave_off\"\nat_frame = 2000\nduration_s = 0.3\nslave = 4\n");
   const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
   const CommandResult diagnosis = bench("diagnose --duration 6 --quiet --capture " + capture.string());
@@ -179,7 +181,7 @@ class RunningRamp {
     fs::remove_all(out_);
     // As long as the drives' own watchdog: a shared machine may not run us for a while.
     const fs::path config = directory.write("lab.toml", "[ethercat]\ntolerated_cycles = 90\n");
-    const std::string command = "exec " YOUBOT_BENCH_BINARY
+    const std::string command = "exec " + support::program("youbot-bench") +
                                 " torque-ramp --robot ethercat:veth-c --yes --allow-non-rt --joint wheel-3 "
                                 "--rest 0.2 --config " +
                                 config.string() + " --out " + out_.string() + " " + arguments + " >" +
@@ -233,7 +235,7 @@ class BenchExperimentOverVeth : public testing::Test {
   void SetUp() override { SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces"); }
   /// A shared machine may starve either process for longer than any watchdog allows. Then the experiment ends
   /// with a fault, rightly, and is tried again.
-  static constexpr int kAttempts = 5;
+  static constexpr int kAttempts = 20;
 
   support::Namespaces namespaces;
   support::TemporaryDirectory directory;
@@ -316,4 +318,4 @@ TEST_F(BenchExperimentOverVeth, ARobotThatIsNotThereOrAnotherLeavesNothingBehind
   EXPECT_FALSE(fs::exists(directory / "run"));
 }
 
-}  // namespace
+}  // namespace youbot_bench_over_veth_test

@@ -19,10 +19,11 @@
 #include "sim/bus/bus_link.h"
 #include "sim/bus/youbot_bus.h"
 #include "tests/hal/can_bench.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 
 namespace youbot_bench {
-namespace {
+namespace youbot_bench_parameters_test {
 
 using namespace std::chrono_literals;
 namespace ethercat = drivers::ethercat;
@@ -114,31 +115,16 @@ TEST_F(ParametersOfABase, NothingIsWrittenWhileAMotorTurnsAndAllIsWhenItStands) 
   robot.set_on_ground(false);                     // else it takes the others with it
   command(1, Command::kSetAxisParameter, 15, 1);  // finds its commutation
   robot.advance(1s);
-  command(1, Command::kRotateRight, 0, 500);
-  robot.advance(1s);
-  const std::string told = refused();
-  EXPECT_TRUE(contains(told, "wheel-2: check that it is off: its motor turns")) << told;
-  EXPECT_EQ(acceleration(0), 2000);
-
-  command(1, Command::kMotorStop, 0, 0);
-  robot.advance(2s);
-  EXPECT_EQ(refused(), "");
-  EXPECT_EQ(acceleration(0), 1500);
-}
-
-// What a drive calls halted is slower than its parameter 9, and a blocked wheel.
-TEST_F(ParametersOfABase, NothingIsWrittenWhileAMotorIsToTurnHoweverSlowly) {
-  robot.set_on_ground(false);
-  command(1, Command::kSetAxisParameter, 15, 1);
-  robot.advance(1s);
-  command(1, Command::kRotateRight, 0, 3);
-  robot.advance(1s);
-  const std::string told = refused();
-  EXPECT_TRUE(contains(told, "wheel-2: check that it is off: it is to turn at 3 rpm")) << told;
-  EXPECT_EQ(acceleration(0), 2000);
-
-  command(1, Command::kMotorStop, 0, 0);
-  robot.advance(1s);
+  // What a drive calls halted is slower than its parameter 9, and a blocked wheel.
+  for (const auto& [rpm, why] : {std::pair{500, "its motor turns"}, std::pair{3, "it is to turn at 3 rpm"}}) {
+    command(1, Command::kRotateRight, 0, rpm);
+    robot.advance(1s);
+    const std::string told = refused();
+    EXPECT_TRUE(contains(told, std::string("wheel-2: check that it is off: ") + why)) << told;
+    EXPECT_EQ(acceleration(0), 2000);
+    command(1, Command::kMotorStop, 0, 0);
+    robot.advance(2s);
+  }
   EXPECT_EQ(refused(), "");
   EXPECT_EQ(acceleration(0), 1500);
 }
@@ -228,7 +214,7 @@ TEST(ParameterSetting, IsRefusedBeforeAnythingIsSentWhenNoDriveWouldTakeIt) {
 }
 
 CommandResult bench(const std::string& arguments) {
-  return support::run_command(YOUBOT_BENCH_BINARY " " + arguments);
+  return support::run_command(support::program("youbot-bench") + " " + arguments);
 }
 
 TEST(YoubotBenchBus, TheEmulatedRobotIsABusLikeAnyOther) {
@@ -275,5 +261,5 @@ TEST(YoubotBenchBus, ParametersAreSetOfJointsThatAreNamed) {
   EXPECT_TRUE(none.said("--joint: there is no 'elbow', but wheel-1, ")) << none.output;
 }
 
-}  // namespace
+}  // namespace youbot_bench_parameters_test
 }  // namespace youbot_bench

@@ -15,10 +15,11 @@
 #include <vector>
 
 #include "apps/common/drive_model_file.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace youbot_gap_command_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
@@ -76,7 +77,8 @@ class GapCommand : public testing::Test {
   std::string path(const std::string& name) const { return (directory_ / name).string(); }
   /// Both streams into output_; the exit code.
   int run(const std::string& arguments) {
-    const support::CommandResult result = support::run_command(YOUBOT_GAP_BINARY " " + arguments);
+    const support::CommandResult result =
+        support::run_command(support::program("youbot-gap") + " " + arguments);
     output_ = result.output;
     return result.exit_code;
   }
@@ -289,4 +291,4 @@ TEST_F(GapCommand, SaysWhichExperimentIsMissing) {
   EXPECT_FALSE(fs::exists(directory_ / "out" / "gap.json"));
 }
 
-}  // namespace
+}  // namespace youbot_gap_command_test

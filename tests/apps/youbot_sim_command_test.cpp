@@ -4,15 +4,16 @@
 #include <filesystem>
 #include <string>
 
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace youbot_sim_command_test {
 
 using support::CommandResult;
 
 CommandResult simulate(const std::string& arguments) {
-  return support::run_command(YOUBOT_SIM_BINARY " --interface nosuchif0 " + arguments);
+  return support::run_command(support::program("youbot-sim") + " --interface nosuchif0 " + arguments);
 }
 
 TEST(YoubotSimCommand, RobotsAreCalledAsEverywhereElse) {
@@ -40,4 +41,4 @@ TEST(YoubotSimCommand, AFaultThatCannotBeIsNamedWithItsLine) {
   EXPECT_FALSE(arm.said("faults.toml:3")) << arm.output;
 }
 
-}  // namespace
+}  // namespace youbot_sim_command_test

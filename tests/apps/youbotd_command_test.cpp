@@ -7,19 +7,20 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/built_paths.h"
 #include "tests/support/process.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace youbotd_command_test {
 
 namespace fs = std::filesystem;
-const std::string kDemo = YOUBOT_SOURCE_DIR "/apps/youbotd/demo.toml";
+const std::string kDemo = support::source_dir() + "/apps/youbotd/demo.toml";
 
 using Result = support::CommandResult;
 using support::Process;
 
 std::vector<std::string> youbotd(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), YOUBOTD_BINARY);
+  arguments.insert(arguments.begin(), support::program("youbotd"));
   return arguments;
 }
 Result run(std::vector<std::string> arguments) { return Process(youbotd(std::move(arguments))).finish(); }
@@ -98,4 +99,4 @@ TEST(YoubotdCommand, TerminateAndInterruptComeToACleanStop) {
   }
 }
 
-}  // namespace
+}  // namespace youbotd_command_test

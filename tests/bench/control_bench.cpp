@@ -12,7 +12,7 @@
 #include "sim/base.h"
 #include "tests/bench/quantiles.h"
 
-namespace {
+namespace control_bench {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -115,4 +115,4 @@ void WholeWireCycle(benchmark::State& state) {
 }
 BENCHMARK(WholeWireCycle)->MinTime(2.0);
 
-}  // namespace
+}  // namespace control_bench

@@ -9,7 +9,7 @@
 #include "control/friction/any_law.h"
 #include "control/friction/law_compensator.h"
 
-namespace {
+namespace friction_bench {
 
 using control::friction::AnyLaw;
 using control::friction::State;
@@ -67,4 +67,4 @@ const bool kRegistered = [] {
   return true;
 }();
 
-}  // namespace
+}  // namespace friction_bench

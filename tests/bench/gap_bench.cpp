@@ -7,7 +7,7 @@
 
 #include "tests/gap/gap_cases.h"
 
-namespace {
+namespace gap_bench {
 
 void GapSearch(benchmark::State& state) {
   using enum gap_test::Hidden;
@@ -37,4 +37,4 @@ BENCHMARK(GapSearch)
     ->Iterations(1)
     ->Complexity(benchmark::oN);
 
-}  // namespace
+}  // namespace gap_bench

@@ -27,7 +27,7 @@
 #include "tests/support/mock_hidraw_device.h"
 #include "tests/support/mock_usb_device.h"
 
-namespace {
+namespace haptic_bench {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -137,7 +137,7 @@ void space_mouse() {
   });
 }
 
-}  // namespace
+}  // namespace haptic_bench
 
 int main() {
   std::printf("%-44s %10s %10s %10s %12s %8s\n", "haptic master", "per second", "median us", "99.9 % us",

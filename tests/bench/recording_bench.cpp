@@ -8,7 +8,7 @@
 #include "tests/bench/quantiles.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace recording_bench {
 
 using namespace std::chrono_literals;
 
@@ -81,4 +81,4 @@ void RecordToDisk(benchmark::State& state) {
 }
 BENCHMARK(RecordToDisk)->Iterations(1)->UseRealTime()->Unit(benchmark::kSecond);
 
-}  // namespace
+}  // namespace recording_bench

@@ -9,7 +9,7 @@
 #include "tests/apps/teleop_rig.h"
 #include "tests/bench/quantiles.h"
 
-namespace {
+namespace teleop_bench {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -130,4 +130,4 @@ void SimulatedMobileManipulatorMillisecond(benchmark::State& state) {
 }
 BENCHMARK(SimulatedMobileManipulatorMillisecond);
 
-}  // namespace
+}  // namespace teleop_bench

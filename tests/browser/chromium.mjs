@@ -4,7 +4,7 @@ import {existsSync, mkdtempSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
-const kPatience_ms = 30_000;  // for one answer; a starved machine is slow, a dead browser never answers
+const kPatience_ms = 120_000;  // for one answer; a starved machine is slow, a dead browser never answers
 
 function find() {
   const places = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];

@@ -144,11 +144,7 @@ console.log(checked.summary());
 
 // One series of a plot, or all without a number; drawn when this returns.
 function showOnly(plot, only) {
-  const {uplot} = document.querySelectorAll('figure.plot')[plot];
-  uplot.batch(() => {
-    for (let index = 1; index < uplot.series.length; ++index)
-      uplot.setSeries(index, {show: only === null || index === only + 1});
-  });
-  uplot.redraw();
-  return new Promise(done => requestAnimationFrame(() => done()));
+  const {isOn, show} = document.querySelectorAll('figure.plot')[plot].plot;
+  isOn.forEach((_, index) => { isOn[index] = only === null || index === only; });
+  show();
 }

@@ -21,7 +21,7 @@ export function listen(page) {
 
 // What comes after the next frame, such as a redraw, is waited for by condition, never by time alone.
 export async function until(look, enough) {
-  for (const end = Date.now() + 10_000;;) {
+  for (const end = Date.now() + 120_000;;) {
     const seen = await look();
     if (enough(seen)) return seen;
     assert.ok(Date.now() < end, `waited in vain; last seen: ${JSON.stringify(seen)}`);
@@ -39,9 +39,9 @@ export async function open(page, file, {width, scheme}) {
   await emulate(page, scheme);
   const {errorText} = await page.send('Page.navigate', {url: pathToFileURL(file).href});
   assert.equal(errorText, undefined);
-  // Two frames after loading, all plots have their size and are drawn.
+  // Two frames after loading, all plots have the size that their place gives them.
   await until(() => page.evaluate(() => document.readyState === 'complete' &&
-    [...document.querySelectorAll('figure.plot')].every(figure => figure.uplot?.status === 1)), Boolean);
+    [...document.querySelectorAll('figure.plot')].every(figure => figure.plot)), Boolean);
   await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
 }
 
@@ -79,7 +79,7 @@ export function read() {
     width: {page: document.documentElement.scrollWidth, window: document.documentElement.clientWidth},
     figures: [...document.querySelectorAll('figure.plot')].map(figure => ({
       caption: text(figure.querySelector('figcaption')),
-      axes: figure.uplot.axes.map(axis => axis.label),
+      axes: ['.dygraph-xlabel', '.dygraph-ylabel'].map(label => text(figure.querySelector(label))),
       legend: [...figure.querySelectorAll('.legend button')].map(text),
       hint: text(figure.querySelector('.below p')),
     })),
@@ -94,15 +94,16 @@ export function read() {
 // For each series with a line or markers: how many of its points in view, with the ends of
 // error bars, have its colour nearby.
 export function seriesOnCanvas(plot) {
-  const {uplot} = document.querySelectorAll('figure.plot')[plot];
-  const {width, height} = uplot.ctx.canvas;
-  const {data} = uplot.ctx.getImageData(0, 0, width, height);
-  const written = JSON.parse(document.querySelectorAll('figure.plot')[plot].querySelector('script').textContent);
-  const within = (value, {min, max}) => value !== null && value >= min && value <= max;
+  const figure = document.querySelectorAll('figure.plot')[plot];
+  const {view, colourOf, toPixels} = figure.plot;
+  const canvas = figure.querySelector('canvas');
+  const {width, height} = canvas;
+  const {data} = canvas.getContext('2d').getImageData(0, 0, width, height);
+  const written = JSON.parse(figure.querySelector('script').textContent);
+  const within = (value, [from, to]) => value !== null && value >= from && value <= to;
   return written.series.flatMap((series, index) => {
     if (!series.y) return [];
-    const own = uplot.series[index + 1];
-    const colour = own.stroke(uplot, index + 1).match(/[0-9a-f]{2}/gi).map(hex => parseInt(hex, 16));
+    const colour = colourOf(index).match(/[0-9a-f]{2}/gi).map(hex => parseInt(hex, 16));
     const reach = series.style === 'dashed' ? 6 : 3;  // a point may lie between two dashes
     const near = (left, top) => {
       for (let y = top - reach; y <= top + reach; ++y) {
@@ -118,9 +119,9 @@ export function seriesOnCanvas(plot) {
     const errorBars = series.style === 'points' && series.lower ? [series.lower, series.upper] : [];
     for (const values of [series.y, ...errorBars]) {
       series.x.forEach((x, k) => {
-        if (!within(x, uplot.scales.x) || !within(values[k], uplot.scales.y)) return;
+        if (!within(x, view.x) || !within(values[k], view.y)) return;
         ++of;
-        found += near(Math.round(uplot.valToPos(x, 'x', true)), Math.round(uplot.valToPos(values[k], 'y', true)));
+        found += near(...toPixels(x, values[k]).map(Math.round));
       });
     }
     return [{name: series.name, found, of}];

@@ -9,7 +9,7 @@
 
 #include "control/planar.h"
 
-namespace {
+namespace arm_posture_test {
 
 using control::arm_posture_for;
 using control::ArmVector;
@@ -94,4 +94,4 @@ TEST(ArmPosture, NumbersThatAreNoneAreRefused) {
   EXPECT_FALSE(arm_posture_for({{nan, 0, 0.3}, Quaterniond::Identity()}, posture(0, 20, 60, 40, 0), model));
 }
 
-}  // namespace
+}  // namespace arm_posture_test

@@ -15,7 +15,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace arm_protection_test {
 
 using control::ArmProtection;
 using control::ArmVector;
@@ -345,4 +345,4 @@ TEST(ArmProtection, DoesNotAllocateOrLock) {
   EXPECT_TRUE(output.active);
 }
 
-}  // namespace
+}  // namespace arm_protection_test

@@ -12,7 +12,7 @@
 #include "control/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace base_controller_test {
 
 using control::BaseController;
 using control::BaseReference;
@@ -260,4 +260,4 @@ TEST(BaseController, StepAndBrakeDoNotAllocateOrLock) {
   EXPECT_GT(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace base_controller_test

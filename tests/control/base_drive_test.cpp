@@ -12,7 +12,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace base_drive_test {
 
 using control::BaseDrive;
 using control::LinkMap;
@@ -163,4 +163,4 @@ TEST(BaseDrive, DoesNotAllocateOrLock) {
   EXPECT_GT(sum_Nm, 0);
 }
 
-}  // namespace
+}  // namespace base_drive_test

@@ -8,7 +8,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace base_odometry_test {
 
 using control::BaseOdometry;
 using control::LinkMap;
@@ -142,4 +142,4 @@ TEST(BaseOdometry, StepDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace base_odometry_test

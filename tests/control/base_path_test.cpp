@@ -13,7 +13,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace base_path_test {
 
 using control::BasePath;
 using control::BaseReference;
@@ -244,4 +244,4 @@ TEST(BasePath, ReadingItDoesNotAllocateOrLock) {
   EXPECT_NE(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace base_path_test

@@ -13,7 +13,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace cartesian_stiffness_test {
 
 using control::CartesianSpring;
 using control::rotation_between;
@@ -224,4 +224,4 @@ TEST(CartesianSpring, DoesNotAllocateOrLock) {
   EXPECT_NE(output.wrench_W[0], 0);
 }
 
-}  // namespace
+}  // namespace cartesian_stiffness_test

@@ -15,7 +15,7 @@
 #include "control/port_energy.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace energy_tank_test {
 
 using control::EnergyTank;
 using control::PortEnergy;
@@ -311,4 +311,4 @@ TEST(EnergyTank, DoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace energy_tank_test

@@ -6,7 +6,7 @@
 #include "control/haptic_mapping.h"
 #include "control/master_frame.h"
 
-namespace {
+namespace force_feedback_test {
 
 using control::ForceFeedback;
 using Eigen::Vector3d;
@@ -65,4 +65,4 @@ TEST(ForceFeedback, WithoutStretchOrStiffnessNothingIsStored) {
   EXPECT_EQ(feedback.stored_J(0.1, 0, 1), 0);
 }
 
-}  // namespace
+}  // namespace force_feedback_test

@@ -5,7 +5,7 @@
 
 #include "tests/control/friction_joint.h"
 
-namespace {
+namespace friction_armstrong_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 using friction_test::Joint;
@@ -92,4 +92,4 @@ TEST(Armstrong, WithoutMemoryAndDwellTheyAreGone) {
   EXPECT_NEAR(highest, 0.08, 5e-4) << "break-away after any rest; b(0.01) = 0.99";
 }
 
-}  // namespace
+}  // namespace friction_armstrong_test

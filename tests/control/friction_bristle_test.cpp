@@ -6,7 +6,7 @@
 #include "control/friction/reset_integrator.h"
 #include "tests/control/friction_joint.h"
 
-namespace {
+namespace friction_bristle_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 using friction_test::Joint;
@@ -119,4 +119,4 @@ TEST(ResetIntegrator, DoesNotDriftBelowBreakAwayAndLetsGoAbove) {
   EXPECT_GT(loose.position(), 0.1);
 }
 
-}  // namespace
+}  // namespace friction_bristle_test

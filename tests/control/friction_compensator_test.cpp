@@ -10,7 +10,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace friction_compensator_test {
 
 using control::FrictionCompensator;
 using control::FrictionEstimate;
@@ -219,4 +219,4 @@ TEST(FrictionCompensator, DoesNotAllocateOrLock) {
   EXPECT_GT(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace friction_compensator_test

@@ -6,7 +6,7 @@
 #include "control/friction/lugre.h"
 #include "tests/control/friction_joint.h"
 
-namespace {
+namespace friction_dahl_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 using friction_test::Chance;
@@ -99,4 +99,4 @@ TEST(Dahl, DriftsUnderASwingingLoadByTheKnownAmount) {
   }
 }
 
-}  // namespace
+}  // namespace friction_dahl_test

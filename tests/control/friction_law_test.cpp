@@ -10,7 +10,7 @@
 #include "tests/control/friction_joint.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace friction_law_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 using friction_test::Chance;
@@ -314,4 +314,4 @@ TEST_P(EveryLaw, StepsWithoutAllocatingOrLocking) {
   EXPECT_NE(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace friction_law_test

@@ -14,7 +14,7 @@
 #include "control/friction/kfm.h"
 #include "tests/control/friction_joint.h"
 
-namespace {
+namespace friction_lugre_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 using friction_test::Chance;
@@ -308,4 +308,4 @@ TEST(ElastoPlastic, CrossesTheTransitionAsItsEquationSays) {
   }
 }
 
-}  // namespace
+}  // namespace friction_lugre_test

@@ -11,7 +11,7 @@
 #include "control/friction/lugre.h"
 #include "tests/control/friction_joint.h"
 
-namespace {
+namespace friction_maxwell_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 using friction_test::Chance;
@@ -253,4 +253,4 @@ TEST(Leuven, WithExponentTwoAndOneElementIsTheHyperbolicTangent) {
   }
 }
 
-}  // namespace
+}  // namespace friction_maxwell_test

@@ -10,7 +10,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace friction_observer_test {
 
 using control::FrictionEstimate;
 using control::FrictionObserver;
@@ -129,4 +129,4 @@ TEST(FrictionObserver, StepDoesNotAllocateOrLock) {
   EXPECT_GT(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace friction_observer_test

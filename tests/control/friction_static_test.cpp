@@ -11,7 +11,7 @@
 #include "control/friction/wheel_curve.h"
 #include "tests/control/friction_joint.h"
 
-namespace {
+namespace friction_static_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 using friction_test::Joint;
@@ -141,4 +141,4 @@ TEST(StepLimit, IsTwoOverTheRateOfADamperAndTwoOverTheFrequencyOfASpring) {
   EXPECT_TRUE(std::isinf(coupled_step_limit_s(0, 0, 0.01)));
 }
 
-}  // namespace
+}  // namespace friction_static_test

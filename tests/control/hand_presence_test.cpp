@@ -14,7 +14,7 @@
 #include "sim/hand.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace hand_presence_test {
 
 using control::HandPresence;
 using Eigen::Vector3d;
@@ -212,4 +212,4 @@ TEST(HandPresence, StepDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace hand_presence_test

@@ -15,7 +15,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace haptic_mapping_test {
 
 using control::Grip;
 using control::HapticMapping;
@@ -500,4 +500,4 @@ TEST(HapticMapping, DoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace haptic_mapping_test

@@ -12,7 +12,7 @@
 #include "tests/control/friction_joint.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace law_compensator_test {
 
 using namespace control::friction;  // NOLINT(google-build-using-namespace)
 
@@ -184,4 +184,4 @@ TEST(LawCompensator, DoesNotAllocateOrLock) {
   EXPECT_GT(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace law_compensator_test

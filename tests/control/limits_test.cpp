@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace limits_test {
 
 using control::limited_torque;
 using control::limited_wrench;
@@ -62,4 +62,4 @@ TEST(LimitedTorque, AZeroLimitAllowsNothing) {
   EXPECT_EQ(result.value, WheelVector::Zero());
 }
 
-}  // namespace
+}  // namespace limits_test

@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace {
+namespace link_map_test {
 
 using control::BaseGeometry;
 using control::LinkMap;
@@ -158,4 +158,4 @@ TEST(LinkMap, RefusesGeometryThatIsNotFiniteAndPositive) {
   }
 }
 
-}  // namespace
+}  // namespace link_map_test

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace {
+namespace planar_test {
 
 using control::moved_by;
 using control::PlanarPose;
@@ -79,4 +79,4 @@ TEST(Rotated, TurnsCounterClockwiseAndLeavesYawAlone) {
   EXPECT_TRUE(rotated(rotated({0.3, -0.8, 1}, 0.7), -0.7).isApprox(PlanarVector(0.3, -0.8, 1), kRounding));
 }
 
-}  // namespace
+}  // namespace planar_test

@@ -5,7 +5,7 @@
 
 #include "control/point_spring.h"
 
-namespace {
+namespace port_energy_test {
 
 using control::PointSpring;
 using control::PortEnergy;
@@ -50,4 +50,4 @@ TEST(PointSpring, HeldFromSampleToSampleItGivesHalfAPeriodsWayAsEnergy) {
   EXPECT_NEAR(energy.energy_J(), 0.5 * 500 * kStep_m * way_m, 1e-12);
 }
 
-}  // namespace
+}  // namespace port_energy_test

@@ -14,7 +14,7 @@
 
 #include "control/robot_model.h"
 
-namespace {
+namespace robot_model_dart_test {
 
 using control::ChainVector;
 using control::kArmJoints;
@@ -217,4 +217,4 @@ TEST_F(RobotModelAndDart, GravityIsTheSlopeOfTheEnergyThatDartsCentreOfMassHas) 
   }
 }
 
-}  // namespace
+}  // namespace robot_model_dart_test

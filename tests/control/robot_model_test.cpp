@@ -14,7 +14,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace robot_model_test {
 
 using control::ChainMatrix;
 using control::ChainVector;
@@ -463,4 +463,4 @@ TEST(RobotModel, TheCycleDoesNotAllocate) {
   EXPECT_TRUE(std::isfinite(sum));
 }
 
-}  // namespace
+}  // namespace robot_model_test

@@ -13,7 +13,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace setpoint_smoothing_test {
 
 using control::SetpointSmoothing;
 using control::TipSetpoint;
@@ -222,4 +222,4 @@ TEST(SetpointSmoothing, StepDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace setpoint_smoothing_test

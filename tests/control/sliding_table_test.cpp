@@ -12,7 +12,7 @@
 #include "control/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace sliding_table_test {
 
 using control::friction::SlidingTable;
 using control::friction::wheel_curve_Nm;
@@ -194,4 +194,4 @@ TEST(WheelTable, LookUpDoesNotAllocateOrLock) {
   EXPECT_GT(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace sliding_table_test

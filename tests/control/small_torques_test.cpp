@@ -8,7 +8,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace small_torques_test {
 
 using control::SmallTorques;
 
@@ -58,4 +58,4 @@ TEST(SmallTorques, DoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace small_torques_test

@@ -13,7 +13,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace state_variable_filter_test {
 
 using control::StateVariableFilter;
 using Config = StateVariableFilter::Config;
@@ -287,4 +287,4 @@ TEST(StateVariableFilter, StepDoesNotAllocateOrLock) {
   EXPECT_GT(sum, 0.0);
 }
 
-}  // namespace
+}  // namespace state_variable_filter_test

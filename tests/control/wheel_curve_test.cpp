@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace {
+namespace wheel_curve_test {
 
 using control::friction::wheel_curve_Nm;
 
@@ -332,4 +332,4 @@ TEST(WheelCurve, ThereAreFourWheels) {
           << "wheel " << wheel << " at " << velocity << " rad/s";
 }
 
-}  // namespace
+}  // namespace wheel_curve_test

@@ -13,7 +13,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace whole_body_controller_test {
 
 using control::ArmVector;
 using control::CartesianStiffness;
@@ -358,4 +358,4 @@ TEST(WholeBodyController, NeitherSensingNorDrivingAllocatesOrLocks) {
   EXPECT_GT(sum_Nm, 0);
 }
 
-}  // namespace
+}  // namespace whole_body_controller_test

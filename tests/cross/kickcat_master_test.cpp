@@ -19,7 +19,7 @@
 #include "tests/support/skip.h"
 #include "tests/support/veth.h"
 
-namespace {
+namespace kickcat_master_test {
 
 using namespace std::chrono_literals;
 namespace tmcl = drivers::tmcl;
@@ -117,4 +117,4 @@ TEST(KickcatMaster, TakesTheRobotToOpWithTheFullCounterAndExchangesValues) {
   bus.requestState(State::INIT);
 }
 
-}  // namespace
+}  // namespace kickcat_master_test

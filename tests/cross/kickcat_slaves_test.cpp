@@ -28,7 +28,7 @@
 #include "tests/support/veth.h"
 
 namespace drivers::ethercat {
-namespace {
+namespace kickcat_slaves_test {
 
 using namespace std::chrono_literals;
 using Bytes = std::vector<std::uint8_t>;
@@ -218,5 +218,5 @@ TEST_F(KickcatSlaves, InOperationValuesArriveBothWaysAndMailboxesWorkBeside) {
   bus.leave_op();
 }
 
-}  // namespace
+}  // namespace kickcat_slaves_test
 }  // namespace drivers::ethercat

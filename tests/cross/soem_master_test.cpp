@@ -20,7 +20,7 @@ extern "C" {
 #include <soem/soem.h>
 }
 
-namespace {
+namespace soem_master_test {
 
 using namespace std::chrono_literals;
 namespace tmcl = drivers::tmcl;
@@ -155,4 +155,4 @@ TEST(SoemMaster, TakesTheRobotToOpWithTheFullCounterExchangesValuesAndReadsAMail
   EXPECT_EQ(static_cast<std::uint32_t>(reply->value) >> 16, 1632U) << "controller type";
 }
 
-}  // namespace
+}  // namespace soem_master_test

@@ -1,4 +1,5 @@
 #include "tests/documents/commands.h"
+#include "tests/support/built_paths.h"
 
 #include <algorithm>
 #include <cctype>
@@ -112,9 +113,9 @@ std::string first_missing(const std::vector<std::string>& lines, const std::stri
 
 Checkout::Checkout() {
   fs::create_directory(directory_ / "build");
-  fs::create_directory_symlink(YOUBOT_BINARIES, directory_ / "build/bin");
+  fs::create_directory_symlink(support::program_dir(), directory_ / "build/bin");
   for (const char* folder : {"apps", "tests"})
-    fs::create_directory_symlink(fs::path(YOUBOT_SOURCE_DIR) / folder, directory_ / folder);
+    fs::create_directory_symlink(fs::path(support::source_dir()) / folder, directory_ / folder);
 }
 
 support::CommandResult Checkout::run(const std::string& command) const {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace {
+namespace commands_test {
 
 using documents::first_missing;
 
@@ -37,4 +37,4 @@ TEST(Commands, PrintedLinesAreComparedWordForWordAndNumbersWithinAFewPercent) {
       << "the order counts";
 }
 
-}  // namespace
+}  // namespace commands_test

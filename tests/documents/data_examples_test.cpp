@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "tests/documents/commands.h"
+#include "tests/support/built_paths.h"
 
-namespace {
+namespace data_examples_test {
 
 namespace fs = std::filesystem;
 using documents::Block;
 
-const fs::path kData = YOUBOT_SOURCE_DIR "/tests/data";
+const fs::path kData = support::source_dir() + "/tests/data";
 
 std::vector<Block> examples() {
   std::vector<Block> blocks = documents::fenced_blocks(kData / "README.md");
@@ -41,4 +42,4 @@ TEST_P(DataExample, PrintsWhatTheDocumentSays) {
 
 INSTANTIATE_TEST_SUITE_P(OfEachDataSet, DataExample, testing::ValuesIn(examples()), test_name);
 
-}  // namespace
+}  // namespace data_examples_test

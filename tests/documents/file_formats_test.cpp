@@ -18,12 +18,13 @@
 #include "control/teleoperation.h"
 #include "sim/effects/any_effect.h"
 #include "tests/documents/commands.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace file_formats_test {
 
 namespace fs = std::filesystem;
-const fs::path kDocument = fs::path(YOUBOT_SOURCE_DIR) / "apps/FILE_FORMATS.md";
+const fs::path kDocument = support::source_dir() + "/apps/FILE_FORMATS.md";
 
 std::string document() {
   std::ifstream file(kDocument);
@@ -116,4 +117,4 @@ TEST_F(FileFormats, ThePhasesHaveTheirNumbers) {
   EXPECT_TRUE(says(text, teleoperation)) << teleoperation;
 }
 
-}  // namespace
+}  // namespace file_formats_test

@@ -20,7 +20,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::can {
-namespace {
+namespace can_socket_test {
 
 using namespace std::chrono_literals;
 
@@ -260,5 +260,5 @@ TEST(CanBitrate, InterfaceThatIsNotCanHasNone) {
   EXPECT_EQ(interface_bitrate(::if_nametoindex("lo")), std::nullopt);
 }
 
-}  // namespace
+}  // namespace can_socket_test
 }  // namespace drivers::can

@@ -6,7 +6,7 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_bus_scan_test {
 
 class Scan : public ::testing::Test {
  protected:
@@ -282,5 +282,5 @@ TEST_F(Scan, BranchesAreFollowedThroughPort3Then1Then2) {
   EXPECT_EQ(slaves[4].parent_port, 2);
 }
 
-}  // namespace
+}  // namespace ethercat_bus_scan_test
 }  // namespace drivers::ethercat::test

@@ -15,7 +15,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::ethercat {
-namespace {
+namespace ethercat_coe_sdo_test {
 
 using Bytes = std::vector<std::uint8_t>;
 using Kind = CoeMail::Kind;
@@ -716,5 +716,5 @@ TEST_F(SdoClientOverTheWire, ASlaveWithoutCoeIsNotAsked) {
   EXPECT_THROW(SdoClient(*setup, 2), std::out_of_range);
 }
 
-}  // namespace
+}  // namespace ethercat_coe_sdo_test
 }  // namespace drivers::ethercat

@@ -12,7 +12,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::ethercat {
-namespace {
+namespace ethercat_diagnostics_test {
 
 using std::chrono::nanoseconds;
 using namespace std::chrono_literals;
@@ -291,5 +291,5 @@ TEST_F(DiagnosticsOnTheBus, CountsPastTheEndOfTheCountersByClearingThem) {
   EXPECT_EQ(diagnostics.errors(1).gaps, 0U);
 }
 
-}  // namespace
+}  // namespace ethercat_diagnostics_test
 }  // namespace drivers::ethercat

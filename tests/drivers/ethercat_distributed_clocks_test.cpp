@@ -14,7 +14,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::ethercat {
-namespace {
+namespace ethercat_distributed_clocks_test {
 
 using std::chrono::nanoseconds;
 using namespace std::chrono_literals;
@@ -352,5 +352,5 @@ TEST_F(ClocksOnTheBus, TheCycleDoesNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace ethercat_distributed_clocks_test
 }  // namespace drivers::ethercat

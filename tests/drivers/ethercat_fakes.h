@@ -102,6 +102,8 @@ class MeddlingLink final : public Link {
     if (size > 0 && on_receive && !on_receive(buffer.first(size))) return 0;
     return size;
   }
+  std::chrono::nanoseconds now() const noexcept override { return link_.now(); }
+  void wait(std::chrono::nanoseconds duration) override { link_.wait(duration); }
   int last_error() const noexcept override { return link_.last_error(); }
   const std::string& name() const noexcept override { return link_.name(); }
 
@@ -270,8 +272,8 @@ class EmulatedRobot {
   std::optional<sim::bus::BusLink> wire_link;
 };
 
-/// Set-up without patience, for tests in which it is real time that runs out. States are waited for as long
-/// as ever, unless a test is about one that never comes: a busy machine may take its time.
+/// Set-up with short time-outs, for tests in which they expire. The time-out of a state change keeps its
+/// usual length unless a test is about a state that a slave never reaches.
 inline PreOpBus::Options impatient(std::chrono::nanoseconds state_timeout = 3s) {
   PreOpBus::Options options;
   options.access.frame_timeout = 2ms;

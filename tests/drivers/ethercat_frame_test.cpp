@@ -9,7 +9,7 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_frame_test {
 
 // Parses an exact copy on the heap, so that the address sanitizer sees any access beyond its end, and walks
 // it. All datagrams must lie inside; returns how many there were.
@@ -212,5 +212,5 @@ TEST(Frame, NumbersAreLittleEndian) {
   EXPECT_EQ(load_le<std::uint16_t>(bytes.data()), 0xFFFE);
 }
 
-}  // namespace
+}  // namespace ethercat_frame_test
 }  // namespace drivers::ethercat::test

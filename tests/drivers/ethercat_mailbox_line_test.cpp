@@ -8,7 +8,7 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_mailbox_line_test {
 
 using Status = MailboxLine::Status;
 
@@ -313,5 +313,5 @@ TEST_F(Mailbox, DoesNotAllocateOrLock) {
   }
 }
 
-}  // namespace
+}  // namespace ethercat_mailbox_line_test
 }  // namespace drivers::ethercat::test

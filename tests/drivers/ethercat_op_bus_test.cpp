@@ -6,7 +6,7 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_op_bus_test {
 
 using enum SlaveCondition;
 
@@ -859,5 +859,5 @@ TEST_F(Operation, LeavingOpDoesNotAllocateEvenWithoutABus) {
   EXPECT_EQ(found, 0);
 }
 
-}  // namespace
+}  // namespace ethercat_op_bus_test
 }  // namespace drivers::ethercat::test

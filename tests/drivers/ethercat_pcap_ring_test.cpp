@@ -22,7 +22,7 @@
 #include "tests/support/temporary_directory.h"
 
 namespace drivers::ethercat {
-namespace {
+namespace ethercat_pcap_ring_test {
 
 using std::chrono::nanoseconds;
 using Bytes = std::vector<std::uint8_t>;
@@ -340,5 +340,5 @@ TEST(PcapRing, TsharkDecodesEveryFrame) {
   }
 }
 
-}  // namespace
+}  // namespace ethercat_pcap_ring_test
 }  // namespace drivers::ethercat

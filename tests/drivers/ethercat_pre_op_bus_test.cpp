@@ -6,11 +6,11 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_pre_op_bus_test {
 
 TEST(PreOpBus, TakesTheYoubotToPreOpThenToOpWithZeroOutputs) {
   EmulatedRobot robot(youbot());
-  PreOpBus setup(robot.connect(), nullptr, impatient());
+  PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient());
   check_topology(setup.slaves(), expected_youbot(), "eth7");
   setup.enter_pre_op();
   for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(robot.state(i), AlState::kPreOp);
@@ -47,7 +47,7 @@ TEST(PreOpBus, StartsFromWhateverAnotherMasterLeft) {
 
 TEST(PreOpBus, ExchangesParametersInPreOp) {
   EmulatedRobot robot(youbot());
-  PreOpBus setup(robot.connect(), nullptr, impatient());
+  PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient());
   setup.enter_pre_op();
   robot.board(3).value = -7;
   EXPECT_EQ(tmcl_value(setup.mailbox_exchange(3, tmcl(0, 6, 1, 0, 0))), -7);
@@ -57,7 +57,7 @@ TEST(PreOpBus, ExchangesParametersInPreOp) {
 
 TEST(PreOpBus, AMailboxThatFailsNamesSlaveAndReason) {
   EmulatedRobot robot(youbot());
-  PreOpBus setup(robot.connect(), nullptr, impatient());
+  PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient());
   setup.enter_pre_op();
   EXPECT_EQ(error_of([&] { setup.mailbox_exchange(0, Bytes(8)); }),
             "slave 1 (KR-845): use its mailbox: it has none");
@@ -70,7 +70,7 @@ TEST(PreOpBus, AMailboxThatFailsNamesSlaveAndReason) {
 
 TEST(PreOpBus, ASlaveThatRestartedUnnoticedIsNamed) {
   EmulatedRobot robot(youbot());
-  PreOpBus setup(robot.connect(), nullptr, impatient(300ms));
+  PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient(300ms));
   setup.enter_pre_op();
   robot.bus.slave(6).set_power(false);  // too short for anybody to notice, but its address is gone
   robot.bus.slave(6).set_power(true);
@@ -82,7 +82,7 @@ TEST(PreOpBus, ASlaveThatRestartedUnnoticedIsNamed) {
 
 TEST(PreOpBus, ARefusedStateIsTold) {
   EmulatedRobot robot(youbot());
-  PreOpBus setup(robot.connect(), nullptr, impatient());
+  PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient());
   setup.enter_pre_op();
   robot.bus.slave(6).report_error(AlState::kInit, 0x0022);
   const std::string error = error_of([&] { OpBus bus = std::move(setup).start(); });
@@ -93,7 +93,7 @@ TEST(PreOpBus, ARefusedStateIsTold) {
 
 TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
   EmulatedRobot robot({drive("TMCM-1610")});
-  MeddlingLink link(robot.connect());
+  MeddlingLink link(robot.connect({.timed = true}));
   PreOpBus setup(link, nullptr, impatient(300ms));
   setup.enter_pre_op();
   link.on_send = [](Bytes& frame) {
@@ -111,7 +111,7 @@ TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
 
 TEST(PreOpBus, ARefusedOpIsToldWithItsCode) {
   EmulatedRobot robot({drive("TMCM-1610")});
-  MeddlingLink link(robot.connect());
+  MeddlingLink link(robot.connect({.timed = true}));
   PreOpBus setup(link, nullptr, impatient());
   setup.enter_pre_op();
   link.on_send = [](Bytes& frame) {
@@ -130,7 +130,7 @@ TEST(PreOpBus, ARefusedOpIsToldWithItsCode) {
 
 TEST(PreOpBus, AWorkingCounterThatStaysShortIsNoSilentStart) {
   EmulatedRobot robot({drive("TMCM-1610"), drive("TMCM-1610")});
-  MeddlingLink link(robot.connect());
+  MeddlingLink link(robot.connect({.timed = true}));
   PreOpBus setup(link, nullptr, impatient(300ms));
   setup.enter_pre_op();
   link.on_receive = [](std::span<std::uint8_t> frame) {
@@ -151,7 +151,7 @@ TEST(PreOpBus, ImagesThatDoNotFitAFrameAreRefusedWithNumbers) {
     slave.inputs = {.start = 0x1400, .bytes = 180};
   }
   EmulatedRobot robot(slaves);
-  PreOpBus setup(robot.connect(), nullptr, impatient());
+  PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient());
   setup.enter_pre_op();
   // 16 frame header, 1440 image, 8 datagrams of 12, 10 supervision, 32 mailbox.
   EXPECT_EQ(error_of([&] { OpBus bus = std::move(setup).start(); }),
@@ -160,5 +160,5 @@ TEST(PreOpBus, ImagesThatDoNotFitAFrameAreRefusedWithNumbers) {
             "need a frame of 1594 bytes: 1514 are possible");
 }
 
-}  // namespace
+}  // namespace ethercat_pre_op_bus_test
 }  // namespace drivers::ethercat::test

@@ -9,7 +9,7 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_sii_test {
 
 class Image {
  public:
@@ -249,5 +249,5 @@ TEST_P(SiiReads, SeededMutationsEnd) {
 
 INSTANTIATE_TEST_SUITE_P(FourOrEightBytes, SiiReads, ::testing::Values(4, 8));
 
-}  // namespace
+}  // namespace ethercat_sii_test
 }  // namespace drivers::ethercat::test

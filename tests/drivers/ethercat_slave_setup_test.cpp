@@ -6,7 +6,7 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_slave_setup_test {
 
 // Runs steps in emulated time: a frame each 100 us.
 class Setup : public ::testing::Test {
@@ -245,5 +245,5 @@ TEST_F(Setup, AnEepromThatStaysBusyOrFaultyTimesOut) {
   EXPECT_EQ(setup.failure(), "SII word 0x0008 (register 0x0502): busy or faulty for 50 ms");
 }
 
-}  // namespace
+}  // namespace ethercat_slave_setup_test
 }  // namespace drivers::ethercat::test

@@ -7,7 +7,7 @@
 #include "tests/drivers/ethercat_fakes.h"
 
 namespace drivers::ethercat::test {
-namespace {
+namespace ethercat_transceiver_test {
 
 class Exchange : public ::testing::Test {
  protected:
@@ -183,5 +183,5 @@ TEST_F(Exchange, TheTapSeesEveryFrameMalformedOnesToo) {
   EXPECT_EQ(tap.last, 60U);
 }
 
-}  // namespace
+}  // namespace ethercat_transceiver_test
 }  // namespace drivers::ethercat::test

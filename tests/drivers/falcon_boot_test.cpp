@@ -15,7 +15,7 @@
 #include "tests/drivers/falcon_fakes.h"
 
 namespace drivers::haptic::falcon {
-namespace {
+namespace falcon_boot_test {
 
 using sim::devices::EmulatedFalcon;
 using std::chrono::microseconds;
@@ -366,5 +366,5 @@ TEST_F(EmulatedBootLoader, PurgeLeavesWhatIsStillToCome) {
   EXPECT_EQ(read(), Bytes{3});
 }
 
-}  // namespace
+}  // namespace falcon_boot_test
 }  // namespace drivers::haptic::falcon

@@ -17,7 +17,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::haptic {
-namespace {
+namespace falcon_exchange_test {
 
 using sim::devices::EmulatedFalcon;
 using std::chrono::microseconds;
@@ -990,5 +990,5 @@ TEST(EmulatedFalconLegs, AgreeWithTheDriversKinematics) {
   }
 }
 
-}  // namespace
+}  // namespace falcon_exchange_test
 }  // namespace drivers::haptic

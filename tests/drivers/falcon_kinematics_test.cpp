@@ -11,7 +11,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::haptic::falcon {
-namespace {
+namespace falcon_kinematics_test {
 
 constexpr double kDegree = kPi / 180.0;
 
@@ -212,5 +212,5 @@ TEST(FalconKinematics, DoesNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace falcon_kinematics_test
 }  // namespace drivers::haptic::falcon

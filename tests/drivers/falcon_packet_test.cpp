@@ -14,7 +14,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::haptic::falcon {
-namespace {
+namespace falcon_packet_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -208,5 +208,5 @@ TEST(FtdiModemStatus, TornLastPacketHoldsNothing) {
   for (const std::size_t rest : {1U, 2U}) EXPECT_EQ(stripped(Bytes(64 + rest, 7)), Bytes(62, 7)) << rest;
 }
 
-}  // namespace
+}  // namespace falcon_packet_test
 }  // namespace drivers::haptic::falcon

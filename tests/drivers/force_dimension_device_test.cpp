@@ -12,7 +12,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::haptic {
-namespace {
+namespace force_dimension_device_test {
 
 using namespace std::chrono_literals;
 
@@ -735,5 +735,5 @@ TEST_F(ForceDimensionDevice, ExchangeDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace force_dimension_device_test
 }  // namespace drivers::haptic

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/devices/force_dimension_stand_in.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
 namespace drivers::haptic {
@@ -23,7 +24,7 @@ class StandIn {
   /// are spelled otherwise in this copy.
   StandIn(const support::TemporaryDirectory& folder, std::string_view name,
           const std::vector<std::string>& without = {}) {
-    std::ifstream original(DRD_STAND_IN, std::ios::binary);
+    std::ifstream original(support::stand_in_library(), std::ios::binary);
     std::string bytes{std::istreambuf_iterator<char>(original), {}};
     for (const std::string& symbol : without) {
       const std::string spelled = '\0' + symbol + '\0';

@@ -9,7 +9,7 @@
 #include "tests/drivers/force_dimension_fakes.h"
 
 namespace drivers::haptic {
-namespace {
+namespace force_dimension_library_test {
 
 using Paths = std::vector<std::string>;
 
@@ -148,5 +148,5 @@ TEST(ForceDimensionWords, ErrorsAndCausesAreWordsForEveryNumber) {
   EXPECT_STREQ(describe_system_type(-7), "another device");
 }
 
-}  // namespace
+}  // namespace force_dimension_library_test
 }  // namespace drivers::haptic

@@ -7,7 +7,7 @@
 #include "tests/drivers/force_dimension_bench.h"
 
 namespace drivers::haptic {
-namespace {
+namespace force_dimension_setup_test {
 
 using namespace std::chrono_literals;
 
@@ -417,5 +417,5 @@ TEST_F(ForceDimensionSetup, MissingSymbolsOfAConfiguredFeatureRefuse) {
   EXPECT_PRED2(says, refusal(), "dhdGetPosition (");
 }
 
-}  // namespace
+}  // namespace force_dimension_setup_test
 }  // namespace drivers::haptic

@@ -10,7 +10,7 @@
 #include "tests/drivers/force_dimension_fakes.h"
 
 namespace drivers::haptic {
-namespace {
+namespace force_dimension_stand_in_test {
 
 constexpr char kDefault = -1;
 
@@ -222,5 +222,5 @@ TEST_F(ForceDimensionStandIn, GravityIsCompensatedByForceCommandsOnly) {
   EXPECT_EQ(height_m(), held_m);
 }
 
-}  // namespace
+}  // namespace force_dimension_stand_in_test
 }  // namespace drivers::haptic

@@ -8,12 +8,13 @@
 #include <utility>
 
 namespace drivers {
-namespace {
+namespace interface_lock_test {
 
 using End = InterfaceLock::End;
 
-/// No interface's, and of no other run of these tests.
-int index() { return 1'000'000 + getpid(); }
+/// No interface has it. A test uses index() and index() + 1, and tests that run at the same time have
+/// neighbouring process ids: hence two indices for each process.
+int index() { return 1'000'000 + 2 * getpid(); }
 
 std::string refusal(End end) {
   try {
@@ -54,5 +55,5 @@ TEST(InterfaceLock, IsHeldByWhoeverItWasMovedTo) {
   EXPECT_NE(refusal(End::kCanMaster), "");
 }
 
-}  // namespace
+}  // namespace interface_lock_test
 }  // namespace drivers

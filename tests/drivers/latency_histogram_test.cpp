@@ -6,7 +6,7 @@
 #include <random>
 
 namespace drivers {
-namespace {
+namespace latency_histogram_test {
 
 using namespace std::chrono_literals;
 
@@ -49,5 +49,5 @@ TEST(LatencyHistogram, NegativeCountsAsZeroAndTheWorstIsExact) {
   EXPECT_EQ(LatencyHistogram{}.quantile(0.5), 0ns);
 }
 
-}  // namespace
+}  // namespace latency_histogram_test
 }  // namespace drivers

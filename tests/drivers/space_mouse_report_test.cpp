@@ -7,7 +7,7 @@
 #include <vector>
 
 namespace drivers::haptic {
-namespace {
+namespace space_mouse_report_test {
 
 using namespace std::chrono_literals;
 using Bytes = std::vector<std::uint8_t>;
@@ -89,5 +89,5 @@ TEST(SpaceMouseReport, TheLightIsReportFour) {
   EXPECT_EQ(space_mouse_light(false), (std::array<std::uint8_t, 2>{4, 0}));
 }
 
-}  // namespace
+}  // namespace space_mouse_report_test
 }  // namespace drivers::haptic

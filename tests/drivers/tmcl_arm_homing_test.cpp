@@ -6,7 +6,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_arm_homing_test {
 
 struct TmclArmHoming : testing::Test {
   fake::Drive drive;
@@ -220,5 +220,5 @@ TEST_F(TmclArmHoming, CycleDoesNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace tmcl_arm_homing_test
 }  // namespace drivers::tmcl

@@ -5,7 +5,7 @@
 #include <set>
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_axis_parameters_test {
 
 TEST(TmclAxisParameters, CompilerLooksUpByName) {
   static_assert(drive_parameter("maximum_motor_current").number == 6);
@@ -64,5 +64,5 @@ TEST(TmclAxisParameters, OldParametersEndWithFirmware2) {
   EXPECT_TRUE(drive_parameter("current_pid2_p").exists_in(Firmware::k200));
 }
 
-}  // namespace
+}  // namespace tmcl_axis_parameters_test
 }  // namespace drivers::tmcl

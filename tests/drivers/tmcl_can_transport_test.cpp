@@ -13,7 +13,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_can_transport_test {
 
 using namespace std::chrono_literals;
 
@@ -136,5 +136,5 @@ TEST_F(TmclCan, CycleDoesNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace tmcl_can_transport_test
 }  // namespace drivers::tmcl

@@ -7,7 +7,7 @@
 #include "tests/drivers/tmcl_fakes.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_client_test {
 
 using namespace std::chrono_literals;
 
@@ -287,5 +287,5 @@ TEST(TmclSteadyClock, AdvancesWhileWaiting) {
   EXPECT_GE(clock.now() - before, 1ms);
 }
 
-}  // namespace
+}  // namespace tmcl_client_test
 }  // namespace drivers::tmcl

@@ -9,7 +9,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_gripper_test {
 
 // Two step counters that run at a fixed speed; the wire's sign: opening is negative.
 class FakeGripper final : public Transport {
@@ -188,5 +188,5 @@ TEST_F(TmclGripper, CycleDoesNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace tmcl_gripper_test
 }  // namespace drivers::tmcl

@@ -16,7 +16,7 @@
 #include "sim/bus/youbot_bus.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_over_ethercat_test {
 
 using namespace std::chrono_literals;
 
@@ -88,5 +88,5 @@ TEST(TmclOverEthercat, EveryValueArrivesInOperationAndNoCycleSuffers) {
   EXPECT_EQ(bus.counters().lost, lost_before);
 }
 
-}  // namespace
+}  // namespace tmcl_over_ethercat_test
 }  // namespace drivers::tmcl

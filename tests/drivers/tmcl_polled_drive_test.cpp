@@ -8,7 +8,7 @@
 #include "tests/drivers/tmcl_fakes.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_polled_drive_test {
 
 using namespace std::chrono_literals;
 
@@ -187,5 +187,5 @@ TEST_F(TmclPolledDrive, StopGoesOutOfTurn) {
   EXPECT_EQ(module.requests[0].command, Command::kMotorStop);
 }
 
-}  // namespace
+}  // namespace tmcl_polled_drive_test
 }  // namespace drivers::tmcl

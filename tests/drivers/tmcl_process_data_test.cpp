@@ -8,7 +8,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_process_data_test {
 
 using Bytes = std::vector<std::uint8_t>;
 constexpr std::int32_t kMax = std::numeric_limits<std::int32_t>::max();
@@ -194,5 +194,5 @@ TEST(TmclProcessData, CycleDoesNotAllocate) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace tmcl_process_data_test
 }  // namespace drivers::tmcl

@@ -7,7 +7,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_request_batch_test {
 
 constexpr Request kTarget = set(drive_parameter("target_current"), 250);
 constexpr Request kPosition = get(drive_parameter("actual_position"));
@@ -131,5 +131,5 @@ TEST_F(TmclBatch, StraysAreDropped) {
   EXPECT_EQ(batch.lost(), 0U);
 }
 
-}  // namespace
+}  // namespace tmcl_request_batch_test
 }  // namespace drivers::tmcl

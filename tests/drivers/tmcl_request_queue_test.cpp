@@ -7,7 +7,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_request_queue_test {
 
 constexpr Request kAskPosition = get(drive_parameter("actual_position"));
 constexpr Request kAskCurrent = get(drive_parameter("actual_motor_current"));
@@ -166,5 +166,5 @@ TEST(RequestQueue, CycleDoesNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace tmcl_request_queue_test
 }  // namespace drivers::tmcl

@@ -8,7 +8,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_sequences_test {
 
 using namespace std::chrono_literals;
 
@@ -257,5 +257,5 @@ TEST_F(TmclCommutation, CycleDoesNotAllocateOrLock) {
   EXPECT_EQ(violations, 0);
 }
 
-}  // namespace
+}  // namespace tmcl_sequences_test
 }  // namespace drivers::tmcl

@@ -12,7 +12,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::tmcl {
-namespace {
+namespace tmcl_telegram_test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -253,5 +253,5 @@ TEST(TmclVersion, OtherTextIsMalformed) {
   }
 }
 
-}  // namespace
+}  // namespace tmcl_telegram_test
 }  // namespace drivers::tmcl

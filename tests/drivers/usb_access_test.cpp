@@ -15,7 +15,7 @@
 #include "tests/support/temporary_directory.h"
 
 namespace drivers::usb {
-namespace {
+namespace usb_access_test {
 
 namespace fs = std::filesystem;
 
@@ -308,5 +308,5 @@ TEST_F(UsbAccessFacts, ProcessesOfOthersAreNotOverlooked) {
             0);
 }
 
-}  // namespace
+}  // namespace usb_access_test
 }  // namespace drivers::usb

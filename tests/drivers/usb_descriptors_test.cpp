@@ -9,7 +9,7 @@
 #include <vector>
 
 namespace drivers::usb {
-namespace {
+namespace usb_descriptors_test {
 
 using Bytes = std::vector<std::uint8_t>;
 using Lines = std::vector<std::string>;
@@ -117,5 +117,5 @@ TEST(UsbDescriptors, EveryTornReadIsNoticed) {
   }
 }
 
-}  // namespace
+}  // namespace usb_descriptors_test
 }  // namespace drivers::usb

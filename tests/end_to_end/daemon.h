@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/support/built_paths.h"
 #include "tests/support/process.h"
 #include "tests/support/spawn.h"
 #include "tests/support/temporary_directory.h"
@@ -23,15 +24,21 @@ class Daemon {
   Daemon(const std::filesystem::path& folder, const std::filesystem::path& config,
          const std::vector<std::string>& more)
       : socket_(folder / "socket"), youbotd_([&] {
-          std::vector<std::string> words{YOUBOTD_BINARY, "--control",      socket_,    "--config",
-                                         config,         "--allow-non-rt", "--record", folder / "runs"};
+          std::vector<std::string> words{support::program("youbotd"),
+                                         "--control",
+                                         socket_,
+                                         "--config",
+                                         config,
+                                         "--allow-non-rt",
+                                         "--record",
+                                         folder / "runs"};
           words.insert(words.end(), more.begin(), more.end());
           return words;
         }()) {}
 
   support::Process& process() { return youbotd_; }
   support::SpawnResult tell(std::vector<std::string> words) const {
-    words.insert(words.begin(), {YOUBOTCTL_BINARY, "--socket", socket_});
+    words.insert(words.begin(), {support::program("youbotctl"), "--socket", socket_});
     return support::spawn(std::move(words));
   }
   json status() const {
@@ -58,7 +65,7 @@ class Daemon {
   /// A commander of its own process, which stays as long as what it enabled. False when it was refused.
   bool enable() {
     commander_ = std::make_unique<support::Process>(
-        std::vector<std::string>{YOUBOTCTL_BINARY, "--socket", socket_, "enable"});
+        std::vector<std::string>{support::program("youbotctl"), "--socket", socket_, "enable"});
     const json now = wait_until(
         [&](const json& status) { return commander_->ended() || status["run"].get<int>() > enables_; });
     const bool enabled = now.is_object() && now["run"].get<int>() > enables_;

@@ -20,13 +20,14 @@
 #include "tests/end_to_end/hand.h"
 #include "tests/end_to_end/recording.h"
 #include "tests/end_to_end/scenario.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/mock_usb_device.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
 
 namespace end_to_end {
-namespace {
+namespace teleop_end_to_end_test {
 
 /// Of the recorded hand's way, so that it stays inside the boundary of rate control below.
 constexpr double kHandScale = 0.6;
@@ -36,7 +37,7 @@ constexpr double kForceScale = 10;
 constexpr int kToleratedCycles = 2;
 
 /// Patient with the machine, and quick through the start-up; the hand reaches the rim on a Falcon.
-constexpr const char* kConfig = R"([loop]
+const std::string kConfig = R"([loop]
 command_timeout_s = 2.0
 [ethercat]
 kind = "base+arm"
@@ -52,7 +53,8 @@ command_timeout_s = 0.1
 reply_deadline_s = 0.02
 lost_after_misses = 10
 [haptic.force_dimension]
-library = ")" DRD_STAND_IN R"("
+library = ")" + support::stand_in_library() +
+                            R"("
 watchdog_s = 0.0318
 [limits]
 force_N = 60
@@ -79,18 +81,18 @@ constexpr const char* kScene = "[[scene.wall]]\npoint_m = [0.75, 0, 0]\nnormal =
 constexpr const char* kFaults = R"([[fault]]
 kind = "slave_off"
 slave = 4
-at_frame = 50000
+at_frame = 34000
 duration_s = 0.5
 [[fault]]
 kind = "slave_off"
 slave = 4
-at_frame = 110000
+at_frame = 75000
 duration_s = 0.5
 )";
 
 /// What the operator does, step by step.
 void operate(Scenario& scenario, const Daemon& daemon, Hand& hand) {
-  const Recording trajectory(YOUBOT_SOURCE_DIR "/tests/data/hand_trajectory/hand_trajectory.csv");
+  const Recording trajectory(support::source_dir() + "/tests/data/hand_trajectory/hand_trajectory.csv");
   const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
   const Eigen::Vector3d at_the_rim(-0.036, 0, 0);
   const Eigen::Vector3d before_the_rim(-0.028, 0, 0);
@@ -196,7 +198,8 @@ struct TeleopEndToEnd : testing::Test {
     // Its kernel is not mocked.
     auto simulator = std::make_unique<support::Server>(
         namespaces,
-        "env -u LD_PRELOAD " YOUBOT_SIM_BINARY " --interface veth-s --robot base+arm --lock-step --scene " +
+        "env -u LD_PRELOAD " + support::program("youbot-sim") +
+            " --interface veth-s --robot base+arm --lock-step --scene " +
             folder.write("scene.toml", kScene).string() + " --faults " +
             folder.write("faults.toml", kFaults).string() + " --record " + robot_file.string(),
         "serving");
@@ -241,5 +244,5 @@ TEST_F(TeleopEndToEnd, AHandOnAnOmegaMovesTheRobotThroughARecordedWayTheRimAWall
   run("force-dimension", grip, [] {});
 }
 
-}  // namespace
+}  // namespace teleop_end_to_end_test
 }  // namespace end_to_end

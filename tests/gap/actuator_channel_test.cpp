@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-namespace {
+namespace actuator_channel_test {
 
 using sim::gap::actuator_channel;
 using sim::gap::Signals;
@@ -51,4 +51,4 @@ TEST(GapActuatorChannel, MoreThanARowIsADelay) {
   }
 }
 
-}  // namespace
+}  // namespace actuator_channel_test

@@ -8,10 +8,11 @@
 #include <string>
 
 #include "tests/gap/real/source_table.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace converted_drive_test {
 
 namespace fs = std::filesystem;
 using real_recordings::SourceTable;
@@ -46,7 +47,7 @@ TEST(SourceTable, OfLessThanTwoRowsIsNone) {
 TEST(ConvertRecordings, ADamagedFileIsNamedAndLeavesNothingBehind) {
   const support::TemporaryDirectory folder;
   const fs::path data = folder / "data";
-  fs::copy(YOUBOT_SOURCE_DIR "/tests/data", data, fs::copy_options::recursive);
+  fs::copy(support::source_dir() + "/tests/data", data, fs::copy_options::recursive);
   // The last that is read.
   const fs::path file = data / "bam_xl330/xl330_kp800_up_and_down.csv";
   std::ifstream whole(file);
@@ -55,12 +56,12 @@ TEST(ConvertRecordings, ADamagedFileIsNamedAndLeavesNothingBehind) {
   for (const std::string& damaged :
        {text.substr(0, text.find('\n') + 1), text.substr(0, text.size() / 2), std::string()}) {
     std::ofstream(file, std::ios::binary | std::ios::trunc) << damaged;
-    const support::CommandResult result =
-        support::run_command(CONVERT_RECORDINGS_BINARY " " + data.string() + " " + (folder / "out").string());
+    const support::CommandResult result = support::run_command(
+        support::program("convert_recordings") + " " + data.string() + " " + (folder / "out").string());
     EXPECT_EQ(result.exit_code, 3) << result.output;
     EXPECT_TRUE(result.said(file.string())) << result.output;
     EXPECT_FALSE(fs::exists(folder / "out")) << "half a conversion looks like a whole one";
   }
 }
 
-}  // namespace
+}  // namespace converted_drive_test

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 
 #include "tests/gap/chance.h"
@@ -14,7 +13,6 @@ namespace {
 
 using sim::effects::make_effect;
 
-constexpr double kPi = std::numbers::pi;
 constexpr int kMostPasses = 6;
 constexpr double kSizeTolerance = 0.05;
 

@@ -11,7 +11,7 @@
 #include "tests/gap/gap_judge.h"
 
 namespace gap_test {
-namespace {
+namespace gap_test {
 
 constexpr double kLength = 0.4;  // of the recordings: 47 s in five, and twice 6 s held out
 
@@ -102,5 +102,5 @@ TEST(Gap, WhatIsNoEffectOfTheLibraryIsNotCalledOne) {
                  [](const Judgement& judgement) { return judgement.verdict == sim::gap::Verdict::kNoGap; });
 }
 
-}  // namespace
+}  // namespace gap_test
 }  // namespace gap_test

@@ -12,7 +12,7 @@
 #include "sim/effects/any_effect.h"
 #include "sim/gap/gap.h"
 
-namespace {
+namespace held_torque_test {
 
 constexpr double kInertia_kg_m2 = 0.01;
 constexpr double kViscous_Nm_s_per_rad = 0.02;
@@ -105,4 +105,4 @@ TEST_P(HeldTorque, CommandedADelayIsAsLongAsItIs) {
 
 INSTANTIATE_TEST_SUITE_P(AtPeriods_s, HeldTorque, testing::Values(0.01, 0.004, 0.001));
 
-}  // namespace
+}  // namespace held_torque_test

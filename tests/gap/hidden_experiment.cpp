@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <string>
 
 namespace gap_test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kSample_s = HiddenPlant::kSample_s;
 
 struct Tone {

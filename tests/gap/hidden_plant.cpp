@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
 namespace gap_test {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kStep_s = HiddenPlant::kSample_s / HiddenPlant::kSubsteps;
 
 // maxon EC 45 flat 50 W (251601) behind a 26:1 gear.

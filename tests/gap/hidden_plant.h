@@ -9,12 +9,15 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <string_view>
 #include <vector>
 
 #include "tests/gap/chance.h"
 
 namespace gap_test {
+
+inline constexpr double kPi = std::numbers::pi;
 
 /// What can be hidden in the data. Up to kLoadFriction the effect library has a name for it.
 enum class Hidden : std::uint8_t {

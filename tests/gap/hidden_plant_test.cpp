@@ -12,7 +12,7 @@
 #include "tests/gap/hidden_experiment.h"
 
 namespace gap_test {
-namespace {
+namespace hidden_plant_test {
 
 constexpr double kTick_rad = 2 * std::numbers::pi / 104000;
 
@@ -152,5 +152,5 @@ TEST(GapCases, AreTheSameEveryTime) {
   }
 }
 
-}  // namespace
+}  // namespace hidden_plant_test
 }  // namespace gap_test

@@ -10,7 +10,7 @@
 #include <vector>
 
 namespace sim::gap {
-namespace {
+namespace parallel_test {
 
 TEST(InParallel, DoesEachPieceOnce) {
   std::vector<int> done(1000, 0);
@@ -36,5 +36,5 @@ TEST(InParallel, PassesOnWhatAPieceThrowsWhenNoThreadRunsAnyMore) {
   EXPECT_EQ(running, 0);
 }
 
-}  // namespace
+}  // namespace parallel_test
 }  // namespace sim::gap

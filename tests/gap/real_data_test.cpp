@@ -16,16 +16,17 @@
 #include "apps/youbot_gap/inputs.h"
 #include "sim/effects/effect_chain.h"
 #include "tests/gap/real/converted_drive.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace real_data_test {
 
 namespace fs = std::filesystem;
 using nlohmann::json;
 using real_recordings::ConvertedDrive;
 
-const fs::path kData = YOUBOT_SOURCE_DIR "/tests/data";
+const fs::path kData = support::source_dir() + "/tests/data";
 
 class RealData : public testing::Test {
  protected:
@@ -178,4 +179,4 @@ TEST_F(RealData, AServoThatLiftsAWeightRubsMoreUnderLoad) {
   EXPECT_NEAR(load->at("parameters").at("share").at("value"), 0.267, 0.1);
 }
 
-}  // namespace
+}  // namespace real_data_test

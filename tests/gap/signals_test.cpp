@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-namespace {
+namespace signals_test {
 
 using sim::gap::Band;
 using sim::gap::choose_band;
@@ -172,4 +172,4 @@ TEST(GapSignals, RefusesWhatCannotBeUsedWithTheFileAndTheReason) {
   EXPECT_NE(refusal({blind}).find("torque_measured_Nm"), std::string::npos);
 }
 
-}  // namespace
+}  // namespace signals_test

@@ -10,7 +10,7 @@
 
 #include "sim/gap/signals.h"
 
-namespace {
+namespace speed_channel_test {
 
 using sim::gap::Signals;
 using sim::gap::speed_command_delay;
@@ -88,4 +88,4 @@ TEST(GapSpeedChannel, SaysNothingWhereItIsNotAsked) {
   EXPECT_FALSE(speed_command_delay({s}, kBase, {}));
 }
 
-}  // namespace
+}  // namespace speed_channel_test

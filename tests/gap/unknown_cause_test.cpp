@@ -13,7 +13,7 @@
 #include "sim/effects/any_effect.h"
 #include "sim/gap/gap.h"
 
-namespace {
+namespace unknown_cause_test {
 
 constexpr double kInertia_kg_m2 = 0.0112;
 constexpr double kCoulomb_Nm = 0.045;
@@ -83,4 +83,4 @@ TEST_P(UnknownCause, AGearThatRubsByWhatItTransmitsIsNotCalledAnythingElse) {
 
 INSTANTIATE_TEST_SUITE_P(Shares, UnknownCause, testing::Values(0.2, 0.3, 0.5));
 
-}  // namespace
+}  // namespace unknown_cause_test

@@ -27,7 +27,7 @@
 #include "tests/guest_kernel/wait_until.h"
 
 namespace guest {
-namespace {
+namespace can_test {
 
 using namespace std::chrono_literals;
 using drivers::can::Received;
@@ -254,5 +254,5 @@ TEST(CanInKernel, RobotWithoutAModuleIsRefused) {
   EXPECT_THROW(robot->activate(), hal::SetupError);
 }
 
-}  // namespace
+}  // namespace can_test
 }  // namespace guest

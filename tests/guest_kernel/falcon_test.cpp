@@ -21,9 +21,10 @@
 #include "tests/guest_kernel/device_node.h"
 #include "tests/guest_kernel/usbip_device.h"
 #include "tests/guest_kernel/wait_until.h"
+#include "tests/support/slow_port.h"
 
 namespace guest {
-namespace {
+namespace falcon_test {
 
 using namespace std::chrono_literals;
 using drivers::haptic::Falcon;
@@ -106,13 +107,14 @@ std::vector<std::uint8_t> image() {
   return bytes;
 }
 
-/// Patient: the processor is emulated, and shared.
+/// The longest times that are allowed, and ten times as long on the slow port: the processor is emulated, and
+/// shared.
 FalconConfig patient() {
   return {.reply_deadline = 20ms,
           .lost_after_misses = 10,
           .ramp = 100ms,
           .ramp_again = 100ms,
-          .boot = {.alive_packets = 20, .alive_timeout = 20ms}};
+          .boot = {.alive_packets = 20, .alive_timeout = 5ms}};
 }
 
 class FalconInKernel : public testing::Test {
@@ -132,7 +134,7 @@ class FalconInKernel : public testing::Test {
     EXPECT_EQ(found[0].speed, drivers::usb::UsbSpeed::kFull);
     auto opened = LibusbPort::open(context_, found[0], kPipes, "60-novint-falcon.rules");
     ASSERT_TRUE(opened.port) << opened.refusal.found << "; " << opened.refusal.hint;
-    port_ = std::move(opened.port);
+    port_ = std::make_unique<support::SlowPort>(std::move(opened.port));
   }
   bool exchange_until(Falcon& falcon, const std::array<double, 3>& force_N, auto&& condition) {
     return wait_until([&] {
@@ -145,7 +147,7 @@ class FalconInKernel : public testing::Test {
   std::unique_ptr<FalconFunction> function_;
   std::unique_ptr<UsbipDevice> cable_;
   UsbContext context_;
-  std::unique_ptr<LibusbPort> port_;
+  std::unique_ptr<support::SlowPort> port_;
   FalconSample sample_;
   drivers::haptic::FalconStatus status_;
 };
@@ -249,5 +251,5 @@ TEST_F(FalconInKernel, ComingAndGoingIsSeen) {
   EXPECT_EQ(seen[0].device.port_path, place);
 }
 
-}  // namespace
+}  // namespace falcon_test
 }  // namespace guest

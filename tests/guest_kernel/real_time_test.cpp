@@ -10,7 +10,7 @@
 #include <string>
 
 namespace guest {
-namespace {
+namespace real_time_test {
 
 int locked_kB() {
   std::ifstream status("/proc/self/status");
@@ -50,5 +50,5 @@ TEST(RealTime, CoreThatIsNotThereIsRefusedAloneAndInWords) {
   EXPECT_NE(refused[0].find("pinning to the core refused"), std::string::npos) << refused[0];
 }
 
-}  // namespace
+}  // namespace real_time_test
 }  // namespace guest

@@ -21,7 +21,7 @@
 #include "tests/guest_kernel/wait_until.h"
 
 namespace guest {
-namespace {
+namespace space_mouse_test {
 
 using drivers::haptic::SpaceMouse;
 using drivers::haptic::SpaceMouseFault;
@@ -215,7 +215,7 @@ TEST(SpaceNavigatorInKernel, IsReadThroughItsOwnDriverAndMissedWhenUnplugged) {
   EXPECT_EQ(mouse.info().model, "SpaceNavigator");
   EXPECT_EQ(mouse.info().path, *node);
   EXPECT_TRUE(mouse.info().warnings.empty()) << mouse.info().warnings.front();
-  EXPECT_TRUE(function.lit());
+  EXPECT_TRUE(wait_until([&] { return function.lit(); }));
   SpaceMouseSample sample;
   const auto poll = [&] { return mouse.poll(steady_clock::now().time_since_epoch(), sample).ok(); };
   EXPECT_TRUE(wait_until([&] { return poll() && sample.deflection.translation[2] != 0; }));
@@ -252,5 +252,5 @@ INSTANTIATE_TEST_SUITE_P(Devices, HidAccess,
                                          Case{"AnotherVendor", {0x1d6b, 0x0104}, kKernels}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-}  // namespace
+}  // namespace space_mouse_test
 }  // namespace guest

@@ -9,7 +9,7 @@
 #include "tests/guest_kernel/wait_until.h"
 
 namespace guest {
-namespace {
+namespace usb_access_test {
 
 /// Found, named, and nothing else.
 class IdleFunction final : public UsbFunction {
@@ -56,5 +56,5 @@ INSTANTIATE_TEST_SUITE_P(Devices, UsbAccess,
                                          Case{"AnotherVendor", 0x1d6b, 0x0104, kDebians}),
                          [](const auto& test) { return std::string(test.param.name); });
 
-}  // namespace
+}  // namespace usb_access_test
 }  // namespace guest

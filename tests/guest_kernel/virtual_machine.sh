@@ -4,7 +4,7 @@
 # A script that sources it exits with 0 passed, 1 failed, 77 skipped because something is missing; with
 # YOUBOT_GUEST_MUST_RUN that fails too, because `./dev test` has installed and fetched it all.
 PATH+=:/usr/sbin:/sbin
-longest_s=500  # a minute is usual; the machine may be busy
+longest_s=1500  # a minute is usual; the machine may be busy
 
 skip() {
   echo "skipped: $1"

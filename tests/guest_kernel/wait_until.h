@@ -10,7 +10,7 @@ namespace guest {
 /// processor on a busy machine needs: a failure, never a measure.
 template <typename Condition>
 bool wait_until(Condition&& condition) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   while (!condition()) {
     if (std::chrono::steady_clock::now() > deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));

@@ -13,7 +13,7 @@
 
 #include "hal/youbot_axes.h"
 
-namespace {
+namespace axis_scale_test {
 
 using hal::AxisConstants;
 using hal::AxisScale;
@@ -191,4 +191,4 @@ TEST(AxisScale, RefusesConstantsThatAreNotFiniteAndPositiveByName) {
     expect_refused({.ticks_per_motor_rev = bad}, "ticks_per_motor_rev");
 }
 
-}  // namespace
+}  // namespace axis_scale_test

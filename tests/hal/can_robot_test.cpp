@@ -16,7 +16,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace hal {
-namespace {
+namespace can_robot_test {
 
 using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
@@ -634,5 +634,5 @@ TEST(CanRobot, TheCycleDoesNotAllocateOrLockInAnyPhase) {
   EXPECT_TRUE(bench.sample.enabled) << static_cast<int>(bench.status.fault);
 }
 
-}  // namespace
+}  // namespace can_robot_test
 }  // namespace hal

@@ -7,7 +7,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace clock_test {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
@@ -82,4 +82,4 @@ TEST(SteadyClock, DoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace clock_test

@@ -6,7 +6,7 @@
 #include <array>
 
 namespace hal {
-namespace {
+namespace drive_channel_test {
 
 using namespace std::chrono_literals;
 namespace tmcl = drivers::tmcl;
@@ -59,5 +59,5 @@ TEST_F(Channel, ADriveThatLostItsMemoryIsNotJudgedByWhatItSaidBefore) {
   EXPECT_FALSE(drive.failed()) << describe(drive.failure());
 }
 
-}  // namespace
+}  // namespace drive_channel_test
 }  // namespace hal

@@ -8,7 +8,7 @@
 #include "drivers/tmcl/process_data.h"
 
 namespace hal {
-namespace {
+namespace drive_units_test {
 
 namespace tmcl = drivers::tmcl;
 using tmcl::StatusFlag;
@@ -60,5 +60,5 @@ TEST(DriveUnits, NoVelocityCommandIsFasterThanItsAxis) {
   for (const AxisData& axis : kArmAxes) expect_limited(axis, 1.57);  // 90 degrees a second
 }
 
-}  // namespace
+}  // namespace drive_units_test
 }  // namespace hal

@@ -16,7 +16,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace hal {
-namespace {
+namespace ethercat_arm_test {
 
 using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
@@ -429,5 +429,5 @@ TEST(EthercatArm, NoneOfThisAllocatesInTheCycle) {
   EXPECT_TRUE(rig.sample.enabled) << describe(rig.status.fault);
 }
 
-}  // namespace
+}  // namespace ethercat_arm_test
 }  // namespace hal

@@ -16,7 +16,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace hal {
-namespace {
+namespace ethercat_robot_test {
 
 using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
@@ -603,6 +603,8 @@ class SlowLink final : public drivers::ethercat::Link {
     clock_.sleep_until(clock_.now() + 400us);
     return link_->receive(buffer, timeout);
   }
+  std::chrono::nanoseconds now() const noexcept override { return link_->now(); }
+  void wait(std::chrono::nanoseconds duration) override { link_->wait(duration); }
   int last_error() const noexcept override { return link_->last_error(); }
   const std::string& name() const noexcept override { return link_->name(); }
   std::chrono::nanoseconds sent_at{};
@@ -697,6 +699,8 @@ class Forsaken final : public drivers::ethercat::Link {
   std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override {
     return state_.gone ? 0 : link_->receive(buffer, timeout);
   }
+  std::chrono::nanoseconds now() const noexcept override { return link_->now(); }
+  void wait(std::chrono::nanoseconds duration) override { link_->wait(duration); }
   int last_error() const noexcept override { return link_->last_error(); }
   const std::string& name() const noexcept override { return link_->name(); }
 
@@ -708,8 +712,8 @@ class Forsaken final : public drivers::ethercat::Link {
 TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
   bus.lock_step = true;
-  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   Forsaken::State simulation;
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   rig.robot = make_ethercat_robot(
       [&]() -> std::unique_ptr<drivers::ethercat::Link> {
         return std::make_unique<Forsaken>(
@@ -774,5 +778,5 @@ TEST(EthercatRobot, InLockStepNoOtherPeriodWillDo) {
   EXPECT_THROW((void)make_ethercat_robot("eth0", {}, clock, 2ms), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace ethercat_robot_test
 }  // namespace hal

@@ -18,7 +18,7 @@
 #include "sim/bus/youbot_bus.h"
 
 namespace hal {
-namespace {
+namespace fault_survival_test {
 
 using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
@@ -636,5 +636,5 @@ TEST(FaultsWhileEnabling, AnUnfitDriveIsToldByItsDefectWhenEnabled) {
   EXPECT_TRUE(is(joint_fault(1, JointFault::kOvertemperature), rig.status)) << rig.where(1);
 }
 
-}  // namespace
+}  // namespace fault_survival_test
 }  // namespace hal

@@ -16,7 +16,7 @@
 #include "tests/drivers/falcon_fakes.h"
 #include "tests/drivers/force_dimension_fakes.h"
 
-namespace {
+namespace haptic_links_test {
 
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
@@ -225,4 +225,4 @@ TEST_F(ForceDimensionLinkTest, DirectlyOverUsbItIsNotSupportedAndSaysWhy) {
   EXPECT_FALSE(stand_in.state().open);
 }
 
-}  // namespace
+}  // namespace haptic_links_test

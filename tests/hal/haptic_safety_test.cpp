@@ -20,7 +20,7 @@
 #include "tests/drivers/force_dimension_fakes.h"
 #include "tests/support/mock_falcon.h"
 
-namespace {
+namespace haptic_safety_test {
 
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
@@ -341,4 +341,4 @@ INSTANTIATE_TEST_SUITE_P(
                     Kind{"Falcon", [] { return std::unique_ptr<Rig>(new FalconRig); }}),
     [](const auto& instance) { return std::string(instance.param.name); });
 
-}  // namespace
+}  // namespace haptic_safety_test

@@ -11,7 +11,7 @@
 #include "hal/setup_error.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace haptic_servo_test {
 
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
@@ -355,4 +355,4 @@ TEST_F(HapticServoTest, AStepNeitherAllocatesNorLocks) {
   EXPECT_TRUE(ok);
 }
 
-}  // namespace
+}  // namespace haptic_servo_test

@@ -11,7 +11,7 @@
 #include "sim/hand.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace loopback_haptic_device_test {
 
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
@@ -136,4 +136,4 @@ TEST(LockstepHapticDevice, ExchangeDoesNotAllocateOrLock) {
   EXPECT_TRUE(ok);
 }
 
-}  // namespace
+}  // namespace loopback_haptic_device_test

@@ -21,7 +21,7 @@
 #include "sim/base.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace loopback_robot_test {
 
 using namespace std::chrono_literals;
 using hal::CommandMode;
@@ -526,4 +526,4 @@ TEST_F(LoopbackRobotOnSimulatedBase, ExchangeDoesNotAllocateOrLock) {
   EXPECT_TRUE(ok);
 }
 
-}  // namespace
+}  // namespace loopback_robot_test

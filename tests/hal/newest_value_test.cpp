@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <thread>
 
-namespace {
+namespace newest_value_test {
 
 TEST(NewestValue, GivesEachValueOnceAndOnlyTheLast) {
   hal::NewestValue<int> newest;
@@ -56,4 +56,4 @@ TEST(NewestValue, NeverTearsAndNeverGoesBack) {
   EXPECT_TRUE(forward);
 }
 
-}  // namespace
+}  // namespace newest_value_test

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-namespace {
+namespace no_alloc_guard_test {
 
 using support::NoAllocGuard;
 
@@ -125,4 +125,4 @@ TEST_F(NoAllocGuardTest, DoesNotCountOtherThreads) {
   EXPECT_EQ(seen, 0);
 }
 
-}  // namespace
+}  // namespace no_alloc_guard_test

@@ -9,7 +9,7 @@
 #include "tests/hal/ethercat_rig.h"
 
 namespace hal::test {
-namespace {
+namespace robot_report_test {
 
 using Lines = std::vector<std::string>;
 
@@ -58,5 +58,5 @@ TEST(RobotReport, IsTakenByAnotherThreadBesideTheCycle) {
   EXPECT_EQ(rig.robot->trouble().size(), 1U);
 }
 
-}  // namespace
+}  // namespace robot_report_test
 }  // namespace hal::test

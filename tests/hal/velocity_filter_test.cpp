@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace {
+namespace velocity_filter_test {
 
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
@@ -73,4 +73,4 @@ TEST(VelocityFilter, TimeThatDoesNotPassChangesNothing) {
   EXPECT_GT(filter.update({0.002, 0, 0}, 12ms).x(), v.x());
 }
 
-}  // namespace
+}  // namespace velocity_filter_test

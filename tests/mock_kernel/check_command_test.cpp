@@ -1,15 +1,16 @@
 // `youbotd --check` with masters that are plugged in.
-#ifdef YOUBOTD_BINARY  // which is not built for the thread sanitizer
+#ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 #include <gtest/gtest.h>
 
 #include <string>
 
+#include "tests/support/built_paths.h"
 #include "tests/support/mock_usb_device.h"
 #include "tests/support/skip.h"
 #include "tests/support/spawn.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace check_command_test {
 
 support::SpawnResult check(const std::string& master) {
   const support::TemporaryDirectory folder;
@@ -20,7 +21,7 @@ kind = "base+arm"
 library = "/nowhere/libdrd.so.3"
 )");
   return support::spawn(
-      {YOUBOTD_BINARY, "--check", "--allow-non-rt", "--config", config, "--haptic", master});
+      {support::program("youbotd"), "--check", "--allow-non-rt", "--config", config, "--haptic", master});
 }
 
 TEST(CheckWithMasters, AFalconIsFoundAndLeftAlone) {
@@ -44,5 +45,5 @@ TEST(CheckWithMasters, AnOmegaWithoutItsLibraryFailsForThatAlone) {
   EXPECT_EQ(omega.counts().opens, 0);
 }
 
-}  // namespace
+}  // namespace check_command_test
 #endif

@@ -1,6 +1,6 @@
 // `youbot-bench haptic-hold` as people run it, on each device of a mocked kernel. In real time, on a machine
 // that may be busy: a run may end by a sample that came too late, and says so then.
-#ifdef YOUBOT_BENCH_BINARY  // which is not built for the thread sanitizer
+#ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "sim/devices/emulated_space_mouse.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/mock_falcon.h"
 #include "tests/support/mock_hidraw_device.h"
 #include "tests/support/mock_usb_device.h"
@@ -19,7 +20,7 @@
 #include "tests/support/spawn.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace haptic_hold_test {
 
 using namespace std::chrono_literals;
 using support::SpawnResult;
@@ -33,8 +34,8 @@ struct HapticHoldOnADevice : testing::Test {
   SpawnResult hold(std::vector<std::string> arguments) {
     const auto config =
         folder.write("haptic.toml", "[haptic]\nstale_after_s = 0.1\ncommand_timeout_s = 0.1\n" + more);
-    std::vector<std::string> words{YOUBOT_BENCH_BINARY, "haptic-hold", "--allow-non-rt", "--config",
-                                   config.string()};
+    std::vector<std::string> words{support::program("youbot-bench"), "haptic-hold", "--allow-non-rt",
+                                   "--config", config.string()};
     words.insert(words.end(), arguments.begin(), arguments.end());
     return support::spawn(std::move(words));
   }
@@ -44,7 +45,7 @@ struct HapticHoldOnADevice : testing::Test {
   }
   template <typename Happened>
   static bool wait_until(Happened happened) {
-    const auto deadline = std::chrono::steady_clock::now() + 20s;
+    const auto deadline = std::chrono::steady_clock::now() + 60s;
     while (!happened() && std::chrono::steady_clock::now() < deadline) std::this_thread::sleep_for(2ms);
     return happened();
   }
@@ -96,7 +97,7 @@ TEST_F(HapticHoldOnADevice, AnOmegaThroughALibraryNamedInTheConfiguration) {
   support::MockUsbBus bus;
   const support::MockUsbDevice omega(
       bus, {.vendor = 0x1451, .product = 0x0402, .product_name = "omega.x haptic device"});
-  more = "[haptic.force_dimension]\nwatchdog_s = 0.0318\nlibrary = \"" DRD_STAND_IN "\"\n";
+  more = "[haptic.force_dimension]\nwatchdog_s = 0.0318\nlibrary = \"" + support::stand_in_library() + "\"\n";
   const SpawnResult result = hold({"--haptic", "force-dimension", "--duration", "1"});
   EXPECT_TRUE(ran(result)) << result.output;
   EXPECT_TRUE(result.said("omega.6")) << result.output;
@@ -116,5 +117,5 @@ TEST_F(HapticHoldOnADevice, WhatIsNotThereOrNotSupportedIsToldInWords) {
   EXPECT_TRUE(direct.said("not supported")) << direct.output;
 }
 
-}  // namespace
+}  // namespace haptic_hold_test
 #endif

@@ -1,5 +1,5 @@
 // A youbotd that serves keeps its master through being unplugged and plugged in again.
-#ifdef YOUBOTD_BINARY  // which is not built for the thread sanitizer
+#ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -10,13 +10,14 @@
 #include <vector>
 
 #include "sim/devices/emulated_space_mouse.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/mock_hidraw_device.h"
 #include "tests/support/mock_usb_device.h"
 #include "tests/support/process.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 
-namespace {
+namespace served_master_test {
 
 using namespace std::chrono_literals;
 using support::CommandResult;
@@ -27,7 +28,7 @@ TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
   const support::TemporaryDirectory folder;
   const std::string socket = folder / "s";
   const auto ctl = [&socket](std::vector<std::string> words) {
-    words.insert(words.begin(), {YOUBOTCTL_BINARY, "--socket", socket});
+    words.insert(words.begin(), {support::program("youbotctl"), "--socket", socket});
     return words;
   };
   const auto tell = [&](std::vector<std::string> words) { return Process(ctl(std::move(words))).finish(); };
@@ -44,8 +45,9 @@ TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
 
   support::MockHidrawBus bus;
   support::MockHidrawDevice& first = bus.plug(mouse);
-  Process youbotd({YOUBOTD_BINARY, "--config", YOUBOT_SOURCE_DIR "/apps/youbotd/teleop.toml", "--haptic",
-                   "spacemouse", "--control", socket, "--allow-non-rt"});
+  Process youbotd({support::program("youbotd"), "--config",
+                   support::source_dir() + "/apps/youbotd/teleop.toml", "--haptic", "spacemouse", "--control",
+                   socket, "--allow-non-rt"});
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_TRUE(master_comes_to("hidraw0): ready"));
 
@@ -56,14 +58,22 @@ TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
   EXPECT_TRUE(refused.said("SpaceMouse")) << refused.output;
 
   bus.plug(mouse);
-  Process commander(ctl({"enable"}));
-  EXPECT_TRUE(commander.wait_for("unfolding"));
-  commander.signal(SIGINT);
-  const CommandResult ended = commander.finish();
-  // A busy machine may stall a loop of 1 kHz, or the master's thread, for long enough to be stopped.
-  EXPECT_TRUE(ended.exit_code == 0 || (ended.exit_code == 4 && ended.said("stopped by a fault")))
-      << ended.output;
+  // On a busy machine the loop or the master's thread may miss its deadline, which ends the run with a fault;
+  // or the master opens so slowly that youbotd asks for another enable. Both are right, and the operator
+  // enables again.
+  bool unfolds = false;
+  for (int attempt = 0; attempt < 20 && !unfolds; ++attempt) {
+    Process commander(ctl({"enable"}));
+    unfolds = commander.wait_for("unfolding");
+    commander.signal(SIGINT);
+    const CommandResult ended = commander.finish();
+    ASSERT_TRUE((unfolds && ended.exit_code == 0) ||
+                (ended.exit_code == 4 && ended.said("stopped by a fault")) ||
+                (ended.exit_code == 2 && ended.said("is ready now: enable again")))
+        << ended.output;
+  }
+  EXPECT_TRUE(unfolds);
 }
 
-}  // namespace
+}  // namespace served_master_test
 #endif

@@ -16,13 +16,14 @@
 
 #include "drivers/usb/usb_access.h"
 #include "drivers/usb/usb_devices.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/mock_usb_device.h"
 #include "tests/support/skip.h"
 #include "tests/support/spawn.h"
 #include "tests/support/temporary_directory.h"
 
 namespace drivers::usb {
-namespace {
+namespace usb_devices_test {
 
 using namespace std::chrono_literals;
 using support::MockUsbDevice;
@@ -43,7 +44,7 @@ class UsbDevicesTest : public testing::Test {
   }
   /// Polls until something matching came or went, or seconds are over.
   static std::vector<UsbArrival> next(UsbWatch& watch) {
-    const auto deadline = std::chrono::steady_clock::now() + 10s;
+    const auto deadline = std::chrono::steady_clock::now() + 60s;
     std::vector<UsbArrival> arrivals;
     while (arrivals.empty() && std::chrono::steady_clock::now() < deadline) arrivals = watch.poll(100ms);
     return arrivals;
@@ -116,9 +117,9 @@ TEST_F(UsbDevicesTest, DescriptorsAreTheKernelsCopy) {
   EXPECT_EQ(falcon.counts().opens, 0);
 }
 
-#ifdef YOUBOT_BENCH_BINARY  // which is not built for the thread sanitizer
+#ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 support::SpawnResult probe(std::vector<std::string> arguments) {
-  arguments.insert(arguments.begin(), {YOUBOT_BENCH_BINARY, "usb-probe"});
+  arguments.insert(arguments.begin(), {support::program("youbot-bench"), "usb-probe"});
   return support::spawn(std::move(arguments));
 }
 
@@ -195,5 +196,5 @@ TEST_F(UsbDevicesTest, MalformedDescriptorsAreReportedAndNotFatal) {
 
 #endif
 
-}  // namespace
+}  // namespace usb_devices_test
 }  // namespace drivers::usb

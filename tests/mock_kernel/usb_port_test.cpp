@@ -20,13 +20,13 @@
 #include "tests/support/skip.h"
 
 namespace drivers::usb {
-namespace {
+namespace usb_port_test {
 
 using namespace std::chrono_literals;
 using Bytes = std::vector<std::uint8_t>;
 
 // Generous: what does not come at all must fail, what comes late may not.
-constexpr auto kLong = 10s;
+constexpr auto kLong = 60s;
 constexpr int kIn = 0x81;
 
 Bytes numbered(std::size_t size, int first) {
@@ -435,5 +435,5 @@ TEST_F(LibusbPortTest, EndpointThatTheDeviceLacksIsAskedForInVain) {
   EXPECT_EQ(device_->counts().claims, 0);
 }
 
-}  // namespace
+}  // namespace usb_port_test
 }  // namespace drivers::usb

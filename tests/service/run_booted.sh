@@ -30,6 +30,8 @@ for folder in bin sbin lib lib64; do ln -s usr/$folder "$root/$folder"; done
 cp /usr/share/base-passwd/passwd.master "$root/etc/passwd"
 cp /usr/share/base-passwd/group.master "$root/etc/group"
 printf 'passwd: files\ngroup: files\n' >"$root/etc/nsswitch.conf"
+# Some names below /usr, such as liblapack.so.3, are links to here.
+cp -a /etc/alternatives "$root/etc/"
 # Without one systemd takes it for the first boot of a new machine and enables every unit there is.
 printf '%032d\n' 1 >"$root/etc/machine-id"
 printf 'u member -\nu visitor -\nm member youbot\n' >"$root/etc/sysusers.d/people.conf"

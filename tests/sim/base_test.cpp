@@ -16,7 +16,7 @@
 #include "control/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace base_test {
 
 using namespace std::chrono_literals;
 using control::LinkMap;
@@ -533,4 +533,4 @@ TEST(Base, MeasureAndAdvanceDoNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace base_test

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace {
+namespace bounded_bristle_test {
 
 using sim::BoundedBristle;
 
@@ -94,4 +94,4 @@ TEST(BoundedBristle, NoClosedMotionGainsEnergyFromIt) {
   }
 }
 
-}  // namespace
+}  // namespace bounded_bristle_test

@@ -4,7 +4,7 @@
 #include "tests/sim/bus_hand_master.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_addressing_test {
 
 class ThreeDrives : public ::testing::Test {
  protected:
@@ -150,5 +150,5 @@ TEST_F(ThreeDrives, EventsShowInTheInterruptFieldUntilTheirRegisterIsRead) {
   EXPECT_EQ(master.run(Command::kNop, 0, 0, Bytes(1)).interrupt, 0x0000);
 }
 
-}  // namespace
+}  // namespace bus_addressing_test
 }  // namespace sim::bus::test

@@ -9,7 +9,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_fault_test {
 
 class Script : public ::testing::Test {
  protected:
@@ -260,5 +260,5 @@ TEST_F(Script, ACycleDoesNotAllocateOrLock) {
   EXPECT_EQ(received, 51U);
 }
 
-}  // namespace
+}  // namespace bus_fault_test
 }  // namespace sim::bus::test

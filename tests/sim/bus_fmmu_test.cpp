@@ -5,7 +5,7 @@
 #include "tests/sim/bus_hand_master.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_fmmu_test {
 
 TEST(Fmmu, MapsTheFourteenBitsOfTheDataSheetsExample) {
   // Section I, table 22: logical 0x00010011.3 to 0x00010013.0 onto 0x0F01.1 to 0x0F02.6.
@@ -166,5 +166,5 @@ TEST(LogicalCommands, ProcessDataDoesNotCountBelowSafeOp) {
   EXPECT_EQ(master.exchange(Bytes(25)).counter, 3);
 }
 
-}  // namespace
+}  // namespace bus_fmmu_test
 }  // namespace sim::bus::test

@@ -8,7 +8,7 @@
 #include "tests/sim/bus_hand_master.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_fuzz_test {
 
 constexpr int kFrames = 100'000;
 constexpr std::uint32_t kSeed = 20'240'611;
@@ -112,5 +112,5 @@ TEST(Fuzz, AHundredThousandMutatedFramesDoNoHarm) {
   for (std::size_t k = 0; k < 4; ++k) EXPECT_EQ(bus.slave(k).state(), AlState::kOp);
 }
 
-}  // namespace
+}  // namespace bus_fuzz_test
 }  // namespace sim::bus::test

@@ -4,7 +4,7 @@
 #include "tests/sim/bus_hand_master.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_mailbox_test {
 
 constexpr std::uint16_t kOut = 0x1000;
 constexpr std::uint16_t kIn = 0x1040;
@@ -238,5 +238,5 @@ TEST_F(ProcessData, StatusNamesTheLastWrittenBuffer) {
   EXPECT_EQ(buffer(), 3U) << "none since it was opened again";
 }
 
-}  // namespace
+}  // namespace bus_mailbox_test
 }  // namespace sim::bus::test

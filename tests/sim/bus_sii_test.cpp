@@ -7,7 +7,7 @@
 #include "tests/sim/bus_hand_master.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_sii_test {
 
 std::uint16_t word(const Bytes& image, std::size_t address) {
   return static_cast<std::uint16_t>(image[2 * address] | image[2 * address + 1] << 8);
@@ -205,5 +205,5 @@ TEST(SiiTiming, BusyForItsTimeThenFourBytes) {
   EXPECT_EQ(master.read(0, reg::kSiiData, 8).number(), 0x0000'0286U);
 }
 
-}  // namespace
+}  // namespace bus_sii_test
 }  // namespace sim::bus::test

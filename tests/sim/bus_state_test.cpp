@@ -4,7 +4,7 @@
 #include "tests/sim/bus_hand_master.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_state_test {
 
 class States : public ::testing::Test {
  protected:
@@ -312,5 +312,5 @@ TEST(SlaveWithoutProcessData, GoesToOpWithoutAnyConfiguration) {
   EXPECT_EQ(master.al_status(0), 0x0008);
 }
 
-}  // namespace
+}  // namespace bus_state_test
 }  // namespace sim::bus::test

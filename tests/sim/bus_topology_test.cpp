@@ -6,7 +6,7 @@
 #include "tests/sim/bus_hand_master.h"
 
 namespace sim::bus::test {
-namespace {
+namespace bus_topology_test {
 
 class Line : public ::testing::Test {
  protected:
@@ -247,5 +247,5 @@ TEST(Clock, FollowsTheReferenceThroughDistributedSystemTime) {
   EXPECT_EQ(master.read(1, reg::kDcSystemTimeDifference, 8).data, (Bytes{0, 0, 0, 0, 0, 0x10, 0, 0}));
 }
 
-}  // namespace
+}  // namespace bus_topology_test
 }  // namespace sim::bus::test

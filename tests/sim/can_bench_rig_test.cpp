@@ -8,7 +8,7 @@
 #include <vector>
 
 namespace sim::can {
-namespace {
+namespace can_bench_rig_test {
 
 using namespace std::chrono_literals;
 using Data = std::vector<std::uint8_t>;
@@ -112,5 +112,5 @@ TEST(CanBenchRig, WithoutAModuleNobodyAcknowledgesAndTheQueueFills) {
   EXPECT_EQ(told.can_id, 2U);
 }
 
-}  // namespace
+}  // namespace can_bench_rig_test
 }  // namespace sim::can

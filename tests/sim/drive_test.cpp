@@ -11,7 +11,7 @@
 #include "control/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace drive_test {
 
 using control::friction::SlidingTable;
 using control::friction::wheel_curve_Nm;
@@ -396,4 +396,4 @@ TEST(Drive, ControlAndStepDoNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace drive_test

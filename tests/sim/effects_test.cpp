@@ -14,7 +14,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace sim::effects {
-namespace {
+namespace effects_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -244,5 +244,5 @@ TEST(ModelDrive, SteppingNeitherAllocatesNorLocks) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace effects_test
 }  // namespace sim::effects

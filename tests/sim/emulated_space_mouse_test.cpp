@@ -10,7 +10,7 @@
 #include "drivers/haptic/space_mouse_report.h"
 
 namespace sim::devices {
-namespace {
+namespace emulated_space_mouse_test {
 
 using namespace std::chrono_literals;
 using Bytes = std::vector<std::uint8_t>;
@@ -151,5 +151,5 @@ TEST(EmulatedSpaceMouse, TheDescriptorPromisesTheReportsThatAreSent) {
   EXPECT_EQ(sizes({.layout = SpaceMouseLayout::kOneReport}), (Sizes{{1, 12}, {3, 2}, {23, 2}, {104, 1}}));
 }
 
-}  // namespace
+}  // namespace emulated_space_mouse_test
 }  // namespace sim::devices

@@ -11,7 +11,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace environment_test {
 
 using Eigen::Vector3d;
 using sim::Environment;
@@ -358,4 +358,4 @@ TEST(Environment, AStepDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace environment_test

@@ -7,7 +7,7 @@
 #include "sim/experiments/reversals.h"
 
 namespace sim::experiments {
-namespace {
+namespace experiments_reversals_test {
 
 constexpr ReversalsConfig kConfig{
     .highest_rad_per_s = 9, .lowest_rad_per_s = 1, .shrink = 3, .period_s = 4, .periods = 2};
@@ -51,5 +51,5 @@ TEST(Reversals, ValuesOutOfRangeAreRefused) {
   EXPECT_THROW(Reversals{growing}, std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace experiments_reversals_test
 }  // namespace sim::experiments

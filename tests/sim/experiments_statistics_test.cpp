@@ -14,7 +14,7 @@
 #include "sim/experiments/velocity_sets.h"
 
 namespace sim::experiments {
-namespace {
+namespace experiments_statistics_test {
 
 TEST(VelocitySets, HaveThePublishedNumbersOfMeasurementsAndEnds) {
   const std::vector<std::size_t> printed{10, 100, 50, 25, 33, 16, 30, 35, 13};  // thesis, table 3
@@ -145,5 +145,5 @@ TEST(SteadyState, RefusesWhatCannotBeMeasured) {
   EXPECT_THROW(SteadyState({.blocks = 0}, 1e-3), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace experiments_statistics_test
 }  // namespace sim::experiments

@@ -21,7 +21,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace sim::experiments {
-namespace {
+namespace experiments_torque_test {
 
 constexpr double kPeriod_s = 1e-3;
 constexpr double kStiffness_Nm_per_rad = 250;  // the simulated drive's, thesis 2.5.2
@@ -256,5 +256,5 @@ TEST(Experiments, DoNotAllocateOrLockInTheCycle) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace experiments_torque_test
 }  // namespace sim::experiments

@@ -8,7 +8,7 @@
 #include <set>
 
 namespace sim::gap {
-namespace {
+namespace gap_candidates_test {
 
 constexpr double kRate_Hz = 1000;
 
@@ -78,5 +78,5 @@ TEST(Candidates, TheirColumnsAreWhatTheEffectsDo) {
     EXPECT_TRUE(seen.contains(effect)) << effect;
 }
 
-}  // namespace
+}  // namespace gap_candidates_test
 }  // namespace sim::gap

@@ -7,7 +7,7 @@
 #include <functional>
 
 namespace sim::gap {
-namespace {
+namespace gap_load_side_test {
 
 constexpr double kPeriod_s = 5e-3;
 constexpr double kInertia = 0.01;
@@ -139,5 +139,5 @@ TEST(LoadSide, AWeightHoldsTheGapShut) {
   }
 }
 
-}  // namespace
+}  // namespace gap_load_side_test
 }  // namespace sim::gap

@@ -15,7 +15,7 @@
 #include "sim/gap/zero_phase.h"
 
 namespace sim::gap {
-namespace {
+namespace gap_parts_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -192,5 +192,5 @@ TEST(ActuatorChannel, PutsALostSignBack) {
   EXPECT_FALSE(restore_sign(kept).lost);
 }
 
-}  // namespace
+}  // namespace gap_parts_test
 }  // namespace sim::gap

@@ -10,7 +10,7 @@
 #include <variant>
 
 namespace sim::gap {
-namespace {
+namespace gap_rest_channel_test {
 
 constexpr double kCoulomb_Nm = 0.05;
 constexpr double kTick_rad = 2 * std::numbers::pi / 104000;
@@ -67,5 +67,5 @@ TEST(RestChannel, AGapIsNotTheContact) {
   EXPECT_FALSE(found([](double torque) { return std::copysign(10 * kTick_rad, torque); }));
 }
 
-}  // namespace
+}  // namespace gap_rest_channel_test
 }  // namespace sim::gap

@@ -11,7 +11,7 @@
 #include "sim/gap/blind_spots.h"
 
 namespace sim::gap {
-namespace {
+namespace gap_views_test {
 
 constexpr double kPi = std::numbers::pi;
 
@@ -88,5 +88,5 @@ TEST(BlindSpots, TooFewSamplesForTheTorqueAreSaid) {
   }
 }
 
-}  // namespace
+}  // namespace gap_views_test
 }  // namespace sim::gap

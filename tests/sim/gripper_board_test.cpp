@@ -6,7 +6,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace sim::bus::test {
-namespace {
+namespace gripper_board_test {
 
 using drivers::tmcl::Command;
 
@@ -171,5 +171,5 @@ TEST_F(Gripper, DoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace gripper_board_test
 }  // namespace sim::bus::test

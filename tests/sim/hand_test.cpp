@@ -12,18 +12,18 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace hand_test {
 
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
 using sim::Hand;
 using sim::HandParameters;
 
-constexpr HandParameters kHand{.device_mass_kg = 0.3,
-                               .device_drag_N_s_per_m = 0.5,
-                               .hand_mass_kg = 0.5,
-                               .hand_stiffness_N_per_m = 300,
-                               .hand_damping_N_s_per_m = 12};
+const HandParameters kHand{.device_mass_kg = 0.3,
+                           .device_drag_N_s_per_m = 0.5,
+                           .hand_mass_kg = 0.5,
+                           .hand_stiffness_N_per_m = 300,
+                           .hand_damping_N_s_per_m = 12};
 
 hal::HapticSample measured(Hand& hand) {
   hal::HapticSample sample;
@@ -320,4 +320,4 @@ TEST(Hand, DoesNotAllocateOrLock) {
   EXPECT_GT(sample.p_HD_m.norm(), 0.0);
 }
 
-}  // namespace
+}  // namespace hand_test

@@ -10,9 +10,10 @@
 #include <vector>
 
 #include "sim/identify/harmonic_fit.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
 
-namespace {
+namespace identify_harmonic_test {
 
 using sim::identify::fit_harmonics;
 using sim::identify::HarmonicFit;
@@ -35,7 +36,7 @@ PositionMap synthetic(std::size_t points, double noise, unsigned seed, double am
 PositionMap cogging_map(const std::string& name) {
   PositionMap map;
   for (const auto& row :
-       test_support::csv_rows(YOUBOT_SOURCE_DIR "/tests/data/odrive_cogging/cogging_maps.csv")) {
+       test_support::csv_rows(support::source_dir() + "/tests/data/odrive_cogging/cogging_maps.csv")) {
     if (row[0] != name) continue;
     map.position_rad.push_back(std::stod(row[1]) * 2 * std::numbers::pi / 8192);
     map.value.push_back(std::stod(row[2]));
@@ -102,4 +103,4 @@ TEST(IdentifyHarmonicsOnMeasuredMotor, ReachThePeersOnAnotherMap) {
   EXPECT_EQ(chosen.harmonics[1].per_turn, 28);
 }
 
-}  // namespace
+}  // namespace identify_harmonic_test

@@ -10,7 +10,7 @@
 #include "sim/identify/moving_fit.h"
 #include "sim/recording.h"
 
-namespace {
+namespace identify_moving_test {
 
 using sim::identify::Estimate;
 using sim::identify::fit_moving;
@@ -111,4 +111,4 @@ TEST(IdentifyMoving, RefusesWhatDoesNotMoveOrIsNotEven) {
   EXPECT_THROW(fit_moving(without), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace identify_moving_test

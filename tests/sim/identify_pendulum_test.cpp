@@ -14,9 +14,10 @@
 #include <vector>
 
 #include "sim/identify/pendulum_fit.h"
+#include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
 
-namespace {
+namespace identify_pendulum_test {
 
 using sim::identify::fit_pendulum;
 using sim::identify::pendulum_error_rad;
@@ -254,8 +255,9 @@ const std::vector<PendulumRun>& xl330_runs() {
         run.recording.experiment = "kp " + std::to_string(kp) + " " + motion;
         auto& columns = run.recording.columns;
         columns = {{"time_s", {}}, {"position_command_rad", {}}, {"position_rad", {}}, {"drive_enabled", {}}};
-        for (const auto& row : test_support::csv_rows(YOUBOT_SOURCE_DIR "/tests/data/bam_xl330/xl330_kp" +
-                                                      std::to_string(kp) + "_" + motion + ".csv"))
+        for (const auto& row :
+             test_support::csv_rows(support::source_dir() + "/tests/data/bam_xl330/xl330_kp" +
+                                    std::to_string(kp) + "_" + motion + ".csv"))
           for (const auto& [column, field] : {std::pair{0, 0}, {1, 1}, {2, 2}, {3, 7}})
             columns[static_cast<std::size_t>(column)].values.push_back(
                 std::stod(row[static_cast<std::size_t>(field)]));
@@ -341,4 +343,4 @@ TEST(IdentifyPendulumOnMeasuredDrives, AStribeckCurveAloneHardlyHelps) {
   EXPECT_GT(stribeck.mean_rad, 0.95 * plain.mean_rad);
 }
 
-}  // namespace
+}  // namespace identify_pendulum_test

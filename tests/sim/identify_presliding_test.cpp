@@ -11,7 +11,7 @@
 #include "sim/identify/presliding_fit.h"
 #include "sim/recording.h"
 
-namespace {
+namespace identify_presliding_test {
 
 using sim::identify::fit_presliding;
 using sim::identify::PreslidingFit;
@@ -150,4 +150,4 @@ TEST(IdentifyPresliding, NeedsTheInertiaAndItsColumns) {
   EXPECT_THROW(fit_presliding(without, kKnown), std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace identify_presliding_test

@@ -17,7 +17,7 @@
 #include "sim/identify/statistics.h"
 #include "tests/support/measured_data.h"
 
-namespace {
+namespace identify_static_test {
 
 using sim::identify::choose_model;
 using sim::identify::Estimate;
@@ -401,4 +401,4 @@ TEST(IdentifyStatistics, KnowsItsQuantiles) {  // printed tables
   EXPECT_NEAR(sim::identify::student_quantile(0.995, 20), 2.845, 2e-3);
 }
 
-}  // namespace
+}  // namespace identify_static_test

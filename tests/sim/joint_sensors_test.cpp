@@ -7,7 +7,7 @@
 #include <numbers>
 #include <vector>
 
-namespace {
+namespace joint_sensors_test {
 
 using sim::JointSensors;
 using sim::SensorParameters;
@@ -130,4 +130,4 @@ TEST(JointSensors, EqualSeedsGiveEqualNoiseAndOthersDoNot) {
   EXPECT_TRUE(differs);
 }
 
-}  // namespace
+}  // namespace joint_sensors_test

@@ -12,7 +12,7 @@
 
 #include "control/friction/wheel_curve.h"
 
-namespace {
+namespace mecanum_wheels_test {
 
 using control::PlanarVector;
 using hal::JointCommand;
@@ -128,4 +128,4 @@ TEST(MecanumWheels, RefuseAMassThatMakesNoSenseByName) {
   }
 }
 
-}  // namespace
+}  // namespace mecanum_wheels_test

@@ -16,7 +16,7 @@
 #include "sim/base.h"
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace mobile_manipulator_test {
 
 using namespace std::chrono_literals;
 using control::ArmVector;
@@ -482,7 +482,7 @@ TEST(MobileManipulator, DrivingItPushesABoxAlongATableAgainstItsFriction) {
 }
 
 TEST(MobileManipulator, HalvingTheStepTwiceHardlyMovesTheEndOfADrivenManoeuvre) {
-  const auto end_of = [](std::chrono::nanoseconds step) {
+  const auto end_of = [](std::chrono::nanoseconds step) -> Vector3d {
     MobileManipulatorParameters parameters = starting_at(kElbowUp);
     for (sim::bus::ArmJointData& joint : parameters.arm) joint.axis.ticks_per_motor_rev = 1 << 30;
     parameters.wheels.drive.sensors = {0, 0, 0, 0, 0};
@@ -503,7 +503,7 @@ TEST(MobileManipulator, HalvingTheStepTwiceHardlyMovesTheEndOfADrivenManoeuvre) 
 }
 
 TEST(MobileManipulator, HoldingTheModelHardlyMovesTheEndOfAFastSwing) {
-  const auto end_of = [](std::chrono::nanoseconds hold) {
+  const auto end_of = [](std::chrono::nanoseconds hold) -> Vector3d {
     MobileManipulatorParameters parameters = without_joint_friction(starting_at({2.0, 1.6, -2.0, 1.2, 1.0}));
     parameters.model_hold = hold;
     MobileManipulator robot(parameters);
@@ -642,4 +642,4 @@ TEST(MobileManipulator, MeasureAndAdvanceDoNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace mobile_manipulator_test

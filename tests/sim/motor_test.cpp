@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-namespace {
+namespace motor_test {
 
 using sim::Motor;
 using sim::MotorParameters;
@@ -144,4 +144,4 @@ TEST(Motor, TorqueFollowsTheSignOfTheCurrent) {
   EXPECT_GT(forward.current_A(), 0);
 }
 
-}  // namespace
+}  // namespace motor_test

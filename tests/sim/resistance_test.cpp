@@ -12,7 +12,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace sim::effects {
-namespace {
+namespace resistance_test {
 
 using control::FrictionCompensator;
 using control::FrictionEstimate;
@@ -177,5 +177,5 @@ TEST(Resistance, TheControllersCycleDoesNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace resistance_test
 }  // namespace sim::effects

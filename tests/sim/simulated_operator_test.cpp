@@ -16,7 +16,7 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace {
+namespace simulated_operator_test {
 
 using namespace std::chrono_literals;
 using Eigen::Vector3d;
@@ -346,4 +346,4 @@ TEST_F(OperatorAtWork, AStepDoesNotAllocateOrLock) {
   for (const TaskOutcome& each : somebody->outcomes()) EXPECT_EQ(each.result, TaskResult::kDone);
 }
 
-}  // namespace
+}  // namespace simulated_operator_test

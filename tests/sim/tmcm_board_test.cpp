@@ -8,7 +8,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace sim::bus::test {
-namespace {
+namespace tmcm_board_test {
 
 constexpr std::int32_t kPassword = 4711;
 // TmcmBench: 4000 ticks and 10 motor turns per joint turn.
@@ -424,5 +424,5 @@ TEST_P(EitherFirmware, TheHooksDoNotAllocateOrLock) {
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace
+}  // namespace tmcm_board_test
 }  // namespace sim::bus::test

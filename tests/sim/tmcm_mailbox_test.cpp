@@ -6,7 +6,7 @@
 #include "tests/sim/tmcm_bench.h"
 
 namespace sim::bus::test {
-namespace {
+namespace tmcm_mailbox_test {
 
 using drivers::tmcl::Command;
 
@@ -168,5 +168,5 @@ TEST_F(TmcmMailbox, MoveToPositionIsAbsoluteOrRelative) {
   EXPECT_EQ(bench.ask(Command::kMoveToPosition, 2, 0).status, Status::kWrongType) << "no coordinates";
 }
 
-}  // namespace
+}  // namespace tmcm_mailbox_test
 }  // namespace sim::bus::test

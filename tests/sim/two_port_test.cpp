@@ -17,7 +17,7 @@
 #include "sim/two_port/hybrid_matrix.h"
 #include "sim/two_port/measures.h"
 
-namespace {
+namespace two_port_test {
 
 using namespace sim::two_port;
 using Complex = std::complex<double>;
@@ -452,4 +452,4 @@ TEST(TwoPortMeasures, OfPositionErrorShowWhatItIsKnownFor) {
   EXPECT_FALSE(force.force.bandwidth_Hz);
 }
 
-}  // namespace
+}  // namespace two_port_test

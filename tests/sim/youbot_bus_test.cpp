@@ -17,7 +17,7 @@
 #include "tests/support/no_alloc_guard.h"
 
 namespace sim::bus::test {
-namespace {
+namespace youbot_bus_test {
 
 using drivers::tmcl::ControllerMode;
 using drivers::tmcl::DriveInput;
@@ -377,5 +377,5 @@ TEST(YoubotBus, RefusesAStartOutsideTheEndStops) {
   EXPECT_THROW(YoubotBus{options}, std::invalid_argument);
 }
 
-}  // namespace
+}  // namespace youbot_bus_test
 }  // namespace sim::bus::test

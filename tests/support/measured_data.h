@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sim/identify/static_map.h"
+#include "tests/support/built_paths.h"
 
 namespace test_support {
 
@@ -38,7 +39,7 @@ inline sim::identify::StaticMap screw_drive_map(int drive) {
     std::vector<double> torque;
   };
   std::map<double, Run> runs;
-  for (const auto& row : csv_rows(YOUBOT_SOURCE_DIR "/tests/data/tro2021_screw_drives/drive" +
+  for (const auto& row : csv_rows(support::source_dir() + "/tests/data/tro2021_screw_drives/drive" +
                                   std::to_string(drive) + "_steady_state.csv")) {
     Run& run = runs[std::stod(row[0])];
     run.velocity.push_back(std::stod(row[2]));

@@ -78,7 +78,7 @@ class Terminal {
   /// The kernel passes bytes on in the background: waits until so many are there.
   void put_one_of(std::size_t waiting) {
     if (::write(master_, "r", 1) != 1) throw failed("write to a pseudo terminal");
-    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
     for (int there = 0; std::cmp_less(there, waiting);) {
       if (::ioctl(slave_, FIONREAD, &there) != 0) throw failed("ask a pseudo terminal");
       if (std::chrono::steady_clock::now() > deadline)

@@ -11,7 +11,7 @@ namespace {
 thread_local int guards = 0;
 thread_local long count = 0;
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef YOUBOT_SANITIZED
 void note() noexcept {
   if (guards > 0) ++count;
 }
@@ -30,7 +30,7 @@ long NoAllocGuard::violations() const noexcept { return count; }
 
 }  // namespace support
 
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#ifndef YOUBOT_SANITIZED
 // glibc keeps its own allocator reachable under these names for interposers like this one.
 extern "C" {
 // NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)

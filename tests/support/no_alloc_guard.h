@@ -10,7 +10,7 @@ namespace support {
 /// counts nothing and kActive is false.
 class NoAllocGuard {
  public:
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#ifdef YOUBOT_SANITIZED
   static constexpr bool kActive = false;
 #else
   static constexpr bool kActive = true;

@@ -1,6 +1,7 @@
 /// @file
 /// A program that runs beside the test, with its output on a pipe.
 #pragma once
+#include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -21,7 +22,8 @@ class Process {
   explicit Process(std::vector<std::string> words) {
     std::array<int, 2> out{};
     std::array<int, 2> in{};
-    if (pipe(out.data()) != 0 || pipe(in.data()) != 0) return;
+    // Another child process that inherits an end would keep the pipe open after this one has closed it.
+    if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(in.data(), O_CLOEXEC) != 0) return;
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -30,7 +32,6 @@ class Process {
       dup2(in[0], STDIN_FILENO);
       dup2(out[1], STDOUT_FILENO);
       dup2(out[1], STDERR_FILENO);
-      for (const int end : {in[0], in[1], out[0], out[1]}) close(end);
       execv(argv[0], argv.data());
       _exit(127);
     }

@@ -1,5 +1,6 @@
 #include "tests/support/spawn.h"
 
+#include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -13,12 +14,12 @@ SpawnResult spawn(std::vector<std::string> words) {
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);
   std::array<int, 2> pipe_ends{};
-  if (pipe(pipe_ends.data()) != 0) return {};
+  // A program that another thread spawns meanwhile must not inherit an end: it would keep the pipe open.
+  if (pipe2(pipe_ends.data(), O_CLOEXEC) != 0) return {};
   posix_spawn_file_actions_t actions{};
   posix_spawn_file_actions_init(&actions);
   for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
     posix_spawn_file_actions_adddup2(&actions, pipe_ends[1], stream);
-  for (const int end : pipe_ends) posix_spawn_file_actions_addclose(&actions, end);
   pid_t child = 0;
   const int error = posix_spawn(&child, arguments[0], &actions, nullptr, arguments.data(), environ);
   posix_spawn_file_actions_destroy(&actions);

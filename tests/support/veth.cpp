@@ -1,4 +1,5 @@
 #include "tests/support/veth.h"
+#include "tests/support/built_paths.h"
 
 #include <fcntl.h>
 #include <sched.h>
@@ -9,16 +10,19 @@
 #include <array>
 #include <csignal>
 #include <cstdlib>
+#include <random>
 
 namespace support {
 namespace {
 
 bool shell(const std::string& command) { return std::system((command + " 2>/dev/null").c_str()) == 0; }
 
+/// The random part distinguishes the namespaces from those that a killed test with the same process id left.
+std::string unique_id() { return std::to_string(getpid()) + "-" + std::to_string(std::random_device()()); }
+
 }  // namespace
 
-Namespaces::Namespaces()
-    : id_(std::to_string(getpid())), home_(open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC)) {
+Namespaces::Namespaces() : id_(unique_id()), home_(open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC)) {
   usable_ = geteuid() == 0 && shell("ip netns add " + sim_namespace()) &&
             shell("ip netns add " + control_namespace()) &&
             shell("ip -n " + sim_namespace() + " link add veth-s type veth peer name veth-c netns " +
@@ -65,6 +69,6 @@ Server::~Server() {
 }
 
 Simulator::Simulator(const Namespaces& namespaces, const std::string& arguments)
-    : Server(namespaces, YOUBOT_SIM_BINARY " --interface veth-s " + arguments, "serving") {}
+    : Server(namespaces, support::program("youbot-sim") + " --interface veth-s " + arguments, "serving") {}
 
 }  // namespace support

@@ -12,16 +12,17 @@
 #include <string>
 
 #include "drivers/haptic/space_mouse_models.h"
+#include "tests/support/built_paths.h"
 #include "tests/udev/rules_file.h"
 
 namespace udev {
-namespace {
+namespace rules_test {
 
 using drivers::haptic::kSpaceMouseModels;
 
 std::vector<std::filesystem::path> rules_files() {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(YOUBOT_SOURCE_DIR "/udev"))
+  for (const auto& entry : std::filesystem::directory_iterator(support::source_dir() + "/udev"))
     if (entry.path().extension() == ".rules") files.push_back(entry.path());
   return files;
 }
@@ -163,5 +164,5 @@ TEST(UdevRulesFile, MatchesParentsByAllTermsOnOneOfThem) {
   EXPECT_FALSE(matches(parse_rule(R"(ATTR{x}=="1")"), device));
 }
 
-}  // namespace
+}  // namespace rules_test
 }  // namespace udev

@@ -1,0 +1,23 @@
+/// @file
+/// Where this build and its sources are. Functions of one source file that the configuration generates,
+/// because a path in a compiler option would make the same source another one in each clone, also for the
+/// compiler cache.
+#pragma once
+#include <string>
+#include <string_view>
+
+namespace support {
+
+/// The root of the source tree.
+std::string source_dir();
+
+/// The folder of the built programs.
+std::string program_dir();
+
+/// The path of a built program, such as "youbotd".
+inline std::string program(std::string_view name) { return program_dir() + "/" + std::string(name); }
+
+/// The library that stands in for the vendor's libdrd.
+std::string stand_in_library();
+
+}  // namespace support
