@@ -130,10 +130,11 @@ OpBus PreOpBus::start() && {
     const bool late = link.now() > deadline;
     for (std::size_t i = 0; i < bus.size(); ++i) {
       const SlaveHealth& health = bus.health(i);
-      const bool refused = health.condition == SlaveCondition::kStopped;
-      if (!refused && (!late || health.condition == SlaveCondition::kOperational)) continue;
       if (const std::string failure = bus.failure(i); !failure.empty())
         fail(bus.slave(i).label(), "change state", failure);
+      // It answers again after some frames were lost or late, or its watchdog ended OP between two frames.
+      if (health.condition == SlaveCondition::kStopped) bus.resume(i);
+      if (!late || health.condition == SlaveCondition::kOperational) continue;
       char text[200];
       std::snprintf(
           text, sizeof text,

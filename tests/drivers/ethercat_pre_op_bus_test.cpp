@@ -128,6 +128,50 @@ TEST(PreOpBus, ARefusedOpIsToldWithItsCode) {
                "(register 0x0134) 0x0011 invalid requested state change, after "));
 }
 
+TEST(PreOpBus, FramesLostOnTheWayToOpOnlyDelayIt) {
+  for (const int lost_frames : {1, 3, 20}) {
+    EmulatedRobot robot(youbot());
+    MeddlingLink link(robot.connect({.timed = true}));
+    PreOpBus setup(link, nullptr, impatient());
+    setup.enter_pre_op();
+    int left = lost_frames;
+    link.on_receive = [&](std::span<std::uint8_t>) { return robot.state(3) != AlState::kOp || left-- <= 0; };
+    const OpBus bus = std::move(setup).start();
+    EXPECT_LT(left, 0);
+    for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(robot.state(i), AlState::kOp) << i;
+  }
+}
+
+TEST(PreOpBus, AWatchdogThatExpiresMeanwhileIsClearedOnce) {
+  EmulatedRobot robot(youbot());
+  MeddlingLink link(robot.connect({.timed = true}));
+  PreOpBus setup(link, nullptr, impatient());
+  setup.enter_pre_op();
+  int left = 20;
+  link.on_receive = [&](std::span<std::uint8_t>) {
+    if (left == 20 && robot.state(3) != AlState::kOp) return true;
+    if (left == 10) robot.bus.slave(3).report_error(AlState::kSafeOp, 0x001B);
+    return left-- <= 0;
+  };
+  const OpBus bus = std::move(setup).start();
+  EXPECT_LT(left, 0);
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(robot.state(i), AlState::kOp) << i;
+}
+
+TEST(PreOpBus, ASlaveThatKeepsFallingOutOfOpIsNamedWithItsCode) {
+  EmulatedRobot robot(youbot());
+  MeddlingLink link(robot.connect({.timed = true}));
+  PreOpBus setup(link, nullptr, impatient(300ms));
+  setup.enter_pre_op();
+  link.on_send = [&](Bytes&) {
+    if (robot.state(3) == AlState::kOp) robot.bus.slave(3).report_error(AlState::kSafeOp, 0x001B);
+    return false;
+  };
+  const std::string error = error_of([&] { OpBus bus = std::move(setup).start(); });
+  EXPECT_TRUE(contains(error, "slave 4 (TMCM-1632): change state: OP "));
+  EXPECT_TRUE(contains(error, "0x001B sync manager watchdog"));
+}
+
 TEST(PreOpBus, AWorkingCounterThatStaysShortIsNoSilentStart) {
   EmulatedRobot robot({drive("TMCM-1610"), drive("TMCM-1610")});
   MeddlingLink link(robot.connect({.timed = true}));
