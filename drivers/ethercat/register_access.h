@@ -14,10 +14,10 @@ namespace drivers::ethercat {
 class RegisterAccess {
  public:
   struct Options {
-    /// Nothing is driven yet, so it may be long: a busy machine that simulates the slaves takes 60 ms and
-    /// more.
+    /// Nothing is driven yet, so both may be generous: a busy machine that simulates the slaves takes 60 ms
+    /// for most frames, and sometimes more than 300 ms.
     std::chrono::nanoseconds frame_timeout = std::chrono::milliseconds(100);
-    int tries = 3;
+    int tries = 10;
   };
   RegisterAccess(Transceiver& transceiver, const Options& options)
       : transceiver_(transceiver), options_(options) {}
