@@ -135,7 +135,8 @@ try {
     const middle = await page.evaluate(placeOf, kCurve, 0.7, 0.05);
     for (const clickCount of [1, 2]) await press(middle, clickCount);
     assert.deepEqual(await page.evaluate(viewOf, kCurve), before);
-    assert.ok(await page.evaluate(imageOf, kCurve) === image, 'nothing is left of the zoomed plot');
+    await until(async () => await page.evaluate(imageOf, kCurve) === image || 'something is left of the zoomed plot',
+      seen => seen === true);
   });
 
   await check('reads values out at the pointer', async () => {
