@@ -427,7 +427,8 @@
       const numbers = ticksOf(plot.y, kTickSpace.y, ...view.y, area.h).map(({label}) => textWidth(label ?? ''));
       g.updateOptions({
         dateWindow: view.x,
-        axes: {y: {valueRange: view.y, axisLabelWidth: 20 + Math.max(10, ...numbers)}},
+        // A whole number: dygraphs clips the plot there, and half a pixel would be drawn but never cleared.
+        axes: {y: {valueRange: view.y, axisLabelWidth: Math.ceil(20 + Math.max(10, ...numbers))}},
         axisLineColor: css('--line'),
         gridLineColor: css('--grid'),
       });

@@ -4,7 +4,7 @@ import {existsSync, mkdtempSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 
-const kPatience_ms = 120_000;  // for one answer; a starved machine is slow, a dead browser never answers
+const kPatience_ms = 300_000;  // for one answer; a starved machine is slow, a dead browser never answers
 
 function find() {
   const places = [process.env.CHROMIUM, '/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
@@ -17,11 +17,12 @@ export async function launch() {
   const program = find();
   const profile = mkdtempSync(join(tmpdir(), 'browser-test-'));
   // Without its sandbox, which root has not: it only opens our own page. Names are not resolved, so that what
-  // the page asks of the network shows and does not leave.
+  // the page asks of the network shows and does not leave. Without scroll bars: for a picture of the whole page the
+  // browser takes them away, which widens every plot, and gives them back at a time of its own.
   const browser = spawn(program, [
     '--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync', '--disable-extensions',
-    '--host-resolver-rules=MAP * ~NOTFOUND', '--force-device-scale-factor=1', '--remote-debugging-pipe',
+    '--host-resolver-rules=MAP * ~NOTFOUND', '--hide-scrollbars', '--force-device-scale-factor=1', '--remote-debugging-pipe',
     `--user-data-dir=${profile}`, 'about:blank',
   ], {stdio: ['ignore', 'ignore', 'pipe', 'pipe', 'pipe']});
 
@@ -97,7 +98,7 @@ export async function launch() {
   async function close() {
     const ended = new Promise(resolve => browser.once('exit', resolve));
     if (browser.pid && browser.exitCode === null && browser.signalCode === null) {
-      const timer = setTimeout(() => browser.kill('SIGKILL'), 5000);
+      const timer = setTimeout(() => browser.kill('SIGKILL'), 60_000);
       send('Browser.close').catch(() => {});  // its children end with it, which they do not when it is killed
       await ended;
       clearTimeout(timer);

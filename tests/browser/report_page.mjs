@@ -21,7 +21,7 @@ export function listen(page) {
 
 // What comes after the next frame, such as a redraw, is waited for by condition, never by time alone.
 export async function until(look, enough) {
-  for (const end = Date.now() + 120_000;;) {
+  for (const end = Date.now() + 300_000;;) {
     const seen = await look();
     if (enough(seen)) return seen;
     assert.ok(Date.now() < end, `waited in vain; last seen: ${JSON.stringify(seen)}`);
@@ -42,17 +42,12 @@ export async function open(page, file, {width, scheme}) {
   // Two frames after loading, all plots have the size that their place gives them.
   await until(() => page.evaluate(() => document.readyState === 'complete' &&
     [...document.querySelectorAll('figure.plot')].every(figure => figure.plot)), Boolean);
-  await page.evaluate(twoFrames);
+  await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
 }
 
-// Of the whole page. For that the browser takes the scroll bar away, which widens every plot, and gives it back later.
 export async function photograph(page, file) {
-  const widthOfPage = () => document.documentElement.clientWidth;
-  const width = await page.evaluate(widthOfPage);
   const {data} = await page.send('Page.captureScreenshot', {captureBeyondViewport: true});
   writeFileSync(file, Buffer.from(data, 'base64'));
-  await until(() => page.evaluate(widthOfPage), seen => seen === width);
-  await page.evaluate(twoFrames);
 }
 
 // Checks one after the other: each is a sentence and what shows that it is so. The first that fails ends the
@@ -75,11 +70,6 @@ export function checks(page, folder) {
 }
 
 // --- what runs in the page; each stands alone, because only its text gets there ---
-
-// The first ends in what a change of size causes, such as a redraw.
-function twoFrames() {
-  return new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)));
-}
 
 // What the page says: its title, and what its plots and tables are labelled with and hold.
 export function read() {
