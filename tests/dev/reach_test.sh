@@ -20,6 +20,11 @@ expect tests/hal/clock_test.cpp 'test test_hal VirtualClock'
 expect drivers/ethercat/link.h 'lint drivers/.*\.cpp' 'left .* more test files .*'
 # Included by sources alone: the tests of their headers.
 expect control/positive.h 'lint control/.*\.cpp' 'test test_control ArmProtection'
+# Not the test of another file of this name, which does not include it.
+expect apps/youbotd/report.h 'test test_apps TeleopSession'
+! grep --quiet ' Report$' <<<"$(.ci/reach apps/youbotd/report.h)" || { echo 'reach_test: apps/report is another'; exit 1; }
+# One name of two programs: both are built.
+expect drivers/ethercat/mailbox_line.h 'test test_drivers Mailbox' 'test test_sim Mailbox'
 expect README.md 'left README.md: .*'
 expect no/such_file.cpp 'left no/such_file.cpp: it is gone'
 ! grep --quiet '^lint' <<<"$(.ci/reach tests/hal/clock_test.cpp)" || { echo 'reach_test: tests are not linted'; exit 1; }
