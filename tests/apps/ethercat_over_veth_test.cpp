@@ -231,15 +231,15 @@ TEST(EthercatOverVeth, ServedItSaysWhichSlaveFailedAndWhatToCheck) {
   // stays.
   nlohmann::json status = base.status();
   const auto names_the_wheel = [&status] {
+    if (!status.is_object()) return false;
     const nlohmann::json& trouble = status["robot_trouble"];
     return std::find(trouble.begin(), trouble.end(), kWheelIsGone) != trouble.end() &&
-           status["robot_state"].get<std::string>().starts_with("wheel-4: ");
+           status["robot_state"] == "wheel-4: some devices on the bus did not answer";
   };
   for (const auto end = std::chrono::steady_clock::now() + 60s;
        !names_the_wheel() && std::chrono::steady_clock::now() < end;)
     status = base.status();
-  EXPECT_TRUE(names_the_wheel()) << status.dump(2);
-  EXPECT_EQ(status["robot_state"], "wheel-4: some devices on the bus did not answer") << status.dump(2);
+  ASSERT_TRUE(names_the_wheel()) << status.dump(2);
   EXPECT_NE(status["fault_robot_report"].dump().find(kWheelIsGone), std::string::npos) << status.dump(2);
   EXPECT_TRUE(base.daemon.wait_for(std::string("robot says: ") + kWheelIsGone));
   const support::CommandResult words = base.tell("status");
@@ -251,7 +251,7 @@ TEST(EthercatOverVeth, ServedItSaysThatASlaveIsBack) {
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::TemporaryDirectory directory;
   const fs::path faults = directory.write(
-      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_frame = 1500\nduration_s = 1.0\nslave = 5\n");
+      "faults.toml", "[[fault]]\nkind = \"slave_off\"\nat_frame = 2500\nduration_s = 3.0\nslave = 5\n");
   const Simulator simulator(namespaces, "--robot base --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
   ServedBase base;

@@ -30,8 +30,8 @@ namespace faults_over_veth_test {
 using namespace std::chrono_literals;
 namespace fs = std::filesystem;
 
-// Two seconds of cycles after the start-up and the commutation, which take some 800 frames.
-constexpr long kFaultFrame = 3000;
+// Three seconds of cycles after the start-up and the commutation, which take some 800 frames.
+constexpr long kFaultFrame = 4000;
 const std::string kAtFrame = "at_frame = " + std::to_string(kFaultFrame) + "\n";
 
 /// The robot through the interface, cycled at 1 kHz as far as this machine allows.
@@ -63,8 +63,9 @@ struct Operator {
     command.enable = wanted;
     return met;
   }
+  /// Cycles that are answered: in those that are not, no time passes for the robot.
   void cycle(int count) {
-    (void)cycle_until([&count] { return --count == 0; });
+    (void)cycle_until([&] { return status.ok() && --count == 0; });
   }
   bool enable_and_turn(double by_rad) {
     command.enable = true;

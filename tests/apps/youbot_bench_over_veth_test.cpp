@@ -50,18 +50,21 @@ TEST(YoubotBenchOverVeth, DiagnoseFindsADamagedCableAndASlaveThatLeft) {
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::TemporaryDirectory directory;
   const fs::path capture = directory / "capture.pcapng";
-  // Bring-up takes some hundred frames; a cycle each afterwards, of which a busy machine leaves some out.
+  // Bring-up takes some hundred frames; a cycle each afterwards, of which a busy machine leaves some out. The
+  // robot's time goes with the frames.
   const fs::path faults =
       directory.write("faults.toml",
                       "[[fault]]\nkind = \"damage_on_cable\"\nat_frame = 1000\ncount = 3\nslave = 2\n"
-                      "[[fault]]\nkind = \"slave_off\"\nat_frame = 2000\nduration_s = 0.3\nslave = 4\n");
-  const support::Simulator simulator(namespaces, "--robot base --faults " + faults.string());
+                      "[[fault]]\nkind = \"slave_off\"\nat_frame = 2000\nduration_s = 1.0\nslave = 4\n");
+  const support::Simulator simulator(namespaces, "--robot base --lock-step --faults " + faults.string());
   ASSERT_TRUE(simulator.ready());
-  const CommandResult diagnosis = bench("diagnose --duration 6 --quiet --capture " + capture.string());
+  const CommandResult diagnosis = bench("diagnose --duration 8 --quiet --capture " + capture.string());
   EXPECT_EQ(diagnosis.exit_code, 4) << diagnosis.output;
-  EXPECT_TRUE(diagnosis.said("slave 2 (TMCM-1632) port 0: 3 new CRC errors: check the cable from slave 1"))
+  EXPECT_TRUE(diagnosis.said(
+      "slave 2 (TMCM-1632 simulated in lock-step) port 0: 3 new CRC errors: check the cable from slave 1"))
       << diagnosis.output;
-  EXPECT_TRUE(diagnosis.said("slave 4 (TMCM-1632): left operation")) << diagnosis.output;
+  EXPECT_TRUE(diagnosis.said("slave 4 (TMCM-1632 simulated in lock-step): left operation"))
+      << diagnosis.output;
   EXPECT_TRUE(diagnosis.said("wake-up median"));
   EXPECT_GT(fs::file_size(capture), 10'000U);
 }
@@ -107,7 +110,11 @@ class Listener {
     close(home);
     close(there);
     const timeval patience{0, 100'000};
+    const int room = 64 << 20;  // for what comes while a busy machine does not run the thread
+    const int on = 1;
     ready_ = setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) == 0 &&
+             setsockopt(socket_, SOL_SOCKET, SO_RCVBUFFORCE, &room, sizeof room) == 0 &&
+             setsockopt(socket_, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on) == 0 &&
              bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
     thread_ = std::thread([this] { listen(); });
   }
@@ -140,13 +147,10 @@ class Listener {
   void listen() {
     std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> buffer{};
     for (;;) {
-      sockaddr_ll from{};
-      socklen_t length = sizeof from;
-      const ssize_t size =
-          recvfrom(socket_, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
-      if (size <= 0 && stop_) return;
-      if (size > 0 && from.sll_pkttype != PACKET_OUTGOING)
-        take(std::span(buffer).first(static_cast<std::size_t>(size)));
+      const bool last = stop_;
+      const ssize_t size = recv(socket_, buffer.data(), buffer.size(), 0);
+      if (size > 0) take(std::span(buffer).first(static_cast<std::size_t>(size)));
+      if (size <= 0 && last) return;
     }
   }
   void take(std::span<std::uint8_t> frame) {
@@ -236,6 +240,10 @@ class BenchExperimentOverVeth : public testing::Test {
   /// A shared machine may starve either process for longer than any watchdog allows. Then the experiment ends
   /// with a fault, rightly, and is tried again.
   static constexpr int kAttempts = 20;
+  static bool held_up_in_set_up(const CommandResult& result) {
+    return result.exit_code == 3 && (result.said("no frame comes back") || result.said("no reply in time") ||
+                                     result.said("OP not reached"));
+  }
 
   support::Namespaces namespaces;
   support::TemporaryDirectory directory;
@@ -250,6 +258,7 @@ TEST_F(BenchExperimentOverVeth, ATorqueRampLeavesReadableRecordingsAndStoppedMot
     ASSERT_TRUE(listener.ready());
     RunningRamp ramp(directory, "--repeats 1 --rate 0.2 --highest-torque 0.2");
     result = ramp.wait();
+    if (held_up_in_set_up(result)) continue;
     ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 4) << result.output;
     EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
     EXPECT_TRUE(listener.torque_was_commanded() || result.exit_code != 0) << "it listens to something else";
@@ -276,6 +285,7 @@ TEST_F(BenchExperimentOverVeth, InterruptedItStopsTheMotorsAndGoesOnLater) {
     RunningRamp ramp(directory, "--repeats 1 --rate 0.02");
     if (ramp.has_recorded(500)) ramp.interrupt();
     const CommandResult result = ramp.wait();
+    if (held_up_in_set_up(result)) continue;
     ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 4) << result.output;
     EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
     interrupted = result.exit_code == 0;
@@ -286,21 +296,20 @@ TEST_F(BenchExperimentOverVeth, InterruptedItStopsTheMotorsAndGoesOnLater) {
 }
 
 TEST_F(BenchExperimentOverVeth, WhenTheCableIsPulledItEndsWithFourAndKeepsWhatItHas) {
-  std::optional<support::Simulator> simulator(std::in_place, namespaces, "--robot base");
-  ASSERT_TRUE(simulator->ready());
   bool pulled = false;
   for (int attempt = 0; attempt < kAttempts && !pulled; ++attempt) {
+    std::optional<support::Simulator> simulator(std::in_place, namespaces, "--robot base");
+    ASSERT_TRUE(simulator->ready());
     Listener listener(namespaces);
     RunningRamp ramp(directory, "--repeats 1 --rate 0.02");
-    pulled = ramp.has_recorded(500);
-    if (pulled) simulator.reset();
+    if (ramp.has_recorded(500)) simulator.reset();
     const CommandResult result = ramp.wait();
-    EXPECT_EQ(result.exit_code, 4) << result.output;
+    if (held_up_in_set_up(result)) continue;
+    ASSERT_EQ(result.exit_code, 4) << result.output;
     EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
-    EXPECT_TRUE(!pulled || result.said("no answer from the bus; drives switched off") ||
-                result.said("this program did not run for"))
-        << result.output;
     EXPECT_TRUE(result.said("--resume")) << result.output;
+    // Or this machine held it up just before.
+    pulled = result.said("no answer from the bus; drives switched off");
   }
   ASSERT_TRUE(pulled);
   EXPECT_GE(apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);

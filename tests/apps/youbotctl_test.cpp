@@ -261,18 +261,29 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
 TEST_F(Youbotctl, ArmAndBaseByHandAreServedToo) {
   std::ostringstream as_shipped;
   as_shipped << std::ifstream(support::source_dir() + "/apps/youbotd/teleop.toml").rdbuf();
-  // A busy machine may stall a loop of 1 kHz.
-  config = folder.write("teleop.toml", as_shipped.str() + "\n[loop]\ncommand_timeout_s = 2.0\n");
+  // A busy machine may stall a loop of 1 kHz, or the simulated pen beside it.
+  std::string patient = as_shipped.str();
+  const std::string table = "[haptic]\n";
+  ASSERT_NE(patient.find(table), patient.npos);
+  patient.replace(patient.find(table), table.size(),
+                  table + "stale_after_s = 0.1\ncommand_timeout_s = 0.1\n");
+  config = folder.write("teleop.toml", patient + "\n[loop]\ncommand_timeout_s = 2.0\n");
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_EQ(status()["master_state"], "ready");
   EXPECT_EQ(tell({"set", "teleoperation.feedback.enabled", "false"}).exit_code, 0);
-  Process commander(ctl({"enable"}));
-  ASSERT_TRUE(commander.wait_for("unfolding"));
-  commander.signal(SIGINT);
-  const CommandResult ended = commander.finish();
-  // A busy machine may stall a loop of 1 kHz for long enough to be stopped.
-  EXPECT_TRUE(ended.exit_code == 0 || (ended.exit_code == 4 && ended.said("did not run"))) << ended.output;
+  // Where that was not enough, the run ends with a fault, and the operator enables again.
+  CommandResult ended;
+  for (int attempt = 0; attempt < 20 && ended.exit_code != 0; ++attempt) {
+    Process commander(ctl({"enable"}));
+    const bool unfolds = commander.wait_for("unfolding");
+    commander.signal(SIGINT);
+    ended = commander.finish();
+    ASSERT_TRUE((ended.exit_code == 0 && unfolds) ||
+                (ended.exit_code == 4 && ended.said("stopped by a fault")))
+        << ended.output;
+  }
+  EXPECT_EQ(ended.exit_code, 0) << ended.output;
   EXPECT_TRUE(comes_to_rest());
 }
 

@@ -109,7 +109,7 @@ TEST_F(Scan, ABusWithoutPowerSaysSo) {
   robot.bus.set_power(0, false);
   EXPECT_EQ(
       error_of([&] { scan(robot); }),
-      "emulated bus: exchange frames: no frame comes back (3 tries); is the cable in, and the first device "
+      "emulated bus: exchange frames: no frame comes back (10 tries); is the cable in, and the first device "
       "powered?");
 }
 

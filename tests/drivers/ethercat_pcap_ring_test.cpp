@@ -252,13 +252,21 @@ TEST(PcapRing, StampsLieOnTheWallClock) {
     return static_cast<std::uint64_t>(
         std::chrono::duration_cast<nanoseconds>(std::chrono::system_clock::now().time_since_epoch()).count());
   };
-  const std::uint64_t before = wall();
-  ring.frame(Direction::kSent, Bytes(60));
-  const std::uint64_t after = wall();
-  const std::vector<Packet> packets = packets_of(ring, wall_clock_minus_monotonic());
+  std::uint64_t before = 0;
+  std::uint64_t after = 0;
+  std::vector<Packet> packets;
+  std::int64_t step_ns = 0;
+  do {  // again when somebody has set the wall clock meanwhile
+    const auto offset = wall_clock_minus_monotonic();
+    before = wall();
+    ring.frame(Direction::kSent, Bytes(60));
+    after = wall();
+    packets = packets_of(ring, wall_clock_minus_monotonic());
+    step_ns = std::chrono::nanoseconds(wall_clock_minus_monotonic() - offset).count();
+  } while (std::abs(step_ns) > 500'000);
   // A clock under NTP runs up to 500 ppm off the other, and three readings of it take less than 1 ms.
-  EXPECT_GE(packets[0].stamp_ns + 1'000'000, before);
-  EXPECT_LE(packets[0].stamp_ns, after + 1'000'000);
+  EXPECT_GE(packets.back().stamp_ns + 1'000'000, before);
+  EXPECT_LE(packets.back().stamp_ns, after + 1'000'000);
 }
 
 /// A cycle as the master sends it: process data, AL status, supervision, a TMCL mailbox.

@@ -249,16 +249,19 @@ TEST_P(RawSocket, SendAndReceiveDoNotAllocateOrLock) {
   const Bytes sent = frame(3);
   std::array<std::uint8_t, 1522> buffer{};
   long violations = 0;
+  int received = 0;
   {
     const support::NoAllocGuard guard;
-    for (int i = 0; i < 10; ++i) {
+    // A busy machine may deliver some late.
+    for (int i = 0; i < 10 || (received == 0 && i < 10'000); ++i) {
       far_link.send(sent);
-      (void)near_link.receive(buffer, 1ms);
+      if (near_link.receive(buffer, 1ms) > 0) ++received;
       (void)near_link.receive(buffer, 100us);
     }
     violations = guard.violations();
   }
   EXPECT_EQ(violations, 0);
+  EXPECT_GT(received, 0);
 }
 
 INSTANTIATE_TEST_SUITE_P(Waiting, RawSocket,

@@ -99,8 +99,9 @@ struct ThreadedHapticDeviceTest : testing::Test {
   /// Exchanges until this force reaches the link; a thread that was held up for long has let go of it.
   bool pushes(double force_N) {
     return wait_until([&] {
-      if (!exchange({true, Vector3d(force_N, 0, 0)}).ok()) (void)exchange({});
-      return seen->force_N == force_N;
+      const bool commanded = exchange({true, Vector3d(force_N, 0, 0)}).ok();
+      if (!commanded) (void)exchange({});
+      return commanded && seen->force_N == force_N;
     });
   }
   void make(const hal::HapticThreadOptions& options = {}) {

@@ -39,9 +39,15 @@ struct HapticHoldOnADevice : testing::Test {
     words.insert(words.end(), arguments.begin(), arguments.end());
     return support::spawn(std::move(words));
   }
-  /// It ran to its end, or was held up by this machine.
-  static bool ran(const SpawnResult& result) {
-    return result.exit_code == kDone || (result.exit_code == kFault && result.said("stopped by a fault"));
+  /// Runs it to its end; again when this machine held it up, which is a fault.
+  SpawnResult hold_to_the_end(const std::vector<std::string>& arguments) {
+    SpawnResult result;
+    for (int attempt = 0; attempt < 20; ++attempt) {
+      result = hold(arguments);
+      if (result.exit_code != kFault || !result.said("stopped by a fault")) break;
+    }
+    EXPECT_EQ(result.exit_code, kDone) << result.output;
+    return result;
   }
   template <typename Happened>
   static bool wait_until(Happened happened) {
@@ -60,8 +66,7 @@ TEST_F(HapticHoldOnADevice, ASpaceMouseFromPluggedInToUnplugged) {
       bus.plug({.vendor = 0x256f,
                 .product = 0xc635,
                 .report_descriptor = sim::devices::EmulatedSpaceMouse({}, {}).report_descriptor()});
-  const SpawnResult short_run = hold({"--haptic", "spacemouse", "--duration", "1"});
-  EXPECT_TRUE(ran(short_run)) << short_run.output;
+  const SpawnResult short_run = hold_to_the_end({"--haptic", "spacemouse", "--duration", "1"});
   EXPECT_TRUE(short_run.said("SpaceMouse Compact")) << short_run.output;
   EXPECT_TRUE(short_run.said("samples a second")) << short_run.output;
 
@@ -80,14 +85,13 @@ TEST_F(HapticHoldOnADevice, AFalconThatIsHomedByHand) {
   support::MockUsbBus bus;
   support::MockFalcon far(bus, {.firmware_running = true});
   auto run = std::async(std::launch::async, [this] {
-    return hold({"--haptic", "falcon", "--duration", "1"});
+    return hold_to_the_end({"--haptic", "falcon", "--duration", "1"});
   });
   // Red until its ends were found.
   ASSERT_TRUE(wait_until(
       [&] { return far.with([](sim::devices::EmulatedFalcon& device) { return device.red(); }); }));
   far.with([](sim::devices::EmulatedFalcon& device) { device.pull_and_push(); });
   const SpawnResult result = run.get();
-  EXPECT_TRUE(ran(result)) << result.output;
   EXPECT_TRUE(result.said("no watchdog")) << result.output;
   EXPECT_EQ(far.with([](sim::devices::EmulatedFalcon& device) { return device.motors(); }),
             (std::array<std::int16_t, 3>{}));
@@ -98,8 +102,7 @@ TEST_F(HapticHoldOnADevice, AnOmegaThroughALibraryNamedInTheConfiguration) {
   const support::MockUsbDevice omega(
       bus, {.vendor = 0x1451, .product = 0x0402, .product_name = "omega.x haptic device"});
   more = "[haptic.force_dimension]\nwatchdog_s = 0.0318\nlibrary = \"" + support::stand_in_library() + "\"\n";
-  const SpawnResult result = hold({"--haptic", "force-dimension", "--duration", "1"});
-  EXPECT_TRUE(ran(result)) << result.output;
+  const SpawnResult result = hold_to_the_end({"--haptic", "force-dimension", "--duration", "1"});
   EXPECT_TRUE(result.said("omega.6")) << result.output;
 }
 

@@ -23,6 +23,9 @@ using namespace std::chrono_literals;
 using support::CommandResult;
 using support::Process;
 
+/// What youbotd answers while a busy machine does not let its loop run.
+constexpr const char* kHeldUp = "the loop does not answer";
+
 TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
   SKIP_UNLESS(support::in_mock_kernel(), "needs umockdev's library loaded first");
   const support::TemporaryDirectory folder;
@@ -45,15 +48,17 @@ TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
 
   support::MockHidrawBus bus;
   support::MockHidrawDevice& first = bus.plug(mouse);
-  Process youbotd({support::program("youbotd"), "--config",
-                   support::source_dir() + "/apps/youbotd/teleop.toml", "--haptic", "spacemouse", "--control",
-                   socket, "--allow-non-rt"});
+  // Fault reports go to the directory for temporary files.
+  Process youbotd({"/usr/bin/env", "TMPDIR=" + folder.path().string(), support::program("youbotd"),
+                   "--config", support::source_dir() + "/apps/youbotd/teleop.toml", "--haptic", "spacemouse",
+                   "--control", socket, "--allow-non-rt"});
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_TRUE(master_comes_to("hidraw0): ready"));
 
   first.unplug();
   EXPECT_TRUE(master_comes_to("unplugged"));
-  const CommandResult refused = tell({"enable"});
+  CommandResult refused = tell({"enable"});
+  while (refused.said(kHeldUp)) refused = tell({"enable"});
   EXPECT_EQ(refused.exit_code, 2) << refused.output;
   EXPECT_TRUE(refused.said("SpaceMouse")) << refused.output;
 
@@ -69,7 +74,7 @@ TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
     const CommandResult ended = commander.finish();
     ASSERT_TRUE((unfolds && ended.exit_code == 0) ||
                 (ended.exit_code == 4 && ended.said("stopped by a fault")) ||
-                (ended.exit_code == 2 && ended.said("is ready now: enable again")))
+                (ended.exit_code == 2 && (ended.said("is ready now: enable again") || ended.said(kHeldUp))))
         << ended.output;
   }
   EXPECT_TRUE(unfolds);

@@ -45,6 +45,21 @@ opened() {
   (echo $BASHPID >"/sys/fs/cgroup/system.slice/$service.service/cgroup.procs" && : <>/dev/node-of-test) 2>&1
   rm /dev/node-of-test
 }
+# Enables, sees the robot drive, stops. Again where the emulated processor was too slow for the loop, which is a fault.
+drives_or_ended() { shows 'phase +running' || ! kill -0 "$commander" 2>/dev/null; }
+drive_and_stop() {
+  local attempt ended
+  for attempt in 1 2 3 4 5; do
+    as member youbotctl --quiet enable </dev/null &
+    commander=$!
+    wait_for 'a robot that drives' drives_or_ended
+    as member youbotctl --quiet stop || fail 'stop'
+    wait "$commander" && return
+    ended=$?
+    ((ended == 4)) || break
+  done
+  fail "youbotctl enable ended with $ended"
+}
 driver() { sed -n "s/^ *\([0-9]*\) $1\$/\1/p" /proc/devices; }
 
 step 'installed and started as the manual says'
@@ -54,6 +69,9 @@ sed -e 's/^period_s = .*/period_s = 0.01/' -e 's/^command_timeout_s = .*/command
   -e 's/^filter_cutoff_rad_per_s = .*/filter_cutoff_rad_per_s = 50/' -e 's/^step_s = .*/step_s = 2e-4/' \
   -e 's/^tolerated_cycles = .*/tolerated_cycles = 1/' -e 's/^frame_timeout_s = .*/frame_timeout_s = 0.05/' \
   /usr/local/share/youbot-hal/demo.toml >$configuration
+# Neither does it start, or beat, in the time of a real one.
+mkdir /etc/systemd/system/$service.service.d
+printf '[Service]\nTimeoutStartSec=infinity\nWatchdogSec=15\n' >/etc/systemd/system/$service.service.d/patience.conf
 systemd-sysusers || fail 'systemd-sysusers'
 systemctl daemon-reload && systemctl --quiet enable --now $service || fail 'systemctl enable --now'
 
@@ -97,11 +115,7 @@ said=$(as visitor youbotctl --quiet status 2>&1) && fail 'somebody who is not in
 [[ $said == *'ermission denied'* ]] || fail "somebody else is refused for another reason: $said"
 
 step 'enable and stop'
-as member youbotctl --quiet enable </dev/null &
-commander=$!
-wait_for 'a robot that drives' shows 'phase +running'
-as member youbotctl --quiet stop || fail 'stop'
-wait $commander || fail "youbotctl enable ended with $?"
+drive_and_stop
 shows 'phase +off' || fail 'still on'
 
 step 'killed by a signal: started again, and waits disabled'
@@ -132,16 +146,11 @@ told "youbotd.toml:$line" || fail "the journal does not name line $line of the f
 
 step 'recordings, when it is told to make them'
 cp /tmp/right.toml $configuration
-mkdir /etc/systemd/system/$service.service.d
 sed -n -e 's/^\[Service\]/&\nExecStart=/p' -e 's|^ExecStart=.*|& --record /var/lib/youbotd/recordings|p' \
   /usr/local/lib/systemd/system/$service.service >/etc/systemd/system/$service.service.d/override.conf
 systemctl daemon-reload && systemctl start $service || fail 'it does not start with --record'
-as member youbotctl --quiet enable </dev/null &
-commander=$!
-wait_for 'a robot that drives' shows 'phase +running'
-as member youbotctl --quiet stop
-wait $commander || fail "youbotctl enable ended with $?"
-as member grep --quiet "^[0-9.]*,1," /var/lib/youbotd/recordings/run-1/base.csv || fail 'no recording that a member may read'
+drive_and_stop
+as member grep --quiet "^[0-9.]*,1," /var/lib/youbotd/recordings/run-*/base.csv || fail 'no recording that a member may read'
 
 step 'no cable to the robot: tried again, until there is one'
 sed -i 's/^robot = .*/robot = "ethercat:cable"/' $configuration

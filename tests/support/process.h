@@ -22,6 +22,7 @@ class Process {
   explicit Process(std::vector<std::string> words) {
     std::array<int, 2> out{};
     std::array<int, 2> in{};
+    std::signal(SIGPIPE, SIG_IGN);  // say() returns false when the process has ended
     // Another child process that inherits an end would keep the pipe open after this one has closed it.
     if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(in.data(), O_CLOEXEC) != 0) return;
     std::vector<char*> argv;

@@ -11,8 +11,8 @@
 
 namespace support {
 
-/// A port whose clock runs at a tenth of the real speed: a time-out of the driver lasts ten times as long,
-/// and no reply misses it on a busy machine.
+/// A port whose clock runs at a fiftieth of the real speed: a time-out of the driver lasts fifty times as
+/// long, and no reply misses it on a busy machine.
 class SlowPort final : public drivers::usb::UsbPort {
  public:
   explicit SlowPort(std::unique_ptr<drivers::usb::UsbPort> port) : port_(std::move(port)) {}
@@ -31,7 +31,7 @@ class SlowPort final : public drivers::usb::UsbPort {
   std::chrono::nanoseconds now() noexcept override { return port_->now() / kSlower; }
 
  private:
-  static constexpr int kSlower = 10;
+  static constexpr int kSlower = 50;
   std::unique_ptr<drivers::usb::UsbPort> port_;
 };
 

@@ -1,5 +1,4 @@
 #include "tests/support/veth.h"
-#include "tests/support/built_paths.h"
 
 #include <fcntl.h>
 #include <sched.h>
@@ -12,10 +11,12 @@
 #include <cstdlib>
 #include <random>
 
+#include "tests/support/built_paths.h"
+
 namespace support {
 namespace {
 
-bool shell(const std::string& command) { return std::system((command + " 2>/dev/null").c_str()) == 0; }
+bool shell(const std::string& command) { return std::system(command.c_str()) == 0; }
 
 /// The random part distinguishes the namespaces from those that a killed test with the same process id left.
 std::string unique_id() { return std::to_string(getpid()) + "-" + std::to_string(std::random_device()()); }
@@ -36,8 +37,9 @@ Namespaces::Namespaces() : id_(unique_id()), home_(open("/proc/thread-self/ns/ne
 }
 
 Namespaces::~Namespaces() {
-  (void)setns(home_, CLONE_NEWNET);
+  if (usable_) (void)setns(home_, CLONE_NEWNET);
   close(home_);
+  if (!usable_) return;
   shell("ip netns del " + sim_namespace());
   shell("ip netns del " + control_namespace());
 }
