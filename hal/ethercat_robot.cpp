@@ -68,7 +68,7 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
   bus.cyclic.frame_timeout = options.frame_timeout;
   if (options.lock_step) {
-    bus.access.frame_timeout = std::chrono::seconds(2);
+    bus.access = {.frame_timeout = std::chrono::seconds(2), .tries = 3};
     bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone
     bus.cyclic.silence_is_final = true;
     bus.state_timeout = bus.mailbox_timeout = std::chrono::seconds(60);

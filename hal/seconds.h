@@ -1,5 +1,5 @@
 /// @file
-/// Durations as numbers: std::chrono up to where a formula, a file or a text wants a number.
+/// Durations as plain numbers, for formulas, files and messages; everywhere else use std::chrono.
 #pragma once
 #include <chrono>
 

@@ -1,10 +1,11 @@
 #include "sim/hand.h"
-#include "hal/seconds.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "hal/seconds.h"
 
 namespace sim {
 namespace {

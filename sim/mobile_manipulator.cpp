@@ -1,11 +1,12 @@
 #include "sim/mobile_manipulator.h"
-#include "hal/seconds.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
+
+#include "hal/seconds.h"
 
 namespace sim {
 namespace {

@@ -27,7 +27,7 @@ std::optional<std::uint64_t> number(std::string_view text) noexcept {
 }
 
 /// The protocol of sd_notify(3), which its manual declares stable: one datagram a message. libsystemd is not
-/// used, because its development package has to match the running systemd: to install it upgrades the system.
+/// used, because its development package has to match the running systemd: installing it upgrades systemd.
 void notify(std::string_view message) noexcept {
   const std::string_view path = environment("NOTIFY_SOCKET");
   sockaddr_un address{};

@@ -20,13 +20,12 @@ using std::chrono::nanoseconds;
 
 constexpr std::chrono::milliseconds kPeriod{1};
 constexpr std::size_t kCapturedFrames = 2000;  // a second: one out, one back each period
-constexpr std::size_t kPorts = 4;
+constexpr std::uint8_t kPorts = 4;
 
 /// "up", with what was counted on the cable: "up, 12 CRC, 1 lost".
-std::string port_text(const ethercat::Slave& slave, const ethercat::SlaveErrors& errors, std::size_t port) {
-  const bool communicates = (slave.dl_status >> (9 + 2 * port) & 1) != 0;
+std::string port_text(const ethercat::Slave& slave, const ethercat::SlaveErrors& errors, std::uint8_t port) {
   const ethercat::PortErrors& counted = errors.ports[port];
-  std::string text = communicates ? "up" : "-";
+  std::string text = slave.communicates(port) ? "up" : "-";
   if (counted.invalid_frames > 0) text += ", " + std::to_string(counted.invalid_frames) + " CRC";
   if (counted.lost_links > 0) text += ", " + std::to_string(counted.lost_links) + " lost";
   return text;
@@ -40,7 +39,7 @@ void print_slaves(const ethercat::OpBus& bus) {
     const ethercat::SlaveHealth& health = bus.health(i);
     std::printf("%-4u %-14s %-10s %-6llu", slave.position, slave.sii.name.c_str(), to_string(health.state),
                 static_cast<unsigned long long>(health.times_lost));
-    for (std::size_t port = 0; port < kPorts; ++port)
+    for (std::uint8_t port = 0; port < kPorts; ++port)
       std::printf(" %-16s", port_text(slave, bus.diagnostics().errors(i), port).c_str());
     std::printf("\n");
   }

@@ -1,11 +1,12 @@
 #include "apps/youbot_bench/experiment_cycle.h"
-#include "hal/seconds.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <utility>
+
+#include "hal/seconds.h"
 
 namespace youbot_bench {
 namespace {

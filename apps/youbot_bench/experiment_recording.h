@@ -19,7 +19,7 @@
 
 namespace youbot_bench {
 
-/// Times are recorded to a microsecond: a row belongs to a moment up to this late.
+/// Recorded times are rounded to 1 µs; two times closer than this are equal.
 inline constexpr double kTimeGrain_s = 0.6e-6;
 
 /// What leaves the cycle: a row of every joint, or the results of a measurement that all joints have

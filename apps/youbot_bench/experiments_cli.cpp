@@ -56,7 +56,8 @@ namespace youbot_bench {
 using sim::experiments::JointExperiment;
 using sim::experiments::Parameter;
 
-/// What all experiments have; the defaults of some depend on the experiment.
+/// What all experiments have; the defaults of some depend on the experiment. Not in the anonymous namespace:
+/// it is a member of ExperimentCommand, and g++ warns about that in a unity build.
 struct CommonConfig {
   std::string robot = "loopback";
   std::string joints{};

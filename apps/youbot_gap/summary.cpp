@@ -33,10 +33,10 @@ std::string effect_text(const sim::gap::FoundEffect& found) {
 
 /// What a reader would miss: those that would leave less of the gap.
 std::string rejected_text(const sim::gap::Result& result) {
-  constexpr double kAsGood = 0.99;
+  constexpr double kWorthMentioning = 0.99;
   std::string text;
   for (const sim::gap::RejectedEffect& rejected : result.rejected)
-    if (rejected.gap_after < kAsGood * result.gap_after_Nm)
+    if (rejected.gap_after < kWorthMentioning * result.gap_after_Nm)
       text += fmt::format("  - {} not added, though the gap would be {:.3g} N·m: {}\n",
                           effect_words(rejected.type), rejected.gap_after, rejected.reason);
   return text;

@@ -1,7 +1,8 @@
 #include "apps/youbotd/report.h"
-#include "hal/seconds.h"
 
 #include <spdlog/fmt/fmt.h>
+
+#include "hal/seconds.h"
 
 namespace youbotd {
 namespace {

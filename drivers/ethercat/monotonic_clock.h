@@ -5,7 +5,7 @@
 
 namespace drivers::ethercat {
 
-/// CLOCK_MONOTONIC. Deadlines on the wire are real time even when the loop above runs in virtual time.
+/// CLOCK_MONOTONIC, the clock of a real wire (Link::now()).
 inline std::chrono::nanoseconds monotonic_now() noexcept {
   timespec time{};
   clock_gettime(CLOCK_MONOTONIC, &time);

@@ -94,8 +94,8 @@ class OpBus {
   std::span<const std::uint8_t> inputs(std::size_t i) const noexcept;
   MailboxLine& mailbox(std::size_t i) noexcept { return slaves_[i].mailbox; }
 
-  /// Sends the frame: from now on its slaves put into it what they have measured. `now` is the caller's
-  /// clock; the first call after start-up may begin another one, as nothing is pending then.
+  /// Sends the frame: from now on its slaves put into it what they have measured. `now` comes from the
+  /// caller's clock; the first call after start-up may use another clock, because no time-out is running.
   void send(std::chrono::nanoseconds now) noexcept;
   /// Waits for that frame, and takes in what it brings.
   CycleResult receive() noexcept;

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "drivers/ethercat/bus_error.h"
-#include "drivers/ethercat/monotonic_clock.h"
 #include "drivers/ethercat/registers.h"
 
 namespace drivers::ethercat {
@@ -107,7 +106,7 @@ OpBus PreOpBus::start() && {
   std::optional<DistributedClocks> clocks;
   if (options_.distributed_clocks) {
     // Any moment will do for the slaves' time; ours can be compared with it.
-    clocks.emplace(access_, slaves_, static_cast<std::uint64_t>(monotonic_now().count()));
+    clocks.emplace(access_, slaves_, static_cast<std::uint64_t>(link.now().count()));
     clocks->settle(access_, kSettlingFrames);
   }
   std::vector<std::vector<SetupStep>> steps;
@@ -132,7 +131,7 @@ OpBus PreOpBus::start() && {
       const SlaveHealth& health = bus.health(i);
       if (const std::string failure = bus.failure(i); !failure.empty())
         fail(bus.slave(i).label(), "change state", failure);
-      // It answers again after some frames were lost or late, or its watchdog ended OP between two frames.
+      // It answers again after lost or late frames, or its watchdog ended OP between two frames.
       if (health.condition == SlaveCondition::kStopped) bus.resume(i);
       if (!late || health.condition == SlaveCondition::kOperational) continue;
       char text[200];

@@ -14,8 +14,8 @@ namespace drivers::ethercat {
 class RegisterAccess {
  public:
   struct Options {
-    /// Nothing is driven yet, so both may be generous: a busy machine that simulates the slaves takes 60 ms
-    /// for most frames, and sometimes more than 300 ms.
+    /// Nothing is driven yet, so both are generous: a busy machine that simulates the slaves often answers
+    /// after 60 ms, and sometimes after more than 300 ms.
     std::chrono::nanoseconds frame_timeout = std::chrono::milliseconds(100);
     int tries = 10;
   };

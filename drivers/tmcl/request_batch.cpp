@@ -6,13 +6,13 @@ namespace drivers::tmcl {
 namespace {
 
 // More than a batch can only be strays; what is left over comes next cycle.
-constexpr int kMaxRepliesPerExchange = 2 * static_cast<int>(RequestBatch::kCapacity);
+constexpr int kMaxRepliesPerStep = 2 * static_cast<int>(RequestBatch::kCapacity);
 
 }  // namespace
 
 void RequestBatch::step(Transport& transport) noexcept {
   if (pause_ > 0) --pause_;
-  for (int i = 0; i < kMaxRepliesPerExchange; ++i) {
+  for (int i = 0; i < kMaxRepliesPerStep; ++i) {
     const auto reply = transport.poll();
     if (!reply) break;
     if (answered_ == size_) {

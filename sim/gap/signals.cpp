@@ -21,8 +21,8 @@ constexpr double kOversampling = 20;
 constexpr double kFilterOverBand = 6;
 constexpr double kMostOfSampleRate = 0.25;
 
-/// Noise that the encoder makes may reach this share of the torque where its sensor has less.
-constexpr double kUnchangedShare = 0.01;
+/// Encoder noise may reach this share of the torque when the torque sensor is quieter.
+constexpr double kAllowedNoiseShare = 0.01;
 constexpr std::size_t kLeastSamples = 100;
 /// A step this many times the usual one has samples missing; so many in a hundred may.
 constexpr double kMissing = 2.5;
@@ -220,7 +220,7 @@ Band choose_band(const std::vector<Source>& sources, const effects::DriveModel& 
   // Steps of q at rate 1/T are white noise of q/√12; twice differentiated and low-passed at ω it has about
   // q/√12·ω²·√(2·f·T/5), the torque √(2·f·T) of its own.
   const double q = band.resolution_rad / std::sqrt(12.0);
-  const double allowed = std::max(band.torque_sigma_Nm, kUnchangedShare * identify::median(torques));
+  const double allowed = std::max(band.torque_sigma_Nm, kAllowedNoiseShare * identify::median(torques));
   band.cutoff_Hz = std::min(kWidestBand_Hz, 0.1 / band.raw_period_s);
   while (band.cutoff_Hz > 2) {
     const double omega = 2 * std::numbers::pi * band.cutoff_Hz;
