@@ -67,6 +67,9 @@ std::vector<tmcl::ParameterSetting> settings_of(const EthercatOptions& options, 
 ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
   bus.cyclic.frame_timeout = options.frame_timeout;
+  // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
+  // slave, and the slave would move again without a new enable.
+  bus.cyclic.lost_after_cycles = std::max(bus.cyclic.lost_after_cycles, options.tolerated_cycles);
   if (options.lock_step) {
     bus.access = {.frame_timeout = std::chrono::seconds(2), .tries = 3};
     bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone

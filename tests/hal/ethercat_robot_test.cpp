@@ -307,6 +307,43 @@ TEST(EthercatRobot, AsManyCyclesAreBridgedAsAreToleratedAndNotOneMore) {
   }
 }
 
+TEST(EthercatRobot, WhatIsBridgedLeavesTheLastCommandAndMoreIsOffUntilANewEnable) {
+  constexpr int kTolerated = 10;
+  using drivers::tmcl::ControllerMode;
+  for (const int lost : {1, 4, kTolerated, kTolerated + 1, 2 * kTolerated}) {
+    for (const bool requests : {true, false}) {
+      const FaultKind kind = requests ? FaultKind::kDropRequest : FaultKind::kDropReply;
+      Rig rig(Rig::options(EthercatOptions::Kind::kBase, Firmware::k148,
+                           {FaultEvent{.kind = kind, .at = 6s, .count = static_cast<std::uint32_t>(lost)}}),
+              {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = kTolerated});
+      rig.robot->activate();
+      rig.enable();
+      rig.command_all_velocity(2.0);
+      rig.run_until([&] { return rig.emulation.wire().now() >= 5990ms; });
+      ASSERT_TRUE(rig.sample.enabled);
+      int without_command = 0;
+      for (int cycle = 0; cycle < 200; ++cycle) {
+        (void)rig.step();
+        for (std::size_t wheel = 0; wheel < 4; ++wheel) {
+          const auto& followed = rig.emulation.board(wheel).followed();
+          if (!followed || followed->mode != ControllerMode::kVelocity || followed->value == 0)
+            ++without_command;
+        }
+      }
+      SCOPED_TRACE(std::to_string(lost) + (requests ? " requests" : " replies"));
+      if (lost <= kTolerated) {
+        EXPECT_TRUE(rig.status.ok()) << describe(rig.status.fault);
+        EXPECT_EQ(without_command, 0);
+      } else {
+        EXPECT_EQ(rig.status.fault, Fault::kFrameLost);
+        EXPECT_FALSE(rig.sample.enabled);
+        for (std::size_t wheel = 0; wheel < 4; ++wheel)
+          EXPECT_EQ(rig.emulation.board(wheel).followed()->mode, ControllerMode::kMotorStop);
+      }
+    }
+  }
+}
+
 TEST(EthercatRobot, WhatWasBridgedOnceIsNotCountedAgain) {
   Rig rig;
   rig.robot->activate();
