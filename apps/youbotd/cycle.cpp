@@ -60,6 +60,7 @@ void Cycle::step(nanoseconds now) noexcept {
 
   // Stopped by a debugger or starved: what was computed before is not to act now.
   const bool stalled = gap > config_.command_timeout;
+  if (stalled) pause_.note(now, gap);
   if (stalled)
     for (std::size_t i = 0; i < kWheels; ++i) command_.joints[i] = {};
   const hal::CycleStatus status = robot_.exchange(command_, sample_);
@@ -70,7 +71,11 @@ void Cycle::step(nanoseconds now) noexcept {
     record_.reported_velocity_rad_per_s[i] = sample_.joints[i].velocity_rad_per_s;
   }
   if (!status.ok() && phase_ != Phase::kFaulted)
-    fail({.kind = StopReason::Kind::kRobotFault, .joint = status.joint, .status = status}, now);
+    fail({.kind = StopReason::Kind::kRobotFault,
+          .joint = status.joint,
+          .status = status,
+          .pause = pause_.before(now)},
+         now);
 
   const control::WheelVector position_rad = wheel_positions(sample_);
   const double elapsed_s = sample_clock_.elapsed_s(sample_.stamp);
@@ -219,7 +224,7 @@ std::string describe(const StopReason& reason, const hal::Robot& robot) {
       const hal::CycleStatus& status = reason.status;
       const std::string what = status.fault == hal::Fault::kJointFault ? hal::describe(status.joint_fault())
                                                                        : hal::describe(status.fault);
-      return when + name(status.joint) + ": " + what + "; drives switched off";
+      return when + then(reason.pause) + name(status.joint) + ": " + what + "; drives switched off";
     }
     case StopReason::Kind::kNotEnabled:
       return when + "the drives did not start to obey within " + number("%g", reason.value) + " s";

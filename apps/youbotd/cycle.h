@@ -7,6 +7,7 @@
 
 #include "apps/youbotd/cycle_record.h"
 #include "apps/youbotd/motion_source.h"
+#include "apps/youbotd/recent_pause.h"
 #include "apps/youbotd/sample_clock.h"
 #include "control/base_controller.h"
 #include "hal/robot.h"
@@ -30,6 +31,7 @@ struct StopReason {
   std::chrono::nanoseconds time{};  ///< of that cycle, as in the recording
   double value = 0.0;               ///< rad/s, or s: since the last set-point or cycle, or waited
   hal::CycleStatus status{};
+  std::chrono::nanoseconds pause{};  ///< of this loop, just before a fault of the robot
   explicit operator bool() const noexcept { return kind != Kind::kNone; }
 };
 
@@ -89,6 +91,7 @@ class Cycle {
   hal::RobotCommand command_;
   hal::RobotSample sample_;
   SampleClock sample_clock_;
+  RecentPause pause_;
   CycleRecord record_;
   StopReason stop_reason_;
   Phase phase_ = Phase::kStarting;

@@ -48,6 +48,7 @@ void TeleopCycle::step(nanoseconds now) noexcept {
   // Stopped by a debugger or starved: what was computed before is not to act now.
   const bool stalled = gap > config_.stall_timeout;
   if (stalled) {
+    pause_.note(now, gap);
     for (std::size_t i = 0; i < kJoints; ++i)
       robot_command_.joints[i] =
           i < kWheels ? hal::JointCommand{} : hal::JointCommand::velocity_rad_per_s(0.0);
@@ -142,6 +143,7 @@ void TeleopCycle::note_end() noexcept {
     end_.robot = robot_status_;
     end_.master = master_status_;
     end_.time = now_ - first_;
+    end_.pause = pause_.before(now_);
   }
   if (control_.finished() && !off_) {
     off_ = true;
@@ -200,10 +202,11 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
           status.joint >= 0 ? robot.joints()[static_cast<std::size_t>(status.joint)].name : "the robot";
       const char* what = status.fault == hal::Fault::kJointFault ? hal::describe(status.joint_fault())
                                                                  : hal::describe(status.fault);
-      return when + joint + ": " + (status.ok() ? "its drives went off" : what) + "; drives switched off";
+      return when + then(end.pause) + joint + ": " + (status.ok() ? "its drives went off" : what) +
+             "; drives switched off";
     }
     case TeleopEnd::kMasterFault:
-      return when + master.info().name + ": " + master.describe(end.master) +
+      return when + then(end.pause) + master.info().name + ": " + master.describe(end.master) +
              "; braked, arm lowered, switched off";
     case TeleopEnd::kNotEnabled: return when + control::describe(end.end);
     case TeleopEnd::kNotHomed:

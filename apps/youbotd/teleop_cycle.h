@@ -4,6 +4,7 @@
 #include <chrono>
 #include <string>
 
+#include "apps/youbotd/recent_pause.h"
 #include "apps/youbotd/sample_clock.h"
 #include "apps/youbotd/teleop_record.h"
 #include "control/port_energy.h"
@@ -35,7 +36,8 @@ class TeleopCycle {
     control::TeleopEnd end = control::TeleopEnd::kNone;
     hal::CycleStatus robot{};
     hal::HapticStatus master{};
-    std::chrono::nanoseconds time{};  ///< as in the recording
+    std::chrono::nanoseconds time{};   ///< as in the recording
+    std::chrono::nanoseconds pause{};  ///< of this loop, just before
     bool fault() const noexcept {
       return end != control::TeleopEnd::kNone && end != control::TeleopEnd::kRequested;
     }
@@ -72,6 +74,7 @@ class TeleopCycle {
   control::PortEnergy energy_;
   std::chrono::nanoseconds period_;
   SampleClock sample_clock_;
+  RecentPause pause_;
 
   hal::RobotCommand robot_command_;
   hal::RobotSample robot_sample_;

@@ -342,6 +342,31 @@ TEST(Cycle, AfterAStallNoOldTorqueIsSentAnyMore) {
   }
 }
 
+TEST(Cycle, AFaultAfterAPauseOfThisProgramNamesThePause) {
+  for (const auto pause : {5ms, 90ms, 110ms, 3000ms}) {
+    for (const auto later : {0ms, 50ms, 1000ms}) {
+      BrokenRobot robot;
+      robot.obeys = true;
+      ScriptedMotion motion;
+      Cycle cycle(Cycle::Config{}, robot, motion, nullptr);
+      nanoseconds now{};
+      for (; now < 100ms; now += 1ms) cycle.step(now);
+      now += pause - 1ms;
+      const nanoseconds fault = now + later;
+      for (; now <= fault; now += 1ms) {
+        if (now == fault) robot.status = {hal::Fault::kPartialBus, 1, 6};
+        cycle.step(now);
+      }
+      const std::string text = describe(cycle.stop_reason(), robot);
+      const bool named = text.find("this program did not run for") != text.npos;
+      EXPECT_EQ(named, pause > 100ms) << text;
+      EXPECT_EQ(text.find("some devices on the bus did not answer") != text.npos,
+                pause < 100ms || later == 0ms)
+          << text;
+    }
+  }
+}
+
 TEST(Cycle, ALostBusSwitchesOffAndTheFirstReasonIsKept) {
   BrokenRobot robot;
   robot.obeys = true;
