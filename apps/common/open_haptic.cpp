@@ -1,16 +1,12 @@
 #include "apps/common/open_haptic.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
 #include <vector>
 
+#include "apps/common/regular_file.h"
 #include "drivers/haptic/haptic_usb.h"
 #include "hal/haptic/falcon_link.h"
 #include "hal/lockstep_haptic_device.h"
@@ -24,6 +20,8 @@ namespace {
 using hal::seconds;
 
 constexpr const char* kLoopback = "loopback";
+/// The vendor's image has some 30 kB.
+constexpr std::size_t kMaxFirmware_bytes = 1 << 20;
 constexpr std::chrono::seconds kShortestRamp{1};  // that the omega.6's driver takes
 
 std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
@@ -32,14 +30,14 @@ std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
     return hal::SetupError("Novint Falcon", "read its firmware from " + path.string(),
                            why + "; name the image of the vendor's driver package");
   };
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error))
-    throw unreadable(error ? error.message() : "it is no file");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw unreadable(std::strerror(errno));
-  std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(file), {}};
+  std::string bytes;
+  try {
+    bytes = read_regular_file(path, kMaxFirmware_bytes);
+  } catch (const std::runtime_error& error) {
+    throw unreadable(std::string("it ") + error.what());
+  }
   if (bytes.empty()) throw unreadable("it is empty");
-  return bytes;
+  return {bytes.begin(), bytes.end()};
 }
 
 /// The port's context lives as long as what opens ports.

@@ -4,17 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <cmath>
 #include <cstdint>
 #include <deque>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <map>
 #include <numeric>
 #include <set>
-#include <system_error>
+
+#include "apps/common/regular_file.h"
 
 // toml++ 3.3 (Debian 12) takes much for granted that a broken file does not keep, which is undefined
 // behaviour; here such a file is refused. Nobody else includes it.
@@ -110,17 +108,15 @@ std::string describe(const NumberRules& rules) {
   return fmt::format("{} to {}", rules.min, rules.max);
 }
 
+/// Of a file that a person writes.
+constexpr std::size_t kMaxBytes = 4 << 20;
+
 std::string read(const std::filesystem::path& path) {
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    throw ConfigError({fmt::format("{}: is a directory, expected a file", path.string())});
+  try {
+    return read_regular_file(path, kMaxBytes);
+  } catch (const std::runtime_error& error) {
+    throw ConfigError({fmt::format("{}: {}", path.string(), error.what())});
   }
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) {
-    const std::string reason = std::generic_category().message(errno);
-    throw ConfigError({fmt::format("{}: cannot be opened: {}", path.string(), reason)});
-  }
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 }  // namespace
@@ -138,10 +134,15 @@ std::uint32_t line_of(const toml::node& node) {
 /// Of a key with its tables: "limits.force_N".
 constexpr std::string_view kPathLetters = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_.";
 
+/// @throws ConfigError for a value that would take the place of a whole table.
 void merge(toml::table& from, toml::table& into) {
   for (auto& [key, value] : from) {
     toml::node* old = into.get(key);
-    if (old != nullptr && old->is_table() && value.is_table())
+    if (old != nullptr && old->is_table() != value.is_table())
+      throw ConfigError({old->is_table()
+                             ? fmt::format("set: '{}' is a table; set its keys one by one", key.str())
+                             : fmt::format("set: '{}' is no table and has no keys", key.str())});
+    if (old != nullptr && old->is_table())
       merge(*value.as_table(), *old->as_table());
     else
       into.insert_or_assign(key, std::move(value));
@@ -300,6 +301,11 @@ void TomlTable::refuse(std::string_view key, const std::string& complaint) {
 }
 
 void TomlTable::ignore(std::string_view key) { (void)node_->find(key, false); }
+
+bool TomlTable::is_set(std::string_view key) const {
+  const toml::node* found = node_->table.get(key);
+  return found != nullptr && line_of(*found) == 0;
+}
 
 bool TomlTable::has(std::string_view key) const { return node_->table.contains(key); }
 

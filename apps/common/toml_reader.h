@@ -76,6 +76,8 @@ class TomlTable {
   /// Whatever is there is another program's business.
   void ignore(std::string_view key);
 
+  /// Whether TomlFile::set() gave the value of this key, and not the file.
+  bool is_set(std::string_view key) const;
   /// Whether there is such a key or table; does not count as asking for it.
   bool has(std::string_view key) const;
   TomlTable table(std::string_view key, const KeyRules& rules = {});

@@ -1,0 +1,67 @@
+#include "apps/common/regular_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <stdexcept>
+#include <system_error>
+
+namespace apps {
+namespace {
+
+class OpenFile {
+ public:
+  /// O_NONBLOCK: a pipe without a writer is not waited for.
+  explicit OpenFile(const std::filesystem::path& path)
+      : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
+    if (fd_ < 0) throw std::runtime_error("cannot be opened: " + std::generic_category().message(errno));
+  }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+  ~OpenFile() { ::close(fd_); }
+
+  void require_regular() const {
+    struct stat status {};
+    if (::fstat(fd_, &status) != 0)
+      throw std::runtime_error("cannot be examined: " + std::generic_category().message(errno));
+    if (S_ISDIR(status.st_mode)) throw std::runtime_error("is a directory, expected a file");
+    if (!S_ISREG(status.st_mode)) throw std::runtime_error("is a device or pipe, expected a file");
+  }
+  /// Bytes read; 0 at the end.
+  std::size_t read(char* buffer, std::size_t size) const {
+    ssize_t count = -1;
+    do count = ::read(fd_, buffer, size);
+    while (count < 0 && errno == EINTR);
+    if (count < 0) throw std::runtime_error("cannot be read: " + std::generic_category().message(errno));
+    return static_cast<std::size_t>(count);
+  }
+
+ private:
+  int fd_;
+};
+
+}  // namespace
+
+std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes) {
+  const OpenFile file(path);
+  file.require_regular();
+  // The size is not asked for: files of the kernel say 0, and others may grow.
+  std::string text;
+  for (std::size_t used = 0;;) {
+    text.resize(std::min(used + 65536, limit_bytes + 1));
+    const std::size_t count = file.read(text.data() + used, text.size() - used);
+    used += count;
+    if (used > limit_bytes)
+      throw std::runtime_error("has more than the " + std::to_string(limit_bytes) +
+                               " bytes that are expected");
+    if (count == 0) {
+      text.resize(used);
+      return text;
+    }
+  }
+}
+
+}  // namespace apps
