@@ -12,6 +12,7 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/log_pattern.h"
 #include "apps/common/toml_reader.h"
 
 namespace apps {
@@ -42,7 +43,7 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
   spdlog::set_default_logger(spdlog::stderr_color_st(app.get_name()));
-  spdlog::set_pattern("%n: %^%l%$: %v");
+  spdlog::set_pattern(kLogPattern);
   try {
     return body();
   } catch (const ConfigError& error) {

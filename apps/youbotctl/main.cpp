@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,7 @@ namespace {
 using nlohmann::json;
 using youbotctl::Client;
 
-/// Well within apps::kCommanderPatience.
+/// Shorter than the shortest loop.commander_timeout_s, 0.3 s.
 constexpr int kBeat_ms = 200;
 
 struct Arguments {
@@ -31,7 +32,6 @@ struct Arguments {
   bool quiet = false;
   std::string mode;
   std::string key;
-  std::vector<std::string> values;
 };
 
 std::string text(const json& status, const char* key) {
@@ -212,17 +212,25 @@ int main(int argc, char** argv) {
   command("mode", "what it does once enabled", [&] { return ask(arguments, "mode " + arguments.mode); })
       ->add_option("name", arguments.mode, "path or velocity; teleoperation where a master commands")
       ->required();
-  CLI::App* set = command("set",
-                          "a key of the configuration, for the next enable: set limits.force_N 10. Or, from "
-                          "the input of `enable` in the mode velocity: set velocity 0.1 0 0, in m/s ahead "
-                          "and to the left and rad/s "
-                          "counter-clockwise, no more than the limits of the path allow",
-                          [&] {
-                            std::string request = "set " + arguments.key;
-                            for (const std::string& value : arguments.values) request += " " + value;
-                            return ask(arguments, request);
-                          });
+  CLI::App* set = nullptr;
+  set = command("set",
+                "a key of the configuration, for the next enable: set limits.force_N 4. Or, from "
+                "the input of `enable` in the mode velocity: set velocity 0.1 0 0, in m/s ahead "
+                "and to the left and rad/s "
+                "counter-clockwise, no more than the limits of the path allow",
+                [&] {
+                  if (set->remaining().empty()) throw std::invalid_argument("set: a value is missing");
+                  std::string request = "set " + arguments.key;
+                  for (const std::string& value : set->remaining()) request += " " + value;
+                  return ask(arguments, request);
+                });
+  command("unset", "undo `set` for one key: from the next enable on the file's value applies",
+          [&] { return ask(arguments, "unset " + arguments.key); })
+      ->add_option("key", arguments.key, "with its tables")
+      ->required();
   set->add_option("key", arguments.key, "with its tables, as limits.force_N; or velocity")->required();
-  set->add_option("value", arguments.values, "as the file would have it")->required();
+  // Without an option for it: the library would take an array of TOML apart.
+  set->prefix_command();
+  set->footer("The value comes after the key, as the file would have it.");
   return apps::run_app(app, argc, argv, [&] { return chosen(); });
 }

@@ -1,5 +1,9 @@
 #include "apps/youbotd/config.h"
 
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -35,6 +39,8 @@ void read_loop(TomlTable table, Config& config) {
   // Slower than 100 Hz the filters have no meaning; faster than 1 kHz upsets the youBot's own controllers.
   read_duration(table, "period_s", config.cycle.period, {.min = 0.001, .max = 0.01});
   read_duration(table, "command_timeout_s", config.cycle.command_timeout, {.min = 0.005, .max = 2.0});
+  // youbotctl says something five times a second.
+  read_duration(table, "commander_timeout_s", config.commander_timeout, {.min = 0.3, .max = 10});
   table.integer("priority", config.real_time.priority, {.min = 1, .max = 99});
   int cpu = -1;
   table.integer("cpu", cpu, {.min = 0, .max = 1023});
@@ -71,10 +77,25 @@ void read_limits(TomlTable table, Cycle::Config& cycle) {
   table.number("wheel_speed_rad_per_s", cycle.wheel_speed_limit_rad_per_s, {.min = 0.1, .max = 30});
 }
 
+/// Whether a name leads out of `folder`, by itself or by a link in it. Nothing outside is looked at: it may
+/// hang.
+bool leaves(const std::filesystem::path& folder, const std::filesystem::path& name) {
+  if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()) return true;
+  const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder);
+  const std::filesystem::path relative =
+      std::filesystem::weakly_canonical(home / name).lexically_relative(home);
+  return relative.empty() || *relative.begin() == "..";
+}
+
 /// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
 std::optional<sim::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
                                                    const std::filesystem::path& folder,
                                                    const std::string& name) {
+  if (table.is_set(key) && leaves(folder, name)) {
+    table.refuse(key,
+                 "names a file outside the configuration's folder, which only the file itself may: " + name);
+    return std::nullopt;
+  }
   try {
     return apps::read_drive_model(folder / name);
   } catch (const apps::ConfigError& error) {
@@ -188,6 +209,63 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
+struct Ceiling {
+  const char* key;
+  double (*value)(const Config& config);
+};
+template <std::size_t kJoint>
+double arm_torque_Nm(const Config& config) {
+  return config.teleoperation.robot.arm_torque_limit_Nm[kJoint];
+}
+/// What a setting over the socket may lower and not raise.
+constexpr auto kCeilings = std::to_array<Ceiling>(
+    {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
+     {"limits.moment_Nm", [](const Config& c) { return c.cycle.controller.wrench_limits.moment_Nm; }},
+     {"limits.wheel_torque_Nm", [](const Config& c) { return c.cycle.controller.torque_limit_Nm; }},
+     {"limits.wheel_speed_rad_per_s", [](const Config& c) { return c.cycle.wheel_speed_limit_rad_per_s; }},
+     {"path.speed_m_per_s", [](const Config& c) { return c.path.limits.speed_m_per_s; }},
+     {"path.acceleration_m_per_s2", [](const Config& c) { return c.path.limits.acceleration_m_per_s2; }},
+     {"path.turn_speed_rad_per_s", [](const Config& c) { return c.path.limits.turn_speed_rad_per_s; }},
+     {"path.turn_acceleration_rad_per_s2",
+      [](const Config& c) { return c.path.limits.turn_acceleration_rad_per_s2; }},
+     {"teleoperation.arm.torque_limit_Nm[0]", arm_torque_Nm<0>},
+     {"teleoperation.arm.torque_limit_Nm[1]", arm_torque_Nm<1>},
+     {"teleoperation.arm.torque_limit_Nm[2]", arm_torque_Nm<2>},
+     {"teleoperation.arm.torque_limit_Nm[3]", arm_torque_Nm<3>},
+     {"teleoperation.arm.torque_limit_Nm[4]", arm_torque_Nm<4>},
+     {"teleoperation.arm.joint_speed_limit_rad_per_s",
+      [](const Config& c) { return c.teleoperation.joint_speed_limit_rad_per_s; }},
+     {"teleoperation.coupling.force_limit_N",
+      [](const Config& c) { return c.teleoperation.robot.spring.force_limit_N; }},
+     {"teleoperation.coupling.moment_limit_Nm",
+      [](const Config& c) { return c.teleoperation.robot.spring.moment_limit_Nm; }},
+     {"teleoperation.feedback.force_limit_N",
+      [](const Config& c) { return c.teleoperation.feedback.force_limit_N; }}});
+
+/// A protection that a setting may switch on and not off.
+struct Protection {
+  const char* key;
+  bool (*on)(const Config& config);
+};
+constexpr auto kProtections = std::to_array<Protection>(
+    {{"teleoperation.feedback.passivity", [](const Config& c) { return c.teleoperation.tank.active; }},
+     {"teleoperation.feedback.detect_release",
+      [](const Config& c) { return c.teleoperation.detect_release; }}});
+
+/// @throws apps::ConfigError for each that is above what the file alone says, or off where that has it on.
+void check_ceilings(const Config& config, const std::filesystem::path& file) {
+  const Config ceilings = load_config(file);
+  std::vector<std::string> problems;
+  for (const Ceiling& ceiling : kCeilings)
+    if (ceiling.value(config) > ceiling.value(ceilings))
+      problems.push_back(fmt::format("set: '{}' is {}, and {} allows no more than {}", ceiling.key,
+                                     ceiling.value(config), file.string(), ceiling.value(ceilings)));
+  for (const Protection& protection : kProtections)
+    if (protection.on(ceilings) && !protection.on(config))
+      problems.push_back(fmt::format("set: '{}' is false, and {} has it on", protection.key, file.string()));
+  if (!problems.empty()) throw apps::ConfigError(std::move(problems));
+}
+
 }  // namespace
 
 Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
@@ -247,6 +325,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
   complete(config.teleoperation, config);
+  if (!settings.empty()) check_ceilings(config, file);
   return config;
 }
 

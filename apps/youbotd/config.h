@@ -1,10 +1,12 @@
 /// @file
 /// The daemon's configuration: defaults in the structs it is made of, a TOML file over them.
 #pragma once
+#include <chrono>
 #include <filesystem>
 #include <map>
 #include <string>
 
+#include "apps/common/control_socket.h"
 #include "apps/common/open_haptic.h"
 #include "apps/common/open_robot.h"
 #include "apps/common/real_time.h"
@@ -17,6 +19,8 @@ namespace youbotd {
 struct Config {
   apps::RobotOptions robot;
   apps::RealTimeConfig real_time;
+  /// A robot whose commander says nothing for longer comes to rest.
+  std::chrono::nanoseconds commander_timeout = apps::kCommanderTimeout;
   Cycle::Config cycle;
   control::BasePath::Plan path;
   apps::HapticOptions haptic;
@@ -27,7 +31,9 @@ struct Config {
 };
 
 /// Every key is optional; apps/youbotd/demo.toml and teleop.toml show them all.
-/// `settings`, keys with their tables and values as TOML has them, stand over what the file says.
+/// `settings`, keys with their tables and values as TOML has them, stand over what the file says. They come
+/// from outside: none raises a limit above the file's or switches a protection off, and none names a file
+/// outside its folder.
 /// @throws apps::ConfigError listing all problems, each with file and line.
 Config load_config(const std::filesystem::path& file,
                    const std::map<std::string, std::string>& settings = {});

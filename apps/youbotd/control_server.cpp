@@ -1,6 +1,7 @@
 #include "apps/youbotd/control_server.h"
 
 #include <poll.h>
+#include <spdlog/spdlog.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -61,35 +62,64 @@ std::string name_of(const ucred& peer) {
          std::to_string(peer.pid) + ")";
 }
 
-}  // namespace
-
-ControlServer::ControlServer(const std::filesystem::path& path, Listener& listener)
-    : path_(path), listener_(listener) {
+int listen_at(const std::filesystem::path& path) {
   const sockaddr_un address = apps::control_address(path);
   remove_leftover(path, address);
-  listening_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  if (listening_ < 0 || bind(listening_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  const int listening = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+  if (listening < 0 || bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
     const int why = errno;
-    if (listening_ >= 0) close(listening_);
+    if (listening >= 0) close(listening);
     throw refused(path, why == ENOENT ? "there is no directory " + path.parent_path().string()
                                       : std::string(std::strerror(why)));
   }
   // Before anybody can connect.
-  if (chmod(path.c_str(), 0660) != 0 || listen(listening_, kMostConnections) != 0) {
+  if (chmod(path.c_str(), 0660) != 0 || listen(listening, kMostConnections) != 0) {
     const std::string why = std::strerror(errno);
-    close(listening_);
+    close(listening);
     unlink(path.c_str());
     throw refused(path, why);
   }
+  return listening;
 }
+
+/// 0: there is nothing of that name.
+std::uint64_t inode_of(const std::filesystem::path& path) {
+  struct stat found {};
+  return lstat(path.c_str(), &found) == 0 ? found.st_ino : 0;
+}
+
+}  // namespace
+
+ControlServer::ControlServer(const std::filesystem::path& path, Listener& listener)
+    : path_(path), listener_(listener), listening_(listen_at(path)), made_(inode_of(path)) {}
 
 ControlServer::~ControlServer() {
   for (const Connection& connection : connections_) close(connection.socket);
   close(listening_);
-  unlink(path_.c_str());
+  if (inode_of(path_) == made_) unlink(path_.c_str());
+}
+
+/// Whoever cleans directories must not take away the way to stop the robot.
+void ControlServer::restore() {
+  if (inode_of(path_) == made_) return;
+  try {
+    const int again = listen_at(path_);
+    while (accept()) {
+    }  // who had connected before it was removed
+    close(listening_);
+    listening_ = again;
+    made_ = inode_of(path_);
+    lost_ = false;
+    spdlog::warn("control socket {} was removed, and is there again", path_.string());
+  } catch (const hal::SetupError& error) {
+    if (!lost_)
+      spdlog::error("the control socket was removed and cannot be made again yet: {}", error.what());
+    lost_ = true;
+  }
 }
 
 void ControlServer::serve(std::chrono::milliseconds patience) {
+  restore();
   std::vector<pollfd> watched{{listening_, POLLIN, 0}};
   for (const Connection& connection : connections_) watched.push_back({connection.socket, POLLIN, 0});
   if (poll(watched.data(), watched.size(), static_cast<int>(patience.count())) <= 0) return;
@@ -105,17 +135,17 @@ void ControlServer::serve(std::chrono::milliseconds patience) {
     close(connection.socket);
     listener_.gone(connection.peer);
   }
-  if (watched[0].revents != 0) accept();
+  if (watched[0].revents != 0) (void)accept();
 }
 
-void ControlServer::accept() {
+bool ControlServer::accept() {
   const int socket = accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-  if (socket < 0) return;
+  if (socket < 0) return false;
   ucred peer{};
   socklen_t size = sizeof peer;
   if (getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) {
     close(socket);
-    return;
+    return true;
   }
   if (connections_.size() >= kMostConnections) drop_most_silent();
   const bool may_command = peer.uid == 0 || peer.uid == geteuid() || in_our_group(socket, peer);
@@ -126,11 +156,17 @@ void ControlServer::accept() {
                            .name = name_of(peer),
                            .may_command = may_command,
                            .heard = std::chrono::steady_clock::now()}});
+  return true;
 }
 
-/// Those who hold connections and say nothing shut nobody out who wants to stop the robot.
+/// Those who hold connections and say nothing shut nobody out who wants to stop the robot. Of two, the one
+/// that commands stays.
 void ControlServer::drop_most_silent() {
-  const auto earlier = [](const Connection& a, const Connection& b) { return a.peer.heard < b.peer.heard; };
+  const auto earlier = [this](const Connection& a, const Connection& b) {
+    const bool a_commands = listener_.commands(a.peer);
+    const bool b_commands = listener_.commands(b.peer);
+    return a_commands != b_commands ? b_commands : a.peer.heard < b.peer.heard;
+  };
   const auto dropped = std::min_element(connections_.begin(), connections_.end(), earlier);
   const Peer peer = dropped->peer;
   close(dropped->socket);

@@ -32,6 +32,8 @@ class ControlServer {
     virtual ~Listener() = default;
     virtual std::string answer(const Peer& peer, const std::string& request) = 0;
     virtual void gone(const Peer& peer) = 0;
+    /// Whether the robot depends on this peer, who then keeps its connection whoever else wants one.
+    virtual bool commands(const Peer& peer) const = 0;
   };
 
   /// Makes the socket, for its owner and group. One that a dead daemon left is replaced.
@@ -43,7 +45,8 @@ class ControlServer {
   /// Removes the socket; nobody is told any more.
   ~ControlServer();
 
-  /// Answers what has been asked, waiting for it no longer than this.
+  /// Answers what has been asked, waiting for it no longer than this. A socket that somebody has removed from
+  /// its directory is made again.
   void serve(std::chrono::milliseconds patience);
 
  private:
@@ -51,7 +54,8 @@ class ControlServer {
     int socket;
     Peer peer;
   };
-  void accept();
+  void restore();
+  bool accept();
   void drop_most_silent();
   /// False when the other end is gone.
   bool hear(Connection& connection);
@@ -59,6 +63,8 @@ class ControlServer {
   std::filesystem::path path_;
   Listener& listener_;
   int listening_ = -1;
+  std::uint64_t made_ = 0;  // inode of the socket that is ours
+  bool lost_ = false;       // removed, and could not be made again yet
   std::uint64_t accepted_ = 0;
   std::vector<Connection> connections_;
 };

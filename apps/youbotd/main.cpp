@@ -157,12 +157,19 @@ int run_check(const Arguments& arguments, const youbotd::Config& config) {
 
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
+/// No machine moves and no device pushes: a loop that is late harms nobody.
+bool is_all_simulated(const youbotd::Config& config) {
+  return apps::is_simulated(config.robot.name) &&
+         (!config.teleoperated || apps::is_simulated_haptic(config.haptic.name));
+}
+
 int run(Arguments arguments) {
   const youbotd::Config config = configuration(arguments);
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   if (arguments.check) return run_check(arguments, config);
+  if (is_all_simulated(config)) arguments.session.allow_non_real_time = true;
   apps::stop_on_signals();
   if (!arguments.quiet)
     spdlog::info("{}: running {}{}, {:g} Hz{}", apps::build_version(), config.robot.name,
@@ -209,8 +216,10 @@ int main(int argc, char** argv) {
       "--virtual-time", arguments.session.virtual_time,
       "as fast as the machine allows instead of real time (simulated robot and master, or youbot-sim "
       "--lock-step on a bus)");
-  app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
-               "go on when the system refuses real-time scheduling or memory locking");
+  app.add_flag(
+      "--allow-non-rt", arguments.session.allow_non_real_time,
+      "continue when the system refuses real-time scheduling or memory locking; with a simulated robot "
+      "it always continues");
   app.add_flag("--demo", arguments.demo,
                "drive the path without and with friction compensation and compare; with a master: a "
                "simulated operator does his tasks");

@@ -13,7 +13,7 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
 void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   if (orders_channel_.take(orders_)) last_order_ = now;
   told_.heard = orders_.serial;
-  const bool heard = last_order_ && now - *last_order_ <= kSilence;
+  const bool heard = last_order_ && now - *last_order_ <= silence_;
   const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
     run_ = orders_.run;

@@ -37,13 +37,12 @@ struct Told {
 /// told.
 class ServedLoop {
  public:
-  /// A run without orders for longer than this comes to rest: nobody is there who could stop it.
-  static constexpr std::chrono::milliseconds kSilence{2000};
-
   /// `master` and `capture`, which keeps still from the end of a run to the next, may be null. All outlive
-  /// the loop.
-  ServedLoop(hal::Robot& robot, hal::HapticDevice* master, drivers::ethercat::PcapRing* capture)
-      : robot_(robot), master_(master), capture_(capture) {}
+  /// the loop. A run without orders for longer than `silence` comes to rest: nobody is there who could stop
+  /// it.
+  ServedLoop(hal::Robot& robot, hal::HapticDevice* master, drivers::ethercat::PcapRing* capture,
+             std::chrono::nanoseconds silence)
+      : robot_(robot), master_(master), capture_(capture), silence_(silence) {}
 
   // The other thread.
   void order(const Orders& orders) noexcept { orders_channel_.publish(orders); }
@@ -65,6 +64,7 @@ class ServedLoop {
   hal::Robot& robot_;
   hal::HapticDevice* master_;
   drivers::ethercat::PcapRing* capture_;
+  std::chrono::nanoseconds silence_;
   hal::NewestValue<Orders> orders_channel_;
   hal::NewestValue<Told> told_channel_;
   Orders orders_;

@@ -17,6 +17,7 @@
 #include "apps/common/build_info.h"
 #include "apps/common/control_socket.h"
 #include "apps/common/loop.h"
+#include "apps/common/non_blocking_log.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/robot_session.h"
 #include "apps/common/service_manager.h"
@@ -33,16 +34,28 @@ namespace {
 using nlohmann::json;
 using std::chrono::steady_clock;
 
-/// How often orders are repeated and news looked at: well within ServedLoop::kSilence.
+/// How often orders are repeated and news looked at: well within any loop.commander_timeout_s.
 constexpr std::chrono::milliseconds kBeat{50};
 /// Tables that are read when robot and master are opened. The rest is read anew for each run.
-constexpr std::array<std::string_view, 7> kOpenedOnce{"robot",  "loop",       "ethercat", "can",
-                                                      "haptic", "simulation", "scene"};
+constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geometry",   "ethercat",
+                                                      "can",   "haptic", "simulation", "scene"};
+
+/// Who waited longer for a master may not expect motion any more.
+constexpr std::chrono::seconds kLongOpening{2};
+/// Of all settings together: the status, which holds them, has to fit an answer.
+constexpr std::size_t kMaxSettings_bytes = apps::kLongestAnswer / 4;
 
 /// A request that is refused, with the reason for who asked.
 struct Refusal : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
+
+/// So that an answer holds it.
+std::string shortened(std::string text) {
+  constexpr std::size_t kMax_bytes = apps::kLongestAnswer / 8;  // in JSON up to six times as long
+  if (text.size() > kMax_bytes) text = text.substr(0, kMax_bytes) + " ...";
+  return text;
+}
 
 json numbers(const std::array<double, 3>& values) {
   return std::isfinite(values[0]) ? json(values) : json(nullptr);
@@ -62,13 +75,17 @@ class Service final : public ControlServer::Listener {
 
   std::string answer(const Peer& peer, const std::string& request) override;
   void gone(const Peer& peer) override;
+  bool commands(const Peer& peer) const override {
+    return commander_ && commander_->connection == peer.connection;
+  }
 
  private:
   // What is asked.
   void obey(const Peer& peer, const std::string& request);
   void enable(const Peer& peer);
   void choose_mode(const std::string& mode);
-  void set(const std::string& key, const std::string& value);
+  void set(const Peer& peer, const std::string& key, const std::string& value);
+  void unset(const Peer& peer, const std::string& key);
   void set_velocity(std::istringstream& words);
   std::string robot_state() const;
   json status() const;
@@ -93,6 +110,7 @@ class Service final : public ControlServer::Listener {
   void bring_to_rest(const std::string& why);
 
   ServiceOptions options_;
+  apps::NonBlockingLog log_;
   apps::ServiceManager manager_;
   hal::SteadyClock clock_;
   Config config_;
@@ -119,7 +137,8 @@ class Service final : public ControlServer::Listener {
 
 /// Robot, master and socket are opened here and the loop runs in a thread of its own; this one may wait.
 void Service::serve(const std::atomic<bool>& stop) {
-  loop_ = std::make_unique<ServedLoop>(*robot_.robot, master_.device.get(), robot_.capture.get());
+  loop_ = std::make_unique<ServedLoop>(*robot_.robot, master_.device.get(), robot_.capture.get(),
+                                       config_.commander_timeout);
   ControlServer server(options_.control_socket, *this);
   std::optional<apps::HapticActivation> master_activation;
   if (master_.device) master_activation.emplace(*master_.device);
@@ -170,9 +189,10 @@ void Service::beat() {
   (void)loop_->take(told_);
   watch_robot();
   if (run_ && told_.ended == orders_.number) end_run();
-  if (commander_ && steady_clock::now() - commander_->heard > apps::kCommanderPatience)
+  if (commander_ && steady_clock::now() - commander_->heard > config_.commander_timeout)
     bring_to_rest(commander_->name + " is silent");
   give_orders();
+  log_.flush();
 }
 
 void Service::give_orders() {
@@ -207,9 +227,10 @@ void Service::report_alive() {
 
 void Service::bring_to_rest(const std::string& why) {
   if (!run_ || orders_.stop || orders_.off) return;
-  spdlog::warn("coming to rest: {}", why);
   orders_.stop = true;
+  give_orders();
   commander_.reset();
+  spdlog::warn("coming to rest: {}", why);
 }
 
 void Service::end_run() {
@@ -238,7 +259,7 @@ void Service::tell_fault() {
 }
 
 void Service::gone(const Peer& peer) {
-  if (commander_ && commander_->connection == peer.connection) bring_to_rest(peer.name + " is gone");
+  if (commands(peer)) bring_to_rest(peer.name + " is gone");
 }
 
 std::string Service::answer(const Peer& peer, const std::string& request) {
@@ -248,31 +269,38 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
     reply["ok"] = true;
   } catch (const std::exception& error) {
     reply["ok"] = false;
-    reply["error"] = error.what();
+    reply["error"] = shortened(error.what());
   }
   (void)loop_->take(told_);
   reply["status"] = status();
   // Names come from outside and may be anything but UTF-8.
-  return reply.dump(-1, ' ', false, json::error_handler_t::replace);
+  const auto text = [&reply] { return reply.dump(-1, ' ', false, json::error_handler_t::replace); };
+  std::string answer = text();
+  for (const char* list : {"settings", "fault_robot_report", "robot_trouble"}) {
+    if (answer.size() <= apps::kLongestAnswer) break;
+    reply["status"][list] = "too long for an answer";
+    answer = text();
+  }
+  return answer;
 }
 
 void Service::obey(const Peer& peer, const std::string& request) {
   std::istringstream words(request);
   std::string command;
   words >> command;
-  const bool commands = commander_ && commander_->connection == peer.connection;
-  if (commands) commander_->heard = peer.heard;
+  if (commands(peer)) commander_->heard = peer.heard;
   if (command == "status" || command == "alive") return;
   // Whoever sees that it must not go on may say so.
   if (command == "stop") return bring_to_rest("told so by " + peer.name);
   if (!peer.may_command)
     throw Refusal(peer.name + " may look and stop; commands are for root, the user of youbotd and its group");
   if (command == "disable") {
-    if (run_) spdlog::warn("drives off: told so by {}", peer.name);
     orders_.off = run_ != nullptr;
-    return give_orders();
+    give_orders();
+    if (run_) spdlog::warn("drives off: told so by {}", peer.name);
+    return;
   }
-  if (commander_ && !commands) throw Refusal(commander_->name + " commands; stop it first");
+  if (commander_ && !commands(peer)) throw Refusal(commander_->name + " commands; stop it first");
   if (command == "enable") return enable(peer);
   if (command == "mode") {
     std::string mode;
@@ -285,9 +313,15 @@ void Service::obey(const Peer& peer, const std::string& request) {
     words >> key;
     if (key == "velocity") return set_velocity(words);
     std::getline(words >> std::ws, value);
-    return set(key, value);
+    return set(peer, key, value);
   }
-  throw Refusal("there is no command '" + command + "', but status, enable, stop, disable, mode and set");
+  if (command == "unset") {
+    std::string key;
+    words >> key;
+    return unset(peer, key);
+  }
+  throw Refusal("there is no command '" + command +
+                "', but status, enable, stop, disable, mode, set and unset");
 }
 
 void Service::enable(const Peer& peer) {
@@ -314,11 +348,12 @@ void Service::enable(const Peer& peer) {
 
 /// The file is read anew for each run; what it says of the loop and of what is open has to be as it was.
 void Service::require_same_devices(const Config& config) const {
-  const bool same = config.cycle.period == config_.cycle.period && config.robot.name == config_.robot.name &&
-                    config.robot.ethercat.kind == config_.robot.ethercat.kind &&
-                    config.haptic.name == config_.haptic.name &&
-                    config.haptic.limits.slew_N_per_s == config_.haptic.limits.slew_N_per_s &&
-                    config.teleoperated == config_.teleoperated;
+  const bool same =
+      config.cycle.period == config_.cycle.period && config.commander_timeout == config_.commander_timeout &&
+      config.robot.name == config_.robot.name && config.robot.ethercat.kind == config_.robot.ethercat.kind &&
+      config.haptic.name == config_.haptic.name &&
+      config.haptic.limits.slew_N_per_s == config_.haptic.limits.slew_N_per_s &&
+      config.teleoperated == config_.teleoperated;
   if (!same)
     throw Refusal(options_.config_file.string() +
                   " says something else of the loop, the robot or the master by now: start youbotd anew");
@@ -348,7 +383,7 @@ void Service::open_master_again() {
   opening.get();  // or throws, and it stays left
   orders_.leave_master = false;
   give_orders_and_hear();  // by a loop that did not end meanwhile
-  if (steady_clock::now() - begin > apps::kCommanderPatience)
+  if (steady_clock::now() - begin > kLongOpening)
     throw Refusal(master_.device->info().name + " took long to be opened, and is ready now: enable again");
 }
 
@@ -399,7 +434,7 @@ void Service::choose_mode(const std::string& mode) {
   mode_ = mode;
 }
 
-void Service::set(const std::string& key, const std::string& value) {
+void Service::set(const Peer& peer, const std::string& key, const std::string& value) {
   if (run_) throw Refusal("settings act from the next enable on; stop first");
   const std::string table = key.substr(0, key.find('.'));
   if (std::find(kOpenedOnce.begin(), kOpenedOnce.end(), table) != kOpenedOnce.end())
@@ -407,8 +442,23 @@ void Service::set(const std::string& key, const std::string& value) {
                   options_.config_file.string());
   std::map<std::string, std::string> settings = settings_;
   settings[key] = value;
+  std::size_t size = 0;
+  for (const auto& [name, text] : settings) size += name.size() + text.size();
+  if (size > kMaxSettings_bytes)
+    throw Refusal("the settings would have more than " + std::to_string(kMaxSettings_bytes) +
+                  " bytes together: unset some");
   (void)options_.configuration(settings);  // throws what is wrong with it
   settings_ = std::move(settings);
+  spdlog::info("{} set {} = {}", peer.name, key, value);
+}
+
+void Service::unset(const Peer& peer, const std::string& key) {
+  if (run_) throw Refusal("settings act from the next enable on; stop first");
+  std::map<std::string, std::string> settings = settings_;
+  if (settings.erase(key) == 0) throw Refusal("'" + key + "' is not set");
+  (void)options_.configuration(settings);  // one setting may need another
+  settings_ = std::move(settings);
+  spdlog::info("{} unset {}", peer.name, key);
 }
 
 void Service::set_velocity(std::istringstream& words) {

@@ -27,10 +27,11 @@ struct ServiceOptions {
 /// what of the robot is lost, and what is back.
 ///
 /// - One peer commands at a time: who enables does until the drives are off, and the robot comes to rest when
-///   his connection ends or is silent for apps::kCommanderPatience. Anybody who may connect may stop.
+///   his connection ends or is silent for loop.commander_timeout_s. Anybody who may connect may stop.
 /// - A fault ends the run, not the service. Nothing moves again before somebody enables.
+/// - The log is never waited for: what nobody reads is lost, and its lines are counted.
 /// Requests, all answered by the status: status, alive, enable, stop, disable, mode NAME, set KEY VALUE,
-/// set velocity X Y YAW.
+/// unset KEY, set velocity X Y YAW.
 /// @throws hal::SetupError when robot, master or socket cannot be opened, or real-time was refused and is not
 ///         waived; std::invalid_argument for a configuration no part accepts.
 void run_service(const ServiceOptions& options, const std::atomic<bool>& stop);

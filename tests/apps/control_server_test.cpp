@@ -30,8 +30,10 @@ struct Echo final : ControlServer::Listener {
     return "you said " + request;
   }
   void gone(const Peer& peer) override { left.push_back(peer); }
+  bool commands(const Peer& peer) const override { return peer.connection == commander; }
   std::vector<Peer> asked;
   std::vector<Peer> left;
+  std::uint64_t commander = 0;
 };
 
 /// A caller without our client.
@@ -130,6 +132,55 @@ TEST_F(ControlServerTest, IdleConnectionsShutNobodyOut) {
   ASSERT_TRUE(worried.say("stop"));
   serve(server);
   EXPECT_EQ(worried.hear(), "you said stop");
+}
+
+TEST_F(ControlServerTest, TheCommanderKeepsItsConnectionHoweverManyWantOne) {
+  ControlServer server(path, echo);
+  const Caller commander(path);
+  ASSERT_TRUE(commander.say("enable"));
+  serve(server);
+  ASSERT_EQ(commander.hear(), "you said enable");
+  echo.commander = echo.asked.back().connection;
+  std::vector<std::unique_ptr<Caller>> loud;
+  for (int i = 0; i < 60; ++i) {
+    loud.push_back(std::make_unique<Caller>(path));
+    (void)loud.back()->say("status");  // later than the commander's last word
+    serve(server);
+  }
+  for (const Peer& peer : echo.left) EXPECT_NE(peer.connection, echo.commander);
+  EXPECT_FALSE(echo.left.empty());
+  ASSERT_TRUE(commander.say("alive"));
+  serve(server);
+  EXPECT_EQ(commander.hear(), "you said alive");
+}
+
+TEST_F(ControlServerTest, ARemovedSocketIsMadeAgainAndWhoIsConnectedStays) {
+  ControlServer server(path, echo);
+  const Caller before(path);
+  serve(server);
+  std::filesystem::remove(path);
+  serve(server);
+  const Caller after(path);
+  ASSERT_TRUE(after.connected);
+  ASSERT_TRUE(before.say("alive") && after.say("stop"));
+  serve(server);
+  EXPECT_EQ(before.hear(), "you said alive");
+  EXPECT_EQ(after.hear(), "you said stop");
+  struct stat found {};
+  ASSERT_EQ(stat(path.c_str(), &found), 0);
+  EXPECT_EQ(found.st_mode & 0777U, 0660U);
+}
+
+TEST_F(ControlServerTest, ASocketWhoseDirectoryIsGoneIsMadeAgainOnceThatIsBack) {
+  const std::filesystem::path there = folder / "run/control";
+  std::filesystem::create_directory(there.parent_path());
+  ControlServer server(there, echo);
+  std::filesystem::remove_all(there.parent_path());
+  serve(server);
+  EXPECT_FALSE(std::filesystem::exists(there));
+  std::filesystem::create_directory(there.parent_path());
+  serve(server);
+  EXPECT_TRUE(Caller(there).connected);
 }
 
 TEST_F(ControlServerTest, IsForItsOwnerAndGroupOnly) {

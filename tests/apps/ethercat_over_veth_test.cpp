@@ -101,7 +101,7 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
   const support::TemporaryDirectory directory;
   const fs::path config = directory.write("config.toml",
                                           "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
-                                          "[loop]\ncommand_timeout_s = 2.0\n"
+                                          "[loop]\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n"
                                           "[path]\nrest_s = 0.1\n[[path.leg]]\nforward_m = 0.05\n");
   // Starved for longer than the drives' watchdog allows, youbotd stops with exit code 4, as it should: try
   // again.
@@ -148,9 +148,10 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
   const Simulator simulator(namespaces, "--robot base");
   ASSERT_TRUE(simulator.ready());
   const support::TemporaryDirectory directory;
-  const fs::path config = directory.write("config.toml",
-                                          "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
-                                          "[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n");
+  const fs::path config = directory.write(
+      "config.toml",
+      "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+      "[loop]\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n");
   const std::string daemon = support::program("youbotd") + " --allow-non-rt --config " + config.string();
   support::Process master({support::program("youbotd"), "--allow-non-rt", "--config", config, "--control",
                            directory / "control"});
@@ -187,10 +188,10 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
 /// A served base on veth-c, and who asks it.
 struct ServedBase {
   ServedBase()
-      : config(directory.write(
-            "config.toml",
-            "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
-            "frame_timeout_s = 0.001\n[loop]\ncommand_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n")),
+      : config(directory.write("config.toml",
+                               "robot = \"ethercat:veth-c\"\n[ethercat]\ntolerated_cycles = 90\n"
+                               "frame_timeout_s = 0.001\n[loop]\ncommand_timeout_s = "
+                               "2.0\ncommander_timeout_s = 2.0\n[[path.leg]]\nforward_m = 1\n")),
         // youbotd writes fault reports to the directory for temporary files.
         daemon({"/usr/bin/env", "TMPDIR=" + directory.path().string(), support::program("youbotd"),
                 "--allow-non-rt", "--config", config, "--control", directory / "control"}) {}

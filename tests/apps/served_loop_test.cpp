@@ -78,7 +78,8 @@ struct ServedLoopTest : testing::Test {
   }
 
   IdleRobot robot;
-  ServedLoop loop{robot, nullptr, nullptr};
+  static constexpr std::chrono::milliseconds kSilence{500};
+  ServedLoop loop{robot, nullptr, nullptr, kSilence};
   ScriptedRun run;
   Told told;
   nanoseconds now{};
@@ -140,7 +141,7 @@ TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
 
 TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
   const Orders orders = begin();
-  cycle(static_cast<int>(ServedLoop::kSilence / 1ms));
+  cycle(static_cast<int>(kSilence / 1ms));
   EXPECT_FALSE(run.stopping);
   cycle(2);
   EXPECT_TRUE(run.stopping);
@@ -171,7 +172,7 @@ class CountedMaster final : public hal::HapticDevice {
 
 TEST_F(ServedLoopTest, WhatItTellsSaysWhichOrdersItFollows) {
   CountedMaster master;
-  ServedLoop with_master{robot, &master, nullptr};
+  ServedLoop with_master{robot, &master, nullptr, kSilence};
   const auto step = [&] {
     with_master.step(now += 1ms);
     with_master.keep();

@@ -1,7 +1,9 @@
 // youbotd as a service and youbotctl, as two programs on a real socket. The loop is slow and patient, so that
 // a busy machine only takes longer.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
+#include <array>
 #include <chrono>
 #include <csignal>
 #include <filesystem>
@@ -27,7 +29,7 @@ using support::Process;
 struct Youbotctl : testing::Test {
   Youbotctl()
       : config(folder.write("base.toml",
-                            "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\n"
+                            "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n"
                             "[compensation]\nfilter_cutoff_rad_per_s = 50\n[path]\nspeed_m_per_s = 0.2\n"
                             "acceleration_m_per_s2 = 0.2\n[[path.leg]]\nforward_m = 0.1\n")) {}
 
@@ -111,7 +113,7 @@ TEST_F(Youbotctl, DrivesThePathOnceItIsEnabledAndThenTheDrivesAreOff) {
   EXPECT_TRUE(before["commander"].is_null());
   EXPECT_FALSE(std::filesystem::exists(folder / "runs")) << "nothing is recorded before it is enabled";
 
-  EXPECT_EQ(tell({"set", "limits.force_N", "7"}).exit_code, 0);
+  EXPECT_EQ(tell({"set", "limits.force_N", "4"}).exit_code, 0);
   for (const char* run : {"run-1", "run-2"}) {
     const CommandResult result = tell({"enable"});
     EXPECT_EQ(result.exit_code, 0) << result.output;
@@ -120,7 +122,7 @@ TEST_F(Youbotctl, DrivesThePathOnceItIsEnabledAndThenTheDrivesAreOff) {
     EXPECT_TRUE(std::filesystem::exists(folder / "runs" / run / "base.csv"));
     std::ifstream settings(folder / "runs" / run / "settings.toml");
     std::string line;
-    EXPECT_TRUE(std::getline(settings, line) && line == "limits.force_N = 7") << line;
+    EXPECT_TRUE(std::getline(settings, line) && line == "limits.force_N = 4") << line;
   }
   youbotd.signal(SIGTERM);
   const CommandResult end = youbotd.finish();
@@ -204,11 +206,12 @@ TEST_F(Youbotctl, DisableSwitchesOffAtOnce) {
 
 TEST_F(Youbotctl, AFaultEndsTheRunAndNotTheService) {
   // Pushed as if it had four times its mass, and nothing that holds it back.
-  config = folder.write("fast.toml",
-                        "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\n[compensation]\n"
-                        "filter_cutoff_rad_per_s = 50\n[controller]\nstiffness_N_per_m = 0\n"
-                        "damping_N_s_per_m = 0\nfeedforward_mass_kg = 200\n[limits]\nforce_N = 50\n"
-                        "[path]\nturn_speed_rad_per_s = 0.01\n[[path.leg]]\nforward_m = 1\n");
+  config = folder.write(
+      "fast.toml",
+      "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n[compensation]\n"
+      "filter_cutoff_rad_per_s = 50\n[controller]\nstiffness_N_per_m = 0\n"
+      "damping_N_s_per_m = 0\nfeedforward_mass_kg = 200\n[limits]\nforce_N = 50\n"
+      "[path]\nturn_speed_rad_per_s = 0.01\n[[path.leg]]\nforward_m = 1\n");
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_EQ(tell({"set", "limits.wheel_speed_rad_per_s", "2.3"}).exit_code, 0);
@@ -220,7 +223,7 @@ TEST_F(Youbotctl, AFaultEndsTheRunAndNotTheService) {
   const std::filesystem::path report = after["fault_report"].get<std::string>();
   EXPECT_TRUE(std::filesystem::exists(report)) << report;
   EXPECT_EQ(report.parent_path(), folder.path());
-  EXPECT_EQ(tell({"set", "limits.wheel_speed_rad_per_s", "30"}).exit_code, 0);
+  EXPECT_EQ(tell({"unset", "limits.wheel_speed_rad_per_s"}).exit_code, 0);
   EXPECT_EQ(status()["phase"], "faulted") << "until somebody enables";
 }
 
@@ -248,6 +251,9 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
   EXPECT_TRUE(says(refusal({"set", "can.module_id", "5"}), "read once"));
   EXPECT_TRUE(says(refusal({"set", "velocity", "0.1", "0", "0"}), "not enabled in the mode velocity"));
   EXPECT_TRUE(says(refusal({"mode", "teleoperation"}), "path, velocity"));
+  EXPECT_TRUE(says(refusal({"set", "path", "5"}), "'path' is a table"));
+  EXPECT_TRUE(says(refusal({"set", "path.leg.forward_m", "5"}), "'leg' is no table"));
+  EXPECT_TRUE(says(refusal({"unset", "limits.force_N"}), "'limits.force_N' is not set"));
   EXPECT_TRUE(status()["settings"].empty()) << "what was refused is not kept";
   EXPECT_EQ(tell({"enable", "now"}).exit_code, 2);
   EXPECT_EQ(tell({}).exit_code, 2);
@@ -256,6 +262,107 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
   EXPECT_EQ(second.exit_code, 3) << second.output;
   EXPECT_TRUE(second.said("another youbotd serves it")) << second.output;
   EXPECT_EQ(Process(daemon({"--virtual-time"})).finish().exit_code, 2);
+}
+
+TEST_F(Youbotctl, NoSettingGoesAboveAnyLimitOfTheFile) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  // What the fixture's file has, and the default of what it leaves out.
+  const auto limits =
+      std::to_array<std::array<const char*, 3>>({{"path.speed_m_per_s", "0.21", "0.19"},
+                                                 {"path.acceleration_m_per_s2", "0.3", "0.1"},
+                                                 {"limits.force_N", "199", "1"},
+                                                 {"limits.moment_Nm", "49", "0.1"},
+                                                 {"limits.wheel_torque_Nm", "2.49", "0.1"},
+                                                 {"limits.wheel_speed_rad_per_s", "29", "11"},
+                                                 {"path.turn_speed_rad_per_s", "0.6", "0.1"},
+                                                 {"path.turn_acceleration_rad_per_s2", "19", "0.01"}});
+  for (const auto& [key, above, below] : limits) {
+    const CommandResult refused = tell({"set", key, above});
+    EXPECT_EQ(refused.exit_code, 2) << key << refused.output;
+    EXPECT_TRUE(refused.said("allows no more than")) << refused.output;
+    ASSERT_EQ(tell({"set", key, below}).exit_code, 0) << key;
+    EXPECT_TRUE(youbotd.wait_for(std::string(" set ") + key + " = " + below)) << "who set what is in the log";
+    EXPECT_EQ(tell({"unset", key}).exit_code, 0) << key;
+  }
+  EXPECT_TRUE(status()["settings"].empty());
+}
+
+TEST_F(Youbotctl, NoSettingWeakensWhatProtectsTheHandAndTheArm) {
+  config = support::source_dir() + "/apps/youbotd/teleop.toml";
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  for (const auto& [key, value] : {std::pair{"arm.torque_limit_Nm", "[1, 1, 1, 1, 14]"},
+                                   {"arm.joint_speed_limit_rad_per_s", "9.9"},
+                                   {"coupling.force_limit_N", "199"},
+                                   {"coupling.moment_limit_Nm", "49"},
+                                   {"feedback.force_limit_N", "11.9"}}) {
+    const CommandResult refused = tell({"set", std::string("teleoperation.") + key, value});
+    EXPECT_EQ(refused.exit_code, 2) << key;
+    EXPECT_TRUE(refused.said("allows no more than")) << key << ": " << refused.output;
+  }
+  for (const char* key : {"passivity", "detect_release"})
+    EXPECT_TRUE(tell({"set", std::string("teleoperation.feedback.") + key, "false"}).said("has it on"))
+        << key;
+  EXPECT_EQ(tell({"set", "teleoperation.feedback.force_limit_N", "0.5"}).exit_code, 0);
+  EXPECT_TRUE(tell({"set", "geometry.wheel_radius_m", "0.2"}).said("read once"));
+}
+
+TEST_F(Youbotctl, NoSettingReadsAnythingButFilesBesideTheConfiguration) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  ASSERT_EQ(mkfifo((folder / "pipe").c_str(), 0600), 0);
+  std::filesystem::create_symlink("/dev/zero", folder / "link");
+  const auto refusal = [&](const std::string& name) {
+    const std::string four = "[\"" + name + "\", \"" + name + "\", \"" + name + "\", \"" + name + "\"]";
+    const CommandResult result = tell({"set", "compensation.models", four});
+    EXPECT_EQ(result.exit_code, 2) << name;
+    return result;
+  };
+  for (const char* outside : {"/dev/zero", "/proc/kmsg", "../model.toml", "link"})
+    EXPECT_TRUE(refusal(outside).said("outside the configuration's folder")) << outside;
+  EXPECT_TRUE(refusal("pipe").said("is a device or pipe, expected a file"));
+  folder.write("endless.toml", std::string(5 << 20, '#'));
+  EXPECT_TRUE(refusal("endless.toml").said("bytes that are expected"));
+  EXPECT_EQ(status()["phase"], "off");
+}
+
+TEST_F(Youbotctl, SettingsNeverOutgrowAnAnswer) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  const std::string padding = " # " + std::string(3500, '"');  // a comment of TOML, and twice as long as JSON
+  bool refused = false;
+  for (const char* key : {"limits.force_N", "limits.moment_Nm", "path.speed_m_per_s", "path.rest_s",
+                          "controller.stiffness_N_per_m", "controller.damping_N_s_per_m"})
+    refused = refused || tell({"set", key, "0.01" + padding}).said("unset some");
+  EXPECT_TRUE(refused);
+  EXPECT_EQ(status()["phase"], "off");
+  EXPECT_EQ(tell({"unset", "limits.force_N"}).exit_code, 0);
+  EXPECT_EQ(tell({"unset", "limits.moment_Nm"}).exit_code, 0);
+  // Two thousand mistakes in one line.
+  std::string ones = "[1";
+  while (ones.size() < 3900) ones += ",1";
+  const CommandResult mistakes = tell({"set", "compensation.models", ones + "]"});
+  EXPECT_EQ(mistakes.exit_code, 2) << mistakes.output.substr(0, 200);
+  EXPECT_TRUE(mistakes.said("'compensation.models[0]' should be a string")) << mistakes.output.substr(0, 200);
+}
+
+TEST_F(Youbotctl, ALogThatNobodyReadsHoldsUpNoStop) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  ASSERT_TRUE(youbotd.shrink_output());
+  for (int i = 0; i < 40; ++i)
+    ASSERT_EQ(tell({"set", "path.rest_s", "1 # " + std::string(500, 'x')}).exit_code, 0) << i;
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  EXPECT_EQ(tell({"stop"}).exit_code, 0);
+  EXPECT_TRUE(comes_to_rest());
+  EXPECT_EQ(commander.finish().exit_code, 0);
+  EXPECT_TRUE(youbotd.wait_for("coming to rest"));
+  youbotd.signal(SIGTERM);
+  EXPECT_TRUE(youbotd.wait_for("ended after")) << "nothing is lost while there is room in the queue";
+  EXPECT_EQ(youbotd.finish().exit_code, 0);
 }
 
 TEST_F(Youbotctl, ArmAndBaseByHandAreServedToo) {
@@ -267,7 +374,8 @@ TEST_F(Youbotctl, ArmAndBaseByHandAreServedToo) {
   ASSERT_NE(patient.find(table), patient.npos);
   patient.replace(patient.find(table), table.size(),
                   table + "stale_after_s = 0.1\ncommand_timeout_s = 0.1\n");
-  config = folder.write("teleop.toml", patient + "\n[loop]\ncommand_timeout_s = 2.0\n");
+  config =
+      folder.write("teleop.toml", patient + "\n[loop]\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n");
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_EQ(status()["master_state"], "ready");

@@ -1,5 +1,6 @@
 // youbotd as a user meets it: arguments, exit codes, signals.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <csignal>
 #include <filesystem>
@@ -45,6 +46,19 @@ TEST(YoubotdCommand, TellsHowFarItIsUnlessItIsToBeQuiet) {
   std::vector<std::string> quietly = arguments;
   quietly.emplace_back("--quiet");
   EXPECT_EQ(run(quietly).output.find(" %, running, "), std::string::npos);
+}
+
+TEST(YoubotdCommand, ASimulatedRobotNeedsNoRightsToRealTime) {
+  const support::TemporaryDirectory directory;
+  const fs::path config =
+      directory.write("patient.toml", "[loop]\ncommand_timeout_s = 2\n[[path.leg]]\nforward_m = 1\n");
+  std::vector<std::string> words = youbotd({"--config", config, "--duration", "0.5"});
+  // Without the rights that root and machines for real time have.
+  words.insert(words.begin(), {"/usr/bin/prlimit", "--rtprio=0"});
+  if (geteuid() == 0) words.insert(words.begin(), {"/usr/bin/setpriv", "--bounding-set=-sys_nice"});
+  const Result result = Process(words).finish();
+  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_TRUE(result.said("not real-time: real-time scheduling (SCHED_FIFO) refused")) << result.output;
 }
 
 TEST(YoubotdCommand, AConfigurationWithoutAPathIsNoSilentSuccess) {

@@ -40,6 +40,7 @@ constexpr int kToleratedCycles = 2;
 /// Patient with the machine, and quick through the start-up; the hand reaches the rim on a Falcon.
 const std::string kConfig = R"([loop]
 command_timeout_s = 2.0
+commander_timeout_s = 5.0
 [ethercat]
 kind = "base+arm"
 home_arms = true

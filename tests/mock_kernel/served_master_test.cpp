@@ -4,6 +4,8 @@
 
 #include <chrono>
 #include <csignal>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <utility>
@@ -49,9 +51,12 @@ TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
   support::MockHidrawBus bus;
   support::MockHidrawDevice& first = bus.plug(mouse);
   // Fault reports go to the directory for temporary files.
+  std::ostringstream as_shipped;
+  as_shipped << std::ifstream(support::source_dir() + "/apps/youbotd/teleop.toml").rdbuf();
+  const std::string config =
+      folder.write("teleop.toml", as_shipped.str() + "\n[loop]\ncommander_timeout_s = 5.0\n");
   Process youbotd({"/usr/bin/env", "TMPDIR=" + folder.path().string(), support::program("youbotd"),
-                   "--config", support::source_dir() + "/apps/youbotd/teleop.toml", "--haptic", "spacemouse",
-                   "--control", socket, "--allow-non-rt"});
+                   "--config", config, "--haptic", "spacemouse", "--control", socket, "--allow-non-rt"});
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_TRUE(master_comes_to("hidraw0): ready"));
 

@@ -70,6 +70,8 @@ class Process {
     close(input_);
     input_ = -1;
   }
+  /// From now on a few unread lines fill its output.
+  bool shrink_output() const { return fcntl(fileno(output_), F_SETPIPE_SZ, 4096) == 4096; }
   void signal(int number) const { kill(pid_, number); }
   /// Whether it has ended by itself; finish() still tells how.
   bool ended() const {
