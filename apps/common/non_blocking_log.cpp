@@ -64,8 +64,8 @@ class NonBlockingSink final : public spdlog::sinks::base_sink<std::mutex> {
     formatter_->format(message, line);
     std::string text(line.data(), line.size());
     if (lost_ > 0)
-      text.insert(0, fmt::format("{}: warning: {} of the log lost: nobody read them\n", message.logger_name,
-                                 count_text(lost_, "line")));
+      text.insert(0, fmt::format("{}: warning: {} of the log lost, because standard error was not read\n",
+                                 message.logger_name, count_text(lost_, "line")));
     if (queue_.size() + text.size() > queue_bytes_) {
       ++lost_;
       return;

@@ -1,5 +1,5 @@
 /// @file
-/// A log that costs its writer nothing when nobody reads it.
+/// A log that never blocks its writer.
 #pragma once
 #include <spdlog/logger.h>
 

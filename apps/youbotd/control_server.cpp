@@ -159,8 +159,8 @@ bool ControlServer::accept() {
   return true;
 }
 
-/// Those who hold connections and say nothing shut nobody out who wants to stop the robot. Of two, the one
-/// that commands stays.
+/// A full list of silent connections must not keep out a peer that wants to stop the robot. The commander
+/// stays connected.
 void ControlServer::drop_most_silent() {
   const auto earlier = [this](const Connection& a, const Connection& b) {
     const bool a_commands = listener_.commands(a.peer);

@@ -32,7 +32,7 @@ class ControlServer {
     virtual ~Listener() = default;
     virtual std::string answer(const Peer& peer, const std::string& request) = 0;
     virtual void gone(const Peer& peer) = 0;
-    /// Whether the robot depends on this peer, who then keeps its connection whoever else wants one.
+    /// Whether this peer commands the robot; its connection is then never dropped for another.
     virtual bool commands(const Peer& peer) const = 0;
   };
 
@@ -45,7 +45,7 @@ class ControlServer {
   /// Removes the socket; nobody is told any more.
   ~ControlServer();
 
-  /// Answers what has been asked, waiting for it no longer than this. A socket that somebody has removed from
+  /// Answers what has been asked, waiting for it no longer than this. A socket that was removed from
   /// its directory is made again.
   void serve(std::chrono::milliseconds patience);
 

@@ -157,7 +157,7 @@ int run_check(const Arguments& arguments, const youbotd::Config& config) {
 
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
-/// No machine moves and no device pushes: a loop that is late harms nobody.
+/// No machine moves and no device pushes: a late loop does no harm.
 bool is_all_simulated(const youbotd::Config& config) {
   return apps::is_simulated(config.robot.name) &&
          (!config.teleoperated || apps::is_simulated_haptic(config.haptic.name));

@@ -38,7 +38,7 @@ struct Told {
 class ServedLoop {
  public:
   /// `master` and `capture`, which keeps still from the end of a run to the next, may be null. All outlive
-  /// the loop. A run without orders for longer than `silence` comes to rest: nobody is there who could stop
+  /// the loop. A run without orders for longer than `silence` comes to rest, because nothing else could stop
   /// it.
   ServedLoop(hal::Robot& robot, hal::HapticDevice* master, drivers::ethercat::PcapRing* capture,
              std::chrono::nanoseconds silence)

@@ -291,13 +291,13 @@ void Service::obey(const Peer& peer, const std::string& request) {
   if (commands(peer)) commander_->heard = peer.heard;
   if (command == "status" || command == "alive") return;
   // Whoever sees that it must not go on may say so.
-  if (command == "stop") return bring_to_rest("told so by " + peer.name);
+  if (command == "stop") return bring_to_rest("requested by " + peer.name);
   if (!peer.may_command)
     throw Refusal(peer.name + " may look and stop; commands are for root, the user of youbotd and its group");
   if (command == "disable") {
     orders_.off = run_ != nullptr;
     give_orders();
-    if (run_) spdlog::warn("drives off: told so by {}", peer.name);
+    if (run_) spdlog::warn("drives off: requested by {}", peer.name);
     return;
   }
   if (commander_ && !commands(peer)) throw Refusal(commander_->name + " commands; stop it first");

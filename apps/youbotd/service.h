@@ -29,7 +29,7 @@ struct ServiceOptions {
 /// - One peer commands at a time: who enables does until the drives are off, and the robot comes to rest when
 ///   his connection ends or is silent for loop.commander_timeout_s. Anybody who may connect may stop.
 /// - A fault ends the run, not the service. Nothing moves again before somebody enables.
-/// - The log is never waited for: what nobody reads is lost, and its lines are counted.
+/// - Nothing waits for the log: when its reader hangs, lines are lost and counted.
 /// Requests, all answered by the status: status, alive, enable, stop, disable, mode NAME, set KEY VALUE,
 /// unset KEY, set velocity X Y YAW.
 /// @throws hal::SetupError when robot, master or socket cannot be opened, or real-time was refused and is not

@@ -256,7 +256,7 @@ TEST(PcapRing, StampsLieOnTheWallClock) {
   std::uint64_t after = 0;
   std::vector<Packet> packets;
   std::int64_t step_ns = 0;
-  do {  // again when somebody has set the wall clock meanwhile
+  do {  // again when the wall clock was set meanwhile
     const auto offset = wall_clock_minus_monotonic();
     before = wall();
     ring.frame(Direction::kSent, Bytes(60));
