@@ -1,6 +1,7 @@
 #include "apps/common/non_blocking_log.h"
 
 #include <fcntl.h>
+#include <poll.h>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/spdlog.h>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <climits>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -50,7 +52,13 @@ class NonBlockingSink final : public spdlog::sinks::base_sink<std::mutex> {
     }
     ssize_t write(const std::string& text) const {
       if (is_socket_) return ::send(STDERR_FILENO, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
-      return ::write(own_ >= 0 ? own_ : STDERR_FILENO, text.data(), text.size());
+      if (own_ >= 0) return ::write(own_, text.data(), text.size());
+      // Opened by another user, perhaps: what poll() calls writable takes PIPE_BUF bytes of a pipe.
+      pollfd error{STDERR_FILENO, POLLOUT, 0};
+      if (poll(&error, 1, 0) > 0)
+        return ::write(STDERR_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));
+      errno = EAGAIN;
+      return -1;
     }
 
    private:
@@ -64,8 +72,9 @@ class NonBlockingSink final : public spdlog::sinks::base_sink<std::mutex> {
     formatter_->format(message, line);
     std::string text(line.data(), line.size());
     if (lost_ > 0)
-      text.insert(0, fmt::format("{}: warning: {} of the log lost, because standard error was not read\n",
-                                 message.logger_name, count_text(lost_, "line")));
+      text.insert(0,
+                  fmt::format("{}: warning: {} of the log lost, because standard error did not take them\n",
+                              message.logger_name, count_text(lost_, "line")));
     if (queue_.size() + text.size() > queue_bytes_) {
       ++lost_;
       return;

@@ -23,8 +23,8 @@ namespace {
 using nlohmann::json;
 using youbotctl::Client;
 
-/// Shorter than the shortest loop.commander_timeout_s, 0.3 s.
-constexpr int kBeat_ms = 200;
+/// Two of them are shorter than the shortest loop.commander_timeout_s, 0.3 s.
+constexpr int kBeat_ms = 100;
 
 struct Arguments {
   std::string socket = apps::kControlSocket;

@@ -39,7 +39,7 @@ void read_loop(TomlTable table, Config& config) {
   // Slower than 100 Hz the filters have no meaning; faster than 1 kHz upsets the youBot's own controllers.
   read_duration(table, "period_s", config.cycle.period, {.min = 0.001, .max = 0.01});
   read_duration(table, "command_timeout_s", config.cycle.command_timeout, {.min = 0.005, .max = 2.0});
-  // youbotctl says something five times a second.
+  // youbotctl says something at least every 0.2 s.
   read_duration(table, "commander_timeout_s", config.commander_timeout, {.min = 0.3, .max = 10});
   table.integer("priority", config.real_time.priority, {.min = 1, .max = 99});
   int cpu = -1;
@@ -77,8 +77,7 @@ void read_limits(TomlTable table, Cycle::Config& cycle) {
   table.number("wheel_speed_rad_per_s", cycle.wheel_speed_limit_rad_per_s, {.min = 0.1, .max = 30});
 }
 
-/// Whether a name leads out of `folder`, by itself or by a link in it. Nothing outside is looked at: it may
-/// hang.
+/// Whether a name leads out of `folder`, by itself or by a link in it.
 bool leaves(const std::filesystem::path& folder, const std::filesystem::path& name) {
   if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()) return true;
   const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder);

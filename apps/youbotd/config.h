@@ -32,8 +32,8 @@ struct Config {
 
 /// Every key is optional; apps/youbotd/demo.toml and teleop.toml show them all.
 /// `settings`, keys with their tables and values as TOML has them, stand over what the file says. They come
-/// from outside: none raises a limit above the file's or switches a protection off, and none names a file
-/// outside its folder.
+/// from outside: none raises a limit of force, moment, torque or speed above the file's or switches a
+/// protection off, and none names a file outside its folder.
 /// @throws apps::ConfigError listing all problems, each with file and line.
 Config load_config(const std::filesystem::path& file,
                    const std::map<std::string, std::string>& settings = {});

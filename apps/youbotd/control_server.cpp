@@ -18,6 +18,7 @@ namespace youbotd {
 namespace {
 
 constexpr std::size_t kMostConnections = 16;
+constexpr std::chrono::milliseconds kRetry{200};
 
 hal::SetupError refused(const std::filesystem::path& path, const std::string& hint) {
   return {"control socket " + path.string(), "open", hint};
@@ -95,13 +96,19 @@ ControlServer::ControlServer(const std::filesystem::path& path, Listener& listen
 
 ControlServer::~ControlServer() {
   for (const Connection& connection : connections_) close(connection.socket);
+  // As long as it listens, no other file has the number of our inode.
+  if (is_ours()) unlink(path_.c_str());
   close(listening_);
-  if (inode_of(path_) == made_) unlink(path_.c_str());
 }
+
+bool ControlServer::is_ours() const { return made_ != 0 && inode_of(path_) == made_; }
 
 /// Whoever cleans directories must not take away the way to stop the robot.
 void ControlServer::restore() {
-  if (inode_of(path_) == made_) return;
+  const auto now = std::chrono::steady_clock::now();
+  if (is_ours()) lost_ = false;
+  if (is_ours() || (lost_ && now - tried_ < kRetry)) return;
+  tried_ = now;
   try {
     const int again = listen_at(path_);
     while (accept()) {

@@ -54,6 +54,7 @@ class ControlServer {
     int socket;
     Peer peer;
   };
+  bool is_ours() const;
   void restore();
   bool accept();
   void drop_most_silent();
@@ -64,7 +65,8 @@ class ControlServer {
   Listener& listener_;
   int listening_ = -1;
   std::uint64_t made_ = 0;  // inode of the socket that is ours
-  bool lost_ = false;       // removed, and could not be made again yet
+  std::chrono::steady_clock::time_point tried_{};
+  bool lost_ = false;  // removed, and could not be made again yet
   std::uint64_t accepted_ = 0;
   std::vector<Connection> connections_;
 };

@@ -216,10 +216,9 @@ int main(int argc, char** argv) {
       "--virtual-time", arguments.session.virtual_time,
       "as fast as the machine allows instead of real time (simulated robot and master, or youbot-sim "
       "--lock-step on a bus)");
-  app.add_flag(
-      "--allow-non-rt", arguments.session.allow_non_real_time,
-      "continue when the system refuses real-time scheduling or memory locking; with a simulated robot "
-      "it always continues");
+  app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
+               "continue when the system refuses real-time scheduling or memory locking; it always does when "
+               "everything is simulated");
   app.add_flag("--demo", arguments.demo,
                "drive the path without and with friction compensation and compare; with a master: a "
                "simulated operator does his tasks");

@@ -57,6 +57,10 @@ std::string shortened(std::string text) {
   return text;
 }
 
+bool same_geometry(const control::BaseGeometry& a, const control::BaseGeometry& b) {
+  return a.wheel_radius_m == b.wheel_radius_m && a.wheelbase_m == b.wheelbase_m && a.track_m == b.track_m;
+}
+
 json numbers(const std::array<double, 3>& values) {
   return std::isfinite(values[0]) ? json(values) : json(nullptr);
 }
@@ -350,13 +354,15 @@ void Service::enable(const Peer& peer) {
 void Service::require_same_devices(const Config& config) const {
   const bool same =
       config.cycle.period == config_.cycle.period && config.commander_timeout == config_.commander_timeout &&
+      same_geometry(config.cycle.controller.geometry, config_.cycle.controller.geometry) &&
       config.robot.name == config_.robot.name && config.robot.ethercat.kind == config_.robot.ethercat.kind &&
       config.haptic.name == config_.haptic.name &&
       config.haptic.limits.slew_N_per_s == config_.haptic.limits.slew_N_per_s &&
       config.teleoperated == config_.teleoperated;
   if (!same)
-    throw Refusal(options_.config_file.string() +
-                  " says something else of the loop, the robot or the master by now: start youbotd anew");
+    throw Refusal(
+        options_.config_file.string() +
+        " says something else of the loop, the geometry, the robot or the master by now: start youbotd anew");
 }
 
 /// One that was unplugged is plugged in again, perhaps; and one that was lost for its driver, as a Falcon is
@@ -447,7 +453,9 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
   if (size > kMaxSettings_bytes)
     throw Refusal("the settings would have more than " + std::to_string(kMaxSettings_bytes) +
                   " bytes together: unset some");
-  (void)options_.configuration(settings);  // throws what is wrong with it
+  const Config config = options_.configuration(settings);  // throws what is wrong with it
+  if (config.teleoperated != config_.teleoperated)
+    throw Refusal("'" + key + "' is for teleoperation, and " + options_.config_file.string() + " has none");
   settings_ = std::move(settings);
   spdlog::info("{} set {} = {}", peer.name, key, value);
 }
@@ -456,7 +464,7 @@ void Service::unset(const Peer& peer, const std::string& key) {
   if (run_) throw Refusal("settings act from the next enable on; stop first");
   std::map<std::string, std::string> settings = settings_;
   if (settings.erase(key) == 0) throw Refusal("'" + key + "' is not set");
-  (void)options_.configuration(settings);  // one setting may need another
+  // Even when what is left cannot be used: enable says so, and another unset may mend it.
   settings_ = std::move(settings);
   spdlog::info("{} unset {}", peer.name, key);
 }

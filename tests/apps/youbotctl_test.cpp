@@ -254,6 +254,7 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
   EXPECT_TRUE(says(refusal({"set", "path", "5"}), "'path' is a table"));
   EXPECT_TRUE(says(refusal({"set", "path.leg.forward_m", "5"}), "'leg' is no table"));
   EXPECT_TRUE(says(refusal({"unset", "limits.force_N"}), "'limits.force_N' is not set"));
+  EXPECT_TRUE(says(refusal({"set", "teleoperation.feedback.force_limit_N", "0.2"}), "is for teleoperation"));
   EXPECT_TRUE(status()["settings"].empty()) << "what was refused is not kept";
   EXPECT_EQ(tell({"enable", "now"}).exit_code, 2);
   EXPECT_EQ(tell({}).exit_code, 2);
