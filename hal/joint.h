@@ -42,6 +42,13 @@ enum class JointFault : std::uint8_t {
   kRefused,      ///< the drive refused a request; the backend's report says which
   kNotPrepared,  ///< starting it up failed; the backend's report says where
   kRestarted,    ///< the drive lost its memory while it was in use
+  // Found by control::PlausibilityMonitor.
+  kEncoderStill,       ///< the position does not change though the motor is driven
+  kVelocityDisagrees,  ///< the reported velocity is not the position's rate of change
+  kVelocityStep,       ///< the position's rate of change stepped at once
+  kTorqueDisagrees,    ///< the measured torque does not follow the command
+  kWheelsDisagree,     ///< four wheels cannot roll like that
+  kOpposedMotion,      ///< the joint moves on against its torque
 };
 
 struct JointSample {

@@ -30,6 +30,18 @@ const char* describe(JointFault fault) noexcept {
     case JointFault::kRefused: return "the drive refused a request";
     case JointFault::kNotPrepared: return "the drive could not be made ready";
     case JointFault::kRestarted: return "the drive was restarted";
+    case JointFault::kEncoderStill:
+      return "its position stands still while its motor is driven: the encoder is stuck, or its reading";
+    case JointFault::kVelocityDisagrees:
+      return "its reported velocity is not its position's rate of change: one of the two readings is wrong";
+    case JointFault::kVelocityStep:
+      return "its position changed speed faster than any motion can: the encoder or its scale is wrong";
+    case JointFault::kTorqueDisagrees:
+      return "its measured torque does not follow the command: the current reading or the drive is wrong";
+    case JointFault::kWheelsDisagree:
+      return "the four wheels cannot roll as they report: one encoder or its scale is wrong";
+    case JointFault::kOpposedMotion:
+      return "it moves on against its torque: the encoder counts backwards, or something drives the joint";
   }
   return "unknown joint fault";
 }

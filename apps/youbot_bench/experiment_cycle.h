@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/monitored_robot.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "control/state_variable_filter.h"
 #include "hal/robot.h"
@@ -95,7 +96,7 @@ class ExperimentCycle {
   void fail(const ExperimentStop& stop) noexcept;
 
   Config config_;
-  hal::Robot& robot_;
+  apps::MonitoredRobot robot_;
   ExperimentRecording& recording_;
   std::vector<Channel> channels_;
   int measurement_count_;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "apps/common/monitored_robot.h"
 #include "apps/youbotd/cycle_record.h"
 #include "apps/youbotd/motion_source.h"
 #include "apps/youbotd/recent_pause.h"
@@ -83,7 +84,7 @@ class Cycle {
   void keep(StopReason reason) noexcept;
 
   Config config_;
-  hal::Robot& robot_;
+  apps::MonitoredRobot robot_;
   MotionSource& motion_;
   const control::PlanarPose* truth_;
   control::BaseController controller_;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <string>
 
+#include "apps/common/monitored_robot.h"
 #include "apps/youbotd/recent_pause.h"
 #include "apps/youbotd/sample_clock.h"
 #include "apps/youbotd/teleop_record.h"
@@ -68,7 +69,7 @@ class TeleopCycle {
   void end_early() noexcept;
 
   Config config_;
-  hal::Robot& robot_;
+  apps::MonitoredRobot robot_;
   hal::HapticDevice& master_;
   control::Teleoperation control_;
   control::PortEnergy energy_;

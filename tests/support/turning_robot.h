@@ -25,6 +25,7 @@ class TurningRobot final : public hal::Robot {
     sample.enabled = command.enable;
     for (hal::JointSample& joint : sample.joints) joint.homed = true;
     sample.joints[joint_].position_rad = speed_ * std::chrono::duration<double>(sample.stamp).count();
+    sample.joints[joint_].velocity_rad_per_s = speed_;
     return {};
   }
 

@@ -1,0 +1,131 @@
+#include "control/plausibility/plausibility_monitor.h"
+
+#include <algorithm>
+#include <string_view>
+
+namespace control {
+namespace {
+
+/// Of the torque limit: at a wheel 0.2 N·m, which bends what sticks by ten counts. Far more than one, as the
+/// floor may take back for a moment what the motor gives.
+constexpr double kStirringShare = 0.08;
+/// Wheels turn at up to 16 rad/s, arm joints at up to 1.6.
+constexpr double kWheelBias_rad_per_s = 0.02;
+constexpr double kArmBias_rad_per_s = 0.005;
+constexpr double kWheelStep_rad_per_s = 0.5;
+constexpr double kArmStep_rad_per_s = 0.25;
+/// After a longer pause nothing before it is compared with anything after it.
+constexpr double kLongestStep_s = 0.02;
+/// A step of velocity shows only in regular samples.
+constexpr double kRegular_s = 0.003;
+
+constexpr std::size_t kWheels = 4;
+
+bool is_wheel(const hal::JointInfo& joint) noexcept { return joint.name.starts_with("wheel"); }
+
+WheelVector wheels_of(const hal::RobotSample& sample, double hal::JointSample::*value) noexcept {
+  WheelVector values;
+  for (Eigen::Index i = 0; i < values.size(); ++i)
+    values[i] = sample.joints[static_cast<std::size_t>(i)].*value;
+  return values;
+}
+
+}  // namespace
+
+PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels) {
+  for (const hal::JointInfo& info : joints) {
+    const bool wheel = is_wheel(info);
+    joints_.push_back({StillEncoder(kStirringShare * info.torque_limit_Nm),
+                       VelocityAgreement(wheel ? kWheelBias_rad_per_s : kArmBias_rad_per_s),
+                       TorqueAgreement(info.torque_limit_Nm),
+                       VelocityStep(wheel ? kWheelStep_rad_per_s : kArmStep_rad_per_s)});
+  }
+  const bool base =
+      joints.size() >= kWheels && std::all_of(joints.begin(), joints.begin() + kWheels, is_wheel);
+  if (base && wheels == Wheels::kRolling) wheels_.emplace().restart();
+  if (!base || joints.size() != kWheels + kArmJoints) return;
+  arm_.emplace();
+  for (const hal::JointInfo& joint : joints.subspan(kWheels))
+    arm_->joints.emplace_back(joint.torque_limit_Nm);
+}
+
+void PlausibilityMonitor::restart() noexcept {
+  for (Joint& joint : joints_) {
+    joint.still.restart();
+    joint.velocity.restart();
+    joint.torque.restart();
+    joint.step.restart();
+  }
+  if (wheels_) wheels_->restart();
+  if (arm_)
+    for (OpposedMotion& joint : arm_->joints) joint.restart();
+}
+
+std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const hal::RobotCommand& command,
+                                                                        const hal::RobotSample& sample,
+                                                                        double elapsed_s) noexcept {
+  if (elapsed_s > kLongestStep_s) {
+    restart();
+    return std::nullopt;
+  }
+  for (std::size_t i = 0; i < joints_.size(); ++i) joints_[i].torque.command(command.joints[i]);
+  if (!(elapsed_s > 0)) return std::nullopt;
+  std::optional<Finding> finding;
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const hal::JointFault fault = check(joints_[i], command.joints[i], sample.joints[i], elapsed_s);
+    if (fault != hal::JointFault::kNone && !finding) finding = {fault, static_cast<int>(i)};
+  }
+  if (wheels_) {
+    const std::optional<int> wheel =
+        wheels_->update(wheels_of(sample, &hal::JointSample::position_rad),
+                        wheels_of(sample, &hal::JointSample::torque_Nm), elapsed_s);
+    if (wheel && !finding) finding = {hal::JointFault::kWheelsDisagree, *wheel};
+  }
+  if (arm_) {
+    const std::optional<Finding> opposed = check_arm(command, sample, elapsed_s);
+    if (!finding) finding = opposed;
+  }
+  return finding;
+}
+
+std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const hal::RobotCommand& command,
+                                                                           const hal::RobotSample& sample,
+                                                                           double elapsed_s) noexcept {
+  ChainVector q = ChainVector::Zero();  // the weight is the same wherever the base is
+  for (std::size_t i = 0; i < arm_->joints.size(); ++i)
+    q[kBaseAxes + static_cast<Eigen::Index>(i)] = sample.joints[kWheels + i].position_rad;
+  arm_->model.update(q);
+  const ChainVector weight_Nm = arm_->model.gravity_Nm();
+  std::optional<Finding> finding;
+  for (std::size_t i = 0; i < arm_->joints.size(); ++i) {
+    const std::size_t joint = kWheels + i;
+    // Counted from power-up its angle says nothing of the weight; in other modes the drive's torque is its
+    // own.
+    if (!sample.joints[joint].homed || command.joints[joint].mode != hal::CommandMode::kTorque) {
+      arm_->joints[i].restart();
+      continue;
+    }
+    if (arm_->joints[i].update(sample.joints[joint].position_rad, command.joints[joint].target,
+                               weight_Nm[kBaseAxes + static_cast<Eigen::Index>(i)], elapsed_s) &&
+        !finding)
+      finding = {hal::JointFault::kOpposedMotion, static_cast<int>(joint)};
+  }
+  return finding;
+}
+
+hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand& command,
+                                           const hal::JointSample& sample, double elapsed_s) noexcept {
+  if (elapsed_s > kRegular_s) joint.step.restart();
+  // All of them each time: none may miss a sample.
+  const bool still = joint.still.update(command, sample, elapsed_s);
+  const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, elapsed_s);
+  const bool torque = joint.torque.update(sample.torque_Nm, elapsed_s);
+  const bool step = joint.step.update(sample.position_rad, elapsed_s);
+  if (still) return hal::JointFault::kEncoderStill;
+  if (velocity) return hal::JointFault::kVelocityDisagrees;
+  if (step) return hal::JointFault::kVelocityStep;
+  if (torque) return hal::JointFault::kTorqueDisagrees;
+  return hal::JointFault::kNone;
+}
+
+}  // namespace control

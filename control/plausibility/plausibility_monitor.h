@@ -1,0 +1,64 @@
+/// @file
+/// Judges whether a robot's sensors can be believed: each joint by itself, the four wheels together.
+#pragma once
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "control/plausibility/opposed_motion.h"
+#include "control/plausibility/still_encoder.h"
+#include "control/plausibility/torque_agreement.h"
+#include "control/plausibility/velocity_agreement.h"
+#include "control/plausibility/velocity_step.h"
+#include "control/plausibility/wheel_agreement.h"
+#include "control/robot_model.h"
+#include "hal/robot.h"
+
+namespace control {
+
+/// Every limit of speed, distance and force is judged by a sensor; a sensor that lies takes the limit with
+/// it. Each check compares two things that do not come from the same place. docs/safety.md has their
+/// detection times and what none of them sees.
+/// One thread. Cycle: all but construction.
+class PlausibilityMonitor {
+ public:
+  struct Finding {
+    hal::JointFault fault = hal::JointFault::kNone;
+    int joint = -1;  ///< -1: one of the wheels, and it is not clear which
+  };
+
+  /// Whether the wheels carry the robot, and so turn together, or each turns by itself in the air.
+  enum class Wheels { kRolling, kFree };
+
+  /// Joints called "wheel-…" are wheels; the first four of them, if they are the robot's first four joints,
+  /// are a mecanum base. The weight of an arm behind it is that of robot_model.h.
+  PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels);
+
+  void restart() noexcept;
+  /// Once a cycle while the drives obey. `elapsed_s`: from the last sample to this one, 0: no new one came.
+  std::optional<Finding> update(const hal::RobotCommand& command, const hal::RobotSample& sample,
+                                double elapsed_s) noexcept;
+
+ private:
+  struct Joint {
+    StillEncoder still;
+    VelocityAgreement velocity;
+    TorqueAgreement torque;
+    VelocityStep step;
+  };
+  static hal::JointFault check(Joint& joint, const hal::JointCommand& command, const hal::JointSample& sample,
+                               double elapsed_s) noexcept;
+
+  std::optional<Finding> check_arm(const hal::RobotCommand& command, const hal::RobotSample& sample,
+                                   double elapsed_s) noexcept;
+
+  std::vector<Joint> joints_;
+  std::optional<WheelAgreement> wheels_;
+  struct Arm {
+    RobotModel model;
+    std::vector<OpposedMotion> joints;
+  };
+  std::optional<Arm> arm_;  // of a base with one
+};
+
+}  // namespace control

@@ -1,0 +1,70 @@
+#include "control/plausibility/still_encoder.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace control {
+namespace {
+
+constexpr int kFewestStillSamples = 10;
+/// Longer, slow drifts of the reading would add up to a change.
+constexpr double kLongestStill_s = 2.0;
+constexpr double kTorqueSmoothing_s = 0.01;
+/// What sticks swings at some 100 rad/s under a loaded wheel: so long it may take to give way, and to come
+/// back past a turning point.
+constexpr double kReaction_s = 0.04;
+/// A set-point that has gone so far has made every velocity or position loop push.
+constexpr double kWay_rad = 0.02;
+
+}  // namespace
+
+void StillEncoder::Range::add(double value) noexcept {
+  low = std::min(low, value);
+  high = std::max(high, value);
+}
+
+bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSample& sample,
+                          double elapsed_s) noexcept {
+  const double blend = elapsed_s / (kTorqueSmoothing_s + elapsed_s);
+  const bool moved = sample.position_rad != position_rad_;
+  if (samples_ == 0 || command.mode != mode_) {
+    torque_Nm_ = sample.torque_Nm;
+    target_value_ = command.target;
+  }
+  torque_Nm_ += blend * (sample.torque_Nm - torque_Nm_);
+  target_value_ += blend * (command.target - target_value_);
+  if (samples_ == 0 || moved || command.mode != mode_ || still_s_ > kLongestStill_s) {
+    begin(command, sample);
+    return false;
+  }
+  ++samples_;
+  still_s_ += elapsed_s;
+  torque_.add(torque_Nm_);
+  target_.add(target_value_);
+  if (mode_ == hal::CommandMode::kVelocity) asked_rad_ += command.target * elapsed_s;
+  driven_s_ = driven(mode_) ? driven_s_ + elapsed_s : 0.0;
+  return samples_ >= kFewestStillSamples && driven_s_ >= kReaction_s;
+}
+
+void StillEncoder::begin(const hal::JointCommand& command, const hal::JointSample& sample) noexcept {
+  samples_ = 1;
+  still_s_ = asked_rad_ = driven_s_ = 0.0;
+  position_rad_ = sample.position_rad;
+  mode_ = command.mode;
+  torque_.begin(torque_Nm_);
+  target_.begin(target_value_);
+}
+
+bool StillEncoder::driven(hal::CommandMode mode) const noexcept {
+  switch (mode) {
+    // The reading lags and may be of half the size: its own check judges that.
+    case hal::CommandMode::kTorque:
+      return target_.width() >= change_Nm_ && torque_.width() >= 0.4 * change_Nm_;
+    case hal::CommandMode::kVelocity:
+      return torque_.width() >= 2 * change_Nm_ || std::abs(asked_rad_) >= kWay_rad;
+    case hal::CommandMode::kPosition: return torque_.width() >= change_Nm_ || target_.width() >= kWay_rad;
+  }
+  return false;
+}
+
+}  // namespace control

@@ -1,0 +1,63 @@
+#include "control/plausibility/torque_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace control {
+namespace {
+
+/// Of the command, and of the limit: gains and offsets of current sensors are off by some percent, the
+/// thesis' wheel by 0.03 N·m.
+constexpr double kTorqueShare = 0.2;
+constexpr double kTorqueBias = 0.015;
+/// Alarm after 15 ms at four hundredths of the limit too much.
+constexpr double kTorqueAlarm_s = 0.0006;
+/// No single sample decides.
+constexpr double kFewestTorques = 6;
+/// Frozen: so many equal readings during such a change of the command, as a share of the limit.
+constexpr int kFewestSame = 30;
+constexpr double kUnanswered = 0.02;
+
+}  // namespace
+
+void TorqueAgreement::command(const hal::JointCommand& command) noexcept {
+  if (command.mode != hal::CommandMode::kTorque) {
+    restart();
+    return;
+  }
+  commands_Nm_[count_++ % kMemory] = std::clamp(command.target, -limit_Nm_, limit_Nm_);
+}
+
+bool TorqueAgreement::update(double torque_Nm, double elapsed_s) noexcept {
+  if (count_ < kMemory) {
+    excess_Nm_s_ = 0.0;
+    same_ = 0;
+    return false;
+  }
+  if (frozen(torque_Nm)) return true;
+  const auto [low, high] = std::minmax_element(commands_Nm_.begin(), commands_Nm_.end());
+  if (*high < 0 && torque_Nm < *high / 2) shows_sign_ = true;
+  const bool magnitude_only = *high < 0 && torque_Nm > 0 && !shows_sign_;
+  const double torque = magnitude_only ? -torque_Nm : torque_Nm;
+  const double off_Nm = std::max({0.0, *low - torque, torque - *high});
+  const double slack_Nm = kTorqueBias * limit_Nm_ + kTorqueShare * std::max(std::abs(*low), std::abs(*high));
+  const double alarm_Nm_s = kTorqueAlarm_s * limit_Nm_;
+  excess_Nm_s_ =
+      std::max(0.0, excess_Nm_s_ + std::min((off_Nm - slack_Nm) * elapsed_s, alarm_Nm_s / kFewestTorques));
+  return excess_Nm_s_ > alarm_Nm_s;
+}
+
+bool TorqueAgreement::frozen(double torque_Nm) noexcept {
+  const double command_Nm = commands_Nm_[(count_ - 1) % kMemory];
+  if (torque_Nm != reading_Nm_ || same_ == 0) {
+    reading_Nm_ = torque_Nm;
+    low_Nm_ = high_Nm_ = command_Nm;
+    same_ = 0;
+  }
+  ++same_;
+  low_Nm_ = std::min(low_Nm_, command_Nm);
+  high_Nm_ = std::max(high_Nm_, command_Nm);
+  return same_ >= kFewestSame && high_Nm_ - low_Nm_ >= kUnanswered * limit_Nm_;
+}
+
+}  // namespace control

@@ -1,0 +1,44 @@
+/// @file
+/// Compares the torque that a motor controller measures by its current with the torque it was told to make.
+#pragma once
+#include <array>
+#include <cstddef>
+
+#include "hal/joint.h"
+
+namespace control {
+
+/// Only in torque mode: a current controller settles within a millisecond or two. Commands of the last dozen
+/// cycles bound what may be measured; what is beyond them, a share of the command and a bias adds up until it
+/// decides. Drives that report the current's magnitude only are told from a wrong sign: a negative command
+/// with a positive reading is wrong only once negative readings have been seen. A reading that stays the same
+/// to the last bit while the command changes is frozen, however small both are: a live one has noise.
+/// One thread. Cycle: update() and restart() neither allocate nor throw.
+class TorqueAgreement {
+ public:
+  explicit TorqueAgreement(double torque_limit_Nm) noexcept : limit_Nm_(torque_limit_Nm) {}
+
+  void restart() noexcept { count_ = 0; }
+  /// Once a cycle, before update(): what has just been sent.
+  void command(const hal::JointCommand& command) noexcept;
+  /// With each fresh sample, `elapsed_s` after the last one. True: they disagree.
+  bool update(double torque_Nm, double elapsed_s) noexcept;
+
+ private:
+  bool frozen(double torque_Nm) noexcept;
+
+  static constexpr std::size_t kMemory = 12;
+
+  double limit_Nm_;
+  std::array<double, kMemory> commands_Nm_{};
+  std::size_t count_ = 0;
+  double excess_Nm_s_ = 0.0;
+  bool shows_sign_ = false;
+  // Since the reading changed last.
+  double reading_Nm_ = 0.0;
+  double low_Nm_ = 0.0;
+  double high_Nm_ = 0.0;
+  int same_ = 0;
+};
+
+}  // namespace control

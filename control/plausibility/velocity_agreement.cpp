@@ -1,0 +1,54 @@
+#include "control/plausibility/velocity_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace control {
+namespace {
+
+/// Of the speed; half of it is what a factor of 0.5 or 2 makes of the difference.
+constexpr double kSpeedShare = 0.2;
+/// By which the reported velocity may lag.
+constexpr double kVelocityLag_s = 0.02;
+constexpr double kRateSmoothing_s = 0.01;
+/// Alarm: some counts of quantised readings, and the way of a sample that is early or late.
+constexpr double kAlarm_rad = 0.006;
+constexpr double kSampleJitter_s = 0.002;
+/// No single sample decides: firmware 1.48 reports a wrong position now and then.
+constexpr double kFewestRates = 6;
+
+}  // namespace
+
+bool VelocityAgreement::update(double position_rad, double velocity_rad_per_s, double elapsed_s) noexcept {
+  if (!known_) {
+    known_ = true;
+    smooth_rate_rad_per_s_ = smooth_velocity_rad_per_s_ = trend_rad_per_s_ = velocity_rad_per_s;
+    above_rad_ = below_rad_ = 0.0;
+    position_rad_ = position_rad;
+    velocity_rad_per_s_ = velocity_rad_per_s;
+    return false;
+  }
+  const double rate = (position_rad - position_rad_) / elapsed_s;
+  const double velocity = (velocity_rad_per_s + velocity_rad_per_s_) / 2;
+  position_rad_ = position_rad;
+  velocity_rad_per_s_ = velocity_rad_per_s;
+
+  const double blend = elapsed_s / (kRateSmoothing_s + elapsed_s);
+  smooth_rate_rad_per_s_ += blend * (rate - smooth_rate_rad_per_s_);
+  // Twice, as what counts may not be the noise of single ticks.
+  const double trend_step = blend * (smooth_rate_rad_per_s_ - trend_rad_per_s_);
+  trend_rad_per_s_ += trend_step;
+  smooth_velocity_rad_per_s_ += blend * (velocity - smooth_velocity_rad_per_s_);
+  const double speed = std::max(std::abs(smooth_rate_rad_per_s_), std::abs(smooth_velocity_rad_per_s_));
+
+  const double alarm_rad = kAlarm_rad + kSampleJitter_s * speed;
+  const double slack_rad =
+      (kSpeedShare * speed + bias_rad_per_s_) * elapsed_s + kVelocityLag_s * std::abs(trend_step);
+  const double difference_rad = (velocity - rate) * elapsed_s;
+  const double most_rad = alarm_rad / kFewestRates;
+  above_rad_ = std::max(0.0, above_rad_ + std::min(difference_rad - slack_rad, most_rad));
+  below_rad_ = std::max(0.0, below_rad_ + std::min(-difference_rad - slack_rad, most_rad));
+  return above_rad_ > alarm_rad || below_rad_ > alarm_rad;
+}
+
+}  // namespace control

@@ -1,0 +1,49 @@
+#include "control/plausibility/velocity_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+
+namespace control {
+namespace {
+
+/// With these a constant acceleration is never a step, whatever its size: what it changes over a side and
+/// the gap is less than a step while the side still counts as steady.
+constexpr double kStepShare = 0.25;
+constexpr double kSteadyShare = 0.15;
+constexpr double kSteadyOfStep = 0.6;
+
+double mean_rate(std::span<const double> values) noexcept {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+bool steady(std::span<const double> values, double step, double speed) noexcept {
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high - *low <= kSteadyOfStep * step + kSteadyShare * speed;
+}
+
+}  // namespace
+
+bool VelocityStep::update(double position_rad, double elapsed_s) noexcept {
+  if (count_ > 0) {
+    std::shift_left(rates_rad_per_s_.begin(), rates_rad_per_s_.end(), 1);
+    rates_rad_per_s_.back() = (position_rad - position_rad_) / elapsed_s;
+  }
+  position_rad_ = position_rad;
+  count_ = std::min(count_ + 1, kMemory + 1);
+  if (count_ <= kMemory) return false;
+
+  const std::span<const double> rates(rates_rad_per_s_);
+  const auto before = rates.first(kSide);
+  const auto after = rates.last(kSide);
+  const double mean_before = mean_rate(before);
+  const double mean_after = mean_rate(after);
+  const double step = std::abs(mean_after - mean_before);
+  if (!(step > step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after))))
+    return false;
+  return steady(before, step_rad_per_s_, std::abs(mean_before)) &&
+         steady(after, step_rad_per_s_, std::abs(mean_after));
+}
+
+}  // namespace control

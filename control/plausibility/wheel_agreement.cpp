@@ -1,0 +1,141 @@
+#include "control/plausibility/wheel_agreement.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace control {
+namespace {
+
+/// LinkMap's null space: no motion of the base turns the wheels like this, whatever the geometry.
+const WheelVector kNullSpace{1, -1, -1, 1};
+
+/// The first blocks; they grow as the motion goes on.
+constexpr double kBlock_s = 0.010;
+/// A block in which no wheel turns faster is rest.
+constexpr double kRest_rad_per_s = 0.1;
+/// What wheels may disagree by for other reasons: rollers, radii, counts.
+constexpr double kDisagreement_rad = 0.02;
+constexpr double kDisagreementShare = 0.2;
+/// Between these a factor is not told from slip and unequal wheels.
+constexpr double kSmallestFactor = 0.6;
+constexpr double kLargestFactor = 1.7;
+/// Of the wheel's way in each block, that its factor does not explain.
+constexpr double kUnexplained = 0.02;
+/// A factor is one only if it is the same at different speeds and under different torques: slip depends on
+/// both.
+constexpr double kSpeedRange = 2.5;
+constexpr double kTorqueRange_Nm = 0.15;
+/// Of the cosine between torques and motion.
+constexpr double kClearlyBetter = 0.06;
+
+}  // namespace
+
+void WheelAgreement::restart() noexcept {
+  known_ = false;
+  count_ = 0;
+  block_length_s_ = kBlock_s;
+  block_ = {};
+}
+
+std::optional<int> WheelAgreement::update(const WheelVector& position_rad, const WheelVector& torque_Nm,
+                                          double elapsed_s) noexcept {
+  if (known_) {
+    block_.way_rad += position_rad - position_rad_;
+    block_.torque_Nm_s += elapsed_s * torque_Nm;
+    block_.duration_s += elapsed_s;
+  }
+  known_ = true;
+  position_rad_ = position_rad;
+  if (block_.duration_s < block_length_s_) return std::nullopt;
+
+  if (block_.way_rad.cwiseAbs().maxCoeff() < kRest_rad_per_s * block_.duration_s) {
+    count_ = 0;
+    block_length_s_ = kBlock_s;
+    block_ = {};
+    return std::nullopt;
+  }
+  blocks_[count_++] = block_;
+  block_ = {};
+  const std::optional<int> wheel = judge();
+  if (count_ == kBlocks) merge();
+  return wheel;
+}
+
+void WheelAgreement::merge() noexcept {
+  for (std::size_t i = 0; i < kBlocks / 2; ++i) {
+    const Block& a = blocks_[2 * i];
+    const Block& b = blocks_[2 * i + 1];
+    blocks_[i] = {a.way_rad + b.way_rad, a.torque_Nm_s + b.torque_Nm_s, a.duration_s + b.duration_s};
+  }
+  count_ = kBlocks / 2;
+  block_length_s_ *= 2;
+}
+
+std::optional<int> WheelAgreement::judge() const noexcept {
+  if (count_ < kBlocks / 2) return std::nullopt;
+  double disagreement_rad = 0.0;
+  double way_rad = 0.0;
+  for (std::size_t b = 0; b < count_; ++b) {
+    disagreement_rad += kNullSpace.dot(blocks_[b].way_rad);
+    way_rad += blocks_[b].way_rad.cwiseAbs().maxCoeff();
+  }
+  if (!(std::abs(disagreement_rad) > kDisagreement_rad + kDisagreementShare * way_rad)) return std::nullopt;
+
+  int best = -1;
+  double best_cosine = -1.0;
+  double second_cosine = -1.0;
+  for (int wheel = 0; wheel < 4; ++wheel) {
+    const Explanation explanation = explain(wheel);
+    if (!explanation.holds) continue;
+    if (explanation.cosine > best_cosine) {
+      second_cosine = best_cosine;
+      best_cosine = explanation.cosine;
+      best = wheel;
+    } else if (explanation.cosine > second_cosine) {
+      second_cosine = explanation.cosine;
+    }
+  }
+  if (best < 0) return std::nullopt;
+  return best_cosine - second_cosine > kClearlyBetter ? best : -1;
+}
+
+WheelAgreement::Explanation WheelAgreement::explain(int wheel) const noexcept {
+  double xx = 0.0;
+  double xy = 0.0;
+  double yy = 0.0;
+  double slowest = std::numeric_limits<double>::infinity();
+  double fastest = 0.0;
+  double weakest_Nm = std::numeric_limits<double>::infinity();
+  double strongest_Nm = -std::numeric_limits<double>::infinity();
+  double power = 0.0;
+  double torque = 0.0;
+  double motion = 0.0;
+  for (std::size_t b = 0; b < count_; ++b) {
+    const Block& block = blocks_[b];
+    WheelVector mended_rad = block.way_rad;
+    mended_rad[wheel] -= kNullSpace[wheel] * kNullSpace.dot(block.way_rad);
+    const double x = mended_rad[wheel];
+    const double y = block.way_rad[wheel];
+    xx += x * x;
+    xy += x * y;
+    yy += y * y;
+    slowest = std::min(slowest, std::abs(x) / block.duration_s);
+    fastest = std::max(fastest, std::abs(x) / block.duration_s);
+    const double driving_Nm = std::copysign(1.0, y) * block.torque_Nm_s[wheel] / block.duration_s;
+    weakest_Nm = std::min(weakest_Nm, driving_Nm);
+    strongest_Nm = std::max(strongest_Nm, driving_Nm);
+    power += block.torque_Nm_s.dot(mended_rad);
+    torque += block.torque_Nm_s.squaredNorm();
+    motion += mended_rad.squaredNorm();
+  }
+  if (!(xx > 0 && yy > 0 && torque > 0)) return {};
+  const double factor = xy / xx;
+  // What is left of y with the best factor.
+  const double unexplained = std::sqrt(std::max(0.0, yy - xy * xy / xx) / yy);
+  return {(factor < kSmallestFactor || factor > kLargestFactor) && unexplained < kUnexplained &&
+              fastest > kSpeedRange * slowest && strongest_Nm - weakest_Nm > kTorqueRange_Nm,
+          power / std::sqrt(torque * motion)};
+}
+
+}  // namespace control

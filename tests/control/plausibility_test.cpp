@@ -1,0 +1,309 @@
+// Each check of the plausibility monitor by itself: what it sees, and what it leaves alone.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+
+#include "control/link_map.h"
+#include "control/plausibility/opposed_motion.h"
+#include "control/plausibility/plausibility_monitor.h"
+#include "control/plausibility/still_encoder.h"
+#include "control/plausibility/torque_agreement.h"
+#include "control/plausibility/velocity_agreement.h"
+#include "control/plausibility/velocity_step.h"
+#include "control/plausibility/wheel_agreement.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace plausibility_test {
+
+constexpr double kPeriod_s = 1e-3;
+constexpr double kTick_rad = 6.08e-5;  // of a wheel
+constexpr double kNever = -1;
+
+double counted(double position_rad) { return kTick_rad * std::round(position_rad / kTick_rad); }
+
+/// The time of the first detection, of a check that is asked each millisecond; kNever: none in `duration_s`.
+double detected_s(double duration_s, const std::function<bool(double time_s)>& check) {
+  for (int k = 0; k * kPeriod_s < duration_s; ++k)
+    if (check(k * kPeriod_s)) return k * kPeriod_s;
+  return kNever;
+}
+
+hal::JointSample sample(double position_rad, double torque_Nm) {
+  hal::JointSample sample;
+  sample.position_rad = position_rad;
+  sample.torque_Nm = torque_Nm;
+  return sample;
+}
+
+// ---- an encoder that stands still ----
+
+TEST(StillEncoder, IsSeenSoonAfterTheTorqueChanges) {
+  control::StillEncoder check(0.1);
+  const double at_s = detected_s(1.0, [&](double t) {
+    const double torque_Nm = t < 0.5 ? 0.3 : 0.6;
+    return check.update(hal::JointCommand::torque_Nm(torque_Nm), sample(1.0, torque_Nm), kPeriod_s);
+  });
+  EXPECT_GT(at_s, 0.5) << "at a constant torque it may stand";
+  EXPECT_LT(at_s, 0.55);
+}
+
+TEST(StillEncoder, AWheelThatSticksOnItsElasticContactIsAlive) {
+  // Thesis 2.5.2: 250 N·m/rad; four wheels together hold a base four times as stiff.
+  control::StillEncoder check(0.1);
+  EXPECT_EQ(kNever, detected_s(20.0, [&](double t) {
+              const double torque_Nm = 0.4 * std::sin(2 * std::numbers::pi * 0.3 * t);
+              return check.update(hal::JointCommand::torque_Nm(torque_Nm),
+                                  sample(counted(torque_Nm / 1000), torque_Nm), kPeriod_s);
+            }));
+}
+
+TEST(StillEncoder, AStepOfTheTorqueIsGivenTimeToAct) {
+  // A loaded wheel on its elastic contact swings at 100 rad/s.
+  control::StillEncoder check(0.1);
+  EXPECT_EQ(kNever, detected_s(1.0, [&](double t) {
+              const double torque_Nm = t < 0.5 ? 0.0 : 1.0;
+              const double swing_rad = t < 0.5 ? 0.0 : (1 - std::cos(100 * (t - 0.5))) / 250;
+              return check.update(hal::JointCommand::torque_Nm(torque_Nm),
+                                  sample(counted(swing_rad), torque_Nm), kPeriod_s);
+            }));
+}
+
+TEST(StillEncoder, IsSeenWhenTheSetPointMovesOn) {
+  control::StillEncoder position(0.1);
+  EXPECT_GT(detected_s(1.0,
+                       [&](double t) {
+                         return position.update(hal::JointCommand::position_rad(0.4 * t), sample(0, 0.5),
+                                                kPeriod_s);
+                       }),
+            0.0);
+  control::StillEncoder velocity(0.1);
+  EXPECT_GT(detected_s(1.0,
+                       [&](double /*t*/) {
+                         return velocity.update(hal::JointCommand::velocity_rad_per_s(0.2), sample(0, 0.5),
+                                                kPeriod_s);
+                       }),
+            0.0);
+}
+
+TEST(StillEncoder, ANoisyCurrentAtRestIsNoReasonToMove) {
+  std::mt19937 random(1);
+  std::normal_distribution<> noise(0, 0.01);
+  control::StillEncoder check(0.1);
+  EXPECT_EQ(kNever, detected_s(60.0, [&](double /*t*/) {
+              return check.update(hal::JointCommand::velocity_rad_per_s(0.0),
+                                  sample(0.2, 0.3 + noise(random)), kPeriod_s);
+            }));
+}
+
+// ---- velocity against position ----
+
+/// Both readings of a joint that swings with this amplitude in rad/s at 0.5 Hz, scaled; the velocity lags.
+double disagreement_s(double position_factor, double velocity_factor, double lag_s, double amplitude) {
+  control::VelocityAgreement check(0.02);
+  const double omega = std::numbers::pi;
+  std::mt19937 random(1);
+  std::normal_distribution<> noise(0, 0.05);
+  return detected_s(4.0, [&](double t) {
+    return check.update(counted(position_factor * amplitude / omega * (1 - std::cos(omega * t))),
+                        velocity_factor * amplitude * std::sin(omega * (t - lag_s)) + noise(random),
+                        kPeriod_s);
+  });
+}
+
+TEST(VelocityAgreement, HoldsForALaggingNoisyVelocity) {
+  for (const double amplitude : {0.05, 0.5, 6.0})
+    for (const double lag_s : {0.0, 0.01, 0.015}) {
+      EXPECT_EQ(disagreement_s(1, 1, lag_s, amplitude), kNever) << amplitude << " rad/s, " << lag_s << " s";
+      EXPECT_EQ(disagreement_s(1, 1.1, lag_s, amplitude), kNever) << "a tenth is no fault";
+    }
+}
+
+TEST(VelocityAgreement, EndsWhereOneReadingIsScaledReversedOrFrozen) {
+  for (const double factor : {0.0, 0.5, 2.0, -1.0}) {
+    EXPECT_NE(disagreement_s(factor, 1, 0.005, 6.0), kNever) << "position times " << factor;
+    EXPECT_NE(disagreement_s(1, factor, 0.005, 6.0), kNever) << "velocity times " << factor;
+    EXPECT_LT(disagreement_s(factor, 1, 0.005, 6.0), 0.15) << "position times " << factor;
+    EXPECT_LT(disagreement_s(1, factor, 0.005, 6.0), 0.15) << "velocity times " << factor;
+  }
+}
+
+TEST(VelocityAgreement, OneWrongPositionNowAndThenIsFirmware148) {
+  control::VelocityAgreement check(0.02);
+  int k = 0;
+  EXPECT_EQ(kNever, detected_s(5.0, [&](double t) {
+              const double glitch_rad = ++k % 97 == 0 ? 1000 * kTick_rad : 0.0;
+              return check.update(counted(2 * t) + glitch_rad, 2.0, kPeriod_s);
+            }));
+}
+
+// ---- torque against command ----
+
+/// A reading that is `reading(command)` two cycles late, under a command that swings.
+double unanswered_s(double amplitude_Nm, double offset_Nm, const std::function<double(double)>& reading) {
+  control::TorqueAgreement check(2.5);
+  const auto command_Nm = [&](double t) { return offset_Nm + amplitude_Nm * std::sin(10 * t); };
+  return detected_s(3.0, [&](double t) {
+    check.command(hal::JointCommand::torque_Nm(command_Nm(t)));
+    return check.update(reading(command_Nm(t - 0.002)), kPeriod_s);
+  });
+}
+
+TEST(TorqueAgreement, HoldsForTheThesisOffsetAndAGainErrorOfATenth) {
+  EXPECT_EQ(kNever, unanswered_s(1.0, 0.0, [](double Nm) { return Nm; }));
+  EXPECT_EQ(kNever, unanswered_s(1.0, 0.0, [](double Nm) { return 1.1 * Nm + 0.03; }));
+}
+
+TEST(TorqueAgreement, HoldsForADriveThatReportsMagnitudesOnly) {
+  EXPECT_EQ(kNever, unanswered_s(1.0, 0.0, [](double Nm) { return std::abs(Nm); }));
+}
+
+TEST(TorqueAgreement, HoldsAtTheLimitOfTheDrive) {
+  EXPECT_EQ(kNever, unanswered_s(1.0, 4.0, [](double /*Nm*/) { return 2.5; }));
+}
+
+TEST(TorqueAgreement, EndsWhereTheReadingIsScaledReversedOrFrozen) {
+  for (const double factor : {0.5, 2.0, -1.0, 0.0}) {
+    const double at_s = unanswered_s(0.2, 0.8, [factor](double Nm) { return factor * Nm; });
+    EXPECT_NE(at_s, kNever) << factor;
+    EXPECT_LT(at_s, 0.06) << factor;
+  }
+  // However close the frozen value is.
+  EXPECT_NE(kNever, unanswered_s(0.1, 0.3, [](double /*Nm*/) { return 0.3; }));
+}
+
+// ---- steps of the velocity ----
+
+TEST(VelocityStep, NoConstantAccelerationIsOne) {
+  for (double a = 0.1; a < 20'000; a *= 1.3) {
+    control::VelocityStep check(0.35);
+    EXPECT_EQ(kNever, detected_s(0.2, [&](double t) { return check.update(a * t * t / 2, kPeriod_s); })) << a;
+  }
+}
+
+TEST(VelocityStep, NorABreakawayNorABlowOfTwentyMilliseconds) {
+  for (const double a : {10.0, 50.0, 200.0, 1000.0}) {
+    control::VelocityStep breakaway(0.35);
+    EXPECT_EQ(kNever, detected_s(0.3,
+                                 [&](double t) {
+                                   const double since = std::max(0.0, t - 0.1);
+                                   return breakaway.update(counted(a * since * since / 2), kPeriod_s);
+                                 }))
+        << a;
+  }
+  control::VelocityStep blow(0.35);
+  EXPECT_EQ(kNever, detected_s(0.3, [&](double t) {  // from 6 rad/s to rest as half a wave
+              const double phase = std::clamp((t - 0.1) / 0.02, 0.0, 1.0) * std::numbers::pi;
+              const double way =
+                  t < 0.1 ? 6 * t : 0.6 + 3 * 0.02 * (phase + std::sin(phase)) / std::numbers::pi;
+              return blow.update(counted(way), kPeriod_s);
+            }));
+}
+
+TEST(VelocityStep, AScaleThatChangesOrACountThatStopsIsSeenAtOnce) {
+  for (const double factor : {0.0, 0.5, 2.0, -1.0}) {
+    control::VelocityStep check(0.35);
+    const double at_s = detected_s(0.3, [&](double t) {
+      return check.update(counted(t < 0.1 ? 6 * t : 0.6 + factor * 6 * (t - 0.1)), kPeriod_s);
+    });
+    EXPECT_GT(at_s, 0.1) << factor;
+    EXPECT_LT(at_s, 0.11) << factor;
+  }
+}
+
+// ---- four wheels ----
+
+/// From rest along `twist`, with one wheel's reading times a factor (of `wheel` 4: of none).
+std::optional<int> judged(const control::PlanarVector& twist, Eigen::Index wheel, double factor,
+                          const std::function<control::WheelVector(double)>& slip = {}) {
+  const control::LinkMap map = control::LinkMap::with_geometry({});
+  const control::WheelVector direction = map.wheel_velocity(twist);
+  control::WheelAgreement check;
+  check.restart();
+  for (int k = 0; k < 2000; ++k) {
+    const double t = k * kPeriod_s;
+    control::WheelVector position_rad = 0.5 * t * t * direction;
+    if (slip) position_rad += slip(t);
+    if (wheel < 4) position_rad[wheel] *= factor;
+    const auto found = check.update(position_rad, 0.3 * direction.normalized(), kPeriod_s);
+    if (found) return found;
+  }
+  return std::nullopt;
+}
+
+TEST(WheelAgreement, RollingWheelsAgreeInEveryDirection) {
+  for (const control::PlanarVector& twist :
+       {control::PlanarVector(0.3, 0, 0), control::PlanarVector(0, 0.3, 0), control::PlanarVector(0, 0, 1),
+        control::PlanarVector(0.2, -0.1, 0.4)})
+    EXPECT_EQ(judged(twist, 4, 1.0), std::nullopt) << twist.transpose();
+}
+
+TEST(WheelAgreement, AReadingScaledFromTheStartIsSeenAndNoOtherWheelBlamed) {
+  for (const double factor : {0.5, 2.0, -1.0})
+    for (Eigen::Index wheel = 0; wheel < 4; ++wheel) {
+      SCOPED_TRACE(testing::Message() << wheel << " times " << factor);
+      const std::optional<int> found = judged({0.3, 0.0, 0.0}, wheel, factor);
+      ASSERT_TRUE(found);
+      // Half of one wheel looks nearly like double of its neighbour: then none is blamed.
+      if (factor < 0 || *found >= 0) {
+        EXPECT_EQ(*found, static_cast<int>(wheel));
+      }
+    }
+}
+
+TEST(WheelAgreement, AWheelThatBeginsToSlipIsNoLie) {
+  EXPECT_EQ(judged({0.3, 0.0, 0.0}, 4, 1.0,
+                   [](double t) {
+                     const double since = std::max(0.0, t - 0.3);
+                     return control::WheelVector(0, 20 * since * since / 2, 0, 0);
+                   }),
+            std::nullopt);
+}
+
+// ---- motion against the torque ----
+
+/// An inertia of 0.2 kg·m² under `torque(v)` and a weight, its reading times `factor`.
+double opposed_s(double factor, const std::function<double(double t, double read_rad_per_s)>& torque) {
+  control::OpposedMotion check(10.0);
+  double q = 0, v = 0.3;
+  return detected_s(1.0, [&](double t) {
+    const double torque_Nm = torque(t, factor * v);
+    const double weight_Nm = 2.0;
+    v += (torque_Nm - weight_Nm) / 0.2 * kPeriod_s;
+    q += v * kPeriod_s;
+    return check.update(factor * q, torque_Nm, weight_Nm, kPeriod_s);
+  });
+}
+
+TEST(OpposedMotion, ADamperOnAReversedEncoderIsSeen) {
+  const double at_s = opposed_s(-1, [](double /*t*/, double v) { return 2.0 - 5 * v; });
+  EXPECT_NE(at_s, kNever);
+  EXPECT_LT(at_s, 0.1);
+}
+
+TEST(OpposedMotion, BrakingAndDrivingAreNot) {
+  EXPECT_EQ(kNever, opposed_s(1, [](double /*t*/, double v) { return 2.0 - 5 * v; }));
+  EXPECT_EQ(kNever, opposed_s(1, [](double t, double v) { return 2.0 + 4 * std::sin(20 * t) - v; }));
+}
+
+// ---- all together ----
+
+TEST(PlausibilityMonitor, DoesNotAllocateAndForgetsOverAPause) {
+  const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}, {"wheel-2", 2.467}, {"wheel-3", 2.467},
+                                           {"wheel-4", 2.467}, {"arm-1", 15.7},    {"arm-2", 15.7},
+                                           {"arm-3", 10},      {"arm-4", 10.9},    {"arm-5", 3.5}};
+  control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kRolling);
+  hal::RobotCommand command;
+  hal::RobotSample state;
+  for (hal::JointSample& joint : state.joints) joint.homed = true;
+  const support::NoAllocGuard guard;
+  for (int k = 0; k < 200; ++k) {
+    // A pause in which a joint went far: no speed is made of it.
+    if (k == 100) state.joints[0].position_rad += 1.0;
+    EXPECT_FALSE(monitor.update(command, state, k == 100 ? 0.5 : kPeriod_s)) << k;
+  }
+}
+
+}  // namespace plausibility_test
