@@ -26,6 +26,7 @@ namespace {
 
 using drivers::tmcl::Firmware;
 using sim::bus::Hardware;
+using sim::bus::MailboxDemand;
 using sim::bus::RobotKind;
 
 const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
@@ -33,6 +34,8 @@ const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
                                                {"base+arm", RobotKind::kBaseAndArm},
                                                {"base+two-arms", RobotKind::kTwoArms}};
 const std::map<std::string, Firmware> kFirmwares{{"148", Firmware::k148}, {"200", Firmware::k200}};
+const std::map<std::string, MailboxDemand> kDemands{{"lenient", MailboxDemand::kWhereSiiNames},
+                                                    {"strict", MailboxDemand::kAlways}};
 const std::map<std::string, Hardware> kGenerations{{"first", Hardware::kFirst}, {"later", Hardware::kLater}};
 
 struct Arguments {
@@ -40,6 +43,7 @@ struct Arguments {
   std::string robot = "base+arm";
   std::string firmware = "148";
   std::string hardware = "later";
+  std::string boards = "lenient";
   std::string faults_file;
   std::string scene_file;
   std::string record_file;
@@ -68,6 +72,7 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.coupled = options.robot == RobotKind::kBaseAndArm;
   options.board.firmware = kFirmwares.at(arguments.firmware);
   options.hardware = kGenerations.at(arguments.hardware);
+  options.slave.mailbox_demand = kDemands.at(arguments.boards);
   options.wire.timed = false;
   options.lock_step = arguments.lock_step;
   options.base.model = apps::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
@@ -124,6 +129,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--hardware", arguments.hardware, "generation that names the boards")
       ->check(CLI::IsMember(&kGenerations))
+      ->capture_default_str();
+  app.add_option(
+         "--boards", arguments.boards,
+         "lenient: PRE-OP also without mailbox, for masters that set one up only where the EEPROM names "
+         "a protocol, and these name none; strict: never without. docs/emulated_bus.md says why")
+      ->check(CLI::IsMember(&kDemands))
       ->capture_default_str();
   app.add_option("--faults", arguments.faults_file,
                  "TOML file of faults and when they come; FILE_FORMATS.md has an example")
