@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/ethercat/lock_step.h"
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/ethercat/raw_socket_link.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/client.h"
 #include "drivers/tmcl/mailbox_transport.h"
 #include "drivers/tmcl/youbot_topology.h"
@@ -63,13 +63,17 @@ std::vector<tmcl::ParameterSetting> settings_of(const EthercatOptions& options, 
   return settings;
 }
 
+/// Cycles without an answer that are bridged beside the tolerated ones.
+int excused_cycles(const EthercatOptions& options, nanoseconds period, bool simulated) {
+  if (!simulated || options.tolerated_cycles) return 0;
+  const auto cycle = std::max(period, options.frame_timeout);  // as long as one without an answer takes
+  return std::max(0, static_cast<int>(kSimulatorPatience / cycle) - kToleratedCycles);
+}
+
 /// In lock-step nothing is late, however long a busy machine lets either end wait.
 ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
   bus.cyclic.frame_timeout = options.frame_timeout;
-  // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
-  // slave, and the slave would move again without a new enable.
-  bus.cyclic.lost_after_cycles = std::max(bus.cyclic.lost_after_cycles, options.tolerated_cycles);
   if (options.lock_step) {
     bus.access = {.frame_timeout = std::chrono::seconds(2), .tries = 3};
     bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone
@@ -80,10 +84,9 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
 }
 
 void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
-  for (const ethercat::Slave& slave : slaves)
-    if (!slave.sii.name.ends_with(ethercat::kLockStepMark))
-      throw SetupError(slave.label(), "check that it is simulated in lock-step",
-                       "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
+  if (const ethercat::Slave* const slave = first_without(ethercat::kLockStepMark, slaves))
+    throw SetupError(slave->label(), "check that it is simulated in lock-step",
+                     "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
 }
 
 /// What reports are made of, by another thread than the cycle's.
@@ -99,7 +102,11 @@ class EthercatRobot final : public Robot {
   using OpenLink = std::function<std::unique_ptr<ethercat::Link>()>;
 
   EthercatRobot(OpenLink open_link, const EthercatOptions& options, const Clock& clock, nanoseconds period)
-      : open_link_(std::move(open_link)), options_(options), clock_(clock), period_(period) {
+      : open_link_(std::move(open_link)),
+        options_(options),
+        clock_(clock),
+        period_(period),
+        tolerated_cycles_(options.tolerated_cycles.value_or(kToleratedCycles)) {
     if (options.lock_step && period != ethercat::kLockStepPeriod)
       throw std::invalid_argument("in lock-step a cycle takes 1 ms, and no other period");
     for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(kind_of(options.kind))) {
@@ -151,7 +158,11 @@ class EthercatRobot final : public Robot {
   bool enabled_ = false;
   // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
   bool simulation_gone_ = false;
+  bool simulated_ = false;  // by youbot-sim, as its EEPROMs say
+  const int tolerated_cycles_;
+  int excused_cycles_ = 0;  // if they have no answer
   int bad_cycles_ = 0;
+  int unanswered_cycles_ = 0;  // of those
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
   RobotState state_;                  // the cycle's
@@ -172,6 +183,11 @@ void EthercatRobot::activate() {
       const std::array<std::uint8_t, 1> lifted{options_.lifted};
       setup.broadcast_write(ethercat::kLiftedAddress, lifted);
     }
+    simulated_ = first_without(ethercat::kSimulatedMark, setup.slaves()) == nullptr;
+    excused_cycles_ = excused_cycles(options_, period_, simulated_);
+    // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
+    // slave, and the slave would move again without a new enable.
+    setup.lose_no_sooner_than(tolerated_cycles_ + excused_cycles_);
     setup.enter_pre_op();
     const std::vector<tmcl::YoubotBoard> boards = tmcl::youbot_boards(kind);
     for (std::size_t slave = 0; slave < boards.size(); ++slave)
@@ -186,7 +202,7 @@ void EthercatRobot::activate() {
   told_ = state_;
   states_.emplace(state_);
   enabled_ = false;
-  bad_cycles_ = 0;
+  bad_cycles_ = unanswered_cycles_ = 0;
   latched_ = {};
 }
 
@@ -359,13 +375,17 @@ bool has_left(const ethercat::SlaveHealth& health) noexcept {
 /// Health is working counter, AL state and fresh inputs together; a short silence is bridged.
 CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexcept {
   if (result.all_operational) {
-    bad_cycles_ = 0;
+    bad_cycles_ = unanswered_cycles_ = 0;
     return {};
   }
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (has_left(bus_->health(drives_[i].slave())))
       return {Fault::kPartialBus, static_cast<std::int8_t>(i), result.working_counter};
-  if (++bad_cycles_ <= options_.tolerated_cycles && !simulation_gone_) return {};
+  if (!result.answered) ++unanswered_cycles_;
+  const int excused = std::min(unanswered_cycles_, excused_cycles_);
+  if (++bad_cycles_ - excused <= tolerated_cycles_ && !simulation_gone_) return {};
+  // Mostly silence: slaves that are missing behind one that answers are another matter.
+  if (simulated_ && 2 * unanswered_cycles_ > bad_cycles_) return {Fault::kSimulatorSilent};
   if (!result.answered) return {Fault::kFrameLost};
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (bus_->health(drives_[i].slave()).condition != ethercat::SlaveCondition::kOperational)

@@ -19,6 +19,7 @@
 #include "apps/youbot_sim/frame_socket.h"
 #include "apps/youbot_sim/robot_recording.h"
 #include "apps/youbot_sim/server.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/youbot_topology.h"
 #include "sim/bus/youbot_bus.h"
 
@@ -74,7 +75,7 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.hardware = kGenerations.at(arguments.hardware);
   options.slave.mailbox_demand = kDemands.at(arguments.boards);
   options.wire.timed = false;
-  options.lock_step = arguments.lock_step;
+  options.mark = arguments.lock_step ? drivers::ethercat::kLockStepMark : drivers::ethercat::kSimulatedMark;
   options.base.model = apps::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
   if (!arguments.scene_file.empty()) {
     if (!options.coupled) throw std::invalid_argument("--scene needs --robot base+arm: only its tip touches");

@@ -6,7 +6,7 @@
 #include <array>
 
 #include "drivers/ethercat/frame.h"
-#include "drivers/ethercat/lock_step.h"
+#include "drivers/ethercat/simulated_bus.h"
 
 namespace youbot_sim {
 namespace {

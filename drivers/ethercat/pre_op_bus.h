@@ -7,6 +7,7 @@
 ///   setup.mailbox_exchange(3, request);                // parameters
 ///   OpBus bus = std::move(setup).start();              // SAFE-OP, then OP
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -36,6 +37,12 @@ class PreOpBus {
   PreOpBus(Link& link, FrameTap* tap, const Options& options);
 
   const std::vector<Slave>& slaves() const noexcept { return slaves_; }
+
+  /// No slave counts as lost before it was silent for so many cycles, or as many as the options say if that
+  /// is more.
+  void lose_no_sooner_than(int cycles) noexcept {
+    options_.cyclic.lost_after_cycles = std::max(options_.cyclic.lost_after_cycles, cycles);
+  }
 
   /// Writes to a register of all slaves. @throws BusError when one did not take it.
   void broadcast_write(std::uint16_t address, std::span<const std::uint8_t> data);

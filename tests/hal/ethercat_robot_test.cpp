@@ -9,9 +9,10 @@
 #include <string>
 
 #include "drivers/ethercat/frame_tap.h"
-#include "drivers/ethercat/lock_step.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
+#include "sim/bus/sii_image.h"
 #include "tests/hal/ethercat_rig.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -624,6 +625,87 @@ TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
   EXPECT_TRUE(rig.status.ok());
 }
 
+// ---- simulations by the clock, which may be late ----
+
+/// A base whose emulator does not answer for `lost` cycles in motion; the robot as it is then.
+struct LateAnswers {
+  explicit LateAnswers(std::string_view mark, int lost, std::optional<int> tolerated = {},
+                       FaultKind kind = FaultKind::kDropReply)
+      : rig(bus(mark, lost, kind), {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = tolerated}) {}
+  static sim::bus::YoubotBusOptions bus(std::string_view mark, int lost, FaultKind kind) {
+    sim::bus::YoubotBusOptions options = Rig::options(
+        EthercatOptions::Kind::kBase, Firmware::k148,
+        {FaultEvent{.kind = kind, .at = 6s, .count = static_cast<std::uint32_t>(lost), .slave = 3}});
+    options.mark = mark;
+    return options;
+  }
+  Fault drive() {
+    rig.robot->activate();
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run_until([&] { return rig.emulation.wire().now() >= 6500ms; });
+    return rig.status.fault;
+  }
+  Rig rig;
+};
+
+TEST(EthercatRobot, ASimulatedBusThatSaysSoIsWaitedForAHundredMilliseconds) {
+  using drivers::ethercat::kSimulatedMark;
+  for (const int lost : {10, 11, 50, 100}) {
+    LateAnswers late(kSimulatedMark, lost);
+    EXPECT_EQ(late.drive(), Fault::kNone) << lost;
+    EXPECT_TRUE(late.rig.sample.enabled);
+    EXPECT_GT(late.rig.sample.joints[0].velocity_rad_per_s, 1.0) << "it drives on";
+  }
+  LateAnswers too_late(kSimulatedMark, 101);
+  EXPECT_EQ(too_late.drive(), Fault::kSimulatorSilent);
+  EXPECT_FALSE(too_late.rig.sample.enabled);
+  EXPECT_NE(std::string(describe(Fault::kSimulatorSilent)).find("youbot-sim was late"), std::string::npos);
+}
+
+TEST(EthercatRobot, ARobotIsWaitedForTenCyclesWhateverElseItsEepromsSay) {
+  for (const std::string_view mark :
+       {std::string_view(), drivers::ethercat::kLockStepMark, drivers::ethercat::kSimulatedMark.substr(1),
+        std::string_view("youBot"), std::string_view("simulated")}) {
+    EXPECT_EQ(LateAnswers(mark, 10).drive(), Fault::kNone) << mark;
+    EXPECT_EQ(LateAnswers(mark, 11).drive(), Fault::kFrameLost) << mark;
+  }
+}
+
+/// Writes another letter into the group of one board's EEPROM, as its manufacturer could.
+void spoil_mark(sim::bus::EmulatedSlave& slave) {
+  const std::vector<std::uint8_t> image = sim::bus::build_sii_image(slave.description());
+  const std::string_view text(reinterpret_cast<const char*>(image.data()), image.size());
+  const std::size_t word = text.find(drivers::ethercat::kSimulatedMark) / 2 + 1;
+  const std::array<std::uint8_t, 8> write_word{
+      0x01, 0x02, static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8), 0, 0, 'x', 'x'};
+  slave.controller().sii().write(2, write_word);
+}
+
+TEST(EthercatRobot, OneBoardThatDoesNotSayItIsSimulatedMakesTheBusARobot) {
+  for (std::size_t slave = 0; slave < 5; ++slave) {
+    LateAnswers late(drivers::ethercat::kSimulatedMark, 11);
+    spoil_mark(late.rig.emulation.bus().slave(slave));
+    EXPECT_EQ(late.drive(), Fault::kFrameLost) << "slave " << slave + 1;
+  }
+}
+
+TEST(EthercatRobot, AConfiguredToleranceHoldsOnASimulatedBusToo) {
+  EXPECT_EQ(LateAnswers(drivers::ethercat::kSimulatedMark, 20, 20).drive(), Fault::kNone);
+  EXPECT_EQ(LateAnswers(drivers::ethercat::kSimulatedMark, 21, 20).drive(), Fault::kSimulatorSilent);
+}
+
+TEST(EthercatRobot, OnASimulatedBusAMissingSlaveIsNoLateAnswer) {
+  LateAnswers missing(drivers::ethercat::kSimulatedMark, 1, {}, FaultKind::kSlaveOff);
+  missing.rig.robot->activate();
+  missing.rig.enable();
+  missing.rig.run_until([&] { return missing.rig.emulation.wire().now() >= 6000ms; });
+  EXPECT_TRUE(missing.rig.status.ok());
+  missing.rig.run(12ms);
+  EXPECT_EQ(missing.rig.status.fault, Fault::kPartialBus);
+  EXPECT_EQ(missing.rig.status.joint, 2);
+}
+
 // ---- simulations in lock-step ----
 
 /// An interface that takes its time, before it has sent and until it has fetched.
@@ -688,7 +770,7 @@ TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
 
 TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   for (const bool lifted : {true, false}) {
     Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true, .lifted = lifted});
     rig.robot->activate();
@@ -703,7 +785,7 @@ TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
 
 TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   rig.robot->activate();
   rig.enable();
@@ -748,7 +830,7 @@ class Forsaken final : public drivers::ethercat::Link {
 
 TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   Forsaken::State simulation;
   Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   rig.robot = make_ethercat_robot(
@@ -781,7 +863,7 @@ TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
 int sent_to_the_dead(bool gripper_moves, int frames) {
   constexpr auto kKind = EthercatOptions::Kind::kArm;
   sim::bus::YoubotBusOptions bus = Rig::options(kKind);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   Rig rig(bus, {.kind = kKind, .lock_step = true});
   Forsaken::State simulation;
   rig.robot = make_ethercat_robot(
