@@ -12,6 +12,8 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
+#include "apps/common/non_blocking_log.h"
+#include "apps/common/real_time.h"
 #include "apps/common/run_app.h"
 #include "apps/common/scene_config.h"
 #include "apps/common/stop_on_signals.h"
@@ -38,6 +40,9 @@ const std::map<std::string, Firmware> kFirmwares{{"148", Firmware::k148}, {"200"
 const std::map<std::string, MailboxDemand> kDemands{{"lenient", MailboxDemand::kWhereSiiNames},
                                                     {"strict", MailboxDemand::kAlways}};
 const std::map<std::string, Hardware> kGenerations{{"first", Hardware::kFirst}, {"later", Hardware::kLater}};
+
+/// Below a master's, which is 80 by default: where both share a core its cycle comes first.
+constexpr int kPriority = 70;
 
 struct Arguments {
   std::string interface;
@@ -86,6 +91,17 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   return options;
 }
 
+youbot_sim::ServerSummary serve(const Arguments& arguments, sim::bus::YoubotBus& robot,
+                                youbot_sim::FrameSocket& socket, std::chrono::nanoseconds duration) {
+  if (arguments.lock_step)
+    return youbot_sim::serve_in_lock_step(robot, socket, duration, apps::stop_requested);
+  apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
+  for (const std::string& refused : real_time.enter({.priority = kPriority}))
+    if (!arguments.quiet) spdlog::info("answers may be late on a busy machine: {}", refused);
+  const apps::NonBlockingLog log;  // or who reads the log could hold the robot up
+  return youbot_sim::serve(robot, socket, duration, apps::stop_requested);
+}
+
 int run(const Arguments& arguments) {
   sim::bus::YoubotBus robot(robot_options(arguments));
   youbot_sim::FrameSocket socket(arguments.interface);
@@ -97,9 +113,7 @@ int run(const Arguments& arguments) {
     std::fflush(stdout);  // scripts wait for this line
   }
   const std::chrono::nanoseconds duration(std::llround(1e9 * arguments.duration_s));
-  const youbot_sim::ServerSummary summary =
-      arguments.lock_step ? youbot_sim::serve_in_lock_step(robot, socket, duration, apps::stop_requested)
-                          : youbot_sim::serve(robot, socket, duration, apps::stop_requested);
+  const youbot_sim::ServerSummary summary = serve(arguments, robot, socket, duration);
   if (!arguments.quiet) std::fputs(youbot_sim::report(summary, robot).c_str(), stdout);
   if (recording) {
     recording->close();

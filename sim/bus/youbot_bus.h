@@ -70,6 +70,8 @@ class YoubotBus final : public EmulatedTime {
 
   void advance(std::chrono::nanoseconds step) noexcept;
   void wait(std::chrono::nanoseconds step) noexcept override { advance(step); }
+  /// How long until the end of this period, when mechanics and boards move.
+  std::chrono::nanoseconds until_period() const noexcept { return until_period_; }
   /// Setup: called at the end of each period, when mechanics and boards have done theirs.
   void after_each_period(std::function<void()> look) noexcept { look_ = std::move(look); }
   /// Lifts a base off the ground, or sets it down.
