@@ -37,6 +37,11 @@ tmcl::YoubotKind kind_of(EthercatOptions::Kind kind) noexcept {
   return tmcl::YoubotKind::kBase;
 }
 
+std::size_t drives_of(tmcl::YoubotKind kind) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      tmcl::youbot_boards(kind), [](const auto& board) { return board.kind != tmcl::BoardKind::kPower; }));
+}
+
 /// Sets its stall detection up as the official driver does. What is wrong with it, empty when nothing is.
 std::string find_gripper(tmcl::Transport& transport, tmcl::Clock& clock) {
   try {
@@ -127,6 +132,7 @@ class EthercatRobot final : public Robot {
   void activate() override;
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
+  std::vector<std::string> notes() const override;
   std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 
@@ -154,6 +160,7 @@ class EthercatRobot final : public Robot {
   // Neither is ever moved: others point to them.
   std::deque<DriveChannel> drives_;
   std::deque<GripperChannel> grippers_;
+  std::size_t drives_left_off_ = 0;           // of an arm that is there and not asked for
   std::vector<std::string> gripper_trouble_;  // of each: why it is taken for absent
   bool enabled_ = false;
   // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
@@ -177,7 +184,11 @@ void EthercatRobot::activate() {
     link_ = open_link_();
     ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
     const tmcl::YoubotKind kind = kind_of(options_.kind);
-    check_topology(setup.slaves(), tmcl::youbot_topology(kind), link_->name());
+    // An arm that is there and not asked for stays out of operation: its drives are sent nothing, so neither
+    // do their watchdogs make them hold it when this ends.
+    const tmcl::YoubotKind around = tmcl::youbot_around(kind, setup.slaves().size());
+    check_topology(setup.slaves(), tmcl::youbot_topology(around), link_->name());
+    drives_left_off_ = drives_of(around) - drives_of(kind);
     if (options_.lock_step) {
       check_lock_step(setup.slaves());
       const std::array<std::uint8_t, 1> lifted{options_.lifted};
@@ -192,7 +203,7 @@ void EthercatRobot::activate() {
     const std::vector<tmcl::YoubotBoard> boards = tmcl::youbot_boards(kind);
     for (std::size_t slave = 0; slave < boards.size(); ++slave)
       if (boards[slave].kind != tmcl::BoardKind::kPower) add_drive(setup, boards[slave], slave);
-    bus_.emplace(std::move(setup).start());
+    bus_.emplace(std::move(setup).start(boards.size()));
   } catch (const std::exception& error) {
     deactivate();
     throw SetupError("EtherCAT robot", "start up", error.what());
@@ -422,6 +433,12 @@ void EthercatRobot::restore(std::size_t slave) noexcept {
     if (!drive.restore()) return;
   }
   bus_->resume(slave);
+}
+
+std::vector<std::string> EthercatRobot::notes() const {
+  if (drives_left_off_ == 0) return {};
+  return {"more is on the bus than the kind that is configured: its " + std::to_string(drives_left_off_) +
+          " drives behind those of " + joints_.back().name + ", and a gripper there, stay off"};
 }
 
 std::vector<std::string> EthercatRobot::trouble() const {

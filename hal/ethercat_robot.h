@@ -62,7 +62,8 @@ struct EthercatOptions {
 /// Joints in bus order: wheel-1 … wheel-4, arm-1 … arm-5, arm2-1 … arm2-5 (those the kind has).
 ///
 /// - activate() scans, compares with the expected topology, reads the firmware versions, takes all slaves to
-/// OP.
+///   OP. A base with one or two arms is also a base, and one with two arms a base with one: the drives of the
+///   arm too many, and its gripper, are left off in PRE-OP, and notes() says so.
 /// - A sample's stamp is taken as soon as its frame has been sent: then it passes the boards, and they put in
 ///   what they measured last. How long the frame took to make, or its answer to fetch, is not in it.
 /// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded,

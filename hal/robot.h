@@ -93,6 +93,9 @@ class Robot {
   /// joints, the joints and the stamp are left as they were, so that the stamp shows their age.
   virtual CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept = 0;
 
+  /// Setup, after activate(): what should be known of this robot before it moves, a remark a line, for the
+  /// log.
+  virtual std::vector<std::string> notes() const { return {}; }
   /// Setup: what keeps it from working now, "DEVICE: what is wrong, and what to check", a device a line.
   virtual std::vector<std::string> trouble() const { return {}; }
   /// Setup: how the device fares in words, a finding a line, for the log after a run or a fault; after

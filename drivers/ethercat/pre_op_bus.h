@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "drivers/ethercat/bus_scan.h"
@@ -56,10 +57,11 @@ class PreOpBus {
   /// @throws BusError when the slave has no mailbox or does not reply in time.
   std::span<const std::uint8_t> mailbox_exchange(std::size_t i, std::span<const std::uint8_t> request);
 
-  /// Sets clocks up if asked to, configures process data, takes all slaves to SAFE-OP and, with process data
-  /// cycling, to OP.
+  /// Sets clocks up if asked to, configures process data, takes the first `driven` slaves to SAFE-OP and,
+  /// with process data cycling, to OP; those behind them stay in PRE-OP.
   /// @throws BusError as enter_pre_op().
-  OpBus start() &&;
+  OpBus start(std::size_t driven) &&;
+  OpBus start() && { return std::move(*this).start(slaves_.size()); }
 
  private:
   void run_setups(std::vector<SlaveSetup>& setups);

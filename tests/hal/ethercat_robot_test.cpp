@@ -625,6 +625,109 @@ TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
   EXPECT_TRUE(rig.status.ok());
 }
 
+// ---- an arm that was not asked for ----
+
+using drivers::ethercat::AlState;
+constexpr std::size_t kFirstArmSlave = 5;  // its power board, behind the base's five slaves
+
+struct BaseWithArms {
+  explicit BaseWithArms(EthercatOptions::Kind on_the_bus = EthercatOptions::Kind::kBaseAndArm,
+                        EthercatOptions::Kind wanted = EthercatOptions::Kind::kBase,
+                        std::vector<FaultEvent> faults = {})
+      : rig(Rig::options(on_the_bus, Firmware::k148, std::move(faults)), {.kind = wanted}) {
+    rig.robot->activate();
+  }
+  sim::bus::EmulatedSlave& slave(std::size_t i) { return rig.emulation.bus().slave(i); }
+  Rig rig;
+};
+
+TEST(EthercatRobot, ABaseIsDrivenAlsoWithAnArmOnItWhoseDrivesStayOff) {
+  for (const auto arms : {EthercatOptions::Kind::kBaseAndArm, EthercatOptions::Kind::kBaseAndTwoArms}) {
+    BaseWithArms base(arms);
+    Rig& rig = base.rig;
+    ASSERT_EQ(rig.robot->joints().size(), 4U);
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run(2s);
+    EXPECT_TRUE(rig.status.ok()) << describe(rig.status.fault);
+    for (std::size_t wheel = 0; wheel < 4; ++wheel) EXPECT_GT(rig.sample.joints[wheel].position_rad, 1.0);
+    for (std::size_t i = 0; i < kFirstArmSlave; ++i) EXPECT_EQ(base.slave(i).state(), AlState::kOp);
+    for (std::size_t i = kFirstArmSlave; i < rig.emulation.bus().size(); ++i)
+      EXPECT_EQ(base.slave(i).state(), AlState::kPreOp) << "slave " << i + 1;
+    rig.robot->deactivate();
+    // Their watchdogs have seen no process data, so they do not make them hold the arm now either.
+    rig.emulation.advance(500ms);
+    for (std::size_t joint = 4; joint < rig.emulation.joint_count(); ++joint) {
+      const auto followed = rig.emulation.board(joint).followed();
+      EXPECT_TRUE(!followed || followed->mode == drivers::tmcl::ControllerMode::kMotorStop)
+          << "joint " << joint << " is held";
+    }
+    for (std::size_t i = 0; i < rig.emulation.bus().size(); ++i) {
+      EXPECT_EQ(base.slave(i).state(), AlState::kInit) << "slave " << i + 1;
+      EXPECT_EQ(base.slave(i).al_status_code(), 0) << "asked for a state that it refuses: slave " << i + 1;
+    }
+  }
+}
+
+TEST(EthercatRobot, AnArmThatIsLeftOffIsNoted) {
+  const auto notes = [](EthercatOptions::Kind on_the_bus, EthercatOptions::Kind wanted) {
+    return BaseWithArms(on_the_bus, wanted).rig.robot->notes();
+  };
+  using enum EthercatOptions::Kind;
+  for (const auto& [on_the_bus, wanted, drives] :
+       {std::tuple(kBaseAndArm, kBase, "5"), std::tuple(kBaseAndTwoArms, kBase, "10"),
+        std::tuple(kBaseAndTwoArms, kBaseAndArm, "5")}) {
+    const std::vector<std::string> lines = notes(on_the_bus, wanted);
+    ASSERT_EQ(lines.size(), 1U);
+    EXPECT_NE(lines[0].find(std::string("its ") + drives + " drives"), std::string::npos) << lines[0];
+    EXPECT_NE(lines[0].find("stay off"), std::string::npos) << lines[0];
+  }
+  EXPECT_TRUE(notes(kBase, kBase).empty());
+  EXPECT_TRUE(notes(kBaseAndArm, kBaseAndArm).empty());
+}
+
+TEST(EthercatRobot, TheBaseDrivesOnWhateverBecomesOfTheArmThatIsLeftOff) {
+  BaseWithArms base(EthercatOptions::Kind::kBaseAndArm, EthercatOptions::Kind::kBase,
+                    {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 6s, .duration = 1s, .slave = 7}});
+  base.rig.enable();
+  base.rig.command_all_velocity(2.0);
+  base.rig.run_until([&] { return base.rig.emulation.wire().now() >= 9s; });
+  EXPECT_TRUE(base.rig.status.ok()) << describe(base.rig.status.fault);
+  EXPECT_TRUE(base.rig.sample.enabled);
+  EXPECT_TRUE(base.rig.robot->trouble().empty());
+  EXPECT_EQ(base.slave(7).state(), AlState::kInit) << "back, and left alone";
+}
+
+TEST(EthercatRobot, WithAnArmLeftOffEachSlaveOfTheBaseIsWatchedAsEver) {
+  for (const AlState state : {AlState::kSafeOp, AlState::kPreOp, AlState::kInit}) {
+    for (std::size_t slave = 1; slave < kFirstArmSlave; ++slave) {
+      BaseWithArms base;
+      base.rig.enable();
+      base.slave(slave).report_error(state, 0x001B);
+      base.rig.run(3ms);
+      EXPECT_EQ(base.rig.status.fault, Fault::kPartialBus) << "slave " << slave + 1;
+      EXPECT_EQ(base.rig.status.joint, static_cast<int>(slave) - 1);
+      EXPECT_FALSE(base.rig.sample.enabled);
+    }
+  }
+}
+
+TEST(EthercatRobot, WhatIsNoWholeArmBehindTheBaseIsRefused) {
+  const auto refusal = [](std::size_t unplugged) {
+    Rig rig(Rig::options(EthercatOptions::Kind::kBaseAndArm), {.kind = EthercatOptions::Kind::kBase});
+    rig.emulation.bus().set_cable(unplugged, false);
+    try {
+      rig.robot->activate();
+    } catch (const SetupError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refusal(10).find("slave 6 (KR-843): check the bus: not expected"), std::string::npos)
+      << refusal(10);
+  EXPECT_EQ(refusal(kFirstArmSlave), "") << "no arm at all";
+}
+
 // ---- simulations by the clock, which may be late ----
 
 /// A base whose emulator does not answer for `lost` cycles in motion; the robot as it is then.
