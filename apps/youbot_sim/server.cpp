@@ -57,7 +57,7 @@ ServerSummary serve(sim::bus::YoubotBus& robot, FramePort& port, nanoseconds dur
       if (summary.answered > answered) lateness.add(port.now() - frame.came);
     }
     if (const auto late = lateness.due(now))
-      spdlog::warn("{}: give it real-time priority, or the machine less to do", describe(*late));
+      spdlog::warn("{}: the machine is busy, or this program has no real-time priority", describe(*late));
   }
   summary.duration = emulated - start;
   summary.late = lateness.total();
