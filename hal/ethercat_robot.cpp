@@ -9,9 +9,9 @@
 #include <utility>
 #include <vector>
 
-#include "drivers/ethercat/lock_step.h"
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/ethercat/raw_socket_link.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/client.h"
 #include "drivers/tmcl/mailbox_transport.h"
 #include "drivers/tmcl/youbot_topology.h"
@@ -35,6 +35,11 @@ tmcl::YoubotKind kind_of(EthercatOptions::Kind kind) noexcept {
     case EthercatOptions::Kind::kBaseAndTwoArms: return tmcl::YoubotKind::kBaseAndTwoArms;
   }
   return tmcl::YoubotKind::kBase;
+}
+
+std::size_t drives_of(tmcl::YoubotKind kind) {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      tmcl::youbot_boards(kind), [](const auto& board) { return board.kind != tmcl::BoardKind::kPower; }));
 }
 
 /// Sets its stall detection up as the official driver does. What is wrong with it, empty when nothing is.
@@ -63,13 +68,17 @@ std::vector<tmcl::ParameterSetting> settings_of(const EthercatOptions& options, 
   return settings;
 }
 
+/// Cycles without an answer that are bridged beside the tolerated ones.
+int excused_cycles(const EthercatOptions& options, nanoseconds period, bool simulated) {
+  if (!simulated || options.tolerated_cycles) return 0;
+  const auto cycle = std::max(period, options.frame_timeout);  // as long as one without an answer takes
+  return std::max(0, static_cast<int>(kSimulatorPatience / cycle) - kToleratedCycles);
+}
+
 /// In lock-step nothing is late, however long a busy machine lets either end wait.
 ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
   bus.cyclic.frame_timeout = options.frame_timeout;
-  // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
-  // slave, and the slave would move again without a new enable.
-  bus.cyclic.lost_after_cycles = std::max(bus.cyclic.lost_after_cycles, options.tolerated_cycles);
   if (options.lock_step) {
     bus.access = {.frame_timeout = std::chrono::seconds(2), .tries = 3};
     bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone
@@ -80,10 +89,9 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
 }
 
 void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
-  for (const ethercat::Slave& slave : slaves)
-    if (!slave.sii.name.ends_with(ethercat::kLockStepMark))
-      throw SetupError(slave.label(), "check that it is simulated in lock-step",
-                       "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
+  if (const ethercat::Slave* const slave = first_without(ethercat::kLockStepMark, slaves))
+    throw SetupError(slave->label(), "check that it is simulated in lock-step",
+                     "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
 }
 
 /// What reports are made of, by another thread than the cycle's.
@@ -99,7 +107,11 @@ class EthercatRobot final : public Robot {
   using OpenLink = std::function<std::unique_ptr<ethercat::Link>()>;
 
   EthercatRobot(OpenLink open_link, const EthercatOptions& options, const Clock& clock, nanoseconds period)
-      : open_link_(std::move(open_link)), options_(options), clock_(clock), period_(period) {
+      : open_link_(std::move(open_link)),
+        options_(options),
+        clock_(clock),
+        period_(period),
+        tolerated_cycles_(options.tolerated_cycles.value_or(kToleratedCycles)) {
     if (options.lock_step && period != ethercat::kLockStepPeriod)
       throw std::invalid_argument("in lock-step a cycle takes 1 ms, and no other period");
     for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(kind_of(options.kind))) {
@@ -120,6 +132,7 @@ class EthercatRobot final : public Robot {
   void activate() override;
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
+  std::vector<std::string> notes() const override;
   std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 
@@ -147,11 +160,16 @@ class EthercatRobot final : public Robot {
   // Neither is ever moved: others point to them.
   std::deque<DriveChannel> drives_;
   std::deque<GripperChannel> grippers_;
+  std::size_t drives_left_off_ = 0;           // of an arm that is there and not asked for
   std::vector<std::string> gripper_trouble_;  // of each: why it is taken for absent
   bool enabled_ = false;
   // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
   bool simulation_gone_ = false;
+  bool simulated_ = false;  // by youbot-sim, as its EEPROMs say
+  const int tolerated_cycles_;
+  int excused_cycles_ = 0;  // if they have no answer
   int bad_cycles_ = 0;
+  int unanswered_cycles_ = 0;  // of those
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
   RobotState state_;                  // the cycle's
@@ -166,17 +184,26 @@ void EthercatRobot::activate() {
     link_ = open_link_();
     ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
     const tmcl::YoubotKind kind = kind_of(options_.kind);
-    check_topology(setup.slaves(), tmcl::youbot_topology(kind), link_->name());
+    // An arm that is there and not asked for stays out of operation: its drives are sent nothing, so neither
+    // do their watchdogs make them hold it when this ends.
+    const tmcl::YoubotKind around = tmcl::youbot_around(kind, setup.slaves().size());
+    check_topology(setup.slaves(), tmcl::youbot_topology(around), link_->name());
+    drives_left_off_ = drives_of(around) - drives_of(kind);
     if (options_.lock_step) {
       check_lock_step(setup.slaves());
       const std::array<std::uint8_t, 1> lifted{options_.lifted};
       setup.broadcast_write(ethercat::kLiftedAddress, lifted);
     }
+    simulated_ = first_without(ethercat::kSimulatedMark, setup.slaves()) == nullptr;
+    excused_cycles_ = excused_cycles(options_, period_, simulated_);
+    // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
+    // slave, and the slave would move again without a new enable.
+    setup.lose_no_sooner_than(tolerated_cycles_ + excused_cycles_);
     setup.enter_pre_op();
     const std::vector<tmcl::YoubotBoard> boards = tmcl::youbot_boards(kind);
     for (std::size_t slave = 0; slave < boards.size(); ++slave)
       if (boards[slave].kind != tmcl::BoardKind::kPower) add_drive(setup, boards[slave], slave);
-    bus_.emplace(std::move(setup).start());
+    bus_.emplace(std::move(setup).start(boards.size()));
   } catch (const std::exception& error) {
     deactivate();
     throw SetupError("EtherCAT robot", "start up", error.what());
@@ -186,7 +213,7 @@ void EthercatRobot::activate() {
   told_ = state_;
   states_.emplace(state_);
   enabled_ = false;
-  bad_cycles_ = 0;
+  bad_cycles_ = unanswered_cycles_ = 0;
   latched_ = {};
 }
 
@@ -359,13 +386,17 @@ bool has_left(const ethercat::SlaveHealth& health) noexcept {
 /// Health is working counter, AL state and fresh inputs together; a short silence is bridged.
 CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexcept {
   if (result.all_operational) {
-    bad_cycles_ = 0;
+    bad_cycles_ = unanswered_cycles_ = 0;
     return {};
   }
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (has_left(bus_->health(drives_[i].slave())))
       return {Fault::kPartialBus, static_cast<std::int8_t>(i), result.working_counter};
-  if (++bad_cycles_ <= options_.tolerated_cycles && !simulation_gone_) return {};
+  if (!result.answered) ++unanswered_cycles_;
+  const int excused = std::min(unanswered_cycles_, excused_cycles_);
+  if (++bad_cycles_ - excused <= tolerated_cycles_ && !simulation_gone_) return {};
+  // Mostly silence: slaves that are missing behind one that answers are another matter.
+  if (simulated_ && 2 * unanswered_cycles_ > bad_cycles_) return {Fault::kSimulatorSilent};
   if (!result.answered) return {Fault::kFrameLost};
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (bus_->health(drives_[i].slave()).condition != ethercat::SlaveCondition::kOperational)
@@ -402,6 +433,12 @@ void EthercatRobot::restore(std::size_t slave) noexcept {
     if (!drive.restore()) return;
   }
   bus_->resume(slave);
+}
+
+std::vector<std::string> EthercatRobot::notes() const {
+  if (drives_left_off_ == 0) return {};
+  return {"more is on the bus than the kind that is configured: its " + std::to_string(drives_left_off_) +
+          " drives behind those of " + joints_.back().name + ", and a gripper there, stay off"};
 }
 
 std::vector<std::string> EthercatRobot::trouble() const {

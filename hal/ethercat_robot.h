@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,10 @@ class Link;
 
 namespace hal {
 
+inline constexpr int kToleratedCycles = 10;
+/// As long as the boards' own watchdog.
+inline constexpr std::chrono::milliseconds kSimulatorPatience{100};
+
 struct EthercatOptions {
   enum class Kind : std::uint8_t { kBase, kArm, kBaseAndArm, kBaseAndTwoArms };
   Kind kind = Kind::kBaseAndArm;
@@ -25,8 +30,10 @@ struct EthercatOptions {
   bool busy_wait = false;
   /// The motor controllers report the current's magnitude only (a property of the firmware).
   bool unsigned_current = false;
-  /// Cycles without an answer, or with slaves missing, that are bridged with the last sample.
-  int tolerated_cycles = 10;
+  /// Cycles without an answer, or with slaves missing, that are bridged with the last sample. By default
+  /// kToleratedCycles; without an answer as many as make up kSimulatorPatience on a bus on which every slave
+  /// says in its EEPROM that youbot-sim emulates it, and nowhere else.
+  std::optional<int> tolerated_cycles{};
   /// A cycle waits so long for its answer. On a robot less than a period; for slaves that a busy machine
   /// emulates and that have all the time, more.
   std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
@@ -35,7 +42,7 @@ struct EthercatOptions {
   /// Arm joints that do not know their zero find it at their end stops when the robot is enabled: the arm
   /// MOVES, all joints at once. Fold it by hand first.
   bool home_arms = false;
-  /// Drive a simulation in lock-step (drivers/ethercat/lock_step.h) and nothing else: any other bus is
+  /// Drive a simulation in lock-step (drivers/ethercat/simulated_bus.h) and nothing else: any other bus is
   /// refused before it is asked to leave its state. Its answers may take seconds; what leaves operation is
   /// not taken back.
   bool lock_step = false;
@@ -55,7 +62,8 @@ struct EthercatOptions {
 /// Joints in bus order: wheel-1 … wheel-4, arm-1 … arm-5, arm2-1 … arm2-5 (those the kind has).
 ///
 /// - activate() scans, compares with the expected topology, reads the firmware versions, takes all slaves to
-/// OP.
+///   OP. A base with one or two arms is also a base, and one with two arms a base with one: the drives of the
+///   arm too many, and its gripper, are left off in PRE-OP, and notes() says so.
 /// - A sample's stamp is taken as soon as its frame has been sent: then it passes the boards, and they put in
 ///   what they measured last. How long the frame took to make, or its answer to fetch, is not in it.
 /// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded,

@@ -10,6 +10,12 @@ const char* describe(Fault fault) noexcept {
     case Fault::kJointFault: return "a joint fault";
     case Fault::kFrameLost: return "no answer from the bus";
     case Fault::kPartialBus: return "some devices on the bus did not answer";
+    case Fault::kSimulatorSilent:
+      return "no answer from the simulated bus: youbot-sim was late, unless it ended or plays a fault; start "
+             "it "
+             "with the right to real-time priority (as root, or with CAP_SYS_NICE and CAP_IPC_LOCK), or give "
+             "the "
+             "machine less to do";
   }
   return "unknown fault";
 }

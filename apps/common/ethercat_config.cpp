@@ -40,20 +40,23 @@ void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::Ether
       entry.refuse("name", "= '" + parameter.name + "' " + complaint);
     options.parameters.push_back(parameter);
   }
-  table.integer("tolerated_cycles", options.tolerated_cycles, {.min = 0, .max = 100});
+  int tolerated_cycles = options.tolerated_cycles.value_or(hal::kToleratedCycles);
+  if (table.has("tolerated_cycles")) {
+    table.integer("tolerated_cycles", tolerated_cycles, {.min = 0, .max = 100});
+    options.tolerated_cycles = tolerated_cycles;
+  }
   double frame_timeout_s = std::chrono::duration<double>(options.frame_timeout).count();
   table.number("frame_timeout_s", frame_timeout_s, {.min = 1e-4, .max = 0.1});
   options.frame_timeout = std::chrono::nanoseconds(std::llround(1e9 * frame_timeout_s));
   // A cycle without an answer takes as long as it waits for one, or its period.
   const std::chrono::nanoseconds cycle = std::max(period, options.frame_timeout);
-  if (options.tolerated_cycles * cycle > kLongestBridge) {
+  if (tolerated_cycles * cycle > kLongestBridge) {
     const double cycle_s = std::chrono::duration<double>(cycle).count();
     const char* const key = cycle == period ? "loop.period_s" : "ethercat.frame_timeout_s";
     table.refuse("tolerated_cycles",
                  fmt::format("= {} bridges {} × {:g} s ('{}') = {:g} s, and the drives stop by themselves "
                              "after 0.1 s: lower one of the two",
-                             options.tolerated_cycles, options.tolerated_cycles, cycle_s, key,
-                             options.tolerated_cycles * cycle_s));
+                             tolerated_cycles, tolerated_cycles, cycle_s, key, tolerated_cycles * cycle_s));
   }
 }
 
@@ -62,11 +65,12 @@ std::string ethercat_text(const hal::EthercatOptions& options) {
   for (const auto& [name, value] : kKinds)
     if (value == options.kind) kind = name;
   std::string text = fmt::format(
-      "[ethercat]\nkind = {}\nbusy_wait = {}\nunsigned_current = {}\ntolerated_cycles = {}\n"
+      "[ethercat]\nkind = {}\nbusy_wait = {}\nunsigned_current = {}\n"
       "frame_timeout_s = {}\ndistributed_clocks = {}\nhome_arms = {}\n",
-      toml_string(kind), options.busy_wait, options.unsigned_current, options.tolerated_cycles,
+      toml_string(kind), options.busy_wait, options.unsigned_current,
       std::chrono::duration<double>(options.frame_timeout).count(), options.distributed_clocks,
       options.home_arms);
+  if (options.tolerated_cycles) text += fmt::format("tolerated_cycles = {}\n", *options.tolerated_cycles);
   for (const hal::EthercatOptions::Parameter& parameter : options.parameters)
     text += fmt::format("\n[[ethercat.parameter]]\njoint = {}\nname = {}\nvalue = {}\n",
                         toml_string(parameter.joint), toml_string(parameter.name), parameter.value);

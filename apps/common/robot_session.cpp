@@ -31,6 +31,11 @@ std::unique_ptr<hal::Clock> make_clock(bool virtual_time) {
   return std::make_unique<hal::SteadyClock>();
 }
 
+RobotActivation::RobotActivation(hal::Robot& robot) : robot_(robot) {
+  robot_.activate();
+  for (const std::string& note : robot_.notes()) spdlog::warn("robot: {}", note);
+}
+
 HapticActivation::~HapticActivation() {
   if (!device_.deactivate())
     spdlog::error("{}: nothing confirmed that the force is off: switch the device off", device_.info().name);

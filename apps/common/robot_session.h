@@ -19,10 +19,10 @@ namespace apps {
 /// Virtual, or the machine's steady one.
 std::unique_ptr<hal::Clock> make_clock(bool virtual_time);
 
-/// Switches the robot off however the session ends.
+/// Logs the robot's notes, and switches it off however the session ends.
 class RobotActivation {
  public:
-  explicit RobotActivation(hal::Robot& robot) : robot_(robot) { robot_.activate(); }
+  explicit RobotActivation(hal::Robot& robot);
   RobotActivation(const RobotActivation&) = delete;
   RobotActivation& operator=(const RobotActivation&) = delete;
   ~RobotActivation() { robot_.deactivate(); }

@@ -6,6 +6,7 @@
 #include "apps/youbot_bench/controllers.h"
 #include "drivers/ethercat/bus_error.h"
 #include "drivers/ethercat/pre_op_bus.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/youbot_topology.h"
 
 namespace youbot_bench {
@@ -27,7 +28,11 @@ const char* name(tmcl::YoubotKind kind) {
 /// Which youBot this is; for the kind it comes closest to, what is wrong.
 void print_verdict(const std::vector<ethercat::Slave>& slaves, const std::string& interface) {
   if (const auto kind = complete_youbot(slaves, interface)) {
-    std::printf("this is a complete youBot: %s\n", name(*kind));
+    // A simulation says so in its EEPROMs.
+    const bool simulated = first_without(ethercat::kSimulatedMark, slaves) == nullptr ||
+                           first_without(ethercat::kLockStepMark, slaves) == nullptr;
+    std::printf("this is a complete youBot: %s%s%s\n", name(*kind), simulated ? ", " : "",
+                simulated ? slaves.front().sii.group.c_str() : "");
     return;
   }
   const bool arm_only = slaves.front().sii.is_called("KR-843");

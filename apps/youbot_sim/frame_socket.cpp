@@ -8,14 +8,29 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <stdexcept>
 
 #include "drivers/ethercat/frame.h"
 
 namespace youbot_sim {
 namespace {
+
+using std::chrono::nanoseconds;
+
+nanoseconds as_nanoseconds(const timespec& time) noexcept {
+  return std::chrono::seconds(time.tv_sec) + nanoseconds(time.tv_nsec);
+}
+
+nanoseconds time_of(clockid_t clock) noexcept {
+  timespec time{};
+  clock_gettime(clock, &time);
+  return as_nanoseconds(time);
+}
 
 [[noreturn]] void fail(const std::string& interface, const char* step, const std::string& problem) {
   throw std::runtime_error(interface + ": " + step + ": " + problem);
@@ -57,6 +72,7 @@ FrameSocket::FrameSocket(const std::string& interface)
     // A hint: receive() drops copies of our own frames too.
     const int on = 1;
     setsockopt(socket_, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
+    setsockopt(socket_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);  // when each frame came
     // Frames go to the master's address or to everybody, seldom to ours.
     packet_mreq everything{};
     everything.mr_ifindex = address.sll_ifindex;
@@ -72,19 +88,43 @@ FrameSocket::FrameSocket(const std::string& interface)
 
 FrameSocket::~FrameSocket() { close(socket_); }
 
-std::size_t FrameSocket::receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept {
+FramePort::Frame FrameSocket::receive(std::span<std::uint8_t> buffer,
+                                      std::chrono::nanoseconds timeout) noexcept {
   for (bool waited = false;; waited = true) {
-    sockaddr_ll from{};
-    socklen_t from_size = sizeof from;
-    const ssize_t size =
-        recvfrom(socket_, buffer.data(), buffer.size(), 0, reinterpret_cast<sockaddr*>(&from), &from_size);
-    if (size > 0 && from.sll_pkttype != PACKET_OUTGOING) return static_cast<std::size_t>(size);
-    if (waited || timeout.count() <= 0) return 0;
+    const Frame frame = take(buffer);
+    if (frame.size > 0 || waited || timeout.count() <= 0) return frame;
     const timespec wait{timeout.count() / 1'000'000'000, timeout.count() % 1'000'000'000};
     pollfd readable{socket_, POLLIN, 0};
-    if (ppoll(&readable, 1, &wait, nullptr) <= 0) return 0;
+    if (ppoll(&readable, 1, &wait, nullptr) <= 0) return {};
   }
 }
+
+/// What waits in the socket.
+FramePort::Frame FrameSocket::take(std::span<std::uint8_t> buffer) noexcept {
+  sockaddr_ll from{};
+  iovec bytes{buffer.data(), buffer.size()};
+  alignas(cmsghdr) std::array<std::uint8_t, CMSG_SPACE(sizeof(timespec))> control{};
+  msghdr message{};
+  message.msg_name = &from;
+  message.msg_namelen = sizeof from;
+  message.msg_iov = &bytes;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  const ssize_t size = recvmsg(socket_, &message, 0);
+  if (size <= 0 || from.sll_pkttype == PACKET_OUTGOING) return {};
+  nanoseconds waited{};
+  if (const cmsghdr* const stamp = CMSG_FIRSTHDR(&message);
+      stamp != nullptr && stamp->cmsg_level == SOL_SOCKET && stamp->cmsg_type == SCM_TIMESTAMPNS) {
+    timespec came{};
+    std::memcpy(&came, CMSG_DATA(stamp), sizeof came);
+    // The kernel's stamps are of the clock that somebody may set.
+    waited = std::max(nanoseconds(0), time_of(CLOCK_REALTIME) - as_nanoseconds(came));
+  }
+  return {.size = static_cast<std::size_t>(size), .came = now() - waited};
+}
+
+nanoseconds FrameSocket::now() const noexcept { return time_of(CLOCK_MONOTONIC); }
 
 bool FrameSocket::send(std::span<const std::uint8_t> frame) noexcept {
   return ::send(socket_, frame.data(), frame.size(), 0) == static_cast<ssize_t>(frame.size());

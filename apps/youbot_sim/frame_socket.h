@@ -8,26 +8,29 @@
 #include <span>
 #include <string>
 
+#include "apps/youbot_sim/frame_port.h"
 #include "drivers/interface_lock.h"
 
 namespace youbot_sim {
 
 /// AF_PACKET, EtherType 0x88A4; needs CAP_NET_RAW and an interface that is up, which it has for itself as far
 /// as slaves go. Sleeps while it waits.
-class FrameSocket {
+class FrameSocket final : public FramePort {
  public:
   /// @throws std::runtime_error saying what to do: no such interface, interface down, no permission;
   ///         drivers::InterfaceInUse.
   explicit FrameSocket(const std::string& interface);
-  ~FrameSocket();
+  ~FrameSocket() override;
   FrameSocket(const FrameSocket&) = delete;
   FrameSocket& operator=(const FrameSocket&) = delete;
 
-  /// The size of the next frame from outside, 0 when none came in time or a signal did.
-  std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept;
-  bool send(std::span<const std::uint8_t> frame) noexcept;
+  Frame receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override;
+  bool send(std::span<const std::uint8_t> frame) noexcept override;
+  std::chrono::nanoseconds now() const noexcept override;
 
  private:
+  Frame take(std::span<std::uint8_t> buffer) noexcept;
+
   std::optional<drivers::InterfaceLock> lock_;
   int socket_ = -1;
 };

@@ -12,6 +12,8 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
+#include "apps/common/non_blocking_log.h"
+#include "apps/common/real_time.h"
 #include "apps/common/run_app.h"
 #include "apps/common/scene_config.h"
 #include "apps/common/stop_on_signals.h"
@@ -19,6 +21,7 @@
 #include "apps/youbot_sim/frame_socket.h"
 #include "apps/youbot_sim/robot_recording.h"
 #include "apps/youbot_sim/server.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/youbot_topology.h"
 #include "sim/bus/youbot_bus.h"
 
@@ -26,6 +29,7 @@ namespace {
 
 using drivers::tmcl::Firmware;
 using sim::bus::Hardware;
+using sim::bus::MailboxDemand;
 using sim::bus::RobotKind;
 
 const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
@@ -33,13 +37,19 @@ const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
                                                {"base+arm", RobotKind::kBaseAndArm},
                                                {"base+two-arms", RobotKind::kTwoArms}};
 const std::map<std::string, Firmware> kFirmwares{{"148", Firmware::k148}, {"200", Firmware::k200}};
+const std::map<std::string, MailboxDemand> kDemands{{"lenient", MailboxDemand::kWhereSiiNames},
+                                                    {"strict", MailboxDemand::kAlways}};
 const std::map<std::string, Hardware> kGenerations{{"first", Hardware::kFirst}, {"later", Hardware::kLater}};
+
+/// Below a master's, which is 80 by default: where both share a core its cycle comes first.
+constexpr int kPriority = 70;
 
 struct Arguments {
   std::string interface;
   std::string robot = "base+arm";
   std::string firmware = "148";
   std::string hardware = "later";
+  std::string boards = "lenient";
   std::string faults_file;
   std::string scene_file;
   std::string record_file;
@@ -68,8 +78,9 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.coupled = options.robot == RobotKind::kBaseAndArm;
   options.board.firmware = kFirmwares.at(arguments.firmware);
   options.hardware = kGenerations.at(arguments.hardware);
+  options.slave.mailbox_demand = kDemands.at(arguments.boards);
   options.wire.timed = false;
-  options.lock_step = arguments.lock_step;
+  options.mark = arguments.lock_step ? drivers::ethercat::kLockStepMark : drivers::ethercat::kSimulatedMark;
   options.base.model = apps::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
   if (!arguments.scene_file.empty()) {
     if (!options.coupled) throw std::invalid_argument("--scene needs --robot base+arm: only its tip touches");
@@ -78,6 +89,17 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   if (!arguments.faults_file.empty())
     options.wire.faults = youbot_sim::load_faults(arguments.faults_file, slaves_of(options.robot));
   return options;
+}
+
+youbot_sim::ServerSummary serve(const Arguments& arguments, sim::bus::YoubotBus& robot,
+                                youbot_sim::FrameSocket& socket, std::chrono::nanoseconds duration) {
+  if (arguments.lock_step)
+    return youbot_sim::serve_in_lock_step(robot, socket, duration, apps::stop_requested);
+  apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
+  for (const std::string& refused : real_time.enter({.priority = kPriority}))
+    if (!arguments.quiet) spdlog::info("answers may be late on a busy machine: {}", refused);
+  const apps::NonBlockingLog log;  // or who reads the log could hold the robot up
+  return youbot_sim::serve(robot, socket, duration, apps::stop_requested);
 }
 
 int run(const Arguments& arguments) {
@@ -91,9 +113,7 @@ int run(const Arguments& arguments) {
     std::fflush(stdout);  // scripts wait for this line
   }
   const std::chrono::nanoseconds duration(std::llround(1e9 * arguments.duration_s));
-  const youbot_sim::ServerSummary summary =
-      arguments.lock_step ? youbot_sim::serve_in_lock_step(robot, socket, duration, apps::stop_requested)
-                          : youbot_sim::serve(robot, socket, duration, apps::stop_requested);
+  const youbot_sim::ServerSummary summary = serve(arguments, robot, socket, duration);
   if (!arguments.quiet) std::fputs(youbot_sim::report(summary, robot).c_str(), stdout);
   if (recording) {
     recording->close();
@@ -124,6 +144,12 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--hardware", arguments.hardware, "generation that names the boards")
       ->check(CLI::IsMember(&kGenerations))
+      ->capture_default_str();
+  app.add_option(
+         "--boards", arguments.boards,
+         "lenient: PRE-OP also without mailbox, for masters that set one up only where the EEPROM names "
+         "a protocol, and these name none; strict: never without. docs/emulated_bus.md says why")
+      ->check(CLI::IsMember(&kDemands))
       ->capture_default_str();
   app.add_option("--faults", arguments.faults_file,
                  "TOML file of faults and when they come; FILE_FORMATS.md has an example")

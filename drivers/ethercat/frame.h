@@ -106,8 +106,9 @@ enum class FrameError : std::uint8_t {
 };
 const char* describe(FrameError error) noexcept;
 
-/// Walks the datagrams of a received frame. parse() checks all of them, so that next() cannot leave the
-/// buffer whatever bytes came. Cycle-safe.
+/// Walks the datagrams of a frame that the master received. parse() checks all of them, so that next() cannot
+/// leave the buffer whatever bytes came. Emulated slaves have rules of their own (sim/bus/passing_frame.h).
+/// Cycle-safe.
 class FrameReader {
  public:
   /// `frame` outlives the reader and its datagrams, and may be changed through them.

@@ -256,7 +256,7 @@ void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) 
     case Purpose::kBroadcastState:
       most_answering_ = std::max(most_answering_, counter);
       broadcast_clean_ =
-          counter == slaves_.size() && datagram.data[0] == static_cast<std::uint8_t>(AlState::kOp);
+          counter == slaves_.size() + options_.bystanders && datagram.data[0] == expected_states();
       break;
     case Purpose::kProbe: take_probe(station, datagram); break;
     case Purpose::kMailbox: station.mailbox.answer(datagram); break;
@@ -310,8 +310,12 @@ void OpBus::update_conditions() noexcept {
     if (image_whole_ || (bytes_of(station.info) == 0 && (station.probed || broadcast_clean_)))
       health.inputs_fresh = true;
     if (clean) {
-      health.state = AlState::kOp;
-      health.al_error = false;
+      // A bystander's PRE-OP hides another slave's from the broadcast, but not from its own probe.
+      const bool hidden = options_.bystanders > 0 && station.probed && health.state == AlState::kPreOp;
+      if (!hidden) {
+        health.state = AlState::kOp;
+        health.al_error = false;
+      }
       station.silent_cycles = 0;
     } else if ((station.asked || !result_.answered) && suspicious_ && !station.probed &&
                health.condition != SlaveCondition::kLost) {
@@ -373,8 +377,16 @@ void OpBus::lose(Station& station) noexcept {
   station.mailbox.clear();
 }
 
+/// Of all, ORed.
+std::uint8_t OpBus::expected_states() const noexcept {
+  const unsigned bystanders = options_.bystanders > 0 ? static_cast<unsigned>(AlState::kPreOp) : 0U;
+  return static_cast<std::uint8_t>(static_cast<unsigned>(AlState::kOp) | bystanders);
+}
+
 void OpBus::leave_op() noexcept {
   for (const AlState state : {AlState::kSafeOp, AlState::kPreOp, AlState::kInit}) {
+    // A request goes to all, and must not take bystanders up.
+    if (state == AlState::kSafeOp && options_.bystanders > 0) continue;
     bool reached = false;
     for (int patience = kLeaveFrames; patience > 0 && !reached; --patience) {
       FrameWriter& writer = transceiver_->begin();
@@ -461,9 +473,9 @@ std::vector<std::string> OpBus::findings(const BusState& state) const {
     if (health.condition != SlaveCondition::kOperational)
       lines.push_back(condition_text(slaves_[i].info, health, state.failed_setups[i]));
   }
-  if (state.most_answering > slaves_.size())
-    lines.push_back(std::to_string(state.most_answering) + " slaves answer, " +
-                    std::to_string(slaves_.size()) +
+  const std::size_t at_start = slaves_.size() + options_.bystanders;
+  if (state.most_answering > at_start)
+    lines.push_back(std::to_string(state.most_answering) + " slaves answer, " + std::to_string(at_start) +
                     " were there at the start: something was plugged in, and works only after a restart");
   return lines;
 }

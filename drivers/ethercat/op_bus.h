@@ -77,6 +77,9 @@ class OpBus {
     /// Who did not answer once is gone: leave_op() tries no further.
     bool silence_is_final = false;
     int lost_after_cycles = 3;  ///< cycles without an answer until a slave counts as lost
+    /// Slaves behind these that stay in PRE-OP. They are neither mapped nor supervised: whatever becomes of
+    /// them, the others work on.
+    std::size_t bystanders = 0;
   };
 
   /// Slaves are in SAFE-OP and configured; they are taken to OP by the first exchanges.
@@ -173,6 +176,7 @@ class OpBus {
   void take_probe(Station& station, const Datagram& datagram) noexcept;
   void accept_inputs(Station& station, std::span<const std::uint8_t> inputs) noexcept;
   void update_conditions() noexcept;
+  std::uint8_t expected_states() const noexcept;
   void lose(Station& station) noexcept;
   void restart(Station& station) noexcept;
 

@@ -101,7 +101,7 @@ std::span<const std::uint8_t> PreOpBus::mailbox_exchange(std::size_t i,
   return line.reply();
 }
 
-OpBus PreOpBus::start() && {
+OpBus PreOpBus::start(std::size_t driven) && {
   Link& link = transceiver_->link();
   std::optional<DistributedClocks> clocks;
   if (options_.distributed_clocks) {
@@ -109,6 +109,8 @@ OpBus PreOpBus::start() && {
     clocks.emplace(access_, slaves_, static_cast<std::uint64_t>(link.now().count()));
     clocks->settle(access_, kSettlingFrames);
   }
+  options_.cyclic.bystanders = slaves_.size() - driven;
+  slaves_.resize(driven);
   std::vector<std::vector<SetupStep>> steps;
   std::vector<SlaveSetup> setups(slaves_.size());
   for (const Slave& slave : slaves_) steps.push_back(steps_to_safe_op(slave));

@@ -7,10 +7,12 @@
 ///   setup.mailbox_exchange(3, request);                // parameters
 ///   OpBus bus = std::move(setup).start();              // SAFE-OP, then OP
 #pragma once
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "drivers/ethercat/bus_scan.h"
@@ -37,6 +39,12 @@ class PreOpBus {
 
   const std::vector<Slave>& slaves() const noexcept { return slaves_; }
 
+  /// No slave counts as lost before it was silent for so many cycles, or as many as the options say if that
+  /// is more.
+  void lose_no_sooner_than(int cycles) noexcept {
+    options_.cyclic.lost_after_cycles = std::max(options_.cyclic.lost_after_cycles, cycles);
+  }
+
   /// Writes to a register of all slaves. @throws BusError when one did not take it.
   void broadcast_write(std::uint16_t address, std::span<const std::uint8_t> data);
 
@@ -49,10 +57,11 @@ class PreOpBus {
   /// @throws BusError when the slave has no mailbox or does not reply in time.
   std::span<const std::uint8_t> mailbox_exchange(std::size_t i, std::span<const std::uint8_t> request);
 
-  /// Sets clocks up if asked to, configures process data, takes all slaves to SAFE-OP and, with process data
-  /// cycling, to OP.
+  /// Sets clocks up if asked to, configures process data, takes the first `driven` slaves to SAFE-OP and,
+  /// with process data cycling, to OP; those behind them stay in PRE-OP.
   /// @throws BusError as enter_pre_op().
-  OpBus start() &&;
+  OpBus start(std::size_t driven) &&;
+  OpBus start() && { return std::move(*this).start(slaves_.size()); }
 
  private:
   void run_setups(std::vector<SlaveSetup>& setups);

@@ -24,6 +24,8 @@ enum CategoryType : std::uint16_t {
   kRxPdos = 51,
   kEnd = 0xFFFF,
 };
+// Numbers of strings in the general category.
+constexpr std::size_t kGeneralGroupOffset = 0;
 constexpr std::size_t kGeneralNameOffset = 3;
 
 /// The largest EEPROM is 4 Mbit; a chain beyond 64 KiB of words or of more categories is garbage.
@@ -125,13 +127,16 @@ SiiInfo SiiReader::info() {
   }
 
   std::size_t name_index = 0;
+  std::size_t group_index = 0;
   for (const Category& category : categories_) {
     if (category.begin_bytes + category.size_bytes > image_.size()) continue;
     const std::span bytes(image_.data() + category.begin_bytes, category.size_bytes);
     switch (category.type) {
       case kStrings: parse_strings(bytes); break;
       case kGeneral:
-        if (bytes.size() > kGeneralNameOffset) name_index = bytes[kGeneralNameOffset];
+        if (bytes.size() <= kGeneralNameOffset) break;
+        name_index = bytes[kGeneralNameOffset];
+        group_index = bytes[kGeneralGroupOffset];
         break;
       case kSyncManagers: parse_sync_managers(bytes, info); break;
       case kTxPdos: parse_pdos(bytes, info.input_pdos); break;
@@ -140,7 +145,11 @@ SiiInfo SiiReader::info() {
     }
   }
   if (!strings_.empty()) info.first_string = strings_.front();
-  if (name_index > 0 && name_index <= strings_.size()) info.name = strings_[name_index - 1];
+  const auto string = [&](std::size_t number) {  // they count from 1
+    return number > 0 && number <= strings_.size() ? strings_[number - 1] : std::string();
+  };
+  info.name = string(name_index);
+  info.group = string(group_index);
   return info;
 }
 

@@ -58,6 +58,7 @@ struct SiiInfo {
   std::string name;  ///< as the general category has it: "EL1008 8K. Dig. Eingang 24V, 3ms"
   /// Usually the order code, "EL1008": what SOEM, and drivers that stand on it, take for the name.
   std::string first_string;
+  std::string group;  ///< of the general category; simulated_bus.h says what it may mean
   std::vector<SyncManagerInfo> sync_managers;
   std::vector<PdoInfo> output_pdos;  ///< RxPDOs
   std::vector<PdoInfo> input_pdos;   ///< TxPDOs

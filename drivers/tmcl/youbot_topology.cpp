@@ -48,6 +48,13 @@ std::vector<YoubotBoard> youbot_boards(YoubotKind kind) {
   return boards;
 }
 
+YoubotKind youbot_around(YoubotKind kind, std::size_t slaves) {
+  if (kind == YoubotKind::kArm) return kind;  // the others begin with a base
+  for (const YoubotKind larger : {YoubotKind::kBase, YoubotKind::kBaseAndArm, YoubotKind::kBaseAndTwoArms})
+    if (larger >= kind && youbot_boards(larger).size() == slaves) return larger;
+  return kind;
+}
+
 std::vector<ethercat::ExpectedSlave> youbot_topology(YoubotKind kind) {
   std::vector<ethercat::ExpectedSlave> topology;
   for (const YoubotBoard& board : youbot_boards(kind)) topology.push_back(expected(board));

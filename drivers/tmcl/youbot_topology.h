@@ -1,6 +1,7 @@
 /// @file
 /// What stands where on a youBot's bus (official driver's configuration, KU Leuven driver).
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -24,6 +25,9 @@ std::string joint_name(const YoubotBoard& board);
 
 /// In bus order, power boards included.
 std::vector<YoubotBoard> youbot_boards(YoubotKind kind);
+/// The robot of as many `slaves` that begins with the whole of `kind`, such as a base with an arm on it for a
+/// base; `kind` itself where there is none.
+YoubotKind youbot_around(YoubotKind kind, std::size_t slaves);
 /// The same as names that may stand there: both generations of hardware.
 std::vector<ethercat::ExpectedSlave> youbot_topology(YoubotKind kind);
 

@@ -58,16 +58,18 @@ bool mapped_whole(const Configured& manager, std::span<const Fmmu> fmmus, bool o
 }  // namespace
 
 std::uint16_t mailbox_obstacle(std::span<const SyncManagerSetting> expected,
-                               std::span<const std::uint8_t> registers) noexcept {
+                               std::span<const std::uint8_t> registers, bool optional) noexcept {
+  bool any_enabled = false;
+  bool all_right = true;
   for (std::size_t i = 0; i < expected.size(); ++i) {
     if (expected[i].use != SyncManagerUse::kMailboxOut && expected[i].use != SyncManagerUse::kMailboxIn)
       continue;
     const Configured found = configured(registers, i);
-    if (!found.enabled || found.start != expected[i].start || !same_kind(found, expected[i])) {
-      return al_code::kInvalidMailbox;
-    }
+    any_enabled = any_enabled || found.enabled;
+    all_right =
+        all_right && found.enabled && found.start == expected[i].start && same_kind(found, expected[i]);
   }
-  return al_code::kNone;
+  return all_right || (optional && !any_enabled) ? al_code::kNone : al_code::kInvalidMailbox;
 }
 
 std::uint16_t process_data_obstacle(std::span<const SyncManagerSetting> expected,

@@ -9,10 +9,17 @@
 
 namespace sim::bus {
 
+/// Whether a board enters PRE-OP without its mailbox.
+enum class MailboxDemand : std::uint8_t {
+  kAlways,         ///< never without
+  kWhereSiiNames,  ///< if its SII names no mailbox protocol and the master enables neither sync manager
+};
+
 /// For PRE-OP. The mailbox sync managers must be enabled just as the SII says: start, length, mode and
-/// direction; else 0x0016. `registers`: the sync managers' own, from 0x0800, eight bytes each.
+/// direction; else 0x0016. `optional`: or both be off. `registers`: the sync managers' own, from 0x0800,
+/// eight bytes each.
 std::uint16_t mailbox_obstacle(std::span<const SyncManagerSetting> expected,
-                               std::span<const std::uint8_t> registers) noexcept;
+                               std::span<const std::uint8_t> registers, bool optional) noexcept;
 
 /// For SAFE-OP. 0x001D (outputs) and 0x001E (inputs) unless the sync manager is enabled in the mode,
 /// direction and length of the SII (its start is the master's choice; off, if the SII has no such data), and

@@ -1,23 +1,17 @@
 #include "sim/bus/emulated_bus.h"
 
-#include <array>
 #include <utility>
 
 #include "drivers/ethercat/frame.h"
+#include "sim/bus/passing_frame.h"
 
 namespace sim::bus {
 namespace {
 
 using drivers::ethercat::Datagram;
-using drivers::ethercat::FrameError;
-using drivers::ethercat::FrameReader;
-using drivers::ethercat::kDatagramOverheadBytes;
-using drivers::ethercat::kFrameHeaderBytes;
-using drivers::ethercat::kMaxFrameBytes;
 using drivers::ethercat::kReturnedBit;
 using std::chrono::nanoseconds;
 
-constexpr std::size_t kMaxDatagrams = (kMaxFrameBytes - kFrameHeaderBytes) / kDatagramOverheadBytes;
 constexpr std::size_t kSourceMac = 6;
 
 }  // namespace
@@ -35,13 +29,8 @@ bool EmulatedBus::process(std::span<std::uint8_t> frame) noexcept {
   // Forced open without a link. As it is now: this frame's own writes come into force behind it.
   const bool falls_out = nodes_[slaves - 1].slave->controller().port_open(1);
 
-  FrameReader reader;
-  const bool well_formed = frame.size() <= kMaxFrameBytes && reader.parse(frame) == FrameError::kNone;
-  std::array<Datagram, kMaxDatagrams> datagrams;
-  std::size_t count = 0;
-  while (well_formed && count < datagrams.size() && reader.next(datagrams[count])) ++count;
-
-  bool good = well_formed;
+  PassingFrame passing(frame);
+  bool good = passing.valid();
   for (std::size_t i = 0; i < slaves; ++i) {
     EmulatedSlave& slave = *nodes_[i].slave;
     if (nodes_[i].damaged_frames > 0) {
@@ -54,7 +43,7 @@ bool EmulatedBus::process(std::span<std::uint8_t> frame) noexcept {
       slave.controller().count_invalid_frame(0, true);
     }
     slave.controller().begin_frame(times_at(i, slaves));
-    for (std::size_t k = 0; k < count; ++k) slave.controller().process(datagrams[k]);
+    for (Datagram& datagram : passing.datagrams()) slave.controller().process(datagram);
     slave.end_frame(good);
   }
   for (std::size_t i = 0; !good && i + 1 < slaves; ++i) {  // marked by now, it comes back through all of them

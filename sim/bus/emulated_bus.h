@@ -26,7 +26,7 @@ class EmulatedBus {
 
   /// Sends `frame`, without check sequence, through all slaves it can reach and back, in place. False: it
   /// does not come back. That is the fate of a frame without a powered slave to turn it round, of one that
-  /// is damaged on the way, and of one that is not well-formed EtherCAT: the slave that notices spoils its
+  /// is damaged on the way, and of one that PassingFrame finds invalid: the slave that notices spoils its
   /// check sequence and counts it.
   bool process(std::span<std::uint8_t> frame) noexcept;
   /// Lets emulated time pass for all slaves.

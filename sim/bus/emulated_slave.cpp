@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "sim/bus/configuration_check.h"
-
 namespace sim::bus {
 
 using std::chrono::nanoseconds;
@@ -100,13 +98,17 @@ void EmulatedSlave::look_at_al_control() noexcept {
 
 std::uint16_t EmulatedSlave::obstacle_to(AlState state) const noexcept {
   if (state < AlState::kPreOp) return al_code::kNone;
-  const std::uint16_t mailbox = mailbox_obstacle(settings_, controller_.manager_registers());
+  const bool optional =
+      options_.mailbox_demand == MailboxDemand::kWhereSiiNames && description_.mailbox_protocols == 0;
+  const std::uint16_t mailbox = mailbox_obstacle(settings_, controller_.manager_registers(), optional);
   if (mailbox != al_code::kNone || state < AlState::kSafeOp) return mailbox;
   return process_data_obstacle(settings_, controller_.manager_registers(), controller_.fmmus(),
                                controller_.memory_end());
 }
 
 void EmulatedSlave::check_running_configuration() noexcept {
+  // Switched off it forgets; the next master begins with an empty one.
+  if (mailbox_in_ && !controller_.manager(*mailbox_in_).guarding()) mailbox_.clear();
   const AlState before = machine_.state();
   const std::uint16_t obstacle = obstacle_to(before);
   if (before == AlState::kInit || obstacle == al_code::kNone) return;

@@ -10,6 +10,7 @@
 
 #include "sim/bus/al_state_machine.h"
 #include "sim/bus/application.h"
+#include "sim/bus/configuration_check.h"
 #include "sim/bus/slave_controller.h"
 #include "sim/bus/slave_description.h"
 #include "sim/bus/slave_mailbox.h"
@@ -24,6 +25,7 @@ struct SlaveOptions {
   std::chrono::nanoseconds state_change_time{};
   /// How long SAFE-OP to OP waits for outputs (200 ms in the ETG's slave stack code).
   std::chrono::nanoseconds outputs_time = std::chrono::milliseconds(200);
+  MailboxDemand mailbox_demand = MailboxDemand::kAlways;
 };
 
 /// Firmware rules beside those of AlStateMachine and configuration_check.h:

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "drivers/ethercat/frame.h"
+#include "sim/bus/passing_frame.h"
 
 namespace sim::bus {
 namespace {
@@ -19,14 +20,11 @@ bool concerns_one_slave(FaultKind kind) noexcept {
 }
 
 void change_counter(std::span<std::uint8_t> frame, std::uint32_t number, std::int32_t change) noexcept {
-  drivers::ethercat::FrameReader reader;
-  drivers::ethercat::Datagram datagram;
-  if (reader.parse(frame) != drivers::ethercat::FrameError::kNone) return;
-  for (std::uint32_t i = 0; reader.next(datagram); ++i) {
-    if (i != number) continue;
-    drivers::ethercat::store_le(datagram.counter,
-                                static_cast<std::uint16_t>(datagram.working_counter() + change));
-  }
+  PassingFrame passing(frame);
+  if (number >= passing.datagrams().size()) return;
+  const drivers::ethercat::Datagram& datagram = passing.datagrams()[number];
+  drivers::ethercat::store_le(datagram.counter,
+                              static_cast<std::uint16_t>(datagram.working_counter() + change));
 }
 
 }  // namespace

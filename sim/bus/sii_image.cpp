@@ -61,7 +61,7 @@ void append_category(Bytes& image, std::uint16_t type, Bytes content) {
 
 Bytes strings(const SlaveDescription& description) {
   Bytes content{0};
-  for (const std::string* text : {&description.order_code, &description.name}) {
+  for (const std::string* text : {&description.order_code, &description.name, &description.group}) {
     if (text->empty()) continue;
     ++content[0];
     content.push_back(static_cast<std::uint8_t>(text->size()));
@@ -71,9 +71,11 @@ Bytes strings(const SlaveDescription& description) {
 }
 
 Bytes general(const SlaveDescription& description) {
-  Bytes content(32, 0);                                 // ETG.2010, table 7
-  content[2] = 1;                                       // order number: strings count from 1
-  content[3] = description.order_code.empty() ? 1 : 2;  // name
+  Bytes content(32, 0);                                              // ETG.2010, table 7
+  const std::uint8_t name = description.order_code.empty() ? 1 : 2;  // strings count from 1
+  content[0] = description.group.empty() ? std::uint8_t{0} : static_cast<std::uint8_t>(name + 1);
+  content[2] = 1;  // order number
+  content[3] = name;
   content[5] = (description.mailbox_protocols & mailbox_protocol::kCoE) != 0 ? 0x01 : 0x00;  // SDO
   content[6] = (description.mailbox_protocols & mailbox_protocol::kFoE) != 0 ? 0x01 : 0x00;
   content[7] = (description.mailbox_protocols & mailbox_protocol::kEoE) != 0 ? 0x01 : 0x00;

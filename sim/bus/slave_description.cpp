@@ -50,6 +50,7 @@ void validate(const SlaveDescription& description) {
   require(!description.name.empty() && description.name.size() <= 255,
           "a name of 1 to 255 characters is needed");
   require(description.order_code.size() <= 255, "an order code of at most 255 characters is needed");
+  require(description.group.size() <= 255, "a group of at most 255 characters is needed");
   require(description.fmmu_count >= 3 && description.fmmu_count <= 16,
           "an FMMU count from 3 to 16 is needed");
   require(description.sync_manager_count <= 16, "there are at most 16 sync managers");

@@ -40,6 +40,7 @@ inline constexpr std::uint16_t kVoE = 0x20;
 struct SlaveDescription {
   std::string name;
   std::string order_code{};  ///< the first string of the SII; empty: the name
+  std::string group{};       ///< of the SII's general category; empty: none
   std::uint32_t vendor = 0;
   std::uint32_t product = 0;
   std::uint32_t revision = 0;

@@ -4,8 +4,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "drivers/ethercat/lock_step.h"
-
 namespace sim::bus {
 namespace {
 
@@ -89,10 +87,7 @@ BoardDrive& YoubotBus::arm_drive(const YoubotBusOptions& options, std::size_t jo
 }
 
 EmulatedSlave& YoubotBus::add_slave(const YoubotBusOptions& options, SlaveDescription description) {
-  if (options.lock_step) {
-    description.order_code = description.name;  // by which any master still knows the board
-    description.name += drivers::ethercat::kLockStepMark;
-  }
+  description.group = options.mark;
   return bus_.add(std::move(description), options.slave);
 }
 

@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -50,9 +51,9 @@ struct YoubotBusOptions {
   /// due.
   WireOptions wire = {.timed = true, .faults = {}};
   SlaveOptions slave = {};
-  /// The slaves say that time goes with the frames, as drivers/ethercat/lock_step.h has it; who serves them
-  /// does it.
-  bool lock_step = false;
+  /// What the slaves say of themselves in their EEPROMs, drivers/ethercat/simulated_bus.h; empty as a
+  /// robot's, so that a master treats them as it would a robot.
+  std::string mark = {};
   std::uint64_t noise_seed = 1;  ///< of the arms; the base has its own, which a coupled robot takes
 };
 
@@ -69,6 +70,8 @@ class YoubotBus final : public EmulatedTime {
 
   void advance(std::chrono::nanoseconds step) noexcept;
   void wait(std::chrono::nanoseconds step) noexcept override { advance(step); }
+  /// How long until the end of this period, when mechanics and boards move.
+  std::chrono::nanoseconds until_period() const noexcept { return until_period_; }
   /// Setup: called at the end of each period, when mechanics and boards have done theirs.
   void after_each_period(std::function<void()> look) noexcept { look_ = std::move(look); }
   /// Lifts a base off the ground, or sets it down.

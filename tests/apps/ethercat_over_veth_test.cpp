@@ -137,7 +137,7 @@ TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {
   const support::CommandResult scan =
       support::run_command(support::program("youbot-bench") + " scan --robot ethercat:veth-c");
   EXPECT_EQ(scan.exit_code, 0);
-  EXPECT_TRUE(scan.said("this is a complete youBot: base+arm")) << scan.output;
+  EXPECT_TRUE(scan.said("this is a complete youBot: base+arm, simulated by youbot-sim")) << scan.output;
   EXPECT_TRUE(scan.said("KR-843")) << scan.output;
 }
 

@@ -104,10 +104,12 @@ class Soem {
   bool open_;
 };
 
-TEST(SoemMaster, TakesTheRobotToOpWithTheFullCounterExchangesValuesAndReadsAMailbox) {
+class SoemMaster : public testing::TestWithParam<std::string> {};
+
+TEST_P(SoemMaster, TakesTheRobotToOpWithTheFullCounterExchangesValuesAndReadsAMailbox) {
   const support::Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
-  const support::Simulator simulator(namespaces, "--robot base+arm");
+  const support::Simulator simulator(namespaces, "--robot base+arm --boards " + GetParam());
   ASSERT_TRUE(simulator.ready());
   Soem soem;
   ASSERT_TRUE(soem.open());
@@ -154,5 +156,6 @@ TEST(SoemMaster, TakesTheRobotToOpWithTheFullCounterExchangesValuesAndReadsAMail
   EXPECT_TRUE(reply->ok());
   EXPECT_EQ(static_cast<std::uint32_t>(reply->value) >> 16, 1632U) << "controller type";
 }
+INSTANTIATE_TEST_SUITE_P(Boards, SoemMaster, testing::Values("lenient", "strict"));
 
 }  // namespace soem_master_test

@@ -859,5 +859,61 @@ TEST_F(Operation, LeavingOpDoesNotAllocateEvenWithoutABus) {
   EXPECT_EQ(found, 0);
 }
 
+// ---- bystanders ----
+
+class WithBystanders : public Operation {
+ protected:
+  static constexpr std::size_t kDriven = 5;
+  WithBystanders() {
+    robot.emplace(youbot());
+    link.emplace(robot->connect());
+    PreOpBus setup(*link, nullptr, impatient());
+    setup.enter_pre_op();
+    bus.emplace(std::move(setup).start(kDriven));
+  }
+};
+
+TEST_F(WithBystanders, StayInPreOpGetNoOutputsAndGoDownWithTheOthers) {
+  ASSERT_EQ(bus->size(), kDriven);
+  for (int i = 0; i < 100; ++i) {
+    const CycleResult result = cycle();
+    EXPECT_TRUE(result.all_operational);
+    EXPECT_EQ(result.working_counter, 4 * 3);
+  }
+  for (std::size_t i = kDriven; i < robot->bus.size(); ++i) {
+    EXPECT_EQ(robot->state(i), AlState::kPreOp) << i;
+    EXPECT_EQ(robot->board(i).output_writes, 0) << i;
+  }
+  EXPECT_TRUE(bus->findings().empty()) << ::testing::PrintToString(bus->findings());
+  bus->leave_op();
+  for (std::size_t i = 0; i < robot->bus.size(); ++i) {
+    EXPECT_EQ(robot->state(i), AlState::kInit) << i;
+    EXPECT_EQ(robot->bus.slave(i).al_status_code(), 0) << "was asked for more than PRE-OP: " << i;
+  }
+}
+
+TEST_F(WithBystanders, DoNotHideASlaveThatLeavesOpWithoutAWord) {
+  cycles(20);
+  // Another master's request, which no error bit tells of; the power board has no process data either.
+  FrameWriter writer;
+  const Datagram request = writer.add(Command::kApwr, 0, address_of(0, reg::kAlControl), 2);
+  request.data[0] = static_cast<std::uint8_t>(AlState::kPreOp);
+  Bytes frame(writer.bytes().begin(), writer.bytes().end());
+  ASSERT_TRUE(robot->bus.process(frame));
+  ASSERT_EQ(robot->state(0), AlState::kPreOp);
+  cycles(static_cast<int>(kDriven));  // each is asked in its turn
+  EXPECT_EQ(bus->health(0).condition, kStopped);
+  EXPECT_EQ(bus->health(0).state, AlState::kPreOp);
+}
+
+TEST_F(WithBystanders, MayComeAndGoWhileTheOthersWork) {
+  cycles(20);
+  robot->bus.set_power(7, false);
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(cycle().all_operational) << i;
+  robot->bus.set_power(7, true);
+  for (int i = 0; i < 100; ++i) EXPECT_TRUE(cycle().all_operational) << i;
+  EXPECT_EQ(robot->state(7), AlState::kInit);
+}
+
 }  // namespace ethercat_op_bus_test
 }  // namespace drivers::ethercat::test

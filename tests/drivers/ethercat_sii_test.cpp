@@ -72,8 +72,9 @@ Reading read(const Bytes& image, std::size_t bytes_at_once, std::uint8_t beyond 
   return result;
 }
 
-const Bytes kStrings{2, 3, 'a', 'b', 'c', 9, 'T', 'M', 'C', 'M', '-', '1', '6', '1', '0'};
-const Bytes kGeneral{0, 0, 0, 2, 0, 0};
+const Bytes kStrings{3,   3,   'a', 'b', 'c', 9,   'T', 'M', 'C', 'M', '-',
+                     '1', '6', '1', '0', 5,   'm', 'o', 't', 'o', 'r'};
+const Bytes kGeneral{3, 0, 0, 2, 0, 0};
 const Bytes kManagers{0x00, 0x10, 0x40, 0, 0x26, 0, 1, 1, 0x80, 0x10, 0x30, 0, 0x22, 0, 1, 2,
                       0x00, 0x11, 0x05, 0, 0x64, 0, 1, 3, 0x00, 0x12, 0x14, 0, 0x20, 0, 1, 4};
 // A PDO: index, entries, sync manager, sync unit, name, flags; an entry: index, subindex, name, type, bits,
@@ -102,6 +103,7 @@ TEST_P(SiiReads, AHandMadeImageIsUnderstood) {
   EXPECT_EQ(info.alias, 7);
   EXPECT_EQ(info.name, "TMCM-1610");
   EXPECT_EQ(info.first_string, "abc");
+  EXPECT_EQ(info.group, "motor");
   EXPECT_TRUE(info.is_called("abc") && info.is_called("TMCM-1610"));
   EXPECT_FALSE(info.is_called("TMCM-1632"));
   EXPECT_EQ(info.mailbox_out.start, 0x1000);
@@ -215,8 +217,10 @@ TEST_P(SiiReads, APdoThatEndsEarlyIsNamed) {
 
 TEST_P(SiiReads, NameNumbersBeyondTheStringsGiveNoName) {
   Image image;
-  image.category(10, kStrings).category(30, {0, 0, 0, 3}).end();
-  EXPECT_EQ(read(image.bytes(), GetParam()).info.name, "");
+  image.category(10, kStrings).category(30, {5, 0, 0, 4}).end();
+  const SiiInfo info = read(image.bytes(), GetParam()).info;
+  EXPECT_EQ(info.name, "");
+  EXPECT_EQ(info.group, "");
 }
 
 TEST_P(SiiReads, EmptyCategoriesAreHarmless) {

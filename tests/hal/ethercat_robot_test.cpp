@@ -9,9 +9,10 @@
 #include <string>
 
 #include "drivers/ethercat/frame_tap.h"
-#include "drivers/ethercat/lock_step.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
+#include "sim/bus/sii_image.h"
 #include "tests/hal/ethercat_rig.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -624,6 +625,190 @@ TEST(EthercatRobot, ANewActivationBeginsWithoutTheFaultsOfTheLast) {
   EXPECT_TRUE(rig.status.ok());
 }
 
+// ---- an arm that was not asked for ----
+
+using drivers::ethercat::AlState;
+constexpr std::size_t kFirstArmSlave = 5;  // its power board, behind the base's five slaves
+
+struct BaseWithArms {
+  explicit BaseWithArms(EthercatOptions::Kind on_the_bus = EthercatOptions::Kind::kBaseAndArm,
+                        EthercatOptions::Kind wanted = EthercatOptions::Kind::kBase,
+                        std::vector<FaultEvent> faults = {})
+      : rig(Rig::options(on_the_bus, Firmware::k148, std::move(faults)), {.kind = wanted}) {
+    rig.robot->activate();
+  }
+  sim::bus::EmulatedSlave& slave(std::size_t i) { return rig.emulation.bus().slave(i); }
+  Rig rig;
+};
+
+TEST(EthercatRobot, ABaseIsDrivenAlsoWithAnArmOnItWhoseDrivesStayOff) {
+  for (const auto arms : {EthercatOptions::Kind::kBaseAndArm, EthercatOptions::Kind::kBaseAndTwoArms}) {
+    BaseWithArms base(arms);
+    Rig& rig = base.rig;
+    ASSERT_EQ(rig.robot->joints().size(), 4U);
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run(2s);
+    EXPECT_TRUE(rig.status.ok()) << describe(rig.status.fault);
+    for (std::size_t wheel = 0; wheel < 4; ++wheel) EXPECT_GT(rig.sample.joints[wheel].position_rad, 1.0);
+    for (std::size_t i = 0; i < kFirstArmSlave; ++i) EXPECT_EQ(base.slave(i).state(), AlState::kOp);
+    for (std::size_t i = kFirstArmSlave; i < rig.emulation.bus().size(); ++i)
+      EXPECT_EQ(base.slave(i).state(), AlState::kPreOp) << "slave " << i + 1;
+    rig.robot->deactivate();
+    // Their watchdogs have seen no process data, so they do not make them hold the arm now either.
+    rig.emulation.advance(500ms);
+    for (std::size_t joint = 4; joint < rig.emulation.joint_count(); ++joint) {
+      const auto followed = rig.emulation.board(joint).followed();
+      EXPECT_TRUE(!followed || followed->mode == drivers::tmcl::ControllerMode::kMotorStop)
+          << "joint " << joint << " is held";
+    }
+    for (std::size_t i = 0; i < rig.emulation.bus().size(); ++i) {
+      EXPECT_EQ(base.slave(i).state(), AlState::kInit) << "slave " << i + 1;
+      EXPECT_EQ(base.slave(i).al_status_code(), 0) << "asked for a state that it refuses: slave " << i + 1;
+    }
+  }
+}
+
+TEST(EthercatRobot, AnArmThatIsLeftOffIsNoted) {
+  const auto notes = [](EthercatOptions::Kind on_the_bus, EthercatOptions::Kind wanted) {
+    return BaseWithArms(on_the_bus, wanted).rig.robot->notes();
+  };
+  using enum EthercatOptions::Kind;
+  for (const auto& [on_the_bus, wanted, drives] :
+       {std::tuple(kBaseAndArm, kBase, "5"), std::tuple(kBaseAndTwoArms, kBase, "10"),
+        std::tuple(kBaseAndTwoArms, kBaseAndArm, "5")}) {
+    const std::vector<std::string> lines = notes(on_the_bus, wanted);
+    ASSERT_EQ(lines.size(), 1U);
+    EXPECT_NE(lines[0].find(std::string("its ") + drives + " drives"), std::string::npos) << lines[0];
+    EXPECT_NE(lines[0].find("stay off"), std::string::npos) << lines[0];
+  }
+  EXPECT_TRUE(notes(kBase, kBase).empty());
+  EXPECT_TRUE(notes(kBaseAndArm, kBaseAndArm).empty());
+}
+
+TEST(EthercatRobot, TheBaseDrivesOnWhateverBecomesOfTheArmThatIsLeftOff) {
+  BaseWithArms base(EthercatOptions::Kind::kBaseAndArm, EthercatOptions::Kind::kBase,
+                    {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 6s, .duration = 1s, .slave = 7}});
+  base.rig.enable();
+  base.rig.command_all_velocity(2.0);
+  base.rig.run_until([&] { return base.rig.emulation.wire().now() >= 9s; });
+  EXPECT_TRUE(base.rig.status.ok()) << describe(base.rig.status.fault);
+  EXPECT_TRUE(base.rig.sample.enabled);
+  EXPECT_TRUE(base.rig.robot->trouble().empty());
+  EXPECT_EQ(base.slave(7).state(), AlState::kInit) << "back, and left alone";
+}
+
+TEST(EthercatRobot, WithAnArmLeftOffEachSlaveOfTheBaseIsWatchedAsEver) {
+  for (const AlState state : {AlState::kSafeOp, AlState::kPreOp, AlState::kInit}) {
+    for (std::size_t slave = 1; slave < kFirstArmSlave; ++slave) {
+      BaseWithArms base;
+      base.rig.enable();
+      base.slave(slave).report_error(state, 0x001B);
+      base.rig.run(3ms);
+      EXPECT_EQ(base.rig.status.fault, Fault::kPartialBus) << "slave " << slave + 1;
+      EXPECT_EQ(base.rig.status.joint, static_cast<int>(slave) - 1);
+      EXPECT_FALSE(base.rig.sample.enabled);
+    }
+  }
+}
+
+TEST(EthercatRobot, WhatIsNoWholeArmBehindTheBaseIsRefused) {
+  const auto refusal = [](std::size_t unplugged) {
+    Rig rig(Rig::options(EthercatOptions::Kind::kBaseAndArm), {.kind = EthercatOptions::Kind::kBase});
+    rig.emulation.bus().set_cable(unplugged, false);
+    try {
+      rig.robot->activate();
+    } catch (const SetupError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(refusal(10).find("slave 6 (KR-843): check the bus: not expected"), std::string::npos)
+      << refusal(10);
+  EXPECT_EQ(refusal(kFirstArmSlave), "") << "no arm at all";
+}
+
+// ---- simulations by the clock, which may be late ----
+
+/// A base whose emulator does not answer for `lost` cycles in motion; the robot as it is then.
+struct LateAnswers {
+  explicit LateAnswers(std::string_view mark, int lost, std::optional<int> tolerated = {},
+                       FaultKind kind = FaultKind::kDropReply)
+      : rig(bus(mark, lost, kind), {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = tolerated}) {}
+  static sim::bus::YoubotBusOptions bus(std::string_view mark, int lost, FaultKind kind) {
+    sim::bus::YoubotBusOptions options = Rig::options(
+        EthercatOptions::Kind::kBase, Firmware::k148,
+        {FaultEvent{.kind = kind, .at = 6s, .count = static_cast<std::uint32_t>(lost), .slave = 3}});
+    options.mark = mark;
+    return options;
+  }
+  Fault drive() {
+    rig.robot->activate();
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run_until([&] { return rig.emulation.wire().now() >= 6500ms; });
+    return rig.status.fault;
+  }
+  Rig rig;
+};
+
+TEST(EthercatRobot, ASimulatedBusThatSaysSoIsWaitedForAHundredMilliseconds) {
+  using drivers::ethercat::kSimulatedMark;
+  for (const int lost : {10, 11, 50, 100}) {
+    LateAnswers late(kSimulatedMark, lost);
+    EXPECT_EQ(late.drive(), Fault::kNone) << lost;
+    EXPECT_TRUE(late.rig.sample.enabled);
+    EXPECT_GT(late.rig.sample.joints[0].velocity_rad_per_s, 1.0) << "it drives on";
+  }
+  LateAnswers too_late(kSimulatedMark, 101);
+  EXPECT_EQ(too_late.drive(), Fault::kSimulatorSilent);
+  EXPECT_FALSE(too_late.rig.sample.enabled);
+  EXPECT_NE(std::string(describe(Fault::kSimulatorSilent)).find("youbot-sim was late"), std::string::npos);
+}
+
+TEST(EthercatRobot, ARobotIsWaitedForTenCyclesWhateverElseItsEepromsSay) {
+  for (const std::string_view mark :
+       {std::string_view(), drivers::ethercat::kLockStepMark, drivers::ethercat::kSimulatedMark.substr(1),
+        std::string_view("youBot"), std::string_view("simulated")}) {
+    EXPECT_EQ(LateAnswers(mark, 10).drive(), Fault::kNone) << mark;
+    EXPECT_EQ(LateAnswers(mark, 11).drive(), Fault::kFrameLost) << mark;
+  }
+}
+
+/// Writes another letter into the group of one board's EEPROM, as its manufacturer could.
+void spoil_mark(sim::bus::EmulatedSlave& slave) {
+  const std::vector<std::uint8_t> image = sim::bus::build_sii_image(slave.description());
+  const std::string_view text(reinterpret_cast<const char*>(image.data()), image.size());
+  const std::size_t word = text.find(drivers::ethercat::kSimulatedMark) / 2 + 1;
+  const std::array<std::uint8_t, 8> write_word{
+      0x01, 0x02, static_cast<std::uint8_t>(word), static_cast<std::uint8_t>(word >> 8), 0, 0, 'x', 'x'};
+  slave.controller().sii().write(2, write_word);
+}
+
+TEST(EthercatRobot, OneBoardThatDoesNotSayItIsSimulatedMakesTheBusARobot) {
+  for (std::size_t slave = 0; slave < 5; ++slave) {
+    LateAnswers late(drivers::ethercat::kSimulatedMark, 11);
+    spoil_mark(late.rig.emulation.bus().slave(slave));
+    EXPECT_EQ(late.drive(), Fault::kFrameLost) << "slave " << slave + 1;
+  }
+}
+
+TEST(EthercatRobot, AConfiguredToleranceHoldsOnASimulatedBusToo) {
+  EXPECT_EQ(LateAnswers(drivers::ethercat::kSimulatedMark, 20, 20).drive(), Fault::kNone);
+  EXPECT_EQ(LateAnswers(drivers::ethercat::kSimulatedMark, 21, 20).drive(), Fault::kSimulatorSilent);
+}
+
+TEST(EthercatRobot, OnASimulatedBusAMissingSlaveIsNoLateAnswer) {
+  LateAnswers missing(drivers::ethercat::kSimulatedMark, 1, {}, FaultKind::kSlaveOff);
+  missing.rig.robot->activate();
+  missing.rig.enable();
+  missing.rig.run_until([&] { return missing.rig.emulation.wire().now() >= 6000ms; });
+  EXPECT_TRUE(missing.rig.status.ok());
+  missing.rig.run(12ms);
+  EXPECT_EQ(missing.rig.status.fault, Fault::kPartialBus);
+  EXPECT_EQ(missing.rig.status.joint, 2);
+}
+
 // ---- simulations in lock-step ----
 
 /// An interface that takes its time, before it has sent and until it has fetched.
@@ -688,7 +873,7 @@ TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
 
 TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   for (const bool lifted : {true, false}) {
     Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true, .lifted = lifted});
     rig.robot->activate();
@@ -703,7 +888,7 @@ TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
 
 TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   rig.robot->activate();
   rig.enable();
@@ -748,7 +933,7 @@ class Forsaken final : public drivers::ethercat::Link {
 
 TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
   sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   Forsaken::State simulation;
   Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
   rig.robot = make_ethercat_robot(
@@ -781,7 +966,7 @@ TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
 int sent_to_the_dead(bool gripper_moves, int frames) {
   constexpr auto kKind = EthercatOptions::Kind::kArm;
   sim::bus::YoubotBusOptions bus = Rig::options(kKind);
-  bus.lock_step = true;
+  bus.mark = drivers::ethercat::kLockStepMark;
   Rig rig(bus, {.kind = kKind, .lock_step = true});
   Forsaken::State simulation;
   rig.robot = make_ethercat_robot(

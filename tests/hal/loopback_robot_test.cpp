@@ -418,8 +418,9 @@ TEST_F(LoopbackRobotTest, ActivatingAgainStartsDisabledAndWithoutOldFaults) {
 
 TEST(Fault, EveryFaultHasWordsOfItsOwn) {
   std::set<std::string> words;
-  constexpr std::array kFaults{Fault::kNone,       Fault::kNotActive, Fault::kBadCommand,
-                               Fault::kJointFault, Fault::kFrameLost, Fault::kPartialBus};
+  constexpr std::array kFaults{Fault::kNone,           Fault::kNotActive, Fault::kBadCommand,
+                               Fault::kJointFault,     Fault::kFrameLost, Fault::kPartialBus,
+                               Fault::kSimulatorSilent};
   for (const Fault fault : kFaults) words.insert(hal::describe(fault));
   EXPECT_EQ(words.size(), kFaults.size());
   EXPECT_FALSE(words.contains("unknown fault"));

@@ -68,7 +68,7 @@ mkdir -p "${configuration%/*}"
 sed -e 's/^period_s = .*/period_s = 0.01/' -e 's/^command_timeout_s = .*/command_timeout_s = 2.0/' \
   -e 's/^commander_timeout_s = .*/commander_timeout_s = 10/' \
   -e 's/^filter_cutoff_rad_per_s = .*/filter_cutoff_rad_per_s = 50/' -e 's/^step_s = .*/step_s = 2e-4/' \
-  -e 's/^tolerated_cycles = .*/tolerated_cycles = 1/' -e 's/^frame_timeout_s = .*/frame_timeout_s = 0.05/' \
+  -e 's/^\(# \)\?tolerated_cycles = .*/tolerated_cycles = 1/' -e 's/^frame_timeout_s = .*/frame_timeout_s = 0.05/' \
   /usr/local/share/youbot-hal/demo.toml >$configuration
 # Neither does it start, or beat, in the time of a real one.
 mkdir /etc/systemd/system/$service.service.d

@@ -81,6 +81,23 @@ TEST(SiiImage, CategoriesAreThoseOfTheStandardByteByByte) {
   EXPECT_EQ(category(image, 60).size(), 24U);
 }
 
+TEST(SiiImage, AGroupIsTheLastStringAndLeavesNameAndOrderCodeInTheirPlaces) {
+  SlaveDescription description = power_board();
+  description.group = "abc";
+  for (const bool order_code : {false, true}) {
+    if (order_code) description.order_code = "xy";
+    const Bytes image = build_sii_image(description);
+    const Bytes general = category(image, 30);
+    EXPECT_EQ(general[0], order_code ? 3 : 2);
+    EXPECT_EQ(general[2], 1);
+    EXPECT_EQ(general[3], order_code ? 2 : 1);
+    EXPECT_EQ(category(image, 10),
+              order_code ? (Bytes{3, 2, 'x', 'y', 6, 'K', 'R', '-', '8', '4', '5', 3, 'a', 'b', 'c', 0})
+                         : (Bytes{2, 6, 'K', 'R', '-', '8', '4', '5', 3, 'a', 'b', 'c'}));
+  }
+  EXPECT_EQ(category(build_sii_image(power_board()), 30)[0], 0) << "none";
+}
+
 TEST(SiiImage, SlaveWithoutProcessDataHasNoSuchCategories) {
   const Bytes image = build_sii_image(power_board());
   EXPECT_TRUE(category(image, 40).empty());

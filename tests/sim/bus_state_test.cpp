@@ -85,6 +85,66 @@ TEST_F(States, MailboxMustBeAsInTheSii) {
   expect(0x0012, 0x0002, 0x0000);
 }
 
+/// A board that does without its mailbox where its SII names no protocol.
+class LenientBoard : public ::testing::Test {
+ protected:
+  static SlaveDescription described(std::uint16_t protocols) {
+    SlaveDescription description = drive();
+    description.mailbox_protocols = protocols;
+    return description;
+  }
+  EmulatedSlave& add(std::uint16_t protocols) {
+    return bus.add(described(protocols), {.mailbox_demand = MailboxDemand::kWhereSiiNames});
+  }
+  EmulatedBus bus;
+  HandMaster master{bus};
+};
+
+TEST_F(LenientBoard, ComesToOpWithoutItsMailboxWhichThenIsDead) {
+  add(0);
+  EXPECT_EQ(master.request(0, AlState::kPreOp), 0x0002);
+  EXPECT_EQ(master.write(0, 0x1000, Bytes(32)).counter, 1) << "plain memory: nothing guards it";
+  const std::vector<SyncManagerSetting> managers = sync_managers_of(drive());
+  for (std::size_t i = 2; i < managers.size(); ++i) master.write_manager(0, i, managers[i]);
+  EXPECT_EQ(master.request(0, AlState::kSafeOp), 0x0004);
+  EXPECT_EQ(master.write(0, managers[2].start, Bytes(5)).counter, 1);
+  EXPECT_EQ(master.request(0, AlState::kOp), 0x0008);
+}
+
+TEST_F(LenientBoard, HasAWholeMailboxOrNone) {
+  EmulatedSlave& slave = add(0);
+  RecordingBoard board(slave);
+  board.reply = {7};
+  const std::vector<SyncManagerSetting> managers = sync_managers_of(drive());
+  master.write_manager(0, 0, managers[0]);
+  EXPECT_EQ(master.request(0, AlState::kPreOp), 0x0011) << "half of it";
+  EXPECT_EQ(master.al_code(0), 0x0016);
+  master.write_manager(0, 1, managers[1]);
+  EXPECT_EQ(master.request(0, 0x0012), 0x0002);
+  // A reply that waits when the master switches the mailbox off is not found by the next master.
+  master.write(0, 0x1000, Bytes(32, 1));
+  EXPECT_TRUE(board.posted);
+  for (const bool on : {false, true}) {
+    HandFrame both;
+    for (const int manager : {0, 1})
+      both.add(Command::kApwr,
+               drivers::ethercat::address_of(0, static_cast<std::uint16_t>(reg::kSyncManager + 8 * manager +
+                                                                           reg::kSyncManagerActivate)),
+               {on});
+    master.run(both);
+  }
+  EXPECT_EQ(master.al_status(0), 0x0002);
+  EXPECT_EQ(master.read(0, 0x1040, 32).counter, 0) << "empty";
+  master.write(0, 0x1000, Bytes(32, 2));
+  EXPECT_EQ(master.read(0, 0x1040, 32).data.front(), 7) << "and it works";
+}
+
+TEST_F(LenientBoard, InsistsWhereTheSiiNamesAProtocol) {
+  add(mailbox_protocol::kCoE);
+  EXPECT_EQ(master.request(0, AlState::kPreOp), 0x0011);
+  EXPECT_EQ(master.al_code(0), 0x0016);
+}
+
 TEST_F(States, ProcessDataMustBeAsInTheSii) {
   master.bring_up(AlState::kPreOp);
   const std::vector<SyncManagerSetting> settings = sync_managers_of(drive());

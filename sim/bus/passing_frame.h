@@ -1,0 +1,40 @@
+/// @file
+/// A frame as a slave controller sees it pass (ESC data sheet section I, chapter 2 and section 14.1).
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+
+#include "drivers/ethercat/frame.h"
+
+namespace sim::bus {
+
+/// The rules are the controller's, not those of our master's parser, which checks its own answers:
+/// - Datagrams follow each other by their own lengths, as long as each says that more follow. The length in
+///   the EtherCAT header is ignored, and so is everything behind the last datagram.
+/// - A command that the controller does not know does nothing; the next datagram is processed as usual.
+/// - A VLAN tag is passed over.
+/// - A frame that ends before its datagrams do is damaged: what came whole is processed, but no register is
+///   written and no buffer exchanged, and the frame does not come back valid.
+/// - So is a frame of another EtherType or type, of which nothing is processed.
+class PassingFrame {
+ public:
+  /// Views into `frame`, which outlives this.
+  explicit PassingFrame(std::span<std::uint8_t> frame) noexcept;
+
+  std::span<drivers::ethercat::Datagram> datagrams() noexcept { return std::span(datagrams_).first(count_); }
+  /// False: the controller spoils the check sequence.
+  bool valid() const noexcept { return valid_; }
+
+ private:
+  static constexpr std::size_t kMostDatagrams =
+      (drivers::ethercat::kMaxFrameBytes - drivers::ethercat::kFrameHeaderBytes) /
+      drivers::ethercat::kDatagramOverheadBytes;
+
+  std::array<drivers::ethercat::Datagram, kMostDatagrams> datagrams_;
+  std::size_t count_ = 0;
+  bool valid_ = false;
+};
+
+}  // namespace sim::bus
