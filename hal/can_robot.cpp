@@ -71,7 +71,7 @@ class CanRobot final : public Robot {
         period_(period),
         setup_clock_(setup_clock != nullptr ? *setup_clock : machine_clock_),
         units_(options.axis, options.unsigned_current),
-        joints_{{{options.joint_name, units_.torque_limit_Nm(), options.axis.speed_limit_rad_per_s}}} {}
+        joints_{joint_info(options.joint_name, options.axis)} {}
   ~CanRobot() override { deactivate(); }
 
   std::span<const JointInfo> joints() const noexcept override { return joints_; }
@@ -320,6 +320,7 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
   if (drive_->position_is_fresh()) {
     sample.stamp = drive_->stamp();
     sample.joints[0] = units_.sample(drive_->input(), output_, position_ticks_);
+    sample.joints[0].homed = options_.range_is_stated;
   }
   sample.enabled = stage_ == Stage::kReady;
   statuses_.publish(latched_);

@@ -26,6 +26,9 @@ struct CanOptions {
   std::uint32_t reply_id = 2;   ///< its global parameter 70
   std::uint8_t motor = 0;
   AxisData axis = kWheelAxis;
+  /// Whoever set the rig up says that axis.range is in the module's own count since it was switched on. The
+  /// module does not find an end stop, so otherwise nobody knows where the joint stands in its range.
+  bool range_is_stated = false;
   /// What the interface must be set to; 0: whatever it is. Setting it takes an administrator.
   std::uint32_t bitrate_bit_per_s = 1'000'000;
   /// 1 to 5: one command, the rest reads, on their way at once. With 1 they take turns.

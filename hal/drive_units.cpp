@@ -33,8 +33,6 @@ JointFault joint_fault_of(tmcl::StatusFlags flags) noexcept {
 DriveUnits::DriveUnits(const AxisData& axis, bool unsigned_current)
     : scale_(axis.constants),
       current_limit_mA_(static_cast<std::int32_t>(1000 * axis.current_limit_A)),
-      torque_limit_Nm_(axis.current_limit_A * axis.constants.torque_constant_Nm_per_A *
-                       axis.constants.gear_ratio),
       speed_limit_rad_per_s_(axis.speed_limit_rad_per_s),
       unsigned_current_(unsigned_current) {}
 

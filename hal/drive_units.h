@@ -25,8 +25,6 @@ class DriveUnits {
   /// @throws std::invalid_argument see AxisScale
   DriveUnits(const AxisData& axis, bool unsigned_current);
 
-  /// What the motor's current limit can deliver.
-  double torque_limit_Nm() const noexcept { return torque_limit_Nm_; }
   /// Torque and velocity are cut to the axis' limits.
   /// @param position_ticks the unwrapped counter, of which `input` holds the low 32 bits
   drivers::tmcl::DriveOutput output(const JointCommand& command, const drivers::tmcl::DriveInput& input,
@@ -37,7 +35,6 @@ class DriveUnits {
  private:
   AxisScale scale_;
   std::int32_t current_limit_mA_;
-  double torque_limit_Nm_;
   double speed_limit_rad_per_s_;
   bool unsigned_current_;
 };

@@ -116,9 +116,7 @@ class EthercatRobot final : public Robot {
       throw std::invalid_argument("in lock-step a cycle takes 1 ms, and no other period");
     for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(kind_of(options.kind))) {
       if (board.kind == tmcl::BoardKind::kPower) continue;
-      const AxisData& axis = axis_of(board);
-      joints_.push_back(
-          {joint_name(board), DriveUnits(axis, false).torque_limit_Nm(), axis.speed_limit_rad_per_s});
+      joints_.push_back(joint_info(joint_name(board), axis_of(board)));
       settings_.push_back(settings_of(options, joints_.back().name));
     }
     for (const EthercatOptions::Parameter& each : options.parameters)

@@ -2,7 +2,9 @@
 /// What one joint is told and what it tells. SI units, gearbox output side, signs as in README, "Frames and
 /// signs".
 #pragma once
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace hal {
 
@@ -51,13 +53,22 @@ enum class JointFault : std::uint8_t {
   kOpposedMotion,      ///< the joint moves on against its torque
 };
 
+/// Between which positions a joint may be driven; unlimited by default, as a wheel is.
+struct JointRange {
+  double lower_rad = -std::numeric_limits<double>::infinity();
+  double upper_rad = std::numeric_limits<double>::infinity();
+
+  bool limited() const noexcept { return std::isfinite(lower_rad) || std::isfinite(upper_rad); }
+  double width_rad() const noexcept { return upper_rad - lower_rad; }
+};
+
 struct JointSample {
   /// Continuous, never wrapped; after a loss of power it goes on from where it was. Homing sets it to zero.
   double position_rad = 0.0;
   double velocity_rad_per_s = 0.0;  ///< as the motor controller reports it: coarse and noisy at low speed
   double torque_Nm = 0.0;  ///< motor current times torque constant and gear ratio; not a torque sensor
   JointFault fault = JointFault::kNone;
-  /// position_rad counts from the joint's end stop; otherwise from where it was at power-up.
+  /// position_rad counts as the joint's range does; otherwise from where it was at power-up.
   bool homed = false;
 };
 

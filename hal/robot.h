@@ -26,6 +26,11 @@ struct JointInfo {
   double torque_limit_Nm = 0;  ///< what the motor's current limit can deliver
   /// Faster velocity commands are cut to it. A position is approached as fast as the drive is set to.
   double speed_limit_rad_per_s = std::numeric_limits<double>::infinity();
+  /// What gear and links are made for; infinite where that is no less than the motor's limit. The drive does
+  /// not keep it, in velocity and position mode least of all.
+  double rated_torque_Nm = std::numeric_limits<double>::infinity();
+  /// Nobody keeps a joint within it but who commands it. It means something once the joint is homed.
+  JointRange range{};
 };
 
 struct RobotCommand {

@@ -11,23 +11,17 @@
 namespace apps {
 namespace {
 
-hal::JointInfo joint_info(const std::string& name, const hal::AxisData& axis) {
-  const double limit_Nm =
-      axis.current_limit_A * axis.constants.torque_constant_Nm_per_A * axis.constants.gear_ratio;
-  return {name, limit_Nm, axis.speed_limit_rad_per_s};
-}
-
 std::vector<hal::JointInfo> wheel_joints() {
   std::vector<hal::JointInfo> joints;
   for (const char* name : {"wheel-1", "wheel-2", "wheel-3", "wheel-4"})
-    joints.push_back(joint_info(name, hal::kWheelAxis));
+    joints.push_back(hal::joint_info(name, hal::kWheelAxis));
   return joints;
 }
 
 std::vector<hal::JointInfo> wheel_and_arm_joints() {
   std::vector<hal::JointInfo> joints = wheel_joints();
   for (std::size_t i = 0; i < hal::kArmAxes.size(); ++i)
-    joints.push_back(joint_info("arm-" + std::to_string(i + 1), hal::kArmAxes[i]));
+    joints.push_back(hal::joint_info("arm-" + std::to_string(i + 1), hal::kArmAxes[i]));
   return joints;
 }
 

@@ -4,11 +4,14 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "apps/common/monitored_robot.h"
 #include "apps/youbot_bench/experiment_recording.h"
+#include "apps/youbot_bench/joint_fit.h"
+#include "apps/youbot_bench/joint_guard.h"
 #include "control/state_variable_filter.h"
 #include "hal/robot.h"
 #include "sim/experiments/joint_experiment.h"
@@ -26,6 +29,11 @@ struct ExperimentStop {
     kOverspeed,   ///< `joint` turned at `value` rad/s
     kTooFar,      ///< `joint` moved by `value` rad since the measurement began
     kNotAtRest,   ///< braking left `value` rad/s
+    kMisfit,      ///< nothing moved: `misfit` says why
+    kNearStop,    ///< `joint` came so near the end of its range, at `value` rad, that it had to be stopped
+    kTorque,      ///< `joint` took `value` N·m, more than it is made for
+    kBlocked,     ///< `joint` took `value` N·m and did not turn
+    kNotPlaced,   ///< `joint` did not reach the place where it was to begin in time; it is at `value` rad
   };
   Kind kind = Kind::kNone;
   int joint = -1;  ///< of the robot
@@ -33,15 +41,19 @@ struct ExperimentStop {
   std::chrono::nanoseconds time{};  ///< since the first cycle
   double value = 0.0;
   hal::CycleStatus status{};
+  Misfit misfit{};
   explicit operator bool() const noexcept { return kind != Kind::kNone; }
 };
 
-/// "measurement 3, 12.301 s: wheel-2 turned at 14.1 rad/s, more than allowed; drives switched off".
+/// "measurement 3, 12.301 s: wheel-2 turned at 14.1 rad/s, more than --max-speed; drives switched off".
 std::string describe(const ExperimentStop& stop, const hal::Robot& robot);
 
-/// kStarting → kMeasuring → kBraking → kOff;   any → kFaulted → finished.
-/// All chosen joints do the same measurement at once; the next begins when the last joint has finished. One
-/// thread. step() is the cycle: no allocation, lock, exception or blocking call.
+/// kStarting → kPlacing → kMeasuring → kBraking → kOff;   any → kFaulted → finished.
+/// kPlacing takes a joint to where its experiment is to begin. Where none is to go anywhere it is left out.
+/// All chosen joints do the same measurement at once; the next begins when the last joint has finished. What
+/// is too fast, too far, blocked or overloaded is switched off at once; a joint with end stops is braked
+/// first and held until it rests: it belongs to an arm, which falls without torque. One thread. step() is the
+/// cycle: no allocation, lock, exception or blocking call.
 class ExperimentCycle {
  public:
   struct Config {
@@ -58,6 +70,7 @@ class ExperimentCycle {
   struct Joint {
     std::size_t index;  ///< in Robot::joints()
     std::unique_ptr<sim::experiments::JointExperiment> experiment;
+    std::optional<JointFit> fit{};  ///< of a joint that has end stops
   };
 
   /// `robot` and `recording` outlive the cycle. @throws std::invalid_argument from the velocity filter.
@@ -70,22 +83,34 @@ class ExperimentCycle {
   bool finished() const noexcept;
 
   const ExperimentStop& stop() const noexcept { return stop_; }
+  /// Setup: why the experiment does not fit, in words; empty when it does.
+  std::string misfit() const;
   int measurement() const noexcept { return measurement_; }
   /// Into the measurement under way.
   double measurement_time_s() const noexcept { return reading_time_s_; }
 
  private:
-  enum class Phase : std::uint8_t { kStarting, kMeasuring, kBraking, kFaulted, kOff };
+  enum class Phase : std::uint8_t { kStarting, kPlacing, kMeasuring, kBraking, kFaulted, kOff };
   struct Channel {
     Joint joint;
     control::StateVariableFilter filter;
-    sim::experiments::Reading reading;
+    JointGuard guard;
+    double max_speed_rad_per_s;
+    sim::experiments::Reading reading{};
+    double start_rad = 0.0;  ///< where it is to begin
     double position_command_rad = 0.0;
     double origin_rad = 0.0;  ///< where it was when the measurement began
     double torque_sum_Nm = 0.0;
   };
+  void start() noexcept;
+  void place() noexcept;
+  void begin_measuring() noexcept;
+  bool fits() noexcept;
   void sense() noexcept;
   void measure() noexcept;
+  bool watch(Channel& channel) noexcept;
+  bool goes_too_far(const Channel& channel) const noexcept;
+  hal::JointCommand bounded(const Channel& channel, hal::JointCommand wanted) const noexcept;
   void begin_measurement() noexcept;
   void record_row() noexcept;
   void record_results() noexcept;
@@ -94,12 +119,14 @@ class ExperimentCycle {
   void enter(Phase phase) noexcept;
   void keep(ExperimentStop stop) noexcept;
   void fail(const ExperimentStop& stop) noexcept;
+  void halt(const ExperimentStop& stop) noexcept;
 
   Config config_;
   apps::MonitoredRobot robot_;
   ExperimentRecording& recording_;
   std::vector<Channel> channels_;
   int measurement_count_;
+  bool has_end_stops_ = false;
   Phase phase_ = Phase::kStarting;
   int measurement_;
   bool started_ = false;

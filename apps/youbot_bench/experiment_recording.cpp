@@ -118,6 +118,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
       finished_(resume ? -1 : 0),
       result_values_(description.result_columns.size()),
       joints_(description.joints),
+      result_names_(description.result_columns),
       reasons_(description.not_measured) {
   const fs::path rows_directory = description.directory / description.experiment;
   const fs::path result_directory = description.directory / description.result;
@@ -250,9 +251,10 @@ void ExperimentRecording::write(const ExperimentRecord& record) {
 
 void ExperimentRecording::note_missing(std::size_t joint, int measurement, std::span<const double> values) {
   for (std::size_t i = 0; i < std::min(values.size(), reasons_.size()); ++i) {
-    if (!std::isnan(values[i]) || reasons_[i].empty()) continue;
-    not_measured_.push_back(joints_[joint] + ", measurement " + std::to_string(measurement + 1) + ": " +
-                            reasons_[i]);
+    if (!std::isnan(values[i])) continue;
+    not_measured_.push_back(
+        joints_[joint] + ", measurement " + std::to_string(measurement + 1) + ": " +
+        (reasons_[i].empty() ? result_names_[i] + " could not be computed" : reasons_[i]));
     return;  // what is missing further right follows from it
   }
 }

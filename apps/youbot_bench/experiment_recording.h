@@ -132,6 +132,7 @@ class ExperimentRecording {
   std::vector<ExperimentRecord::Value> row_values_;  // of the columns after time_s
   std::size_t result_values_ = 0;
   std::vector<std::string> joints_;
+  std::vector<std::string> result_names_;
   std::vector<std::string> reasons_;       // why results are missing, by column
   std::vector<std::string> not_measured_;  // the writer's, until close()
   std::vector<File> rows_;                 // by joint

@@ -16,6 +16,7 @@
 #include "hal/setup_error.h"
 #include "sim/experiments/low_pass.h"
 #include "sim/experiments/parameter.h"
+#include "sim/experiments/rehearsal.h"
 
 namespace youbot_bench {
 namespace {
@@ -50,6 +51,30 @@ std::vector<double> time_left_from(const std::vector<ExperimentCycle::Joint>& jo
     left[static_cast<std::size_t>(i)] = left[static_cast<std::size_t>(i) + 1] + longest_s;
   }
   return left;
+}
+
+/// What each joint with end stops can take; each moves what the others bear, so that they go one at a time.
+void fit_to_end_stops(const ExperimentPlan& plan, const ExperimentOptions& options, const hal::Robot& robot,
+                      int first_measurement, std::vector<ExperimentCycle::Joint>& joints) {
+  const auto all = robot.joints();
+  const auto limited = std::ranges::count_if(
+      joints, [&](const ExperimentCycle::Joint& joint) { return all[joint.index].range.limited(); });
+  if (limited > 0 && joints.size() > 1)
+    throw std::invalid_argument("--joint: joints of an arm are measured one at a time, without others");
+  if (limited == 0 && options.start_rad)
+    throw std::invalid_argument("--start: only a joint with end stops is taken to a place");
+  for (ExperimentCycle::Joint& joint : joints) {
+    if (!all[joint.index].range.limited()) continue;
+    const double period_s = seconds(options.period);
+    const auto rehearsed = plan.make(all[joint.index], period_s);
+    const sim::experiments::Demand demand =
+        sim::experiments::rehearse(*rehearsed, first_measurement, period_s);
+    joint.fit.emplace(JointFit::Plan{.experiment = plan.name,
+                                     .demand = demand,
+                                     .max_travel_rad = options.max_travel_rad,
+                                     .start_rad = options.start_rad},
+                      all, joint.index);
+  }
 }
 
 /// Else a measurement would not only tell of itself, but of what came before, too.
@@ -165,6 +190,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
     return outcome;
   }
 
+  fit_to_end_stops(plan, options, robot, done_before, joints);
   ExperimentCycle cycle({.period = options.period,
                          .enable_timeout = options.enable_timeout,
                          .max_speed_rad_per_s = options.max_speed_rad_per_s,
@@ -182,7 +208,6 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
     const apps::RobotActivation activation(robot);
     apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time) require_real_time(real_time, options, outcome);
-    recording.keep();
     run_loop(
         clock, options.period, cycle, recording, stop,
         [&]() noexcept {
@@ -191,6 +216,8 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
           progress.set(static_cast<int>(next), planned_s - ahead_s, ahead_s);
         },
         outcome);
+    if (const std::string misfit = cycle.misfit(); !misfit.empty()) throw std::invalid_argument(misfit);
+    recording.keep();
     outcome.robot_report = robot.report();
   }
   outcome.wall_time = stopwatch.now() - wall_begin;

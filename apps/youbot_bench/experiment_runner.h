@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,9 +36,11 @@ struct ExperimentOptions {
   bool virtual_time = false;
   bool quiet = false;
   bool allow_non_real_time = false;
-  double record_rate_Hz = 1000.0;          ///< rounded to a whole number of cycles
-  double max_speed_rad_per_s = 12.0;       ///< of a measured joint, filtered; beyond, the drives go off
-  double max_travel_rad = 0.0;             ///< from where the measurement began; 0: no limit
+  double record_rate_Hz = 1000.0;     ///< rounded to a whole number of cycles
+  double max_speed_rad_per_s = 12.0;  ///< of a measured joint, filtered; beyond, the drives go off
+  double max_travel_rad = 0.0;        ///< from where the measurement began; 0: no limit
+  /// Where a joint with end stops is taken first; otherwise it begins where it stands.
+  std::optional<double> start_rad{};
   double filter_cutoff_rad_per_s = 125.0;  ///< of the velocity
   std::chrono::nanoseconds period{1'000'000};
   std::chrono::nanoseconds enable_timeout{30'000'000'000};
@@ -60,10 +63,14 @@ struct ExperimentOutcome {
 };
 
 /// Waits until the drives obey, measures one after the other what is not on disk yet, brakes, switches off.
-/// A fault, too much speed or travel, or a cycle that did not come for 0.1 s switches the drives off at once;
-/// `stop`, a full disk and the end of the plan brake first. Then report.html is written beside the recording;
-/// one that cannot be is among the recording's problems. `clock` is the one `robot` was made with. Blocks.
-/// @throws hal::SetupError, std::invalid_argument before anything moves; the robot is then off, too.
+/// A fault, too much speed, travel or torque, a joint that is blocked, or a cycle that did not come for 0.1 s
+/// switches the drives off at once; `stop`, a full disk and the end of the plan brake first. A joint with end
+/// stops must have the room, torque and speed that the experiment will ask of it, is stopped before it
+/// reaches the end of its range, and is braked first, whatever stops it but a fault. Then report.html is
+/// written beside the recording; one that cannot be is among the recording's problems. `clock` is the one
+/// `robot` was made with. Blocks.
+/// @throws hal::SetupError, std::invalid_argument before anything moves (but for homing, where that is asked
+/// for); the robot is then off, too.
 ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
                                  hal::Robot& robot, hal::Clock& clock, const std::atomic<bool>& stop);
 

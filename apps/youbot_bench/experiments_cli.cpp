@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -66,6 +67,7 @@ struct CommonConfig {
   double record_rate_Hz = 1000.0;
   double max_speed_rad_per_s = 12.0;
   double max_travel_rad = 0.0;
+  std::string start_rad{};
   double filter_cutoff_rad_per_s = 125.0;
   double simulation_step_s = 5e-5;
   int noise_seed = 1;
@@ -73,14 +75,19 @@ struct CommonConfig {
   template <typename Visitor>
   void visit(Visitor&& v) {
     v(Parameter{"robot", "loopback, wire, ethercat:IFACE, can:IFACE"}, robot);
-    v(Parameter{"joints", "such as wheel-2 or wheel-1,wheel-3; none named: all wheels"}, joints);
+    v(Parameter{"joints", "such as wheel-2, or wheel-1,wheel-3, or arm-2 alone; none named: all wheels"},
+      joints);
     v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
     v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and nobody names; -1: none",
                 -1, apps::HiddenEffect::kMostSeed},
       hidden_effect);
     v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
-    v(Parameter{"max_speed_rad_per_s", "beyond, the drives are switched off", 0.01, 30}, max_speed_rad_per_s);
+    v(Parameter{"max_speed_rad_per_s",
+                "beyond, it is stopped; joints of an arm have limits of their own, too", 0.01, 30},
+      max_speed_rad_per_s);
     v(Parameter{"max_travel_rad", "in a measurement, likewise; 0: no limit", 0, 1e6}, max_travel_rad);
+    v(Parameter{"start_rad", "where a joint of an arm is taken first; none: it begins where it stands"},
+      start_rad);
     v(Parameter{"filter_cutoff_rad_per_s", "of the velocity", 1, 1000}, filter_cutoff_rad_per_s);
     v(Parameter{"simulation_step_s", "of the simulated drives", 1e-6, 2e-4}, simulation_step_s);
     v(Parameter{"noise_seed", "of the simulated sensors", 0, 2e9}, noise_seed);
@@ -100,6 +107,17 @@ std::vector<std::string> split(const std::string& list) {
   for (std::string part; std::getline(text, part, ',');)
     if (!part.empty()) parts.push_back(part);
   return parts;
+}
+
+/// @throws std::invalid_argument for a text that is no number.
+std::optional<double> start_of(const CommonConfig& config) {
+  if (config.start_rad.empty()) return std::nullopt;
+  const char* const end = config.start_rad.data() + config.start_rad.size();
+  double start_rad = 0.0;
+  const auto [rest, error] = std::from_chars(config.start_rad.data(), end, start_rad);
+  if (error != std::errc() || rest != end || !std::isfinite(start_rad))
+    throw std::invalid_argument("start_rad = '" + config.start_rad + "', expected a number");
+  return start_rad;
 }
 
 /// "settle_s" → "--settle", "max_speed_rad_per_s" → "--max-speed".
@@ -237,12 +255,14 @@ class ExperimentCommand {
                     CommonConfig common)
       : name_(name), result_(std::move(result)), common_(std::move(common)) {
     command_ = app.add_subcommand(name, about);
-    command_->footer("The recording is in OUT/" + name + "/JOINT.csv" +
-                     (result_.empty() ? "" : ", the results in OUT/" + result_ + "/JOINT.csv") +
-                     ".\nSimulated robots have their wheels in the air and run in virtual time.\n"
-                     "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, "
-                     "4 stopped by a "
-                     "fault.");
+    command_->footer(
+        "The recording is in OUT/" + name + "/JOINT.csv" +
+        (result_.empty() ? "" : ", the results in OUT/" + result_ + "/JOINT.csv") +
+        ".\nSimulated robots have their wheels in the air and run in virtual time.\n"
+        "What does not fit the range, torque or speed of an arm's joint is refused before it moves.\n"
+        "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, "
+        "4 stopped by a "
+        "fault.");
     command_->add_option("--out", out_, "directory for the recordings, made if missing");
     command_->add_option("--resume", resume_, "go on with the experiment in this directory");
     command_->add_option("--config", config_file_,
@@ -257,7 +277,8 @@ class ExperimentCommand {
         ->excludes(real_time);
     command_->add_flag("--allow-non-rt", allow_non_real_time_,
                        "go on when the system refuses real-time scheduling or memory locking");
-    command_->add_flag("--yes", yes_, "the wheels are off the ground: do not ask");
+    command_->add_flag("--yes", yes_,
+                       "the wheels are off the ground, or the arm is free to move: do not ask");
     command_->add_flag("--quiet", quiet_, "print problems only");
     common_.visit([this](const Parameter& parameter, const auto& value) { add(parameter, value); });
   }
@@ -314,6 +335,7 @@ class ExperimentCommand {
 
  private:
   void load(const std::filesystem::path& file);
+  Confirmation confirmation() const;
   int report(const ExperimentOutcome& outcome, const std::filesystem::path& directory) const;
 
   std::string name_;
@@ -406,6 +428,7 @@ int ExperimentCommand::run() {
                             .record_rate_Hz = common_.record_rate_Hz,
                             .max_speed_rad_per_s = common_.max_speed_rad_per_s,
                             .max_travel_rad = common_.max_travel_rad,
+                            .start_rad = start_of(common_),
                             .filter_cutoff_rad_per_s = common_.filter_cutoff_rad_per_s};
   if (ethercat_.home_arms) options.enable_timeout = apps::kHomingTimeout;
   apps::RobotOptions robot;
@@ -429,15 +452,26 @@ int ExperimentCommand::run() {
                                 name_, apps::build_version(), name_, written(common_), written_parameters(),
                                 apps::ethercat_text(ethercat_), apps::can_text(can_))};
   // In virtual time nothing but a simulation moves.
-  if (!options.virtual_time && !simulated && !yes_)
-    confirm({.robot = common_.robot,
-             .what = ethercat_.home_arms ? "the joints will turn, and the arm goes to its end stops"
-                                         : "the joints will turn",
-             .question = "Are the wheels off the ground?",
-             .answer = "off the ground",
-             .otherwise = "Lift the wheels off the ground and add --yes"});
+  if (!options.virtual_time && !simulated && !yes_) confirm(confirmation());
   apps::stop_on_signals();
   return report(run_experiment(plan, options, robot, apps::stop_requested), directory);
+}
+
+Confirmation ExperimentCommand::confirmation() const {
+  const bool arm = common_.joints.find("arm") != std::string::npos;
+  if (arm)
+    return {.robot = common_.robot,
+            .what = ethercat_.home_arms ? common_.joints + " will turn, and the arm goes to its end stops"
+                                        : common_.joints + " will turn",
+            .question = "Is the arm free to move, and nobody within its reach?",
+            .answer = "free to move",
+            .otherwise = "Clear the arm's reach and add --yes"};
+  return {.robot = common_.robot,
+          .what = ethercat_.home_arms ? "the joints will turn, and the arm goes to its end stops"
+                                      : "the joints will turn",
+          .question = "Are the wheels off the ground?",
+          .answer = "off the ground",
+          .otherwise = "Lift the wheels off the ground and add --yes"};
 }
 
 int ExperimentCommand::report(const ExperimentOutcome& outcome,
@@ -455,9 +489,10 @@ int ExperimentCommand::report(const ExperimentOutcome& outcome,
       std::printf("%llu cycles were late\n", static_cast<unsigned long long>(outcome.overruns));
   }
   for (const std::string& problem : outcome.recording_problems) spdlog::error("recording: {}", problem);
-  for (const std::string& reason : outcome.not_measured) spdlog::warn("{}", reason);
+  for (const std::string& reason : outcome.not_measured) spdlog::warn("not measured: {}", reason);
   if (!outcome.fault.empty()) {
     spdlog::error("stopped by a fault at {}", outcome.fault);
+    spdlog::error("what was recorded until then is in {}", (directory / name_).string());
     for (const std::string& finding : outcome.robot_report) spdlog::error("robot: {}", finding);
     if (!outcome.frames.empty())
       spdlog::error("the last frames before it are in {}", outcome.frames.string());

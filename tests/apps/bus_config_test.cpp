@@ -51,6 +51,25 @@ TEST_F(BusConfig, ABenchRigIsWhatItsTableSays) {
   EXPECT_EQ(can("[can]\njoint = \"wheel-3\"\n").axis.current_limit_A, hal::kWheelAxis.current_limit_A);
 }
 
+TEST_F(BusConfig, TheJointOnARigMayHaveLimitsOfItsOwn) {
+  const hal::CanOptions youbots = can("[can]\njoint = \"arm-2\"\n");
+  EXPECT_EQ(youbots.axis.rated_torque_Nm, 9.5);
+  EXPECT_EQ(youbots.axis.range.upper_rad, hal::kArmAxes[1].range.upper_rad);
+  EXPECT_FALSE(youbots.range_is_stated);
+  const hal::CanOptions said =
+      can("[can]\njoint = \"arm-2\"\nrated_torque_Nm = 4.5\nspeed_limit_rad_per_s = 1\nrange_rad = [-0.5, "
+          "0.25]\n");
+  EXPECT_EQ(said.axis.rated_torque_Nm, 4.5);
+  EXPECT_EQ(said.axis.speed_limit_rad_per_s, 1);
+  EXPECT_EQ(said.axis.range.lower_rad, -0.5);
+  EXPECT_EQ(said.axis.range.upper_rad, 0.25);
+  EXPECT_TRUE(said.range_is_stated);
+  EXPECT_EQ(apps::can_text(can(apps::can_text(said))), apps::can_text(said));
+  EXPECT_EQ(
+      problems("[can]\nrange_rad = [1, 0]\n"),
+      std::vector<std::string>{"lab.toml:2: 'can.range_rad' must be [lower, upper], the lower one first"});
+}
+
 TEST_F(BusConfig, WhatNoModuleCanBeIsRefusedWithItsLine) {
   EXPECT_EQ(problems("[can]\njoint = \"elbow\"\nmodule_id = 2048\nreply_id = 1\nrequests_per_cycle = 6\n"
                      "bitrate_bit_per_s = 2000000\nmodul_id = 2\n"),

@@ -37,6 +37,9 @@ TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
   EXPECT_NEAR(joints[8].torque_limit_Nm, 1.0 * 0.049 * 71, 1e-9);
   EXPECT_EQ(joints[0].speed_limit_rad_per_s, 16.2);
   EXPECT_EQ(joints[8].speed_limit_rad_per_s, 1.57);
+  EXPECT_EQ(joints[8].rated_torque_Nm, 1.0);
+  EXPECT_EQ(joints[5].range.upper_rad, kArmAxes[1].range.upper_rad);
+  EXPECT_FALSE(joints[0].range.limited());
 }
 
 class EthercatRobotKinds : public ::testing::TestWithParam<std::tuple<EthercatOptions::Kind, Firmware>> {};

@@ -1,0 +1,42 @@
+/// @file
+/// What is watched of a joint while an experiment moves it.
+#pragma once
+#include <cstdint>
+
+#include "hal/robot.h"
+#include "sim/experiments/joint_experiment.h"
+#include "sim/experiments/low_pass.h"
+
+namespace youbot_bench {
+
+/// Cycle: all but construction.
+class JointGuard {
+ public:
+  enum class Trip : std::uint8_t {
+    kNone,
+    kNearStop,  ///< it could not be stopped any more before the end of its range
+    kTorque,    ///< it takes more than it is made for
+    kBlocked,   ///< it is pushed and does not turn
+  };
+
+  JointGuard(const hal::JointInfo& joint, double period_s) noexcept;
+
+  /// Each cycle of a measurement, with the command that has acted.
+  Trip watch(const sim::experiments::Reading& reading, const hal::JointCommand& command) noexcept;
+  /// Low-passed, as it is judged.
+  double torque_Nm() const noexcept { return torque_.value(); }
+
+ private:
+  bool near_stop(const sim::experiments::Reading& reading) const noexcept;
+  bool blocked(const sim::experiments::Reading& reading, const hal::JointCommand& command) noexcept;
+
+  hal::JointRange range_;
+  double rated_torque_Nm_;
+  double blocked_torque_Nm_;
+  double period_s_;
+  sim::experiments::LowPass torque_;
+  double pushed_hard_s_ = 0.0;  // without turning
+  double told_to_turn_s_ = 0.0;
+};
+
+}  // namespace youbot_bench
