@@ -120,6 +120,7 @@ class EthercatRobot final : public Robot {
   void activate() override;
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
+  std::string explain(const CycleStatus& status) const override;
   std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 
@@ -167,6 +168,7 @@ void EthercatRobot::activate() {
     ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
     const tmcl::YoubotKind kind = kind_of(options_.kind);
     check_topology(setup.slaves(), tmcl::youbot_topology(kind), link_->name());
+    tmcl::require_youbot_boards(setup.slaves());
     if (options_.lock_step) {
       check_lock_step(setup.slaves());
       const std::array<std::uint8_t, 1> lifted{options_.lifted};
@@ -286,8 +288,8 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (latched_.ok()) latched_ = bus_status;
   if (latched_.ok() && command.enable) latched_ = check_drives();
   if (!latched_.ok()) switch_off(!command.enable);
-  // Whatever is there now: in lock-step only activate() looks what it is.
-  if (!options_.lock_step) repair();
+  // Not against another master, and whatever is there now: in lock-step only activate() looks what it is.
+  if (!options_.lock_step && !bus_->other_master_present()) repair();
 
   if (all_fresh) {
     sample.stamp = stamp;
@@ -358,6 +360,7 @@ bool has_left(const ethercat::SlaveHealth& health) noexcept {
 
 /// Health is working counter, AL state and fresh inputs together; a short silence is bridged.
 CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexcept {
+  if (bus_->other_master_present()) return {Fault::kOtherMaster};
   if (result.all_operational) {
     bad_cycles_ = 0;
     return {};
@@ -402,6 +405,11 @@ void EthercatRobot::restore(std::size_t slave) noexcept {
     if (!drive.restore()) return;
   }
   bus_->resume(slave);
+}
+
+std::string EthercatRobot::explain(const CycleStatus& status) const {
+  if (status.fault == Fault::kOtherMaster && states_) return newest_state().bus.other_master.describe();
+  return Robot::explain(status);
 }
 
 std::vector<std::string> EthercatRobot::trouble() const {

@@ -65,6 +65,7 @@ struct EthercatOptions {
 /// - A slave that is lost or falls out of OP, or a drive's error flag, switches all drives off (motor stop)
 /// and
 ///   is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
+/// - Another master on the bus refuses activate(), and is a fault as long as it is there.
 /// - A gripper that is missing or fails never stops the arm.
 /// - A drive that heard nothing for 100 ms holds the place it had then, by itself, until its time-out flag is
 ///   cleared: while disabled, under a commanded stop, or by `enable`. Until then the sample shows the flag.

@@ -10,8 +10,14 @@ const char* describe(Fault fault) noexcept {
     case Fault::kJointFault: return "a joint fault";
     case Fault::kFrameLost: return "no answer from the bus";
     case Fault::kPartialBus: return "some devices on the bus did not answer";
+    case Fault::kOtherMaster: return "another master is on this bus";
   }
   return "unknown fault";
+}
+
+std::string Robot::explain(const CycleStatus& status) const {
+  return status.fault == Fault::kJointFault ? hal::describe(status.joint_fault())
+                                            : hal::describe(status.fault);
 }
 
 const char* describe(JointFault fault) noexcept {

@@ -48,11 +48,12 @@ static_assert(std::is_trivially_copyable_v<RobotCommand> && std::is_trivially_co
 /// What generic code can react to; `detail` keeps the backend's own code for the log.
 enum class Fault : std::uint8_t {
   kNone,
-  kNotActive,   ///< exchange() before activate() or after deactivate()
-  kBadCommand,  ///< a target was not finite; detail: the mode
-  kJointFault,  ///< detail: the JointFault in the low byte, see CycleStatus::joint_fault()
-  kFrameLost,   ///< no answer from the bus
-  kPartialBus,  ///< some devices did not answer; detail: working counter
+  kNotActive,    ///< exchange() before activate() or after deactivate()
+  kBadCommand,   ///< a target was not finite; detail: the mode
+  kJointFault,   ///< detail: the JointFault in the low byte, see CycleStatus::joint_fault()
+  kFrameLost,    ///< no answer from the bus
+  kPartialBus,   ///< some devices did not answer; detail: working counter
+  kOtherMaster,  ///< somebody else commands the same bus
 };
 
 /// Outcome of one cycle. A fault is latched: it is reported in every cycle until the robot is disabled.
@@ -69,8 +70,8 @@ struct [[nodiscard]] CycleStatus {
 const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
-/// Sole owner of its bus. One thread calls exchange(); of the set-up calls only trouble() and report() may
-/// run beside it, in one other thread. Destruction deactivates.
+/// Sole owner of its bus. One thread calls exchange(); of the set-up calls only explain(), trouble() and
+/// report() may run beside it, in one other thread. Destruction deactivates.
 class Robot {
  public:
   Robot() = default;
@@ -92,6 +93,8 @@ class Robot {
   /// joints, the joints and the stamp are left as they were, so that the stamp shows their age.
   virtual CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept = 0;
 
+  /// Setup: a status of exchange() in words, without its joint: what happened, and what to check.
+  virtual std::string explain(const CycleStatus& status) const;
   /// Setup: what keeps it from working now, "DEVICE: what is wrong, and what to check", a device a line.
   virtual std::vector<std::string> trouble() const { return {}; }
   /// Setup: how the device fares in words, a finding a line, for the log after a run or a fault; after

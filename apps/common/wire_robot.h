@@ -25,6 +25,7 @@ class WireRobot final : public hal::Robot {
   void activate() override;
   void deactivate() noexcept override { robot_->deactivate(); }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override;
+  std::string explain(const hal::CycleStatus& status) const override { return robot_->explain(status); }
   std::vector<std::string> trouble() const override { return robot_->trouble(); }
   std::vector<std::string> report() const override { return robot_->report(); }
 

@@ -484,8 +484,7 @@ std::string Service::robot_state() const {
   if (robot.ok()) return "ready";
   const std::string joint =
       robot.joint >= 0 ? robot_.robot->joints()[static_cast<std::size_t>(robot.joint)].name + ": " : "";
-  return joint + (robot.fault == hal::Fault::kJointFault ? hal::describe(robot.joint_fault())
-                                                         : hal::describe(robot.fault));
+  return joint + robot_.robot->explain(robot);
 }
 
 json Service::status() const {

@@ -318,7 +318,10 @@ void add_spoiled_frames(std::vector<Case>& cases) {
   };
   for (const std::uint32_t count : {1U, 20U}) {
     const Outcome lost = count <= 10 ? kBridged : kFrameLost;
-    for (const std::uint32_t offset : {0U, 5U, 6U, 11U}) add("MAC address", offset, count, kBridged);
+    for (const std::uint32_t offset : {0U, 5U}) add("destination address", offset, count, kBridged);
+    // From another sender no answer is taken, and when such frames keep coming it is a master.
+    for (const std::uint32_t offset : {6U, 11U})
+      add("source address", offset, count, count <= 10 ? kBridged : Outcome{.fault = Fault::kOtherMaster});
     for (const std::uint32_t offset : {12U, 13U}) add("EtherType", offset, count, lost);
     for (const std::uint32_t offset : {14U, 15U}) add("EtherCAT header", offset, count, lost);
     for (const std::uint32_t offset : {0U, 1U, 6U, 7U}) add("image header", kImage + offset, count, lost);
