@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <deque>
 #include <optional>
 #include <stdexcept>
@@ -17,6 +20,7 @@
 #include "drivers/tmcl/youbot_topology.h"
 #include "hal/ethercat/drive_channel.h"
 #include "hal/ethercat/gripper_channel.h"
+#include "hal/ethercat/loss_window.h"
 #include "hal/newest_value.h"
 #include "hal/setup_error.h"
 
@@ -86,11 +90,50 @@ void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
                        "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
 }
 
+/// Why an interface takes no frames, and what to do.
+std::string link_text(const std::string& interface, int error) {
+  const char* name = strerrorname_np(error);
+  const std::string cause =
+      std::string(" (") + (name != nullptr ? name : "unknown error") + ": " + std::strerror(error) + "): ";
+  const std::string link = "the network interface " + interface;
+  switch (error) {
+    case ENETDOWN:
+      return link + " went down" + cause + "'ip link set " + interface + " up', then enable again";
+    case ENODEV:
+    case ENXIO: return link + " is gone" + cause + "plug it in again, then start this program anew";
+    // So the kernel says that there is no carrier, when no queue lies between.
+    case ENOBUFS: return link + " sends nothing" + cause + "is the cable in at both ends?";
+    case EMSGSIZE:
+      return link + " takes no frames of this size" + cause + "'ip link set " + interface + " mtu 1500'";
+    default: return link + " refuses frames" + cause + "see 'ip -s link show " + interface + "'";
+  }
+}
+
+std::string percent(double share) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%g %%", 100 * share);
+  return text.data();
+}
+
+std::string loss_text(int cycles, double limit) {
+  return "too many frames were lost, came late or were damaged: " + std::to_string(cycles) +
+         " of the last 1000 cycles had no whole answer, and ethercat.loss_fault allows " + percent(limit) +
+         ": check the cables and the load of this machine";
+}
+
+std::string losses_text(const BusLosses& losses) {
+  return std::to_string(losses.cycles) +
+         " of the last 1000 cycles were bridged: " + std::to_string(losses.lost) + " without an answer, " +
+         std::to_string(losses.incomplete) + " with an incomplete one; in " + std::to_string(losses.late) +
+         " an answer came late or twice, in " + std::to_string(losses.damaged) + " something damaged";
+}
+
 /// What reports are made of, by another thread than the cycle's.
 struct RobotState {
   ethercat::BusState bus;
   std::vector<DriveChannel::Failure> failures;  // of each drive
   std::vector<GripperState> grippers;
+  BusLosses losses;
   bool simulation_gone = false;
 };
 
@@ -121,6 +164,7 @@ class EthercatRobot final : public Robot {
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
   std::string explain(const CycleStatus& status) const override;
+  std::optional<BusLosses> losses() const override;
   std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 
@@ -128,6 +172,9 @@ class EthercatRobot final : public Robot {
   void add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard& board, std::size_t slave);
   CycleStatus check_command(const RobotCommand& command) const noexcept;
   CycleStatus check_bus(const ethercat::CycleResult& result) noexcept;
+  CycleStatus bridge(const ethercat::CycleResult& result) noexcept;
+  CycleStatus check_losses(const ethercat::CycleResult& result) noexcept;
+  BusLosses judged_losses() const noexcept;
   CycleStatus check_drives() const noexcept;
   void repair() noexcept;
   void restore(std::size_t slave) noexcept;
@@ -143,6 +190,7 @@ class EthercatRobot final : public Robot {
   nanoseconds period_;
   std::vector<JointInfo> joints_;
   std::vector<std::vector<tmcl::ParameterSetting>> settings_;  // of each joint
+  std::string interface_;                                      // of the last activate()
   std::unique_ptr<ethercat::Link> link_;
   std::optional<ethercat::OpBus> bus_;
   // Neither is ever moved: others point to them.
@@ -153,6 +201,8 @@ class EthercatRobot final : public Robot {
   // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
   bool simulation_gone_ = false;
   int bad_cycles_ = 0;
+  LossWindow losses_;
+  ethercat::FrameCounters counted_;  // after the last cycle
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
   RobotState state_;                  // the cycle's
@@ -165,6 +215,7 @@ void EthercatRobot::activate() {
   deactivate();
   try {
     link_ = open_link_();
+    interface_ = link_->name();
     ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
     const tmcl::YoubotKind kind = kind_of(options_.kind);
     check_topology(setup.slaves(), tmcl::youbot_topology(kind), link_->name());
@@ -189,6 +240,8 @@ void EthercatRobot::activate() {
   states_.emplace(state_);
   enabled_ = false;
   bad_cycles_ = 0;
+  losses_.clear();
+  counted_ = bus_->counters();
   latched_ = {};
 }
 
@@ -308,6 +361,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 /// Cycle, after the first time: everything has its size by then.
 void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
+  state_.losses = judged_losses();
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
   for (std::size_t i = 0; i < drives_.size(); ++i) state_.failures[i] = drives_[i].failure();
@@ -361,6 +415,34 @@ bool has_left(const ethercat::SlaveHealth& health) noexcept {
 /// Health is working counter, AL state and fresh inputs together; a short silence is bridged.
 CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexcept {
   if (bus_->other_master_present()) return {Fault::kOtherMaster};
+  const CycleStatus loss = check_losses(result);
+  const CycleStatus gap = bridge(result);
+  // A gap that was not bridged is a fault of its own, and none to be counted again once the bus is back.
+  if (!gap.ok()) losses_.clear();
+  return gap.ok() ? loss : gap;
+}
+
+/// Each gap is short, but they are many.
+CycleStatus EthercatRobot::check_losses(const ethercat::CycleResult& result) noexcept {
+  const ethercat::FrameCounters before = std::exchange(counted_, bus_->counters());
+  losses_.add({.lost = !result.answered,
+               .damaged = counted_.malformed != before.malformed || counted_.foreign != before.foreign,
+               .incomplete = result.answered && !result.all_operational,
+               .late = counted_.late + counted_.duplicate != before.late + before.duplicate});
+  const BusLosses losses = judged_losses();
+  if (losses.level != BusLosses::Level::kFault) return {};
+  return {Fault::kFrameLoss, -1, static_cast<std::uint32_t>(losses.cycles)};
+}
+
+BusLosses EthercatRobot::judged_losses() const noexcept {
+  BusLosses losses = losses_.counts();
+  const double share = losses.cycles / static_cast<double>(LossWindow::kCycles);
+  using enum BusLosses::Level;
+  losses.level = share >= options_.loss_fault ? kFault : share >= options_.loss_warning ? kWarning : kOk;
+  return losses;
+}
+
+CycleStatus EthercatRobot::bridge(const ethercat::CycleResult& result) noexcept {
   if (result.all_operational) {
     bad_cycles_ = 0;
     return {};
@@ -369,6 +451,8 @@ CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexce
     if (has_left(bus_->health(drives_[i].slave())))
       return {Fault::kPartialBus, static_cast<std::int8_t>(i), result.working_counter};
   if (++bad_cycles_ <= options_.tolerated_cycles && !simulation_gone_) return {};
+  if (const int error = bus_->counters().link_error; error != 0)
+    return {Fault::kLinkDown, -1, static_cast<std::uint32_t>(error)};
   if (!result.answered) return {Fault::kFrameLost};
   for (std::size_t i = 0; i < drives_.size(); ++i)
     if (bus_->health(drives_[i].slave()).condition != ethercat::SlaveCondition::kOperational)
@@ -408,14 +492,28 @@ void EthercatRobot::restore(std::size_t slave) noexcept {
 }
 
 std::string EthercatRobot::explain(const CycleStatus& status) const {
+  if (status.fault == Fault::kLinkDown) return link_text(interface_, static_cast<int>(status.detail));
+  if (status.fault == Fault::kFrameLoss)
+    return loss_text(static_cast<int>(status.detail), options_.loss_fault);
   if (status.fault == Fault::kOtherMaster && states_) return newest_state().bus.other_master.describe();
   return Robot::explain(status);
+}
+
+std::optional<BusLosses> EthercatRobot::losses() const {
+  if (!bus_) return std::nullopt;
+  return newest_state().losses;
 }
 
 std::vector<std::string> EthercatRobot::trouble() const {
   if (!bus_) return {};
   const RobotState& state = newest_state();
   std::vector<std::string> lines = bus_->trouble(state.bus);
+  if (state.bus.frames.link_error != 0)
+    lines.insert(lines.begin(), "bus: " + link_text(interface_, state.bus.frames.link_error));
+  if (state.losses.level != BusLosses::Level::kOk)
+    lines.insert(lines.begin(), "bus: more than " + percent(options_.loss_warning) +
+                                    " of the last 1000 cycles had no whole answer: check the cables and the "
+                                    "load of this machine");
   for (std::size_t i = 0; i < joints_.size(); ++i)
     if (const std::string failure = describe(state.failures[i]); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);
@@ -438,6 +536,7 @@ std::vector<std::string> EthercatRobot::report() const {
   for (std::size_t arm = 0; arm < state.grippers.size(); ++arm)
     if (state.grippers[arm] == GripperState::kAbsent)
       lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_trouble_[arm]);
+  if (state.losses.cycles > 0) lines.push_back(losses_text(state.losses));
   lines.push_back(ethercat::Diagnostics::summary(state.bus.frames, state.bus.counts.round_trips));
   return lines;
 }

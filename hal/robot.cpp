@@ -10,6 +10,8 @@ const char* describe(Fault fault) noexcept {
     case Fault::kJointFault: return "a joint fault";
     case Fault::kFrameLost: return "no answer from the bus";
     case Fault::kPartialBus: return "some devices on the bus did not answer";
+    case Fault::kLinkDown: return "the interface takes no frames";
+    case Fault::kFrameLoss: return "too many frames were lost";
     case Fault::kOtherMaster: return "another master is on this bus";
   }
   return "unknown fault";

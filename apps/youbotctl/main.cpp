@@ -71,6 +71,10 @@ void print(const json& status) {
   line("robot",
        text(status, "robot") + (status.contains("robot_state") ? ": " + text(status, "robot_state") : ""));
   for (const std::string& trouble : texts(status, "robot_trouble")) line("", trouble);
+  if (status.contains("bus") && status["bus"].is_object())
+    line("bus", text(status["bus"], "level") + ", " +
+                    status["bus"].value("bridged_of_1000_cycles", json()).dump() +
+                    " of the last 1000 cycles without a whole answer");
   if (status.contains("master"))
     line("master", text(status, "master") +
                        (status.contains("master_state") ? ": " + text(status, "master_state") : ""));

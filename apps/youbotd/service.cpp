@@ -487,6 +487,17 @@ std::string Service::robot_state() const {
   return joint + robot_.robot->explain(robot);
 }
 
+json bus_json(const std::optional<hal::BusLosses>& losses) {
+  if (!losses) return nullptr;
+  constexpr std::array<const char*, 3> kLevels{"ok", "warning", "fault"};
+  return {{"level", kLevels[static_cast<std::size_t>(losses->level)]},
+          {"bridged_of_1000_cycles", losses->cycles},
+          {"lost", losses->lost},
+          {"incomplete", losses->incomplete},
+          {"late", losses->late},
+          {"damaged", losses->damaged}};
+}
+
 json Service::status() const {
   const Progress& now = told_.progress;
   json status{{"format", "youbotd-status/1"},
@@ -506,6 +517,7 @@ json Service::status() const {
   status["fault_report"] = fault_report_.string();
   status["fault_robot_report"] = fault_robot_report_;
   status["robot_trouble"] = trouble_;
+  status["bus"] = bus_json(robot_.robot->losses());
   if (run_) {
     status["time_s"] = std::chrono::duration<double>(now.time).count();
     status["base_W"] = numbers(now.base_W);

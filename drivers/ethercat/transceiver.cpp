@@ -26,8 +26,12 @@ bool Transceiver::send() noexcept {
   if (tap_ != nullptr) tap_->frame(Direction::kSent, frame);
   ++counters_.sent;
   sent_at_ = link_.now();
-  if (link_.send(frame)) return true;
+  if (link_.send(frame)) {
+    counters_.link_error = 0;
+    return true;
+  }
   ++counters_.not_sent;
+  if (counters_.link_error == 0) counters_.link_error = link_.last_error();
   return false;
 }
 

@@ -21,6 +21,9 @@ struct FrameCounters {
   std::uint64_t duplicate = 0;  ///< second answer to the same frame
   std::uint64_t malformed = 0;  ///< not a well-formed EtherCAT frame
   std::uint64_t foreign = 0;    ///< well-formed, from another sender
+  /// errno for which the interface refuses frames now: that of the first since one was taken. 0: it takes
+  /// them.
+  int link_error = 0;
 };
 
 /// One frame is under way at a time. All its datagrams carry the frame's index; an answer must have it, come

@@ -258,6 +258,35 @@ TEST(EthercatOverVeth, AnotherMasterThatJoinsEndsTheRunByItsName) {
   EXPECT_TRUE(base.daemon.wait_for("robot: bus: works again"));
 }
 
+TEST(EthercatOverVeth, AnInterfaceThatWentDownIsNamedWithTheSystemsErrorAndWorksAgain) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const Simulator simulator(namespaces, "--robot base");
+  ASSERT_TRUE(simulator.ready());
+  ServedBase base;
+  ASSERT_TRUE(base.daemon.wait_for("waiting for commands"));
+  const auto stays_off = [&](const std::string& why) {
+    EXPECT_TRUE(base.daemon.wait_for("robot: bus: " + why));
+    EXPECT_EQ(base.tell("enable").exit_code, 4);
+    const nlohmann::json status = base.status();
+    ASSERT_TRUE(status.is_object());
+    EXPECT_NE(status["fault"].dump().find(why), std::string::npos) << status.dump(2);
+    EXPECT_NE(status["robot_state"].dump().find(why), std::string::npos) << status.dump(2);
+  };
+  ASSERT_EQ(support::run_command("ip link set veth-c down").exit_code, 0);
+  stays_off(
+      "the network interface veth-c went down (ENETDOWN: Network is down): 'ip link set veth-c up', then "
+      "enable again");
+  ASSERT_EQ(support::run_command("ip link set veth-c up").exit_code, 0);
+  EXPECT_TRUE(base.daemon.wait_for("robot: bus: works again"));
+  EXPECT_TRUE(base.status()["bus"].is_object());
+
+  ASSERT_EQ(support::run_command("ip link del veth-c").exit_code, 0);
+  stays_off(
+      "the network interface veth-c is gone (ENXIO: No such device or address): plug it in again, then start "
+      "this program anew");
+}
+
 // The last on the bus: without it everything else is still in reach.
 constexpr const char* kWheelIsGone =
     "slave 5 (TMCM-1632): does not answer: check its power and the cable before it";
