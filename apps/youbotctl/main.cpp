@@ -75,6 +75,11 @@ void print(const json& status) {
     line("bus", text(status["bus"], "level") + ", " +
                     status["bus"].value("bridged_of_1000_cycles", json()).dump() +
                     " of the last 1000 cycles without a whole answer");
+  if (status.contains("recording") && status["recording"].is_object()) {
+    const json& recording = status["recording"];
+    line("recording", text(recording, "state") + ", " + text(recording, "directory"));
+    for (const std::string& problem : texts(recording, "problems")) line("", problem);
+  }
   if (status.contains("master"))
     line("master", text(status, "master") +
                        (status.contains("master_state") ? ": " + text(status, "master_state") : ""));
