@@ -40,7 +40,7 @@ std::string fault_report_name() {
 /// put a link in the place of a report.
 std::filesystem::path own_report_folder() {
   const uid_t user = geteuid();
-  const std::filesystem::path folder =
+  std::filesystem::path folder =
       std::filesystem::temp_directory_path() / ("youbotd-faults-" + std::to_string(user));
   const auto refuse = [&folder](const std::string& why) {
     throw hal::SetupError(folder.string(), "cannot take the fault report: " + why, "remove it");
