@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstdio>
+#include <cstring>
 #include <deque>
 #include <optional>
 #include <stdexcept>
@@ -17,6 +20,7 @@
 #include "drivers/tmcl/youbot_topology.h"
 #include "hal/ethercat/drive_channel.h"
 #include "hal/ethercat/gripper_channel.h"
+#include "hal/ethercat/loss_window.h"
 #include "hal/newest_value.h"
 #include "hal/setup_error.h"
 
@@ -94,11 +98,50 @@ void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
                      "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
 }
 
+/// Why an interface takes no frames, and what to do.
+std::string link_text(const std::string& interface, int error) {
+  const char* name = strerrorname_np(error);
+  const std::string cause =
+      std::string(" (") + (name != nullptr ? name : "unknown error") + ": " + std::strerror(error) + "): ";
+  const std::string link = "the network interface " + interface;
+  switch (error) {
+    case ENETDOWN:
+      return link + " went down" + cause + "'ip link set " + interface + " up', then enable again";
+    case ENODEV:
+    case ENXIO: return link + " is gone" + cause + "plug it in again, then start this program anew";
+    // So the kernel says that there is no carrier, when no queue lies between.
+    case ENOBUFS: return link + " sends nothing" + cause + "is the cable in at both ends?";
+    case EMSGSIZE:
+      return link + " takes no frames of this size" + cause + "'ip link set " + interface + " mtu 1500'";
+    default: return link + " refuses frames" + cause + "see 'ip -s link show " + interface + "'";
+  }
+}
+
+std::string percent(double share) {
+  std::array<char, 16> text{};
+  std::snprintf(text.data(), text.size(), "%g %%", 100 * share);
+  return text.data();
+}
+
+std::string loss_text(int cycles, double limit) {
+  return "too many frames were lost, came late or were damaged: " + std::to_string(cycles) +
+         " of the last 1000 cycles had no whole answer, and ethercat.loss_fault allows " + percent(limit) +
+         ": check the cables and the load of this machine";
+}
+
+std::string losses_text(const BusLosses& losses) {
+  return std::to_string(losses.cycles) +
+         " of the last 1000 cycles were bridged: " + std::to_string(losses.lost) + " without an answer, " +
+         std::to_string(losses.incomplete) + " with an incomplete one; in " + std::to_string(losses.late) +
+         " an answer came late or twice, in " + std::to_string(losses.damaged) + " something damaged";
+}
+
 /// What reports are made of, by another thread than the cycle's.
 struct RobotState {
   ethercat::BusState bus;
   std::vector<DriveChannel::Failure> failures;  // of each drive
   std::vector<GripperState> grippers;
+  BusLosses losses;
   bool simulation_gone = false;
 };
 
@@ -131,6 +174,8 @@ class EthercatRobot final : public Robot {
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
   std::vector<std::string> notes() const override;
+  std::string explain(const CycleStatus& status) const override;
+  std::optional<BusLosses> losses() const override;
   std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 
@@ -138,6 +183,9 @@ class EthercatRobot final : public Robot {
   void add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard& board, std::size_t slave);
   CycleStatus check_command(const RobotCommand& command) const noexcept;
   CycleStatus check_bus(const ethercat::CycleResult& result) noexcept;
+  CycleStatus bridge(const ethercat::CycleResult& result) noexcept;
+  CycleStatus check_losses(const ethercat::CycleResult& result) noexcept;
+  BusLosses judged_losses() const noexcept;
   CycleStatus check_drives() const noexcept;
   void repair() noexcept;
   void restore(std::size_t slave) noexcept;
@@ -153,6 +201,7 @@ class EthercatRobot final : public Robot {
   nanoseconds period_;
   std::vector<JointInfo> joints_;
   std::vector<std::vector<tmcl::ParameterSetting>> settings_;  // of each joint
+  std::string interface_;                                      // of the last activate()
   std::unique_ptr<ethercat::Link> link_;
   std::optional<ethercat::OpBus> bus_;
   // Neither is ever moved: others point to them.
@@ -168,6 +217,8 @@ class EthercatRobot final : public Robot {
   int excused_cycles_ = 0;  // if they have no answer
   int bad_cycles_ = 0;
   int unanswered_cycles_ = 0;  // of those
+  LossWindow losses_;
+  ethercat::FrameCounters counted_;  // after the last cycle
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
   RobotState state_;                  // the cycle's
@@ -180,6 +231,7 @@ void EthercatRobot::activate() {
   deactivate();
   try {
     link_ = open_link_();
+    interface_ = link_->name();
     ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
     const tmcl::YoubotKind kind = kind_of(options_.kind);
     // An arm that is there and not asked for stays out of operation: its drives are sent nothing, so neither
@@ -187,6 +239,7 @@ void EthercatRobot::activate() {
     const tmcl::YoubotKind around = tmcl::youbot_around(kind, setup.slaves().size());
     check_topology(setup.slaves(), tmcl::youbot_topology(around), link_->name());
     drives_left_off_ = drives_of(around) - drives_of(kind);
+    tmcl::require_youbot_boards(setup.slaves());
     if (options_.lock_step) {
       check_lock_step(setup.slaves());
       const std::array<std::uint8_t, 1> lifted{options_.lifted};
@@ -212,6 +265,8 @@ void EthercatRobot::activate() {
   states_.emplace(state_);
   enabled_ = false;
   bad_cycles_ = unanswered_cycles_ = 0;
+  losses_.clear();
+  counted_ = bus_->counters();
   latched_ = {};
 }
 
@@ -311,8 +366,8 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (latched_.ok()) latched_ = bus_status;
   if (latched_.ok() && command.enable) latched_ = check_drives();
   if (!latched_.ok()) switch_off(!command.enable);
-  // Whatever is there now: in lock-step only activate() looks what it is.
-  if (!options_.lock_step) repair();
+  // Not against another master, and whatever is there now: in lock-step only activate() looks what it is.
+  if (!options_.lock_step && !bus_->other_master_present()) repair();
 
   if (all_fresh) {
     sample.stamp = stamp;
@@ -331,6 +386,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 /// Cycle, after the first time: everything has its size by then.
 void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
+  state_.losses = judged_losses();
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
   for (std::size_t i = 0; i < drives_.size(); ++i) state_.failures[i] = drives_[i].failure();
@@ -383,6 +439,35 @@ bool has_left(const ethercat::SlaveHealth& health) noexcept {
 
 /// Health is working counter, AL state and fresh inputs together; a short silence is bridged.
 CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexcept {
+  if (bus_->other_master_present()) return {Fault::kOtherMaster};
+  const CycleStatus loss = check_losses(result);
+  const CycleStatus gap = bridge(result);
+  // A gap that was not bridged is a fault of its own, and none to be counted again once the bus is back.
+  if (!gap.ok()) losses_.clear();
+  return gap.ok() ? loss : gap;
+}
+
+/// Each gap is short, but they are many.
+CycleStatus EthercatRobot::check_losses(const ethercat::CycleResult& result) noexcept {
+  const ethercat::FrameCounters before = std::exchange(counted_, bus_->counters());
+  losses_.add({.lost = !result.answered,
+               .damaged = counted_.malformed != before.malformed || counted_.foreign != before.foreign,
+               .incomplete = result.answered && !result.all_operational,
+               .late = counted_.late + counted_.duplicate != before.late + before.duplicate});
+  const BusLosses losses = judged_losses();
+  if (losses.level != BusLosses::Level::kFault) return {};
+  return {Fault::kFrameLoss, -1, static_cast<std::uint32_t>(losses.cycles)};
+}
+
+BusLosses EthercatRobot::judged_losses() const noexcept {
+  BusLosses losses = losses_.counts();
+  const double share = losses.cycles / static_cast<double>(LossWindow::kCycles);
+  using enum BusLosses::Level;
+  losses.level = share >= options_.loss_fault ? kFault : share >= options_.loss_warning ? kWarning : kOk;
+  return losses;
+}
+
+CycleStatus EthercatRobot::bridge(const ethercat::CycleResult& result) noexcept {
   if (result.all_operational) {
     bad_cycles_ = unanswered_cycles_ = 0;
     return {};
@@ -393,6 +478,8 @@ CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexce
   if (!result.answered) ++unanswered_cycles_;
   const int excused = std::min(unanswered_cycles_, excused_cycles_);
   if (++bad_cycles_ - excused <= tolerated_cycles_ && !simulation_gone_) return {};
+  if (const int error = bus_->counters().link_error; error != 0)
+    return {Fault::kLinkDown, -1, static_cast<std::uint32_t>(error)};
   // Mostly silence: slaves that are missing behind one that answers are another matter.
   if (simulated_ && 2 * unanswered_cycles_ > bad_cycles_) return {Fault::kSimulatorSilent};
   if (!result.answered) return {Fault::kFrameLost};
@@ -439,10 +526,29 @@ std::vector<std::string> EthercatRobot::notes() const {
           " drives behind those of " + joints_.back().name + ", and a gripper there, stay off"};
 }
 
+std::string EthercatRobot::explain(const CycleStatus& status) const {
+  if (status.fault == Fault::kLinkDown) return link_text(interface_, static_cast<int>(status.detail));
+  if (status.fault == Fault::kFrameLoss)
+    return loss_text(static_cast<int>(status.detail), options_.loss_fault);
+  if (status.fault == Fault::kOtherMaster && states_) return newest_state().bus.other_master.describe();
+  return Robot::explain(status);
+}
+
+std::optional<BusLosses> EthercatRobot::losses() const {
+  if (!bus_) return std::nullopt;
+  return newest_state().losses;
+}
+
 std::vector<std::string> EthercatRobot::trouble() const {
   if (!bus_) return {};
   const RobotState& state = newest_state();
   std::vector<std::string> lines = bus_->trouble(state.bus);
+  if (state.bus.frames.link_error != 0)
+    lines.insert(lines.begin(), "bus: " + link_text(interface_, state.bus.frames.link_error));
+  if (state.losses.level != BusLosses::Level::kOk)
+    lines.insert(lines.begin(), "bus: more than " + percent(options_.loss_warning) +
+                                    " of the last 1000 cycles had no whole answer: check the cables and the "
+                                    "load of this machine");
   for (std::size_t i = 0; i < joints_.size(); ++i)
     if (const std::string failure = describe(state.failures[i]); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);
@@ -465,6 +571,7 @@ std::vector<std::string> EthercatRobot::report() const {
   for (std::size_t arm = 0; arm < state.grippers.size(); ++arm)
     if (state.grippers[arm] == GripperState::kAbsent)
       lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_trouble_[arm]);
+  if (state.losses.cycles > 0) lines.push_back(losses_text(state.losses));
   lines.push_back(ethercat::Diagnostics::summary(state.bus.frames, state.bus.counts.round_trips));
   return lines;
 }

@@ -34,6 +34,10 @@ struct EthercatOptions {
   /// kToleratedCycles; without an answer as many as make up kSimulatorPatience on a bus on which every slave
   /// says in its EEPROM that youbot-sim emulates it, and nowhere else.
   std::optional<int> tolerated_cycles{};
+  /// Shares of the last 1000 cycles that were bridged so. From the first on, a warning: trouble() and
+  /// losses() say it; from the second on, a fault. One bridge alone has to stay below it.
+  double loss_warning = 0.02;
+  double loss_fault = 0.2;
   /// A cycle waits so long for its answer. On a robot less than a period; for slaves that a busy machine
   /// emulates and that have all the time, more.
   std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
@@ -73,6 +77,8 @@ struct EthercatOptions {
 /// - A slave that is lost or falls out of OP, or a drive's error flag, switches all drives off (motor stop)
 /// and
 ///   is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
+/// - An interface that takes no frames for longer than is bridged is named with the system's error.
+/// - Another master on the bus refuses activate(), and is a fault as long as it is there.
 /// - A gripper that is missing or fails never stops the arm.
 /// - A drive that heard nothing for 100 ms holds the place it had then, by itself, until its time-out flag is
 ///   cleared: while disabled, under a commanded stop, or by `enable`. Until then the sample shows the flag.

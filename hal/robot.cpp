@@ -16,8 +16,16 @@ const char* describe(Fault fault) noexcept {
              "with the right to real-time priority (as root, or with CAP_SYS_NICE and CAP_IPC_LOCK), or give "
              "the "
              "machine less to do";
+    case Fault::kLinkDown: return "the interface takes no frames";
+    case Fault::kFrameLoss: return "too many frames were lost";
+    case Fault::kOtherMaster: return "another master is on this bus";
   }
   return "unknown fault";
+}
+
+std::string Robot::explain(const CycleStatus& status) const {
+  return status.fault == Fault::kJointFault ? hal::describe(status.joint_fault())
+                                            : hal::describe(status.fault);
 }
 
 const char* describe(JointFault fault) noexcept {

@@ -11,6 +11,7 @@
 #include <chrono>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -59,6 +60,9 @@ enum class Fault : std::uint8_t {
   kFrameLost,        ///< no answer from the bus
   kPartialBus,       ///< some devices did not answer; detail: working counter
   kSimulatorSilent,  ///< no answer from a bus that says that youbot-sim emulates it
+  kOtherMaster,      ///< somebody else commands the same bus
+  kLinkDown,         ///< the interface takes no frames; detail: errno
+  kFrameLoss,        ///< short gaps, each bridged, are too many; detail: of the last 1000 cycles how many
 };
 
 /// Outcome of one cycle. A fault is latched: it is reported in every cycle until the robot is disabled.
@@ -71,12 +75,23 @@ struct [[nodiscard]] CycleStatus {
   JointFault joint_fault() const noexcept { return static_cast<JointFault>(detail & 0xFF); }
 };
 
+/// Of the last 1000 cycles: those that were bridged because not all devices answered in time, and why.
+struct BusLosses {
+  int cycles = 0;      ///< all of them; the rest may overlap
+  int lost = 0;        ///< no answer
+  int damaged = 0;     ///< something came in that made no sense
+  int incomplete = 0;  ///< an answer, but not of all devices
+  int late = 0;        ///< answers that came when nobody waited for them any more
+  /// More of them than the robot is set to warn of, or to stop at.
+  enum class Level : std::uint8_t { kOk, kWarning, kFault } level = Level::kOk;
+};
+
 /// In words, for messages: "a command that is not a finite number".
 const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
-/// Sole owner of its bus. One thread calls exchange(); of the set-up calls only trouble() and report() may
-/// run beside it, in one other thread. Destruction deactivates.
+/// Sole owner of its bus. One thread calls exchange(); of the set-up calls only explain(), losses(),
+/// trouble() and report() may run beside it, in one other thread. Destruction deactivates.
 class Robot {
  public:
   Robot() = default;
@@ -101,6 +116,10 @@ class Robot {
   /// Setup, after activate(): what should be known of this robot before it moves, a remark a line, for the
   /// log.
   virtual std::vector<std::string> notes() const { return {}; }
+  /// Setup: a status of exchange() in words, without its joint: what happened, and what to check.
+  virtual std::string explain(const CycleStatus& status) const;
+  /// Setup: none where there is no bus.
+  virtual std::optional<BusLosses> losses() const { return std::nullopt; }
   /// Setup: what keeps it from working now, "DEVICE: what is wrong, and what to check", a device a line.
   virtual std::vector<std::string> trouble() const { return {}; }
   /// Setup: how the device fares in words, a finding a line, for the log after a run or a fault; after

@@ -22,6 +22,8 @@ constexpr auto kKinds =
                                                       {"base+two-arms", Kind::kBaseAndTwoArms}});
 
 constexpr std::chrono::milliseconds kLongestBridge{100};
+/// Of which hal::EthercatOptions::loss_fault is a share.
+constexpr int kLossCycles = 1000;
 
 }  // namespace
 
@@ -45,6 +47,16 @@ void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::Ether
     table.integer("tolerated_cycles", tolerated_cycles, {.min = 0, .max = 100});
     options.tolerated_cycles = tolerated_cycles;
   }
+  table.number("loss_warning", options.loss_warning, {.min = 0.001, .max = 1});
+  table.number("loss_fault", options.loss_fault, {.min = 0.001, .max = 1});
+  if (options.loss_warning > options.loss_fault)
+    table.refuse("loss_warning", fmt::format("= {} comes after 'ethercat.loss_fault' = {}: lower it",
+                                             options.loss_warning, options.loss_fault));
+  if (tolerated_cycles >= options.loss_fault * kLossCycles)
+    table.refuse("loss_fault",
+                 fmt::format("= {} of the last {} cycles is a fault before {} in a row are: raise it, "
+                             "or lower 'ethercat.tolerated_cycles'",
+                             options.loss_fault, kLossCycles, tolerated_cycles));
   double frame_timeout_s = std::chrono::duration<double>(options.frame_timeout).count();
   table.number("frame_timeout_s", frame_timeout_s, {.min = 1e-4, .max = 0.1});
   options.frame_timeout = std::chrono::nanoseconds(std::llround(1e9 * frame_timeout_s));
@@ -66,10 +78,10 @@ std::string ethercat_text(const hal::EthercatOptions& options) {
     if (value == options.kind) kind = name;
   std::string text = fmt::format(
       "[ethercat]\nkind = {}\nbusy_wait = {}\nunsigned_current = {}\n"
-      "frame_timeout_s = {}\ndistributed_clocks = {}\nhome_arms = {}\n",
-      toml_string(kind), options.busy_wait, options.unsigned_current,
-      std::chrono::duration<double>(options.frame_timeout).count(), options.distributed_clocks,
-      options.home_arms);
+      "loss_warning = {}\nloss_fault = {}\nframe_timeout_s = {}\ndistributed_clocks = {}\nhome_arms = {}\n",
+      toml_string(kind), options.busy_wait, options.unsigned_current, options.loss_warning,
+      options.loss_fault, std::chrono::duration<double>(options.frame_timeout).count(),
+      options.distributed_clocks, options.home_arms);
   if (options.tolerated_cycles) text += fmt::format("tolerated_cycles = {}\n", *options.tolerated_cycles);
   for (const hal::EthercatOptions::Parameter& parameter : options.parameters)
     text += fmt::format("\n[[ethercat.parameter]]\njoint = {}\nname = {}\nvalue = {}\n",

@@ -19,6 +19,9 @@ class MonitoredRobot final : public hal::Robot {
   void activate() override { robot_.activate(); }
   void deactivate() noexcept override { robot_.deactivate(); }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override;
+  std::vector<std::string> notes() const override { return robot_.notes(); }
+  std::string explain(const hal::CycleStatus& status) const override { return robot_.explain(status); }
+  std::optional<hal::BusLosses> losses() const override { return robot_.losses(); }
   std::vector<std::string> trouble() const override { return robot_.trouble(); }
   std::vector<std::string> report() const override { return robot_.report(); }
 

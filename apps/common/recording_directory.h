@@ -2,15 +2,40 @@
 /// Where a run is recorded, and the configuration that made it beside it.
 #pragma once
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "apps/common/recording_file.h"
+
 namespace apps {
 
-/// Makes the directory where it is missing and copies the configuration into it as `config.toml`, never over
-/// another; one that could not be copied is added to `problems`.
-/// @throws hal::SetupError when files cannot be made in the directory.
-void make_recording_directory(const std::filesystem::path& directory,
-                              const std::filesystem::path& config_file, std::vector<std::string>& problems);
+/// The directory of a recording while its files are opened: with one that cannot be, nothing is left of the
+/// others.
+///
+///     NewRecording recording(directory, config_file, problems);
+///     auto file = recording.open("base", comments, columns);
+///     recording.keep();
+class NewRecording {
+ public:
+  /// Makes the directory where it is missing and copies the configuration into it as `config.toml`, never
+  /// over another; one that could not be copied is added to `problems`.
+  /// @throws hal::SetupError when files cannot be made in the directory.
+  NewRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
+               std::vector<std::string>& problems);
+  NewRecording(const NewRecording&) = delete;
+  NewRecording& operator=(const NewRecording&) = delete;
+  ~NewRecording();
+
+  /// `rig`.csv, never over another. @throws hal::SetupError as RecordingFile, with a full disk among others.
+  std::unique_ptr<RecordingFile> open(const std::string& rig,
+                                      const std::vector<RecordingFile::Comment>& comments,
+                                      const std::vector<RecordingFile::Column>& columns);
+  void keep() noexcept { made_.clear(); }
+
+ private:
+  std::filesystem::path directory_;
+  std::vector<std::filesystem::path> made_;  // in order
+};
 
 }  // namespace apps

@@ -111,7 +111,7 @@ std::string make_header(const std::filesystem::path& path,
 }  // namespace
 
 RecordingFile::RecordingFile(const std::filesystem::path& path, const std::vector<Comment>& comments,
-                             const std::vector<Column>& columns)
+                             const std::vector<Column>& columns, Existing existing)
     : path_(path.string()) {
   const std::string header = make_header(path, comments, columns);
   for (const Column& column : columns) {
@@ -119,11 +119,11 @@ RecordingFile::RecordingFile(const std::filesystem::path& path, const std::vecto
     longest_row_bytes_ += longest_value_chars(column.decimals) + 1;  // comma or line end
   }
   buffer_.resize(std::max(kBufferBytes, longest_row_bytes_));
-  create(header);
+  create(header, existing);
 }
 
 /// Last in the constructor, so that no other exception can leak the descriptor.
-void RecordingFile::create(const std::string& header) {
+void RecordingFile::create(const std::string& header, Existing existing) {
   const auto refuse = [this](const char* problem, int error_number, const char* hint) {
     if (fd_ >= 0) ::close(fd_);
     std::string step = problem;
@@ -132,8 +132,12 @@ void RecordingFile::create(const std::string& header) {
   };
   // O_APPEND: after a torn row is cut off, the next write lands at the new end and leaves no hole.
   // No O_TRUNC: the file may be another daemon's, which only the lock tells.
-  fd_ = uninterrupted([&] { return ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644); });
-  if (fd_ < 0) refuse("cannot create the file", errno, "the folder must exist and be writable");
+  const int only_new = existing == Existing::kRefuse ? O_EXCL | O_NOFOLLOW : 0;
+  fd_ = uninterrupted(
+      [&] { return ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | only_new, 0644); });
+  if (fd_ < 0)
+    refuse("cannot create the file", errno,
+           errno == EEXIST ? "name another directory" : "the folder must exist and be writable");
 
   struct stat status {};
   if (::fstat(fd_, &status) != 0) refuse("cannot inspect the file", errno, "choose another folder");

@@ -40,14 +40,17 @@ class RecordingFile {
   };
   static constexpr int kMaxDecimals = 17;
 
-  /// Setup: creates the file, replacing one of the same name, and writes the header. Both lists keep
+  /// What to do with a file of the same name, or a link to anything.
+  enum class Existing : std::uint8_t { kReplace, kRefuse };
+
+  /// Setup: creates the file and writes the header. Both lists keep
   /// their order; which columns a recording must have is the caller's matter.
   /// @throws hal::SetupError naming path and cause if the file cannot be created, is not a regular one, is
   ///         being recorded already (it is locked, so two daemons cannot spoil each other's file) or has no
   ///         room for the header; std::invalid_argument if a key, value or column name would break the
   ///         format, if a column is given twice, or if decimals are outside [0, kMaxDecimals].
   RecordingFile(const std::filesystem::path& path, const std::vector<Comment>& comments,
-                const std::vector<Column>& columns);
+                const std::vector<Column>& columns, Existing existing = Existing::kReplace);
   RecordingFile(const RecordingFile&) = delete;
   RecordingFile& operator=(const RecordingFile&) = delete;
   ~RecordingFile() { close(); }
@@ -92,7 +95,7 @@ class RecordingFile {
   static_assert(std::atomic<Failure>::is_always_lock_free);
 
   static std::string in_words(Failure failure);
-  void create(const std::string& header);
+  void create(const std::string& header, Existing existing);
   bool restore_last_whole_row() noexcept;
   void lose_row(Step step) noexcept;
   void note(Step step, int error_number) noexcept;

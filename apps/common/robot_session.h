@@ -47,9 +47,11 @@ class HapticActivation {
 std::vector<std::string> enter_real_time(RealTimeThread& thread, const RealTimeConfig& config,
                                          bool allow_non_real_time);
 
-/// Writes the report on a fault: beside the recording where there is one, so that a lab finds both; where
-/// temporary files live if that cannot be written or there is none. `write(path)` writes the cycles; `frames`
-/// may be null. Empty when it could not be written anywhere; why goes to `problems`.
+/// Writes the report on a fault: beside the recording where there is one, so that a lab finds both; if that
+/// cannot be written or there is none, into youbotd-faults-USER where temporary files live, a folder of this
+/// user's own in which the newest 20 are kept. Never over another file, and through no link. `write(path)`
+/// writes the cycles; `frames` may be null. Empty when it could not be written anywhere; why goes to
+/// `problems`.
 std::optional<std::filesystem::path> write_fault_report(
     const std::optional<std::filesystem::path>& record_directory,
     const std::function<void(const std::filesystem::path&)>& write, const drivers::ethercat::PcapRing* frames,

@@ -3,6 +3,7 @@
 #pragma once
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -26,6 +27,8 @@ class WireRobot final : public hal::Robot {
   void deactivate() noexcept override { robot_->deactivate(); }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override;
   std::vector<std::string> notes() const override { return robot_->notes(); }
+  std::string explain(const hal::CycleStatus& status) const override { return robot_->explain(status); }
+  std::optional<hal::BusLosses> losses() const override { return robot_->losses(); }
   std::vector<std::string> trouble() const override { return robot_->trouble(); }
   std::vector<std::string> report() const override { return robot_->report(); }
 

@@ -28,6 +28,7 @@ std::vector<Controller> controllers_of(ethercat::PreOpBus& bus, const std::strin
   const std::optional<tmcl::YoubotKind> kind = complete_youbot(bus.slaves(), interface);
   const std::vector<tmcl::YoubotBoard> boards =
       kind ? youbot_boards(*kind) : std::vector<tmcl::YoubotBoard>();
+  tmcl::require_youbot_boards(bus.slaves());
   bus.enter_pre_op();
   std::vector<Controller> controllers;
   for (std::size_t i = 0; i < bus.slaves().size(); ++i) {

@@ -7,6 +7,7 @@
 #include "drivers/ethercat/pcap_ring.h"
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/latency_histogram.h"
+#include "drivers/tmcl/youbot_topology.h"
 #include "hal/clock.h"
 #include "hal/seconds.h"
 
@@ -51,6 +52,7 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
                      const std::atomic<bool>& stop) {
   ethercat::PcapRing capture({.interface = link.name(), .frames = kCapturedFrames});
   ethercat::PreOpBus setup(link, &capture, {});
+  drivers::tmcl::require_youbot_boards(setup.slaves());
   setup.enter_pre_op();
   ethercat::OpBus bus = std::move(setup).start();
 
@@ -65,6 +67,7 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
     const nanoseconds now = clock.now();
     wake_up.add(now - next);
     const ethercat::CycleResult result = bus.exchange(now);
+    if (bus.other_master_present()) break;  // whose slaves are not to be taken back
     if (result.answered && result.working_counter != result.expected_working_counter) ++short_counters;
     for (std::size_t i = 0; i < bus.size(); ++i) bus.resume(i);
     next += (clock.now() - next) / kPeriod * kPeriod;  // a late cycle keeps the phase

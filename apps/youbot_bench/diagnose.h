@@ -19,10 +19,11 @@ struct DiagnoseOptions {
   bool quiet = false;     ///< no progress
 };
 
-/// Takes whatever is on the bus to OP with all outputs zero, cycles it at 1 kHz and prints how frames, slaves
-/// and cables fared. True when nothing was found wrong. `stop` ends it early.
-/// `clock` is the bus'. @throws drivers::ethercat::BusError, std::runtime_error when the capture cannot be
-/// written.
+/// Takes a youBot's boards, all or some of them, to OP with all outputs zero, cycles them at 1 kHz and prints
+/// how frames, slaves and cables fared. True when nothing was found wrong. `stop` ends it early, and so does
+/// another master. `clock` is the bus'.
+/// @throws drivers::ethercat::BusError, also for any other device; std::runtime_error when the capture cannot
+/// be written.
 bool print_diagnosis(drivers::ethercat::Link& link, hal::Clock& clock, const DiagnoseOptions& options,
                      const std::atomic<bool>& stop);
 

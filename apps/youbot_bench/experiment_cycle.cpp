@@ -380,9 +380,7 @@ std::string describe(const ExperimentStop& stop, const hal::Robot& robot) {
     case ExperimentStop::Kind::kNone: return "no reason";
     case ExperimentStop::Kind::kRobotFault: {
       const hal::CycleStatus& status = stop.status;
-      const std::string what = status.fault == hal::Fault::kJointFault ? hal::describe(status.joint_fault())
-                                                                       : hal::describe(status.fault);
-      return when + name(status.joint) + ": " + what + off;
+      return when + name(status.joint) + ": " + robot.explain(status) + off;
     }
     case ExperimentStop::Kind::kNotEnabled: return when + "the drives did not start to obey in time";
     case ExperimentStop::Kind::kNotObeying: return when + "the drives went off by themselves";

@@ -71,6 +71,15 @@ void print(const json& status) {
   line("robot",
        text(status, "robot") + (status.contains("robot_state") ? ": " + text(status, "robot_state") : ""));
   for (const std::string& trouble : texts(status, "robot_trouble")) line("", trouble);
+  if (status.contains("bus") && status["bus"].is_object())
+    line("bus", text(status["bus"], "level") + ", " +
+                    status["bus"].value("bridged_of_1000_cycles", json()).dump() +
+                    " of the last 1000 cycles without a whole answer");
+  if (status.contains("recording") && status["recording"].is_object()) {
+    const json& recording = status["recording"];
+    line("recording", text(recording, "state") + ", " + text(recording, "directory"));
+    for (const std::string& problem : texts(recording, "problems")) line("", problem);
+  }
   if (status.contains("master"))
     line("master", text(status, "master") +
                        (status.contains("master_state") ? ": " + text(status, "master_state") : ""));

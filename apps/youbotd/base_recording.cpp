@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <exception>
 #include <system_error>
 #include <utility>
 
@@ -69,7 +68,7 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
                                                std::vector<std::string>& problems) {
   const std::filesystem::path& directory = description.directory;
   Files files(kWheels + 1);
-  apps::make_recording_directory(directory, description.config_file, problems);
+  apps::NewRecording recording(directory, description.config_file, problems);
 
   char rate_Hz[32];
   std::snprintf(rate_Hz, sizeof rate_Hz, "%g", 1 / seconds(description.period));
@@ -80,12 +79,7 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
         {"sample_rate_Hz", rate_Hz},
         {"friction_compensation", description.friction_compensation ? "true" : "false"},
         {"software", apps::build_version()}};
-    try {
-      return std::make_unique<apps::RecordingFile>(directory / (rig + ".csv"), comments, columns);
-    } catch (const std::exception& failure) {
-      problems.emplace_back(failure.what());
-      return std::unique_ptr<apps::RecordingFile>();
-    }
+    return recording.open(rig, comments, columns);
   };
   for (std::size_t i = 0; i < kWheels; ++i)
     files[i] = open("wheel-" + std::to_string(i + 1), {{"time_s", 6},
@@ -94,6 +88,7 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
                                                        {"position_rad", 7},
                                                        {"velocity_rad_per_s", 6}});
   files[kWheels] = open("base", cycle_columns());
+  recording.keep();
   return files;
 }
 
@@ -107,27 +102,24 @@ bool BaseRecording::holds_recording(const std::filesystem::path& directory) {
 
 void BaseRecording::write(const CycleRecord& record) {
   for (std::size_t i = 0; i < kWheels; ++i)
-    if (files_[i])
-      files_[i]->append_row(std::array{seconds(record.time), record.torque_command_Nm[i],
-                                       record.torque_measured_Nm[i], record.position_rad[i],
-                                       record.velocity_rad_per_s[i]});
-  if (files_[kWheels]) append_cycle(*files_[kWheels], record);
+    files_[i]->append_row(std::array{seconds(record.time), record.torque_command_Nm[i],
+                                     record.torque_measured_Nm[i], record.position_rad[i],
+                                     record.velocity_rad_per_s[i]});
+  append_cycle(*files_[kWheels], record);
 }
 
 void BaseRecording::flush() {
-  for (const auto& file : files_)
-    if (file) file->flush();
+  for (const auto& file : files_) file->flush();
 }
 
 void BaseRecording::close() noexcept {
   recorder_.stop();
-  for (const auto& file : files_)
-    if (file) file->close();
+  for (const auto& file : files_) file->close();
 }
 
 std::uint64_t BaseRecording::cycles_recorded() const noexcept {
   std::uint64_t least = recorder_.statistics().pushed;
-  for (const auto& file : files_) least = std::min(least, file ? file->rows_written() : 0);
+  for (const auto& file : files_) least = std::min(least, file->rows_written());
   return least;
 }
 
@@ -136,10 +128,16 @@ std::uint64_t BaseRecording::cycles_lost() const noexcept {
   return statistics.pushed + statistics.dropped - cycles_recorded();
 }
 
+RecordingState BaseRecording::state() const {
+  std::uint64_t most = 0;
+  for (const auto& file : files_) most = std::max(most, file->rows_lost());
+  return {.cycles_lost = recorder_.statistics().dropped + most, .problems = problems()};
+}
+
 std::vector<std::string> BaseRecording::problems() const {
   std::vector<std::string> problems = setup_problems_;
   for (const auto& file : files_)
-    if (file && !file->error().empty()) problems.push_back(file->error());
+    if (!file->error().empty()) problems.push_back(file->error());
   for (std::string& problem : recorder_.problems()) problems.push_back(std::move(problem));
   return problems;
 }

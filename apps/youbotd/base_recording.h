@@ -11,6 +11,7 @@
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
 #include "apps/youbotd/cycle_record.h"
+#include "apps/youbotd/recording_state.h"
 
 namespace youbotd {
 
@@ -33,8 +34,8 @@ class BaseRecording {
   /// Writing there would replace an earlier recording, or somebody's configuration.
   static bool holds_recording(const std::filesystem::path& directory);
 
-  /// Setup. @throws hal::SetupError for a directory in which no file can be made; a single file that is
-  /// missing is in problems().
+  /// Setup. @throws hal::SetupError when not all files can be made, or their headers not written; nothing is
+  /// left there then.
   explicit BaseRecording(const Description& description);
 
   /// Cycle: wait-free.
@@ -47,6 +48,8 @@ class BaseRecording {
 
   std::uint64_t cycles_recorded() const noexcept;  ///< in every file
   std::uint64_t cycles_lost() const noexcept;      ///< missing in at least one file
+  /// Any time, also while it is written.
+  RecordingState state() const;
   /// What went wrong, in words; empty when everything is on disk.
   std::vector<std::string> problems() const;
 
@@ -57,7 +60,7 @@ class BaseRecording {
   void flush();
 
   std::vector<std::string> setup_problems_;
-  Files files_;                           // four wheels, then the base; null where one did not open
+  Files files_;                           // four wheels, then the base
   apps::Recorder<CycleRecord> recorder_;  // last: its thread uses the files
 };
 

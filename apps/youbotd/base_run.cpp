@@ -5,6 +5,7 @@
 
 #include "apps/common/output_directory.h"
 #include "apps/common/robot_session.h"
+#include "apps/youbotd/check_recording.h"
 
 namespace youbotd {
 namespace {
@@ -29,6 +30,7 @@ void check_record_directory(const std::filesystem::path& directory) {
     throw std::invalid_argument("--record: " + directory.string() +
                                 " holds a recording already; name a new directory");
   apps::try_output_directory(directory);
+  require_room(directory);
 }
 
 BaseRun::BaseRun(const Config& config, const RunOptions& options, hal::Robot& robot,

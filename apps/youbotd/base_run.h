@@ -36,6 +36,9 @@ class BaseRun final : public Run {
   bool finished() const noexcept override { return cycle_.finished(); }
   void keep() noexcept override;
   Progress progress() const noexcept override;
+  std::optional<RecordingState> recording() const override {
+    return recording_ ? std::optional(recording_->state()) : std::nullopt;
+  }
   void wrap_up(const drivers::ethercat::PcapRing* frames) override;
   Summary& summary() noexcept override { return summary_; }
 

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "apps/common/output_directory.h"
+#include "hal/setup_error.h"
 
 namespace youbotd {
 namespace {
@@ -16,6 +17,8 @@ using Mark = Finding::Mark;
 /// A row of teleoperation has 750 bytes, the five of a base together 550.
 constexpr double kBytesPerCycle = 800;
 constexpr double kEnough_h = 1;
+/// Half a minute at 1 kHz.
+constexpr double kLeast_bytes = 24e6;
 
 /// The directory itself, or the one in which it would be made.
 fs::path first_that_exists(fs::path directory) {
@@ -27,14 +30,27 @@ fs::path first_that_exists(fs::path directory) {
 
 }  // namespace
 
+void require_room(const fs::path& directory) {
+  std::error_code unknown;
+  const fs::path parent = first_that_exists(fs::absolute(directory, unknown));
+  const fs::space_info space = fs::space(parent, unknown);
+  if (unknown || static_cast<double>(space.available) >= kLeast_bytes) return;
+  throw hal::SetupError(
+      directory.string(),
+      fmt::format("cannot be recorded to: its disk has {:.1f} MB left, and half a minute takes {:.0f}",
+                  1e-6 * static_cast<double>(space.available), 1e-6 * kLeast_bytes),
+      "make room, or name another directory");
+}
+
 Finding check_room(const fs::path& directory, double free_bytes, std::chrono::nanoseconds period) {
   const double bytes_per_h = kBytesPerCycle * (std::chrono::duration<double>(std::chrono::hours(1)) / period);
   const double hours = free_bytes / bytes_per_h;
   const std::string found = fmt::format("recording: {} can be written, room for {:.1f} h at {:.1f} GB/h",
                                         directory.string(), hours, bytes_per_h * 1e-9);
+  const std::string hint = "df -h " + directory.string() + "; name another directory, or make room";
+  if (free_bytes < kLeast_bytes) return {Mark::kFail, found + "; a run would be refused", hint};
   if (hours >= kEnough_h) return {Mark::kOk, found};
-  return {Mark::kWarn, found + "; a full disk ends the recording, not the run",
-          "df -h " + directory.string() + "; name another directory, or make room"};
+  return {Mark::kWarn, found + "; a full disk ends the recording, not the run", hint};
 }
 
 Finding check_recording(const fs::path& directory, bool holds_recording, std::chrono::nanoseconds period) {

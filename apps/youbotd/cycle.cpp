@@ -222,9 +222,8 @@ std::string describe(const StopReason& reason, const hal::Robot& robot) {
     case StopReason::Kind::kNone: return "no stop reason";
     case StopReason::Kind::kRobotFault: {
       const hal::CycleStatus& status = reason.status;
-      const std::string what = status.fault == hal::Fault::kJointFault ? hal::describe(status.joint_fault())
-                                                                       : hal::describe(status.fault);
-      return when + then(reason.pause) + name(status.joint) + ": " + what + "; drives switched off";
+      return when + then(reason.pause) + name(status.joint) + ": " + robot.explain(status) +
+             "; drives switched off";
     }
     case StopReason::Kind::kNotEnabled:
       return when + "the drives did not start to obey within " + number("%g", reason.value) + " s";

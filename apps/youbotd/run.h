@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/run_summary.h"
 #include "drivers/ethercat/pcap_ring.h"
 
@@ -49,6 +50,9 @@ class Run {
   /// After step(), when `record()` is complete: keeps and records the cycle.
   virtual void keep() noexcept = 0;
   virtual Progress progress() const noexcept = 0;
+
+  /// Beside the cycle, by the thread that made it. None: nothing is recorded.
+  virtual std::optional<RecordingState> recording() const { return std::nullopt; }
 
   /// After the last cycle: closes the recording and writes the report on a fault, with the bus' last `frames`
   /// (may be null). Once.

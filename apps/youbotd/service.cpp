@@ -107,6 +107,8 @@ class Service final : public ControlServer::Listener {
   void beat();
   /// Tells the log what of the robot is lost, and what is back.
   void watch_robot();
+  /// The same of the recording, once.
+  void watch_recording();
   void end_run();
   void tell_fault();
   /// To the service manager: alive, as long as the cycles go on.
@@ -132,6 +134,8 @@ class Service final : public ControlServer::Listener {
   std::optional<Peer> commander_;       // while it is
   std::string fault_;                   // that ended the last run
   std::filesystem::path fault_report_;
+  std::filesystem::path recorded_to_;            // by the run under way or the last one; empty: nothing is
+  std::optional<RecordingState> recording_;      // of it
   std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated
   std::vector<std::string> trouble_;             // hal::Robot::trouble()
   TroubleLog trouble_log_;
@@ -192,6 +196,7 @@ void Service::serve(const std::atomic<bool>& stop) {
 void Service::beat() {
   (void)loop_->take(told_);
   watch_robot();
+  watch_recording();
   if (run_ && told_.ended == orders_.number) end_run();
   if (commander_ && steady_clock::now() - commander_->heard > config_.commander_timeout)
     bring_to_rest(commander_->name + " is silent");
@@ -209,6 +214,14 @@ void Service::watch_robot() {
   const TroubleLog::News news = trouble_log_.update(trouble_);
   for (const std::string& line : news.trouble) spdlog::warn("robot: {}", line);
   for (const std::string& device : news.works_again) spdlog::info("robot: {}: works again", device);
+}
+
+void Service::watch_recording() {
+  if (!run_) return;
+  const bool was_well = !recording_ || recording_->problems.empty();
+  recording_ = run_->recording();
+  if (recording_ && was_well && !recording_->problems.empty())
+    spdlog::warn("recording: {}; the robot goes on", recording_->problems.front());
 }
 
 void Service::give_orders_and_hear() {
@@ -239,6 +252,7 @@ void Service::bring_to_rest(const std::string& why) {
 
 void Service::end_run() {
   run_->wrap_up(robot_.capture.get());
+  recording_ = run_->recording();
   const RunSummary& summary = run_->summary();
   fault_ = summary.stop_reason;
   fault_report_ = summary.fault_report.value_or("");
@@ -339,6 +353,8 @@ void Service::enable(const Peer& peer) {
   run_ = make_run(config, options, &velocity);
   velocity_ = velocity;
   if (options.record_directory) record_settings(*options.record_directory);
+  recorded_to_ = options.record_directory.value_or("");
+  recording_ = run_->recording();
   orders_ = {.serial = orders_.serial, .number = orders_.number + 1, .run = run_.get()};
   commander_ = peer;
   commander_->heard = steady_clock::now();  // what came before this took its time
@@ -484,8 +500,26 @@ std::string Service::robot_state() const {
   if (robot.ok()) return "ready";
   const std::string joint =
       robot.joint >= 0 ? robot_.robot->joints()[static_cast<std::size_t>(robot.joint)].name + ": " : "";
-  return joint + (robot.fault == hal::Fault::kJointFault ? hal::describe(robot.joint_fault())
-                                                         : hal::describe(robot.fault));
+  return joint + robot_.robot->explain(robot);
+}
+
+json bus_json(const std::optional<hal::BusLosses>& losses) {
+  if (!losses) return nullptr;
+  constexpr std::array<const char*, 3> kLevels{"ok", "warning", "fault"};
+  return {{"level", kLevels[static_cast<std::size_t>(losses->level)]},
+          {"bridged_of_1000_cycles", losses->cycles},
+          {"lost", losses->lost},
+          {"incomplete", losses->incomplete},
+          {"late", losses->late},
+          {"damaged", losses->damaged}};
+}
+
+json recording_json(const std::filesystem::path& directory, const std::optional<RecordingState>& recording) {
+  if (!recording) return nullptr;
+  return {{"directory", directory.string()},
+          {"state", recording->problems.empty() ? "ok" : "failing"},
+          {"cycles_lost", recording->cycles_lost},
+          {"problems", recording->problems}};
 }
 
 json Service::status() const {
@@ -507,6 +541,8 @@ json Service::status() const {
   status["fault_report"] = fault_report_.string();
   status["fault_robot_report"] = fault_robot_report_;
   status["robot_trouble"] = trouble_;
+  status["bus"] = bus_json(robot_.robot->losses());
+  status["recording"] = recording_json(recorded_to_, recording_);
   if (run_) {
     status["time_s"] = std::chrono::duration<double>(now.time).count();
     status["base_W"] = numbers(now.base_W);

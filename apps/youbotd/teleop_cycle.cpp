@@ -200,10 +200,8 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
       const hal::CycleStatus& status = end.robot;
       const std::string joint =
           status.joint >= 0 ? robot.joints()[static_cast<std::size_t>(status.joint)].name : "the robot";
-      const char* what = status.fault == hal::Fault::kJointFault ? hal::describe(status.joint_fault())
-                                                                 : hal::describe(status.fault);
-      return when + then(end.pause) + joint + ": " + (status.ok() ? "its drives went off" : what) +
-             "; drives switched off";
+      return when + then(end.pause) + joint + ": " +
+             (status.ok() ? "its drives went off" : robot.explain(status)) + "; drives switched off";
     }
     case TeleopEnd::kMasterFault:
       return when + then(end.pause) + master.info().name + ": " + master.describe(end.master) +

@@ -105,19 +105,14 @@ TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
                                  bool simulated)
     : file_(open(directory, config_file, period, simulated, setup_problems_)),
       recorder_(
-          kRingCapacity,
-          [this](const TeleopRecord& record) {
-            if (file_) append_teleop(*file_, record);
-          },
-          [this] {
-            if (file_) file_->flush();
-          }) {}
+          kRingCapacity, [this](const TeleopRecord& record) { append_teleop(*file_, record); },
+          [this] { file_->flush(); }) {}
 
 std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem::path& directory,
                                                            const std::filesystem::path& config_file,
                                                            std::chrono::nanoseconds period, bool simulated,
                                                            std::vector<std::string>& problems) {
-  apps::make_recording_directory(directory, config_file, problems);
+  apps::NewRecording recording(directory, config_file, problems);
   std::array<char, 32> rate_Hz{};
   std::snprintf(rate_Hz.data(), rate_Hz.size(), "%g", 1 / std::chrono::duration<double>(period).count());
   std::vector<apps::RecordingFile::Comment> comments{{"rig", "base+arm"},
@@ -126,12 +121,9 @@ std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem
                                                      {"not_measured", kNoOpening},
                                                      {"software", apps::build_version()}};
   if (!simulated) comments.push_back({"not_measured", kNoTruth});
-  try {
-    return std::make_unique<apps::RecordingFile>(directory / kFile, comments, teleop_columns());
-  } catch (const std::exception& failure) {
-    problems.emplace_back(failure.what());
-    return nullptr;
-  }
+  auto file = recording.open("teleoperation", comments, teleop_columns());
+  recording.keep();
+  return file;
 }
 
 bool TeleopRecording::holds_recording(const std::filesystem::path& directory) {
@@ -143,19 +135,23 @@ bool TeleopRecording::holds_recording(const std::filesystem::path& directory) {
 
 void TeleopRecording::close() noexcept {
   recorder_.stop();
-  if (file_) file_->close();
+  file_->close();
 }
 
-std::uint64_t TeleopRecording::cycles_recorded() const noexcept { return file_ ? file_->rows_written() : 0; }
+std::uint64_t TeleopRecording::cycles_recorded() const noexcept { return file_->rows_written(); }
 
 std::uint64_t TeleopRecording::cycles_lost() const noexcept {
   const apps::RecorderStatistics statistics = recorder_.statistics();
   return statistics.pushed + statistics.dropped - cycles_recorded();
 }
 
+RecordingState TeleopRecording::state() const {
+  return {.cycles_lost = recorder_.statistics().dropped + file_->rows_lost(), .problems = problems()};
+}
+
 std::vector<std::string> TeleopRecording::problems() const {
   std::vector<std::string> problems = setup_problems_;
-  if (file_ && !file_->error().empty()) problems.push_back(file_->error());
+  if (!file_->error().empty()) problems.push_back(file_->error());
   for (std::string& problem : recorder_.problems()) problems.push_back(std::move(problem));
   return problems;
 }

@@ -10,6 +10,7 @@
 
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
+#include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/teleop_record.h"
 
 namespace youbotd {
@@ -24,8 +25,8 @@ class TeleopRecording {
   /// Writing there would replace an earlier recording, or somebody's configuration.
   static bool holds_recording(const std::filesystem::path& directory);
 
-  /// Setup. @throws hal::SetupError for a directory in which no file can be made; a single file that is
-  /// missing is in problems(). `simulated`: the truth is known.
+  /// Setup. @throws hal::SetupError when the file cannot be made, or its header not written; nothing is left
+  /// there then. `simulated`: the truth is known.
   TeleopRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
                   std::chrono::nanoseconds period, bool simulated);
 
@@ -38,6 +39,8 @@ class TeleopRecording {
 
   std::uint64_t cycles_recorded() const noexcept;
   std::uint64_t cycles_lost() const noexcept;
+  /// Any time, also while it is written.
+  RecordingState state() const;
   std::vector<std::string> problems() const;
 
  private:
@@ -47,8 +50,8 @@ class TeleopRecording {
                                                    std::vector<std::string>& problems);
 
   std::vector<std::string> setup_problems_;
-  std::unique_ptr<apps::RecordingFile> file_;  // null when it did not open
-  apps::Recorder<TeleopRecord> recorder_;      // last: its thread uses the file
+  std::unique_ptr<apps::RecordingFile> file_;
+  apps::Recorder<TeleopRecord> recorder_;  // last: its thread uses the file
 };
 
 }  // namespace youbotd

@@ -6,6 +6,7 @@
 
 #include "apps/common/output_directory.h"
 #include "apps/common/robot_session.h"
+#include "apps/youbotd/check_recording.h"
 
 namespace youbotd {
 namespace {
@@ -56,6 +57,7 @@ void check_teleop_record_directory(const std::filesystem::path& directory) {
     throw std::invalid_argument("--record: " + directory.string() +
                                 " holds a recording already; name a new directory");
   apps::try_output_directory(directory);
+  require_room(directory);
 }
 
 TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot,

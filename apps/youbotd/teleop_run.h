@@ -56,6 +56,9 @@ class TeleopRun final : public Run {
   bool finished() const noexcept override { return cycle_.finished(); }
   void keep() noexcept override;
   Progress progress() const noexcept override;
+  std::optional<RecordingState> recording() const override {
+    return recording_ ? std::optional(recording_->state()) : std::nullopt;
+  }
   void wrap_up(const drivers::ethercat::PcapRing* frames) override;
   TeleopSummary& summary() noexcept override { return summary_; }
 

@@ -147,10 +147,11 @@ std::vector<std::string> Diagnostics::findings(const DiagnosticCounts& counts) c
 }
 
 std::string Diagnostics::summary(const FrameCounters& counters, const LatencyHistogram& round_trips) {
-  std::string text =
-      std::to_string(counters.sent) + " frames sent: " + std::to_string(counters.lost) + " lost, " +
-      std::to_string(counters.late) + " late, " + std::to_string(counters.duplicate) + " duplicate, " +
-      std::to_string(counters.malformed) + " malformed, " + std::to_string(counters.not_sent) + " not sent";
+  std::string text = std::to_string(counters.sent) + " frames sent: " + std::to_string(counters.lost) +
+                     " lost, " + std::to_string(counters.late) + " late, " +
+                     std::to_string(counters.duplicate) + " duplicate, " +
+                     std::to_string(counters.malformed) + " malformed, " + std::to_string(counters.foreign) +
+                     " foreign, " + std::to_string(counters.not_sent) + " not sent";
   if (round_trips.count() > 0)
     text += "; round trip " + microseconds(round_trips.best()) + " at least, median " +
             microseconds(round_trips.quantile(0.5)) + ", 99.9 % within " +

@@ -74,7 +74,8 @@ class Diagnostics {
   std::vector<std::string> findings() const { return findings(counts_); }
   /// The same of a copy of counts(), which another thread may hold while this one goes on counting.
   std::vector<std::string> findings(const DiagnosticCounts& counts) const;
-  /// "60000 frames sent: 2 lost, 0 late, 0 duplicate, 0 malformed, 0 not sent; round trip 38 us at least,
+  /// "60000 frames sent: 2 lost, 0 late, 0 duplicate, 0 malformed, 0 foreign, 0 not sent; round trip 38 us at
+  /// least,
   /// ..."
   static std::string summary(const FrameCounters& counters, const LatencyHistogram& round_trips);
 

@@ -1,6 +1,7 @@
 #include "drivers/ethercat/frame.h"
 
 #include <algorithm>
+#include <random>
 
 namespace drivers::ethercat {
 namespace {
@@ -12,9 +13,17 @@ constexpr std::size_t kLengthOffset = 6;  // within a datagram's header
 
 }  // namespace
 
+MacAddress unique_master_mac() {
+  std::random_device random;
+  MacAddress address = kMasterMac;
+  for (std::size_t i = address.size() / 2; i < address.size(); ++i)
+    address[i] = static_cast<std::uint8_t>(random());
+  return address;
+}
+
 void FrameWriter::clear() noexcept {
   std::copy(kBroadcast.begin(), kBroadcast.end(), buffer_.begin());
-  std::copy(kMasterMac.begin(), kMasterMac.end(), buffer_.begin() + 6);
+  std::copy(source_.begin(), source_.end(), buffer_.begin() + kSourceMacOffset);
   buffer_[12] = kEtherType >> 8;
   buffer_[13] = kEtherType & 0xFF;
   size_ = kFrameHeaderBytes;

@@ -43,10 +43,16 @@ enum class Command : std::uint8_t {
 inline constexpr std::uint8_t kHighestCommand = 14;
 
 using MacAddress = std::array<std::uint8_t, 6>;
-/// Masters send to everybody. The sender is locally administered; a slave segment sets kReturnedBit in it.
+/// Masters send to everybody. The first slave sets kReturnedBit in the sender's address (ESC data sheet,
+/// section I, "Frame processing"), so no master's own has it.
 inline constexpr MacAddress kBroadcast{0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
 inline constexpr MacAddress kMasterMac{0x10, 0x10, 0x10, 0x10, 0x10, 0x10};
 inline constexpr std::uint8_t kReturnedBit = 0x02;
+inline constexpr std::size_t kSourceMacOffset = 6;
+
+/// Setup: kMasterMac with a random end, so that a master knows its own frames among those of another one,
+/// also one of the same program.
+MacAddress unique_master_mac();
 
 /// Register or memory `offset` of one slave; on the wire the slave's address is the lower half.
 constexpr std::uint32_t address_of(std::uint16_t slave, std::uint16_t offset) noexcept {
@@ -77,7 +83,7 @@ struct Datagram {
 /// Builds a frame in memory of its own. Cycle-safe: no allocation.
 class FrameWriter {
  public:
-  FrameWriter() noexcept { clear(); }
+  explicit FrameWriter(const MacAddress& source = kMasterMac) noexcept : source_(source) { clear(); }
 
   void clear() noexcept;
   /// Room left for one more datagram's data.
@@ -88,8 +94,10 @@ class FrameWriter {
   /// The frame as it goes onto the wire, padded to the minimum; valid until clear() or add().
   std::span<const std::uint8_t> bytes() noexcept;
   bool empty() const noexcept { return last_ == 0; }
+  const MacAddress& source() const noexcept { return source_; }
 
  private:
+  MacAddress source_;
   std::array<std::uint8_t, kMaxFrameBytes> buffer_;
   std::size_t size_ = 0;
   std::size_t last_ = 0;  // offset of the last datagram, 0: none

@@ -39,6 +39,13 @@ std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<Se
   return first;
 }
 
+/// A slave that leaves operation by itself says so by its error flag, and one that lost its power has no
+/// station address any more.
+bool was_ordered_down(const SlaveHealth& health) noexcept {
+  return !health.al_error && (health.state == AlState::kInit || health.state == AlState::kPreOp ||
+                              health.state == AlState::kBoot);
+}
+
 /// What is wrong with a slave that is not operational.
 std::string condition_text(const Slave& slave, const SlaveHealth& health, const SlaveSetup& failed_setup) {
   std::string text = slave.label() + ": " + describe(health.condition);
@@ -205,8 +212,9 @@ void OpBus::add_supervision(FrameWriter& writer, std::uint8_t index, std::size_t
   const Slave& slave = slaves_[i].info;
   slaves_[i].asked = add(Purpose::kProbe, i,
                          writer.add(Command::kFprd, index, address_of(slave.station, reg::kAlStatus), 6));
-  if (slaves_[i].health.condition != SlaveCondition::kLost) return;
-  // A slave that lost power has lost its address: look at its place.
+  if (slaves_[i].health.condition != SlaveCondition::kLost && !slaves_[i].mute) return;
+  // A slave that lost power has lost its address, and another master gives it another one, with which its
+  // process data go on: look at its place.
   const std::uint16_t place = position_address(static_cast<std::uint16_t>(slave.position - 1));
   add(Purpose::kFind, i, writer.add(Command::kAprd, index, address_of(place, reg::kStationAddress), 2));
 }
@@ -264,6 +272,8 @@ void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) 
     case Purpose::kFind:
       // The place may be a neighbour's while others are missing: only a device without address is ours.
       station.found = counter != 0 && load_le<std::uint16_t>(datagram.data.data()) == 0;
+      if (counter == 1 && is_foreign(load_le<std::uint16_t>(datagram.data.data())))
+        transceiver_->other_master().note_order(transceiver_->link().now());
       break;
     case Purpose::kAddress:
       if (counter != 0) restart(station);
@@ -273,8 +283,15 @@ void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) 
   }
 }
 
+/// A station address that we did not give.
+bool OpBus::is_foreign(std::uint16_t station) const noexcept {
+  return station != 0 && std::none_of(slaves_.begin(), slaves_.end(),
+                                      [&](const Station& ours) { return ours.info.station == station; });
+}
+
 void OpBus::take_probe(Station& station, const Datagram& datagram) noexcept {
-  if (datagram.working_counter() == 0) return;
+  station.mute = datagram.working_counter() == 0;
+  if (station.mute) return;
   station.probed = true;
   station.silent_cycles = 0;
   station.health.state = static_cast<AlState>(datagram.data[0] & 0x0F);
@@ -327,6 +344,7 @@ void OpBus::update_conditions() noexcept {
         if (!in_op) {
           health.condition = SlaveCondition::kStopped;
           ++health.times_lost;
+          if (was_ordered_down(health)) transceiver_->other_master().note_order(transceiver_->link().now());
         }
         break;
       case SlaveCondition::kRestarting:
@@ -435,6 +453,8 @@ std::string OpBus::failure(std::size_t i) const {
 
 void OpBus::copy_state(BusState& state) const noexcept {
   state.frames = counters();
+  state.other_master = other_master();
+  state.other_master_present = other_master_present();
   state.counts = diagnostics_.counts();
   state.health.resize(slaves_.size());
   state.failed_setups.resize(slaves_.size());
@@ -447,6 +467,8 @@ void OpBus::copy_state(BusState& state) const noexcept {
 
 std::vector<std::string> OpBus::trouble(const BusState& state) const {
   std::vector<std::string> lines;
+  if (state.other_master_present)
+    lines.push_back("bus: another EtherCAT master is on it: " + state.other_master.source());
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const SlaveHealth& health = state.health[i];
     const bool starting = health.condition == SlaveCondition::kResuming && health.times_lost == 0 &&
@@ -465,6 +487,7 @@ std::vector<std::string> OpBus::findings() const {
 
 std::vector<std::string> OpBus::findings(const BusState& state) const {
   std::vector<std::string> lines = diagnostics_.findings(state.counts);
+  if (state.other_master_present) lines.push_back("bus: " + state.other_master.describe());
   for (std::size_t i = 0; i < slaves_.size(); ++i) {
     const SlaveHealth& health = state.health[i];
     if (health.times_lost > 0)

@@ -50,6 +50,8 @@ struct CycleResult {
 /// All that a bus can tell of itself, as plain values: a copy may be put in words beside the cycle.
 struct BusState {
   FrameCounters frames;
+  OtherMaster other_master;
+  bool other_master_present = false;
   DiagnosticCounts counts;
   std::vector<SlaveHealth> health;        ///< of each slave
   std::vector<SlaveSetup> failed_setups;  ///< its last one that did, until it is in OP again
@@ -117,6 +119,11 @@ class OpBus {
   std::string failure(std::size_t i) const;
 
   const FrameCounters& counters() const noexcept { return transceiver_->counters(); }
+  /// Another master was at work within the last second: slaves it has taken are left to it until then.
+  bool other_master_present() const noexcept {
+    return transceiver_->other_master().present(transceiver_->link().now());
+  }
+  const OtherMaster& other_master() const noexcept { return transceiver_->other_master(); }
   const Diagnostics& diagnostics() const noexcept { return diagnostics_; }
   /// None when they are off.
   const std::optional<DistributedClocks>& clocks() const noexcept { return clocks_; }
@@ -163,6 +170,7 @@ class OpBus {
     int silent_cycles = 0;
     bool asked = false;      // for its state, in this frame
     bool probed = false;     // and it answered
+    bool mute = false;       // did not answer when it was asked last
     bool found = false;      // something without address answers at its place
     bool configured = true;  // what has its address is the right device, with all it was given
   };
@@ -178,6 +186,7 @@ class OpBus {
   void update_conditions() noexcept;
   std::uint8_t expected_states() const noexcept;
   void lose(Station& station) noexcept;
+  bool is_foreign(std::uint16_t station) const noexcept;
   void restart(Station& station) noexcept;
 
   std::unique_ptr<Transceiver> transceiver_;

@@ -88,7 +88,9 @@ std::span<const std::uint8_t> PreOpBus::mailbox_exchange(std::size_t i,
   while (line.status() == MailboxLine::Status::kBusy) {
     FrameWriter& writer = transceiver_->begin();
     if (!line.add(writer, transceiver_->index(), now())) continue;
-    if (!transceiver_->exchange(options_.access.frame_timeout)) {
+    const bool answered = transceiver_->exchange(options_.access.frame_timeout);
+    access_.require_no_other_master();
+    if (!answered) {
       line.frame_lost();
       continue;
     }
@@ -127,6 +129,8 @@ OpBus PreOpBus::start(std::size_t driven) && {
     throw BusError(who, step, why);
   };
   while (!bus.exchange(link.now()).all_operational) {
+    if (bus.other_master_present())
+      throw BusError(link.name(), "start the cycle", bus.other_master().describe());
     link.wait(kStartPeriod);
     const bool late = link.now() > deadline;
     for (std::size_t i = 0; i < bus.size(); ++i) {

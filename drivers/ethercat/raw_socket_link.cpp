@@ -8,6 +8,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 #include <utility>
@@ -15,11 +17,15 @@
 #include "drivers/ethercat/bus_error.h"
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/monotonic_clock.h"
+#include "drivers/ethercat/other_master.h"
 
 namespace drivers::ethercat {
 namespace {
 
 using std::chrono::nanoseconds;
+
+/// A master that drives something sends at 30 Hz or faster.
+constexpr std::chrono::milliseconds kListening{100};
 
 [[noreturn]] void fail(const std::string& interface, const char* step, int error) {
   const char* hint = "";
@@ -69,10 +75,26 @@ RawSocketLink::RawSocketLink(const std::string& interface, Wait wait) : interfac
   address.sll_ifindex = index;
   if (bind(descriptor.value, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
     fail(interface, "bind to the interface", errno);
-  socket_ = descriptor.release();
+  socket_ = descriptor.value;
+  refuse_other_masters();
+  (void)descriptor.release();
 }
 
 RawSocketLink::~RawSocketLink() { close(socket_); }
+
+/// Nothing was sent from here yet, so whatever comes in belongs to somebody else.
+void RawSocketLink::refuse_other_masters() {
+  OtherMaster other;
+  std::array<std::uint8_t, kMaxFrameBytes> buffer{};
+  const nanoseconds deadline = monotonic_now() + kListening;
+  for (nanoseconds now = monotonic_now(); now < deadline; now = monotonic_now()) {
+    if (receive(buffer, deadline - now) < kFrameHeaderBytes) continue;
+    MacAddress source;
+    std::copy_n(buffer.begin() + kSourceMacOffset, source.size(), source.begin());
+    other.note_frame(source, monotonic_now());
+  }
+  if (other.present(monotonic_now())) throw BusError(interface_, "listen for 0.1 s", other.describe());
+}
 
 bool RawSocketLink::send(std::span<const std::uint8_t> frame) noexcept {
   const ssize_t sent = ::send(socket_, frame.data(), frame.size(), MSG_DONTWAIT);

@@ -18,7 +18,9 @@ class RawSocketLink final : public Link {
     kBusy,   ///< polls: about 3 µs, a whole core while waiting
   };
 
-  /// @throws BusError saying what to do: no such interface, interface down, no permission; InterfaceInUse.
+  /// Listens for 0.1 s before anything is sent.
+  /// @throws BusError saying what to do: no such interface, interface down, no permission, another master at
+  /// work; InterfaceInUse.
   RawSocketLink(const std::string& interface, Wait wait);
   ~RawSocketLink() override;
 
@@ -28,6 +30,8 @@ class RawSocketLink final : public Link {
   const std::string& name() const noexcept override { return interface_; }
 
  private:
+  void refuse_other_masters();
+
   std::string interface_;
   Wait wait_;
   std::optional<InterfaceLock> lock_;

@@ -13,13 +13,21 @@ void RegisterAccess::exchange_or_throw(const std::function<void(FrameWriter&, st
   for (int left = options_.tries; left > 0; --left) {
     FrameWriter& writer = transceiver_.begin();
     fill(writer, transceiver_.index());
-    if (transceiver_.exchange(options_.frame_timeout)) return;
+    const bool answered = transceiver_.exchange(options_.frame_timeout);
+    require_no_other_master();
+    if (answered) return;
   }
   const int error = transceiver_.link().last_error();
   throw BusError(transceiver_.link().name(), "exchange frames",
                  "no frame comes back (" + std::to_string(options_.tries) + " tries" +
                      (error != 0 ? std::string(", ") + std::strerror(error) : std::string()) +
                      "); is the cable in, and the first device powered?");
+}
+
+void RegisterAccess::require_no_other_master() const {
+  Link& link = transceiver_.link();
+  if (transceiver_.other_master().present(link.now()))
+    throw BusError(link.name(), "exchange frames", transceiver_.other_master().describe());
 }
 
 std::uint16_t RegisterAccess::broadcast_read(std::uint16_t address, std::span<std::uint8_t> data) {

@@ -10,7 +10,8 @@
 
 namespace drivers::ethercat {
 
-/// Setup only. A lost frame is repeated a few times before it is an error.
+/// Setup only. A lost frame is repeated a few times before it is an error; another master on the bus is one
+/// at once.
 class RegisterAccess {
  public:
   struct Options {
@@ -33,6 +34,9 @@ class RegisterAccess {
   void each(std::size_t count, const std::function<bool(std::size_t)>& skip,
             const std::function<bool(FrameWriter&, std::uint8_t, std::size_t)>& add,
             const std::function<void(const Datagram&, std::size_t)>& take);
+
+  /// @throws BusError while another master is at work.
+  void require_no_other_master() const;
 
  private:
   void exchange_or_throw(const std::function<void(FrameWriter&, std::uint8_t)>& fill);

@@ -26,8 +26,12 @@ bool Transceiver::send() noexcept {
   if (tap_ != nullptr) tap_->frame(Direction::kSent, frame);
   ++counters_.sent;
   sent_at_ = link_.now();
-  if (link_.send(frame)) return true;
+  if (link_.send(frame)) {
+    counters_.link_error = 0;
+    return true;
+  }
   ++counters_.not_sent;
+  if (counters_.link_error == 0) counters_.link_error = link_.last_error();
   return false;
 }
 
@@ -58,6 +62,7 @@ Transceiver::Match Transceiver::examine(std::span<std::uint8_t> frame) noexcept 
     ++counters_.malformed;
     return Match::kOther;
   }
+  if (is_foreign(frame)) return Match::kOther;
   FrameReader expected;
   if (expected.parse(std::span(sent_).first(sent_size_)) != FrameError::kNone) return Match::kOther;
   Datagram found;
@@ -80,6 +85,16 @@ Transceiver::Match Transceiver::examine(std::span<std::uint8_t> frame) noexcept 
       return Match::kOther;
     }
   }
+}
+
+bool Transceiver::is_foreign(std::span<const std::uint8_t> frame) noexcept {
+  MacAddress source;
+  std::copy_n(frame.begin() + kSourceMacOffset, source.size(), source.begin());
+  source[0] &= static_cast<std::uint8_t>(~kReturnedBit);
+  if (source == writer_.source()) return false;
+  ++counters_.foreign;
+  other_master_.note_frame(source, link_.now());
+  return true;
 }
 
 FrameReader Transceiver::answer() noexcept {

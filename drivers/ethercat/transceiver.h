@@ -8,6 +8,7 @@
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/frame_tap.h"
 #include "drivers/ethercat/link.h"
+#include "drivers/ethercat/other_master.h"
 
 namespace drivers::ethercat {
 
@@ -19,13 +20,19 @@ struct FrameCounters {
   std::uint64_t late = 0;       ///< answer to a frame given up before
   std::uint64_t duplicate = 0;  ///< second answer to the same frame
   std::uint64_t malformed = 0;  ///< not a well-formed EtherCAT frame
+  std::uint64_t foreign = 0;    ///< well-formed, from another sender
+  /// errno for which the interface refuses frames now: that of the first since one was taken. 0: it takes
+  /// them.
+  int link_error = 0;
 };
 
-/// One frame is under way at a time. All its datagrams carry the frame's index; an answer must have it and be
-/// the same datagrams in the same order. One thread; cycle-safe.
+/// One frame is under way at a time. All its datagrams carry the frame's index; an answer must have it, come
+/// from our own source address and be the same datagrams in the same order. One thread; cycle-safe but for
+/// the constructor.
 class Transceiver {
  public:
-  explicit Transceiver(Link& link, FrameTap* tap = nullptr) noexcept : link_(link), tap_(tap) {}
+  explicit Transceiver(Link& link, FrameTap* tap = nullptr)
+      : link_(link), tap_(tap), writer_(unique_master_mac()) {}
 
   /// Starts a new frame: add datagrams to it, all with index().
   FrameWriter& begin() noexcept;
@@ -42,11 +49,14 @@ class Transceiver {
   std::chrono::nanoseconds round_trip() const noexcept { return round_trip_; }
 
   const FrameCounters& counters() const noexcept { return counters_; }
+  OtherMaster& other_master() noexcept { return other_master_; }
+  const OtherMaster& other_master() const noexcept { return other_master_; }
   Link& link() noexcept { return link_; }
 
  private:
   enum class Match { kAnswer, kOther };
   Match examine(std::span<std::uint8_t> frame) noexcept;
+  bool is_foreign(std::span<const std::uint8_t> frame) noexcept;
 
   Link& link_;
   FrameTap* tap_;
@@ -60,6 +70,7 @@ class Transceiver {
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds round_trip_{};
   FrameCounters counters_;
+  OtherMaster other_master_;
 };
 
 }  // namespace drivers::ethercat

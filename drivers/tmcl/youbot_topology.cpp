@@ -1,6 +1,10 @@
 #include "drivers/tmcl/youbot_topology.h"
 
+#include <algorithm>
 #include <array>
+#include <cstdio>
+
+#include "drivers/ethercat/bus_error.h"
 
 namespace drivers::tmcl {
 namespace {
@@ -33,7 +37,31 @@ ethercat::ExpectedSlave expected(const YoubotBoard& board) {
   return {};
 }
 
+/// ETG's list of vendors. The power boards' vendor is not known.
+constexpr std::uint32_t kTrinamic = 0x286;
+
+bool is_youbot_board(const ethercat::Slave& slave) {
+  const auto is_called = [&slave](const std::string& name) { return slave.sii.is_called(name); };
+  for (const BoardKind kind : {BoardKind::kPower, BoardKind::kWheel, BoardKind::kArmJoint})
+    for (const int arm : {-1, 0})
+      if (std::ranges::any_of(expected({.kind = kind, .arm = arm}).names, is_called))
+        return kind == BoardKind::kPower || slave.sii.vendor == kTrinamic;
+  return false;
+}
+
 }  // namespace
+
+void require_youbot_boards(const std::vector<ethercat::Slave>& slaves) {
+  const auto stranger = std::ranges::find_if_not(slaves, is_youbot_board);
+  if (stranger == slaves.end()) return;
+  std::array<char, 64> identity{};
+  std::snprintf(identity.data(), identity.size(), "vendor 0x%08X, product 0x%08X",
+                unsigned{stranger->sii.vendor}, unsigned{stranger->sii.product});
+  throw ethercat::BusError(
+      stranger->label(), "check that it is a youBot's board",
+      std::string("it is another device (") + identity.data() +
+          "), which is not commanded; nothing was changed: unplug it, or name another interface");
+}
 
 std::string joint_name(const YoubotBoard& board) {
   const char* const limb = board.kind == BoardKind::kWheel ? "wheel-" : board.arm == 0 ? "arm-" : "arm2-";

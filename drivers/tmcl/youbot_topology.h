@@ -23,6 +23,11 @@ struct YoubotBoard {
 /// What a wheel's or arm joint's board turns: "wheel-1", "arm-1", of a second arm "arm2-1".
 std::string joint_name(const YoubotBoard& board);
 
+/// Before anything is asked to change its state: every slave calls itself as a youBot's board does, and motor
+/// controllers have Trinamic's vendor number; their product numbers are not known. Slaves may be missing.
+/// @throws ethercat::BusError naming the first that is another device.
+void require_youbot_boards(const std::vector<ethercat::Slave>& slaves);
+
 /// In bus order, power boards included.
 std::vector<YoubotBoard> youbot_boards(YoubotKind kind);
 /// The robot of as many `slaves` that begins with the whole of `kind`, such as a base with an arm on it for a

@@ -97,6 +97,22 @@ TEST_F(BusConfig, OneIdentifierForRequestsAndRepliesIsRefusedWithTheDefaults) {
             std::vector<std::string>{"lab.toml:3: 'can.reply_id' is 0, allowed is 1 to 2047"});
 }
 
+TEST_F(BusConfig, LossesWarnBeforeTheyStopAndOneBridgeDoesNeither) {
+  EXPECT_EQ(
+      problems("[ethercat]\nloss_warning = 0.3\n"),
+      std::vector<std::string>{
+          "lab.toml:2: 'ethercat.loss_warning' = 0.3 comes after 'ethercat.loss_fault' = 0.2: lower it"});
+  EXPECT_EQ(
+      problems("[ethercat]\nloss_fault = 0.05\ntolerated_cycles = 50\n"),
+      std::vector<std::string>{"lab.toml:2: 'ethercat.loss_fault' = 0.05 of the last 1000 cycles is a fault "
+                               "before 50 in a row are: raise it, or lower 'ethercat.tolerated_cycles'"});
+  EXPECT_EQ(problems("[ethercat]\nloss_fault = 1.5\nloss_warning = 0\n"),
+            (std::vector<std::string>{"lab.toml:2: 'ethercat.loss_fault' is 1.5, allowed is 0.001 to 1",
+                                      "lab.toml:3: 'ethercat.loss_warning' is 0, allowed is 0.001 to 1"}));
+  EXPECT_EQ(problems("[ethercat]\nloss_fault = 0.051\nloss_warning = 0.051\ntolerated_cycles = 50\n"),
+            std::vector<std::string>{});
+}
+
 TEST_F(BusConfig, ABridgeLongerThanTheDrivesWatchdogSaysHowLongItIs) {
   EXPECT_EQ(problems("[ethercat]\ntolerated_cycles = 10\nframe_timeout_s = 0.05\n"),
             std::vector<std::string>{

@@ -194,6 +194,7 @@ TEST(CheckRecording, RoomIsCountedInHours) {
   EXPECT_EQ(check_room("/runs", 29e9, 1ms).mark, Mark::kOk);
   EXPECT_TRUE(says(check_room("/runs", 28.8e9, 1ms).found, "room for 10.0 h at 2.9 GB/h"));
   EXPECT_EQ(check_room("/runs", 2e9, 1ms).mark, Mark::kWarn);
+  EXPECT_EQ(check_room("/runs", 23e6, 1ms).mark, Mark::kFail) << "no room for half a minute";
   EXPECT_EQ(check_room("/runs", 2e9, 10ms).mark, Mark::kOk) << "a slower loop writes less";
 }
 

@@ -126,16 +126,35 @@ TEST_F(Session, APlaceThatCannotBeRecordedToIsRefusedBeforeTheRobotIsOpened) {
   }
 }
 
-TEST_F(Session, WithoutAFileToRecordToTheRobotRunsAndTheLossIsTold) {
+TEST_F(Session, OneFileThatCannotBeMadeRefusesTheRunAndLeavesNothingBehind) {
   fs::create_symlink(directory / "missing/wheel-2.csv", directory / "wheel-2.csv");
-  options.duration = 3s;
   options.record_directory = directory.path();
-  const Summary summary = run_session(config, options, stop);
-  EXPECT_TRUE(summary.stop_reason.empty());
-  EXPECT_EQ(summary.cycles_recorded, 0U);
-  EXPECT_EQ(summary.cycles_lost, summary.loop.cycles);
-  ASSERT_EQ(summary.recording_problems.size(), 1U);
-  EXPECT_NE(summary.recording_problems[0].find((directory / "wheel-2.csv").string()), std::string::npos);
+  try {
+    (void)run_session(config, options, stop);
+    FAIL();
+  } catch (const hal::SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find((directory / "wheel-2.csv").string()), std::string::npos)
+        << error.what();
+  }
+  EXPECT_FALSE(BaseRecording::holds_recording(directory.path()));
+  EXPECT_TRUE(fs::is_symlink(directory / "wheel-2.csv")) << "it was not ours";
+}
+
+TEST_F(Session, ADiskWithoutRoomForTheHeadersRefusesTheRunAndLeavesNothingBehind) {
+  options.record_directory = directory / "run";
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const rlimit full{16, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &full), 0);
+  std::string refusal;
+  try {
+    (void)run_session(config, options, stop);
+  } catch (const hal::SetupError& error) {
+    refusal = error.what();
+  }
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_NE(refusal.find("cannot write the header"), std::string::npos) << refusal;
+  EXPECT_FALSE(fs::exists(directory / "run"));
 }
 
 TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {

@@ -465,18 +465,12 @@ TEST_F(TeleopSession, APlaceThatCannotBeRecordedToIsRefusedBeforeAnythingIsOpene
   }
 }
 
-TEST_F(TeleopSession, WithoutAFileToRecordToTheRobotRunsAndTheLossIsTold) {
-  stop = true;
-  be_quick();
+TEST_F(TeleopSession, AFileThatCannotBeMadeRefusesTheRunAndLeavesNothingBehind) {
   fs::create_symlink(directory / "missing/teleoperation.csv", directory / "teleoperation.csv");
   options.record_directory = directory.path();
-  const TeleopSummary summary = run();
-  EXPECT_EQ(summary.stop_reason, "");
-  EXPECT_EQ(summary.cycles_recorded, 0U);
-  EXPECT_EQ(summary.cycles_lost, summary.loop.cycles);
-  ASSERT_EQ(summary.recording_problems.size(), 1U);
-  EXPECT_TRUE(says(summary.recording_problems[0], (directory / "teleoperation.csv").string()))
-      << summary.recording_problems[0];
+  EXPECT_THROW((void)run_teleop_session(config, options, stop), hal::SetupError);
+  EXPECT_TRUE(fs::is_symlink(directory / "teleoperation.csv")) << "it was not ours";
+  EXPECT_FALSE(fs::exists(directory / "config.toml"));
 }
 
 // --- Faults ---

@@ -2,22 +2,29 @@
 // parameters and diagnose take for --robot.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
+#include <set>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "apps/youbot_bench/controllers.h"
+#include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/parameters.h"
 #include "drivers/ethercat/op_bus.h"
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/setup_error.h"
 #include "drivers/tmcl/can_transport.h"
+#include "hal/clock.h"
+#include "hal/ethercat_robot.h"
 #include "hal/setup_error.h"
 #include "sim/bus/bus_link.h"
 #include "sim/bus/youbot_bus.h"
+#include "tests/drivers/ethercat_fakes.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
@@ -82,6 +89,75 @@ struct ParametersOfABase : testing::Test {
   sim::bus::BusLink link{robot.wire(), &robot};
   std::string printed;
 };
+
+// ---- strangers on the bus ----
+
+/// A servo drive where a wheel should be, and what was written to it.
+struct BusWithAStranger : testing::Test {
+  BusWithAStranger() {
+    link.on_send = [this](ethercat::test::Bytes& frame) {
+      (void)ethercat::test::find_datagram(frame, [this](const ethercat::Datagram& datagram) {
+        using enum ethercat::Command;
+        const bool writes = datagram.command != kNop && datagram.command != kAprd &&
+                            datagram.command != kFprd && datagram.command != kBrd;
+        if (writes) written.insert(datagram.offset());
+        return false;
+      });
+      return false;
+    };
+  }
+  void expect_left_alone(const std::string& error) {
+    EXPECT_TRUE(contains(error,
+                         "slave 3 (AX5203): check that it is a youBot's board: it is another device (vendor "
+                         "0x00000002, product 0x14536012)"))
+        << error;
+    for (std::size_t i = 0; i < robot.boards.size(); ++i) {
+      EXPECT_EQ(robot.state(i), ethercat::AlState::kInit) << i;
+      EXPECT_EQ(robot.board(i).executed, 0) << i;
+    }
+    // Only what the scan needs: addresses, and the interface to the EEPROM.
+    for (const std::uint16_t address :
+         {ethercat::reg::kStationAddress, ethercat::reg::kSiiConfiguration, ethercat::reg::kSiiControl})
+      written.erase(address);
+    EXPECT_TRUE(written.empty()) << *written.begin();
+  }
+  static std::vector<sim::bus::SlaveDescription> slaves() {
+    std::vector<sim::bus::SlaveDescription> slaves = ethercat::test::youbot();
+    slaves[2].name = "AX5203";
+    slaves[2].vendor = 2;
+    slaves[2].product = 0x14536012;
+    return slaves;
+  }
+
+  ethercat::test::EmulatedRobot robot{slaves()};
+  ethercat::test::MeddlingLink link{robot.connect({.timed = true})};
+  std::set<std::uint16_t> written;
+};
+
+TEST_F(BusWithAStranger, ParametersRefusesItByNameAndPostsNothing) {
+  ethercat::PreOpBus setup(link, nullptr, {});
+  expect_left_alone(refusal<ethercat::BusError>([&] { (void)controllers_of(setup, link.name()); }));
+}
+
+TEST_F(BusWithAStranger, DiagnoseRefusesItByNameAndTakesNothingToOp) {
+  hal::VirtualClock clock;
+  const std::atomic<bool> stop = false;
+  expect_left_alone(refusal<ethercat::BusError>([&] { (void)print_diagnosis(link, clock, {}, stop); }));
+}
+
+// The names of a youBot's boards, and not their maker.
+TEST(RobotWithAStranger, IsNotStarted) {
+  std::vector<sim::bus::SlaveDescription> slaves = ethercat::test::youbot();
+  slaves[2].vendor = 2;
+  ethercat::test::EmulatedRobot bus(slaves);
+  (void)bus.connect({.timed = true});
+  const hal::VirtualClock clock;
+  const auto robot = hal::make_ethercat_robot([&] { return std::make_unique<sim::bus::BusLink>(*bus.wire); },
+                                              {}, clock, 1ms);
+  const std::string error = refusal<hal::SetupError>([&] { robot->activate(); });
+  EXPECT_TRUE(contains(error, "slave 3 (TMCM-1632): check that it is a youBot's board")) << error;
+  for (std::size_t i = 0; i < bus.boards.size(); ++i) EXPECT_EQ(bus.state(i), ethercat::AlState::kInit) << i;
+}
 
 TEST_F(ParametersOfABase, ASettingGoesWithThePowerAndAStoredOneStays) {
   const std::string once = write(false);

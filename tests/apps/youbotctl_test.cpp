@@ -1,7 +1,9 @@
 // youbotd as a service and youbotctl, as two programs on a real socket. The loop is slow and patient, so that
 // a busy machine only takes longer.
 #include <gtest/gtest.h>
+#include <sys/mount.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <array>
 #include <chrono>
@@ -17,6 +19,7 @@
 
 #include "tests/support/built_paths.h"
 #include "tests/support/process.h"
+#include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbotctl_test {
@@ -84,6 +87,71 @@ TEST_F(Youbotctl, EnablesNothingThatCannotBeRecorded) {
   std::filesystem::remove(folder / "runs");
   EXPECT_EQ(tell({"enable"}).exit_code, 0) << "and once it can, it does";
   EXPECT_TRUE(std::filesystem::exists(folder / "runs/run-1/base.csv"));
+}
+
+/// A file system of its own, which a test fills up. Needs root.
+class SmallDisk {
+ public:
+  explicit SmallDisk(const std::filesystem::path& where) : where_(where) {
+    std::filesystem::create_directories(where);
+    mounted_ = mount("tmpfs", where.c_str(), "tmpfs", 0, "size=40m") == 0;
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+  ~SmallDisk() {
+    if (mounted_) umount2(where_.c_str(), MNT_DETACH);
+  }
+  bool mounted() const { return mounted_; }
+  /// Leaves so much of it.
+  void fill_up_to(std::uintmax_t bytes) const {
+    std::ofstream file(where_ / "filling", std::ios::binary | std::ios::app);
+    const std::vector<char> chunk(64 << 10);
+    while (std::filesystem::space(where_).available > bytes && file)
+      file.write(chunk.data(), static_cast<std::streamsize>(chunk.size())).flush();
+  }
+  void make_room() const { std::filesystem::remove(where_ / "filling"); }
+
+ private:
+  std::filesystem::path where_;
+  bool mounted_ = false;
+};
+
+TEST_F(Youbotctl, AFullDiskRefusesTheEnable) {
+  const SmallDisk disk(folder / "disk");
+  SKIP_UNLESS(disk.mounted(), "needs root, to mount a small disk");
+  Process youbotd(daemon({"--record", folder / "disk/runs"}));
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  disk.fill_up_to(1 << 20);
+  const CommandResult refused = tell({"enable"});
+  EXPECT_EQ(refused.exit_code, 2) << refused.output;
+  EXPECT_TRUE(refused.said("disk/runs/run-1: cannot be recorded to: its disk has")) << refused.output;
+  EXPECT_EQ(status()["phase"], "off");
+  EXPECT_FALSE(std::filesystem::exists(folder / "disk/runs"));
+  disk.make_room();
+  EXPECT_EQ(tell({"enable"}).exit_code, 0) << "and once it can, it does";
+}
+
+TEST_F(Youbotctl, ADiskThatFillsUpDuringARunIsInTheStatusWhileItGoesOn) {
+  const SmallDisk disk(folder / "disk");
+  SKIP_UNLESS(disk.mounted(), "needs root, to mount a small disk");
+  Process youbotd(daemon({"--record", folder / "disk/runs"}));
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_TRUE(status()["recording"].is_null());
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  EXPECT_EQ(status()["recording"]["state"], "ok");
+  EXPECT_EQ(status()["recording"]["directory"], (folder / "disk/runs/run-1").string());
+  disk.fill_up_to(0);
+  EXPECT_TRUE(comes_to([](const json& now) { return now["recording"]["state"] == "failing"; }));
+  const json now = status();
+  EXPECT_EQ(now["enabled"], true) << "the robot goes on";
+  EXPECT_NE(now["recording"]["problems"].dump().find("No space left on device"), std::string::npos)
+      << now.dump(2);
+  EXPECT_GT(now["recording"]["cycles_lost"], 0);
+  EXPECT_TRUE(youbotd.wait_for("No space left on device"));
+  EXPECT_TRUE(tell({"status"}).said("recording  failing"));
+  EXPECT_EQ(tell({"stop"}).exit_code, 0);
 }
 
 TEST_F(Youbotctl, WhoSleptThroughTheEndOfHisRunDoesNotTakeTheNextForHis) {
@@ -222,7 +290,7 @@ TEST_F(Youbotctl, AFaultEndsTheRunAndNotTheService) {
   EXPECT_NE(after["fault"].get<std::string>().find("more than allowed"), std::string::npos) << after.dump();
   const std::filesystem::path report = after["fault_report"].get<std::string>();
   EXPECT_TRUE(std::filesystem::exists(report)) << report;
-  EXPECT_EQ(report.parent_path(), folder.path());
+  EXPECT_EQ(report.parent_path(), folder.path() / ("youbotd-faults-" + std::to_string(geteuid())));
   EXPECT_EQ(tell({"unset", "limits.wheel_speed_rad_per_s"}).exit_code, 0);
   EXPECT_EQ(status()["phase"], "faulted") << "until somebody enables";
 }

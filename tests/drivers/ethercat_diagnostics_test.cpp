@@ -165,12 +165,12 @@ TEST(Diagnostics, SummarisesFramesAndRoundTrips) {
   Diagnostics diagnostics(slaves());
   const FrameCounters counters{.sent = 1000, .received = 997, .lost = 3, .late = 1};
   EXPECT_EQ(Diagnostics::summary(counters, diagnostics.round_trips()),
-            "1000 frames sent: 3 lost, 1 late, 0 duplicate, 0 malformed, 0 not sent");
+            "1000 frames sent: 3 lost, 1 late, 0 duplicate, 0 malformed, 0 foreign, 0 not sent");
   for (int i = 0; i < 1000; ++i) diagnostics.round_trips().add(45us);
-  EXPECT_EQ(
-      Diagnostics::summary(counters, diagnostics.round_trips()),
-      "1000 frames sent: 3 lost, 1 late, 0 duplicate, 0 malformed, 0 not sent; round trip 45 us at least, "
-      "median 45 us, 99.9 % within 45 us, 45 us at most");
+  EXPECT_EQ(Diagnostics::summary(counters, diagnostics.round_trips()),
+            "1000 frames sent: 3 lost, 1 late, 0 duplicate, 0 malformed, 0 foreign, 0 not sent; round trip "
+            "45 us at least, "
+            "median 45 us, 99.9 % within 45 us, 45 us at most");
 }
 
 // ---- datagrams ----

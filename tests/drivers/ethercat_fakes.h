@@ -116,6 +116,16 @@ class MeddlingLink final : public Link {
   Link& link_;
 };
 
+/// SOEM's source address.
+inline constexpr MacAddress kSoem{0x01, 0x01, 0x01, 0x01, 0x01, 0x01};
+
+/// A frame of one datagram that another master sends.
+inline Bytes frame_of_another_master(Command command, std::uint32_t address, std::uint16_t value = 0) {
+  FrameWriter writer(kSoem);
+  store_le(writer.add(command, 0x21, address, 2).data.data(), value);
+  return {writer.bytes().begin(), writer.bytes().end()};
+}
+
 /// The first datagram of a frame for which `wanted` holds.
 template <typename Wanted>
 std::optional<Datagram> find_datagram(std::span<std::uint8_t> frame, Wanted&& wanted) {

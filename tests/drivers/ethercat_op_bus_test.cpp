@@ -19,7 +19,7 @@ class Operation : public ::testing::Test {
   void start(std::vector<FaultEvent> faults = {}, std::vector<SlaveDescription> slaves = youbot(),
              const SlaveOptions& options = {}) {
     robot.emplace(slaves, options);
-    link.emplace(robot->connect({.faults = std::move(faults)}));
+    link.emplace(robot->connect({.timed = timed, .faults = std::move(faults)}));
     PreOpBus setup(*link, nullptr, impatient());
     setup.enter_pre_op();
     bus.emplace(std::move(setup).start());
@@ -73,6 +73,7 @@ class Operation : public ::testing::Test {
     store_le(&robot->bus.slave(i).controller().sii().image()[2 * kSiiProductWord], product);
   }
 
+  bool timed = false;  // the wire has a time of its own
   std::optional<EmulatedRobot> robot;
   std::optional<MeddlingLink> link;
   std::optional<OpBus> bus;
@@ -846,6 +847,71 @@ TEST_F(Operation, LeavingOpGetsThroughWhenTheFirstFrameIsLost) {
   for (std::size_t i = 1; i < 5; ++i) {
     EXPECT_EQ(robot->state(i), AlState::kInit);
     EXPECT_EQ(robot->board(i).outputs[0], 0);
+  }
+}
+
+// ---- another master ----
+
+TEST_F(Operation, FramesOfAnotherMasterAreCountedAndNamedUntilASecondAfterItHasLeft) {
+  timed = true;
+  start();
+  for (int i = 0; i < 12; ++i) {  // a millisecond each
+    robot->wire->send(frame_of_another_master(Command::kBrd, address_of(0, reg::kAlStatus)));
+    EXPECT_TRUE(cycle().answered);
+  }
+  while (robot->wire->next_reply()) cycle();
+  EXPECT_EQ(bus->counters().foreign, 12U);
+  EXPECT_EQ(bus->counters().late + bus->counters().duplicate + bus->counters().malformed, 0U);
+  EXPECT_TRUE(bus->other_master_present());
+  BusState state;
+  bus->copy_state(state);
+  ASSERT_FALSE(bus->trouble(state).empty());
+  EXPECT_EQ(bus->trouble(state)[0], "bus: another EtherCAT master is on it: 01:01:01:01:01:01");
+  ASSERT_FALSE(bus->findings(state).empty());
+  EXPECT_TRUE(contains(bus->findings(state)[0], "(12 frames from 01:01:01:01:01:01)"));
+  cycles(1000);
+  EXPECT_FALSE(bus->other_master_present());
+}
+
+/// What another master does below our socket: its frames are not seen here.
+class HiddenMaster : public Operation {
+ protected:
+  void order(std::size_t i, std::uint16_t register_address, std::uint16_t value) {
+    robot->wire->send(
+        frame_of_another_master(Command::kFpwr, address_of(bus->slave(i).station, register_address), value));
+    std::array<std::uint8_t, kMaxFrameBytes> answer{};
+    ASSERT_GT(robot->wire_link->receive(answer, 1ms), 0U);
+  }
+  bool named_within(int count) {
+    for (; count > 0 && !bus->other_master_present(); --count) cycle();
+    return contains(bus->other_master().describe(), "a state or a station address that we did not set") &&
+           bus->other_master_present();
+  }
+};
+
+TEST_F(HiddenMaster, ShowsByAStateThatNobodyHereAskedFor) {
+  start();
+  cycles(5);
+  order(kWheel, reg::kAlControl, static_cast<std::uint16_t>(AlState::kInit));
+  EXPECT_TRUE(named_within(20));
+}
+
+TEST_F(HiddenMaster, ShowsByAStationAddressThatNobodyHereGave) {
+  start();
+  cycles(5);
+  order(kHand, reg::kStationAddress, 0x0007);
+  EXPECT_TRUE(named_within(30)) << "each slave is asked in turn, and then its place";
+}
+
+// The other faults that take slaves out of operation are not laid at another master's door.
+TEST_F(HiddenMaster, IsNotAWatchdogThatExpiredNorALossOfPower) {
+  start({{.kind = FaultKind::kDropRequest, .at = 100ms, .count = 200},
+         {.kind = FaultKind::kSlaveOff, .at = 600ms, .duration = 100ms, .slave = kWheel},
+         {.kind = FaultKind::kBrownOut, .at = 1s, .duration = 100ms}});
+  for (int i = 0; i < 2000; ++i) {
+    cycle();
+    for (std::size_t slave = 0; slave < bus->size(); ++slave) bus->resume(slave);
+    ASSERT_FALSE(bus->other_master_present()) << i;
   }
 }
 

@@ -45,6 +45,20 @@ TEST(PreOpBus, StartsFromWhateverAnotherMasterLeft) {
   }
 }
 
+TEST(PreOpBus, IsRefusedWhileAnotherMasterIsAtWork) {
+  EmulatedRobot robot(youbot());
+  MeddlingLink link(robot.connect({.timed = true}));
+  link.on_send = [&](Bytes&) {
+    robot.wire->send(frame_of_another_master(Command::kBrd, address_of(0, reg::kAlStatus)));
+    robot.wire->advance(1ms);
+    return false;
+  };
+  const std::string error = error_of([&] { PreOpBus(link, nullptr, impatient()); });
+  EXPECT_TRUE(contains(error, "another EtherCAT master is on this bus"));
+  EXPECT_TRUE(contains(error, "frames from 01:01:01:01:01:01): end that program"));
+  for (std::size_t i = 0; i < 11; ++i) EXPECT_EQ(robot.state(i), AlState::kInit);
+}
+
 TEST(PreOpBus, ExchangesParametersInPreOp) {
   EmulatedRobot robot(youbot());
   PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient());

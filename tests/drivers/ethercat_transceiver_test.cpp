@@ -25,6 +25,11 @@ class Exchange : public ::testing::Test {
     });
     return frame;
   }
+  static MacAddress source_of(const Bytes& frame) {
+    MacAddress source;
+    std::copy_n(frame.begin() + kSourceMacOffset, source.size(), source.begin());
+    return source;
+  }
   void echo() {
     link.respond = [this](const Bytes& frame) { link.incoming.push_back(answered(frame, 0x5A)); };
   }
@@ -114,7 +119,7 @@ TEST_F(Exchange, GarbageIsMalformedAndSkipped) {
 TEST_F(Exchange, TheSameIndexWithOtherDatagramsIsNoAnswer) {
   link.respond = [this](const Bytes& frame) {
     const std::uint8_t index = frame[17];
-    FrameWriter writer;
+    FrameWriter writer(source_of(frame));
     writer.add(Command::kFprd, index, 0, 2);  // another length
     link.incoming.emplace_back(writer.bytes().begin(), writer.bytes().end());
     writer.clear();
@@ -135,8 +140,89 @@ TEST_F(Exchange, AFloodOfStrangersEnds) {
   writer.add(Command::kBrd, 200, 0, 1);
   for (int i = 0; i < 1000; ++i) link.incoming.emplace_back(writer.bytes().begin(), writer.bytes().end());
   EXPECT_FALSE(run());
-  EXPECT_EQ(counters().late, 64U);
+  EXPECT_EQ(counters().foreign, 64U);
   EXPECT_EQ(counters().lost, 1U);
+}
+
+// Another master's frame may have our index and our datagrams: the same program on another machine has both.
+TEST_F(Exchange, WhatAnotherMasterSentIsNoAnswerOfOurs) {
+  link.respond = [this](const Bytes& frame) {
+    Bytes theirs = answered(frame, 0x11);
+    theirs[11] ^= 0x40;
+    link.incoming.push_back(theirs);
+  };
+  EXPECT_FALSE(run());
+  EXPECT_EQ(counters().foreign, 1U);
+  EXPECT_EQ(counters().malformed + counters().late + counters().duplicate, 0U);
+  EXPECT_EQ(counters().lost, 1U);
+}
+
+TEST_F(Exchange, TwoMastersOfTheSameProgramHaveAddressesOfTheirOwn) {
+  Transceiver other(link);
+  other.begin().add(Command::kBrd, other.index(), 0, 1);
+  ASSERT_TRUE(other.send());
+  EXPECT_FALSE(run());
+  const MacAddress first = source_of(link.sent[0]);
+  const MacAddress second = source_of(link.sent[1]);
+  EXPECT_NE(first, second);
+  // Unicast, as a source has to be; and the bit that the first slave sets is free.
+  for (const MacAddress& source : {first, second}) EXPECT_EQ(source[0] & 0x03, 0);
+}
+
+TEST(AnotherMaster, IsOneWhoseFramesKeepComing) {
+  OtherMaster other;
+  other.note_frame(kSoem, 0ms);
+  other.note_frame(kSoem, 5ms);
+  EXPECT_FALSE(other.present(5ms));
+  other.note_frame(kSoem, 10ms);
+  EXPECT_TRUE(other.present(10ms));
+  EXPECT_EQ(other.source(), "01:01:01:01:01:01");
+  EXPECT_TRUE(
+      contains(other.describe(), "another EtherCAT master is on this bus (3 frames from 01:01:01:01:01:01)"));
+}
+
+TEST(AnotherMaster, IsTheSameBeforeAndBehindTheSlaves) {
+  OtherMaster other;
+  MacAddress returned{0x10, 1, 2, 3, 4, 5};
+  other.note_frame(returned, 0ms);
+  returned[0] |= kReturnedBit;
+  other.note_frame(returned, 5ms);
+  other.note_frame(returned, 10ms);
+  EXPECT_TRUE(other.present(10ms));
+  EXPECT_EQ(other.source(), "10:01:02:03:04:05");
+}
+
+TEST(AnotherMaster, IsNoneWhenAnEndedProgramLeftABurst) {
+  OtherMaster other;
+  for (int i = 0; i < 50; ++i) other.note_frame(kSoem, std::chrono::microseconds(100 * i));
+  EXPECT_FALSE(other.present(6ms));
+}
+
+TEST(AnotherMaster, IsNoneWhenFramesWereDamagedHereAndThere) {
+  OtherMaster other;
+  MacAddress damaged = kMasterMac;
+  for (int i = 0; i < 100; ++i) {
+    damaged[5] = static_cast<std::uint8_t>(1U << (i % 8));
+    other.note_frame(damaged, std::chrono::milliseconds(10 * i));
+  }
+  EXPECT_FALSE(other.present(1s));
+}
+
+TEST(AnotherMaster, IsForgottenASecondAfterItHasLeft) {
+  OtherMaster other;
+  for (int i = 0; i < 50; ++i) other.note_frame(kSoem, std::chrono::milliseconds(i));
+  EXPECT_TRUE(other.present(1049ms));
+  EXPECT_FALSE(other.present(1050ms));
+  other.note_frame(kSoem, 2s);
+  EXPECT_FALSE(other.present(2s)) << "one frame is none again";
+}
+
+TEST(AnotherMaster, ShowsByWhatItAsksOfTheSlaves) {
+  OtherMaster other;
+  other.note_order(5ms);
+  EXPECT_TRUE(other.present(5ms));
+  EXPECT_FALSE(other.present(1006ms));
+  EXPECT_TRUE(contains(other.describe(), "a slave has a state or a station address that we did not set"));
 }
 
 TEST_F(Exchange, TheIndexWrapsAndGoesOnMatching) {

@@ -1,0 +1,50 @@
+/// @file
+/// How many of the last cycles a bus did not answer in full, although each gap was short enough to be
+/// bridged.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "hal/robot.h"
+
+namespace hal {
+
+/// What became of one cycle.
+struct CycleLoss {
+  bool lost = false;        ///< no answer in time
+  bool damaged = false;     ///< something came that was no well-formed frame, or none that was sent
+  bool incomplete = false;  ///< answered, but not by all devices
+  bool late = false;        ///< the answer to an earlier cycle, given up by then, came in
+};
+
+/// The last kCycles cycles. Cycle-safe: fixed size.
+class LossWindow {
+ public:
+  static constexpr std::size_t kCycles = 1000;
+
+  void add(const CycleLoss& cycle) noexcept {
+    count(cycles_[next_], -1);
+    cycles_[next_] = cycle;
+    count(cycle, 1);
+    next_ = (next_ + 1) % kCycles;
+  }
+  void clear() noexcept { *this = {}; }
+  const BusLosses& counts() const noexcept { return counts_; }
+
+ private:
+  void count(const CycleLoss& cycle, int step) noexcept {
+    const auto add_if = [step](bool condition, int& sum) { sum += condition ? step : 0; };
+    add_if(cycle.lost || cycle.incomplete, counts_.cycles);
+    add_if(cycle.lost, counts_.lost);
+    add_if(cycle.damaged, counts_.damaged);
+    add_if(cycle.incomplete, counts_.incomplete);
+    add_if(cycle.late, counts_.late);
+  }
+
+  std::array<CycleLoss, kCycles> cycles_{};
+  std::size_t next_ = 0;
+  BusLosses counts_;
+};
+
+}  // namespace hal
