@@ -219,6 +219,7 @@ class Reader {
   void read_rows() {
     std::vector<sim::Recording::Column>& columns = result_.recording.columns;
     std::vector<double> row(columns.size());
+    result_.first_row_line = line_ + 1;
     for (auto& column : columns) column.values.reserve(left_.size() / (8 * columns.size()) + 1);
     std::string_view line;
     bool whole = true;

@@ -39,6 +39,7 @@ class RecordingError : public ConfigError {
 struct ReadRecording {
   sim::Recording recording;
   std::vector<std::string> warnings;  ///< as problems()
+  std::size_t first_row_line = 0;     ///< of the file; the other rows follow line by line
 };
 
 /// What becomes of a row that lacks something for which the header has a reason: it is refused, or taken as

@@ -52,20 +52,38 @@ std::string header_of(const std::vector<Column>& columns) {
 }
 
 /// Calls `take` for each row of the recording at `path`.
-/// @throws std::invalid_argument when it cannot be read or has other columns.
+/// @throws std::invalid_argument when it cannot be read or has other columns, and naming the line of a row
+/// that is damaged, or whose time does not run forward.
 template <typename Take>
 void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take take) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw std::invalid_argument("--resume: " + path.string() + " cannot be read");
   std::string line;
-  while (std::getline(file, line) && line.starts_with('#')) {
+  int number = 0;
+  const auto next_line = [&] { return ++number, static_cast<bool>(std::getline(file, line)); };
+  while (next_line() && line.starts_with('#')) {
   }
   if (line != header_of(columns))
     throw std::invalid_argument("--resume: " + path.string() + " has the columns '" + line +
                                 "', not those of this experiment");
   std::vector<double> row(columns.size());
-  while (std::getline(file, line))
-    if (parse_row(line, row)) take(std::span<const double>(row));
+  const auto refuse = [&path](int at, const std::string& why) {
+    throw std::invalid_argument("--resume: " + path.string() + ":" + std::to_string(at) + ": " + why +
+                                "; delete this line and all behind it");
+  };
+  double last_s = 0;
+  int unreadable = 0;
+  while (next_line() && !file.eof()) {  // a last line without its end was torn
+    if (!parse_row(line, row)) {
+      unreadable = unreadable > 0 ? unreadable : number;  // what the end of a file may be after a power cut
+      continue;
+    }
+    if (unreadable > 0) refuse(unreadable, "no row of this recording, but others follow");
+    if (!std::isfinite(row[0]) || row[0] < last_s)
+      refuse(number, "time_s is " + shortest(row[0]) + " after " + shortest(last_s));
+    last_s = row[0];
+    take(std::span<const double>(row));
+  }
 }
 
 void write_text(const fs::path& path, const std::string& text) {
@@ -199,10 +217,15 @@ std::vector<Column> ExperimentRecording::choose_columns(const sim::experiments::
 void ExperimentRecording::count_finished(const fs::path& path, const std::vector<Column>& columns) {
   std::vector<double> times_s;
   for_each_row(path, columns, [&times_s](std::span<const double> row) { times_s.push_back(row[0]); });
-  const int count = static_cast<int>(times_s.size());
-  if (finished_ >= 0 && count >= finished_) return;
-  finished_ = count;
-  finished_until_s_ = times_s.empty() ? -1.0 : times_s.back();
+  if (finished_ < 0) finished_times_s_ = times_s;
+  finished_times_s_.resize(std::min(finished_times_s_.size(), times_s.size()));
+  for (std::size_t i = 0; i < finished_times_s_.size(); ++i)
+    if (std::abs(times_s[i] - finished_times_s_[i]) > kTimeGrain_s)
+      throw std::invalid_argument("--resume: " + path.string() + ": measurement " + std::to_string(i + 1) +
+                                  " ended at " + shortest(times_s[i]) + " s, but by 'progress' at " +
+                                  shortest(finished_times_s_[i]) + " s; the files are of several runs");
+  finished_ = static_cast<int>(finished_times_s_.size());
+  finished_until_s_ = finished_times_s_.empty() ? -1.0 : finished_times_s_.back();
 }
 
 ExperimentRecording::File ExperimentRecording::open(

@@ -118,7 +118,7 @@ class ExperimentRecording {
             const std::vector<apps::RecordingFile::Column>& columns,
             const std::function<bool(std::span<const double>, int)>& keep);
   std::vector<apps::RecordingFile::Column> choose_columns(const sim::experiments::RecordedCommands& commands);
-  /// No more measurements count than `path` has rows.
+  /// No more measurements count than `path` has rows, which must be of the same times.
   void count_finished(const std::filesystem::path& path,
                       const std::vector<apps::RecordingFile::Column>& columns);
   void write(const ExperimentRecord& record);
@@ -128,6 +128,7 @@ class ExperimentRecording {
   Made made_;  // first: outlives the files
   bool resume_;
   int finished_;  // -1: not known yet
+  std::vector<double> finished_times_s_;
   double finished_until_s_ = -1.0;
   std::vector<ExperimentRecord::Value> row_values_;  // of the columns after time_s
   std::size_t result_values_ = 0;

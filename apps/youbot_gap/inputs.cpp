@@ -1,5 +1,7 @@
 #include "apps/youbot_gap/inputs.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <map>
 #include <stdexcept>
@@ -53,6 +55,21 @@ void require_distinct(const std::vector<fs::path>& data, const std::vector<fs::p
   };
   for (const fs::path& path : data) add(path, "--data");
   for (const fs::path& path : held_out) add(path, "--held-out");
+}
+
+/// Motion between rows is interpolated and integrated in steps of a millisecond: rows further apart say
+/// nothing about a drive, and would take for ever.
+constexpr double kLongestStep_s = 1.0;
+
+/// @throws apps::ConfigError naming the line of the first row that comes too late.
+void require_dense(const apps::ReadRecording& read, const fs::path& path) {
+  const auto time_s = read.recording.column("time_s");
+  for (std::size_t i = 1; i < time_s.size(); ++i)
+    if (const double step_s = time_s[i] - time_s[i - 1]; !(step_s <= kLongestStep_s))
+      throw apps::ConfigError({fmt::format(
+          "{}:{}: time_s is {} s after the row before; rows may be up to {} s apart: is time_s in seconds? "
+          "Split the file at a pause",
+          path.string(), read.first_row_line + i, step_s, kLongestStep_s)});
 }
 
 /// The last `parts` parts of a path.
@@ -121,6 +138,7 @@ Inputs read_inputs(const InputPaths& paths) {
   for (std::size_t i = 0; i < files.size(); ++i)
     collect([&] {
       apps::ReadRecording read = apps::read_recording(files[i]);
+      require_dense(read, files[i]);
       inputs.warnings.insert(inputs.warnings.end(), read.warnings.begin(), read.warnings.end());
       sources.push_back({names[i], std::move(read.recording), files[i].string()});
     });

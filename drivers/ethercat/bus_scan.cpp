@@ -11,8 +11,11 @@ namespace drivers::ethercat {
 namespace {
 
 constexpr std::uint16_t kFirstStation = 0x1000;
+/// A youBot with two arms has 17. More are a spoiled counter, and scanning them would take minutes.
+constexpr std::uint16_t kMostSlaves = 256;
 constexpr int kMostSiiRounds = 20'000;
 constexpr int kMostSiiErrors = 500;
+constexpr int kMostSiiSilence = 500;  // datagrams that a slave leaves alone, in a row
 
 const auto kAll = [](std::size_t) { return false; };
 
@@ -103,11 +106,18 @@ void read_sii(RegisterAccess& access, std::vector<Slave>& slaves) {
     SiiReader reader;
     bool asked = false;
     int errors = 0;  // in a row
+    int silence = 0;
     std::uint16_t status = 0;
+
+    bool answered(const Datagram& datagram) {
+      silence = datagram.working_counter() == 0 ? silence + 1 : 0;
+      return silence == 0;
+    }
   };
   std::vector<Progress> progress(slaves.size());
   const auto done = [&](std::size_t i) {
-    return !progress[i].reader.next_word().has_value() || progress[i].errors > kMostSiiErrors;
+    return !progress[i].reader.next_word().has_value() || progress[i].errors > kMostSiiErrors ||
+           progress[i].silence > kMostSiiSilence;
   };
 
   // Take the EEPROM from the slave's own processor (0x0500 bit 0, bit 1 forces), then use it.
@@ -130,7 +140,7 @@ void read_sii(RegisterAccess& access, std::vector<Slave>& slaves) {
           return true;
         },
         [&](const Datagram& datagram, std::size_t i) {
-          if (datagram.working_counter() == 0) return;
+          if (!progress[i].answered(datagram)) return;
           if (progress[i].errors % 2 == 0)
             progress[i].asked = true;
           else
@@ -143,7 +153,7 @@ void read_sii(RegisterAccess& access, std::vector<Slave>& slaves) {
                      .counter != nullptr;
         },
         [&](const Datagram& datagram, std::size_t i) {
-          if (datagram.working_counter() == 0) return;
+          if (!progress[i].answered(datagram)) return;
           const auto status = load_le<std::uint16_t>(datagram.data.data());
           if ((status & reg::kSiiBusy) != 0) return;
           progress[i].asked = false;
@@ -162,7 +172,9 @@ void read_sii(RegisterAccess& access, std::vector<Slave>& slaves) {
     const bool unfinished = progress[i].reader.next_word().has_value();
     if (const std::string& error = progress[i].reader.error(); unfinished || !error.empty())
       throw BusError(slaves[i].label(), "read its SII EEPROM",
-                     unfinished ? describe_sii(progress[i].status) : error);
+                     !unfinished               ? error
+                     : progress[i].silence > 0 ? "it does not answer any more; check its power and cable"
+                                               : describe_sii(progress[i].status));
   }
 }
 
@@ -213,6 +225,11 @@ std::vector<Slave> scan_bus(RegisterAccess& access, const std::string& interface
         interface, "count slaves",
         "frames come back, but no EtherCAT slave touched them; is the other end the robot's EtherCAT socket, "
         "and no switch or looped cable?");
+  if (count > kMostSlaves)
+    throw BusError(interface, "count slaves",
+                   "the reply's working counter says " + std::to_string(count) + ", more than the " +
+                       std::to_string(kMostSlaves) +
+                       " that can be; does another master or a switch change frames?");
   std::vector<Slave> slaves(count);
   for (std::uint16_t i = 0; i < count; ++i) {
     slaves[i].position = static_cast<std::uint16_t>(i + 1);

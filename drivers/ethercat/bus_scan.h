@@ -12,7 +12,7 @@ namespace drivers::ethercat {
 /// Counts the slaves, gives each the station address 0x1000 + position, reads identities, cabling and SII of
 /// all side by side, and lays out the process image. Changes no state and no output, so it may run on a bus
 /// that is doing something else.
-/// @throws BusError when no frame comes back, no slave answers, or one's SII is unusable.
+/// @throws BusError when no frame comes back, no slave answers, more than 256 do, or one's SII is unusable.
 std::vector<Slave> scan_bus(RegisterAccess& access, const std::string& interface);
 
 /// One place on the bus: what it is for, and the names that may stand there.

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <initializer_list>
 #include <thread>
 #include <utility>
@@ -124,7 +125,10 @@ class Preparation {
       info_.name += " (serial " + std::to_string(serial) + ")";
     }
     double firmware = 0.0;
-    if (f_.get_version != nullptr && !sdk_failed(f_.get_version(&firmware, id_))) info_.firmware = firmware;
+    // What is no version says nothing about the watchdog, which is then set or refused.
+    if (f_.get_version != nullptr && !sdk_failed(f_.get_version(&firmware, id_)) && std::isfinite(firmware) &&
+        firmware > 0)
+      info_.firmware = firmware;
   }
 
   std::array<int, kStatusCapacity> status() const {

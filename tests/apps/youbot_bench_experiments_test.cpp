@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -447,6 +448,26 @@ TEST_F(BenchExperiment, NothingRecordedIsEverReplaced) {
   options.resume = true;
   EXPECT_THROW((void)run_unchecked(map_at({2.0})), std::invalid_argument);
   EXPECT_FALSE(fs::exists(options.directory));
+}
+
+TEST_F(BenchExperiment, ResumingNamesTheLineOfADamagedRow) {
+  (void)run(map_at({0.5, 1.0, 2.0}));
+  const std::string whole = text_of(map(2));
+  std::string damaged = whole;
+  const std::size_t last = damaged.rfind('\n', damaged.size() - 2);
+  damaged[damaged.rfind('\n', last - 1) + 1] = '?';  // of the row before the last
+  std::ofstream(map(2)) << damaged;
+  const auto line = std::count(whole.begin(), whole.begin() + static_cast<std::ptrdiff_t>(last), '\n') + 1;
+  options.resume = true;
+  try {
+    (void)run_unchecked(map_at({0.5, 1.0, 2.0, 3.0}));
+    FAIL() << "the result of the third measurement was taken for the second's";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_NE(std::string(error.what()).find("wheel-2.csv:" + std::to_string(line) + ": no row"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_EQ(text_of(map(2)), damaged);
 }
 
 TEST_F(BenchExperiment, WhatAPowerCutTookFromTheMapIsMeasuredAgain) {

@@ -266,6 +266,15 @@ TEST_F(GapCommand, TellsAllMistakesInModelAndRecordingsWithTheirLines) {
   EXPECT_FALSE(fs::exists(directory_ / "out"));
 }
 
+TEST_F(GapCommand, RefusesRowsTooFarApartToWorkOnWithTheirLine) {
+  std::ostringstream slow;
+  slow << "# youbot recording v1\n# sample_rate_Hz: 1000\ntime_s,torque_command_Nm,position_rad\n";
+  for (int i = 0; i < 2000; ++i) slow << 1000 * i << ",0.1," << std::sin(0.1 * i) << '\n';
+  EXPECT_EQ(explain("--data " + write("slow.csv", slow.str())), 2);
+  EXPECT_TRUE(said("slow.csv:5: time_s is 1000 s after the row before")) << output_;
+  EXPECT_FALSE(fs::exists(directory_ / "out"));
+}
+
 TEST_F(GapCommand, RefusesRecordingsOfSeveralRigs) {
   const std::string one = write("1.csv", recording(1, "wheel-1", 0.5));
   const std::string two = write("2.csv", recording(2, "wheel-2", 0.5));

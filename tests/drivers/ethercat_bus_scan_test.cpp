@@ -124,7 +124,41 @@ TEST_F(Scan, AnInterfaceThatReturnsFramesUntouchedHasNoSlaves) {
             "EtherCAT socket, and no switch or looped cable?");
 }
 
+TEST_F(Scan, ASpoiledWorkingCounterIsNoBusOfThousandsOfSlaves) {
+  EmulatedRobot robot(youbot());
+  MeddlingLink link(robot.connect({.timed = true}));
+  link.on_receive = [](std::span<std::uint8_t> frame) {
+    if (const auto count = find_datagram(frame, [](const Datagram& d) { return d.command == Command::kBrd; }))
+      store_le<std::uint16_t>(count->counter, 0xFFFF);
+    return true;
+  };
+  Transceiver transceiver(link);
+  RegisterAccess access(transceiver, {});
+  EXPECT_TRUE(contains(error_of([&] { scan_bus(access, "eth7"); }),
+                       "eth7: count slaves: the reply's working counter says 65535, more than the 256"));
+  EXPECT_EQ(link.frames, 1);
+}
+
 // ---- EEPROMs ----
+
+TEST_F(Scan, ASlaveThatForgetsItsStationWhileItsEepromIsReadIsNamedSoon) {
+  EmulatedRobot robot(youbot());
+  MeddlingLink link(robot.connect({.timed = true}));
+  link.on_send = [&](Bytes&) {
+    if (link.frames == 20) {
+      robot.bus.slave(5).set_power(false);  // too short for the frames to notice
+      robot.bus.slave(5).set_power(true);
+      robot.bus.set_cable(5, false);
+      robot.bus.set_cable(5, true);
+    }
+    return false;
+  };
+  Transceiver transceiver(link);
+  RegisterAccess access(transceiver, {});
+  EXPECT_TRUE(contains(error_of([&] { scan_bus(access, "eth7"); }),
+                       "slave 6 (no name): read its SII EEPROM: it does not answer any more"));
+  EXPECT_LT(link.frames, 3000);
+}
 
 TEST_F(Scan, ABlankEepromIsAnErrorThatNamesTheSlave) {
   EmulatedRobot robot(youbot());

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "tests/drivers/force_dimension_bench.h"
@@ -254,6 +255,16 @@ TEST_F(ForceDimensionSetup, StoredEffectorMassStaysUnlessConfigured) {
   script().effector_mass_kg = 0.31;
   open();
   EXPECT_EQ(state().effector_mass_kg, 0.31);
+}
+
+TEST_F(ForceDimensionSetup, AFirmwareThatIsNoVersionDoesNotSpareTheWatchdog) {
+  for (const double firmware : {std::nan(""), std::numeric_limits<double>::infinity()}) {
+    script().firmware = firmware;
+    open();
+    EXPECT_FALSE(device->info().firmware.has_value());
+    EXPECT_EQ(device->info().watchdog_ticks, 160);
+    EXPECT_EQ(state().watchdog_ticks, 160);
+  }
 }
 
 TEST_F(ForceDimensionSetup, FirmwareThatCannotBeToldHasToTakeTheWatchdog) {

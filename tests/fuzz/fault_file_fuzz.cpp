@@ -1,14 +1,10 @@
 // Fault scripts, and with them the reader of all our TOML files.
-#include <sys/mman.h>
-#include <unistd.h>
-
-#include <algorithm>
-#include <string>
 #include <string_view>
 
 #include "apps/common/toml_reader.h"
 #include "apps/youbot_sim/fault_file.h"
 #include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/memory_file.h"
 
 using fuzz::require;
 
@@ -20,18 +16,15 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
         "[[fault]]\nkind = \"delay\"\ndelay_s = 7e-4\n[[fault]]\nkind = \"wrong_counter\"\n"
         "counter_change = -1\ndatagram = 2\n",
         "fault = [{ kind = \"board_fault\", board_fault = 'overvoltage' }] # comment\n"})
-    result.emplace_back(text.begin(), text.end());
+    result.push_back(bytes_of(text));
   return result;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // A file in memory, the same one for all inputs.
-  static const int file = memfd_create("faults", MFD_CLOEXEC);
-  static const std::string path = "/proc/self/fd/" + std::to_string(file);
-  require(file >= 0 && ftruncate(file, 0) == 0);
-  require(pwrite(file, data, size, 0) == static_cast<ssize_t>(size));
+  static const fuzz::MemoryFile file;
+  file.hold({data, size});
   try {
-    for (const sim::bus::FaultEvent& event : youbot_sim::load_faults(path, 5)) {
+    for (const sim::bus::FaultEvent& event : youbot_sim::load_faults(file.path(), 5)) {
       require(event.kind <= sim::bus::FaultKind::kBoardFault);
       require(event.count >= 1 && event.mask != 0);
       require(event.at.count() >= 0 && event.duration.count() >= 0 && event.delay.count() >= 0);

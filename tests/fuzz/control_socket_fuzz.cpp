@@ -1,0 +1,183 @@
+// Requests to a running service with a simulated base. A line is a request; a zero byte before it: from
+// another connection.
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "apps/common/control_socket.h"
+#include "apps/common/toml_reader.h"
+#include "apps/youbotd/service.h"
+#include "spdlog/spdlog.h"
+#include "tests/fuzz/ceilings.h"
+#include "tests/fuzz/fuzz_target.h"
+#include "tests/fuzz/memory_file.h"
+#include "tests/support/temporary_directory.h"
+
+namespace {
+
+using fuzz::require;
+using nlohmann::json;
+using namespace std::chrono_literals;
+
+class Connection {
+ public:
+  explicit Connection(const std::filesystem::path& path)
+      : socket_(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)) {
+    const sockaddr_un address = apps::control_address(path);
+    // Refused while the service starts.
+    while (connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
+      std::this_thread::sleep_for(1ms);
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() { close(socket_); }
+
+  /// None: the service hung up, as it does to whoever says nothing or too much.
+  std::optional<std::string> ask(std::string_view request) const {
+    static std::array<char, 2 * apps::kLongestAnswer> answer;
+    if (send(socket_, request.data(), request.size(), MSG_NOSIGNAL) < 0) return std::nullopt;
+    const ssize_t size = recv(socket_, answer.data(), answer.size(), MSG_TRUNC);
+    if (size <= 0) return std::nullopt;
+    require(static_cast<std::size_t>(size) <= apps::kLongestAnswer);
+    return std::string(answer.data(), static_cast<std::size_t>(size));
+  }
+
+ private:
+  int socket_;
+};
+
+/// Runs until the process ends.
+class RunningService {
+ public:
+  RunningService() {
+    file_.hold(
+        "robot = \"loopback\"\n[loop]\nperiod_s = 0.005\ncommander_timeout_s = 10\n[limits]\nforce_N = 5\n"
+        "wheel_speed_rad_per_s = 12\n[path]\nspeed_m_per_s = 0.1\n[[path.leg]]\nforward_m = 1\n");
+    file_limits_ = configuration({});
+    thread_ = std::thread([this] {
+      youbotd::run_service(
+          {.control_socket = path(),
+           .config_file = file_.path(),
+           .allow_non_real_time = true,
+           .configuration = [this](const auto& settings) { return configuration(settings); }},
+          stop_);
+    });
+    const Connection started(path());
+    spdlog::set_level(spdlog::level::off);
+  }
+  RunningService(const RunningService&) = delete;
+  RunningService& operator=(const RunningService&) = delete;
+  ~RunningService() {
+    stop_ = true;
+    thread_.join();
+  }
+
+  std::filesystem::path path() const { return folder_ / "control"; }
+
+  /// The status in an answer that keeps its format.
+  json check(const std::string& answer, std::string_view request) const {
+    json parsed = json::parse(answer);
+    require(parsed.at("ok").is_boolean() && parsed.contains("error") != parsed.at("ok").get<bool>());
+    if (request == "status" || request == "alive" || request == "stop") require(parsed.at("ok").get<bool>());
+    json& status = parsed.at("status");
+    require(status.at("format") == "youbotd-status/1" && status.at("enabled").is_boolean());
+    // Without an order to enable nobody commands.
+    require(status.at("enabled").get<bool>() || status.at("commander").is_null());
+    check_settings(status.at("settings"));
+    return status;
+  }
+
+ private:
+  youbotd::Config configuration(const std::map<std::string, std::string>& settings) const {
+    return youbotd::load_config(file_.path(), settings);
+  }
+  void check_settings(const json& settings) const {
+    if (!settings.is_object()) return;  // too long for an answer
+    try {
+      fuzz::check_ceilings(configuration(settings.get<std::map<std::string, std::string>>()), file_limits_);
+    } catch (const apps::ConfigError&) {
+      // What is left after an unset need not be usable: enable says so.
+    }
+  }
+
+  fuzz::MemoryFile file_;
+  support::TemporaryDirectory folder_;
+  youbotd::Config file_limits_;
+  std::atomic<bool> stop_{false};
+  std::thread thread_;
+};
+
+/// Drives off, nothing set: as the next input wants it.
+void tidy_up(const RunningService& service, const std::set<std::string>& keys) {
+  const Connection connection(service.path());
+  require(connection.ask("disable").has_value());
+  for (;;) {
+    const auto answer = connection.ask("status");
+    require(answer.has_value());
+    if (!service.check(*answer, "status").at("enabled").get<bool>()) break;
+    std::this_thread::sleep_for(1ms);
+  }
+  // A key too long for that was too long to be set.
+  for (const std::string& key : keys)
+    if (const std::string unset = "unset " + key; unset.size() <= apps::kLongestRequest)
+      require(connection.ask(unset).has_value());
+  require(connection.ask("mode path").has_value());
+  require(json::parse(connection.ask("status").value()).at("status").at("settings").empty());
+}
+
+}  // namespace
+
+std::vector<fuzz::Bytes> fuzz::seeds() {
+  using namespace std::string_literals;
+  const std::string filler(4000, 'x');
+  std::vector<Bytes> seeds;
+  for (
+      const std::string& text :
+      {"status\nset limits.force_N 4\nunset limits.force_N\nset limits.force_N 6\nalive"s,
+       "mode velocity\nenable\nset velocity 0.05 0 0.1\nalive\n\0stop\n\0status\ndisable"s,
+       "enable\n\0enable\nset path.rest_s 1\n\0disable\nstop"s,
+       "set velocity nan 0 0\nset velocity 1 2 3 4\nmode x"s,
+       "set limits.wheel_speed_rad_per_s 11 # " + filler, "set path.rest_s 2 # \x01\xFF" + filler + filler,
+       "set path.leg [{forward_m = 2}]\nset robot \"wire\"\nset path 5\nset compensation.margin 0.5\nunset path"s})
+    seeds.push_back(bytes_of(text));
+  return seeds;
+}
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const RunningService service;
+  std::optional<Connection> connections[2];
+  std::set<std::string> keys;
+  std::string_view left(reinterpret_cast<const char*>(data), size);
+  while (!left.empty()) {
+    std::string_view request = left.substr(0, left.find('\n'));
+    left.remove_prefix(std::min(left.size(), request.size() + 1));
+    const bool other = request.starts_with('\0');
+    if (other) request.remove_prefix(1);
+    std::istringstream words{std::string(request)};
+    std::string command;
+    std::string key;
+    if (words >> command >> key && command == "set") keys.insert(key);
+    std::optional<Connection>& connection = connections[other ? 1 : 0];
+    if (!connection) connection.emplace(service.path());
+    if (const auto answer = connection->ask(request)) {
+      require(!request.empty() && request.size() <= apps::kLongestRequest);
+      (void)service.check(*answer, request);
+    } else {
+      require(request.empty() || request.size() > apps::kLongestRequest);
+      connection.reset();
+    }
+  }
+  for (auto& connection : connections) connection.reset();
+  tidy_up(service, keys);
+  return 0;
+}
