@@ -23,7 +23,12 @@ class TurningRobot final : public hal::Robot {
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
     sample.stamp = clock_.now();
     sample.enabled = command.enable;
-    for (hal::JointSample& joint : sample.joints) joint.homed = true;
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      sample.joints[i].homed = true;
+      // Its current follows, its motion does not.
+      sample.joints[i].torque_Nm =
+          command.joints[i].mode == hal::CommandMode::kTorque ? command.joints[i].target : 0.0;
+    }
     sample.joints[joint_].position_rad = speed_ * std::chrono::duration<double>(sample.stamp).count();
     sample.joints[joint_].velocity_rad_per_s = speed_;
     return {};
