@@ -34,7 +34,8 @@ bool OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   earlier_rad_per_s_ += elapsed_s / (kEarlier_s + elapsed_s) * (velocity_rad_per_s_ - earlier_rad_per_s_);
 
   taken_out_J_ *= kFading_s / (kFading_s + elapsed_s);
-  const double opposing_Nm = velocity_rad_per_s_ > 0 ? weight_Nm - torque_Nm : torque_Nm - weight_Nm;
+  const double net_Nm = std::clamp(torque_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
+  const double opposing_Nm = velocity_rad_per_s_ > 0 ? -net_Nm : net_Nm;
   const double excess_Nm = opposing_Nm - kWeightShare * std::abs(weight_Nm) - kModelShare * limit_Nm_;
   const bool slower = std::abs(velocity_rad_per_s_) < std::abs(earlier_rad_per_s_);
   if (!slower && std::abs(velocity_rad_per_s_) > kFast_rad_per_s)

@@ -15,8 +15,8 @@ class OpposedMotion {
   explicit OpposedMotion(double torque_limit_Nm) noexcept : limit_Nm_(torque_limit_Nm) {}
 
   void restart() noexcept { known_ = false; }
-  /// With each fresh sample, `elapsed_s` after the last one. `torque_Nm`: of the motor; `weight_Nm`: what
-  /// holds the links there. True: it moves against its torque.
+  /// With each fresh sample, `elapsed_s` after the last one. `torque_Nm`: asked of the motor; `weight_Nm`:
+  /// what holds the links there. True: it moves against its torque.
   bool update(double position_rad, double torque_Nm, double weight_Nm, double elapsed_s) noexcept;
 
  private:

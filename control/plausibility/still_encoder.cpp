@@ -27,11 +27,14 @@ bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSamp
                           double elapsed_s) noexcept {
   const double blend = elapsed_s / (kTorqueSmoothing_s + elapsed_s);
   const bool moved = sample.position_rad != position_rad_;
+  // A drive that reports magnitudes only gets its sign from the command, which other modes do not have.
+  const double torque_Nm =
+      command.mode == hal::CommandMode::kTorque ? sample.torque_Nm : std::abs(sample.torque_Nm);
   if (samples_ == 0 || command.mode != mode_) {
-    torque_Nm_ = sample.torque_Nm;
+    torque_Nm_ = torque_Nm;
     target_value_ = command.target;
   }
-  torque_Nm_ += blend * (sample.torque_Nm - torque_Nm_);
+  torque_Nm_ += blend * (torque_Nm - torque_Nm_);
   target_value_ += blend * (command.target - target_value_);
   if (samples_ == 0 || moved || command.mode != mode_ || still_s_ > kLongestStill_s) {
     begin(command, sample);

@@ -6,17 +6,15 @@
 namespace control {
 namespace {
 
-/// Of the command, and of the limit: gains and offsets of current sensors are off by some percent, the
-/// thesis' wheel by 0.03 N·m.
+/// Of the command: gains of current sensors are off by some percent.
 constexpr double kTorqueShare = 0.2;
-constexpr double kTorqueBias = 0.015;
 /// Alarm after 15 ms at four hundredths of the limit too much.
 constexpr double kTorqueAlarm_s = 0.0006;
 /// No single sample decides.
 constexpr double kFewestTorques = 6;
-/// Frozen: so many equal readings during such a change of the command, as a share of the limit.
+/// Frozen: so many equal readings while the command changes by more than the bias and this share of it.
 constexpr int kFewestSame = 30;
-constexpr double kUnanswered = 0.02;
+constexpr double kUnanswered = 0.3;
 
 }  // namespace
 
@@ -40,7 +38,7 @@ bool TorqueAgreement::update(double torque_Nm, double elapsed_s) noexcept {
   const bool magnitude_only = *high < 0 && torque_Nm > 0 && !shows_sign_;
   const double torque = magnitude_only ? -torque_Nm : torque_Nm;
   const double off_Nm = std::max({0.0, *low - torque, torque - *high});
-  const double slack_Nm = kTorqueBias * limit_Nm_ + kTorqueShare * std::max(std::abs(*low), std::abs(*high));
+  const double slack_Nm = bias_Nm_ + kTorqueShare * std::max(std::abs(*low), std::abs(*high));
   const double alarm_Nm_s = kTorqueAlarm_s * limit_Nm_;
   excess_Nm_s_ =
       std::max(0.0, excess_Nm_s_ + std::min((off_Nm - slack_Nm) * elapsed_s, alarm_Nm_s / kFewestTorques));
@@ -57,7 +55,7 @@ bool TorqueAgreement::frozen(double torque_Nm) noexcept {
   ++same_;
   low_Nm_ = std::min(low_Nm_, command_Nm);
   high_Nm_ = std::max(high_Nm_, command_Nm);
-  return same_ >= kFewestSame && high_Nm_ - low_Nm_ >= kUnanswered * limit_Nm_;
+  return same_ >= kFewestSame && high_Nm_ - low_Nm_ >= (1 + kUnanswered) * bias_Nm_;
 }
 
 }  // namespace control

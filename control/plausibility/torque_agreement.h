@@ -1,5 +1,5 @@
 /// @file
-/// Compares the torque that a motor controller measures by its current with the torque it was told to make.
+/// Compares the torque that a motor controller measures by its current with the torque it was asked for.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,13 +10,15 @@ namespace control {
 
 /// Only in torque mode: a current controller settles within a millisecond or two. Commands of the last dozen
 /// cycles bound what may be measured; what is beyond them, a share of the command and a bias adds up until it
-/// decides. Drives that report the current's magnitude only are told from a wrong sign: a negative command
-/// with a positive reading is wrong only once negative readings have been seen. A reading that stays the same
-/// to the last bit while the command changes is frozen, however small both are: a live one has noise.
-/// One thread. Cycle: update() and restart() neither allocate nor throw.
+/// decides. Drives that report the current's magnitude only are kept apart from a wrong sign: a negative
+/// command with a positive reading is wrong only once negative readings have been seen. A reading that stays
+/// the same to the last bit while the command changes is frozen, however small both are: a live one has
+/// noise. One thread. Cycle: update() and restart() neither allocate nor throw.
 class TorqueAgreement {
  public:
-  explicit TorqueAgreement(double torque_limit_Nm) noexcept : limit_Nm_(torque_limit_Nm) {}
+  /// @param bias_Nm by which the reading may be off at any command.
+  TorqueAgreement(double torque_limit_Nm, double bias_Nm) noexcept
+      : limit_Nm_(torque_limit_Nm), bias_Nm_(bias_Nm) {}
 
   void restart() noexcept { count_ = 0; }
   /// Once a cycle, before update(): what has just been sent.
@@ -30,6 +32,7 @@ class TorqueAgreement {
   static constexpr std::size_t kMemory = 12;
 
   double limit_Nm_;
+  double bias_Nm_;
   std::array<double, kMemory> commands_Nm_{};
   std::size_t count_ = 0;
   double excess_Nm_s_ = 0.0;

@@ -6,7 +6,7 @@ namespace control {
 
 /// Page's cumulative sum (Biometrika 41:100, 1954) of their difference beyond what may be: a share of the
 /// speed, a bias, and a lag of the reported velocity, which is a filtered value. Scaled by 0.5 or 2, with the
-/// wrong sign or frozen, either of the two readings ends in a detection; equally wrong both do not.
+/// wrong sign or frozen, either reading is found; both wrong in the same way are not.
 /// One thread. Cycle: update() and restart() neither allocate nor throw.
 class VelocityAgreement {
  public:

@@ -13,6 +13,8 @@ namespace {
 constexpr double kStepShare = 0.25;
 constexpr double kSteadyShare = 0.15;
 constexpr double kSteadyOfStep = 0.6;
+/// Of the step: how near its neighbours are to their side, so that it happens within one sample.
+constexpr double kNeighbourShare = 0.25;
 
 double mean_rate(std::span<const double> values) noexcept {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -41,6 +43,9 @@ bool VelocityStep::update(double position_rad, double elapsed_s) noexcept {
   const double mean_after = mean_rate(after);
   const double step = std::abs(mean_after - mean_before);
   if (!(step > step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after))))
+    return false;
+  if (std::abs(before.back() - mean_before) > kNeighbourShare * step ||
+      std::abs(after.front() - mean_after) > kNeighbourShare * step)
     return false;
   return steady(before, step_rad_per_s_, std::abs(mean_before)) &&
          steady(after, step_rad_per_s_, std::abs(mean_after));

@@ -17,7 +17,7 @@ constexpr double kRest_rad_per_s = 0.1;
 /// What wheels may disagree by for other reasons: rollers, radii, counts.
 constexpr double kDisagreement_rad = 0.02;
 constexpr double kDisagreementShare = 0.2;
-/// Between these a factor is not told from slip and unequal wheels.
+/// Between these a factor looks like slip and unequal wheels.
 constexpr double kSmallestFactor = 0.6;
 constexpr double kLargestFactor = 1.7;
 /// Of the wheel's way in each block, that its factor does not explain.
@@ -27,7 +27,7 @@ constexpr double kUnexplained = 0.02;
 constexpr double kSpeedRange = 2.5;
 constexpr double kTorqueRange_Nm = 0.15;
 /// Of the cosine between torques and motion.
-constexpr double kClearlyBetter = 0.06;
+constexpr double kClearlyBetter = 0.3;
 
 }  // namespace
 
@@ -82,22 +82,17 @@ std::optional<int> WheelAgreement::judge() const noexcept {
   }
   if (!(std::abs(disagreement_rad) > kDisagreement_rad + kDisagreementShare * way_rad)) return std::nullopt;
 
-  int best = -1;
-  double best_cosine = -1.0;
-  double second_cosine = -1.0;
-  for (int wheel = 0; wheel < 4; ++wheel) {
-    const Explanation explanation = explain(wheel);
-    if (!explanation.holds) continue;
-    if (explanation.cosine > best_cosine) {
-      second_cosine = best_cosine;
-      best_cosine = explanation.cosine;
-      best = wheel;
-    } else if (explanation.cosine > second_cosine) {
-      second_cosine = explanation.cosine;
-    }
-  }
-  if (best < 0) return std::nullopt;
-  return best_cosine - second_cosine > kClearlyBetter ? best : -1;
+  std::array<Explanation, 4> explanations;
+  for (std::size_t wheel = 0; wheel < 4; ++wheel) explanations[wheel] = explain(static_cast<int>(wheel));
+  if (std::none_of(explanations.begin(), explanations.end(), [](const Explanation& e) { return e.holds; }))
+    return std::nullopt;
+  const auto best =
+      std::max_element(explanations.begin(), explanations.end(),
+                       [](const Explanation& a, const Explanation& b) { return a.cosine < b.cosine; });
+  const bool clear = std::all_of(explanations.begin(), explanations.end(), [&best](const Explanation& other) {
+    return &other == &*best || other.cosine < best->cosine - kClearlyBetter;
+  });
+  return best->holds && clear ? static_cast<int>(best - explanations.begin()) : -1;
 }
 
 WheelAgreement::Explanation WheelAgreement::explain(int wheel) const noexcept {

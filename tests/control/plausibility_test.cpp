@@ -88,6 +88,14 @@ TEST(StillEncoder, IsSeenWhenTheSetPointMovesOn) {
             0.0);
 }
 
+TEST(StillEncoder, ACurrentWithoutSignMayFlipAtRest) {
+  control::StillEncoder check(0.1);
+  EXPECT_EQ(kNever, detected_s(2.0, [&](double t) {
+              return check.update(hal::JointCommand::velocity_rad_per_s(0.0),
+                                  sample(0.2, std::sin(50 * t) > 0 ? 5.0 : -5.0), kPeriod_s);
+            }));
+}
+
 TEST(StillEncoder, ANoisyCurrentAtRestIsNoReasonToMove) {
   std::mt19937 random(1);
   std::normal_distribution<> noise(0, 0.01);
@@ -143,7 +151,7 @@ TEST(VelocityAgreement, OneWrongPositionNowAndThenIsFirmware148) {
 
 /// A reading that is `reading(command)` two cycles late, under a command that swings.
 double unanswered_s(double amplitude_Nm, double offset_Nm, const std::function<double(double)>& reading) {
-  control::TorqueAgreement check(2.5);
+  control::TorqueAgreement check(2.5, 0.0375);
   const auto command_Nm = [&](double t) { return offset_Nm + amplitude_Nm * std::sin(10 * t); };
   return detected_s(3.0, [&](double t) {
     check.command(hal::JointCommand::torque_Nm(command_Nm(t)));
@@ -202,6 +210,22 @@ TEST(VelocityStep, NorABreakawayNorABlowOfTwentyMilliseconds) {
             }));
 }
 
+TEST(VelocityStep, NorALightWheelThatSpeedsUpInFourMilliseconds) {
+  for (const double end_s : {0.003, 0.004, 0.005, 0.006})
+    for (const double a : {140.0, 180.0, 225.0}) {
+      control::VelocityStep check(0.5);
+      EXPECT_EQ(kNever, detected_s(0.3,
+                                   [&](double t) {
+                                     const double since = std::max(0.0, t - 0.1);
+                                     const double rising = std::min(since, end_s);
+                                     return check.update(
+                                         counted(a * rising * rising / 2 + a * end_s * (since - rising)),
+                                         kPeriod_s);
+                                   }))
+          << a << " rad/s^2 for " << end_s << " s";
+    }
+}
+
 TEST(VelocityStep, AScaleThatChangesOrACountThatStopsIsSeenAtOnce) {
   for (const double factor : {0.0, 0.5, 2.0, -1.0}) {
     control::VelocityStep check(0.35);
@@ -227,7 +251,7 @@ std::optional<int> judged(const control::PlanarVector& twist, Eigen::Index wheel
     control::WheelVector position_rad = 0.5 * t * t * direction;
     if (slip) position_rad += slip(t);
     if (wheel < 4) position_rad[wheel] *= factor;
-    const auto found = check.update(position_rad, 0.3 * direction.normalized(), kPeriod_s);
+    const auto found = check.update(position_rad, (0.3 + 0.6 * t) * direction.normalized(), kPeriod_s);
     if (found) return found;
   }
   return std::nullopt;
