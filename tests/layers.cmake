@@ -15,6 +15,8 @@ set(rules
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
   "^hal/.*\\.h$"        "^(hal|Eigen)/"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
+  # Its subject is what the HAL's robots report.
+  "^control/plausibility/" "^((control|Eigen)/|hal/(joint|robot)\\.h$)"
   "^control/"           "^(control|Eigen|kdl|urdf_parser)/"
   "^sim/gap/"           "^((sim|control|Eigen|unsupported/Eigen)/|${plain_values})"
   "^sim/identify/"      "^((sim|control|Eigen|ceres)/|${plain_values})"
