@@ -31,7 +31,7 @@ bool Transceiver::send() noexcept {
     return true;
   }
   ++counters_.not_sent;
-  if (counters_.link_error == 0) counters_.link_error = link_.last_error();
+  counters_.link_error = link_.last_error();
   return false;
 }
 
