@@ -132,7 +132,8 @@ class CanRobot final : public Robot {
   CycleStatus latched_{};
   mutable NewestValue<CycleStatus> statuses_;  // from the cycle to whoever asks
   mutable CycleStatus told_{};
-  bool stop_unheard_ = false;  // of the last deactivate()
+  bool stop_unheard_ = false;   // of the last deactivate()
+  bool range_is_lost_ = false;  // the module counts from another place than when its range was stated
 };
 
 // ---- set-up ----
@@ -320,7 +321,7 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
   if (drive_->position_is_fresh()) {
     sample.stamp = drive_->stamp();
     sample.joints[0] = units_.sample(drive_->input(), output_, position_ticks_);
-    sample.joints[0].homed = options_.range_is_stated;
+    sample.joints[0].homed = options_.range_is_stated && !range_is_lost_;
   }
   sample.enabled = stage_ == Stage::kReady;
   statuses_.publish(latched_);
@@ -329,7 +330,10 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
 
 void CanRobot::take_in(bool answered) noexcept {
   silent_cycles_ = answered ? 0 : std::min(silent_cycles_ + 1, options_.tolerated_cycles + 1);
-  if (drive_->has_restarted()) position_.reset();
+  if (drive_->has_restarted()) {
+    position_.reset();
+    range_is_lost_ = true;
+  }
   if (drive_->position_is_fresh()) position_ticks_ = position_.update(drive_->input().position_ticks);
 }
 

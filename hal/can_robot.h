@@ -27,7 +27,7 @@ struct CanOptions {
   std::uint8_t motor = 0;
   AxisData axis = kWheelAxis;
   /// Whoever set the rig up says that axis.range is in the module's own count since it was switched on. The
-  /// module does not find an end stop, so otherwise nobody knows where the joint stands in its range.
+  /// module does not find an end stop, so it cannot know where the joint stands in its range.
   bool range_is_stated = false;
   /// What the interface must be set to; 0: whatever it is. Setting it takes an administrator.
   std::uint32_t bitrate_bit_per_s = 1'000'000;

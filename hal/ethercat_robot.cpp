@@ -108,7 +108,7 @@ std::string link_text(const std::string& interface, int error) {
     case ENETDOWN:
       return link + " went down" + cause + "'ip link set " + interface + " up', then enable again";
     case ENODEV:
-    case ENXIO: return link + " is gone" + cause + "plug it in again, then start this program anew";
+    case ENXIO: return link + " is gone" + cause + "plug it in again, then restart this program";
     // So the kernel says that there is no carrier, when no queue lies between.
     case ENOBUFS: return link + " sends nothing" + cause + "is the cable in at both ends?";
     case EMSGSIZE:

@@ -30,7 +30,7 @@ struct JointInfo {
   /// What gear and links are made for; infinite where that is no less than the motor's limit. The drive does
   /// not keep it, in velocity and position mode least of all.
   double rated_torque_Nm = std::numeric_limits<double>::infinity();
-  /// Nobody keeps a joint within it but who commands it. It means something once the joint is homed.
+  /// Whatever commands the joint keeps it within this range. Valid once the joint is homed.
   JointRange range{};
 };
 
@@ -60,7 +60,7 @@ enum class Fault : std::uint8_t {
   kFrameLost,        ///< no answer from the bus
   kPartialBus,       ///< some devices did not answer; detail: working counter
   kSimulatorSilent,  ///< no answer from a bus that says that youbot-sim emulates it
-  kOtherMaster,      ///< somebody else commands the same bus
+  kOtherMaster,      ///< another master commands the same bus
   kLinkDown,         ///< the interface takes no frames; detail: errno
   kFrameLoss,        ///< short gaps, each bridged, are too many; detail: of the last 1000 cycles how many
 };
@@ -81,7 +81,7 @@ struct BusLosses {
   int lost = 0;        ///< no answer
   int damaged = 0;     ///< something came in that made no sense
   int incomplete = 0;  ///< an answer, but not of all devices
-  int late = 0;        ///< answers that came when nobody waited for them any more
+  int late = 0;        ///< answers that came after their cycle had given them up
   /// More of them than the robot is set to warn of, or to stop at.
   enum class Level : std::uint8_t { kOk, kWarning, kFault } level = Level::kOk;
 };

@@ -463,7 +463,7 @@ Confirmation ExperimentCommand::confirmation() const {
     return {.robot = common_.robot,
             .what = ethercat_.home_arms ? common_.joints + " will turn, and the arm goes to its end stops"
                                         : common_.joints + " will turn",
-            .question = "Is the arm free to move, and nobody within its reach?",
+            .question = "Is the arm free to move, with no person within its reach?",
             .answer = "free to move",
             .otherwise = "Clear the arm's reach and add --yes"};
   return {.robot = common_.robot,

@@ -59,9 +59,9 @@ bool JointGuard::blocked(const sim::experiments::Reading& reading,
   const bool turns = std::abs(reading.velocity_rad_per_s) >= turning_rad_per_s;
   const bool hard = std::abs(torque_.value()) > blocked_torque_Nm_;
   pushed_hard_s_ = hard && !turns ? pushed_hard_s_ + period_s_ : 0.0;
-  const bool told = by_velocity && wanted >= kCertainlyTurning_rad_per_s;
-  told_to_turn_s_ = told && !turns ? told_to_turn_s_ + period_s_ : 0.0;
-  return pushed_hard_s_ > kHardPatience_s || told_to_turn_s_ > kPatience_s;
+  const bool certain = by_velocity && wanted >= kCertainlyTurning_rad_per_s;
+  asked_to_turn_s_ = certain && !turns ? asked_to_turn_s_ + period_s_ : 0.0;
+  return pushed_hard_s_ > kHardPatience_s || asked_to_turn_s_ > kPatience_s;
 }
 
 }  // namespace youbot_bench

@@ -36,7 +36,7 @@ class JointGuard {
   double period_s_;
   sim::experiments::LowPass torque_;
   double pushed_hard_s_ = 0.0;  // without turning
-  double told_to_turn_s_ = 0.0;
+  double asked_to_turn_s_ = 0.0;
 };
 
 }  // namespace youbot_bench

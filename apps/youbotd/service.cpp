@@ -378,7 +378,7 @@ void Service::require_same_devices(const Config& config) const {
   if (!same)
     throw Refusal(
         options_.config_file.string() +
-        " says something else of the loop, the geometry, the robot or the master by now: start youbotd anew");
+        " says something else of the loop, the geometry, the robot or the master by now: restart youbotd");
 }
 
 /// One that was unplugged is plugged in again, perhaps; and one that was lost for its driver, as a Falcon is

@@ -6,7 +6,7 @@ namespace control {
 
 /// Energy put in against energy seen: a motor that opposes the motion takes energy out of it, so the joint
 /// slows down unless something else drives it. Where the motor's own work says the opposite of the encoder
-/// for long, the encoder counts backwards, or somebody pushes the joint through with force. The weight's
+/// for long, the encoder counts backwards, or a person pushes the joint through with force. The weight's
 /// torque counts as known to a fifth; friction only takes energy and needs no model. One thread. Cycle:
 /// update() and restart() neither allocate nor throw.
 class OpposedMotion {

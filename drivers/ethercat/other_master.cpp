@@ -37,9 +37,10 @@ bool OtherMaster::present(nanoseconds now) const noexcept {
 }
 
 std::string OtherMaster::describe() const {
-  const std::string evidence = frames_ >= kFewestFrames
-                                   ? std::to_string(frames_) + " frames from " + source()
-                                   : "a slave has a state or a station address that we did not set";
+  const std::string evidence =
+      frames_ >= kFewestFrames ? std::to_string(frames_) + " frames from " + source()
+                               : "a slave has a state or a station address that this program did not set, "
+                                 "unless its firmware restarted";
   return "another EtherCAT master is on this bus (" + evidence +
          "): end that program, or unplug that machine";
 }

@@ -82,7 +82,7 @@ RawSocketLink::RawSocketLink(const std::string& interface, Wait wait) : interfac
 
 RawSocketLink::~RawSocketLink() { close(socket_); }
 
-/// Nothing was sent from here yet, so whatever comes in belongs to somebody else.
+/// Nothing was sent from here yet, so every frame that comes in is another master's.
 void RawSocketLink::refuse_other_masters() {
   OtherMaster other;
   std::array<std::uint8_t, kMaxFrameBytes> buffer{};

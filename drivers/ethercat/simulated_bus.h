@@ -29,7 +29,7 @@ inline constexpr std::string_view kLockStepMark = "simulated in lock-step by you
 inline constexpr std::chrono::milliseconds kLockStepPeriod{1};
 
 /// In the user memory of its slaves, which means nothing to their controllers: whether the simulated robot's
-/// wheels are off the ground (1) or on it (0). Nobody else could lift it.
+/// wheels are off the ground (1) or on it (0). Nothing else could lift it.
 inline constexpr std::uint16_t kLiftedAddress = 0x0F80;
 
 /// The first slave that does not carry `mark`; null when all do.

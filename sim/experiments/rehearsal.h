@@ -29,7 +29,7 @@ struct Demand {
   double highest_rad = 0.0;
   double speed_rad_per_s = 0.0;  ///< largest velocity command
   double torque_Nm = 0.0;        ///< largest torque command
-  /// Some commands are torques, zero while it rests: how far they move the joint, nobody knows beforehand.
+  /// Some commands are torques, zero while it rests: how far they move the joint is not known beforehand.
   bool by_torque = false;
 };
 

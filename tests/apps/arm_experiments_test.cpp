@@ -114,7 +114,7 @@ class JudgedRobot final : public hal::Robot {
   }
 
   hal::VirtualClock clock;
-  bool moved = false;       ///< it was told to
+  bool moved = false;       ///< a command asked it to
   int forgets_homing = -1;  ///< joint of the arm, from 0
   bool loses_sign = false;  ///< its arm only turns one way
   ArmRecord record;
@@ -207,7 +207,7 @@ std::vector<Experiment> for_wheels() {
   };
 }
 
-/// The same, chosen by somebody who knows arms.
+/// The same, chosen for an arm.
 std::vector<Experiment> for_arms() {
   return {
       {"steady-state",

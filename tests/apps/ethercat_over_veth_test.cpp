@@ -283,8 +283,9 @@ TEST(EthercatOverVeth, AnInterfaceThatWentDownIsNamedWithTheSystemsErrorAndWorks
 
   ASSERT_EQ(support::run_command("ip link del veth-c").exit_code, 0);
   stays_off(
-      "the network interface veth-c is gone (ENXIO: No such device or address): plug it in again, then start "
-      "this program anew");
+      "the network interface veth-c is gone (ENXIO: No such device or address): plug it in again, then "
+      "restart "
+      "this program");
 }
 
 // The last on the bus: without it everything else is still in reach.

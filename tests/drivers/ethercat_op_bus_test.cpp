@@ -884,7 +884,8 @@ class HiddenMaster : public Operation {
   }
   bool named_within(int count) {
     for (; count > 0 && !bus->other_master_present(); --count) cycle();
-    return contains(bus->other_master().describe(), "a state or a station address that we did not set") &&
+    return contains(bus->other_master().describe(),
+                    "a state or a station address that this program did not set") &&
            bus->other_master_present();
   }
 };

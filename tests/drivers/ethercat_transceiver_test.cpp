@@ -222,7 +222,8 @@ TEST(AnotherMaster, ShowsByWhatItAsksOfTheSlaves) {
   other.note_order(5ms);
   EXPECT_TRUE(other.present(5ms));
   EXPECT_FALSE(other.present(1006ms));
-  EXPECT_TRUE(contains(other.describe(), "a slave has a state or a station address that we did not set"));
+  EXPECT_TRUE(
+      contains(other.describe(), "a slave has a state or a station address that this program did not set"));
 }
 
 TEST_F(Exchange, TheIndexWrapsAndGoesOnMatching) {

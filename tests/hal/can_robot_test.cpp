@@ -452,6 +452,22 @@ TEST_F(CanRobotMoving, ARestartedModuleIsFoundOutAndCommutatedAnew) {
   expect_latched_until_disabled();
 }
 
+TEST(CanRobot, AStatedRangeHoldsUntilTheModuleRestarts) {
+  CanOptions options;
+  options.range_is_stated = true;
+  CanBench bench(options);
+  bench.robot->activate();
+  bench.enable();
+  EXPECT_TRUE(bench.sample.joints[0].homed);
+  bench.rig.set_power(false);
+  bench.rig.set_power(true);
+  bench.run_until([&bench] { return !bench.status.ok(); }, 1s);
+  bench.command.enable = false;
+  bench.run(100ms);
+  bench.enable();
+  EXPECT_FALSE(bench.sample.joints[0].homed) << "it counts from another place now";
+}
+
 TEST_F(CanRobotMoving, AModuleThatWasAwayIsFoundOutToo) {
   bench.rig.set_power(false);
   bench.run_until([this] { return !bench.status.ok(); }, 1s);
