@@ -20,7 +20,7 @@
 #include "apps/youbotd/check.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/report.h"
-#include "apps/youbotd/service.h"
+#include "apps/youbotd/serve.h"
 #include "apps/youbotd/session.h"
 #include "apps/youbotd/teleop_demo.h"
 #include "apps/youbotd/teleop_session.h"
@@ -134,15 +134,15 @@ int serve(const Arguments& arguments) {
     throw std::invalid_argument(
         "--control serves in real time until it is stopped: not with --virtual-time, "
         "--demo or --duration");
-  youbotd::run_service({.control_socket = arguments.control_socket,
-                        .config_file = arguments.session.config_file,
-                        .record_directory = arguments.session.record_directory,
-                        .allow_non_real_time = arguments.session.allow_non_real_time,
-                        .configuration =
-                            [&arguments](const std::map<std::string, std::string>& settings) {
-                              return configuration(arguments, settings);
-                            }},
-                       apps::stop_requested);
+  youbotd::serve({.service = {.config_file = arguments.session.config_file,
+                              .record_directory = arguments.session.record_directory,
+                              .configuration =
+                                  [&arguments](const std::map<std::string, std::string>& settings) {
+                                    return configuration(arguments, settings);
+                                  }},
+                  .control_socket = arguments.control_socket,
+                  .allow_non_real_time = arguments.session.allow_non_real_time},
+                 apps::stop_requested);
   return apps::kExitOk;
 }
 

@@ -1,39 +1,139 @@
 /// @file
-/// The daemon as a service: robot and master stay open with the drives off, and a commander on the control
-/// socket says when they are to work.
+/// The daemon as a service: robot and master stay open with the drives off, and a commander decides when
+/// they work.
 #pragma once
-#include <atomic>
+#include <chrono>
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <sstream>
 #include <string>
+#include <vector>
 
+#include "apps/common/open_haptic.h"
+#include "apps/common/open_robot.h"
+#include "apps/common/service_manager.h"
 #include "apps/youbotd/config.h"
+#include "apps/youbotd/control_server.h"
+#include "apps/youbotd/run.h"
+#include "apps/youbotd/served_loop.h"
+#include "apps/youbotd/trouble_log.h"
+#include "apps/youbotd/velocity_source.h"
+#include "hal/clock.h"
 
 namespace youbotd {
 
+/// How often orders are repeated and news is read: well within any loop.commander_timeout_s.
+inline constexpr std::chrono::milliseconds kBeat{50};
+
 struct ServiceOptions {
-  std::filesystem::path control_socket;
   std::filesystem::path config_file;
   /// Each run records into a new directory run-1, run-2, … in it.
   std::optional<std::filesystem::path> record_directory{};
-  bool allow_non_real_time = false;
   /// The configuration with these settings over it, as `youbotctl set` makes them.
   std::function<Config(const std::map<std::string, std::string>& settings)> configuration;
 };
 
-/// Runs until `stop` becomes true, then brings the robot to rest. Blocks. What happens goes to the log, with
-/// what of the robot is lost, and what is back.
+/// Answers requests and gives a ServedLoop its orders. It knows no socket, thread or machine's clock: serve()
+/// gives it those, and tests run it in virtual time.
 ///
-/// - One peer commands at a time: who enables does until the drives are off, and the robot comes to rest when
-///   his connection ends or is silent for loop.commander_timeout_s. Anybody who may connect may stop.
-/// - A fault ends the run, not the service. Nothing moves again before somebody enables.
-/// - Nothing waits for the log: when its reader hangs, lines are lost and counted.
-/// Requests, all answered by the status: status, alive, enable, stop, disable, mode NAME, set KEY VALUE,
-/// unset KEY, set velocity X Y YAW.
-/// @throws hal::SetupError when robot, master or socket cannot be opened, or real-time was refused and is not
-///         waived; std::invalid_argument for a configuration no part accepts.
-void run_service(const ServiceOptions& options, const std::atomic<bool>& stop);
+/// - One peer commands at a time: the one that enables does until the drives are off, and the robot comes to
+///   rest when its connection ends or is silent for loop.commander_timeout_s. Every peer may stop.
+/// - A fault ends the run, not the service. It is latched: `enable` is refused until `acknowledge`.
+/// Requests, all answered by the status: status, alive, acknowledge, enable, stop, disable, mode NAME,
+/// set KEY VALUE, unset KEY, set velocity X Y YAW.
+/// One thread, which is not the loop's.
+class Service final : public ControlServer::Listener {
+ public:
+  /// `robot` and `master`, which is empty without teleoperation, are active whenever the loop is stepped. All
+  /// outlive the service; so does the clock, on which it waits.
+  Service(const ServiceOptions& options, const Config& config, apps::OpenedRobot& robot,
+          apps::OpenedHaptic& master, hal::Clock& clock);
+
+  /// Refuses what cannot run before `enable` does, once the master is active.
+  /// @throws std::invalid_argument for a configuration no part accepts.
+  void require_usable_configuration();
+  /// For the other thread.
+  ServedLoop& loop() noexcept { return loop_; }
+  /// What the system refused the loop: it is in each status.
+  void not_real_time(std::vector<std::string> problems) { not_real_time_ = std::move(problems); }
+  const apps::ServiceManager& manager() const noexcept { return manager_; }
+
+  /// Every kBeat: repeats the orders, reads what became of them and reports to log and service manager.
+  void beat();
+
+  std::string answer(const Peer& peer, const std::string& request) override;
+  void gone(const Peer& peer) override;
+  bool commands(const Peer& peer) const override {
+    return commander_ && commander_->connection == peer.connection;
+  }
+
+ private:
+  // Requests.
+  void obey(const Peer& peer, const std::string& request);
+  void acknowledge(const Peer& peer);
+  void enable(const Peer& peer);
+  void disable(const Peer& peer);
+  void choose_mode(const std::string& mode);
+  void set(const Peer& peer, const std::string& key, const std::string& value);
+  void unset(const Peer& peer, const std::string& key);
+  void set_velocity(std::istringstream& words);
+
+  // Status, service_status.cpp.
+  bool faulted() const noexcept { return !fault_.empty() && !fault_acknowledged_; }
+  std::string robot_state() const;
+  nlohmann::json status() const;
+
+  void require_same_devices(const Config& config) const;
+  /// `velocity`, unless null, is where to set one, in the mode that follows it.
+  std::unique_ptr<Run> make_run(const Config& config, const RunOptions& options, VelocitySource** velocity);
+  RunOptions next_run() const;
+  void record_settings(const std::filesystem::path& directory) const;
+  void open_master_again();
+  void give_orders();
+  /// Gives the orders, then waits until a cycle has followed them and its news is read.
+  void give_orders_and_hear();
+  /// Logs what of the robot is lost, and what is back.
+  void watch_robot();
+  /// Logs once what of the recording is lost.
+  void watch_recording();
+  void end_run();
+  void log_fault();
+  /// To the service manager: alive, as long as the cycles go on.
+  void report_alive();
+  void bring_to_rest(const std::string& why);
+
+  ServiceOptions options_;
+  Config config_;
+  apps::OpenedRobot& robot_;
+  apps::OpenedHaptic& master_;
+  hal::Clock& clock_;
+  apps::ServiceManager manager_;
+  ServedLoop loop_;
+
+  std::string mode_;
+  std::map<std::string, std::string> settings_;
+  std::vector<std::string> not_real_time_;
+  Orders orders_;
+  Told told_;
+  std::unique_ptr<Run> run_;            // the one under way
+  VelocitySource* velocity_ = nullptr;  // of that run, in mode velocity
+  std::optional<Peer> commander_;       // while it is
+  std::chrono::nanoseconds commander_heard_{};
+  std::string fault_;                // that ended the last run
+  bool fault_acknowledged_ = false;  // by an order of its own
+  std::filesystem::path fault_report_;
+  std::filesystem::path recorded_to_;            // by the run under way or the last one; empty: nothing is
+  std::optional<RecordingState> recording_;      // of it
+  std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated
+  std::vector<std::string> trouble_;             // hal::Robot::trouble()
+  TroubleLog trouble_log_;
+  std::uint64_t cycles_reported_ = 0;
+  std::chrono::nanoseconds reported_{};
+};
 
 }  // namespace youbotd

@@ -16,7 +16,7 @@
 
 #include "apps/common/control_socket.h"
 #include "apps/common/toml_reader.h"
-#include "apps/youbotd/service.h"
+#include "apps/youbotd/serve.h"
 #include "spdlog/spdlog.h"
 #include "tests/fuzz/ceilings.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -65,11 +65,11 @@ class RunningService {
         "wheel_speed_rad_per_s = 12\n[path]\nspeed_m_per_s = 0.1\n[[path.leg]]\nforward_m = 1\n");
     file_limits_ = configuration({});
     thread_ = std::thread([this] {
-      youbotd::run_service(
-          {.control_socket = path(),
-           .config_file = file_.path(),
-           .allow_non_real_time = true,
-           .configuration = [this](const auto& settings) { return configuration(settings); }},
+      youbotd::serve(
+          {.service = {.config_file = file_.path(),
+                       .configuration = [this](const auto& settings) { return configuration(settings); }},
+           .control_socket = path(),
+           .allow_non_real_time = true},
           stop_);
     });
     const Connection started(path());

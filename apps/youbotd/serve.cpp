@@ -1,0 +1,77 @@
+#include "apps/youbotd/serve.h"
+
+#include <spdlog/spdlog.h>
+
+#include <future>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "apps/common/loop.h"
+#include "apps/common/non_blocking_log.h"
+#include "apps/common/output_directory.h"
+#include "apps/common/real_time.h"
+#include "apps/common/robot_session.h"
+#include "apps/youbotd/teleop_run.h"
+
+namespace youbotd {
+
+/// Devices and socket are opened here and the loop runs in a thread of its own; this one may wait.
+void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
+  if (options.service.record_directory) apps::try_output_directory(*options.service.record_directory);
+  apps::NonBlockingLog log;
+  hal::SteadyClock clock;
+  const Config config = options.service.configuration({});
+  apps::OpenedRobot robot = apps::open_robot(config.robot, clock, config.cycle.period);
+  apps::OpenedHaptic master;
+  if (config.teleoperated) master = open_master(config.haptic, clock, config.cycle.period);
+  Service service(options.service, config, robot, master, clock);
+  ControlServer server(options.control_socket, service);
+  std::optional<apps::HapticActivation> master_activation;
+  if (master.device) {
+    master_activation.emplace(*master.device);
+    for (const std::string& warning : master.device->info().warnings)
+      spdlog::warn("{}: {}", master.device->info().name, warning);
+  }
+  service.require_usable_configuration();
+  const apps::RobotActivation robot_activation(*robot.robot);
+
+  apps::LoopStatistics statistics;
+  std::atomic<bool> over{false};
+  std::promise<std::vector<std::string>> entered;
+  std::jthread cycles([&](const std::stop_token& left) {  // by an exception, below
+    apps::RealTimeThread real_time;
+    try {
+      entered.set_value(apps::enter_real_time(real_time, config.real_time, options.allow_non_real_time));
+    } catch (...) {
+      entered.set_exception(std::current_exception());
+      return;
+    }
+    apps::run_loop(
+        clock, config.cycle.period, service.loop(),
+        [&](std::chrono::nanoseconds) {
+          return stop.load(std::memory_order_relaxed) || left.stop_requested();
+        },
+        [&](const CycleTimes& /*times*/) { service.loop().keep(); }, statistics);
+    over.store(true, std::memory_order_release);
+  });
+  const std::vector<std::string> not_real_time = entered.get_future().get();
+  for (const std::string& problem : not_real_time) spdlog::warn("not real-time: {}", problem);
+  service.not_real_time(not_real_time);
+  spdlog::info("{} is open, its drives are off; waiting for commands on {}", config.robot.name,
+               options.control_socket.string());
+  service.manager().ready("drives off, waiting for commands");
+  while (!over.load(std::memory_order_acquire)) {
+    server.serve(kBeat);
+    service.beat();
+    log.flush();
+  }
+  service.manager().stopping();
+  cycles.join();
+  service.beat();
+  log.flush();
+  spdlog::info("ended after {} cycles, {} overruns", statistics.cycles, statistics.overruns);
+  for (const std::string& line : robot.robot->report()) spdlog::info("robot says: {}", line);
+}
+
+}  // namespace youbotd

@@ -1,0 +1,85 @@
+// What a Service answers to every request.
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "apps/common/build_info.h"
+#include "apps/youbotd/service.h"
+
+namespace youbotd {
+namespace {
+
+using nlohmann::json;
+
+json numbers(const std::array<double, 3>& values) {
+  return std::isfinite(values[0]) ? json(values) : json(nullptr);
+}
+
+json bus_json(const std::optional<hal::BusLosses>& losses) {
+  if (!losses) return nullptr;
+  constexpr std::array<const char*, 3> kLevels{"ok", "warning", "fault"};
+  return {{"level", kLevels[static_cast<std::size_t>(losses->level)]},
+          {"bridged_of_1000_cycles", losses->cycles},
+          {"lost", losses->lost},
+          {"incomplete", losses->incomplete},
+          {"late", losses->late},
+          {"damaged", losses->damaged}};
+}
+
+json recording_json(const std::filesystem::path& directory, const std::optional<RecordingState>& recording) {
+  if (!recording) return nullptr;
+  return {{"directory", directory.string()},
+          {"state", recording->problems.empty() ? "ok" : "failing"},
+          {"cycles_lost", recording->cycles_lost},
+          {"problems", recording->problems}};
+}
+
+}  // namespace
+
+/// While there is no run: "wheel-2: some devices on the bus did not answer".
+std::string Service::robot_state() const {
+  const hal::CycleStatus& robot = told_.robot;
+  if (robot.ok()) return "ready";
+  const std::string joint =
+      robot.joint >= 0 ? robot_.robot->joints()[static_cast<std::size_t>(robot.joint)].name + ": " : "";
+  return joint + robot_.robot->explain(robot);
+}
+
+json Service::status() const {
+  const Progress& now = told_.progress;
+  json status{{"format", "youbotd-status/1"},
+              {"version", apps::build_version()},
+              {"robot", config_.robot.name},
+              {"mode", mode_},
+              {"run", orders_.number},
+              {"enabled", run_ != nullptr},
+              {"phase", run_        ? now.phase
+                        : faulted() ? "faulted"
+                                    : "off"},
+              {"cycles", told_.cycles},
+              {"real_time", not_real_time_.empty()},
+              {"settings", settings_}};
+  status["commander"] = commander_ ? json(commander_->name) : json(nullptr);
+  status["fault"] = fault_;
+  status["fault_acknowledged"] = !fault_.empty() && fault_acknowledged_;
+  status["fault_report"] = fault_report_.string();
+  status["fault_robot_report"] = fault_robot_report_;
+  status["robot_trouble"] = trouble_;
+  status["bus"] = bus_json(robot_.robot->losses());
+  status["recording"] = recording_json(recorded_to_, recording_);
+  if (run_) {
+    status["time_s"] = std::chrono::duration<double>(now.time).count();
+    status["base_W"] = numbers(now.base_W);
+    status["tip_p_WT_m"] = numbers(now.tip_p_WT_m);
+    status["force_H_N"] = numbers(now.force_H_N);
+  } else {
+    status["robot_state"] = robot_state();
+  }
+  if (master_.device) {
+    status["master"] = master_.device->info().name;
+    if (!run_) status["master_state"] = told_.master.ok() ? "ready" : master_.device->describe(told_.master);
+  }
+  return status;
+}
+
+}  // namespace youbotd
