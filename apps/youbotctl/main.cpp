@@ -213,6 +213,9 @@ int main(int argc, char** argv) {
       "start the robot, and stay: it comes to rest when this program ends, however it does. Ctrl-C stops. "
       "Meanwhile it takes commands from standard input, one a line",
       [&] { return enable(arguments); });
+  command("acknowledge",
+          "a fault that stopped the last run, once its cause is gone: before that enable is refused",
+          [&] { return ask(arguments, "acknowledge"); });
   command("stop",
           "come to rest, drives off; in teleoperation the arm is lowered first, elsewhere one that stands up "
           "FALLS",

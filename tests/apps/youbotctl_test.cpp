@@ -292,7 +292,28 @@ TEST_F(Youbotctl, AFaultEndsTheRunAndNotTheService) {
   EXPECT_TRUE(std::filesystem::exists(report)) << report;
   EXPECT_EQ(report.parent_path(), folder.path() / ("youbotd-faults-" + std::to_string(geteuid())));
   EXPECT_EQ(tell({"unset", "limits.wheel_speed_rad_per_s"}).exit_code, 0);
-  EXPECT_EQ(status()["phase"], "faulted") << "until somebody enables";
+  EXPECT_EQ(status()["phase"], "faulted") << "until it is acknowledged";
+
+  const CommandResult refused = tell({"enable"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(refused.said("more than allowed")) << refused.output;
+  EXPECT_TRUE(refused.said("youbotctl acknowledge")) << refused.output;
+  EXPECT_EQ(tell({"acknowledge"}).exit_code, 0);
+  const json acknowledged = status();
+  EXPECT_EQ(acknowledged["phase"], "off");
+  EXPECT_EQ(acknowledged["enabled"], false) << "to acknowledge is not to enable";
+  EXPECT_EQ(acknowledged["fault_acknowledged"], true);
+  EXPECT_EQ(acknowledged["fault"], after["fault"]) << "it stays readable until the next run";
+  EXPECT_EQ(tell({"acknowledge"}).exit_code, 0) << "twice is no mistake";
+  // A clean run, whose end leaves nothing to acknowledge.
+  EXPECT_EQ(tell({"set", "controller.feedforward_mass_kg", "10"}).exit_code, 0);
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  for (int run = 0; run < 2; ++run) {
+    Process commander(ctl({"enable"}));
+    ASSERT_TRUE(commander.wait_for("running"));
+    commander.signal(SIGINT);
+    EXPECT_EQ(commander.finish().exit_code, 0);
+  }
 }
 
 TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
@@ -459,6 +480,7 @@ TEST_F(Youbotctl, ArmAndBaseByHandAreServedToo) {
     ASSERT_TRUE((ended.exit_code == 0 && unfolds) ||
                 (ended.exit_code == 4 && ended.said("stopped by a fault")))
         << ended.output;
+    EXPECT_EQ(tell({"acknowledge"}).exit_code, 0);
   }
   EXPECT_EQ(ended.exit_code, 0) << ended.output;
   EXPECT_TRUE(comes_to_rest());

@@ -64,6 +64,7 @@ class Daemon {
 
   /// A commander of its own process, which stays as long as what it enabled. False when it was refused.
   bool enable() {
+    (void)tell({"acknowledge"});  // the fault of a busy machine, maybe
     commander_ = std::make_unique<support::Process>(
         std::vector<std::string>{support::program("youbotctl"), "--socket", socket_, "enable"});
     const json now = wait_until(

@@ -81,6 +81,7 @@ TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
                 (ended.exit_code == 4 && ended.said("stopped by a fault")) ||
                 (ended.exit_code == 2 && (ended.said("is ready now: enable again") || ended.said(kHeldUp))))
         << ended.output;
+    EXPECT_EQ(tell({"acknowledge"}).exit_code, 0);
   }
   EXPECT_TRUE(unfolds);
 }

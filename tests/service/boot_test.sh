@@ -57,6 +57,7 @@ drive_and_stop() {
     wait "$commander" && return
     ended=$?
     ((ended == 4)) || break
+    as member youbotctl --quiet acknowledge || fail 'acknowledge'
   done
   fail "youbotctl enable ended with $ended"
 }
