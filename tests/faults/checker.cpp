@@ -1,0 +1,164 @@
+#include "tests/faults/checker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+namespace faults {
+namespace {
+
+using namespace std::chrono_literals;
+using drivers::tmcl::ControllerMode;
+
+/// The boards' watchdog, parameter 90, and some periods of theirs and of the bus.
+constexpr auto kWatchdog = 100ms + 5ms;
+constexpr double kWheelTorque_Nm = 2.4;                                  // the world's configuration
+constexpr std::array<double, 5> kArmTorque_Nm{9.5, 9.5, 6.0, 2.0, 1.0};  // robot description, likewise
+constexpr double kWheelSpeed_rad_per_s = 16.0 * 1.15;                    // of the configurations' larger one
+constexpr double kArmSpeed_rad_per_s = 3.0 * 1.3;
+/// Three times what the commander may ask for.
+constexpr double kBaseSpeed_m_per_s = 0.9;
+constexpr double kHandForce_N = 8.0;
+
+std::string milliseconds_of(nanoseconds time) { return std::to_string(time / 1ms) + " ms"; }
+
+}  // namespace
+
+Checker::Checker(World& world) : world_(world), joints_(world.joints()) { world.be_watched_by(this); }
+
+void Checker::violate(const std::string& what) {
+  // The first ones say it all.
+  if (violations_.size() < 5) violations_.push_back("at " + milliseconds_of(world_.now()) + ": " + what);
+}
+
+void Checker::mix(std::uint64_t value) noexcept {
+  for (int byte = 0; byte < 8; ++byte) {
+    digest_ = (digest_ ^ (value & 0xFFU)) * 1099511628211U;
+    value >>= 8U;
+  }
+}
+
+void Checker::enable_granted() {
+  permitted_ = true;
+  motion_.run_granted();
+  for (Joint& joint : joints_) joint = {};
+}
+
+void Checker::nothing_runs() {
+  if (permitted_) permitted_until_ = world_.now() + kWatchdog;
+  permitted_ = false;
+}
+
+void Checker::began(const Event& event) {
+  if (!first_event_ && works_) first_event_ = world_.now();
+  const auto allowed = event.kind->last_torque_after;
+  if (works_ && allowed.count() > 0 && event.duration >= allowed)
+    deadlines_.push_back({world_.now() + allowed, &event});
+}
+
+void Checker::ended(const Event& event) {
+  std::erase_if(deadlines_, [&](const Deadline& deadline) { return deadline.event == &event; });
+}
+
+void Checker::period_passed() {
+  motion_.add(world_);
+  const bool worked = works_;
+  works_ = false;
+  for (std::size_t joint = 0; joint < joints_.size(); ++joint) look_at(joint);
+  if (works_ && !met_run_is_over_) last_torque_ = world_.now();
+  if (first_event_ && worked && !works_) met_run_is_over_ = true;
+  check_speeds();
+  check_hand();
+  check_deadlines();
+}
+
+void Checker::look_at(std::size_t number) {
+  Joint& joint = joints_[number];
+  sim::bus::TmcmBoard& board = world_.emulation().board(number);
+  const std::string name = "joint " + std::to_string(number + 1) + " ";
+  const auto& followed = board.followed();
+  mix(static_cast<std::uint64_t>(board.input().position_ticks));
+  mix(followed
+          ? static_cast<std::uint64_t>(followed->mode) << 32U ^ static_cast<std::uint32_t>(followed->value)
+          : 0);
+  // A board whose process data ended holds its place by itself.
+  const bool by_master = followed && !board.input().flags.has(drivers::tmcl::StatusFlag::kTimeout);
+  const bool current = by_master && followed->mode == ControllerMode::kCurrent;
+  joint.commanded =
+      by_master &&
+      (followed->mode == ControllerMode::kPosition ||
+       ((current || followed->mode == ControllerMode::kVelocity || followed->mode == ControllerMode::kPwm) &&
+        followed->value != 0));
+  works_ = works_ || joint.commanded;
+  if (joint.commanded && !permitted_ && world_.now() > permitted_until_)
+    violate(name + "is commanded without an enable");
+  if (current && joint.commanded) {
+    if (joint.worked && joint.stopped >= 2) violate(name + "is commanded again in a run that stopped it");
+    joint.worked = true;
+    joint.stopped = 0;
+    const double limit_Nm = number < 4 ? kWheelTorque_Nm : kArmTorque_Nm[number - 4];
+    const double torque_Nm = std::abs(board.units().torque_Nm(followed->value));
+    if (torque_Nm > limit_Nm + 2e-3) violate(name + "is commanded " + std::to_string(torque_Nm) + " N.m");
+  } else if (joint.worked && by_master && followed->mode == ControllerMode::kMotorStop) {
+    ++joint.stopped;
+  }
+}
+
+void Checker::check_speeds() {
+  if (!works_) return;
+  sim::bus::YoubotBus& robot = world_.emulation();
+  sim::MobileManipulator* const arm = robot.manipulator();
+  const control::PlanarVector twist = arm != nullptr ? arm->twist() : robot.base().twist();
+  if (std::hypot(twist[0], twist[1]) > kBaseSpeed_m_per_s)
+    violate("the base drives at " + std::to_string(std::hypot(twist[0], twist[1])) + " m/s");
+  for (int wheel = 0; wheel < 4; ++wheel) {
+    const double speed =
+        std::abs((arm != nullptr ? arm->wheel(wheel) : robot.base().wheel(wheel)).velocity_rad_per_s());
+    if (speed > kWheelSpeed_rad_per_s)
+      violate("wheel " + std::to_string(wheel + 1) + " turns at " + std::to_string(speed) + " rad/s");
+  }
+  if (arm == nullptr) return;
+  for (int joint = 0; joint < control::kArmJoints; ++joint)
+    if (const double speed = std::abs(arm->velocity()[3 + joint]); speed > kArmSpeed_rad_per_s)
+      violate("arm joint " + std::to_string(joint + 1) + " turns at " + std::to_string(speed) + " rad/s");
+}
+
+void Checker::check_hand() {
+  if (world_.hand() == nullptr) return;
+  const double force_N = world_.hand()->device_force_N().norm();
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &force_N, sizeof bits);
+  mix(bits);
+  // Negated so that NaN fails the check.
+  if (!(force_N <= kHandForce_N + 1e-6)) violate("the hand feels " + std::to_string(force_N) + " N");
+  if (force_N > 0 && !permitted_ && world_.now() > permitted_until_)
+    violate("the hand feels a force without an enable");
+}
+
+void Checker::check_recordings(const std::vector<Event>& events) {
+  const auto any = [&events](bool Kind::*property) {
+    return std::ranges::any_of(events, [property](const Event& event) { return event.kind->*property; });
+  };
+  if (any(&Kind::spoils_recordings)) return;
+  for (const std::string& problem : motion_.compare(world_.folder() / "runs", !any(&Kind::spoils_samples)))
+    violate(problem);
+}
+
+void Checker::check_deadlines() {
+  for (const Deadline& deadline : deadlines_) {
+    if (world_.now() < deadline.at) continue;
+    for (std::size_t joint = 0; joint < joints_.size(); ++joint)
+      if (joints_[joint].commanded)
+        violate("joint " + std::to_string(joint + 1) + " is commanded " +
+                milliseconds_of(deadline.event->kind->last_torque_after) + " after " +
+                std::string(deadline.event->kind->name));
+  }
+}
+
+std::optional<std::chrono::milliseconds> Checker::last_torque_after() const {
+  if (!first_event_ || !met_run_is_over_) return std::nullopt;
+  return std::chrono::duration_cast<std::chrono::milliseconds>(last_torque_ - *first_event_);
+}
+
+}  // namespace faults

@@ -1,0 +1,79 @@
+/// @file
+/// Judges the daemon by what the boards follow and the mechanics do, and by nothing that it says of itself
+/// but whether a run is under way.
+#pragma once
+#include <array>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/faults/recording_check.h"
+#include "tests/faults/script.h"
+#include "tests/faults/world.h"
+
+namespace faults {
+
+/// The rules, each checked every millisecond:
+/// - Torque is commanded only between an enable that was granted and the end of its run, and never again in
+///   a run that switched the drives off: nothing restarts by itself.
+/// - When the run, the program or what carries its frames ends, the last torque comes within the boards'
+///   watchdog time.
+/// - No commanded torque is above the limit, no wheel or arm joint and no base faster than its limit allows.
+/// - What is recorded is what happened.
+/// - The force on the hand is finite, within the device's limit, and zero without a run.
+/// Numbers are written here again, from data sheets and the configuration that the world gives the daemon.
+class Checker final : public Witness {
+ public:
+  explicit Checker(World& world);
+  ~Checker() override { world_.be_watched_by(nullptr); }
+
+  void period_passed() override;
+  void cycle_begins() override { motion_.cycle_begins(world_.now()); }
+  void enable_granted() override;
+  void nothing_runs() override;
+  void began(const Event& event);
+  void ended(const Event& event);
+
+  const std::vector<std::string>& violations() const noexcept { return violations_; }
+  void violate(const std::string& what);
+  /// Of all that boards and mechanics did: the same in every run of a script.
+  std::uint64_t digest() const noexcept { return digest_; }
+  /// From the first event's begin to the last commanded torque of the run that it met; none while it lasts.
+  std::optional<std::chrono::milliseconds> last_torque_after() const;
+  /// After the daemon's end: that what it recorded is what happened. `events` were those of the script.
+  void check_recordings(const std::vector<Event>& events);
+
+ private:
+  struct Joint {
+    bool worked = false;  // commanded a current in this run
+    int stopped = 0;      // periods since then with the motor stopped
+    bool commanded = false;
+  };
+  struct Deadline {
+    nanoseconds at{};
+    const Event* event = nullptr;
+  };
+
+  void look_at(std::size_t joint);
+  void check_speeds();
+  void check_hand();
+  void check_deadlines();
+  void mix(std::uint64_t value) noexcept;
+
+  World& world_;
+  std::vector<std::string> violations_;
+  std::uint64_t digest_ = 14695981039346656037U;  // FNV-1a
+  std::vector<Joint> joints_;
+  std::vector<Deadline> deadlines_;
+  TrueMotion motion_;
+  bool permitted_ = false;
+  nanoseconds permitted_until_{};  // while it is not: what boards did not hear of yet
+  bool works_ = false;
+  std::optional<nanoseconds> first_event_;
+  nanoseconds last_torque_{};
+  bool met_run_is_over_ = false;
+};
+
+}  // namespace faults

@@ -1,0 +1,113 @@
+#include <cerrno>
+
+#include "tests/faults/kinds.h"
+
+namespace faults {
+namespace {
+
+using namespace std::chrono_literals;
+
+/// A probability: some per cent, or nearly all.
+double share(const Event& event) { return event.size < 0.5 ? 0.1 * event.size : event.size; }
+
+template <double WireFaults::*Member>
+Kind spoils(std::string_view name) {
+  return {.name = name,
+          .longest = 1500ms,
+          .begin = [](World& world, const Event& event) { world.wire.*Member = share(event); },
+          .end = [](World& world, const Event& /*event*/) { world.wire.*Member = 0; }};
+}
+
+/// Each frame, for as long as it lasts.
+template <double WireFaults::*Member>
+Kind spoils_all(std::string_view name) {
+  return {.name = name,
+          .longest = 1500ms,
+          .last_torque_after = kLoss,
+          .begin = [](World& world, const Event& /*event*/) { world.wire.*Member = 1; },
+          .end = [](World& world, const Event& /*event*/) { world.wire.*Member = 0; }};
+}
+
+template <int WireFaults::*Member, int Error>
+Kind fails(std::string_view name) {
+  return {.name = name,
+          .longest = 2000ms,
+          .last_torque_after = kLoss,
+          .begin = [](World& world, const Event& /*event*/) { world.wire.*Member = Error; },
+          .end = [](World& world, const Event& /*event*/) { world.wire.*Member = 0; }};
+}
+
+}  // namespace
+
+std::vector<Kind> wire_kinds() {
+  return {
+      spoils<&WireFaults::loses_request>("requests-lost"),
+      spoils<&WireFaults::loses_reply>("replies-lost"),
+      spoils<&WireFaults::repeats>("replies-twice"),
+      spoils<&WireFaults::damages>("replies-damaged"),
+      spoils<&WireFaults::truncates>("replies-truncated"),
+      spoils<&WireFaults::miscounts>("replies-miscounted"),
+      spoils<&WireFaults::holds_back>("replies-late"),
+      spoils<&WireFaults::replays>("replies-from-before"),
+      spoils<&WireFaults::adds_strangers>("strange-frames"),
+      spoils_all<&WireFaults::loses_request>("all-requests-lost"),
+      spoils_all<&WireFaults::loses_reply>("all-replies-lost"),
+      spoils_all<&WireFaults::truncates>("all-replies-truncated"),
+      spoils_all<&WireFaults::miscounts>("all-replies-miscounted"),
+      spoils<&WireFaults::adds_other_master>("other-master-asks"),
+      {.name = "other-master-resets",
+       .longest = 300ms,
+       .begin = [](World& world,
+                   const Event& event) { world.wire.resets_by_other_master = 0.02 + 0.3 * event.size; },
+       .end = [](World& world, const Event&) { world.wire.resets_by_other_master = 0; }},
+      fails<&WireFaults::send_error, ENETDOWN>("interface-down"),
+      fails<&WireFaults::send_error, ENXIO>("interface-gone"),
+      fails<&WireFaults::send_error, ENOBUFS>("send-queue-full"),
+      fails<&WireFaults::receive_error, ENETDOWN>("receive-fails"),
+      {.name = "frames-damaged-on-cable",
+       .where = Kind::Where::kCable,
+       .begin =
+           [](World& world, const Event& event) {
+             world.emulation().bus().damage(event.place, static_cast<std::uint32_t>(1 + 30 * event.size));
+           }},
+      {.name = "cable-out",
+       .where = Kind::Where::kCable,
+       .longest = 3000ms,
+       .last_torque_after = kLoss,
+       .begin = [](World& world,
+                   const Event& event) { world.emulation().bus().set_cable(event.place, false); },
+       .end = [](World& world, const Event& event) { world.emulation().bus().set_cable(event.place, true); }},
+      {.name = "cable-loose",
+       .where = Kind::Where::kCable,
+       .longest = 1000ms,
+       .begin =
+           [](World& world, const Event& event) {
+             world.emulation().bus().damage(event.place, 2);
+             world.emulation().bus().set_cable(event.place, false);
+             world.emulation().advance(std::chrono::microseconds(100));
+             world.emulation().bus().set_cable(event.place, true);
+           },
+       .end = [](World& world, const Event& event) { world.emulation().bus().damage(event.place, 3); }},
+      {.name = "slaves-taken-away-from-the-end",
+       .longest = 3000ms,
+       .last_torque_after = kLoss,
+       .begin =
+           [](World& world, const Event& /*event*/) {
+             sim::bus::EmulatedBus& bus = world.emulation().bus();
+             for (std::size_t slave = bus.size(); slave-- > 1;) {
+               bus.set_power(slave, false);
+               world.step();
+             }
+           },
+       .end =
+           [](World& world, const Event& /*event*/) {
+             sim::bus::EmulatedBus& bus = world.emulation().bus();
+             // Back in another order than they went.
+             for (std::size_t slave = 1; slave < bus.size(); slave += 2) bus.set_power(slave, true);
+             world.step();
+             for (std::size_t slave = 2; slave < bus.size(); slave += 2) bus.set_power(slave, true);
+           }},
+  };
+}
+
+}  // namespace faults

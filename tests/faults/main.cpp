@@ -1,0 +1,261 @@
+// fault_campaign: the whole daemon under random faults in emulated time; `./dev faults` runs it.
+#include <spdlog/spdlog.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <map>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "apps/common/build_info.h"
+#include "tests/faults/campaign.h"
+
+namespace {
+
+using faults::Outcome;
+using faults::Script;
+using std::chrono::milliseconds;
+
+struct Arguments {
+  std::uint64_t seed = 1;
+  std::uint64_t count = 100;
+  unsigned jobs = std::max(1U, std::thread::hardware_concurrency());
+  std::string script;
+  std::string kind;
+  bool each_kind = false;
+  bool verbose = false;
+  bool no_shrink = false;
+};
+
+/// In a process of its own, so that a crash is an outcome as well. What it finds goes to `pipe`.
+struct Verdict {
+  bool crashed = false;
+  std::uint64_t digest = 0;
+  double emulated_s = 0.0;
+  long last_torque_ms = -1;  // -1: it went on
+  std::string fault;
+  std::string violations;  // a line each
+};
+
+std::string one_line(std::string text) {
+  std::ranges::replace(text, '\n', ' ');
+  std::ranges::replace(text, '\t', ' ');
+  return text;
+}
+
+void report(std::FILE* pipe, std::size_t number, const Outcome& outcome) {
+  std::fprintf(pipe, "%zu\t%llu\t%.3f\t%ld\t%s\t", number, static_cast<unsigned long long>(outcome.digest),
+               std::chrono::duration<double>(outcome.emulated).count(),
+               outcome.last_torque_after ? static_cast<long>(outcome.last_torque_after->count()) : -1L,
+               one_line(outcome.fault).c_str());
+  for (const std::string& violation : outcome.violations)
+    std::fprintf(pipe, "%s | ", one_line(violation).c_str());
+  std::fprintf(pipe, "\n");
+  std::fflush(pipe);
+}
+
+Verdict read_verdict(const std::string& line) {
+  std::vector<std::string> fields;
+  for (std::size_t begin = 0; fields.size() < 6;) {
+    const std::size_t end = std::min(line.find('\t', begin), line.size());
+    fields.push_back(line.substr(begin, end - begin));
+    begin = std::min(end + 1, line.size());
+  }
+  Verdict verdict{.digest = std::stoull(fields[1]),
+                  .emulated_s = std::stod(fields[2]),
+                  .last_torque_ms = std::stol(fields[3]),
+                  .fault = fields[4],
+                  .violations = fields[5]};
+  while (!verdict.violations.empty() &&
+         (verdict.violations.back() == '\n' || verdict.violations.back() == ' '))
+    verdict.violations.pop_back();
+  return verdict;
+}
+
+Outcome outcome_of(const Script& script) {
+  try {
+    return faults::run(script);
+  } catch (const std::exception& error) {
+    return {.violations = {std::string("an exception leaves the daemon: ") + error.what()}};
+  }
+}
+
+/// Runs each script in one of `jobs` processes. A script that ends its process is the one after the last
+/// report; the others of that process go on in a new one.
+class Pool {
+ public:
+  explicit Pool(const std::vector<Script>& scripts) : scripts_(scripts), verdicts_(scripts.size()) {}
+
+  std::vector<Verdict> run(unsigned jobs) {
+    std::vector<std::thread> threads;
+    for (unsigned job = 0; job < jobs; ++job)
+      threads.emplace_back([this, job, jobs] {
+        for (std::size_t next = job; next < scripts_.size();) next = run_from(next, jobs);
+      });
+    for (std::thread& thread : threads) thread.join();
+    return std::move(verdicts_);
+  }
+
+ private:
+  /// The first script that is not judged yet.
+  std::size_t run_from(std::size_t first, unsigned stride) {
+    int ends[2];
+    if (pipe(ends) != 0) std::abort();
+    const pid_t child = fork();
+    if (child < 0) std::abort();
+    if (child == 0) {
+      close(ends[0]);
+      std::FILE* out = fdopen(ends[1], "w");
+      for (std::size_t number = first; number < scripts_.size(); number += stride)
+        report(out, number, outcome_of(scripts_[number]));
+      std::_Exit(0);
+    }
+    close(ends[1]);
+    std::FILE* in = fdopen(ends[0], "r");
+    char* line = nullptr;
+    std::size_t capacity = 0;
+    std::size_t next = first;
+    while (getline(&line, &capacity, in) > 0) {
+      verdicts_[next] = read_verdict(line);
+      next += stride;
+    }
+    std::free(line);
+    std::fclose(in);
+    int status = 0;
+    waitpid(child, &status, 0);
+    if (next >= scripts_.size()) return next;
+    verdicts_[next].crashed = true;
+    verdicts_[next].violations =
+        WIFSIGNALED(status) ? "ended by signal " + std::to_string(WTERMSIG(status)) : "ended";
+    return next + stride;
+  }
+
+  const std::vector<Script>& scripts_;
+  std::vector<Verdict> verdicts_;
+};
+
+Verdict judge(const Script& script) {
+  const std::vector<Script> one{script};
+  return Pool(one).run(1).front();
+}
+
+bool failed(const Verdict& verdict) { return verdict.crashed || !verdict.violations.empty(); }
+
+void print_failure(const Script& script, const Verdict& verdict, bool shrink) {
+  std::printf("FAILED %s\n  %s\n", faults::text(script).c_str(), verdict.violations.c_str());
+  if (!shrink) return;
+  const Script least = faults::shrunk(script, [](const Script& s) { return failed(judge(s)); });
+  std::printf("  again, with the least that fails: ./dev faults --script '%s'\n  %s\n",
+              faults::text(least).c_str(), judge(least).violations.c_str());
+  std::fflush(stdout);
+}
+
+/// A line for each kind: what one fault of it alone leads to.
+int run_each_kind(const Arguments& arguments) {
+  std::vector<Script> scripts;
+  for (const faults::Kind& kind : faults::kinds()) {
+    if (!arguments.kind.empty() && kind.name != arguments.kind) continue;
+    for (const auto machine : {faults::Machine::kBase, faults::Machine::kManipulator}) {
+      const bool base = machine == faults::Machine::kBase;
+      if (kind.on != faults::Kind::On::kAnyMachine && (kind.on == faults::Kind::On::kBase) != base) continue;
+      for (std::uint64_t i = 0; i < (base ? arguments.count : (arguments.count + 3) / 4); ++i)
+        scripts.push_back(faults::script_of(kind, machine, arguments.seed + i));
+    }
+  }
+  const std::vector<Verdict> verdicts = Pool(scripts).run(arguments.jobs);
+  std::printf("%-38s %5s %6s %5s  %-18s %s\n", "kind", "runs", "unsafe", "ended", "last torque, ms",
+              "reasons");
+  bool good = true;
+  for (const faults::Kind& kind : faults::kinds()) {
+    int runs = 0;
+    int unsafe = 0;
+    std::vector<long> times;
+    std::map<std::string, int> reasons;
+    for (std::size_t i = 0; i < scripts.size(); ++i) {
+      if (scripts[i].events[0].kind != &kind) continue;
+      ++runs;
+      unsafe += failed(verdicts[i]) ? 1 : 0;
+      if (verdicts[i].last_torque_ms >= 0) times.push_back(verdicts[i].last_torque_ms);
+      if (!verdicts[i].fault.empty()) ++reasons[verdicts[i].fault.substr(0, 70)];
+    }
+    if (runs == 0) continue;
+    std::ranges::sort(times);
+    std::string span = times.empty()
+                           ? "-"
+                           : std::to_string(times[times.size() / 2]) + " (" + std::to_string(times.front()) +
+                                 " to " + std::to_string(times.back()) + ")";
+    std::string reason;
+    int most = 0;
+    for (const auto& [text, count] : reasons)
+      if (count > most) {
+        most = count;
+        reason = std::to_string(count) + "x " + text;
+      }
+    if (reasons.size() > 1) reason += " (and " + std::to_string(reasons.size() - 1) + " others)";
+    std::printf("%-38s %5d %6d %5zu  %-18s %s\n", std::string(kind.name).c_str(), runs, unsafe, times.size(),
+                span.c_str(), reason.c_str());
+    good = good && unsafe == 0;
+  }
+  for (std::size_t i = 0; i < scripts.size(); ++i)
+    if (failed(verdicts[i])) print_failure(scripts[i], verdicts[i], false);
+  return good ? 0 : 1;
+}
+
+int run_campaign(const Arguments& arguments) {
+  std::vector<Script> scripts;
+  if (!arguments.script.empty())
+    scripts.push_back(faults::parsed_script(arguments.script));
+  else
+    for (std::uint64_t i = 0; i < arguments.count; ++i)
+      scripts.push_back(faults::drawn_script(arguments.seed + i));
+  const auto begin = std::chrono::steady_clock::now();
+  const std::vector<Verdict> verdicts = Pool(scripts).run(arguments.jobs);
+  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  double emulated_s = 0.0;
+  std::uint64_t digest = 0;
+  std::size_t failures = 0;
+  for (std::size_t i = 0; i < scripts.size(); ++i) {
+    emulated_s += verdicts[i].emulated_s;
+    digest = digest * 31 + verdicts[i].digest;
+    if (!failed(verdicts[i])) continue;
+    ++failures;
+    // Shrinking takes many runs: the first ones are enough to work on.
+    print_failure(scripts[i], verdicts[i], !arguments.no_shrink && failures <= 5);
+  }
+  std::printf(
+      "%s: seeds %llu to %llu: %zu scripts of %zu kinds of fault, %zu failed; %.0f s of emulated time in "
+      "%.1f s (%.0f times real time on %u processes); digest %016llx\n",
+      apps::build_version(), static_cast<unsigned long long>(arguments.seed),
+      static_cast<unsigned long long>(arguments.seed + scripts.size() - 1), scripts.size(),
+      faults::kinds().size(), failures, emulated_s, took_s, emulated_s / took_s, arguments.jobs,
+      static_cast<unsigned long long>(digest));
+  return failures == 0 ? 0 : 1;
+}
+
+}  // namespace
+
+// NOLINTNEXTLINE(bugprone-exception-escape): what a broken script says is printed by the library.
+int main(int argc, char** argv) {
+  Arguments arguments;
+  CLI::App app(
+      "Runs daemon, bus, boards, robot, pen and people in one process and emulated time, lets random faults "
+      "come and go, and judges what boards and mechanics do.",
+      "fault_campaign");
+  app.add_option("--seed", arguments.seed, "of the first script; the others follow")->capture_default_str();
+  app.add_option("--count", arguments.count, "scripts, or runs of each kind")->capture_default_str();
+  app.add_option("--jobs", arguments.jobs, "processes")->check(CLI::Range(1, 256))->capture_default_str();
+  app.add_option("--script", arguments.script, "one script, as a failure prints it");
+  app.add_flag("--each-kind", arguments.each_kind,
+               "each kind of fault alone, and a table of what it leads to");
+  app.add_option("--kind", arguments.kind, "with --each-kind: only this one");
+  app.add_flag("--no-shrink", arguments.no_shrink, "print failing scripts as they were drawn");
+  app.add_flag("--verbose", arguments.verbose, "with the daemon's log");
+  CLI11_PARSE(app, argc, argv);
+  if (!arguments.verbose) spdlog::set_level(spdlog::level::off);
+  return arguments.each_kind ? run_each_kind(arguments) : run_campaign(arguments);
+}

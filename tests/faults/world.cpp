@@ -1,0 +1,201 @@
+#include "tests/faults/world.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "hal/lockstep_haptic_device.h"
+#include "hal/loopback_haptic_link.h"
+#include "hal/setup_error.h"
+#include "sim/bus/bus_link.h"
+
+namespace faults {
+namespace {
+
+constexpr const char* kBaseConfig = R"(
+[ethercat]
+kind = "base"
+[limits]
+force_N = 60
+moment_Nm = 20
+wheel_torque_Nm = 2.4
+wheel_speed_rad_per_s = 12
+[path]
+speed_m_per_s = 0.3
+acceleration_m_per_s2 = 0.5
+turn_speed_rad_per_s = 0.5
+turn_acceleration_rad_per_s2 = 1.0
+)";
+
+/// The arm begins nearly unfolded and is stiff soon, so that a script is mostly about operation.
+constexpr const char* kManipulatorConfig = R"(
+[ethercat]
+kind = "base+arm"
+home_arms = true
+[haptic]
+device = "loopback"
+[limits]
+force_N = 60
+moment_Nm = 20
+wheel_torque_Nm = 2.4
+wheel_speed_rad_per_s = 16
+[teleoperation.start]
+approach_s = 4
+feedback_fade_s = 0.2
+[teleoperation.coupling]
+stiffening_N_per_m_s = 6000
+stiffening_Nm_per_rad_s = 300
+)";
+
+sim::bus::YoubotBusOptions robot_options(Machine machine, std::mt19937_64& random) {
+  const auto between = [&random](double low, double high) {
+    return std::uniform_real_distribution<>(low, high)(random);
+  };
+  sim::bus::YoubotBusOptions options;
+  options.robot = machine == Machine::kBase ? sim::bus::RobotKind::kBase : sim::bus::RobotKind::kBaseAndArm;
+  options.coupled = machine == Machine::kManipulator;
+  options.base.noise_seed = random();
+  options.noise_seed = random();
+  const double load = between(0.6, 3.0);
+  for (double& scale : options.base.loaded_friction_scale) scale *= load * between(0.9, 1.1);
+  options.base.roller_grip = between(0.3, 0.8);
+  if (machine == Machine::kManipulator)
+    options.scene.walls = {{.p_W_m = {1.08, 0, 0}, .normal_W = -Eigen::Vector3d::UnitX()}};
+  return options;
+}
+
+}  // namespace
+
+World::World(Machine machine, std::uint64_t seed, Sabotage sabotage)
+    : machine_(machine), random_(seed), sabotage_(std::move(sabotage)) {
+  config_file_ = folder_.write("youbotd.toml", machine == Machine::kBase ? kBaseConfig : kManipulatorConfig);
+  config_ = youbotd::load_config(config_file_);
+  emulation_ = std::make_shared<sim::bus::YoubotBus>(robot_options(machine, random_));
+  for (std::size_t joint = 0; joint < emulation_->joint_count(); ++joint)
+    boards_.push_back(std::make_unique<LyingBoard>(emulation_->board(joint), emulation_->slave(joint)));
+  emulation_->after_each_period([this] {
+    if (each_period) each_period();
+    if (witness_ != nullptr) witness_->period_passed();
+  });
+  if (machine == Machine::kManipulator)
+    master_.hand = std::make_unique<sim::Hand>(sim::HandParameters{.travel = sim::GripTravel{}});
+}
+
+World::~World() { kill_daemon(); }
+
+void World::open_devices() {
+  // As apps::open_robot() and apps::open_haptic() do, with what a script spoils in between.
+  robot_ = {};
+  robot_.emulation = emulation_;
+  robot_.manipulator = {emulation_, emulation_->manipulator()};
+  robot_.truth = &emulation_->pose();
+  robot_.capture = std::make_unique<drivers::ethercat::PcapRing>(
+      drivers::ethercat::PcapRing::Options{.interface = "emulated", .frames = 2000});
+  hal::EthercatOptions options = config_.robot.ethercat;
+  options.tap = robot_.capture.get();
+  robot_.robot = hal::make_ethercat_robot(
+      [this]() -> std::unique_ptr<drivers::ethercat::Link> {
+        return std::make_unique<FaultyLink>(
+            std::make_unique<sim::bus::BusLink>(emulation_->wire(), emulation_.get()), wire, random_);
+      },
+      options, *this, kPeriod);
+  if (sabotage_) robot_.robot = sabotage_(std::move(robot_.robot));
+  if (!master_.hand) return;
+  auto loopback = std::make_unique<hal::LoopbackHapticLink>(
+      *master_.hand, kPeriod,
+      hal::HapticInfo{.name = "pen", .force_limit_N = config_.haptic.force_limit_N, .senses_rotation = true});
+  master_.device = std::make_unique<hal::LockstepHapticDevice>(
+      std::make_unique<FaultyPen>(std::move(loopback), pen), *this, config_.haptic.limits);
+}
+
+void World::start_daemon() {
+  if (service_) return;
+  wire.silent = false;
+  start_error_.clear();
+  try {
+    open_devices();
+    service_ = std::make_unique<youbotd::Service>(
+        youbotd::ServiceOptions{
+            .config_file = config_file_,
+            .record_directory = folder_ / "runs",
+            .configuration =
+                [this](const auto& settings) { return youbotd::load_config(config_file_, settings); }},
+        config_, robot_, master_, *this);
+    if (master_.device) master_activation_.emplace(*master_.device);
+    service_->require_usable_configuration();
+    robot_activation_.emplace(*robot_.robot);
+  } catch (const std::exception& error) {
+    start_error_ = error.what();
+    forget_daemon();
+  }
+  next_cycle_ = now() + kPeriod;
+  until_beat_ = 0;
+}
+
+void World::kill_daemon() {
+  if (!service_) return;
+  wire.silent = true;
+  if (witness_ != nullptr) witness_->nothing_runs();
+  forget_daemon();
+}
+
+void World::end_daemon() noexcept {
+  if (service_) service_->loop().request_stop();
+}
+
+void World::forget_daemon() noexcept {
+  robot_activation_.reset();
+  master_activation_.reset();
+  service_.reset();
+  robot_ = {};
+  master_.device.reset();
+  if (witness_ != nullptr) witness_->nothing_runs();
+}
+
+void World::step() {
+  if (const nanoseconds rest = next_cycle_ - now(); rest.count() > 0) emulation_->advance(rest);
+  if (service_ && now() >= loop_paused_until) {
+    if (witness_ != nullptr) witness_->cycle_begins();
+    service_->loop().step(now());
+    service_->loop().keep();
+  } else if (master_.hand) {
+    // Its firmware lets go when nothing is exchanged with it.
+    master_.hand->advance(Eigen::Vector3d::Zero(), kPeriod);
+  }
+  // A cycle that took long skips those it missed, as apps::run_loop() does.
+  while (next_cycle_ <= now()) next_cycle_ += kPeriod;
+  if (!service_ || answering_) return;  // its thread answers a request, or goes on below
+  if (service_->loop().finished()) {
+    service_->beat();
+    forget_daemon();
+  } else if (++until_beat_ >= youbotd::kBeat / kPeriod && now() >= beats_paused_until) {
+    until_beat_ = 0;
+    service_->beat();
+    if (const auto reply = ask(0, "status"); reply && witness_ != nullptr && !reply->status["enabled"])
+      witness_->nothing_runs();
+  }
+}
+
+youbotd::Peer World::peer(std::uint64_t connection, bool may_command) const {
+  return {.connection = connection,
+          .pid = static_cast<pid_t>(1000 + connection),
+          .uid = 1000,
+          .name = "client " + std::to_string(connection),
+          .may_command = may_command};
+}
+
+std::optional<Reply> World::ask(std::uint64_t connection, const std::string& request, bool may_command) {
+  if (!service_ || now() < beats_paused_until) return std::nullopt;
+  answering_ = true;
+  const json answer = json::parse(service_->answer(peer(connection, may_command), request));
+  answering_ = false;
+  Reply reply{answer.at("ok").get<bool>(), answer.value("error", ""), answer.at("status")};
+  if (reply.ok && request == "enable" && witness_ != nullptr) witness_->enable_granted();
+  return reply;
+}
+
+void World::hang_up(std::uint64_t connection) {
+  if (service_) service_->gone(peer(connection, true));
+}
+
+}  // namespace faults

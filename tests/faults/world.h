@@ -1,0 +1,136 @@
+/// @file
+/// The whole of it in one thread and in emulated time: daemon, bus, boards, robot, pen, hand and clients.
+///
+/// The daemon's parts are those of the program (apps/youbotd/service.h): only the sockets, threads and clocks
+/// of apps/youbotd/serve.cpp are left out.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "apps/common/robot_session.h"
+#include "apps/youbotd/service.h"
+#include "sim/bus/youbot_bus.h"
+#include "sim/hand.h"
+#include "tests/faults/faulty_link.h"
+#include "tests/faults/faulty_pen.h"
+#include "tests/faults/lying_board.h"
+#include "tests/support/temporary_directory.h"
+
+namespace faults {
+
+using nlohmann::json;
+using std::chrono::nanoseconds;
+
+enum class Machine : std::uint8_t {
+  kBase,         ///< driven by velocities of its commander
+  kManipulator,  ///< base and arm, moved by a hand on a pen
+};
+
+/// What a client's request came to.
+struct Reply {
+  bool ok = false;
+  std::string error;
+  json status;
+};
+
+/// Sees each period of a millisecond, after boards and mechanics did theirs.
+class Witness {
+ public:
+  Witness() = default;
+  Witness(const Witness&) = delete;
+  Witness& operator=(const Witness&) = delete;
+  virtual ~Witness() = default;
+  virtual void period_passed() = 0;
+  virtual void cycle_begins() = 0;
+  virtual void enable_granted() = 0;
+  /// The daemon says that no run is under way, or there is none any more.
+  virtual void nothing_runs() = 0;
+};
+
+/// A robot between daemon and bus, for tests of the checker: a daemon with a defect.
+using Sabotage = std::function<std::unique_ptr<hal::Robot>(std::unique_ptr<hal::Robot>)>;
+
+class World final : public hal::Clock {
+ public:
+  static constexpr std::chrono::milliseconds kPeriod{1};
+
+  /// The same seed makes the same robot, noise and load.
+  World(Machine machine, std::uint64_t seed, Sabotage sabotage = {});
+  ~World() override;
+
+  /// The daemon's clock: sleeping on it lets its loop run on.
+  nanoseconds now() const noexcept override { return emulation_->wire().now(); }
+  void sleep_until(nanoseconds deadline) noexcept override {
+    while (next_cycle_ <= deadline) step();
+  }
+
+  /// Outlives the world, or is null again.
+  void be_watched_by(Witness* witness) noexcept { witness_ = witness; }
+
+  /// A period: boards, mechanics, the daemon's cycle and, each kBeat of them, its beat.
+  void step();
+  /// Starts it where it does not run. What it said when it could not is in start_error().
+  void start_daemon();
+  /// As SIGKILL: nothing leaves any more, and nothing is tidied up.
+  void kill_daemon();
+  /// As SIGTERM: comes to rest, then ends, which takes some periods.
+  void end_daemon() noexcept;
+  bool daemon_runs() const noexcept { return service_ != nullptr; }
+  const std::string& start_error() const noexcept { return start_error_; }
+
+  /// A request of client `connection`; none when nothing listens. Connection 1 is the commander's.
+  std::optional<Reply> ask(std::uint64_t connection, const std::string& request, bool may_command = true);
+  void hang_up(std::uint64_t connection);
+
+  // What a script reaches for.
+  Machine machine() const noexcept { return machine_; }
+  sim::bus::YoubotBus& emulation() noexcept { return *emulation_; }
+  LyingBoard& board(std::size_t joint) noexcept { return *boards_[joint]; }
+  std::size_t joints() const noexcept { return boards_.size(); }
+  sim::Hand* hand() noexcept { return master_.hand.get(); }
+  std::mt19937_64& random() noexcept { return random_; }
+  const std::filesystem::path& folder() const noexcept { return folder_.path(); }
+  const youbotd::Config& config() const noexcept { return config_; }
+
+  WireFaults wire;
+  PenFaults pen;
+  nanoseconds loop_paused_until{};   ///< no cycle before
+  nanoseconds beats_paused_until{};  ///< no beat and no answer before: the service's thread is held up
+  bool commander_silent = false;
+  bool daemon_held_down = false;        ///< nobody starts it again
+  std::function<void()> each_period{};  ///< for what acts on the mechanics all the time
+
+ private:
+  void open_devices();
+  void forget_daemon() noexcept;
+  youbotd::Peer peer(std::uint64_t connection, bool may_command) const;
+
+  const Machine machine_;
+  support::TemporaryDirectory folder_;
+  std::mt19937_64 random_;
+  Sabotage sabotage_;
+  Witness* witness_ = nullptr;
+  std::filesystem::path config_file_;
+  youbotd::Config config_;
+  std::shared_ptr<sim::bus::YoubotBus> emulation_;
+  std::vector<std::unique_ptr<LyingBoard>> boards_;
+
+  apps::OpenedHaptic master_;  // its hand stays when the daemon goes
+  apps::OpenedRobot robot_;
+  std::unique_ptr<youbotd::Service> service_;
+  std::optional<apps::HapticActivation> master_activation_;
+  std::optional<apps::RobotActivation> robot_activation_;
+  std::string start_error_;
+  nanoseconds next_cycle_{};
+  int until_beat_ = 0;
+  bool answering_ = false;
+};
+
+}  // namespace faults
