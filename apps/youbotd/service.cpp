@@ -170,6 +170,7 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
 }
 
 void Service::obey(const Peer& peer, const std::string& request) {
+  if (request.find('\n') != request.npos) throw Refusal("a request is one line");
   std::istringstream words(request);
   std::string command;
   words >> command;

@@ -20,15 +20,10 @@ MailboxLine::MailboxLine(const Slave& slave)
   in_.resize(in_window_.length);
 }
 
-void MailboxLine::restart() noexcept {
-  status_ = Status::kIdle;
-  unanswered_ = false;
-}
-
 bool MailboxLine::post(std::span<const std::uint8_t> request, std::chrono::nanoseconds timeout) noexcept {
   if (!exists() || status_ == Status::kBusy || request.size() > out_.size()) return false;
   std::fill(std::copy(request.begin(), request.end(), out_.begin()), out_.end(), std::uint8_t{0});
-  ask_ = unanswered_ ? Ask::kLookForOld : Ask::kWrite;
+  ask_ = Ask::kLookForOld;
   old_first_ = false;
   status_ = Status::kBusy;
   timeout_ = timeout;
@@ -106,10 +101,7 @@ void MailboxLine::answer(const Datagram& datagram) noexcept {
       old_first_ = false;
       ask_ = Ask::kLookForOld;
       break;
-    case Ask::kWrite:
-      unanswered_ = true;
-      ask_ = Ask::kLook;
-      break;
+    case Ask::kWrite: ask_ = Ask::kLook; break;
     case Ask::kLookWhyRefused:
       old_first_ = old_first_ || full;
       ask_ = Ask::kLookForOld;
@@ -124,7 +116,6 @@ void MailboxLine::answer(const Datagram& datagram) noexcept {
         break;
       }
       std::copy_n(datagram.data.begin(), in_.size(), in_.begin());
-      unanswered_ = false;
       status_ = Status::kReplied;
       break;
     case Ask::kLookAfterLoss:
@@ -144,10 +135,7 @@ void MailboxLine::frame_lost() noexcept {
   if (ask_ == Ask::kRead) ask_ = Ask::kLookAfterLoss;
   // A lost write may have arrived, and a request twice is worse than none: wait for its reply, and time out
   // if there is none.
-  if (ask_ == Ask::kWrite) {
-    unanswered_ = true;
-    ask_ = Ask::kLook;
-  }
+  if (ask_ == Ask::kWrite) ask_ = Ask::kLook;
 }
 
 }  // namespace drivers::ethercat

@@ -16,7 +16,9 @@ namespace drivers::ethercat {
 /// reply from an older one, so the line takes care that no other reply is taken for it:
 /// - The mailbox is read only when its status says that it is full. When that frame is lost and the mailbox
 ///   is empty, the frame has emptied it, and the slave is asked to repeat (sync manager repeat bit).
-/// - After a request that was given up, what is left of it is read and dropped before the next is written.
+/// - Before a request is written, what waits in the mailbox is read and dropped: the reply to a request that
+///   was given up, or what nobody asked for. One that stayed would be taken for the reply to each request
+///   that follows.
 /// A reply that comes later than that, the slave having taken the old request, cannot be told apart.
 /// Cycle-safe after construction.
 class MailboxLine {
@@ -38,8 +40,6 @@ class MailboxLine {
   std::span<const std::uint8_t> reply() const noexcept;
   /// Back to idle; whatever was under way is given up.
   void clear() noexcept { status_ = Status::kIdle; }
-  /// The slave's mailbox was configured anew: nothing old is in it.
-  void restart() noexcept;
 
   /// Adds what is next to a frame; false when nothing is, or it does not fit.
   bool add(FrameWriter& writer, std::uint8_t index, std::chrono::nanoseconds now) noexcept;
@@ -51,7 +51,7 @@ class MailboxLine {
 
  private:
   enum class Ask : std::uint8_t {
-    kLookForOld,  // a reply to a request that was given up?
+    kLookForOld,  // is anything in the mailbox already?
     kDropOld,
     kWrite,
     kLookWhyRefused,
@@ -70,7 +70,6 @@ class MailboxLine {
   Status status_ = Status::kIdle;
   Ask ask_ = Ask::kWrite;
   bool repeat_bit_ = false;  // as the request sets it
-  bool unanswered_ = false;  // a request may have arrived that no reply was read to
   bool old_first_ = false;   // the mailbox held an older request: its reply comes before ours
   bool timed_ = false;
   std::chrono::nanoseconds timeout_{};

@@ -307,7 +307,7 @@ void OpBus::take_probe(Station& station, const Datagram& datagram) noexcept {
 void OpBus::restart(Station& station) noexcept {
   station.configured = station.found = false;
   station.silent_cycles = 0;
-  station.mailbox.restart();
+  station.mailbox.clear();
   station.health.condition = SlaveCondition::kRestarting;
   station.setup.begin(station.info.station, station.restart_steps, options_.step_timeout);
 }

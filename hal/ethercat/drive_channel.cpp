@@ -180,6 +180,9 @@ void DriveChannel::drive(const JointCommand& command, bool enabled, std::span<st
 bool DriveChannel::sense(std::span<const std::uint8_t> pdo) noexcept {
   if (!tmcl::unpack(setup_.firmware, pdo, input_)) return false;
   position_ticks_ = position_.update(input_.position_ticks);
+  // Counted from its zero an arm joint never wraps the counter; a reading that was wrong once must not stay
+  // in its position as a number of wraps.
+  if (homed_) position_ticks_ = input_.position_ticks;
   sensed_ = fresh_ = true;
   return true;
 }

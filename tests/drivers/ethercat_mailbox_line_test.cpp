@@ -80,7 +80,7 @@ TEST_F(Mailbox, CarriesARequestAndItsReplyWithoutHeader) {
   EXPECT_EQ(board().last_type, 133);
   ASSERT_EQ(line->reply().size(), kMailboxBytes);
   EXPECT_EQ(Bytes(line->reply().begin(), line->reply().begin() + 8), (Bytes{2, 0, 100, 6, 0, 0, 0, 42}));
-  EXPECT_EQ(frames, 3) << "written, seen full, read";
+  EXPECT_EQ(frames, 4) << "seen empty, written, seen full, read";
 }
 
 TEST_F(Mailbox, SmallZeroAndNegativeValuesArrive) {
@@ -228,6 +228,16 @@ TEST_F(Mailbox, AHungOneTimesOutAndItsLateReplyIsDropped) {
   EXPECT_EQ(value(), 7002) << "not 6001";
 }
 
+TEST_F(Mailbox, WhatNobodyAskedForIsNotTakenForAnyReplyAfterIt) {
+  const Bytes stray{2, 0, 100, 6, 0, 0, 0, 99};
+  ASSERT_TRUE(robot.bus.slave(0).post_mailbox(stray));
+  robot.wire->advance(2ms);
+  for (std::int32_t i = 1; i <= 3; ++i) {
+    ASSERT_EQ(run(7), Status::kReplied);
+    EXPECT_EQ(value(), 7000 + i);
+  }
+}
+
 TEST_F(Mailbox, ASlaveOutOfReachTimesOut) {
   robot.bus.set_power(0, false);
   EXPECT_EQ(run(6, 30ms), Status::kTimedOut);
@@ -288,6 +298,7 @@ TEST_F(Mailbox, WaitsForRoomInTheFrame) {
   FrameWriter full;
   full.add(Command::kLrw, 0, 0, 1480 - kDatagramOverheadBytes);
   const std::size_t before = full.bytes().size();
+  frame();  // the look before it, which fits
   EXPECT_FALSE(line->add(full, 0, robot.wire->now()));
   EXPECT_EQ(full.bytes().size(), before);
   ASSERT_EQ(finish(), Status::kReplied);

@@ -35,11 +35,13 @@ class Play {
     }
     play_events();
     const auto last_torque_after = checker_.last_torque_after();
+    const double travel_m = checker_.travel_m();
     if (checker_.violations().empty()) expect_life();
     Outcome outcome{.violations = checker_.violations(),
                     .digest = checker_.digest(),
                     .emulated = world_.now(),
                     .last_torque_after = last_torque_after,
+                    .travel_m = travel_m,
                     .fault = fault_};
     return outcome;
   }

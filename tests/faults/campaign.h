@@ -18,6 +18,7 @@ struct Outcome {
   nanoseconds emulated{};
   /// Of scripts with one event: from it to the last torque, and what the daemon gave as the reason.
   std::optional<std::chrono::milliseconds> last_torque_after{};
+  double travel_m = 0.0;  ///< of the base, likewise
   std::string fault{};
 };
 

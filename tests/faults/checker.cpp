@@ -51,14 +51,22 @@ void Checker::nothing_runs() {
 }
 
 void Checker::began(const Event& event) {
-  if (!first_event_ && works_) first_event_ = world_.now();
+  if (!first_event_ && works_) {
+    first_event_ = world_.now();
+    first_pose_ = world_.emulation().pose();
+  }
   const auto allowed = event.kind->last_torque_after;
-  if (works_ && allowed.count() > 0 && event.duration >= allowed)
-    deadlines_.push_back({world_.now() + allowed, &event});
+  const bool lasts = event.kind->longest.count() > 0;
+  // A service whose thread is held up hears no order yet.
+  const bool heard = lasts || world_.now() >= world_.beats_paused_until;
+  if (works_ && heard && allowed.count() > 0 && (!lasts || event.duration >= allowed))
+    deadlines_.push_back(
+        {.began = world_.now(), .at = world_.now() + allowed, .event = &event, .lasts = lasts});
 }
 
 void Checker::ended(const Event& event) {
-  std::erase_if(deadlines_, [&](const Deadline& deadline) { return deadline.event == &event; });
+  std::erase_if(deadlines_,
+                [&](const Deadline& deadline) { return deadline.lasts && deadline.event == &event; });
 }
 
 void Checker::period_passed() {
@@ -66,7 +74,12 @@ void Checker::period_passed() {
   const bool worked = works_;
   works_ = false;
   for (std::size_t joint = 0; joint < joints_.size(); ++joint) look_at(joint);
-  if (works_ && !met_run_is_over_) last_torque_ = world_.now();
+  if (works_ && !met_run_is_over_) {
+    last_torque_ = world_.now();
+    const control::PlanarPose& pose = world_.emulation().pose();
+    if (first_event_)
+      travel_m_ = std::max(travel_m_, std::hypot(pose.x_m - first_pose_.x_m, pose.y_m - first_pose_.y_m));
+  }
   if (first_event_ && worked && !works_) met_run_is_over_ = true;
   check_speeds();
   check_hand();
@@ -146,8 +159,11 @@ void Checker::check_recordings(const std::vector<Event>& events) {
 }
 
 void Checker::check_deadlines() {
-  for (const Deadline& deadline : deadlines_) {
-    if (world_.now() < deadline.at) continue;
+  for (Deadline& deadline : deadlines_) {
+    deadline.met = deadline.met || !works_;
+    // A loop that is held up sees nothing, and the boards' watchdog ends the torque.
+    const nanoseconds blind_until = std::min(world_.loop_paused_until + 5ms, deadline.began + kWatchdog);
+    if (world_.now() < std::max(deadline.at, blind_until) || (deadline.met && !deadline.lasts)) continue;
     for (std::size_t joint = 0; joint < joints_.size(); ++joint)
       if (joints_[joint].commanded)
         violate("joint " + std::to_string(joint + 1) + " is commanded " +

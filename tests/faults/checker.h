@@ -19,7 +19,7 @@ namespace faults {
 /// - Torque is commanded only between an enable that was granted and the end of its run, and never again in
 ///   a run that switched the drives off: nothing restarts by itself.
 /// - When the run, the program or what carries its frames ends, the last torque comes within the boards'
-///   watchdog time.
+///   watchdog time; when somebody orders a stop or the commander is gone, within the time that this takes.
 /// - No commanded torque is above the limit, no wheel or arm joint and no base faster than its limit allows.
 /// - What is recorded is what happened.
 /// - The force on the hand is finite, within the device's limit, and zero without a run.
@@ -42,6 +42,8 @@ class Checker final : public Witness {
   std::uint64_t digest() const noexcept { return digest_; }
   /// From the first event's begin to the last commanded torque of the run that it met; none while it lasts.
   std::optional<std::chrono::milliseconds> last_torque_after() const;
+  /// Of the base, from the first event on.
+  double travel_m() const noexcept { return travel_m_; }
   /// After the daemon's end: that what it recorded is what happened. `events` were those of the script.
   void check_recordings(const std::vector<Event>& events);
 
@@ -52,8 +54,11 @@ class Checker final : public Witness {
     bool commanded = false;
   };
   struct Deadline {
+    nanoseconds began{};
     nanoseconds at{};
     const Event* event = nullptr;
+    bool lasts = false;  // the event does, until then and longer
+    bool met = false;    // nothing was commanded once
   };
 
   void look_at(std::size_t joint);
@@ -74,6 +79,8 @@ class Checker final : public Witness {
   std::optional<nanoseconds> first_event_;
   nanoseconds last_torque_{};
   bool met_run_is_over_ = false;
+  control::PlanarPose first_pose_;
+  double travel_m_ = 0.0;
 };
 
 }  // namespace faults

@@ -104,7 +104,9 @@ std::vector<Kind> machine_kinds() {
              world.kill_daemon();
              world.start_daemon();
            }},
-      {.name = "daemon-ended", .begin = [](World& world, const Event&) { world.end_daemon(); }},
+      {.name = "daemon-ended",
+       .last_torque_after = 7000ms,
+       .begin = [](World& world, const Event&) { world.end_daemon(); }},
       {.name = "files-cannot-grow",
        .longest = 3000ms,
        .spoils_recordings = true,

@@ -11,9 +11,15 @@ constexpr std::uint64_t kAnother = 2;
 /// Of another client that may command, or of the commander itself.
 std::uint64_t somebody(const Event& event) { return event.size < 0.5 ? kAnother : kCommander; }
 
-/// `request` holds no blank that the daemon would not get.
 Kind asks(std::string_view name, void (*ask)(World& world, const Event& event)) {
   return {.name = name, .begin = ask};
+}
+
+/// That ends the run: an arm is lowered first.
+constexpr std::chrono::milliseconds kStop{7000};
+Kind stops(std::string_view name, std::chrono::milliseconds within,
+           void (*ask)(World& world, const Event& event)) {
+  return {.name = name, .last_torque_after = within, .begin = ask};
 }
 
 template <bool PenFaults::*Member>
@@ -28,13 +34,14 @@ Kind pen(std::string_view name) {
 std::vector<Kind> client_kinds() {
   return {
       {.name = "commander-silent",
-       .longest = 2500ms,
+       .longest = 8000ms,
+       .last_torque_after = kStop,
        .begin = [](World& world, const Event&) { world.commander_silent = true; },
        .end = [](World& world, const Event&) { world.commander_silent = false; }},
-      asks("commander-gone", [](World& world, const Event&) { world.hang_up(kCommander); }),
-      asks("somebody-stops", [](World& world, const Event&) { (void)world.ask(3, "stop", false); }),
-      asks("disabled", [](World& world, const Event& e) { (void)world.ask(somebody(e), "disable"); }),
-      asks("stopped", [](World& world, const Event& e) { (void)world.ask(somebody(e), "stop"); }),
+      stops("commander-gone", kStop, [](World& world, const Event&) { world.hang_up(kCommander); }),
+      stops("somebody-stops", kStop, [](World& world, const Event&) { (void)world.ask(3, "stop", false); }),
+      stops("disabled", 20ms, [](World& world, const Event& e) { (void)world.ask(somebody(e), "disable"); }),
+      stops("stopped", kStop, [](World& world, const Event& e) { (void)world.ask(somebody(e), "stop"); }),
       asks("enabled-again", [](World& world, const Event& e) { (void)world.ask(somebody(e), "enable"); }),
       asks("acknowledged-by-another",
            [](World& world, const Event&) { (void)world.ask(kAnother, "acknowledge"); }),

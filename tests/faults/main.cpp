@@ -38,6 +38,7 @@ struct Verdict {
   std::uint64_t digest = 0;
   double emulated_s = 0.0;
   long last_torque_ms = -1;  // -1: it went on
+  double travel_m = 0.0;
   std::string fault;
   std::string violations;  // a line each
 };
@@ -49,10 +50,11 @@ std::string one_line(std::string text) {
 }
 
 void report(std::FILE* pipe, std::size_t number, const Outcome& outcome) {
-  std::fprintf(pipe, "%zu\t%llu\t%.3f\t%ld\t%s\t", number, static_cast<unsigned long long>(outcome.digest),
+  std::fprintf(pipe, "%zu\t%llu\t%.3f\t%ld\t%.3f\t%s\t", number,
+               static_cast<unsigned long long>(outcome.digest),
                std::chrono::duration<double>(outcome.emulated).count(),
                outcome.last_torque_after ? static_cast<long>(outcome.last_torque_after->count()) : -1L,
-               one_line(outcome.fault).c_str());
+               outcome.travel_m, one_line(outcome.fault).c_str());
   for (const std::string& violation : outcome.violations)
     std::fprintf(pipe, "%s | ", one_line(violation).c_str());
   std::fprintf(pipe, "\n");
@@ -61,7 +63,7 @@ void report(std::FILE* pipe, std::size_t number, const Outcome& outcome) {
 
 Verdict read_verdict(const std::string& line) {
   std::vector<std::string> fields;
-  for (std::size_t begin = 0; fields.size() < 6;) {
+  for (std::size_t begin = 0; fields.size() < 7;) {
     const std::size_t end = std::min(line.find('\t', begin), line.size());
     fields.push_back(line.substr(begin, end - begin));
     begin = std::min(end + 1, line.size());
@@ -69,8 +71,9 @@ Verdict read_verdict(const std::string& line) {
   Verdict verdict{.digest = std::stoull(fields[1]),
                   .emulated_s = std::stod(fields[2]),
                   .last_torque_ms = std::stol(fields[3]),
-                  .fault = fields[4],
-                  .violations = fields[5]};
+                  .travel_m = std::stod(fields[4]),
+                  .fault = fields[5],
+                  .violations = fields[6]};
   while (!verdict.violations.empty() &&
          (verdict.violations.back() == '\n' || verdict.violations.back() == ' '))
     verdict.violations.pop_back();
@@ -155,6 +158,16 @@ void print_failure(const Script& script, const Verdict& verdict, bool shrink) {
   std::fflush(stdout);
 }
 
+/// The reason alone: without the time before it, the joint, and what comes after a semicolon.
+std::string without_numbers(const std::string& fault) {
+  const std::size_t begin = fault.find("): ");
+  std::string reason = begin == fault.npos ? fault.substr(std::min(fault.find(": ") + 2, fault.size()))
+                                           : fault.substr(begin + 3);
+  reason = reason.substr(0, reason.find(';'));
+  std::erase_if(reason, [](char c) { return c >= '0' && c <= '9'; });
+  return reason.substr(0, 90);
+}
+
 /// A line for each kind: what one fault of it alone leads to.
 int run_each_kind(const Arguments& arguments) {
   std::vector<Script> scripts;
@@ -176,12 +189,21 @@ int run_each_kind(const Arguments& arguments) {
     int unsafe = 0;
     std::vector<long> times;
     std::map<std::string, int> reasons;
+    double travel_m = 0.0;
+    int named = 0;
     for (std::size_t i = 0; i < scripts.size(); ++i) {
       if (scripts[i].events[0].kind != &kind) continue;
       ++runs;
       unsafe += failed(verdicts[i]) ? 1 : 0;
-      if (verdicts[i].last_torque_ms >= 0) times.push_back(verdicts[i].last_torque_ms);
-      if (!verdicts[i].fault.empty()) ++reasons[verdicts[i].fault.substr(0, 70)];
+      if (verdicts[i].last_torque_ms < 0) continue;
+      times.push_back(verdicts[i].last_torque_ms);
+      travel_m = std::max(travel_m, verdicts[i].travel_m);
+      const std::string& fault = verdicts[i].fault;
+      const std::size_t place = scripts[i].events[0].place;
+      const std::string joint =
+          place < 4 ? "wheel-" + std::to_string(place + 1) : "arm-" + std::to_string(place - 3);
+      named += fault.find(joint + ":") != fault.npos || fault.find(joint + " ") != fault.npos ? 1 : 0;
+      if (!fault.empty()) ++reasons[without_numbers(fault)];
     }
     if (runs == 0) continue;
     std::ranges::sort(times);
@@ -197,8 +219,10 @@ int run_each_kind(const Arguments& arguments) {
         reason = std::to_string(count) + "x " + text;
       }
     if (reasons.size() > 1) reason += " (and " + std::to_string(reasons.size() - 1) + " others)";
-    std::printf("%-38s %5d %6d %5zu  %-18s %s\n", std::string(kind.name).c_str(), runs, unsafe, times.size(),
-                span.c_str(), reason.c_str());
+    const std::string right =
+        kind.where == faults::Kind::Where::kJoint && !times.empty() ? std::to_string(named) : "-";
+    std::printf("%-36s %4d %6d %5zu %5s  %-19s %6.2f  %s\n", std::string(kind.name).c_str(), runs, unsafe,
+                times.size(), right.c_str(), span.c_str(), travel_m, reason.c_str());
     good = good && unsafe == 0;
   }
   for (std::size_t i = 0; i < scripts.size(); ++i)

@@ -23,7 +23,8 @@ struct Kind {
   Where where = Where::kAnywhere;
   On on = On::kAnyMachine;
   std::chrono::milliseconds longest{0};  ///< 0: over as soon as it has begun
-  /// While it lasts no torque may be commanded this long after it began; 0: no such rule.
+  /// So long after it began, and until it ends, no torque may be commanded; where it is over at once, it must
+  /// have ended the run by then. 0: no such rule.
   std::chrono::milliseconds last_torque_after{0};
   bool spoils_samples = false;     ///< the daemon is shown what is not, or shown it late
   bool spoils_recordings = false;  ///< strikes their files

@@ -12,6 +12,7 @@
 #include "hal/axis_scale.h"
 #include "hal/youbot_axes.h"
 #include "sim/can/bench_rig.h"
+#include "tests/faults/lying_board.h"
 #include "tests/hal/ethercat_rig.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -134,6 +135,27 @@ TEST(EthercatArm, TheFirstPositionCommandAfterHomingIsTrueEvenWhenAReplyIsLostJu
   const std::chrono::nanoseconds ready = homed_again_at({});
   for (const auto before : {0ms, 1ms, 2ms, 3ms})
     (void)homed_again_at({{.kind = FaultKind::kDropReply, .at = ready - before - 500us}});
+}
+
+TEST(EthercatArm, AReadingThatWasWrongForAWhileDoesNotStayInItsPosition) {
+  Rig rig(Rig::options(Kind::kArm), {.kind = Kind::kArm, .home_arms = true});
+  faults::LyingBoard board(rig.emulation.board(kHand), rig.emulation.slave(kHand));
+  rig.robot->activate();
+  rig.enable();
+  rig.command.enable = false;
+  rig.run(10ms);
+  const double before_rad = rig.sample.joints[kHand].position_rad;
+  // Each step is about a third of the counter's range, so that many of them look like a wrap.
+  board.lie([turn = std::uint32_t{0}](const faults::BoardInputs&, faults::BoardInputs now) mutable {
+    now.position = static_cast<std::int32_t>(turn += 1'500'000'000U);
+    return now;
+  });
+  rig.run(50ms);
+  EXPECT_GT(std::abs(rig.sample.joints[kHand].position_rad - before_rad), 100);
+  board.tell_truth();
+  rig.run(5ms);
+  EXPECT_TRUE(rig.sample.joints[kHand].homed);
+  EXPECT_NEAR(rig.sample.joints[kHand].position_rad, before_rad, 1e-3);
 }
 
 // ---- gripper ----
