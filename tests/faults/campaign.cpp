@@ -12,6 +12,8 @@ using namespace std::chrono_literals;
 
 /// An enable has to be granted so soon after the last fault.
 constexpr auto kRecovery = 2s;
+/// A daemon that ended is started again, and again while what its bus needs is not there.
+constexpr auto kRestart = 10s;
 /// Firmware that lost its power has its commutation to find, and an arm its end stops and its pose.
 constexpr auto kStartUp = 60s;
 
@@ -97,6 +99,7 @@ class Play {
           world_.start_error());
     };
     const std::string working = script_.machine == Machine::kBase ? "running" : "operating";
+    if (!comes_to(kRestart, [this] { return world_.daemon_runs(); })) return say("the daemon does not start");
     const auto enabled = [this] { return commander_.enabled() && commander_.refusal().empty(); };
     if (!comes_to(kRecovery, enabled)) return say("no enable works within 2 s of the last fault");
     const auto at_work = [&] { return commander_.enabled() && commander_.status()["phase"] == working; };

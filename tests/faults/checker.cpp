@@ -89,7 +89,7 @@ void Checker::period_passed() {
 void Checker::look_at(std::size_t number) {
   Joint& joint = joints_[number];
   sim::bus::TmcmBoard& board = world_.emulation().board(number);
-  const std::string name = "joint " + std::to_string(number + 1) + " ";
+  const auto name = [number] { return "joint " + std::to_string(number + 1) + " "; };
   const auto& followed = board.followed();
   mix(static_cast<std::uint64_t>(board.input().position_ticks));
   mix(followed
@@ -105,14 +105,14 @@ void Checker::look_at(std::size_t number) {
         followed->value != 0));
   works_ = works_ || joint.commanded;
   if (joint.commanded && !permitted_ && world_.now() > permitted_until_)
-    violate(name + "is commanded without an enable");
+    violate(name() + "is commanded without an enable");
   if (current && joint.commanded) {
-    if (joint.worked && joint.stopped >= 2) violate(name + "is commanded again in a run that stopped it");
+    if (joint.worked && joint.stopped >= 2) violate(name() + "is commanded again in a run that stopped it");
     joint.worked = true;
     joint.stopped = 0;
     const double limit_Nm = number < 4 ? kWheelTorque_Nm : kArmTorque_Nm[number - 4];
     const double torque_Nm = std::abs(board.units().torque_Nm(followed->value));
-    if (torque_Nm > limit_Nm + 2e-3) violate(name + "is commanded " + std::to_string(torque_Nm) + " N.m");
+    if (torque_Nm > limit_Nm + 2e-3) violate(name() + "is commanded " + std::to_string(torque_Nm) + " N.m");
   } else if (joint.worked && by_master && followed->mode == ControllerMode::kMotorStop) {
     ++joint.stopped;
   }

@@ -36,7 +36,12 @@ void Commander::act() {
   if (enabled()) {
     note(world_.ask(kConnection, "alive"));
     next_enable_ = now + (calm_ ? 100ms : of_seconds(between(0.2, 1.0)));
-    if (now >= next_move_) move();
+    // Another client may have enabled another mode.
+    const bool drives = world_.machine() == Machine::kManipulator || status_.value("mode", "") == "velocity";
+    if (calm_ && !drives)
+      note(world_.ask(kConnection, "disable"));
+    else if (now >= next_move_)
+      move();
   } else {
     note(world_.ask(kConnection, "status"));
     if (!enabled() && now >= next_enable_) try_to_enable();

@@ -21,10 +21,10 @@ std::vector<std::string> cells(const std::string& line) {
 }  // namespace
 
 void TrueMotion::add(World& world) {
-  Moment moment{.at = world.now(), .position_rad = {}};
+  Moment& moment = moments_.emplace_back();
+  moment.at = world.now();
   for (std::size_t joint = 0; joint < world.joints(); ++joint)
-    moment.position_rad.push_back(world.emulation().position_rad(joint));
-  moments_.push_back(std::move(moment));
+    moment.position_rad[joint] = world.emulation().position_rad(joint);
 }
 
 std::size_t TrueMotion::index_of(nanoseconds time) const {

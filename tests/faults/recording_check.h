@@ -1,6 +1,7 @@
 /// @file
 /// Whether what was recorded is what happened.
 #pragma once
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -28,7 +29,7 @@ class TrueMotion {
  private:
   struct Moment {
     nanoseconds at{};
-    std::vector<double> position_rad;
+    std::array<double, 9> position_rad{};
   };
   void compare_file(const std::filesystem::path& file, nanoseconds first_cycle, bool samples_are_true,
                     std::vector<std::string>& problems) const;
