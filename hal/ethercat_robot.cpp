@@ -145,6 +145,17 @@ struct RobotState {
   bool simulation_gone = false;
 };
 
+/// The link's time, which on an emulated bus is not the machine's.
+class LinkClock final : public tmcl::Clock {
+ public:
+  explicit LinkClock(ethercat::Link& link) : link_(link) {}
+  std::chrono::nanoseconds now() noexcept override { return link_.now(); }
+  void wait(std::chrono::nanoseconds duration) noexcept override { link_.wait(duration); }
+
+ private:
+  ethercat::Link& link_;
+};
+
 class EthercatRobot final : public Robot {
  public:
   using OpenLink = std::function<std::unique_ptr<ethercat::Link>()>;
@@ -273,7 +284,7 @@ void EthercatRobot::activate() {
 /// Its firmware, its parameters, and what hangs behind it.
 void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard& board, std::size_t slave) {
   tmcl::SetupMailboxTransport transport(setup, slave);
-  tmcl::SteadyClock clock;
+  LinkClock clock(*link_);
   tmcl::Client client(transport, clock);
   const tmcl::FirmwareVersion version = client.version();
   const std::optional<tmcl::Firmware> firmware = tmcl::supported_firmware(version);

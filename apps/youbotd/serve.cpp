@@ -39,7 +39,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   apps::LoopStatistics statistics;
   std::atomic<bool> over{false};
   std::promise<std::vector<std::string>> entered;
-  std::jthread cycles([&](const std::stop_token& left) {  // by an exception, below
+  std::jthread cycles([&](const std::stop_token& left) {  // asked when an exception leaves this function
     apps::RealTimeThread real_time;
     try {
       entered.set_value(apps::enter_real_time(real_time, config.real_time, options.allow_non_real_time));
@@ -57,7 +57,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   });
   const std::vector<std::string> not_real_time = entered.get_future().get();
   for (const std::string& problem : not_real_time) spdlog::warn("not real-time: {}", problem);
-  service.not_real_time(not_real_time);
+  service.set_not_real_time(not_real_time);
   spdlog::info("{} is open, its drives are off; waiting for commands on {}", config.robot.name,
                options.control_socket.string());
   service.manager().ready("drives off, waiting for commands");

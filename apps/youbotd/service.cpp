@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "apps/common/control_socket.h"
+#include "apps/common/file_size_signal.h"
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/teleop_run.h"
 
@@ -170,7 +171,6 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
 }
 
 void Service::obey(const Peer& peer, const std::string& request) {
-  if (request.find('\n') != request.npos) throw Refusal("a request is one line");
   std::istringstream words(request);
   std::string command;
   words >> command;
@@ -195,6 +195,7 @@ void Service::obey(const Peer& peer, const std::string& request) {
     words >> key;
     if (key == "velocity") return set_velocity(words);
     std::getline(words >> std::ws, value);
+    if (words.peek() != std::istringstream::traits_type::eof()) throw Refusal("a value is one line");
     return set(peer, key, value);
   }
   if (command == "unset") {
@@ -302,6 +303,7 @@ RunOptions Service::next_run() const {
 /// Beside the configuration, which they stood over.
 void Service::record_settings(const std::filesystem::path& directory) const {
   if (settings_.empty()) return;
+  const apps::FileSizeSignalHeldBack held_back;
   const std::filesystem::path path = directory / "settings.toml";
   std::ofstream file(path);
   for (const auto& [key, value] : settings_) file << key << " = " << value << '\n';

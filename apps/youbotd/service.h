@@ -60,7 +60,7 @@ class Service final : public ControlServer::Listener {
   /// For the other thread.
   ServedLoop& loop() noexcept { return loop_; }
   /// What the system refused the loop: it is in each status.
-  void not_real_time(std::vector<std::string> problems) { not_real_time_ = std::move(problems); }
+  void set_not_real_time(std::vector<std::string> problems) { not_real_time_ = std::move(problems); }
   const apps::ServiceManager& manager() const noexcept { return manager_; }
 
   /// Every kBeat: repeats the orders, reads what became of them and reports to log and service manager.

@@ -17,8 +17,8 @@ namespace drivers::ethercat {
 /// - The mailbox is read only when its status says that it is full. When that frame is lost and the mailbox
 ///   is empty, the frame has emptied it, and the slave is asked to repeat (sync manager repeat bit).
 /// - Before a request is written, what waits in the mailbox is read and dropped: the reply to a request that
-///   was given up, or what nobody asked for. One that stayed would be taken for the reply to each request
-///   that follows.
+///   was given up, or unrequested mail. One that stayed would be taken for the reply to the next request,
+///   whose own reply would be taken for the one after it, and so on.
 /// A reply that comes later than that, the slave having taken the old request, cannot be told apart.
 /// Cycle-safe after construction.
 class MailboxLine {
@@ -68,7 +68,7 @@ class MailboxLine {
   std::vector<std::uint8_t> out_;
   std::vector<std::uint8_t> in_;
   Status status_ = Status::kIdle;
-  Ask ask_ = Ask::kWrite;
+  Ask ask_ = Ask::kLookForOld;
   bool repeat_bit_ = false;  // as the request sets it
   bool old_first_ = false;   // the mailbox held an older request: its reply comes before ours
   bool timed_ = false;

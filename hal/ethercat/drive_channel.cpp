@@ -180,8 +180,8 @@ void DriveChannel::drive(const JointCommand& command, bool enabled, std::span<st
 bool DriveChannel::sense(std::span<const std::uint8_t> pdo) noexcept {
   if (!tmcl::unpack(setup_.firmware, pdo, input_)) return false;
   position_ticks_ = position_.update(input_.position_ticks);
-  // Counted from its zero an arm joint never wraps the counter; a reading that was wrong once must not stay
-  // in its position as a number of wraps.
+  // An arm joint never wraps the counter, so a homed one is where the counter says: a reading that was wrong
+  // for a while leaves no wraps in its position.
   if (homed_) position_ticks_ = input_.position_ticks;
   sensed_ = fresh_ = true;
   return true;

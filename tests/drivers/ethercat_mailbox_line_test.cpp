@@ -228,7 +228,7 @@ TEST_F(Mailbox, AHungOneTimesOutAndItsLateReplyIsDropped) {
   EXPECT_EQ(value(), 7002) << "not 6001";
 }
 
-TEST_F(Mailbox, WhatNobodyAskedForIsNotTakenForAnyReplyAfterIt) {
+TEST_F(Mailbox, UnrequestedMailIsNotTakenForAnyReplyAfterIt) {
   const Bytes stray{2, 0, 100, 6, 0, 0, 0, 99};
   ASSERT_TRUE(robot.bus.slave(0).post_mailbox(stray));
   robot.wire->advance(2ms);

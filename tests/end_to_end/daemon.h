@@ -2,6 +2,7 @@
 /// youbotd as a service and youbotctl, as their user has them.
 #pragma once
 #include <chrono>
+#include <cstdio>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -64,7 +65,9 @@ class Daemon {
 
   /// A commander of its own process, which stays as long as what it enabled. False when it was refused.
   bool enable() {
-    (void)tell({"acknowledge"});  // the fault of a busy machine, maybe
+    if (const json fault = status().value("fault", json()); fault.is_string() && !fault.empty())
+      std::printf("acknowledged: %s\n", fault.get<std::string>().c_str());
+    (void)tell({"acknowledge"});
     commander_ = std::make_unique<support::Process>(
         std::vector<std::string>{support::program("youbotctl"), "--socket", socket_, "enable"});
     const json now = wait_until(

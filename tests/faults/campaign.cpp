@@ -25,17 +25,18 @@ class Play {
         world_(script.machine, script.seed, sabotage),
         checker_(world_),
         commander_(world_, script.seed),
-        states_(script.events.size(), State::kWaiting) {}
+        states_(script.events.size(), State::kWaiting),
+        ends_(script.events.size()) {}
 
   Outcome run() {
     world_.start_daemon();
     if (!world_.daemon_runs()) checker_.violate("the daemon does not start: " + world_.start_error());
     begin_ = world_.now();
-    while (world_.now() - begin_ < length_of(script_.machine)) {
+    // A start of the daemon takes its time: what was to begin or end meanwhile does so after it.
+    while (world_.now() - begin_ < length_of(script_.machine) || !all_over()) {
       play_events();
       period();
     }
-    play_events();
     const auto last_torque_after = checker_.last_torque_after();
     const double travel_m = checker_.travel_m();
     if (checker_.violations().empty()) expect_life();
@@ -66,7 +67,7 @@ class Play {
     const nanoseconds time = world_.now() - begin_;
     for (std::size_t i = 0; i < states_.size(); ++i) {
       const Event& event = script_.events[i];
-      if (states_[i] == State::kActive && time >= event.at + event.duration) {
+      if (states_[i] == State::kActive && time >= ends_[i]) {
         if (event.kind->end != nullptr) event.kind->end(world_, event);
         checker_.ended(event);
         states_[i] = State::kOver;
@@ -75,8 +76,13 @@ class Play {
         checker_.began(event);
         event.kind->begin(world_, event);
         states_[i] = State::kActive;
+        ends_[i] = time + event.duration;
       }
     }
+  }
+
+  bool all_over() const {
+    return std::ranges::all_of(states_, [](State state) { return state == State::kOver; });
   }
 
   template <typename Condition>
@@ -91,7 +97,7 @@ class Play {
 
   /// With all faults gone.
   void expect_life() {
-    commander_.be_calm();
+    commander_.rest();
     const auto say = [this](const std::string& what) {
       checker_.violate(
           what + "; enable: " + (commander_.refusal().empty() ? "granted" : commander_.refusal()) +
@@ -100,6 +106,10 @@ class Play {
     };
     const std::string working = script_.machine == Machine::kBase ? "running" : "operating";
     if (!comes_to(kRestart, [this] { return world_.daemon_runs(); })) return say("the daemon does not start");
+    // Whatever still runs is another client's, or comes to rest.
+    commander_.ask("disable");
+    if (!comes_to(1s, [this] { return !commander_.enabled(); })) return say("the drives do not go off");
+    commander_.be_calm();
     const auto enabled = [this] { return commander_.enabled() && commander_.refusal().empty(); };
     if (!comes_to(kRecovery, enabled)) return say("no enable works within 2 s of the last fault");
     const auto at_work = [&] { return commander_.enabled() && commander_.status()["phase"] == working; };
@@ -130,7 +140,8 @@ class Play {
   World world_;
   Checker checker_;
   Commander commander_;
-  std::vector<State> states_;
+  std::vector<State> states_;      // of the events
+  std::vector<nanoseconds> ends_;  // of those that have begun
   nanoseconds begin_{};
   nanoseconds next_start_{};
   std::string fault_;

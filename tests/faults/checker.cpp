@@ -12,10 +12,12 @@ using namespace std::chrono_literals;
 using drivers::tmcl::ControllerMode;
 
 /// The boards' watchdog, parameter 90, and some periods of theirs and of the bus.
-constexpr auto kWatchdog = 100ms + 5ms;
+constexpr std::chrono::milliseconds kWatchdog{105};
 constexpr double kWheelTorque_Nm = 2.4;                                  // the world's configuration
 constexpr std::array<double, 5> kArmTorque_Nm{9.5, 9.5, 6.0, 2.0, 1.0};  // robot description, likewise
-constexpr double kWheelSpeed_rad_per_s = 16.0 * 1.15;                    // of the configurations' larger one
+/// The configurations' limits, and what a wheel gains until the drives are off.
+constexpr double kBaseWheelSpeed_rad_per_s = 12.0 * 1.15;
+constexpr double kManipulatorWheelSpeed_rad_per_s = 16.0 * 1.15;
 constexpr double kArmSpeed_rad_per_s = 3.0 * 1.3;
 /// Three times what the commander may ask for.
 constexpr double kBaseSpeed_m_per_s = 0.9;
@@ -28,8 +30,10 @@ std::string milliseconds_of(nanoseconds time) { return std::to_string(time / 1ms
 Checker::Checker(World& world) : world_(world), joints_(world.joints()) { world.be_watched_by(this); }
 
 void Checker::violate(const std::string& what) {
-  // The first ones say it all.
-  if (violations_.size() < 5) violations_.push_back("at " + milliseconds_of(world_.now()) + ": " + what);
+  constexpr std::size_t kMost = 20;
+  const auto same = [&what](const std::string& known) { return known.ends_with(": " + what); };
+  if (violations_.size() < kMost && std::ranges::none_of(violations_, same))
+    violations_.push_back("at " + milliseconds_of(world_.now()) + ": " + what);
 }
 
 void Checker::mix(std::uint64_t value) noexcept {
@@ -55,16 +59,29 @@ void Checker::began(const Event& event) {
     first_event_ = world_.now();
     first_pose_ = world_.emulation().pose();
   }
-  const auto allowed = event.kind->last_torque_after;
   const bool lasts = event.kind->longest.count() > 0;
+  // Boards that hear nothing because of another event go on until their watchdog ends.
+  const bool alone = active_events_ == 0 && world_.now() - last_change_ > kWatchdog;
+  if (!alone)
+    for (Deadline& deadline : deadlines_) deadline.at = std::max(deadline.at, deadline.began + kWatchdog);
+  if (lasts) ++active_events_;
+  last_change_ = world_.now();
+  auto allowed = event.kind->last_torque_after;
+  if (world_.machine() == Machine::kManipulator) allowed += event.kind->lowering;
+  if (allowed.count() > 0 && !alone) allowed = std::max(allowed, kWatchdog);
   // A service whose thread is held up hears no order yet.
   const bool heard = lasts || world_.now() >= world_.beats_paused_until;
   if (works_ && heard && allowed.count() > 0 && (!lasts || event.duration >= allowed))
-    deadlines_.push_back(
-        {.began = world_.now(), .at = world_.now() + allowed, .event = &event, .lasts = lasts});
+    deadlines_.push_back({.began = world_.now(),
+                          .at = world_.now() + allowed,
+                          .event = &event,
+                          .lasts = lasts,
+                          .allowed = allowed});
 }
 
 void Checker::ended(const Event& event) {
+  if (event.kind->longest.count() > 0) --active_events_;
+  last_change_ = world_.now();
   std::erase_if(deadlines_,
                 [&](const Deadline& deadline) { return deadline.lasts && deadline.event == &event; });
 }
@@ -128,7 +145,7 @@ void Checker::check_speeds() {
   for (int wheel = 0; wheel < 4; ++wheel) {
     const double speed =
         std::abs((arm != nullptr ? arm->wheel(wheel) : robot.base().wheel(wheel)).velocity_rad_per_s());
-    if (speed > kWheelSpeed_rad_per_s)
+    if (speed > (arm != nullptr ? kManipulatorWheelSpeed_rad_per_s : kBaseWheelSpeed_rad_per_s))
       violate("wheel " + std::to_string(wheel + 1) + " turns at " + std::to_string(speed) + " rad/s");
   }
   if (arm == nullptr) return;
@@ -166,9 +183,8 @@ void Checker::check_deadlines() {
     if (world_.now() < std::max(deadline.at, blind_until) || (deadline.met && !deadline.lasts)) continue;
     for (std::size_t joint = 0; joint < joints_.size(); ++joint)
       if (joints_[joint].commanded)
-        violate("joint " + std::to_string(joint + 1) + " is commanded " +
-                milliseconds_of(deadline.event->kind->last_torque_after) + " after " +
-                std::string(deadline.event->kind->name));
+        violate("joint " + std::to_string(joint + 1) + " is commanded " + milliseconds_of(deadline.allowed) +
+                " after " + std::string(deadline.event->kind->name));
   }
 }
 

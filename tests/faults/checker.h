@@ -32,11 +32,13 @@ class Checker final : public Witness {
   void period_passed() override;
   void cycle_begins() override { motion_.cycle_begins(world_.now()); }
   void enable_granted() override;
+  void object(const std::string& what) override { violate(what); }
   void nothing_runs() override;
   void began(const Event& event);
   void ended(const Event& event);
 
   const std::vector<std::string>& violations() const noexcept { return violations_; }
+  /// Keeps each once, with its first time.
   void violate(const std::string& what);
   /// Of all that boards and mechanics did: the same in every run of a script.
   std::uint64_t digest() const noexcept { return digest_; }
@@ -58,7 +60,8 @@ class Checker final : public Witness {
     nanoseconds at{};
     const Event* event = nullptr;
     bool lasts = false;  // the event does, until then and longer
-    bool met = false;    // nothing was commanded once
+    std::chrono::milliseconds allowed{};
+    bool met = false;  // nothing was commanded once
   };
 
   void look_at(std::size_t joint);
@@ -72,6 +75,8 @@ class Checker final : public Witness {
   std::uint64_t digest_ = 14695981039346656037U;  // FNV-1a
   std::vector<Joint> joints_;
   std::vector<Deadline> deadlines_;
+  int active_events_ = 0;
+  nanoseconds last_change_{};  // of them
   TrueMotion motion_;
   bool permitted_ = false;
   nanoseconds permitted_until_{};  // while it is not: what boards did not hear of yet

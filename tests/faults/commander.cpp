@@ -18,8 +18,13 @@ void Commander::note(const std::optional<Reply>& reply) {
   if (reply) status_ = reply->status;
 }
 
+void Commander::rest() { rests_ = true; }
+
 void Commander::be_calm() {
+  rests_ = false;
   calm_ = true;
+  status_ = nullptr;
+  refusal_ = "not asked yet";
   next_enable_ = next_move_ = next_word_ = {};
   if (world_.hand() != nullptr) {
     world_.hand()->take_hold();
@@ -36,15 +41,10 @@ void Commander::act() {
   if (enabled()) {
     note(world_.ask(kConnection, "alive"));
     next_enable_ = now + (calm_ ? 100ms : of_seconds(between(0.2, 1.0)));
-    // Another client may have enabled another mode.
-    const bool drives = world_.machine() == Machine::kManipulator || status_.value("mode", "") == "velocity";
-    if (calm_ && !drives)
-      note(world_.ask(kConnection, "disable"));
-    else if (now >= next_move_)
-      move();
+    if (now >= next_move_ && !rests_) move();
   } else {
     note(world_.ask(kConnection, "status"));
-    if (!enabled() && now >= next_enable_) try_to_enable();
+    if (!rests_ && !enabled() && now >= next_enable_) try_to_enable();
   }
 }
 

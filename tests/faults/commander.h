@@ -17,8 +17,12 @@ class Commander {
 
   /// Each period.
   void act();
-  /// From now on only what keeps the connection alive, and it drives straight ahead: for the end of a script.
+  /// From now on it only looks.
+  void rest();
+  /// From now on it enables as soon as it may, and drives straight ahead or holds the pen still: for the end
+  /// of a script. What it knew of the daemon is forgotten.
   void be_calm();
+  void ask(const std::string& request) { note(world_.ask(1, request)); }
 
   const json& status() const noexcept { return status_; }
   const std::string& refusal() const noexcept { return refusal_; }  ///< of the last enable; empty: granted
@@ -32,6 +36,7 @@ class Commander {
 
   World& world_;
   std::mt19937_64 random_;
+  bool rests_ = false;
   bool calm_ = false;
   nanoseconds next_word_{};
   nanoseconds next_move_{};

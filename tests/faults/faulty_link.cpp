@@ -47,6 +47,8 @@ std::size_t FaultyLink::receive(std::span<std::uint8_t> buffer, std::chrono::nan
     stranger[13] = ethercat::kEtherType & 0xFFU;
     waiting_.push_back(std::move(stranger));
   }
+  waiting_.insert(waiting_.end(), held_back_.begin(), held_back_.end());
+  held_back_.clear();
   while (true) {
     std::size_t size = 0;
     if (!waiting_.empty()) {
@@ -68,7 +70,7 @@ std::size_t FaultyLink::spoil(std::span<std::uint8_t> buffer, std::size_t size) 
   const Bytes whole(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size));
   if (happens(faults_.repeats)) waiting_.push_back(whole);
   if (happens(faults_.holds_back)) {
-    waiting_.push_back(whole);
+    held_back_.push_back(whole);
     return 0;
   }
   if (!earlier_.empty() && happens(faults_.replays)) {

@@ -58,8 +58,9 @@ class FaultyLink final : public drivers::ethercat::Link {
   std::unique_ptr<Link> wire_;
   const WireFaults& faults_;
   std::mt19937_64& random_;
-  std::deque<Bytes> waiting_;  // for the next receive
-  Bytes earlier_;              // a reply that was delivered
+  std::deque<Bytes> waiting_;    // handed out first
+  std::deque<Bytes> held_back_;  // for the next receive
+  Bytes earlier_;                // a reply that was delivered
   int error_ = 0;
 };
 

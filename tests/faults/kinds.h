@@ -11,6 +11,11 @@ namespace faults {
 /// is no longer bridged; and some periods.
 inline constexpr std::chrono::milliseconds kLoss{115};
 
+/// From 0.3 m/s at 0.5 m/s^2, with the controller's lag; an arm is lowered in 3 s, from the end of its motion
+/// on.
+inline constexpr std::chrono::milliseconds kStop{1500};
+inline constexpr std::chrono::milliseconds kLowering{5500};
+
 std::vector<Kind> wire_kinds();     ///< frames, cables, other masters
 std::vector<Kind> board_kinds();    ///< slaves: power, state, mailbox, sensors
 std::vector<Kind> machine_kinds();  ///< mechanics, and the daemon's process, clock and disk

@@ -9,24 +9,24 @@ namespace {
 
 using namespace std::chrono_literals;
 using sim::bus::BoardFault;
+using support::BoardInputs;
+using support::LyingBoard;
 
 /// A board's flag reaches the daemon in a period, and its answer the board in another.
 constexpr auto kFlag = 10ms;
 
-Kind lies(std::string_view name, Lie (*make)(World& world, const Event& event)) {
-  // A table of plain functions: which lie it is hangs on the name.
-  static std::vector<std::pair<std::string_view, Lie (*)(World&, const Event&)>> makers;
-  makers.emplace_back(name, make);
-  return {.name = name,
-          .where = Kind::Where::kJoint,
-          .longest = 3000ms,
-          .begin =
-              [](World& world, const Event& event) {
-                const auto found = std::ranges::find(makers, event.kind->name,
-                                                     [](const auto& maker) { return maker.first; });
-                world.board(event.place).lie(found->second(world, event));
-              },
-          .end = [](World& world, const Event& event) { world.board(event.place).tell_truth(); }};
+using MakeLie = Lie (*)(World& world, const Event& event);
+
+Kind lies(std::string_view name, MakeLie make) {
+  return {
+      .name = name,
+      .where = Kind::Where::kJoint,
+      .longest = 3000ms,
+      .strikes = "inputs",
+      .make_lie = make,
+      .begin = [](World& world,
+                  const Event& event) { world.board(event.place).lie(event.kind->make_lie(world, event)); },
+      .end = [](World& world, const Event& event) { world.board(event.place).tell_truth(); }};
 }
 
 std::int32_t scaled(std::int32_t begin, std::int32_t now, double factor) {
@@ -229,12 +229,14 @@ std::vector<Kind> board_kinds() {
        .where = Kind::Where::kSlave,
        .longest = 3000ms,
        .last_torque_after = kLoss,
+       .strikes = "slaves",
        .begin = [](World& world,
                    const Event& event) { world.emulation().bus().set_power(event.place, false); },
        .end = [](World& world, const Event& event) { world.emulation().bus().set_power(event.place, true); }},
       {.name = "brown-out",
        .longest = 3000ms,
        .last_torque_after = kLoss,
+       .strikes = "slaves",
        .begin =
            [](World& world, const Event&) {
              for (std::size_t slave = 0; slave < world.emulation().bus().size(); ++slave)
@@ -247,6 +249,7 @@ std::vector<Kind> board_kinds() {
            }},
       {.name = "firmware-restarts",
        .where = Kind::Where::kSlave,
+       .strikes = "slaves",
        .begin =
            [](World& world, const Event& event) {
              world.emulation().bus().set_power(event.place, false);
@@ -273,7 +276,7 @@ std::vector<Kind> board_kinds() {
                    const Event& event) { world.emulation().slave(event.place).hang_mailbox(true); },
        .end = [](World& world,
                  const Event& event) { world.emulation().slave(event.place).hang_mailbox(false); }},
-      {.name = "mailbox-says-what-nobody-asked",
+      {.name = "unrequested-mail",
        .where = Kind::Where::kJoint,
        .begin =
            [](World& world, const Event& event) {

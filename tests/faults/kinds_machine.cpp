@@ -1,5 +1,3 @@
-#include <sys/resource.h>
-
 #include <filesystem>
 #include <fstream>
 
@@ -9,13 +7,6 @@ namespace faults {
 namespace {
 
 using namespace std::chrono_literals;
-
-void limit_files(rlim_t bytes) {
-  rlimit limit{};
-  getrlimit(RLIMIT_FSIZE, &limit);
-  limit.rlim_cur = bytes;
-  setrlimit(RLIMIT_FSIZE, &limit);
-}
 
 void push_base(World& world, const control::PlanarVector& wrench_B) {
   world.emulation().base().push(wrench_B);
@@ -36,6 +27,7 @@ std::vector<Kind> machine_kinds() {
       {.name = "base-held",
        .on = Kind::On::kBase,
        .longest = 2000ms,
+       .strikes = "mechanics",
        .begin =
            [](World& world, const Event&) {
              world.each_period = [&world] {
@@ -47,6 +39,7 @@ std::vector<Kind> machine_kinds() {
        .where = Kind::Where::kJoint,
        .on = Kind::On::kBase,
        .longest = 2000ms,
+       .strikes = "mechanics",
        .begin =
            [](World& world, const Event& event) {
              world.each_period = [&world, wheel = static_cast<int>(event.place)] {
@@ -70,9 +63,11 @@ std::vector<Kind> machine_kinds() {
       {.name = "loop-held-up",
        .longest = 1500ms,
        .last_torque_after = kLoss,
+       .strikes = "threads",
        .begin = [](World& world,
                    const Event& event) { world.loop_paused_until = world.now() + event.duration; }},
       {.name = "loop-jitters",
+       .strikes = "threads",
        .begin =
            [](World& world, const Event& event) {
              world.loop_paused_until =
@@ -80,11 +75,13 @@ std::vector<Kind> machine_kinds() {
            }},
       {.name = "service-thread-held-up",
        .longest = 2500ms,
+       .strikes = "threads",
        .begin = [](World& world,
                    const Event& event) { world.beats_paused_until = world.now() + event.duration; }},
       {.name = "everything-held-up",
        .longest = 2500ms,
        .last_torque_after = kLoss,
+       .strikes = "threads",
        .begin =
            [](World& world, const Event& event) {
              world.loop_paused_until = world.beats_paused_until = world.now() + event.duration;
@@ -92,6 +89,7 @@ std::vector<Kind> machine_kinds() {
       {.name = "daemon-killed",
        .longest = 1500ms,
        .last_torque_after = kLoss,
+       .strikes = "process",
        .begin =
            [](World& world, const Event&) {
              world.daemon_held_down = true;
@@ -99,20 +97,27 @@ std::vector<Kind> machine_kinds() {
            },
        .end = [](World& world, const Event&) { world.daemon_held_down = false; }},
       {.name = "daemon-killed-and-restarted",
+       .strikes = "process",
        .begin =
            [](World& world, const Event&) {
              world.kill_daemon();
              world.start_daemon();
            }},
       {.name = "daemon-ended",
-       .last_torque_after = 7000ms,
+       .last_torque_after = kStop,
+       .lowering = kLowering,
+       .strikes = "process",
        .begin = [](World& world, const Event&) { world.end_daemon(); }},
       {.name = "files-cannot-grow",
        .longest = 3000ms,
        .spoils_recordings = true,
-       .begin = [](World&, const Event& event) { limit_files(static_cast<rlim_t>(1 + 4e4 * event.size)); },
-       .end = [](World&, const Event&) { limit_files(RLIM_INFINITY); }},
+       .begin =
+           [](World& world, const Event& event) {
+             world.limit_files(static_cast<std::uint64_t>(1 + 4e4 * event.size));
+           },
+       .end = [](World& world, const Event&) { world.restore_files(); }},
       {.name = "recordings-removed",
+       .strikes = "recordings",
        .spoils_recordings = true,
        .begin =
            [](World& world, const Event&) {
@@ -121,6 +126,7 @@ std::vector<Kind> machine_kinds() {
            }},
       {.name = "recordings-in-the-way",
        .longest = 3000ms,
+       .strikes = "recordings",
        .spoils_recordings = true,
        .begin =
            [](World& world, const Event&) {

@@ -9,17 +9,21 @@ constexpr std::uint64_t kCommander = 1;
 constexpr std::uint64_t kAnother = 2;
 
 /// Of another client that may command, or of the commander itself.
-std::uint64_t somebody(const Event& event) { return event.size < 0.5 ? kAnother : kCommander; }
+std::uint64_t a_client(const Event& event) { return event.size < 0.5 ? kAnother : kCommander; }
 
 Kind asks(std::string_view name, void (*ask)(World& world, const Event& event)) {
   return {.name = name, .begin = ask};
 }
 
-/// That ends the run: an arm is lowered first.
-constexpr std::chrono::milliseconds kStop{7000};
-Kind stops(std::string_view name, std::chrono::milliseconds within,
-           void (*ask)(World& world, const Event& event)) {
-  return {.name = name, .last_torque_after = within, .begin = ask};
+/// That ends the run.
+Kind stops(std::string_view name, void (*ask)(World& world, const Event& event)) {
+  return {.name = name, .last_torque_after = kStop, .lowering = kLowering, .begin = ask};
+}
+
+/// A request that no daemon may grant.
+void ask_in_vain(World& world, std::uint64_t client, const std::string& request, bool may_command = true) {
+  const auto reply = world.ask(client, request, may_command);
+  if (reply && reply->ok) world.object("the daemon grants '" + request.substr(0, 60) + "'");
 }
 
 template <bool PenFaults::*Member>
@@ -35,36 +39,40 @@ std::vector<Kind> client_kinds() {
   return {
       {.name = "commander-silent",
        .longest = 8000ms,
-       .last_torque_after = kStop,
+       .last_torque_after = 500ms + kStop,  // loop.commander_timeout_s
+       .lowering = kLowering,
        .begin = [](World& world, const Event&) { world.commander_silent = true; },
        .end = [](World& world, const Event&) { world.commander_silent = false; }},
-      stops("commander-gone", kStop, [](World& world, const Event&) { world.hang_up(kCommander); }),
-      stops("somebody-stops", kStop, [](World& world, const Event&) { (void)world.ask(3, "stop", false); }),
-      stops("disabled", 20ms, [](World& world, const Event& e) { (void)world.ask(somebody(e), "disable"); }),
-      stops("stopped", kStop, [](World& world, const Event& e) { (void)world.ask(somebody(e), "stop"); }),
-      asks("enabled-again", [](World& world, const Event& e) { (void)world.ask(somebody(e), "enable"); }),
+      stops("commander-gone", [](World& world, const Event&) { world.hang_up(kCommander); }),
+      stops("stopped-without-rights", [](World& world, const Event&) { (void)world.ask(3, "stop", false); }),
+      Kind{.name = "disabled",
+           .last_torque_after = 20ms,
+           .begin = [](World& world, const Event& e) { (void)world.ask(a_client(e), "disable"); }},
+      stops("stopped", [](World& world, const Event& e) { (void)world.ask(a_client(e), "stop"); }),
+      asks("enabled-again", [](World& world, const Event& e) { (void)world.ask(a_client(e), "enable"); }),
       asks("acknowledged-by-another",
            [](World& world, const Event&) { (void)world.ask(kAnother, "acknowledge"); }),
-      asks("enabled-by-somebody-without-rights",
-           [](World& world, const Event&) { (void)world.ask(4, "enable", false); }),
-      asks("disabled-by-somebody-without-rights",
-           [](World& world, const Event&) { (void)world.ask(4, "disable", false); }),
-      asks("mode-changed", [](World& world, const Event& e) { (void)world.ask(somebody(e), "mode path"); }),
-      asks("mode-unknown", [](World& world, const Event& e) { (void)world.ask(somebody(e), "mode dance"); }),
+      asks("enabled-without-rights",
+           [](World& world, const Event&) { ask_in_vain(world, 4, "enable", false); }),
+      asks("disabled-without-rights",
+           [](World& world, const Event&) { ask_in_vain(world, 4, "disable", false); }),
+      asks("mode-changed", [](World& world, const Event& e) { (void)world.ask(a_client(e), "mode path"); }),
+      asks("mode-unknown",
+           [](World& world, const Event& e) { ask_in_vain(world, a_client(e), "mode dance"); }),
       asks("limit-raised",
-           [](World& world, const Event& e) { (void)world.ask(somebody(e), "set limits.force_N 1e9"); }),
+           [](World& world, const Event& e) { ask_in_vain(world, a_client(e), "set limits.force_N 1e9"); }),
       asks("limit-not-a-number",
-           [](World& world, const Event& e) { (void)world.ask(somebody(e), "set limits.force_N nan"); }),
+           [](World& world, const Event& e) { ask_in_vain(world, a_client(e), "set limits.force_N nan"); }),
       asks("setting-of-a-device",
            [](World& world, const Event& e) {
-             (void)world.ask(somebody(e), "set compensation.model \"/dev/zero\"");
+             ask_in_vain(world, a_client(e), "set compensation.model \"/dev/zero\"");
            }),
       asks("setting-with-a-table",
            [](World& world, const Event& e) {
-             (void)world.ask(somebody(e), "set limits.force_N 4\n[ethercat]\ntolerated_cycles = 100000");
+             ask_in_vain(world, a_client(e), "set limits.force_N 4\n[ethercat]\ntolerated_cycles = 100000");
            }),
       asks("velocity-not-a-number",
-           [](World& world, const Event& e) { (void)world.ask(somebody(e), "set velocity nan 0 0"); }),
+           [](World& world, const Event& e) { ask_in_vain(world, a_client(e), "set velocity nan 0 0"); }),
       asks("velocity-absurd",
            [](World& world, const Event&) { (void)world.ask(kCommander, "set velocity 1e30 -1e30 1e30"); }),
       asks("velocity-reversed-at-once",
@@ -77,14 +85,14 @@ std::vector<Kind> client_kinds() {
            [](World& world, const Event& e) {
              std::string bytes(static_cast<std::size_t>(1 + 4000 * e.size), '\0');
              for (char& byte : bytes) byte = static_cast<char>(world.random()());
-             (void)world.ask(somebody(e), bytes);
+             (void)world.ask(a_client(e), bytes);
            }),
       asks("requests-flood",
            [](World& world, const Event&) {
              for (int i = 0; i < 50; ++i)
                (void)world.ask(static_cast<std::uint64_t>(10 + i), "status", false);
            }),
-      asks("empty-request", [](World& world, const Event& e) { (void)world.ask(somebody(e), ""); }),
+      asks("empty-request", [](World& world, const Event& e) { (void)world.ask(a_client(e), ""); }),
   };
 }
 

@@ -11,19 +11,21 @@ using namespace std::chrono_literals;
 double share(const Event& event) { return event.size < 0.5 ? 0.1 * event.size : event.size; }
 
 template <double WireFaults::*Member>
-Kind spoils(std::string_view name) {
+Kind spoils(std::string_view name, std::string_view strikes = {}) {
   return {.name = name,
           .longest = 1500ms,
+          .strikes = strikes,
           .begin = [](World& world, const Event& event) { world.wire.*Member = share(event); },
           .end = [](World& world, const Event& /*event*/) { world.wire.*Member = 0; }};
 }
 
 /// Each frame, for as long as it lasts.
 template <double WireFaults::*Member>
-Kind spoils_all(std::string_view name) {
+Kind spoils_all(std::string_view name, std::string_view strikes) {
   return {.name = name,
           .longest = 1500ms,
           .last_torque_after = kLoss,
+          .strikes = strikes,
           .begin = [](World& world, const Event& /*event*/) { world.wire.*Member = 1; },
           .end = [](World& world, const Event& /*event*/) { world.wire.*Member = 0; }};
 }
@@ -33,6 +35,7 @@ Kind fails(std::string_view name) {
   return {.name = name,
           .longest = 2000ms,
           .last_torque_after = kLoss,
+          .strikes = "interface",
           .begin = [](World& world, const Event& /*event*/) { world.wire.*Member = Error; },
           .end = [](World& world, const Event& /*event*/) { world.wire.*Member = 0; }};
 }
@@ -41,19 +44,19 @@ Kind fails(std::string_view name) {
 
 std::vector<Kind> wire_kinds() {
   return {
-      spoils<&WireFaults::loses_request>("requests-lost"),
-      spoils<&WireFaults::loses_reply>("replies-lost"),
+      spoils<&WireFaults::loses_request>("requests-lost", "requests"),
+      spoils<&WireFaults::loses_reply>("replies-lost", "replies"),
       spoils<&WireFaults::repeats>("replies-twice"),
       spoils<&WireFaults::damages>("replies-damaged"),
-      spoils<&WireFaults::truncates>("replies-truncated"),
-      spoils<&WireFaults::miscounts>("replies-miscounted"),
+      spoils<&WireFaults::truncates>("replies-truncated", "truncation"),
+      spoils<&WireFaults::miscounts>("replies-miscounted", "counters"),
       spoils<&WireFaults::holds_back>("replies-late"),
       spoils<&WireFaults::replays>("replies-from-before"),
       spoils<&WireFaults::adds_strangers>("strange-frames"),
-      spoils_all<&WireFaults::loses_request>("all-requests-lost"),
-      spoils_all<&WireFaults::loses_reply>("all-replies-lost"),
-      spoils_all<&WireFaults::truncates>("all-replies-truncated"),
-      spoils_all<&WireFaults::miscounts>("all-replies-miscounted"),
+      spoils_all<&WireFaults::loses_request>("all-requests-lost", "requests"),
+      spoils_all<&WireFaults::loses_reply>("all-replies-lost", "replies"),
+      spoils_all<&WireFaults::truncates>("all-replies-truncated", "truncation"),
+      spoils_all<&WireFaults::miscounts>("all-replies-miscounted", "counters"),
       spoils<&WireFaults::adds_other_master>("other-master-asks"),
       {.name = "other-master-resets",
        .longest = 300ms,
@@ -74,12 +77,14 @@ std::vector<Kind> wire_kinds() {
        .where = Kind::Where::kCable,
        .longest = 3000ms,
        .last_torque_after = kLoss,
+       .strikes = "slaves",
        .begin = [](World& world,
                    const Event& event) { world.emulation().bus().set_cable(event.place, false); },
        .end = [](World& world, const Event& event) { world.emulation().bus().set_cable(event.place, true); }},
       {.name = "cable-loose",
        .where = Kind::Where::kCable,
        .longest = 1000ms,
+       .strikes = "slaves",
        .begin =
            [](World& world, const Event& event) {
              world.emulation().bus().damage(event.place, 2);
@@ -91,6 +96,7 @@ std::vector<Kind> wire_kinds() {
       {.name = "slaves-taken-away-from-the-end",
        .longest = 3000ms,
        .last_torque_after = kLoss,
+       .strikes = "slaves",
        .begin =
            [](World& world, const Event& /*event*/) {
              sim::bus::EmulatedBus& bus = world.emulation().bus();

@@ -1,7 +1,11 @@
 #include "tests/faults/script.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdio>
+#include <random>
+#include <sstream>
 #include <stdexcept>
 
 namespace faults {
@@ -41,6 +45,36 @@ Event drawn_event(const Kind& kind, Machine machine, milliseconds at, std::mt199
   return event;
 }
 
+Event parsed_event(const std::string& word, Machine machine) {
+  const auto refuse = [&word](const std::string& why) {
+    throw std::invalid_argument("event '" + word + "': " + why);
+  };
+  const std::size_t at = word.find('@');
+  long begin_ms = 0;
+  long duration_ms = 0;
+  int read = 0;
+  Event event;
+  if (at == word.npos ||
+      std::sscanf(word.c_str() + at, "@%ld+%ld/%zu*%lf%n", &begin_ms, &duration_ms, &event.place, &event.size,
+                  &read) != 4 ||
+      at + static_cast<std::size_t>(read) != word.size())
+    refuse("it is not KIND@MS+MS/PLACE*SIZE");
+  event.kind = &kind_of(word.substr(0, at));
+  event.at = milliseconds(begin_ms);
+  event.duration = milliseconds(duration_ms);
+  if (!fits(*event.kind, machine)) refuse("this machine does not have it");
+  if (event.place >= places(event.kind->where, machine)) refuse("there is no such place");
+  if (begin_ms < 0 || duration_ms < 0 || event.at + event.duration > length_of(machine))
+    refuse("it is not within the " + std::to_string(length_of(machine).count()) + " ms of a script");
+  if (!(event.size >= 0 && event.size <= 1)) refuse("its size is not from 0 to 1");
+  return event;
+}
+
+bool collide(const Event& a, const Event& b) {
+  const auto struck = [](const Kind& kind) { return kind.strikes.empty() ? kind.name : kind.strikes; };
+  return struck(*a.kind) == struck(*b.kind) && a.at <= b.at + b.duration && b.at <= a.at + a.duration;
+}
+
 }  // namespace
 
 const Kind& kind_of(std::string_view name) {
@@ -65,9 +99,12 @@ Script drawn_script(std::uint64_t seed) {
   for (const Kind& kind : kinds())
     if (fits(kind, script.machine)) fitting.push_back(&kind);
   const long latest = length_of(script.machine).count() - 1;
-  for (int count = 1 + below(6); count > 0; --count)
-    script.events.push_back(
-        drawn_event(*fitting[below(fitting.size())], script.machine, milliseconds(below(latest)), random));
+  for (int count = 1 + below(6); count > 0; --count) {
+    const Event event =
+        drawn_event(*fitting[below(fitting.size())], script.machine, milliseconds(below(latest)), random);
+    if (std::ranges::none_of(script.events, [&](const Event& other) { return collide(event, other); }))
+      script.events.push_back(event);
+  }
   std::ranges::stable_sort(script.events, {}, &Event::at);
   return script;
 }
@@ -96,24 +133,16 @@ Script parsed_script(const std::string& text) {
   std::istringstream words(text);
   std::string word;
   words >> word;
-  const std::size_t slash = word.find('/');
-  if (slash == word.npos || !word.ends_with(':'))
+  std::array<char, 16> machine{};
+  unsigned long long seed = 0;
+  int read = 0;
+  if (std::sscanf(word.c_str(), "%15[a-z]/%llu:%n", machine.data(), &seed, &read) != 2 ||
+      static_cast<std::size_t>(read) != word.size() ||
+      (std::string_view(machine.data()) != "base" && std::string_view(machine.data()) != "manipulator"))
     throw std::invalid_argument("a script begins with base/SEED: or manipulator/SEED:, not with '" + word +
                                 "'");
-  Script script{.machine = word.substr(0, slash) == "base" ? Machine::kBase : Machine::kManipulator,
-                .seed = std::stoull(word.substr(slash + 1))};
-  while (words >> word) {
-    const std::size_t at = word.find('@');
-    Event event{.kind = &kind_of(word.substr(0, at))};
-    long begin_ms = 0;
-    long duration_ms = 0;
-    if (at == word.npos || std::sscanf(word.c_str() + at, "@%ld+%ld/%zu*%lf", &begin_ms, &duration_ms,
-                                       &event.place, &event.size) != 4)
-      throw std::invalid_argument("an event is KIND@MS+MS/PLACE*SIZE, not '" + word + "'");
-    event.at = milliseconds(begin_ms);
-    event.duration = milliseconds(duration_ms);
-    script.events.push_back(event);
-  }
+  Script script{.machine = machine[0] == 'b' ? Machine::kBase : Machine::kManipulator, .seed = seed};
+  while (words >> word) script.events.push_back(parsed_event(word, script.machine));
   return script;
 }
 

@@ -13,6 +13,7 @@
 namespace faults {
 
 struct Event;
+using support::Lie;
 
 /// A kind of fault. Where its place counts: a joint, a slave on the bus, or a cable.
 struct Kind {
@@ -26,8 +27,13 @@ struct Kind {
   /// So long after it began, and until it ends, no torque may be commanded; where it is over at once, it must
   /// have ended the run by then. 0: no such rule.
   std::chrono::milliseconds last_torque_after{0};
+  std::chrono::milliseconds lowering{0};  ///< on top where an arm is lowered first
+  /// Two events that strike the same thing do not overlap: the first one's end would undo the second. Empty:
+  /// the kind's name.
+  std::string_view strikes{};
   bool spoils_samples = false;     ///< the daemon is shown what is not, or shown it late
   bool spoils_recordings = false;  ///< strikes their files
+  Lie (*make_lie)(World& world, const Event& event) = nullptr;  ///< of kinds in which a board lies
   void (*begin)(World& world, const Event& event) = nullptr;
   void (*end)(World& world, const Event& event) = nullptr;  ///< null: nothing is left of it
 };

@@ -1,7 +1,9 @@
 #include "tests/faults/world.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
+#include <system_error>
 #include <utility>
 
 #include "hal/lockstep_haptic_device.h"
@@ -64,15 +66,31 @@ sim::bus::YoubotBusOptions robot_options(Machine machine, std::mt19937_64& rando
   return options;
 }
 
+rlimit file_limit() {
+  rlimit limit{};
+  if (getrlimit(RLIMIT_FSIZE, &limit) != 0)
+    throw std::system_error(errno, std::generic_category(), "getrlimit");
+  return limit;
+}
+
+void set_file_limit(const rlimit& limit) {
+  if (setrlimit(RLIMIT_FSIZE, &limit) != 0)
+    throw std::system_error(errno, std::generic_category(), "setrlimit");
+}
+
 }  // namespace
 
+void World::limit_files(std::uint64_t bytes) { set_file_limit({bytes, file_limit_.rlim_max}); }
+void World::restore_files() { set_file_limit(file_limit_); }
+
 World::World(Machine machine, std::uint64_t seed, Sabotage sabotage)
-    : machine_(machine), random_(seed), sabotage_(std::move(sabotage)) {
+    : machine_(machine), file_limit_(file_limit()), random_(seed), sabotage_(std::move(sabotage)) {
   config_file_ = folder_.write("youbotd.toml", machine == Machine::kBase ? kBaseConfig : kManipulatorConfig);
   config_ = youbotd::load_config(config_file_);
   emulation_ = std::make_shared<sim::bus::YoubotBus>(robot_options(machine, random_));
   for (std::size_t joint = 0; joint < emulation_->joint_count(); ++joint)
-    boards_.push_back(std::make_unique<LyingBoard>(emulation_->board(joint), emulation_->slave(joint)));
+    boards_.push_back(
+        std::make_unique<support::LyingBoard>(emulation_->board(joint), emulation_->slave(joint)));
   emulation_->after_each_period([this] {
     if (each_period) each_period();
     if (witness_ != nullptr) witness_->period_passed();
@@ -81,7 +99,10 @@ World::World(Machine machine, std::uint64_t seed, Sabotage sabotage)
     master_.hand = std::make_unique<sim::Hand>(sim::HandParameters{.travel = sim::GripTravel{}});
 }
 
-World::~World() { kill_daemon(); }
+World::~World() {
+  kill_daemon();
+  setrlimit(RLIMIT_FSIZE, &file_limit_);  // also when an exception ended the script
+}
 
 void World::open_devices() {
   // As apps::open_robot() and apps::open_haptic() do, with what a script spoils in between.
@@ -186,11 +207,16 @@ youbotd::Peer World::peer(std::uint64_t connection, bool may_command) const {
 
 std::optional<Reply> World::ask(std::uint64_t connection, const std::string& request, bool may_command) {
   if (!service_ || now() < beats_paused_until) return std::nullopt;
+  const bool enabling = request == "enable";
+  const json before =
+      enabling ? json::parse(service_->answer(peer(0, false), "status"))["status"] : json(nullptr);
   answering_ = true;
   const json answer = json::parse(service_->answer(peer(connection, may_command), request));
   answering_ = false;
   Reply reply{answer.at("ok").get<bool>(), answer.value("error", ""), answer.at("status")};
-  if (reply.ok && request == "enable" && witness_ != nullptr) witness_->enable_granted();
+  if (reply.ok && enabling && before["fault"] != "" && before["fault_acknowledged"] == false)
+    object("an enable is granted after a fault that nobody acknowledged");
+  if (reply.ok && enabling && witness_ != nullptr) witness_->enable_granted();
   return reply;
 }
 

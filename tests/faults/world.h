@@ -4,6 +4,8 @@
 /// The daemon's parts are those of the program (apps/youbotd/service.h): only the sockets, threads and clocks
 /// of apps/youbotd/serve.cpp are left out.
 #pragma once
+#include <sys/resource.h>
+
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -20,7 +22,7 @@
 #include "sim/hand.h"
 #include "tests/faults/faulty_link.h"
 #include "tests/faults/faulty_pen.h"
-#include "tests/faults/lying_board.h"
+#include "tests/support/lying_board.h"
 #include "tests/support/temporary_directory.h"
 
 namespace faults {
@@ -50,6 +52,8 @@ class Witness {
   virtual void period_passed() = 0;
   virtual void cycle_begins() = 0;
   virtual void enable_granted() = 0;
+  /// The daemon did what it never may.
+  virtual void object(const std::string& what) = 0;
   /// The daemon says that no run is under way, or there is none any more.
   virtual void nothing_runs() = 0;
 };
@@ -78,7 +82,7 @@ class World final : public hal::Clock {
   void step();
   /// Starts it where it does not run. What it said when it could not is in start_error().
   void start_daemon();
-  /// As SIGKILL: nothing leaves any more, and nothing is tidied up.
+  /// As SIGKILL for bus and clients: nothing leaves any more. Recordings are closed as they are.
   void kill_daemon();
   /// As SIGTERM: comes to rest, then ends, which takes some periods.
   void end_daemon() noexcept;
@@ -89,15 +93,23 @@ class World final : public hal::Clock {
   std::optional<Reply> ask(std::uint64_t connection, const std::string& request, bool may_command = true);
   void hang_up(std::uint64_t connection);
 
+  void object(const std::string& what) {
+    if (witness_ != nullptr) witness_->object(what);
+  }
+
   // What a script reaches for.
   Machine machine() const noexcept { return machine_; }
   sim::bus::YoubotBus& emulation() noexcept { return *emulation_; }
-  LyingBoard& board(std::size_t joint) noexcept { return *boards_[joint]; }
+  support::LyingBoard& board(std::size_t joint) noexcept { return *boards_[joint]; }
   std::size_t joints() const noexcept { return boards_.size(); }
   sim::Hand* hand() noexcept { return master_.hand.get(); }
   std::mt19937_64& random() noexcept { return random_; }
   const std::filesystem::path& folder() const noexcept { return folder_.path(); }
   const youbotd::Config& config() const noexcept { return config_; }
+
+  /// As a disk that is full: no file of this process grows beyond. The harness' own writes come before it.
+  void limit_files(std::uint64_t bytes);
+  void restore_files();
 
   WireFaults wire;
   PenFaults pen;
@@ -113,6 +125,7 @@ class World final : public hal::Clock {
   youbotd::Peer peer(std::uint64_t connection, bool may_command) const;
 
   const Machine machine_;
+  const rlimit file_limit_;  // as it was
   support::TemporaryDirectory folder_;
   std::mt19937_64 random_;
   Sabotage sabotage_;
@@ -120,7 +133,7 @@ class World final : public hal::Clock {
   std::filesystem::path config_file_;
   youbotd::Config config_;
   std::shared_ptr<sim::bus::YoubotBus> emulation_;
-  std::vector<std::unique_ptr<LyingBoard>> boards_;
+  std::vector<std::unique_ptr<support::LyingBoard>> boards_;
 
   apps::OpenedHaptic master_;  // its hand stays when the daemon goes
   apps::OpenedRobot robot_;

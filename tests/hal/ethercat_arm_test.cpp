@@ -12,8 +12,8 @@
 #include "hal/axis_scale.h"
 #include "hal/youbot_axes.h"
 #include "sim/can/bench_rig.h"
-#include "tests/faults/lying_board.h"
 #include "tests/hal/ethercat_rig.h"
+#include "tests/support/lying_board.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace hal {
@@ -139,14 +139,14 @@ TEST(EthercatArm, TheFirstPositionCommandAfterHomingIsTrueEvenWhenAReplyIsLostJu
 
 TEST(EthercatArm, AReadingThatWasWrongForAWhileDoesNotStayInItsPosition) {
   Rig rig(Rig::options(Kind::kArm), {.kind = Kind::kArm, .home_arms = true});
-  faults::LyingBoard board(rig.emulation.board(kHand), rig.emulation.slave(kHand));
+  support::LyingBoard board(rig.emulation.board(kHand), rig.emulation.slave(kHand));
   rig.robot->activate();
   rig.enable();
   rig.command.enable = false;
   rig.run(10ms);
   const double before_rad = rig.sample.joints[kHand].position_rad;
   // Each step is about a third of the counter's range, so that many of them look like a wrap.
-  board.lie([turn = std::uint32_t{0}](const faults::BoardInputs&, faults::BoardInputs now) mutable {
+  board.lie([turn = std::uint32_t{0}](const support::BoardInputs&, support::BoardInputs now) mutable {
     now.position = static_cast<std::int32_t>(turn += 1'500'000'000U);
     return now;
   });

@@ -10,7 +10,7 @@
 
 #include "sim/bus/tmcm_board.h"
 
-namespace faults {
+namespace support {
 
 /// The process data of a board as the wire carries them; see drivers/tmcl/process_data.h, whose code this
 /// does not share.
@@ -28,9 +28,13 @@ using Lie = std::function<BoardInputs(const BoardInputs& begin, const BoardInput
 /// Stands before the true board on its slave. Not for allocation-free cycles.
 class LyingBoard final : public sim::bus::Application {
  public:
-  LyingBoard(sim::bus::TmcmBoard& board, sim::bus::EmulatedSlave& slave) : board_(board) {
-    slave.attach(*this);
+  /// Both outlive this.
+  LyingBoard(sim::bus::TmcmBoard& board, sim::bus::EmulatedSlave& slave) : board_(board), slave_(slave) {
+    slave_.attach(*this);
   }
+  LyingBoard(const LyingBoard&) = delete;
+  LyingBoard& operator=(const LyingBoard&) = delete;
+  ~LyingBoard() override { slave_.attach(board_); }
 
   void lie(Lie lie) {
     lie_ = std::move(lie);
@@ -74,9 +78,10 @@ class LyingBoard final : public sim::bus::Application {
   }
 
   sim::bus::TmcmBoard& board_;
+  sim::bus::EmulatedSlave& slave_;
   Lie lie_;
   BoardInputs begin_;
   BoardInputs now_;
 };
 
-}  // namespace faults
+}  // namespace support
