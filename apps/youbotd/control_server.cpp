@@ -50,11 +50,15 @@ void remove_leftover(const std::filesystem::path& path, const sockaddr_un& addre
 /// Members of the daemon's group, by their main or any other group.
 bool in_our_group(int socket, const ucred& peer) {
   if (peer.gid == getegid()) return true;
-  std::array<gid_t, 256> groups{};
-  socklen_t size = sizeof groups;
-  if (getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
-  const auto* end = groups.begin() + size / sizeof(gid_t);
-  return std::find(groups.cbegin(), end, getegid()) != end;
+  // The kernel says how many there are when they do not fit: up to NGROUPS_MAX, 65536.
+  std::vector<gid_t> groups;
+  socklen_t size = 0;
+  int result = getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size);
+  if (result != 0 && errno == ERANGE) {
+    groups.resize(size / sizeof(gid_t));
+    result = getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size);
+  }
+  return result == 0 && std::find(groups.cbegin(), groups.cend(), getegid()) != groups.cend();
 }
 
 /// Without a look into the list of users, which may be far away and slow.

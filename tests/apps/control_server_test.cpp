@@ -212,6 +212,31 @@ TEST_F(ControlServerTest, AStrangerWhoGetsInMayNotCommand) {
   EXPECT_FALSE(echo.asked[0].may_command);
 }
 
+TEST_F(ControlServerTest, AMemberOfOurGroupMayCommandHoweverManyGroupsItHas) {
+  SKIP_UNLESS(geteuid() == 0, "only root can become somebody else");
+  ControlServer server(path, echo);
+  chmod(path.c_str(), 0666);
+  chmod(folder.path().c_str(), 0755);
+  for (const bool member : {false, true}) {
+    const pid_t peer = fork();
+    if (peer == 0) {
+      constexpr unsigned kNobody = 65534;
+      std::vector<gid_t> groups(1000, kNobody);
+      if (member) groups.back() = getegid();
+      if (setgroups(groups.size(), groups.data()) != 0 || setgid(kNobody) != 0 || setuid(kNobody) != 0)
+        _exit(2);
+      const Caller caller(path);
+      _exit(caller.connected && caller.say("enable") ? 0 : 1);
+    }
+    int status = -1;
+    waitpid(peer, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    serve(server);
+    ASSERT_FALSE(echo.asked.empty());
+    EXPECT_EQ(echo.asked.back().may_command, member);
+  }
+}
+
 TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   {
     const int left = socket(AF_UNIX, SOCK_SEQPACKET, 0);
