@@ -157,6 +157,16 @@ TEST(CanRobot, AModuleThatTakesOneRequestAtATimeIsFoundOutAndServed) {
   EXPECT_NEAR(patient.velocity_rad_per_s(), 2, 0.1);
 }
 
+TEST(CanRobot, TakesOneToFiveRequestsACycle) {
+  for (const int requests : {0, 6}) {
+    CanBench bench({.requests_per_cycle = requests}, {}, 4ms);
+    const std::string text = refusal_of(bench);
+    EXPECT_TRUE(has(text, "it takes 1 to 5 requests a cycle")) << text;
+  }
+  CanBench most({.requests_per_cycle = 5}, {}, 4ms);
+  EXPECT_NO_THROW(most.robot->activate());
+}
+
 TEST(CanRobot, AModuleTooSlowForThePatienceIsRefused) {
   BenchRigOptions slow;
   slow.processing_time = 2ms;
