@@ -134,6 +134,23 @@ TEST_F(ControlServerTest, IdleConnectionsShutNobodyOut) {
   EXPECT_EQ(worried.hear(), "you said stop");
 }
 
+TEST_F(ControlServerTest, TheSeventeenthConnectionTakesThePlaceOfTheMostSilent) {
+  ControlServer server(path, echo);
+  std::vector<std::unique_ptr<Caller>> callers;
+  const auto connect = [&] {
+    callers.push_back(std::make_unique<Caller>(path));
+    ASSERT_TRUE(callers.back()->say("hello"));
+    serve(server);
+  };
+  for (int i = 0; i < 16; ++i) connect();
+  EXPECT_TRUE(echo.left.empty());
+  ASSERT_TRUE(callers.front()->say("still here"));
+  serve(server);
+  connect();
+  ASSERT_EQ(echo.left.size(), 1U);
+  EXPECT_EQ(echo.left[0].connection, echo.asked[1].connection) << "the first one has spoken since";
+}
+
 TEST_F(ControlServerTest, TheCommanderKeepsItsConnectionHoweverManyWantOne) {
   ControlServer server(path, echo);
   const Caller commander(path);
@@ -264,7 +281,8 @@ TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   EXPECT_THROW(ControlServer(file, echo), hal::SetupError);
   EXPECT_TRUE(std::filesystem::exists(file));
   EXPECT_THROW(ControlServer(folder / "no/such/place", echo), hal::SetupError);
-  EXPECT_THROW(ControlServer(std::string(200, 'x'), echo), std::invalid_argument);
+  EXPECT_EQ(apps::control_address(std::string(107, 'x')).sun_path, std::string(107, 'x'));
+  EXPECT_THROW(ControlServer(std::string(108, 'x'), echo), std::invalid_argument);
 }
 
 }  // namespace control_server_test
