@@ -158,7 +158,7 @@ bool ControlServer::accept() {
     close(socket);
     return true;
   }
-  if (connections_.size() >= kMostConnections) drop_most_silent();
+  if (connections_.size() >= kMostConnections) drop_one();
   const bool may_command = peer.uid == 0 || peer.uid == geteuid() || in_our_group(socket, peer);
   connections_.push_back({socket,
                           {.connection = ++accepted_,
@@ -170,15 +170,22 @@ bool ControlServer::accept() {
   return true;
 }
 
-/// A full list of silent connections must not keep out a peer that wants to stop the robot. The commander
-/// stays connected.
-void ControlServer::drop_most_silent() {
-  const auto earlier = [this](const Connection& a, const Connection& b) {
+/// A full list must not keep out a peer that wants to stop the robot. The commander stays connected, and so
+/// does every other process as long as one has more connections than it: of that one's the most silent.
+void ControlServer::drop_one() {
+  const auto of_its_process = [this](const Connection& connection) {
+    return std::count_if(connections_.begin(), connections_.end(),
+                         [&](const Connection& other) { return other.peer.pid == connection.peer.pid; });
+  };
+  const auto goes_before = [&](const Connection& a, const Connection& b) {
     const bool a_commands = listener_.commands(a.peer);
     const bool b_commands = listener_.commands(b.peer);
-    return a_commands != b_commands ? b_commands : a.peer.heard < b.peer.heard;
+    if (a_commands != b_commands) return b_commands;
+    const auto a_has = of_its_process(a);
+    const auto b_has = of_its_process(b);
+    return a_has != b_has ? a_has > b_has : a.peer.heard < b.peer.heard;
   };
-  const auto dropped = std::min_element(connections_.begin(), connections_.end(), earlier);
+  const auto dropped = std::min_element(connections_.begin(), connections_.end(), goes_before);
   const Peer peer = dropped->peer;
   close(dropped->socket);
   connections_.erase(dropped);

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <memory>
 #include <string>
 #include <vector>
@@ -169,6 +170,27 @@ TEST_F(ControlServerTest, TheCommanderKeepsItsConnectionHoweverManyWantOne) {
   ASSERT_TRUE(commander.say("alive"));
   serve(server);
   EXPECT_EQ(commander.hear(), "you said alive");
+}
+
+TEST_F(ControlServerTest, AProcessOfOneConnectionKeepsItHoweverManyAnotherHas) {
+  ControlServer server(path, echo);
+  const pid_t modest = fork();
+  if (modest == 0) {
+    const Caller caller(path);
+    if (!caller.connected || !caller.say("status")) _exit(1);
+    pause();  // silent from now on
+  }
+  for (int i = 0; i < 6000 && echo.asked.empty(); ++i) server.serve(10ms);
+  std::vector<std::unique_ptr<Caller>> loud;
+  for (int i = 0; i < 60; ++i) {
+    loud.push_back(std::make_unique<Caller>(path));
+    (void)loud.back()->say("status");
+    serve(server);
+  }
+  EXPECT_FALSE(echo.left.empty());
+  for (const Peer& peer : echo.left) EXPECT_NE(peer.pid, modest);
+  kill(modest, SIGKILL);
+  waitpid(modest, nullptr, 0);
 }
 
 TEST_F(ControlServerTest, ARemovedSocketIsMadeAgainAndWhoIsConnectedStays) {
