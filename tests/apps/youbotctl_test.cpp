@@ -19,6 +19,7 @@
 
 #include "apps/common/control_socket.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/hostile_clients.h"
 #include "tests/support/process.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
@@ -436,6 +437,30 @@ TEST_F(Youbotctl, ARequestIsUpTo4096BytesLong) {
   ASSERT_TRUE(commander.say("set velocity 0.2 0 0"));
   EXPECT_TRUE(comes_to([](const json& now) { return now["enabled"] == true && now["base_W"][0] > 0.05; }))
       << "the commander stays, and so does the run";
+}
+
+TEST_F(Youbotctl, AmidHostileClientsTheCommanderIsHeardAndAnybodyMayStop) {
+  config = folder.write("patient.toml",
+                        "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\ncommander_timeout_s = 5.0\n"
+                        "[compensation]\nfilter_cutoff_rad_per_s = 50\n[[path.leg]]\nforward_m = 0.1\n");
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  {
+    const support::HostileClients hostile(folder / "s");
+    ASSERT_TRUE(commander.say("set velocity 0.2 0 0"));
+    // Five seconds of silence would bring it to rest.
+    EXPECT_TRUE(comes_to([](const json& now) { return now["enabled"] == false || now["time_s"] > 7; }));
+    EXPECT_EQ(status()["enabled"], true);
+    EXPECT_GT(status()["base_W"][0], 0.1);
+    EXPECT_GT(hostile.requests(), 0U);
+    EXPECT_EQ(tell({"stop"}).exit_code, 0);
+    EXPECT_TRUE(comes_to_rest());
+    EXPECT_EQ(tell({"disable"}).exit_code, 0);
+  }
+  EXPECT_EQ(commander.finish().exit_code, 0);
 }
 
 TEST_F(Youbotctl, ALogThatNobodyReadsHoldsUpNoStop) {
