@@ -678,6 +678,16 @@ TEST_F(SdoClientOverTheWire, AnEmergencyBeforeTheReplyDisturbsNothing) {
   EXPECT_EQ(client.emergencies().front().error_code, 0x2310);
 }
 
+TEST_F(SdoClientOverTheWire, TheFirst64EmergenciesAreKept) {
+  board.server.objects[{0x1008, 0}] = Bytes(4, 'x');
+  board.server.emergency_before_every = 1;
+  SdoClient client(*setup, 0);
+  for (int i = 0; i < 64; ++i) (void)client.read(0x1008, 0);
+  EXPECT_EQ(client.emergencies().size(), 64U);
+  EXPECT_EQ(client.read(0x1008, 0), Bytes(4, 'x'));
+  EXPECT_EQ(client.emergencies().size(), 64U);
+}
+
 TEST_F(SdoClientOverTheWire, ARefusalNamesSlaveObjectAndReason) {
   SdoClient client(*setup, 0);
   try {
