@@ -167,6 +167,20 @@ TEST(CanRobot, TakesOneToFiveRequestsACycle) {
   EXPECT_NO_THROW(most.robot->activate());
 }
 
+TEST(CanRobot, ChecksThatItsReadingsAreTooSeldomForAreNoted) {
+  EXPECT_TRUE(CanBench({.requests_per_cycle = 3}).robot->notes().empty());
+  const auto note = [](int requests, std::chrono::milliseconds period) {
+    CanBench bench({.requests_per_cycle = requests}, {}, period);
+    bench.robot->activate();
+    const std::vector<std::string> notes = bench.robot->notes();
+    EXPECT_EQ(notes.size(), 1U);
+    return notes.empty() ? "" : notes.front();
+  };
+  EXPECT_TRUE(has(note(2, 1ms), "positions come every 2.00 ms: the check S3 of its sensors does not run"));
+  EXPECT_TRUE(has(note(1, 2ms), "positions come every 8.00 ms: the check S3 of its sensors does not run"));
+  EXPECT_TRUE(has(note(1, 6ms), "positions come every 24.00 ms: no check of its sensors runs"));
+}
+
 TEST(CanRobot, AModuleTooSlowForThePatienceIsRefused) {
   BenchRigOptions slow;
   slow.processing_time = 2ms;
