@@ -41,7 +41,8 @@ int open_socket() { return socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CL
 
 const sockaddr* generic(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.name); }
 
-/// "youbotd (process 4711)", as far as the system tells: not of a holder in another container.
+/// "youbotd (process 4711 of user 1000)", as far as the system tells: not of a holder in another container,
+/// nor of one that does not listen.
 std::string holder_of(const Address& address) {
   ucred holder{};
   const int caller = open_socket();
@@ -50,11 +51,12 @@ std::string holder_of(const Address& address) {
     getsockopt(caller, SOL_SOCKET, SO_PEERCRED, &holder, &size);
   }
   if (caller >= 0) close(caller);
-  if (holder.pid == 0) return "another program";
+  if (holder.pid == 0) return "another program, which 'ss --unix --all --processes' shows to root";
   std::ifstream comm("/proc/" + std::to_string(holder.pid) + "/comm");
   std::string name;
   std::getline(comm, name);
-  return (name.empty() ? "a program" : name) + " (process " + std::to_string(holder.pid) + ")";
+  return (name.empty() ? "a program" : name) + " (process " + std::to_string(holder.pid) + " of " +
+         (holder.uid == 0 ? "root" : "user " + std::to_string(holder.uid)) + ")";
 }
 
 }  // namespace

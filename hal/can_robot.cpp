@@ -78,6 +78,9 @@ class CanRobot final : public Robot {
   void activate() override;
   void deactivate() noexcept override;
   CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override;
+  std::vector<std::string> notes() const override {
+    return sampling_notes(tmcl::PolledDrive::cycles_between_positions(options_.requests_per_cycle) * period_);
+  }
   std::vector<std::string> trouble() const override;
   std::vector<std::string> report() const override;
 

@@ -22,6 +22,7 @@
 #include "hal/ethercat/gripper_channel.h"
 #include "hal/ethercat/loss_window.h"
 #include "hal/newest_value.h"
+#include "hal/seconds.h"
 #include "hal/setup_error.h"
 
 namespace hal {
@@ -117,16 +118,22 @@ std::string link_text(const std::string& interface, int error) {
   }
 }
 
-std::string percent(double share) {
+std::string number(double value) {
   std::array<char, 16> text{};
-  std::snprintf(text.data(), text.size(), "%g %%", 100 * share);
+  std::snprintf(text.data(), text.size(), "%g", value);
   return text.data();
 }
 
-std::string loss_text(int cycles, double limit) {
+std::string percent(double share) { return number(100 * share) + " %"; }
+
+/// The bus has to prove itself first: a window that restarted with each enable would let a robot move on a
+/// bus that still loses, until it is full again.
+std::string loss_text(int cycles, double limit, nanoseconds period) {
   return "too many frames were lost, came late or were damaged: " + std::to_string(cycles) +
          " of the last 1000 cycles had no whole answer, and ethercat.loss_fault allows " + percent(limit) +
-         ": check the cables and the load of this machine";
+         ": check the cables and the load of this machine; losses count for " +
+         number(seconds(static_cast<int>(LossWindow::kCycles) * period)) +
+         " s, and until then an enable is refused";
 }
 
 std::string losses_text(const BusLosses& losses) {
@@ -142,6 +149,7 @@ struct RobotState {
   std::vector<DriveChannel::Failure> failures;  // of each drive
   std::vector<GripperState> grippers;
   BusLosses losses;
+  int link_error = 0;  // errno, once it has lasted longer than is bridged
   bool simulation_gone = false;
 };
 
@@ -195,6 +203,7 @@ class EthercatRobot final : public Robot {
   CycleStatus check_command(const RobotCommand& command) const noexcept;
   CycleStatus check_bus(const ethercat::CycleResult& result) noexcept;
   CycleStatus bridge(const ethercat::CycleResult& result) noexcept;
+  bool gap_is_bridged() const noexcept;
   CycleStatus check_losses(const ethercat::CycleResult& result) noexcept;
   BusLosses judged_losses() const noexcept;
   CycleStatus check_drives() const noexcept;
@@ -398,6 +407,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
   state_.losses = judged_losses();
+  state_.link_error = gap_is_bridged() ? 0 : state_.bus.frames.link_error;
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
   for (std::size_t i = 0; i < drives_.size(); ++i) state_.failures[i] = drives_[i].failure();
@@ -480,6 +490,10 @@ BusLosses EthercatRobot::judged_losses() const noexcept {
   return losses;
 }
 
+bool EthercatRobot::gap_is_bridged() const noexcept {
+  return bad_cycles_ - std::min(unanswered_cycles_, excused_cycles_) <= tolerated_cycles_;
+}
+
 CycleStatus EthercatRobot::bridge(const ethercat::CycleResult& result) noexcept {
   if (result.all_operational) {
     bad_cycles_ = unanswered_cycles_ = 0;
@@ -489,8 +503,8 @@ CycleStatus EthercatRobot::bridge(const ethercat::CycleResult& result) noexcept 
     if (has_left(bus_->health(drives_[i].slave())))
       return {Fault::kPartialBus, static_cast<std::int8_t>(i), result.working_counter};
   if (!result.answered) ++unanswered_cycles_;
-  const int excused = std::min(unanswered_cycles_, excused_cycles_);
-  if (++bad_cycles_ - excused <= tolerated_cycles_ && !simulation_gone_) return {};
+  ++bad_cycles_;
+  if (gap_is_bridged() && !simulation_gone_) return {};
   if (const int error = bus_->counters().link_error; error != 0)
     return {Fault::kLinkDown, -1, static_cast<std::uint32_t>(error)};
   // Mostly silence: slaves that are missing behind one that answers are another matter.
@@ -534,15 +548,18 @@ void EthercatRobot::restore(std::size_t slave) noexcept {
 }
 
 std::vector<std::string> EthercatRobot::notes() const {
-  if (drives_left_off_ == 0) return {};
-  return {"more is on the bus than the kind that is configured: its " + std::to_string(drives_left_off_) +
-          " drives behind those of " + joints_.back().name + ", and a gripper there, stay off"};
+  std::vector<std::string> notes = sampling_notes(period_);
+  if (drives_left_off_ > 0)
+    notes.push_back("more is on the bus than the kind that is configured: its " +
+                    std::to_string(drives_left_off_) + " drives behind those of " + joints_.back().name +
+                    ", and a gripper there, stay off");
+  return notes;
 }
 
 std::string EthercatRobot::explain(const CycleStatus& status) const {
   if (status.fault == Fault::kLinkDown) return link_text(interface_, static_cast<int>(status.detail));
   if (status.fault == Fault::kFrameLoss)
-    return loss_text(static_cast<int>(status.detail), options_.loss_fault);
+    return loss_text(static_cast<int>(status.detail), options_.loss_fault, period_);
   if (status.fault == Fault::kOtherMaster && states_) return newest_state().bus.other_master.describe();
   return Robot::explain(status);
 }
@@ -556,8 +573,7 @@ std::vector<std::string> EthercatRobot::trouble() const {
   if (!bus_) return {};
   const RobotState& state = newest_state();
   std::vector<std::string> lines = bus_->trouble(state.bus);
-  if (state.bus.frames.link_error != 0)
-    lines.insert(lines.begin(), "bus: " + link_text(interface_, state.bus.frames.link_error));
+  if (state.link_error != 0) lines.insert(lines.begin(), "bus: " + link_text(interface_, state.link_error));
   if (state.losses.level != BusLosses::Level::kOk)
     lines.insert(lines.begin(), "bus: more than " + percent(options_.loss_warning) +
                                     " of the last 1000 cycles had no whole answer: check the cables and the "

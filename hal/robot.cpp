@@ -1,5 +1,10 @@
 #include "hal/robot.h"
 
+#include <array>
+#include <cstdio>
+
+#include "hal/seconds.h"
+
 namespace hal {
 
 const char* describe(Fault fault) noexcept {
@@ -26,6 +31,18 @@ const char* describe(Fault fault) noexcept {
 std::string Robot::explain(const CycleStatus& status) const {
   return status.fault == Fault::kJointFault ? hal::describe(status.joint_fault())
                                             : hal::describe(status.fault);
+}
+
+std::vector<std::string> sampling_notes(std::chrono::nanoseconds interval) {
+  if (interval <= kLongestRegularSample) return {};
+  std::array<char, 160> text{};
+  const bool none = interval > kLongestCheckedSample;
+  std::snprintf(
+      text.data(), text.size(),
+      "positions come every %.2f ms: %s of its sensors %s (docs/safety.md); %.4g ms or less would be needed",
+      milliseconds(interval), none ? "no check" : "the check S3", none ? "runs" : "does not run",
+      milliseconds(none ? kLongestCheckedSample : kLongestRegularSample));
+  return {text.data()};
 }
 
 const char* describe(JointFault fault) noexcept {

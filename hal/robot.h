@@ -86,6 +86,13 @@ struct BusLosses {
   enum class Level : std::uint8_t { kOk, kWarning, kFault } level = Level::kOk;
 };
 
+/// Between two positions of a joint, for every check of its sensors to run, and for any to (docs/safety.md,
+/// "Sensors that lie").
+inline constexpr std::chrono::microseconds kLongestRegularSample{1500};
+inline constexpr std::chrono::milliseconds kLongestCheckedSample{20};
+/// What Robot::notes() has to say of positions that come so far apart; nothing where all checks run.
+std::vector<std::string> sampling_notes(std::chrono::nanoseconds interval);
+
 /// In words, for messages: "a command that is not a finite number".
 const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;

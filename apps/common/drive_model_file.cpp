@@ -18,6 +18,8 @@ using sim::effects::NamedValue;
 using sim::effects::ParameterDescription;
 
 constexpr std::string_view kFormat = "youbot-drive-model/1";
+/// All of them act in each cycle.
+constexpr std::size_t kMostEffects = 32;
 
 bool may_be_absent(const ParameterDescription& parameter) {
   return parameter.initial == 0 || parameter.name == "exponent";
@@ -89,7 +91,7 @@ DriveModel read_drive_model(const std::filesystem::path& path) {
   };
   optional_number("encoder_ticks_per_rev", model.encoder_ticks_per_rev, 1);
   optional_number("torque_noise_Nm", model.torque_noise_Nm, 0);
-  for (TomlTable& table : root.tables("effect")) read_effect(table, model.effects);
+  for (TomlTable& table : root.tables("effect", {.most = kMostEffects})) read_effect(table, model.effects);
   file.finish();
   return model;
 }

@@ -176,6 +176,13 @@ class Reader {
       problem(line_, "columns are not separated by commas; export with ',' between and '.' as decimal point");
       return false;
     }
+    if (const auto columns = 1 + std::count(line.begin(), line.end(), ',');
+        static_cast<std::size_t>(columns) > kMaxRecordingColumns) {
+      problem(line_, std::to_string(columns) + " columns, but at most " +
+                         std::to_string(kMaxRecordingColumns) +
+                         " are read; is this the row of column names?");
+      return false;
+    }
     std::set<std::string_view> seen;
     for (;;) {
       const std::size_t comma = line.find(',');
@@ -312,7 +319,7 @@ class Reader {
     return name_ + (line > 0 ? ":" + std::to_string(line) : "") + ": " + message;
   }
   void warn(std::size_t line, const std::string& message) {
-    result_.warnings.push_back(located(line, message));
+    if (warning_count_++ < ReadRecording::kMaxWarnings) result_.warnings.push_back(located(line, message));
   }
   void problem(std::size_t line, const std::string& message) {
     if (problem_count_++ < RecordingError::kMaxProblems) problems_.push_back(located(line, message));
@@ -320,11 +327,14 @@ class Reader {
   [[noreturn]] void fail(std::size_t line, const std::string& message) {
     throw RecordingError({located(line, message)});
   }
+  void count_more(std::vector<std::string>& lines, std::size_t count, const char* what) const {
+    if (count > lines.size())
+      lines.push_back(located(0, "and " + std::to_string(count - lines.size()) + " more " + what));
+  }
   void finish() {
+    count_more(result_.warnings, warning_count_, "warnings");
     if (problems_.empty()) return;
-    if (problem_count_ > problems_.size())
-      problems_.push_back(
-          located(0, "and " + std::to_string(problem_count_ - problems_.size()) + " more problems"));
+    count_more(problems_, problem_count_, "problems");
     throw RecordingError(std::move(problems_));
   }
 
@@ -341,6 +351,7 @@ class Reader {
   ReadRecording result_;
   std::vector<std::string> problems_;
   std::size_t problem_count_ = 0;
+  std::size_t warning_count_ = 0;
 };
 
 }  // namespace
@@ -356,6 +367,10 @@ ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_
   // A pipe or a device may never end, and reading it may not even begin.
   if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
     throw RecordingError({path.string() + ": is not a regular file; write the recording to one"});
+  if (const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+      !error && bytes > kMaxRecordingBytes)
+    throw RecordingError({path.string() + ": has " + std::to_string(bytes) + " bytes, but at most " +
+                          std::to_string(kMaxRecordingBytes) + " are read; split it"});
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file) throw RecordingError({path.string() + ": cannot be opened; does it exist and may it be read?"});
   std::string text(static_cast<std::size_t>(std::max<std::streamoff>(file.tellg(), 0)), '\0');

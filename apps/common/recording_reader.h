@@ -28,6 +28,10 @@
 
 namespace apps {
 
+/// An hour of all columns at 1 kHz takes less. It is held in memory, so a longer file is refused.
+inline constexpr std::uintmax_t kMaxRecordingBytes = std::uintmax_t{2} << 30;
+inline constexpr std::size_t kMaxRecordingColumns = 1000;
+
 /// The recording cannot be used. problems(): each "file:line: message", in the order of the lines, the first
 /// kMaxProblems and then how many more there are.
 class RecordingError : public ConfigError {
@@ -38,7 +42,8 @@ class RecordingError : public ConfigError {
 
 struct ReadRecording {
   sim::Recording recording;
-  std::vector<std::string> warnings;  ///< as problems()
+  static constexpr std::size_t kMaxWarnings = 1000;
+  std::vector<std::string> warnings;  ///< as problems(), the first kMaxWarnings
   std::size_t first_row_line = 0;     ///< of the file; the other rows follow line by line
 };
 

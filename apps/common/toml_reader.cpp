@@ -110,6 +110,24 @@ std::string describe(const NumberRules& rules) {
 
 /// Of a file that a person writes.
 constexpr std::size_t kMaxBytes = 4 << 20;
+/// Of one dotted key. The parser nests a table for each and destroys them recursively, so that a million of
+/// them overflow the stack. It limits the nesting of values by itself: TOML_MAX_NESTED_VALUES, 256.
+constexpr std::size_t kMostKeyDots = 64;
+/// Of a file that is no TOML at all; the rest is counted.
+constexpr std::size_t kMostProblems = 100;
+
+/// The line of the first key with too many dots; 0 when there is none. Dots in strings count too: to tell
+/// strings from keys is the parser's work, and no string here needs as many.
+std::uint32_t line_of_deep_key(std::string_view text) {
+  std::uint32_t line = 1;
+  std::size_t dots = 0;
+  for (const char c : text) {
+    if (c == '\n') ++line;
+    if (std::string_view("\n=,[]{}#").find(c) != std::string_view::npos) dots = 0;
+    if (c == '.' && ++dots > kMostKeyDots) return line;
+  }
+  return 0;
+}
 
 std::string read(const std::filesystem::path& path) {
   try {
@@ -183,6 +201,12 @@ struct TomlTable::Node {
   }
   void refuse_type(const toml::node& value, std::string_view key, std::string_view expected) {
     refuse(value, key, fmt::format("should be {}, found {}", expected, describe(value.type())));
+  }
+
+  bool is_too_long(const toml::array& array, std::string_view key, const KeyRules& rules) {
+    if (array.size() <= rules.most) return false;
+    refuse(array, key, fmt::format("has {} elements, allowed are {}", array.size(), rules.most));
+    return true;
   }
 
   /// The number, or nothing after having said why not.
@@ -264,6 +288,7 @@ void TomlTable::texts(std::string_view key, std::vector<std::string>& values, co
   if (found == nullptr) return;
   const toml::array* array = found->as_array();
   if (array == nullptr) return node_->refuse_type(*found, key, "an array of strings");
+  if (node_->is_too_long(*array, key, rules)) return;
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < array->size(); ++i) {
     const toml::node& element = (*array)[i];
@@ -329,6 +354,7 @@ std::vector<TomlTable> TomlTable::tables(std::string_view key, const KeyRules& r
     node_->refuse_type(*found, key, "an array of tables");
     return result;
   }
+  if (node_->is_too_long(*array, key, rules)) return result;
   for (std::size_t i = 0; i < array->size(); ++i) {
     const toml::node& element = (*array)[i];
     const std::string name = fmt::format("{}[{}]", key, i);
@@ -359,7 +385,11 @@ TomlFile TomlFile::parse(const std::filesystem::path& path) {
   auto state = std::make_unique<State>();
   state->name = path.string();
   try {
-    state->root = toml::parse(read(path));
+    const std::string text = read(path);
+    if (const std::uint32_t line = line_of_deep_key(text); line > 0)
+      throw ConfigError(
+          {fmt::format("{}:{}: more than {} dots in one key or text", state->name, line, kMostKeyDots)});
+    state->root = toml::parse(text);
   } catch (const ParserLost&) {
     throw ConfigError({state->name + ": is not TOML: look for brackets or quotes that do not match"});
   } catch (const toml::parse_error& error) {
@@ -371,8 +401,9 @@ TomlFile TomlFile::parse(const std::filesystem::path& path) {
 
 void TomlFile::set(const std::string& key, const std::string& value) {
   toml::table told;
+  const std::string text = key + " = " + value;
   try {
-    told = toml::parse(key + " = " + value, std::string_view("set"));
+    if (line_of_deep_key(text) == 0) told = toml::parse(text, std::string_view("set"));
   } catch (const ParserLost&) {
   } catch (const toml::parse_error&) {
   }
@@ -399,6 +430,10 @@ void TomlFile::finish() const {
   if (problems.empty()) return;
   std::vector<std::string> lines;
   for (const auto& [line, message] : problems) {
+    if (lines.size() == kMostProblems) {
+      lines.push_back(fmt::format("{}: and {} more problems", state_->name, problems.size() - kMostProblems));
+      break;
+    }
     const std::string place = line > 0 ? fmt::format("{}:{}", state_->name, line) : std::string("set");
     lines.push_back(fmt::format("{}: {}", place, message));
   }

@@ -10,6 +10,7 @@
 ///
 /// A key that is absent or refused leaves its value as it was, so defaults live in the struct.
 #pragma once
+#include <cstddef>
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
@@ -25,7 +26,7 @@
 
 namespace apps {
 
-/// The file cannot be used. what() holds all problems, one per line.
+/// The file cannot be used. what() holds its problems, one per line: the first hundred and how many more.
 class ConfigError : public std::runtime_error {
  public:
   explicit ConfigError(std::vector<std::string> problems);
@@ -38,6 +39,7 @@ class ConfigError : public std::runtime_error {
 
 struct KeyRules {
   bool required = false;
+  std::size_t most = 1000;  ///< elements of an array
 };
 /// Both limits are allowed values. Not-a-number and infinity are refused whatever the limits.
 struct NumberRules {
@@ -57,7 +59,7 @@ class TomlTable {
   void numbers(std::string_view key, std::span<double> values, const NumberRules& rules = {});
   void boolean(std::string_view key, bool& value, const KeyRules& rules = {});
   void text(std::string_view key, std::string& value, const KeyRules& rules = {});
-  /// Takes an array of strings, of any length.
+  /// Takes an array of strings, of up to `rules.most`.
   void texts(std::string_view key, std::vector<std::string>& values, const KeyRules& rules = {});
 
   template <typename Value>
@@ -81,7 +83,7 @@ class TomlTable {
   /// Whether there is such a key or table; does not count as asking for it.
   bool has(std::string_view key) const;
   TomlTable table(std::string_view key, const KeyRules& rules = {});
-  /// The elements of an array of tables, `[[key]]`.
+  /// The elements of an array of tables, `[[key]]`: up to `rules.most`.
   std::vector<TomlTable> tables(std::string_view key, const KeyRules& rules = {});
 
  private:

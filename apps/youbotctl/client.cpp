@@ -6,6 +6,8 @@
 
 #include <cerrno>
 #include <cstring>
+#include <stdexcept>
+#include <string>
 
 #include "apps/common/control_socket.h"
 #include "hal/setup_error.h"
@@ -41,6 +43,10 @@ Client::Client(const std::filesystem::path& socket) : path_(socket) {
 Client::~Client() { close(socket_); }
 
 nlohmann::json Client::ask(const std::string& request) {
+  // youbotd would hang up, and a commander's robot come to rest.
+  if (request.size() > apps::kLongestRequest)
+    throw std::invalid_argument("the request has " + std::to_string(request.size()) + " bytes, at most " +
+                                std::to_string(apps::kLongestRequest) + " are possible");
   std::string answer(apps::kLongestAnswer, '\0');
   ssize_t size = send(socket_, request.data(), request.size(), MSG_NOSIGNAL);
   if (size >= 0) do

@@ -15,7 +15,8 @@ class Client {
   Client& operator=(const Client&) = delete;
   ~Client();
 
-  /// The answer, whatever it says. @throws hal::SetupError when youbotd has gone or does not answer.
+  /// The answer, whatever it says. @throws hal::SetupError when youbotd has gone or does not answer;
+  /// std::invalid_argument for a request longer than apps::kLongestRequest.
   nlohmann::json ask(const std::string& request);
 
  private:

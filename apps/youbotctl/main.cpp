@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "apps/common/control_socket.h"
@@ -119,9 +120,18 @@ class Input {
   bool take(std::string& line) {
     if (!ended_) listen();
     const std::size_t end = pending_.find('\n');
-    if (end == pending_.npos) return false;
+    if (end == pending_.npos) {
+      // Dropped as it comes, so that a line without end takes no memory.
+      too_long_ = too_long_ || pending_.size() > apps::kLongestRequest;
+      if (too_long_) pending_.clear();
+      return false;
+    }
     line = pending_.substr(0, end);
     pending_.erase(0, end + 1);
+    if (std::exchange(too_long_, false) || line.size() > apps::kLongestRequest) {
+      spdlog::error("a line of more than {} bytes is ignored", apps::kLongestRequest);
+      line.clear();
+    }
     return true;
   }
   bool ended() const { return ended_; }
@@ -138,6 +148,7 @@ class Input {
     if (size > 0) pending_.append(text.data(), static_cast<std::size_t>(size));
   }
   std::string pending_;
+  bool too_long_ = false;
   bool ended_ = false;
 };
 

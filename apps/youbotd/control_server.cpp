@@ -50,11 +50,15 @@ void remove_leftover(const std::filesystem::path& path, const sockaddr_un& addre
 /// Members of the daemon's group, by their main or any other group.
 bool in_our_group(int socket, const ucred& peer) {
   if (peer.gid == getegid()) return true;
-  std::array<gid_t, 256> groups{};
-  socklen_t size = sizeof groups;
-  if (getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size) != 0) return false;
-  const auto* end = groups.begin() + size / sizeof(gid_t);
-  return std::find(groups.cbegin(), end, getegid()) != end;
+  // The kernel says how many there are when they do not fit: up to NGROUPS_MAX, 65536.
+  std::vector<gid_t> groups;
+  socklen_t size = 0;
+  int result = getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size);
+  if (result != 0 && errno == ERANGE) {
+    groups.resize(size / sizeof(gid_t));
+    result = getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size);
+  }
+  return result == 0 && std::find(groups.cbegin(), groups.cend(), getegid()) != groups.cend();
 }
 
 /// Without a look into the list of users, which may be far away and slow.
@@ -154,7 +158,7 @@ bool ControlServer::accept() {
     close(socket);
     return true;
   }
-  if (connections_.size() >= kMostConnections) drop_most_silent();
+  if (connections_.size() >= kMostConnections) drop_one();
   const bool may_command = peer.uid == 0 || peer.uid == geteuid() || in_our_group(socket, peer);
   connections_.push_back({socket,
                           {.connection = ++accepted_,
@@ -166,15 +170,22 @@ bool ControlServer::accept() {
   return true;
 }
 
-/// A full list of silent connections must not keep out a peer that wants to stop the robot. The commander
-/// stays connected.
-void ControlServer::drop_most_silent() {
-  const auto earlier = [this](const Connection& a, const Connection& b) {
+/// A full list must not keep out a peer that wants to stop the robot. The commander stays connected, and so
+/// does every other process as long as one has more connections than it: of that one's the most silent.
+void ControlServer::drop_one() {
+  const auto of_its_process = [this](const Connection& connection) {
+    return std::count_if(connections_.begin(), connections_.end(),
+                         [&](const Connection& other) { return other.peer.pid == connection.peer.pid; });
+  };
+  const auto goes_before = [&](const Connection& a, const Connection& b) {
     const bool a_commands = listener_.commands(a.peer);
     const bool b_commands = listener_.commands(b.peer);
-    return a_commands != b_commands ? b_commands : a.peer.heard < b.peer.heard;
+    if (a_commands != b_commands) return b_commands;
+    const auto a_has = of_its_process(a);
+    const auto b_has = of_its_process(b);
+    return a_has != b_has ? a_has > b_has : a.peer.heard < b.peer.heard;
   };
-  const auto dropped = std::min_element(connections_.begin(), connections_.end(), earlier);
+  const auto dropped = std::min_element(connections_.begin(), connections_.end(), goes_before);
   const Peer peer = dropped->peer;
   close(dropped->socket);
   connections_.erase(dropped);

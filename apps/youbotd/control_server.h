@@ -57,7 +57,7 @@ class ControlServer {
   bool is_ours() const;
   void restore();
   bool accept();
-  void drop_most_silent();
+  void drop_one();
   /// False when the other end is gone.
   bool hear(Connection& connection);
 

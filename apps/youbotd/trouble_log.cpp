@@ -16,7 +16,8 @@ TroubleLog::News TroubleLog::update(const std::vector<std::string>& trouble) {
       before.erase(name);
       ++device.beats;
     }
-    if (device.beats >= kPatience && device.told.insert(line).second) news.trouble.push_back(line);
+    if (device.beats >= kPatience && device.told.size() < kMostTexts && device.told.insert(line).second)
+      news.trouble.push_back(line);
   }
   for (const auto& [name, device] : before)
     if (!device.told.empty()) news.works_again.push_back(name);

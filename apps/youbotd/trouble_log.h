@@ -1,6 +1,7 @@
 /// @file
 /// What of a robot's troubles is worth a line in the log.
 #pragma once
+#include <cstddef>
 #include <map>
 #include <set>
 #include <string>
@@ -14,6 +15,8 @@ namespace youbotd {
 class TroubleLog {
  public:
   static constexpr int kPatience = 4;  ///< beats
+  /// Texts logged for one device until it works again: a text with a time in it is a new one each time.
+  static constexpr std::size_t kMostTexts = 10;
 
   struct News {
     std::vector<std::string> trouble;      ///< lines of the robot's

@@ -1,6 +1,7 @@
 #include "control/plausibility/plausibility_monitor.h"
 
 #include <algorithm>
+#include <chrono>
 #include <string_view>
 
 namespace control {
@@ -19,9 +20,9 @@ constexpr double kArmStep_rad_per_s = 0.25;
 constexpr double kWheelTorqueBias = 0.015;
 constexpr double kArmTorqueBias = 0.045;
 /// After a longer pause nothing before it is compared with anything after it.
-constexpr double kLongestStep_s = 0.02;
+constexpr double kLongestStep_s = std::chrono::duration<double>(hal::kLongestCheckedSample).count();
 /// A step of velocity shows only in regular samples.
-constexpr double kRegular_s = 0.0015;
+constexpr double kRegular_s = std::chrono::duration<double>(hal::kLongestRegularSample).count();
 
 constexpr std::size_t kWheels = 4;
 

@@ -19,6 +19,7 @@ namespace drivers::ethercat {
 class SdoClient {
  public:
   static constexpr std::size_t kDefaultLimit = 65'536;
+  static constexpr std::size_t kMostEmergencies = 64;
 
   /// `bus` outlives the client; `slave` counts from 0. @throws BusError when it speaks no CoE.
   SdoClient(PreOpBus& bus, std::size_t slave);
@@ -36,7 +37,7 @@ class SdoClient {
   std::vector<std::uint8_t> read(const SdoObject& object, std::size_t limit = kDefaultLimit);
   void write(const SdoObject& object, std::span<const std::uint8_t> data);
 
-  /// What the slave reported meanwhile, since construction.
+  /// What the slave reported meanwhile, since construction: the first kMostEmergencies.
   const std::vector<CoeEmergency>& emergencies() const noexcept { return emergencies_; }
 
  private:

@@ -40,6 +40,9 @@ class PolledDrive {
  public:
   static constexpr int kMaxRequests = 5;
   static constexpr std::int32_t kMemoryMark = 0x59B0'7ADE;
+  static constexpr int cycles_between_positions(int requests_per_cycle) noexcept {
+    return requests_per_cycle == 1 ? 4 : requests_per_cycle == 2 ? 2 : 1;
+  }
 
   /// `transport` outlives the drive; nobody else uses it meanwhile.
   PolledDrive(Transport& transport, const PolledDriveOptions& options) noexcept;

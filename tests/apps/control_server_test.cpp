@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <csignal>
 #include <memory>
 #include <string>
 #include <vector>
@@ -134,6 +135,23 @@ TEST_F(ControlServerTest, IdleConnectionsShutNobodyOut) {
   EXPECT_EQ(worried.hear(), "you said stop");
 }
 
+TEST_F(ControlServerTest, TheSeventeenthConnectionTakesThePlaceOfTheMostSilent) {
+  ControlServer server(path, echo);
+  std::vector<std::unique_ptr<Caller>> callers;
+  const auto connect = [&] {
+    callers.push_back(std::make_unique<Caller>(path));
+    ASSERT_TRUE(callers.back()->say("hello"));
+    serve(server);
+  };
+  for (int i = 0; i < 16; ++i) connect();
+  EXPECT_TRUE(echo.left.empty());
+  ASSERT_TRUE(callers.front()->say("still here"));
+  serve(server);
+  connect();
+  ASSERT_EQ(echo.left.size(), 1U);
+  EXPECT_EQ(echo.left[0].connection, echo.asked[1].connection) << "the first one has spoken since";
+}
+
 TEST_F(ControlServerTest, TheCommanderKeepsItsConnectionHoweverManyWantOne) {
   ControlServer server(path, echo);
   const Caller commander(path);
@@ -152,6 +170,27 @@ TEST_F(ControlServerTest, TheCommanderKeepsItsConnectionHoweverManyWantOne) {
   ASSERT_TRUE(commander.say("alive"));
   serve(server);
   EXPECT_EQ(commander.hear(), "you said alive");
+}
+
+TEST_F(ControlServerTest, AProcessOfOneConnectionKeepsItHoweverManyAnotherHas) {
+  ControlServer server(path, echo);
+  const pid_t modest = fork();
+  if (modest == 0) {
+    const Caller caller(path);
+    if (!caller.connected || !caller.say("status")) _exit(1);
+    pause();  // silent from now on
+  }
+  for (int i = 0; i < 6000 && echo.asked.empty(); ++i) server.serve(10ms);
+  std::vector<std::unique_ptr<Caller>> loud;
+  for (int i = 0; i < 60; ++i) {
+    loud.push_back(std::make_unique<Caller>(path));
+    (void)loud.back()->say("status");
+    serve(server);
+  }
+  EXPECT_FALSE(echo.left.empty());
+  for (const Peer& peer : echo.left) EXPECT_NE(peer.pid, modest);
+  kill(modest, SIGKILL);
+  waitpid(modest, nullptr, 0);
 }
 
 TEST_F(ControlServerTest, ARemovedSocketIsMadeAgainAndWhoIsConnectedStays) {
@@ -212,6 +251,31 @@ TEST_F(ControlServerTest, AStrangerWhoGetsInMayNotCommand) {
   EXPECT_FALSE(echo.asked[0].may_command);
 }
 
+TEST_F(ControlServerTest, AMemberOfOurGroupMayCommandHoweverManyGroupsItHas) {
+  SKIP_UNLESS(geteuid() == 0, "only root can become somebody else");
+  ControlServer server(path, echo);
+  chmod(path.c_str(), 0666);
+  chmod(folder.path().c_str(), 0755);
+  for (const bool member : {false, true}) {
+    const pid_t peer = fork();
+    if (peer == 0) {
+      constexpr unsigned kNobody = 65534;
+      std::vector<gid_t> groups(1000, kNobody);
+      if (member) groups.back() = getegid();
+      if (setgroups(groups.size(), groups.data()) != 0 || setgid(kNobody) != 0 || setuid(kNobody) != 0)
+        _exit(2);
+      const Caller caller(path);
+      _exit(caller.connected && caller.say("enable") ? 0 : 1);
+    }
+    int status = -1;
+    waitpid(peer, &status, 0);
+    ASSERT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+    serve(server);
+    ASSERT_FALSE(echo.asked.empty());
+    EXPECT_EQ(echo.asked.back().may_command, member);
+  }
+}
+
 TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   {
     const int left = socket(AF_UNIX, SOCK_SEQPACKET, 0);
@@ -239,7 +303,8 @@ TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   EXPECT_THROW(ControlServer(file, echo), hal::SetupError);
   EXPECT_TRUE(std::filesystem::exists(file));
   EXPECT_THROW(ControlServer(folder / "no/such/place", echo), hal::SetupError);
-  EXPECT_THROW(ControlServer(std::string(200, 'x'), echo), std::invalid_argument);
+  EXPECT_EQ(apps::control_address(std::string(107, 'x')).sun_path, std::string(107, 'x'));
+  EXPECT_THROW(ControlServer(std::string(108, 'x'), echo), std::invalid_argument);
 }
 
 }  // namespace control_server_test

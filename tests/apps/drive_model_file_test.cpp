@@ -97,5 +97,15 @@ TEST_F(DriveModelFile, WhatIsWrongIsNamedWithItsLine) {
   EXPECT_EQ(problems("name = \"x\"\n").size(), 2U);  // format and inertia
 }
 
+TEST_F(DriveModelFile, AModelHasUpTo32Effects) {
+  const auto effects = [](int count) {
+    std::string text(kHead);
+    for (int i = 0; i < count; ++i) text += "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.1\n";
+    return text;
+  };
+  EXPECT_EQ(problems(effects(32)), std::vector<std::string>{});
+  EXPECT_EQ(problems(effects(33)), std::vector<std::string>{":4: 'effect' has 33 elements, allowed are 32"});
+}
+
 }  // namespace drive_model_file_test
 }  // namespace apps

@@ -209,7 +209,8 @@ TEST(OpenHaptic, AFirmwareFileThatCannotBeReadIsNamed) {
   apps::HapticOptions options;
   options.name = "falcon";
   for (const std::filesystem::path& path :
-       {folder.path() / "missing.bin", folder.path(), folder.write("empty.bin", "")}) {
+       {folder.path() / "missing.bin", folder.path(), folder.write("empty.bin", ""),
+        folder.write("long.bin", std::string((1 << 20) + 1, 'x'))}) {
     options.falcon.firmware = path;
     try {
       (void)apps::open_haptic(options, clock, 1ms);

@@ -181,4 +181,44 @@ TEST(RecordingReader, ReadsAMillionRowsWellWithinASecondOrTwo) {
   EXPECT_LT(took.count(), 20);  // under a sanitizer
 }
 
+TEST(RecordingReader, AFileIsUpTo2GibibytesLong) {
+  const support::TemporaryDirectory directory;
+  const std::filesystem::path path = directory.write("f.csv", kValid);
+  std::filesystem::resize_file(path, (std::uintmax_t{2} << 30) + 1);  // takes no room on the disk
+  try {
+    (void)apps::read_recording(path);
+    FAIL() << "read";
+  } catch (const RecordingError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              path.string() + ": has 2147483649 bytes, but at most 2147483648 are read; split it");
+  }
+}
+
+TEST(RecordingReader, AFileHasUpToAThousandColumns) {
+  const auto columns = [](int count) {
+    std::string names = "time_s";
+    std::string row = "0";
+    for (int i = 1; i < count; ++i) {
+      names += ",x" + std::to_string(i);
+      row += ",0";
+    }
+    return kHead + names + "\n" + row + "\n";
+  };
+  EXPECT_EQ(parse_recording(columns(1000), "f.csv").recording.columns.size(), 1000U);
+  EXPECT_EQ(problems(columns(1001)),
+            "f.csv:5: 1001 columns, but at most 1000 are read; is this the row of column names?");
+}
+
+TEST(RecordingReader, ListsTheFirstThousandWarningsAndCountsTheRest) {
+  const auto rows_without_a_result = [](int count) {
+    std::string text = kHead + "# not_measured: position_rad: the joint never moved\ntime_s,position_rad\n";
+    for (int i = 0; i < count; ++i) text += std::to_string(i) + ",nan\n";
+    return parse_recording(text, "f.csv", apps::NotMeasured::kTaken).warnings;
+  };
+  EXPECT_EQ(rows_without_a_result(1000).size(), 1000U);
+  const std::vector<std::string> warnings = rows_without_a_result(1002);
+  ASSERT_EQ(warnings.size(), 1001U);
+  EXPECT_EQ(warnings.back(), "f.csv: and 2 more warnings");
+}
+
 }  // namespace recording_reader_test

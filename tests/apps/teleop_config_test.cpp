@@ -443,5 +443,17 @@ TEST_F(TeleopConfig, WhatNoSceneCanHaveIsRefusedWithItsLine) {
             Problems{"lab.toml:1: unknown key 'scene.floor': known keys are 'box', 'table', 'wall'"});
 }
 
+TEST_F(TeleopConfig, ASceneHasUpTo64WallsAndTables) {
+  const auto bodies = [](int count) {
+    std::string text;
+    for (int i = 0; i < count; ++i) text += "[[scene.wall]]\n";
+    for (int i = 0; i < count; ++i) text += "[[scene.table]]\n";
+    return text;
+  };
+  EXPECT_EQ(problems(bodies(64)), Problems{});
+  EXPECT_EQ(problems(bodies(65)), (Problems{"lab.toml:1: 'scene.wall' has 65 elements, allowed are 64",
+                                            "lab.toml:66: 'scene.table' has 65 elements, allowed are 64"}));
+}
+
 }  // namespace teleop_config_test
 }  // namespace youbotd

@@ -507,4 +507,86 @@ TEST_F(TomlReader, LettersBeyondAsciiAreWelcomeInStringsAndComments) {
   EXPECT_EQ(name, "\"é");
 }
 
+TEST_F(TomlReader, TheDepthOfAKeyIsBounded) {
+  const auto key = [](std::size_t dots) {
+    std::string text = "a";
+    for (std::size_t i = 0; i < dots; ++i) text += ".a";
+    return text;
+  };
+  const auto ignore = [](TomlTable root) { root.ignore("a"); };
+  EXPECT_EQ(problems("\n[" + key(64) + "]\n", ignore), Lines{});
+  const Lines refusal{":2: more than 64 dots in one key or text"};
+  for (const std::size_t dots : {std::size_t{65}, std::size_t{1'000'000}})
+    for (const std::string& text :
+         {"\n[" + key(dots) + "]\n", "\n[[" + key(dots) + "]]\n", "\n" + key(dots) + " = 1\n",
+          "\nb = { c = '''\"''', " + key(dots) + " = 1 }\n"})
+      EXPECT_EQ(problems(text, ignore), refusal) << dots;
+  TomlFile file = parse("");
+  EXPECT_NO_THROW(file.set(key(64), "1"));
+  EXPECT_THROW(file.set(key(65), "1"), ConfigError);
+}
+
+TEST_F(TomlReader, TheNestingOfValuesIsBounded) {
+  const auto nested = [](std::size_t arrays) {
+    return "a = " + std::string(arrays, '[') + std::string(arrays, ']') + "\n";
+  };
+  const auto ignore = [](TomlTable root) { root.ignore("a"); };
+  EXPECT_EQ(problems(nested(256), ignore), Lines{});
+  for (const std::size_t arrays : {std::size_t{257}, std::size_t{1'000'000}}) {
+    const Lines found = problems(nested(arrays), ignore);
+    ASSERT_EQ(found.size(), 1U);
+    EXPECT_NE(found.front().find("exceeded maximum nested value depth of 256"), std::string::npos)
+        << found.front();
+  }
+}
+
+TEST_F(TomlReader, ArraysOfTablesAndTextsAreBounded) {
+  const auto list = [](std::size_t size) {
+    std::string tables;
+    std::string texts = "texts = [";
+    for (std::size_t i = 0; i < size; ++i) {
+      texts += "'x', ";
+      tables += "[[table]]\n";
+    }
+    return texts + "]\n" + tables;
+  };
+  std::size_t tables = 0;
+  std::vector<std::string> texts;
+  const auto ask = [&](TomlTable root) {
+    root.texts("texts", texts, {.most = 5});
+    tables = root.tables("table", {.most = 5}).size();
+  };
+  EXPECT_EQ(problems(list(5), ask), Lines{});
+  EXPECT_EQ(tables, 5U);
+  EXPECT_EQ(texts.size(), 5U);
+  EXPECT_EQ(problems(list(6), ask), (Lines{":1: 'texts' has 6 elements, allowed are 5",
+                                           ":2: 'table' has 6 elements, allowed are 5"}));
+  const auto ask_by_default = [&](TomlTable root) {
+    root.texts("texts", texts);
+    tables = root.tables("table").size();
+  };
+  EXPECT_EQ(problems(list(1000), ask_by_default), Lines{});
+  EXPECT_EQ(problems(list(1001), ask_by_default).size(), 2U);
+}
+
+TEST_F(TomlReader, TheFirstHundredProblemsAreListedAndTheRestIsCounted) {
+  const auto unknown = [](int keys) {
+    std::string text;
+    for (int i = 0; i < keys; ++i) text += "key_" + std::to_string(i) + " = 1\n";
+    return text;
+  };
+  const auto ask_nothing = [](const TomlTable& /*root*/) {};
+  EXPECT_EQ(problems(unknown(100), ask_nothing).size(), 100U);
+  const Lines found = problems(unknown(103), ask_nothing);
+  ASSERT_EQ(found.size(), 101U);
+  EXPECT_EQ(found.back(), ": and 3 more problems");
+}
+
+TEST_F(TomlReader, AFileIsUpToFourMebibytesLong) {
+  constexpr std::size_t kMost = 4 << 20;
+  EXPECT_EQ(problems(std::string(kMost, '\n')), Lines{});
+  EXPECT_EQ(problems(std::string(kMost + 1, '\n')),
+            Lines{": has more than the 4194304 bytes that are expected"});
+}
+
 }  // namespace toml_reader_test

@@ -61,5 +61,16 @@ TEST_F(TroubleLogTest, DevicesHaveTheirTroublesEachForItself) {
   EXPECT_EQ(news.trouble, Lines{});
 }
 
+TEST_F(TroubleLogTest, ADeviceThatSaysSomethingNewEachTimeIsToldOfTenTimes) {
+  const auto text = [](int after_ms) { return "slave 5: no answer for " + std::to_string(after_ms) + " ms"; };
+  Lines told = warnings({text(0)}, TroubleLog::kPatience);
+  for (int i = 1; i < 1000; ++i)
+    for (const std::string& line : warnings({text(i)}, 1)) told.push_back(line);
+  ASSERT_EQ(told.size(), 10U);
+  EXPECT_EQ(told.back(), text(9));
+  EXPECT_EQ(log.update({}).works_again, Lines{"slave 5"});
+  EXPECT_EQ(warnings({text(10)}, TroubleLog::kPatience), Lines{text(10)}) << "and another trouble anew";
+}
+
 }  // namespace trouble_log_test
 }  // namespace youbotd

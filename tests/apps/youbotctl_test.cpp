@@ -17,7 +17,9 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/control_socket.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/hostile_clients.h"
 #include "tests/support/process.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
@@ -429,12 +431,57 @@ TEST_F(Youbotctl, SettingsNeverOutgrowAnAnswer) {
   EXPECT_EQ(status()["phase"], "off");
   EXPECT_EQ(tell({"unset", "limits.force_N"}).exit_code, 0);
   EXPECT_EQ(tell({"unset", "limits.moment_Nm"}).exit_code, 0);
-  // Two thousand mistakes in one line.
+  // Nearly a thousand mistakes in one line.
   std::string ones = "[1";
-  while (ones.size() < 3900) ones += ",1";
+  while (ones.size() < 1900) ones += ",1";
   const CommandResult mistakes = tell({"set", "compensation.models", ones + "]"});
   EXPECT_EQ(mistakes.exit_code, 2) << mistakes.output.substr(0, 200);
   EXPECT_TRUE(mistakes.said("'compensation.models[0]' should be a string")) << mistakes.output.substr(0, 200);
+}
+
+TEST_F(Youbotctl, ARequestIsUpTo4096BytesLong) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  const std::string key = "path.rest_s";
+  const std::string longest =
+      "1 #" + std::string(apps::kLongestRequest - ("set " + key + " 1 #").size(), 'x');
+  EXPECT_EQ(tell({"set", key, longest}).exit_code, 0);
+  const CommandResult refused = tell({"set", key, longest + "x"});
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(refused.said("the request has 4097 bytes, at most 4096 are possible")) << refused.output;
+
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  ASSERT_TRUE(commander.say(std::string(30'000, 'x')));
+  ASSERT_TRUE(commander.wait_for("a line of more than 4096 bytes is ignored"));
+  ASSERT_TRUE(commander.say("set velocity 0.2 0 0"));
+  EXPECT_TRUE(comes_to([](const json& now) { return now["enabled"] == true && now["base_W"][0] > 0.05; }))
+      << "the commander stays, and so does the run";
+}
+
+TEST_F(Youbotctl, AmidHostileClientsTheCommanderIsHeardAndAnybodyMayStop) {
+  config = folder.write("patient.toml",
+                        "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\ncommander_timeout_s = 5.0\n"
+                        "[compensation]\nfilter_cutoff_rad_per_s = 50\n[[path.leg]]\nforward_m = 0.1\n");
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  {
+    const support::HostileClients hostile(folder / "s");
+    ASSERT_TRUE(commander.say("set velocity 0.2 0 0"));
+    // Five seconds of silence would bring it to rest.
+    EXPECT_TRUE(comes_to([](const json& now) { return now["enabled"] == false || now["time_s"] > 7; }));
+    EXPECT_EQ(status()["enabled"], true);
+    EXPECT_GT(status()["base_W"][0], 0.1);
+    EXPECT_GT(hostile.requests(), 0U);
+    EXPECT_EQ(tell({"stop"}).exit_code, 0);
+    EXPECT_TRUE(comes_to_rest());
+    EXPECT_EQ(tell({"disable"}).exit_code, 0);
+  }
+  EXPECT_EQ(commander.finish().exit_code, 0);
 }
 
 TEST_F(Youbotctl, ALogThatNobodyReadsHoldsUpNoStop) {

@@ -89,6 +89,11 @@ TEST(FrictionLaws, AreMadeByNameWithParametersByName) {
   EXPECT_EQ(std::get<Gms>(gms.variant()).parameters().stiffness_Nm_per_rad[9], 7);
 }
 
+TEST(FrictionLaws, AnEleventhElementIsRefused) {
+  const std::string refusal = message_of([] { static_cast<void>(make_law("gms", {{"share_11", 0.1}})); });
+  EXPECT_NE(refusal.find("share_11"), std::string::npos) << refusal;
+}
+
 TEST(FrictionLaws, NamesWhatExistsWhenANameIsUnknown) {
   const std::string law = message_of([] { static_cast<void>(make_law("lugree")); });
   EXPECT_NE(law.find("lugree"), std::string::npos) << law;

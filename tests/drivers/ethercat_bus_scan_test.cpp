@@ -125,18 +125,65 @@ TEST_F(Scan, AnInterfaceThatReturnsFramesUntouchedHasNoSlaves) {
 }
 
 TEST_F(Scan, ASpoiledWorkingCounterIsNoBusOfThousandsOfSlaves) {
-  EmulatedRobot robot(youbot());
+  for (const std::uint16_t counter : {std::uint16_t{257}, std::uint16_t{0xFFFF}}) {
+    EmulatedRobot robot(youbot());
+    MeddlingLink link(robot.connect({.timed = true}));
+    link.on_receive = [counter](std::span<std::uint8_t> frame) {
+      if (const auto count =
+              find_datagram(frame, [](const Datagram& d) { return d.command == Command::kBrd; }))
+        store_le(count->counter, counter);
+      return true;
+    };
+    Transceiver transceiver(link);
+    RegisterAccess access(transceiver, {});
+    EXPECT_TRUE(contains(error_of([&] { scan_bus(access, "eth7"); }),
+                         "eth7: count slaves: the reply's working counter says " + std::to_string(counter) +
+                             ", more than the 256"));
+    EXPECT_EQ(link.frames, 1);
+  }
+}
+
+TEST_F(Scan, AnEepromThatStaysBusyEndsTheScan) {
+  EmulatedRobot robot({drive("busy")});
   MeddlingLink link(robot.connect({.timed = true}));
   link.on_receive = [](std::span<std::uint8_t> frame) {
-    if (const auto count = find_datagram(frame, [](const Datagram& d) { return d.command == Command::kBrd; }))
-      store_le<std::uint16_t>(count->counter, 0xFFFF);
+    const auto is_poll = [](const Datagram& d) { return d.command == Command::kFprd && d.data.size() == 14; };
+    if (const auto poll = find_datagram(frame, is_poll)) poll->data[1] |= reg::kSiiBusy >> 8;
     return true;
   };
   Transceiver transceiver(link);
   RegisterAccess access(transceiver, {});
-  EXPECT_TRUE(contains(error_of([&] { scan_bus(access, "eth7"); }),
-                       "eth7: count slaves: the reply's working counter says 65535, more than the 256"));
-  EXPECT_EQ(link.frames, 1);
+  EXPECT_TRUE(contains(error_of([&] { scan_bus(access, "eth7"); }), "read its SII EEPROM: it stays busy"));
+  EXPECT_NEAR(link.frames, 2 * 20'000, 10) << "20,000 rounds of a request and a poll";
+}
+
+TEST_F(Scan, AnEepromThatFailsOrASlaveThatIsSilentEndsTheScanAfter500Times) {
+  for (const bool silent : {false, true}) {
+    EmulatedRobot robot({drive("faulty")});
+    MeddlingLink link(robot.connect({.timed = true}));
+    int polls = 0;
+    link.on_receive = [&](std::span<std::uint8_t> frame) {
+      const auto is_poll = [](const Datagram& d) {
+        return (d.command == Command::kFprd && d.data.size() == 14) ||
+               (d.command == Command::kFpwr && d.data.size() == 6);
+      };
+      const auto poll = find_datagram(frame, is_poll);
+      if (!poll) return true;
+      if (silent) {
+        ++polls;
+        store_le(poll->counter, std::uint16_t{0});
+      } else if (poll->data.size() == 14) {
+        ++polls;
+        poll->data[1] |= 0x20;  // no acknowledgement by the EEPROM
+      }
+      return true;
+    };
+    Transceiver transceiver(link);
+    RegisterAccess access(transceiver, {});
+    EXPECT_TRUE(contains(error_of([&] { scan_bus(access, "eth7"); }),
+                         silent ? "it does not answer any more" : "the EEPROM does not acknowledge"));
+    EXPECT_EQ(polls, silent ? 501 : 251) << "each error is cleared, which counts too";
+  }
 }
 
 // ---- EEPROMs ----

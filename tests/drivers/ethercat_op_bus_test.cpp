@@ -916,6 +916,41 @@ TEST_F(HiddenMaster, IsNotAWatchdogThatExpiredNorALossOfPower) {
   }
 }
 
+TEST_F(Operation, AnImageThatIsOneByteLargerIsRefused) {
+  std::vector<SlaveDescription> slaves(4, drive("big"));
+  for (SlaveDescription& slave : slaves) {
+    slave.mailbox_out.length = slave.mailbox_in.length = 16;
+    slave.outputs = {.start = 0x1100, .bytes = 172};
+    slave.inputs = {.start = 0x1400, .bytes = 170};
+  }
+  slaves[3].inputs.bytes = 173;
+  EmulatedRobot large(slaves);
+  PreOpBus setup(large.connect({}), nullptr, impatient());
+  setup.enter_pre_op();
+  EXPECT_TRUE(contains(error_of([&] { OpBus refused = std::move(setup).start(); }),
+                       "need a frame of 1515 bytes: 1514 are possible"));
+}
+
+TEST_F(Operation, LeavingOpIsTriedForABoundedNumberOfFrames) {
+  start();
+  cycles(2);
+  // Each of three states 200 frames; one without an answer counts for 21.
+  const auto frames_to_leave = [this] {
+    const int before = link->frames;
+    bus->leave_op();
+    return link->frames - before;
+  };
+  link->on_receive = [](std::span<std::uint8_t> frame) {
+    const auto is_state = [](const Datagram& d) { return d.command == Command::kBrd; };
+    if (const auto state = find_datagram(frame, is_state)) state->data[0] = 0x08;  // OP, for ever
+    return true;
+  };
+  counting = false;
+  EXPECT_EQ(frames_to_leave(), 3 * 200);
+  link->on_receive = [](std::span<std::uint8_t>) { return false; };
+  EXPECT_EQ(frames_to_leave(), 3 * 10);
+}
+
 TEST_F(Operation, LeavingOpDoesNotAllocateEvenWithoutABus) {
   start();
   cycles(2);

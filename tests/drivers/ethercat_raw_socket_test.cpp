@@ -218,7 +218,7 @@ TEST_P(RawSocket, ASecondMasterIsRefusedUntilTheFirstHasEnded) {
   const RawSocketLink other_end(far_, GetParam());
   const std::string refusal =
       near_ + ": lock the interface: expected no other master on this bus, found test_drivers (process " +
-      std::to_string(getpid()) + "); two would disturb each other: end that one first";
+      std::to_string(getpid()) + " of root); two would disturb each other: end that one first";
   for (int attempt = 0; attempt < 20; ++attempt)
     EXPECT_EQ(error_of([&] { RawSocketLink(near_, GetParam()); }), refusal);
   first.reset();

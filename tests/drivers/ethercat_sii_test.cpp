@@ -181,6 +181,15 @@ TEST_P(SiiReads, ACategoryThatIsTooLargeIsNotRead) {
   }
 }
 
+TEST_P(SiiReads, AChainHasUpTo64Categories) {
+  for (const int categories : {64, 65}) {
+    Image image;
+    for (int i = 0; i < categories; ++i) image.header(0x0900, 0);
+    const std::string error = read(image.bytes(), GetParam()).error;
+    EXPECT_EQ(contains(error, "not plausible (category 2304 of 0 words)"), categories > 64) << error;
+  }
+}
+
 TEST_P(SiiReads, AChainThatLeavesTheEepromEnds) {
   Image image;
   image.header(0x0900, 0xFFF0);

@@ -272,6 +272,17 @@ struct Flood final : Transport {
   std::string text = "flood";
 };
 
+TEST_F(TmclClient, UpTo64StaleRepliesAreDroppedBeforehandAndEightALookAfterwards) {
+  for (int i = 0; i < 64 + 8 + 1; ++i)
+    module.pending.emplace_back(0, Reply{0, 0, Status::kOk, Command::kMotorStop, 1, {}});
+  const Request request = drivers::tmcl::get(drive_parameter("actual_position"));
+  const auto now = clock.now();
+  const Exchange only_look = exchange(module, clock, request, now, 1ms);
+  EXPECT_FALSE(only_look.reply);
+  EXPECT_EQ(only_look.discarded, 8);
+  EXPECT_EQ(module.pending.size(), 2U) << "one too many, and the answer";
+}
+
 TEST_F(TmclClient, FloodOfWrongRepliesEndsAtTheDeadline) {
   Flood flood;
   Client client(flood, clock);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include <string>
 
 #include "drivers/tmcl/axis_parameters.h"
@@ -68,6 +70,15 @@ TEST_F(TmclPolledDrive, EverySettingKeepsTheScheduleOfTheHeader) {
     const auto row = static_cast<std::size_t>(requests - 1);
     EXPECT_EQ(cycles(drive, length[row]), expected[row]) << requests;
     module.pending.clear();
+  }
+  // From one P to the next.
+  for (int requests = 1; requests <= PolledDrive::kMaxRequests; ++requests) {
+    const std::string schedule = expected[requests - 1];
+    const std::size_t first = schedule.find('P');
+    const std::size_t next = schedule.find('P', first + 1);
+    EXPECT_EQ(std::count(schedule.begin() + static_cast<std::ptrdiff_t>(first),
+                         schedule.begin() + static_cast<std::ptrdiff_t>(next), ' '),
+              PolledDrive::cycles_between_positions(requests));
   }
 }
 

@@ -131,5 +131,21 @@ TEST_F(TmclBatch, StraysAreDropped) {
   EXPECT_EQ(batch.lost(), 0U);
 }
 
+TEST_F(TmclBatch, ARequestTooManyGoesOutAndGivesTheBatchUp) {
+  for (std::size_t i = 0; i < RequestBatch::kCapacity; ++i) ASSERT_TRUE(batch.post(module, kPosition));
+  EXPECT_EQ(batch.lost(), 0U);
+  ASSERT_TRUE(batch.post(module, kStop));
+  EXPECT_EQ(module.requests.back(), kStop);
+  EXPECT_EQ(batch.lost(), 1U);
+  EXPECT_EQ(step(), 0U) << "nothing of it is believed";
+}
+
+TEST_F(TmclBatch, AStepTakesUpToTwoBatchesOfReplies) {
+  for (std::size_t i = 0; i <= 2 * RequestBatch::kCapacity; ++i)
+    module.pending.emplace_back(0, module.answer(kPosition));
+  batch.step(module);
+  EXPECT_EQ(module.pending.size(), 1U);
+}
+
 }  // namespace tmcl_request_batch_test
 }  // namespace drivers::tmcl

@@ -135,6 +135,17 @@ TEST(RequestQueue, WrongAnswersAreCountedAndIgnored) {
   EXPECT_EQ(queue.discarded(), 1U);
 }
 
+TEST(RequestQueue, ACycleTakesUpToFourReplies) {
+  fake::Module module;
+  RequestQueue queue;
+  for (int i = 0; i < 5; ++i)
+    module.pending.emplace_back(0, Reply{0, 0, Status::kOk, Command::kMotorStop, 1, {}});
+  queue.step(module);
+  EXPECT_EQ(queue.discarded(), 4U);
+  queue.step(module);
+  EXPECT_EQ(queue.discarded(), 5U);
+}
+
 TEST(RequestQueue, ClearForgetsAndStillWaitsOutTheReply) {
   fake::Module module;
   module.latency = 4;

@@ -205,7 +205,7 @@ TEST(CanInKernel, ASecondProgramOfOursIsRefusedUntilTheFirstHasEnded) {
     EXPECT_NE(std::string(error.what())
                   .find("vcan0: lock the interface: expected no other master on this bus, found guest_tests "
                         "(process " +
-                        std::to_string(::getpid()) + ")"),
+                        std::to_string(::getpid()) + " of root)"),
               std::string::npos)
         << error.what();
   }

@@ -157,6 +157,30 @@ TEST(CanRobot, AModuleThatTakesOneRequestAtATimeIsFoundOutAndServed) {
   EXPECT_NEAR(patient.velocity_rad_per_s(), 2, 0.1);
 }
 
+TEST(CanRobot, TakesOneToFiveRequestsACycle) {
+  for (const int requests : {0, 6}) {
+    CanBench bench({.requests_per_cycle = requests}, {}, 4ms);
+    const std::string text = refusal_of(bench);
+    EXPECT_TRUE(has(text, "it takes 1 to 5 requests a cycle")) << text;
+  }
+  CanBench most({.requests_per_cycle = 5}, {}, 4ms);
+  EXPECT_NO_THROW(most.robot->activate());
+}
+
+TEST(CanRobot, ChecksThatItsReadingsAreTooSeldomForAreNoted) {
+  EXPECT_TRUE(CanBench({.requests_per_cycle = 3}).robot->notes().empty());
+  const auto note = [](int requests, std::chrono::milliseconds period) {
+    CanBench bench({.requests_per_cycle = requests}, {}, period);
+    bench.robot->activate();
+    const std::vector<std::string> notes = bench.robot->notes();
+    EXPECT_EQ(notes.size(), 1U);
+    return notes.empty() ? "" : notes.front();
+  };
+  EXPECT_TRUE(has(note(2, 1ms), "positions come every 2.00 ms: the check S3 of its sensors does not run"));
+  EXPECT_TRUE(has(note(1, 2ms), "positions come every 8.00 ms: the check S3 of its sensors does not run"));
+  EXPECT_TRUE(has(note(1, 6ms), "positions come every 24.00 ms: no check of its sensors runs"));
+}
+
 TEST(CanRobot, AModuleTooSlowForThePatienceIsRefused) {
   BenchRigOptions slow;
   slow.processing_time = 2ms;

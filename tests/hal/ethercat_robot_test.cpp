@@ -3,15 +3,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "drivers/ethercat/frame_tap.h"
 #include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
+#include "sim/bus/bus_link.h"
 #include "sim/bus/sii_image.h"
 #include "tests/hal/ethercat_rig.h"
 #include "tests/support/no_alloc_guard.h"
@@ -23,6 +29,7 @@ using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
 using sim::bus::FaultEvent;
 using sim::bus::FaultKind;
+using std::chrono::nanoseconds;
 using Rig = test::EthercatRig;
 
 TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
@@ -309,6 +316,59 @@ TEST(EthercatRobot, AsManyCyclesAreBridgedAsAreToleratedAndNotOneMore) {
     for (int i = 0; i < tolerated; ++i) EXPECT_TRUE(rig.step().ok()) << i + 1 << " of " << tolerated;
     EXPECT_EQ(rig.step().fault, Fault::kFrameLost) << tolerated;
   }
+}
+
+/// An interface that takes no frames while `error` is set.
+class RefusingLink final : public drivers::ethercat::Link {
+ public:
+  RefusingLink(sim::bus::YoubotBus& emulation, const int& error)
+      : link_(emulation.wire(), &emulation), error_(error) {}
+  bool send(std::span<const std::uint8_t> frame) noexcept override {
+    return error_ == 0 && link_.send(frame);
+  }
+  std::size_t receive(std::span<std::uint8_t> buffer, nanoseconds timeout) noexcept override {
+    return link_.receive(buffer, timeout);
+  }
+  nanoseconds now() const noexcept override { return link_.now(); }
+  void wait(nanoseconds duration) override { link_.wait(duration); }
+  int last_error() const noexcept override { return error_; }
+  const std::string& name() const noexcept override { return link_.name(); }
+
+ private:
+  sim::bus::BusLink link_;
+  const int& error_;
+};
+
+TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoTroubleAsLongAsThatIsBridged) {
+  Rig rig;
+  int error = 0;
+  rig.robot = make_ethercat_robot([&] { return std::make_unique<RefusingLink>(rig.emulation, error); },
+                                  {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms);
+  rig.robot->activate();
+  rig.enable();
+  const auto is_told = [&rig] {
+    const std::vector<std::string> trouble = rig.robot->trouble();
+    return std::ranges::any_of(trouble, [](const std::string& line) {
+      return line.find("bus: the network interface emulated bus went down (ENETDOWN") == 0;
+    });
+  };
+  for (const auto& [cycles, lasts] : {std::pair{1ms, false}, std::pair{10ms, false}, std::pair{11ms, true}}) {
+    error = ENETDOWN;
+    rig.run(cycles);
+    EXPECT_EQ(is_told(), lasts) << cycles.count();
+    EXPECT_EQ(rig.status.fault, lasts ? Fault::kLinkDown : Fault::kNone);
+    error = 0;
+    rig.run(20ms);
+    EXPECT_FALSE(is_told()) << "it works again";
+  }
+}
+
+TEST(EthercatRobot, APeriodTooLongForACheckOfTheSensorsIsNoted) {
+  const Rig rig;
+  EXPECT_TRUE(rig.robot->notes().empty());
+  const auto slow = make_ethercat_robot([] { return nullptr; }, {}, rig.clock, 2ms);
+  ASSERT_EQ(slow->notes().size(), 1U);
+  EXPECT_NE(slow->notes()[0].find("positions come every 2.00 ms: the check S3"), std::string::npos);
 }
 
 TEST(EthercatRobot, WhatIsBridgedLeavesTheLastCommandAndMoreIsOffUntilANewEnable) {

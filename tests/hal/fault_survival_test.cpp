@@ -530,6 +530,25 @@ TEST(LossBudget, EverySecondAnswerLostIsAFault) {
   test.rig.command.enable = true;
   test.rig.run(5ms);
   EXPECT_EQ(test.rig.status.fault, Fault::kFrameLoss);
+  EXPECT_FALSE(test.rig.sample.enabled);
+}
+
+TEST(LossBudget, SaysHowLongLossesCountAndAfterThatTheRobotCanBeEnabled) {
+  std::vector<FaultEvent> events = Losses::events({.kind = FaultKind::kDropReply}, 2);
+  events.resize(220);
+  Rig lossy(Kind::kBase, Firmware::k148, std::move(events));
+  lossy.robot->activate();
+  lossy.enable();
+  lossy.run_until([&] { return !lossy.status.ok(); }, 5s);
+  ASSERT_EQ(lossy.status.fault, Fault::kFrameLoss);
+  const std::string words = lossy.robot->explain(lossy.status);
+  EXPECT_NE(words.find("losses count for 1 s, and until then an enable is refused"), std::string::npos)
+      << words;
+  lossy.command.enable = false;
+  lossy.run(1000ms);
+  lossy.command.enable = true;
+  lossy.run_until([&] { return lossy.sample.enabled || !lossy.status.ok(); }, 2s);
+  EXPECT_TRUE(lossy.sample.enabled) << lossy.robot->explain(lossy.status);
 }
 
 TEST(LossBudget, AnswersThatOvertakeEachOtherAreAFaultAndCountedAsLate) {
