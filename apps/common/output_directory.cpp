@@ -36,14 +36,12 @@ std::string why_not_writable(const fs::path& directory) {
 std::vector<fs::path> make_output_directory(const fs::path& directory) {
   std::vector<fs::path> missing;
   std::error_code error;
-  for (fs::path at = directory; !at.empty() && !fs::exists(at, error); at = at.parent_path())
+  for (fs::path at = directory; at.has_relative_path() && !fs::exists(at, error) && !error;
+       at = at.parent_path())
     missing.insert(missing.begin(), at);
   std::vector<fs::path> made;
-  error.clear();
-  for (const fs::path& path : missing) {
-    if (fs::create_directory(path, error)) made.push_back(path);
-    if (error) break;
-  }
+  for (auto path = missing.begin(); path != missing.end() && !error; ++path)
+    if (fs::create_directory(*path, error)) made.push_back(*path);
   std::error_code unknown;
   std::string cause;
   if (error)

@@ -108,12 +108,9 @@ std::string describe(const NumberRules& rules) {
   return fmt::format("{} to {}", rules.min, rules.max);
 }
 
-/// Of a file that a person writes.
-constexpr std::size_t kMaxBytes = 4 << 20;
-
 std::string read(const std::filesystem::path& path) {
   try {
-    return read_regular_file(path, kMaxBytes);
+    return read_regular_file(path, kMaxToml_bytes);
   } catch (const std::runtime_error& error) {
     throw ConfigError({fmt::format("{}: {}", path.string(), error.what())});
   }

@@ -10,6 +10,7 @@
 ///
 /// A key that is absent or refused leaves its value as it was, so defaults live in the struct.
 #pragma once
+#include <cstddef>
 #include <filesystem>
 #include <initializer_list>
 #include <limits>
@@ -24,6 +25,9 @@
 #include <vector>
 
 namespace apps {
+
+/// Files that a person writes are no longer. Longer ones are refused.
+inline constexpr std::size_t kMaxToml_bytes = 4 << 20;
 
 /// The file cannot be used. what() holds all problems, one per line.
 class ConfigError : public std::runtime_error {

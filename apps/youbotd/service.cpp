@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
-#include <fstream>
 #include <future>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -21,6 +20,8 @@
 #include "apps/common/output_directory.h"
 #include "apps/common/robot_session.h"
 #include "apps/common/service_manager.h"
+#include "apps/common/start_thread.h"
+#include "apps/common/whole_file.h"
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/control_server.h"
 #include "apps/youbotd/served_loop.h"
@@ -160,7 +161,7 @@ void Service::serve(const std::atomic<bool>& stop) {
   apps::LoopStatistics statistics;
   std::atomic<bool> over{false};
   std::promise<std::vector<std::string>> entered;
-  std::jthread cycles([&](const std::stop_token& left) {  // by an exception, below
+  const auto run_cycles = [&](const std::stop_token& left) {  // by an exception, below
     apps::RealTimeThread real_time;
     try {
       entered.set_value(apps::enter_real_time(real_time, config_.real_time, options_.allow_non_real_time));
@@ -175,7 +176,8 @@ void Service::serve(const std::atomic<bool>& stop) {
         },
         [&](const CycleTimes& /*times*/) { loop_->keep(); }, statistics);
     over.store(true, std::memory_order_release);
-  });
+  };
+  std::jthread cycles = apps::start_thread("the cycles", run_cycles);
   not_real_time_ = entered.get_future().get();
   for (const std::string& problem : not_real_time_) spdlog::warn("not real-time: {}", problem);
   spdlog::info("{} is open, its drives are off; waiting for commands on {}", config_.robot.name,
@@ -421,11 +423,13 @@ RunOptions Service::next_run() const {
 /// Beside the configuration, which they stood over.
 void Service::record_settings(const std::filesystem::path& directory) const {
   if (settings_.empty()) return;
-  const std::filesystem::path path = directory / "settings.toml";
-  std::ofstream file(path);
-  for (const auto& [key, value] : settings_) file << key << " = " << value << '\n';
-  file.close();
-  if (!file) spdlog::warn("recording: {} could not be written", path.string());
+  std::string text;
+  for (const auto& [key, value] : settings_) text += key + " = " + value + '\n';
+  try {
+    apps::write_whole_file(directory / "settings.toml", text);
+  } catch (const hal::SetupError& error) {
+    spdlog::warn("recording: {}", error.what());
+  }
 }
 
 std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options,
