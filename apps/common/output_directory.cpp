@@ -42,11 +42,11 @@ std::vector<fs::path> make_output_directory(const fs::path& directory) {
   std::vector<fs::path> made;
   for (auto path = missing.begin(); path != missing.end() && !error; ++path)
     if (fs::create_directory(*path, error)) made.push_back(*path);
-  std::error_code unknown;
+  const bool is_directory = !error && fs::is_directory(directory, error);
   std::string cause;
   if (error)
     cause = error.message();
-  else if (!fs::is_directory(directory, unknown))
+  else if (!is_directory)
     cause = "something else has that name";
   else
     cause = why_not_writable(directory);
