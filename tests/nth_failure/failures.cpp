@@ -109,7 +109,6 @@ bool names_cause(const Failure& failure, const std::string& message) {
       {"pthread_create", "thread"},
       {"pthread_setaffinity_np", "core"},
       {"pthread_setschedparam", "(priority|scheduling)"},
-      {"socket", "(socket|veth)"},
   };
   const auto object = kObjects.find(failure.call);
   const auto ours = kInOurWords.find({failure.call, failure.error});
