@@ -357,7 +357,7 @@ ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_
   if (std::filesystem::is_directory(path, error))
     throw RecordingError({path.string() + ": is a directory; give the files in it"});
   // A pipe or a device may never end, and reading it may not even begin.
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error) && !error)
     throw RecordingError({path.string() + ": is not a regular file; write the recording to one"});
   std::string text;
   try {
