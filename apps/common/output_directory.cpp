@@ -36,19 +36,17 @@ std::string why_not_writable(const fs::path& directory) {
 std::vector<fs::path> make_output_directory(const fs::path& directory) {
   std::vector<fs::path> missing;
   std::error_code error;
-  for (fs::path at = directory; !at.empty() && !fs::exists(at, error); at = at.parent_path())
+  for (fs::path at = directory; at.has_relative_path() && !fs::exists(at, error) && !error;
+       at = at.parent_path())
     missing.insert(missing.begin(), at);
   std::vector<fs::path> made;
-  error.clear();
-  for (const fs::path& path : missing) {
-    if (fs::create_directory(path, error)) made.push_back(path);
-    if (error) break;
-  }
-  std::error_code unknown;
+  for (auto path = missing.begin(); path != missing.end() && !error; ++path)
+    if (fs::create_directory(*path, error)) made.push_back(*path);
+  const bool is_directory = !error && fs::is_directory(directory, error);
   std::string cause;
   if (error)
     cause = error.message();
-  else if (!fs::is_directory(directory, unknown))
+  else if (!is_directory)
     cause = "something else has that name";
   else
     cause = why_not_writable(directory);

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "apps/common/spsc_ring.h"
+#include "apps/common/start_thread.h"
 
 namespace apps {
 
@@ -55,17 +56,18 @@ class Recorder {
   /// The writer is SCHED_OTHER whatever the caller is, but it inherits the caller's CPU affinity: pin
   /// the cycle to its core after this.
   /// @throws std::invalid_argument for a capacity SpscRing refuses or an empty function;
-  ///         std::system_error if the thread cannot be started or given normal priority.
+  ///         hal::SetupError if the thread cannot be started or given normal priority.
   Recorder(std::size_t capacity, std::function<void(const Record&)> write, std::function<void()> flush)
       : ring_(capacity), write_(std::move(write)), flush_(std::move(flush)) {
     if (!write_ || !flush_) throw std::invalid_argument("Recorder: write and flush must be given");
-    writer_ = std::thread([this]() noexcept { run(); });
+    writer_ = start_thread("the recording", [this]() noexcept { run(); });
     // A thread starts with its creator's policy, and a SCHED_FIFO writer would compete with the cycle.
     const sched_param normal{};
     if (const int error = pthread_setschedparam(writer_.native_handle(), SCHED_OTHER, &normal)) {
       stop();
-      throw std::system_error(error, std::generic_category(),
-                              "Recorder: cannot give the writer thread normal priority");
+      throw hal::SetupError("thread for the recording",
+                            "take normal priority: " + std::generic_category().message(error),
+                            "start this program with less priority");
     }
   }
   Recorder(const Recorder&) = delete;
@@ -189,7 +191,7 @@ class Recorder {
   mutable std::mutex mutex_;  // never taken by push()
   std::condition_variable stop_signal_;
   std::string first_sink_failure_;
-  std::thread writer_;
+  std::jthread writer_;
 };
 
 }  // namespace apps

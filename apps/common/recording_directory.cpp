@@ -1,9 +1,12 @@
 #include "apps/common/recording_directory.h"
 
+#include <stdexcept>
 #include <system_error>
 
-#include "apps/common/file_size_signal.h"
 #include "apps/common/output_directory.h"
+#include "apps/common/regular_file.h"
+#include "apps/common/toml_reader.h"
+#include "apps/common/whole_file.h"
 
 namespace apps {
 
@@ -12,13 +15,13 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const std::fi
     : directory_(directory), made_(make_output_directory(directory)) {
   const std::filesystem::path copy = directory / "config.toml";
   std::error_code error;
-  const bool was_there = std::filesystem::exists(copy, error);
-  {
-    const FileSizeSignalHeldBack held_back;
-    std::filesystem::copy_file(config_file, copy, error);
+  try {
+    if (std::filesystem::exists(copy, error)) throw std::runtime_error("is there already");
+    write_whole_file(copy, read_regular_file(config_file, kMaxToml_bytes));
+    made_.push_back(copy);
+  } catch (const std::runtime_error& why) {
+    problems.push_back("copy of " + config_file.string() + ": " + why.what());
   }
-  if (error) problems.push_back(copy.string() + ": " + error.message());
-  if (!was_there) made_.push_back(copy);
 }
 
 std::unique_ptr<RecordingFile> NewRecording::open(const std::string& rig,

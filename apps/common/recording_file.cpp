@@ -15,6 +15,7 @@
 #include <system_error>
 
 #include "apps/common/file_size_signal.h"
+#include "apps/common/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace apps {
@@ -27,14 +28,6 @@ constexpr std::size_t kBufferBytes = 64 * 1024;
 constexpr std::size_t kLongestShortestChars = 24;
 /// Fixed notation spells the largest double out: sign, 309 digits, point, then the decimals.
 constexpr std::size_t kLongestFixedChars = 2 + std::numeric_limits<double>::max_exponent10 + 1;
-
-/// Repeats a system call that a signal interrupted.
-template <typename Call>
-auto uninterrupted(Call call) noexcept {
-  auto result = call();
-  while (result < 0 && errno == EINTR) result = call();
-  return result;
-}
 
 struct WriteResult {
   std::size_t bytes = 0;  ///< that reached the file, also when the rest failed
@@ -124,17 +117,23 @@ RecordingFile::RecordingFile(const std::filesystem::path& path, const std::vecto
 
 /// Last in the constructor, so that no other exception can leak the descriptor.
 void RecordingFile::create(const std::string& header, Existing existing) {
-  const auto refuse = [this](const char* problem, int error_number, const char* hint) {
+  bool is_ours = false;  // made here, or emptied: without a whole header it is no recording
+  const auto refuse = [this, &is_ours](const char* problem, int error_number, const char* hint) {
     if (fd_ >= 0) ::close(fd_);
+    if (is_ours) ::unlink(path_.c_str());
     std::string step = problem;
     if (error_number != 0) step += ": " + std::generic_category().message(error_number);
     throw hal::SetupError("recording " + path_, step, hint);
   };
   // O_APPEND: after a torn row is cut off, the next write lands at the new end and leaves no hole.
   // No O_TRUNC: the file may be another daemon's, which only the lock tells.
-  const int only_new = existing == Existing::kRefuse ? O_EXCL | O_NOFOLLOW : 0;
-  fd_ = uninterrupted(
-      [&] { return ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | only_new, 0644); });
+  const auto open = [this](int more) {
+    return uninterrupted(
+        [&] { return ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | more, 0644); });
+  };
+  fd_ = open(O_EXCL | O_NOFOLLOW);
+  is_ours = fd_ >= 0;
+  if (fd_ < 0 && errno == EEXIST && existing == Existing::kReplace) fd_ = open(0);
   if (fd_ < 0)
     refuse("cannot create the file", errno,
            errno == EEXIST ? "name another directory" : "the folder must exist and be writable");
@@ -149,11 +148,9 @@ void RecordingFile::create(const std::string& header, Existing existing) {
     refuse("another recording is being written to the file", 0, "stop that one or choose another path");
   }
   if (!truncate_to(fd_, 0)) refuse("cannot empty the file", errno, "choose another path");
-
-  if (const auto written = write_all(fd_, header); written.error_number != 0) {
-    ::unlink(path_.c_str());  // half a header is no recording
+  is_ours = true;
+  if (const auto written = write_all(fd_, header); written.error_number != 0)
     refuse("cannot write the header", written.error_number, "make room or choose another folder");
-  }
   file_bytes_ = static_cast<std::int64_t>(header.size());
 }
 

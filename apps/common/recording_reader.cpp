@@ -6,11 +6,14 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <functional>
+#include <limits>
 #include <map>
 #include <set>
+#include <stdexcept>
 #include <system_error>
+
+#include "apps/common/regular_file.h"
 
 namespace apps {
 namespace {
@@ -365,18 +368,18 @@ ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_
   if (std::filesystem::is_directory(path, error))
     throw RecordingError({path.string() + ": is a directory; give the files in it"});
   // A pipe or a device may never end, and reading it may not even begin.
-  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error))
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error) && !error)
     throw RecordingError({path.string() + ": is not a regular file; write the recording to one"});
   if (const std::uintmax_t bytes = std::filesystem::file_size(path, error);
       !error && bytes > kMaxRecordingBytes)
     throw RecordingError({path.string() + ": has " + std::to_string(bytes) + " bytes, but at most " +
                           std::to_string(kMaxRecordingBytes) + " are read; split it"});
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file) throw RecordingError({path.string() + ": cannot be opened; does it exist and may it be read?"});
-  std::string text(static_cast<std::size_t>(std::max<std::streamoff>(file.tellg(), 0)), '\0');
-  file.seekg(0);
-  if (!file.read(text.data(), static_cast<std::streamsize>(text.size())))
-    throw RecordingError({path.string() + ": cannot be read to its end"});
+  std::string text;
+  try {
+    text = read_regular_file(path, kMaxRecordingBytes);
+  } catch (const std::runtime_error& why) {
+    throw RecordingError({path.string() + ": " + why.what()});
+  }
   return parse_recording(text, path.string(), not_measured);
 }
 

@@ -9,14 +9,17 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "apps/common/uninterrupted.h"
+
 namespace apps {
 namespace {
 
 class OpenFile {
  public:
   /// O_NONBLOCK: a pipe without a writer is not waited for.
-  explicit OpenFile(const std::filesystem::path& path)
-      : fd_(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY)) {
+  explicit OpenFile(const std::filesystem::path& path) {
+    fd_ =
+        uninterrupted([&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); });
     if (fd_ < 0) throw std::runtime_error("cannot be opened: " + std::generic_category().message(errno));
   }
   OpenFile(const OpenFile&) = delete;
@@ -32,15 +35,13 @@ class OpenFile {
   }
   /// Bytes read; 0 at the end.
   std::size_t read(char* buffer, std::size_t size) const {
-    ssize_t count = -1;
-    do count = ::read(fd_, buffer, size);
-    while (count < 0 && errno == EINTR);
+    const ssize_t count = uninterrupted([&] { return ::read(fd_, buffer, size); });
     if (count < 0) throw std::runtime_error("cannot be read: " + std::generic_category().message(errno));
     return static_cast<std::size_t>(count);
   }
 
  private:
-  int fd_;
+  int fd_ = -1;
 };
 
 }  // namespace

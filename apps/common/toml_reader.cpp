@@ -108,8 +108,6 @@ std::string describe(const NumberRules& rules) {
   return fmt::format("{} to {}", rules.min, rules.max);
 }
 
-/// Of a file that a person writes.
-constexpr std::size_t kMaxBytes = 4 << 20;
 /// Of one dotted key. The parser nests a table for each and destroys them recursively, so that a million of
 /// them overflow the stack. It limits the nesting of values by itself: TOML_MAX_NESTED_VALUES, 256.
 constexpr std::size_t kMostKeyDots = 64;
@@ -131,7 +129,7 @@ std::uint32_t line_of_deep_key(std::string_view text) {
 
 std::string read(const std::filesystem::path& path) {
   try {
-    return read_regular_file(path, kMaxBytes);
+    return read_regular_file(path, kMaxToml_bytes);
   } catch (const std::runtime_error& error) {
     throw ConfigError({fmt::format("{}: {}", path.string(), error.what())});
   }

@@ -26,6 +26,9 @@
 
 namespace apps {
 
+/// Files that a person writes are no longer. Longer ones are refused.
+inline constexpr std::size_t kMaxToml_bytes = 4 << 20;
+
 /// The file cannot be used. what() holds its problems, one per line: the first hundred and how many more.
 class ConfigError : public std::runtime_error {
  public:

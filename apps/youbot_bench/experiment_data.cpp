@@ -3,11 +3,14 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <fstream>
 #include <limits>
+#include <sstream>
+#include <stdexcept>
 #include <system_error>
 
 #include "apps/common/recording_reader.h"
+#include "apps/common/regular_file.h"
+#include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/experiment_recording.h"
 
 namespace youbot_bench {
@@ -43,10 +46,16 @@ sim::Recording read(const fs::path& path, std::vector<std::string>& problems) {
   }
 }
 
-/// As it was written: `key = value  # help`, tables and remarks apart.
-std::vector<Setting> read_settings(const fs::path& path) {
+/// As it was written: `key = value  # help`, tables and remarks apart. Nothing, and a problem, when the file
+/// cannot be read.
+std::vector<Setting> read_settings(const fs::path& path, std::vector<std::string>& problems) {
   std::vector<Setting> settings;
-  std::ifstream file(path, std::ios::binary);
+  std::istringstream file;
+  try {
+    file.str(apps::read_regular_file(path, apps::kMaxToml_bytes));
+  } catch (const std::runtime_error& error) {
+    problems.push_back(path.string() + ": " + error.what());
+  }
   for (std::string line; std::getline(file, line);) {
     const std::size_t equals = line.find(" = ");
     if (line.starts_with('#') || equals == line.npos) continue;
@@ -77,7 +86,7 @@ MeasuredExperiment read_experiment(const fs::path& directory, const std::string&
   MeasuredExperiment measured;
   measured.name = experiment;
   const fs::path rows = directory / experiment;
-  measured.settings = read_settings(rows / "experiment.toml");
+  measured.settings = read_settings(rows / "experiment.toml", measured.problems);
   std::vector<std::string> nothing_finished;
   const sim::Recording progress = read(rows / "progress", nothing_finished);
   if (progress.has("time_s")) {

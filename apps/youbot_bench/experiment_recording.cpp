@@ -1,6 +1,7 @@
 #include "apps/youbot_bench/experiment_recording.h"
 
 #include <algorithm>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -13,6 +14,7 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/output_directory.h"
+#include "apps/common/whole_file.h"
 #include "hal/setup_error.h"
 
 namespace youbot_bench {
@@ -52,15 +54,28 @@ std::string header_of(const std::vector<Column>& columns) {
 }
 
 /// Calls `take` for each row of the recording at `path`.
-/// @throws std::invalid_argument when it cannot be read or has other columns, and naming the line of a row
-/// that is damaged, or whose time does not run forward.
+/// @throws hal::SetupError when it cannot be read to its end; std::invalid_argument when it is not there or
+/// has other columns, and naming the line of a row that is damaged, or whose time does not run forward.
 template <typename Take>
 void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take take) {
+  errno = 0;
+  const auto unreadable_file = [&path] {
+    return hal::SetupError("--resume: " + path.string(),
+                           "cannot be read: " + std::generic_category().message(errno),
+                           "what it holds is as it was; try again");
+  };
   std::ifstream file(path, std::ios::binary);
-  if (!file) throw std::invalid_argument("--resume: " + path.string() + " cannot be read");
+  if (!file && errno == ENOENT) throw std::invalid_argument("--resume: " + path.string() + " is not there");
+  if (!file) throw unreadable_file();
   std::string line;
   int number = 0;
-  const auto next_line = [&] { return ++number, static_cast<bool>(std::getline(file, line)); };
+  // A disk that fails looks like the end of the file: what is behind it would be taken for not measured.
+  const auto next_line = [&] {
+    const bool read = static_cast<bool>(std::getline(file, line));
+    if (file.bad()) throw unreadable_file();
+    ++number;
+    return read;
+  };
   while (next_line() && line.starts_with('#')) {
   }
   if (line != header_of(columns))
@@ -84,14 +99,6 @@ void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take
     last_s = row[0];
     take(std::span<const double>(row));
   }
-}
-
-void write_text(const fs::path& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file)
-    throw hal::SetupError(path.string(), "write the configuration", "make room or choose another DIR");
 }
 
 /// For each reason a comment with the columns it stands for.
@@ -149,7 +156,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
     make_directory(rows_directory);
     if (result_values_ > 0) make_directory(result_directory);
     made_.add(rows_directory / "experiment.toml");
-    write_text(rows_directory / "experiment.toml", description.configuration);
+    apps::write_whole_file(rows_directory / "experiment.toml", description.configuration);
   }
 
   const std::vector<Column> progress_columns{{"time_s", 6}, {"measurement", 0}};

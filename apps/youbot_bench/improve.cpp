@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
-#include <fstream>
 #include <future>
 #include <initializer_list>
 #include <iterator>
@@ -24,7 +23,9 @@
 #include "apps/common/open_robot.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/progress_line.h"
+#include "apps/common/regular_file.h"
 #include "apps/common/stop_on_signals.h"
+#include "apps/common/toml_reader.h"
 #include "apps/common/whole_file.h"
 #include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiments_cli.h"
@@ -171,9 +172,11 @@ Run driven(const youbotd::Config& config, const fs::path& file, const ImproveOpt
 }
 
 std::string text_of(const fs::path& path) {
-  std::ifstream file(path);
-  if (!file) throw std::invalid_argument("--config: cannot read " + path.string());
-  return {std::istreambuf_iterator<char>(file), {}};
+  try {
+    return apps::read_regular_file(path, apps::kMaxToml_bytes);
+  } catch (const std::runtime_error& error) {
+    throw std::invalid_argument("--config: " + path.string() + ": " + error.what());
+  }
 }
 
 /// A person stands beside it, and has carried it back.

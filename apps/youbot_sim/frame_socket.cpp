@@ -15,6 +15,7 @@
 #include <ctime>
 #include <stdexcept>
 
+#include "apps/common/uninterrupted.h"
 #include "drivers/ethercat/frame.h"
 
 namespace youbot_sim {
@@ -127,7 +128,8 @@ FramePort::Frame FrameSocket::take(std::span<std::uint8_t> buffer) noexcept {
 nanoseconds FrameSocket::now() const noexcept { return time_of(CLOCK_MONOTONIC); }
 
 bool FrameSocket::send(std::span<const std::uint8_t> frame) noexcept {
-  return ::send(socket_, frame.data(), frame.size(), 0) == static_cast<ssize_t>(frame.size());
+  const ssize_t sent = apps::uninterrupted([&] { return ::send(socket_, frame.data(), frame.size(), 0); });
+  return sent == static_cast<ssize_t>(frame.size());
 }
 
 }  // namespace youbot_sim

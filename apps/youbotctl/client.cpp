@@ -10,6 +10,7 @@
 #include <string>
 
 #include "apps/common/control_socket.h"
+#include "apps/common/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace youbotctl {
@@ -32,7 +33,12 @@ std::string hint(int error) {
 Client::Client(const std::filesystem::path& socket) : path_(socket) {
   const sockaddr_un address = apps::control_address(path_);
   socket_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
+  const auto connected = [&] {
+    return apps::uninterrupted([&] {
+             return connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+           }) == 0;
+  };
+  if (socket_ < 0 || !connected()) {
     const int error = errno;
     if (socket_ >= 0) close(socket_);
     throw hal::SetupError(path_.string(), "connect", hint(error));
@@ -48,12 +54,14 @@ nlohmann::json Client::ask(const std::string& request) {
     throw std::invalid_argument("the request has " + std::to_string(request.size()) + " bytes, at most " +
                                 std::to_string(apps::kLongestRequest) + " are possible");
   std::string answer(apps::kLongestAnswer, '\0');
-  ssize_t size = send(socket_, request.data(), request.size(), MSG_NOSIGNAL);
-  if (size >= 0) do
-      size = recv(socket_, answer.data(), answer.size(), 0);
-    while (size < 0 && errno == EINTR);
+  ssize_t size =
+      apps::uninterrupted([&] { return send(socket_, request.data(), request.size(), MSG_NOSIGNAL); });
+  if (size >= 0) size = apps::uninterrupted([&] { return recv(socket_, answer.data(), answer.size(), 0); });
   if (size < 0 && errno == EAGAIN) throw hal::SetupError(path_.string(), "ask youbotd", "it does not answer");
-  if (size <= 0) throw hal::SetupError(path_.string(), "ask youbotd", "it has gone");
+  if (size < 0)
+    throw hal::SetupError(path_.string(), "ask youbotd",
+                          std::strerror(errno) + std::string("; is it still running?"));
+  if (size == 0) throw hal::SetupError(path_.string(), "ask youbotd", "it has gone");
   answer.resize(static_cast<std::size_t>(size));
   nlohmann::json reply = nlohmann::json::parse(answer, nullptr, /*allow_exceptions=*/false);
   if (!reply.is_object() || !reply.contains("ok") || !reply["ok"].is_boolean() || !reply.contains("status"))

@@ -5,11 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -17,7 +19,9 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
+#include "apps/common/uninterrupted.h"
 #include "apps/youbotctl/client.h"
+#include "hal/setup_error.h"
 
 namespace {
 
@@ -140,9 +144,15 @@ class Input {
   void listen() {
     pollfd input{STDIN_FILENO, POLLIN, 0};
     // A line that is there already needs no waiting.
-    if (poll(&input, 1, pending_.find('\n') == pending_.npos ? kBeat_ms : 0) <= 0) return;
+    const int ready = poll(&input, 1, pending_.find('\n') == pending_.npos ? kBeat_ms : 0);
+    // The robot must not go on for somebody who cannot be heard.
+    if (ready < 0 && errno != EINTR)
+      throw hal::SetupError("standard input, /dev/stdin",
+                            "wait for a line: " + std::generic_category().message(errno),
+                            "the robot comes to rest");
+    if (ready <= 0) return;
     std::array<char, 1024> text{};
-    const ssize_t size = read(STDIN_FILENO, text.data(), text.size());
+    const ssize_t size = apps::uninterrupted([&] { return read(STDIN_FILENO, text.data(), text.size()); });
     ended_ = size <= 0;
     if (ended_ && !pending_.empty()) pending_ += '\n';  // the last line needs none
     if (size > 0) pending_.append(text.data(), static_cast<std::size_t>(size));

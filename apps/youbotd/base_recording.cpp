@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "apps/common/build_info.h"
-#include "apps/common/recording_directory.h"
 #include "hal/seconds.h"
 
 namespace youbotd {
@@ -60,16 +59,15 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record) {
 }
 
 BaseRecording::BaseRecording(const Description& description)
-    : files_(open_files(description, setup_problems_)),
+    : new_recording_(description.directory, description.config_file, setup_problems_),
+      files_(open_files(description)),
       recorder_(
-          kRingCapacity, [this](const CycleRecord& record) { write(record); }, [this] { flush(); }) {}
+          kRingCapacity, [this](const CycleRecord& record) { write(record); }, [this] { flush(); }) {
+  new_recording_.keep();
+}
 
-BaseRecording::Files BaseRecording::open_files(const Description& description,
-                                               std::vector<std::string>& problems) {
-  const std::filesystem::path& directory = description.directory;
+BaseRecording::Files BaseRecording::open_files(const Description& description) {
   Files files(kWheels + 1);
-  apps::NewRecording recording(directory, description.config_file, problems);
-
   char rate_Hz[32];
   std::snprintf(rate_Hz, sizeof rate_Hz, "%g", 1 / seconds(description.period));
   const auto open = [&](const std::string& rig, const std::vector<apps::RecordingFile::Column>& columns) {
@@ -79,7 +77,7 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
         {"sample_rate_Hz", rate_Hz},
         {"friction_compensation", description.friction_compensation ? "true" : "false"},
         {"software", apps::build_version()}};
-    return recording.open(rig, comments, columns);
+    return new_recording_.open(rig, comments, columns);
   };
   for (std::size_t i = 0; i < kWheels; ++i)
     files[i] = open("wheel-" + std::to_string(i + 1), {{"time_s", 6},
@@ -88,7 +86,6 @@ BaseRecording::Files BaseRecording::open_files(const Description& description,
                                                        {"position_rad", 7},
                                                        {"velocity_rad_per_s", 6}});
   files[kWheels] = open("base", cycle_columns());
-  recording.keep();
   return files;
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/common/recorder.h"
+#include "apps/common/recording_directory.h"
 #include "apps/common/recording_file.h"
 #include "apps/youbotd/cycle_record.h"
 #include "apps/youbotd/recording_state.h"
@@ -55,11 +56,12 @@ class BaseRecording {
 
  private:
   using Files = std::vector<std::unique_ptr<apps::RecordingFile>>;
-  static Files open_files(const Description& description, std::vector<std::string>& problems);
+  Files open_files(const Description& description);
   void write(const CycleRecord& record);
   void flush();
 
   std::vector<std::string> setup_problems_;
+  apps::NewRecording new_recording_;      // takes the files away unless all is ready
   Files files_;                           // four wheels, then the base
   apps::Recorder<CycleRecord> recorder_;  // last: its thread uses the files
 };

@@ -10,8 +10,11 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <thread>
+#include <utility>
 
 #include "apps/common/control_socket.h"
+#include "apps/common/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace youbotd {
@@ -28,7 +31,9 @@ hal::SetupError refused(const std::filesystem::path& path, const std::string& hi
 int error_of_calling(const sockaddr_un& address) {
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (probe < 0) return errno;
-  const bool reached = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
+  const bool reached = apps::uninterrupted([&] {
+                         return connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
+                       }) == 0;
   const int error = reached ? 0 : errno;
   close(probe);
   return error;
@@ -133,7 +138,12 @@ void ControlServer::serve(std::chrono::milliseconds patience) {
   restore();
   std::vector<pollfd> watched{{listening_, POLLIN, 0}};
   for (const Connection& connection : connections_) watched.push_back({connection.socket, POLLIN, 0});
-  if (poll(watched.data(), watched.size(), static_cast<int>(patience.count())) <= 0) return;
+  const int ready = poll(watched.data(), watched.size(), static_cast<int>(patience.count()));
+  if (ready < 0 && errno != EINTR) {
+    complain("look for requests", errno);
+    std::this_thread::sleep_for(patience);
+  }
+  if (ready <= 0) return;
   std::vector<Connection> alive;
   std::vector<Connection> dead;
   for (std::size_t i = 0; i < connections_.size(); ++i) {
@@ -146,15 +156,28 @@ void ControlServer::serve(std::chrono::milliseconds patience) {
     close(connection.socket);
     listener_.gone(connection.peer);
   }
-  if (watched[0].revents != 0) (void)accept();
+  if (watched[0].revents != 0 && !accept()) std::this_thread::sleep_for(patience);  // who waits still does
+}
+
+/// Nobody may reach the service then: the log says so, once for each problem.
+void ControlServer::complain(const char* step, int error) {
+  const std::string problem =
+      std::string(step) + ": " + std::strerror(error) + "; what is connected is still served";
+  if (std::exchange(complaint_, problem) != problem)
+    spdlog::error("control socket {}: cannot {}", path_.string(), problem);
 }
 
 bool ControlServer::accept() {
-  const int socket = accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
-  if (socket < 0) return false;
+  const int socket = apps::uninterrupted(
+      [this] { return accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC); });
+  if (socket < 0) {
+    if (errno != EAGAIN && errno != ECONNABORTED) complain("accept a connection", errno);
+    return false;
+  }
   ucred peer{};
   socklen_t size = sizeof peer;
   if (getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &peer, &size) != 0) {
+    complain("learn who connects", errno);
     close(socket);
     return true;
   }
@@ -201,8 +224,12 @@ bool ControlServer::hear(Connection& connection) {
   connection.peer.heard = std::chrono::steady_clock::now();
   const std::string answer =
       listener_.answer(connection.peer, std::string(request.data(), static_cast<std::size_t>(size)));
-  // Who asks without reading the answers is not waited for.
-  return send(connection.socket, answer.data(), answer.size(), MSG_NOSIGNAL) >= 0;
+  if (apps::uninterrupted(
+          [&] { return send(connection.socket, answer.data(), answer.size(), MSG_NOSIGNAL); }) >= 0)
+    return true;
+  // Who asks without reading the answers is not waited for, and who has gone needs none.
+  if (errno != EAGAIN && errno != EPIPE && errno != ECONNRESET) complain("answer", errno);
+  return false;
 }
 
 }  // namespace youbotd

@@ -58,6 +58,7 @@ class ControlServer {
   void restore();
   bool accept();
   void drop_one();
+  void complain(const char* step, int error);
   /// False when the other end is gone.
   bool hear(Connection& connection);
 
@@ -66,7 +67,8 @@ class ControlServer {
   int listening_ = -1;
   std::uint64_t made_ = 0;  // inode of the socket that is ours
   std::chrono::steady_clock::time_point tried_{};
-  bool lost_ = false;  // removed, and could not be made again yet
+  bool lost_ = false;      // removed, and could not be made again yet
+  std::string complaint_;  // the last one
   std::uint64_t accepted_ = 0;
   std::vector<Connection> connections_;
 };

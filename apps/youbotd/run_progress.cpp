@@ -5,11 +5,14 @@
 #include <mutex>
 
 #include "apps/common/progress_line.h"
+#include "apps/common/start_thread.h"
 
 namespace youbotd {
 
 RunProgress::RunProgress(bool shown, std::optional<std::chrono::nanoseconds> whole) {
-  if (shown) thread_ = std::jthread([this, whole](const std::stop_token& ended) { show(ended, whole); });
+  if (!shown) return;
+  thread_ = apps::start_thread("the progress line",
+                               [this, whole](const std::stop_token& ended) { show(ended, whole); });
 }
 
 void RunProgress::show(const std::stop_token& ended, std::optional<std::chrono::nanoseconds> whole) {

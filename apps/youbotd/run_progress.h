@@ -15,6 +15,7 @@ namespace youbotd {
 class RunProgress {
  public:
   /// Says nothing when not `shown`. `whole`: how long the run is to last; empty when nobody knows.
+  /// @throws hal::SetupError when there is no thread for it.
   RunProgress(bool shown, std::optional<std::chrono::nanoseconds> whole);
 
   /// Cycle: wait-free, one thread.

@@ -12,6 +12,7 @@
 #include "apps/common/output_directory.h"
 #include "apps/common/real_time.h"
 #include "apps/common/robot_session.h"
+#include "apps/common/start_thread.h"
 #include "apps/youbotd/teleop_run.h"
 
 namespace youbotd {
@@ -39,7 +40,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   apps::LoopStatistics statistics;
   std::atomic<bool> over{false};
   std::promise<std::vector<std::string>> entered;
-  std::jthread cycles([&](const std::stop_token& left) {  // asked when an exception leaves this function
+  const auto run_cycles = [&](const std::stop_token& left) {  // asked when an exception leaves this function
     apps::RealTimeThread real_time;
     try {
       entered.set_value(apps::enter_real_time(real_time, config.real_time, options.allow_non_real_time));
@@ -54,7 +55,8 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
         },
         [&](const CycleTimes& /*times*/) { service.loop().keep(); }, statistics);
     over.store(true, std::memory_order_release);
-  });
+  };
+  std::jthread cycles = apps::start_thread("the cycles", run_cycles);
   const std::vector<std::string> not_real_time = entered.get_future().get();
   for (const std::string& problem : not_real_time) spdlog::warn("not real-time: {}", problem);
   service.set_not_real_time(not_real_time);

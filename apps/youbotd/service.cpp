@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <exception>
-#include <fstream>
 #include <future>
 #include <stdexcept>
 #include <string_view>
 
 #include "apps/common/control_socket.h"
-#include "apps/common/file_size_signal.h"
+#include "apps/common/whole_file.h"
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/teleop_run.h"
 
@@ -303,12 +302,13 @@ RunOptions Service::next_run() const {
 /// Beside the configuration, which they stood over.
 void Service::record_settings(const std::filesystem::path& directory) const {
   if (settings_.empty()) return;
-  const apps::FileSizeSignalHeldBack held_back;
-  const std::filesystem::path path = directory / "settings.toml";
-  std::ofstream file(path);
-  for (const auto& [key, value] : settings_) file << key << " = " << value << '\n';
-  file.close();
-  if (!file) spdlog::warn("recording: {} could not be written", path.string());
+  std::string text;
+  for (const auto& [key, value] : settings_) text += key + " = " + value + '\n';
+  try {
+    apps::write_whole_file(directory / "settings.toml", text);
+  } catch (const hal::SetupError& error) {
+    spdlog::warn("recording: {}", error.what());
+  }
 }
 
 std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options,

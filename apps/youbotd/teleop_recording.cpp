@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "apps/common/build_info.h"
-#include "apps/common/recording_directory.h"
 
 namespace youbotd {
 namespace {
@@ -103,16 +102,15 @@ void append_teleop(apps::RecordingFile& file, const TeleopRecord& record) {
 TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
                                  const std::filesystem::path& config_file, std::chrono::nanoseconds period,
                                  bool simulated)
-    : file_(open(directory, config_file, period, simulated, setup_problems_)),
+    : new_recording_(directory, config_file, setup_problems_),
+      file_(open(period, simulated)),
       recorder_(
           kRingCapacity, [this](const TeleopRecord& record) { append_teleop(*file_, record); },
-          [this] { file_->flush(); }) {}
+          [this] { file_->flush(); }) {
+  new_recording_.keep();
+}
 
-std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem::path& directory,
-                                                           const std::filesystem::path& config_file,
-                                                           std::chrono::nanoseconds period, bool simulated,
-                                                           std::vector<std::string>& problems) {
-  apps::NewRecording recording(directory, config_file, problems);
+std::unique_ptr<apps::RecordingFile> TeleopRecording::open(std::chrono::nanoseconds period, bool simulated) {
   std::array<char, 32> rate_Hz{};
   std::snprintf(rate_Hz.data(), rate_Hz.size(), "%g", 1 / std::chrono::duration<double>(period).count());
   std::vector<apps::RecordingFile::Comment> comments{{"rig", "base+arm"},
@@ -121,9 +119,7 @@ std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem
                                                      {"not_measured", kNoOpening},
                                                      {"software", apps::build_version()}};
   if (!simulated) comments.push_back({"not_measured", kNoTruth});
-  auto file = recording.open("teleoperation", comments, teleop_columns());
-  recording.keep();
-  return file;
+  return new_recording_.open("teleoperation", comments, teleop_columns());
 }
 
 bool TeleopRecording::holds_recording(const std::filesystem::path& directory) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "apps/common/recorder.h"
+#include "apps/common/recording_directory.h"
 #include "apps/common/recording_file.h"
 #include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/teleop_record.h"
@@ -44,12 +45,10 @@ class TeleopRecording {
   std::vector<std::string> problems() const;
 
  private:
-  static std::unique_ptr<apps::RecordingFile> open(const std::filesystem::path& directory,
-                                                   const std::filesystem::path& config_file,
-                                                   std::chrono::nanoseconds period, bool simulated,
-                                                   std::vector<std::string>& problems);
+  std::unique_ptr<apps::RecordingFile> open(std::chrono::nanoseconds period, bool simulated);
 
   std::vector<std::string> setup_problems_;
+  apps::NewRecording new_recording_;  // takes the file away unless all is ready
   std::unique_ptr<apps::RecordingFile> file_;
   apps::Recorder<TeleopRecord> recorder_;  // last: its thread uses the file
 };

@@ -6,13 +6,15 @@
 #include <cstddef>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
 namespace sim::gap {
 
 /// work(i) for each i below `count`, each once, in no order; what it writes must not be shared. The result is
-/// that of a loop. @throws the first of what `work` throws, once all threads have ended.
+/// that of a loop, on as many threads as the system gives. @throws the first of what `work` throws, once all
+/// threads have ended.
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
   std::atomic<std::size_t> next{0};
@@ -29,7 +31,11 @@ void in_parallel(std::size_t count, const Work& work) {
   {
     std::vector<std::jthread> others;
     const std::size_t cores = std::max(1U, std::thread::hardware_concurrency());
-    for (std::size_t i = 1; i < std::min(cores, count); ++i) others.emplace_back(run);
+    try {
+      for (std::size_t i = 1; i < std::min(cores, count); ++i) others.emplace_back(run);
+    } catch (const std::system_error&) {
+      // Those that could be started, and this one, do all the work.
+    }
     run();
   }
   if (failure) std::rethrow_exception(failure);
