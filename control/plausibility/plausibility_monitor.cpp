@@ -8,7 +8,9 @@ namespace {
 
 /// Of the torque limit: at a wheel 0.2 N·m, which bends what sticks by ten counts. Far more than one, as the
 /// floor may take back for a moment what the motor gives.
-constexpr double kStirringShare = 0.08;
+constexpr double kWheelStirring = 0.08;
+/// No floor is behind an arm joint's gear, and its encoder counts three to six times as finely.
+constexpr double kArmStirring = 0.04;
 /// Wheels turn at up to 16 rad/s, arm joints at up to 1.6.
 constexpr double kWheelBias_rad_per_s = 0.02;
 constexpr double kArmBias_rad_per_s = 0.005;
@@ -39,7 +41,7 @@ WheelVector wheels_of(const hal::RobotSample& sample, double hal::JointSample::*
 PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels) {
   for (const hal::JointInfo& info : joints) {
     const bool wheel = is_wheel(info);
-    joints_.push_back({StillEncoder(kStirringShare * info.torque_limit_Nm),
+    joints_.push_back({StillEncoder((wheel ? kWheelStirring : kArmStirring) * info.torque_limit_Nm),
                        VelocityAgreement(wheel ? kWheelBias_rad_per_s : kArmBias_rad_per_s),
                        TorqueAgreement(info.torque_limit_Nm,
                                        (wheel ? kWheelTorqueBias : kArmTorqueBias) * info.torque_limit_Nm),
