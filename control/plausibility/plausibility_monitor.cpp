@@ -38,7 +38,9 @@ WheelVector wheels_of(const hal::RobotSample& sample, double hal::JointSample::*
 
 }  // namespace
 
-PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels) {
+PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels,
+                                         const ChecksOff& off)
+    : off_(off) {
   for (const hal::JointInfo& info : joints) {
     const bool wheel = is_wheel(info);
     joints_.push_back({StillEncoder((wheel ? kWheelStirring : kArmStirring) * info.torque_limit_Nm),
@@ -49,8 +51,9 @@ PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints,
   }
   const bool base =
       joints.size() >= kWheels && std::all_of(joints.begin(), joints.begin() + kWheels, is_wheel);
-  if (base && wheels == Wheels::kRolling) wheels_.emplace().restart();
-  if (!base || joints.size() != kWheels + kArmJoints) return;
+  if (base && wheels == Wheels::kRolling && !off.has(PlausibilityCheck::kWheelAgreement))
+    wheels_.emplace().restart();
+  if (!base || joints.size() != kWheels + kArmJoints || off.has(PlausibilityCheck::kOpposedMotion)) return;
   arm_.emplace();
   for (const hal::JointInfo& joint : joints.subspan(kWheels))
     arm_->joints.emplace_back(joint.torque_limit_Nm);
@@ -121,17 +124,18 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const
 }
 
 hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand& command,
-                                           const hal::JointSample& sample, double elapsed_s) noexcept {
+                                           const hal::JointSample& sample, double elapsed_s) const noexcept {
   if (elapsed_s > kRegular_s) joint.step.restart();
   // All of them each time: none may miss a sample.
   const bool still = joint.still.update(command, sample, elapsed_s);
   const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, elapsed_s);
   const bool torque = joint.torque.update(sample.torque_Nm, elapsed_s);
   const bool step = joint.step.update(sample.position_rad, elapsed_s);
-  if (still) return hal::JointFault::kEncoderStill;
-  if (velocity) return hal::JointFault::kVelocityDisagrees;
-  if (step) return hal::JointFault::kVelocityStep;
-  if (torque) return hal::JointFault::kTorqueDisagrees;
+  const auto on = [this](PlausibilityCheck check) { return !off_.has(check); };
+  if (still && on(PlausibilityCheck::kStillEncoder)) return hal::JointFault::kEncoderStill;
+  if (velocity && on(PlausibilityCheck::kVelocityAgreement)) return hal::JointFault::kVelocityDisagrees;
+  if (step && on(PlausibilityCheck::kVelocityStep)) return hal::JointFault::kVelocityStep;
+  if (torque && on(PlausibilityCheck::kTorqueAgreement)) return hal::JointFault::kTorqueDisagrees;
   return hal::JointFault::kNone;
 }
 
