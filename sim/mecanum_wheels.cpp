@@ -67,6 +67,7 @@ MecanumWheelParameters checked(const MecanumWheelParameters& parameters) {
   require_positive(parameters.drive.motor.resistance_ohm, "resistance_ohm");
   for (const double scale : parameters.loaded_friction_scale)
     require_positive(scale, "loaded_friction_scale");
+  for (const double scale : parameters.grip_scale) require_not_negative(scale, "grip_scale");
   return parameters;
 }
 
@@ -107,7 +108,7 @@ void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
     const double surface_x = kForward[i] * r * wheels_[i].velocity_rad_per_s();
     // Along the roller's axis the wheel grips ...
     const double slip = surface_x - (hub_x + kLean[i] * hub_y);
-    const double grip_N = grips_[i].step(slip, grip_bound_N, step_s);
+    const double grip_N = grips_[i].step(slip, parameters_.grip_scale[i] * grip_bound_N, step_s);
     // ... across it the roller rolls: (−c, 1)/√2 is the way it does.
     const double rolling = (kLean[i] * (surface_x - hub_x) + hub_y) / std::sqrt(2.0);
     const double resistance_N = -parameters_.roller_resistance * wheel_load_N_ * rolling /

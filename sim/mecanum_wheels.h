@@ -30,6 +30,8 @@ struct MecanumWheelParameters {
   /// curves is judged where it is imperfect. In the air the curves count as measured.
   std::array<double, 4> loaded_friction_scale{1.15, 1.30, 1.10, 1.25};
   double roller_grip = 0.6;  ///< friction coefficient along a roller's axis; assumption
+  /// Times `roller_grip`, each wheel its own: a wet patch; 0: a wheel over a hollow, which carries nothing.
+  std::array<double, 4> grip_scale{1, 1, 1, 1};
   /// A roller's tangential give along its axis [N/m, N·s/m]; assumption, stiff against the wheel drives.
   BoundedBristle::Parameters roller_give{5e4, 300.0};
   double roller_resistance =

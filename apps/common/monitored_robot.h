@@ -12,8 +12,9 @@ namespace apps {
 class MonitoredRobot final : public hal::Robot {
  public:
   /// `robot` outlives it.
-  MonitoredRobot(hal::Robot& robot, control::PlausibilityMonitor::Wheels wheels)
-      : robot_(robot), monitor_(robot.joints(), wheels) {}
+  MonitoredRobot(hal::Robot& robot, control::PlausibilityMonitor::Wheels wheels,
+                 const control::ChecksOff& off)
+      : robot_(robot), monitor_(robot.joints(), wheels, off) {}
 
   std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
   void activate() override { robot_.activate(); }

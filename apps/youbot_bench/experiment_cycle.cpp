@@ -41,7 +41,7 @@ double target(const hal::JointCommand& command, hal::CommandMode mode) noexcept 
 ExperimentCycle::ExperimentCycle(const Config& config, hal::Robot& robot, std::vector<Joint> joints,
                                  ExperimentRecording& recording)
     : config_(config),
-      robot_(robot, control::PlausibilityMonitor::Wheels::kFree),
+      robot_(robot, control::PlausibilityMonitor::Wheels::kFree, config.checks_off),
       recording_(recording),
       measurement_count_(joints.front().experiment->measurement_count()),
       measurement_(config.first_measurement) {

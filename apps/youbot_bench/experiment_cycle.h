@@ -66,6 +66,7 @@ class ExperimentCycle {
     int first_measurement = 0;
     double first_time_s = 0.0;        ///< of the recording
     bool wait_for_recording = false;  ///< for virtual time, which is faster than any disk
+    control::ChecksOff checks_off{};  ///< of the sensors
   };
   struct Joint {
     std::size_t index;  ///< in Robot::joints()

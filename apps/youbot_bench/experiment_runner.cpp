@@ -7,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/common/plausibility_config.h"
 #include "apps/common/robot_session.h"
 #include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
@@ -191,6 +192,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   }
 
   fit_to_end_stops(plan, options, robot, done_before, joints);
+  apps::warn_of(options.checks_off);
   ExperimentCycle cycle({.period = options.period,
                          .enable_timeout = options.enable_timeout,
                          .max_speed_rad_per_s = options.max_speed_rad_per_s,
@@ -199,7 +201,8 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
                          .cycles_per_row = cycles_per_row,
                          .first_measurement = done_before,
                          .first_time_s = std::max(0.0, recording.finished_until_s()),
-                         .wait_for_recording = options.virtual_time},
+                         .wait_for_recording = options.virtual_time,
+                         .checks_off = options.checks_off},
                         robot, std::move(joints), recording);
   const double planned_s = left_s[static_cast<std::size_t>(done_before)];
   const hal::SteadyClock stopwatch;

@@ -12,6 +12,7 @@
 
 #include "apps/common/open_robot.h"
 #include "apps/common/real_time.h"
+#include "control/plausibility/checks.h"
 #include "hal/clock.h"
 #include "hal/robot.h"
 #include "sim/experiments/joint_experiment.h"
@@ -44,6 +45,7 @@ struct ExperimentOptions {
   double filter_cutoff_rad_per_s = 125.0;  ///< of the velocity
   std::chrono::nanoseconds period{1'000'000};
   std::chrono::nanoseconds enable_timeout{30'000'000'000};
+  control::ChecksOff checks_off{};  ///< of the sensors
   apps::RealTimeConfig real_time{};
 };
 

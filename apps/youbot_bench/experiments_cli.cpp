@@ -28,6 +28,7 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
+#include "apps/common/plausibility_config.h"
 #include "apps/common/quantity.h"
 #include "apps/common/shared_tables.h"
 #include "apps/common/stop_on_signals.h"
@@ -349,6 +350,7 @@ class ExperimentCommand {
   std::string kind_;
   hal::EthercatOptions ethercat_{.kind = hal::EthercatOptions::Kind::kBase};
   hal::CanOptions can_;
+  control::ChecksOff checks_off_;
   bool real_time_ = false;
   bool virtual_time_ = false;
   bool allow_non_real_time_ = false;
@@ -394,7 +396,8 @@ void ExperimentCommand::load(const std::filesystem::path& file) {
   apps::read_ethercat(ethercat, ExperimentOptions{}.period, ethercat_);
   apps::TomlTable can = root.table("can");
   apps::read_can(can, can_);
-  apps::leave_to_others(root, {"robot", "ethercat", "can"});
+  apps::read_plausibility(root.table("plausibility"), checks_off_);
+  apps::leave_to_others(root, {"robot", "ethercat", "can", "plausibility"});
   toml.finish();
 }
 
@@ -429,7 +432,8 @@ int ExperimentCommand::run() {
                             .max_speed_rad_per_s = common_.max_speed_rad_per_s,
                             .max_travel_rad = common_.max_travel_rad,
                             .start_rad = start_of(common_),
-                            .filter_cutoff_rad_per_s = common_.filter_cutoff_rad_per_s};
+                            .filter_cutoff_rad_per_s = common_.filter_cutoff_rad_per_s,
+                            .checks_off = checks_off_};
   if (ethercat_.home_arms) options.enable_timeout = apps::kHomingTimeout;
   apps::RobotOptions robot;
   robot.name = common_.robot;
@@ -441,16 +445,17 @@ int ExperimentCommand::run() {
   // Where it is found again, from wherever the experiment is resumed.
   if (!common_.model.empty()) common_.model = std::filesystem::absolute(common_.model).string();
   robot.simulation.model = apps::simulated_wheel_model(common_.model, hidden_effect_of(common_));
-  const ExperimentPlan plan{.name = name_,
-                            .result = result_,
-                            .make = [this](const hal::JointInfo& joint,
-                                           double period_s) { return make_experiment(joint.name, period_s); },
-                            .configuration = fmt::format(
-                                "# youbot-bench {} --config THIS_FILE --out DIR makes it again\n"
-                                "# software: {}\n"
-                                "experiment = \"{}\"\n{}\n[parameters]\n{}\n{}\n{}",
-                                name_, apps::build_version(), name_, written(common_), written_parameters(),
-                                apps::ethercat_text(ethercat_), apps::can_text(can_))};
+  const ExperimentPlan plan{
+      .name = name_,
+      .result = result_,
+      .make = [this](const hal::JointInfo& joint,
+                     double period_s) { return make_experiment(joint.name, period_s); },
+      .configuration = fmt::format("# youbot-bench {} --config THIS_FILE --out DIR makes it again\n"
+                                   "# software: {}\n"
+                                   "experiment = \"{}\"\n{}\n[parameters]\n{}\n{}\n{}\n{}",
+                                   name_, apps::build_version(), name_, written(common_),
+                                   written_parameters(), apps::ethercat_text(ethercat_), apps::can_text(can_),
+                                   apps::plausibility_text(checks_off_))};
   // In virtual time nothing but a simulation moves.
   if (!options.virtual_time && !simulated && !yes_) confirm(confirmation());
   apps::stop_on_signals();

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "apps/common/output_directory.h"
+#include "apps/common/plausibility_config.h"
 #include "apps/common/robot_session.h"
 #include "apps/youbotd/check_recording.h"
 
@@ -45,6 +46,7 @@ BaseRun::BaseRun(const Config& config, const RunOptions& options, hal::Robot& ro
       after_cycle_(std::move(after_cycle)) {
   summary_.robot = config.robot.name;
   summary_.virtual_time = options.virtual_time;
+  apps::warn_of(config.cycle.checks_off);
 }
 
 void BaseRun::keep() noexcept {

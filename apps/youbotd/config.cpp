@@ -14,6 +14,7 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/common/ethercat_config.h"
 #include "apps/common/hidden_effect.h"
+#include "apps/common/plausibility_config.h"
 #include "apps/common/scene_config.h"
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/teleop_config.h"
@@ -262,6 +263,9 @@ void check_ceilings(const Config& config, const std::filesystem::path& file) {
   for (const Protection& protection : kProtections)
     if (protection.on(ceilings) && !protection.on(config))
       problems.push_back(fmt::format("set: '{}' is false, and {} has it on", protection.key, file.string()));
+  if (!config.cycle.checks_off.within(ceilings.cycle.checks_off))
+    problems.push_back(
+        fmt::format("set: 'plausibility.off' switches off a check that {} has on", file.string()));
   if (!problems.empty()) throw apps::ConfigError(std::move(problems));
 }
 
@@ -318,6 +322,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   if (path_wheel_speed_rad_per_s > cycle.wheel_speed_limit_rad_per_s)
     path.refuse("speed_m_per_s",
                 "and 'turn_speed_rad_per_s' turn wheels faster than 'limits.wheel_speed_rad_per_s'");
+  apps::read_plausibility(root.table("plausibility"), config.cycle.checks_off);
   toml.finish();
 
   config.cycle.controller.observer.filter.period_s =

@@ -32,7 +32,7 @@ std::array<double, 3> as_array(const control::PlanarPose& pose) noexcept {
 
 Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, const control::PlanarPose* truth)
     : config_(config),
-      robot_(robot, control::PlausibilityMonitor::Wheels::kRolling),
+      robot_(robot, control::PlausibilityMonitor::Wheels::kRolling, config.checks_off),
       motion_(motion),
       truth_(truth),
       controller_(config.controller),

@@ -55,6 +55,7 @@ class Cycle {
     /// Commutation takes up to 5 s a motor controller, a hot winding 14 s to cool.
     std::chrono::nanoseconds enable_timeout{30'000'000'000};
     double wheel_speed_limit_rad_per_s = 12.0;
+    control::ChecksOff checks_off{};  ///< of the sensors
   };
 
   /// `robot` and `motion` outlive the cycle; so does `truth`, the simulated

@@ -29,7 +29,7 @@ std::array<double, 4> numbers(const Eigen::Quaterniond& q) noexcept { return {q.
 
 TeleopCycle::TeleopCycle(const Config& config, hal::Robot& robot, hal::HapticDevice& master)
     : config_(config),
-      robot_(robot, control::PlausibilityMonitor::Wheels::kRolling),
+      robot_(robot, control::PlausibilityMonitor::Wheels::kRolling, config.checks_off),
       master_(master),
       control_(config.control),
       period_(std::chrono::round<nanoseconds>(std::chrono::duration<double>(config.control.period_s))),

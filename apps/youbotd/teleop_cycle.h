@@ -31,6 +31,7 @@ class TeleopCycle {
     control::Teleoperation::Config control;
     std::chrono::nanoseconds stall_timeout{100'000'000};
     std::chrono::nanoseconds enable_timeout{30'000'000'000};
+    control::ChecksOff checks_off{};  ///< of the sensors
   };
   /// Why it ended, with what is known of it.
   struct End {

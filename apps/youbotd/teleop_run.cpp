@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "apps/common/output_directory.h"
+#include "apps/common/plausibility_config.h"
 #include "apps/common/robot_session.h"
 #include "apps/youbotd/check_recording.h"
 
@@ -30,7 +31,8 @@ control::Teleoperation::Config fit_to_master(control::Teleoperation::Config conf
 TeleopCycle::Config cycle_config(const Config& config, const hal::HapticInfo& master) {
   return {.control = fit_to_master(config.teleoperation, master),
           .stall_timeout = config.cycle.command_timeout,
-          .enable_timeout = config.cycle.enable_timeout};
+          .enable_timeout = config.cycle.enable_timeout,
+          .checks_off = config.cycle.checks_off};
 }
 
 std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunOptions& options,
@@ -76,6 +78,7 @@ TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot
   summary_.master = master.info().name;
   summary_.master_warnings = master.info().warnings;
   summary_.phases.reserve(64);
+  apps::warn_of(config.cycle.checks_off);
 }
 
 void TeleopRun::keep() noexcept {

@@ -9,7 +9,9 @@ namespace {
 
 /// Of the torque limit: at a wheel 0.2 N·m, which bends what sticks by ten counts. Far more than one, as the
 /// floor may take back for a moment what the motor gives.
-constexpr double kStirringShare = 0.08;
+constexpr double kWheelStirring = 0.08;
+/// No floor is behind an arm joint's gear, and its encoder counts three to six times as finely.
+constexpr double kArmStirring = 0.04;
 /// Wheels turn at up to 16 rad/s, arm joints at up to 1.6.
 constexpr double kWheelBias_rad_per_s = 0.02;
 constexpr double kArmBias_rad_per_s = 0.005;
@@ -37,10 +39,12 @@ WheelVector wheels_of(const hal::RobotSample& sample, double hal::JointSample::*
 
 }  // namespace
 
-PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels) {
+PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels,
+                                         const ChecksOff& off)
+    : off_(off) {
   for (const hal::JointInfo& info : joints) {
     const bool wheel = is_wheel(info);
-    joints_.push_back({StillEncoder(kStirringShare * info.torque_limit_Nm),
+    joints_.push_back({StillEncoder((wheel ? kWheelStirring : kArmStirring) * info.torque_limit_Nm),
                        VelocityAgreement(wheel ? kWheelBias_rad_per_s : kArmBias_rad_per_s),
                        TorqueAgreement(info.torque_limit_Nm,
                                        (wheel ? kWheelTorqueBias : kArmTorqueBias) * info.torque_limit_Nm),
@@ -48,8 +52,9 @@ PlausibilityMonitor::PlausibilityMonitor(std::span<const hal::JointInfo> joints,
   }
   const bool base =
       joints.size() >= kWheels && std::all_of(joints.begin(), joints.begin() + kWheels, is_wheel);
-  if (base && wheels == Wheels::kRolling) wheels_.emplace().restart();
-  if (!base || joints.size() != kWheels + kArmJoints) return;
+  if (base && wheels == Wheels::kRolling && !off.has(PlausibilityCheck::kWheelAgreement))
+    wheels_.emplace().restart();
+  if (!base || joints.size() != kWheels + kArmJoints || off.has(PlausibilityCheck::kOpposedMotion)) return;
   arm_.emplace();
   for (const hal::JointInfo& joint : joints.subspan(kWheels))
     arm_->joints.emplace_back(joint.torque_limit_Nm);
@@ -120,17 +125,18 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const
 }
 
 hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand& command,
-                                           const hal::JointSample& sample, double elapsed_s) noexcept {
+                                           const hal::JointSample& sample, double elapsed_s) const noexcept {
   if (elapsed_s > kRegular_s) joint.step.restart();
   // All of them each time: none may miss a sample.
   const bool still = joint.still.update(command, sample, elapsed_s);
   const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, elapsed_s);
   const bool torque = joint.torque.update(sample.torque_Nm, elapsed_s);
   const bool step = joint.step.update(sample.position_rad, elapsed_s);
-  if (still) return hal::JointFault::kEncoderStill;
-  if (velocity) return hal::JointFault::kVelocityDisagrees;
-  if (step) return hal::JointFault::kVelocityStep;
-  if (torque) return hal::JointFault::kTorqueDisagrees;
+  const auto on = [this](PlausibilityCheck check) { return !off_.has(check); };
+  if (still && on(PlausibilityCheck::kStillEncoder)) return hal::JointFault::kEncoderStill;
+  if (velocity && on(PlausibilityCheck::kVelocityAgreement)) return hal::JointFault::kVelocityDisagrees;
+  if (step && on(PlausibilityCheck::kVelocityStep)) return hal::JointFault::kVelocityStep;
+  if (torque && on(PlausibilityCheck::kTorqueAgreement)) return hal::JointFault::kTorqueDisagrees;
   return hal::JointFault::kNone;
 }
 

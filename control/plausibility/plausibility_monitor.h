@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "control/plausibility/checks.h"
 #include "control/plausibility/opposed_motion.h"
 #include "control/plausibility/still_encoder.h"
 #include "control/plausibility/torque_agreement.h"
@@ -32,7 +33,7 @@ class PlausibilityMonitor {
 
   /// Joints called "wheel-…" are wheels; the first four of them, if they are the robot's first four joints,
   /// are a mecanum base. The weight of an arm behind it is that of robot_model.h.
-  PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels);
+  PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels, const ChecksOff& off = {});
 
   void restart() noexcept;
   /// Once a cycle while the drives obey. `elapsed_s`: from the last sample to this one, 0: no new one came.
@@ -46,12 +47,13 @@ class PlausibilityMonitor {
     TorqueAgreement torque;
     VelocityStep step;
   };
-  static hal::JointFault check(Joint& joint, const hal::JointCommand& command, const hal::JointSample& sample,
-                               double elapsed_s) noexcept;
+  hal::JointFault check(Joint& joint, const hal::JointCommand& command, const hal::JointSample& sample,
+                        double elapsed_s) const noexcept;
 
   std::optional<Finding> check_arm(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                    double elapsed_s) noexcept;
 
+  ChecksOff off_;
   std::vector<Joint> joints_;
   std::optional<WheelAgreement> wheels_;
   struct Arm {

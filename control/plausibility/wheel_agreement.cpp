@@ -20,14 +20,33 @@ constexpr double kDisagreementShare = 0.2;
 /// Between these a factor looks like slip and unequal wheels.
 constexpr double kSmallestFactor = 0.6;
 constexpr double kLargestFactor = 1.7;
-/// Of the wheel's way in each block, that its factor does not explain.
-constexpr double kUnexplained = 0.02;
-/// A factor is one only if it is the same at different speeds and under different torques: slip depends on
-/// both.
-constexpr double kSpeedRange = 2.5;
-constexpr double kTorqueRange_Nm = 0.15;
+/// A factor is one only if it is the same at every speed from rest on: each wheel that slips breaks away at
+/// its own time, and speeds up as its own friction lets it. Over less way than this some of them agree by
+/// chance.
+struct Proof {
+  double way_rad;      ///< of the wheel that turns most
+  double unexplained;  ///< of the wheel's way in each block, what its factor leaves
+  double speed_range;  ///< fastest block to slowest
+};
+constexpr Proof kScaled{1.6, 0.005, 4.0};
+/// An encoder of which edges are lost or counted twice shows a whole multiple or part; slip shows anything.
+constexpr Proof kMiscounted{0.5, 0.006, 4.0};
+constexpr double kMiscountedTolerance = 0.05;
+constexpr double kMostMiscounted = 4.0;
+/// A wheel that is driven does not slip backwards.
+constexpr Proof kReversed{0.1, 0.02, 2.5};
+/// By which the way of a scaled wheel, from rest to any block, may miss its factor: give of gear and rollers,
+/// and of both ways a share for rollers that are not round.
+constexpr double kGive_rad = 0.001;
+constexpr double kRoundness = 0.004;
 /// Of the cosine between torques and motion.
 constexpr double kClearlyBetter = 0.3;
+
+bool miscounted(double factor) noexcept {
+  const double multiple = factor > 1 ? factor : 1 / factor;
+  const double whole = std::round(multiple);
+  return whole <= kMostMiscounted && std::abs(multiple - whole) < kMiscountedTolerance * whole;
+}
 
 }  // namespace
 
@@ -99,27 +118,23 @@ WheelAgreement::Explanation WheelAgreement::explain(int wheel) const noexcept {
   double xx = 0.0;
   double xy = 0.0;
   double yy = 0.0;
+  double way_rad = 0.0;
   double slowest = std::numeric_limits<double>::infinity();
   double fastest = 0.0;
-  double weakest_Nm = std::numeric_limits<double>::infinity();
-  double strongest_Nm = -std::numeric_limits<double>::infinity();
   double power = 0.0;
   double torque = 0.0;
   double motion = 0.0;
   for (std::size_t b = 0; b < count_; ++b) {
     const Block& block = blocks_[b];
-    WheelVector mended_rad = block.way_rad;
-    mended_rad[wheel] -= kNullSpace[wheel] * kNullSpace.dot(block.way_rad);
+    const WheelVector mended_rad = mended(block, wheel);
     const double x = mended_rad[wheel];
     const double y = block.way_rad[wheel];
     xx += x * x;
     xy += x * y;
     yy += y * y;
+    way_rad += block.way_rad.cwiseAbs().maxCoeff();
     slowest = std::min(slowest, std::abs(x) / block.duration_s);
     fastest = std::max(fastest, std::abs(x) / block.duration_s);
-    const double driving_Nm = std::copysign(1.0, y) * block.torque_Nm_s[wheel] / block.duration_s;
-    weakest_Nm = std::min(weakest_Nm, driving_Nm);
-    strongest_Nm = std::max(strongest_Nm, driving_Nm);
     power += block.torque_Nm_s.dot(mended_rad);
     torque += block.torque_Nm_s.squaredNorm();
     motion += mended_rad.squaredNorm();
@@ -128,9 +143,38 @@ WheelAgreement::Explanation WheelAgreement::explain(int wheel) const noexcept {
   const double factor = xy / xx;
   // What is left of y with the best factor.
   const double unexplained = std::sqrt(std::max(0.0, yy - xy * xy / xx) / yy);
-  return {(factor < kSmallestFactor || factor > kLargestFactor) && unexplained < kUnexplained &&
-              fastest > kSpeedRange * slowest && strongest_Nm - weakest_Nm > kTorqueRange_Nm,
+  const bool scaled = (factor > 0 && factor < kSmallestFactor) || factor > kLargestFactor;
+  const Proof& proof = factor < 0 ? kReversed : miscounted(factor) ? kMiscounted : kScaled;
+  return {(scaled ? on_a_line(wheel) : factor < 0) && way_rad > proof.way_rad &&
+              unexplained < proof.unexplained && fastest > proof.speed_range * slowest,
           power / std::sqrt(torque * motion)};
+}
+
+WheelVector WheelAgreement::mended(const Block& block, int wheel) noexcept {
+  WheelVector way_rad = block.way_rad;
+  way_rad[wheel] -= kNullSpace[wheel] * kNullSpace.dot(block.way_rad);
+  return way_rad;
+}
+
+bool WheelAgreement::on_a_line(int wheel) const noexcept {
+  std::array<double, kBlocks> true_rad{};  // from rest to the end of each block
+  std::array<double, kBlocks> read_rad{};
+  double x = 0.0;
+  double y = 0.0;
+  double xx = 0.0;
+  double xy = 0.0;
+  for (std::size_t b = 0; b < count_; ++b) {
+    true_rad[b] = x += mended(blocks_[b], wheel)[wheel];
+    read_rad[b] = y += blocks_[b].way_rad[wheel];
+    xx += x * x;
+    xy += x * y;
+  }
+  if (!(xx > 0)) return false;
+  for (std::size_t b = 0; b < count_; ++b)
+    if (!(std::abs(read_rad[b] - xy / xx * true_rad[b]) <
+          kGive_rad + kRoundness * (std::abs(true_rad[b]) + std::abs(read_rad[b]))))
+      return false;
+  return true;
 }
 
 }  // namespace control

@@ -13,9 +13,9 @@ namespace control {
 /// Rolling wheels obey n·w = 0, with n the null space of the link map. A wheel whose reading is k times its
 /// motion breaks that by the same factor all the way from rest; a wheel that slips breaks it by a varying
 /// one, and begins by rolling. Which wheel it is follows from the torques: with its reading mended, the
-/// wheels move as they are driven. Slow (some ten degrees of a wheel), for what no check of a single joint
-/// sees: a factor on position and velocity alike from the beginning on. One thread. Cycle: update() and
-/// restart() neither allocate nor throw.
+/// wheels move as they are driven. It takes half a radian of a wheel or more, some centimetres, and is for
+/// what no check of a single joint sees: a factor on position and velocity alike from the beginning on. One
+/// thread. Cycle: update() and restart() neither allocate nor throw.
 class WheelAgreement {
  public:
   void restart() noexcept;
@@ -38,6 +38,10 @@ class WheelAgreement {
   void merge() noexcept;
   std::optional<int> judge() const noexcept;
   Explanation explain(int wheel) const noexcept;
+  /// The wheels' way if `wheel` is the one that lies.
+  static WheelVector mended(const Block& block, int wheel) noexcept;
+  /// That the wheel's reading has been the same multiple of its way since rest.
+  bool on_a_line(int wheel) const noexcept;
   static constexpr std::size_t kBlocks = 8;
 
   bool known_ = false;

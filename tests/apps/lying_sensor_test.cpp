@@ -4,57 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 #include <random>
 #include <string>
 
-#include "apps/youbotd/cycle.h"
-#include "apps/youbotd/teleop_cycle.h"
-#include "apps/youbotd/velocity_source.h"
-#include "hal/clock.h"
-#include "hal/loopback_robot.h"
-#include "sim/base.h"
-#include "tests/apps/teleop_rig.h"
-#include "tests/support/lying_robot.h"
+#include "tests/apps/sensor_rigs.h"
 
 namespace lying_sensor_test {
 
 using namespace std::chrono_literals;
 using control::TeleopEnd;
 using control::TeleopPhase;
-using hal::JointFault;
+using sensor_rigs::ArmRig;
+using sensor_rigs::BaseRig;
 using support::Channel;
 using support::Lie;
 
 // ---- the base ----
-
-struct BaseRig {
-  explicit BaseRig(const sim::BaseParameters& parameters = {}) : base(parameters) { robot.activate(); }
-
-  static std::vector<hal::JointInfo> wheels() {
-    std::vector<hal::JointInfo> wheels;
-    for (int i = 1; i <= 4; ++i) wheels.push_back({"wheel-" + std::to_string(i), 2.467, 16.2});
-    return wheels;
-  }
-  static youbotd::Cycle::Config config() {
-    youbotd::Cycle::Config config;
-    config.controller.wrench_limits = {60.0, 20.0};
-    return config;
-  }
-  void run(std::chrono::milliseconds duration) {
-    for (auto left = duration; left > 0ms && !cycle.stop_reason(); left -= 1ms) {
-      clock.sleep_until(clock.now() + 1ms);
-      cycle.step(clock.now());
-    }
-  }
-
-  hal::VirtualClock clock;
-  sim::Base base;
-  hal::LoopbackRobot robot{base, clock, 1ms, wheels()};
-  support::LyingRobot liar{robot};
-  youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5}, 1ms};
-  youbotd::Cycle cycle{config(), liar, motion, nullptr};
-};
 
 struct Case {
   const char* name;
@@ -150,55 +115,6 @@ TEST(TrueWheels, EndNoRunOnAnyFloorUnderAnyLoad) {
 }
 
 // ---- the arm, in teleoperation ----
-
-std::vector<hal::JointInfo> robot_joints() {
-  std::vector<hal::JointInfo> joints = BaseRig::wheels();
-  const double limits_Nm[] = {15.68, 15.68, 10.05, 10.86, 3.48};
-  for (int i = 0; i < 5; ++i) joints.push_back({"arm-" + std::to_string(i + 1), limits_Nm[i], 1.57});
-  return joints;
-}
-
-struct ArmRig {
-  explicit ArmRig(const teleop_rig::Scene& scene = teleop_rig::unfolded_scene())
-      : plant(scene.robot, scene.environment), hand(scene.hand) {
-    robot.activate();
-    master.activate();
-  }
-  bool over() const { return cycle.end().end != TeleopEnd::kNone; }
-  void step() {
-    clock.sleep_until(clock.now() + 1ms);
-    cycle.step(clock.now());
-  }
-  void run(std::chrono::milliseconds duration) {
-    for (auto left = duration; left > 0ms && !over(); left -= 1ms) step();
-  }
-  bool reach(TeleopPhase phase) {
-    for (int i = 0; i < 60'000 && !over() && cycle.phase() != phase; ++i) step();
-    return cycle.phase() == phase;
-  }
-  /// The hand leads the tip about for so long.
-  void play(std::mt19937& random, std::chrono::milliseconds duration) {
-    std::uniform_real_distribution<> both(-1, 1);
-    for (auto left = duration; left > 0ms && !over(); left -= 1200ms) {
-      hand.move_to({0.04 * both(random), 0.04 * both(random), 0.04 * both(random)}, 900ms);
-      hand.turn_to(Eigen::Quaterniond(Eigen::AngleAxisd(0.3 * both(random), Eigen::Vector3d::UnitY())),
-                   900ms);
-      run(1200ms);
-    }
-  }
-
-  hal::VirtualClock clock;
-  sim::MobileManipulator plant;
-  sim::Hand hand;
-  hal::LoopbackRobot robot{plant, clock, 1ms, robot_joints()};
-  hal::LockstepHapticDevice master{
-      std::make_unique<hal::LoopbackHapticLink>(
-          hand, 1ms, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
-      clock,
-      {}};
-  support::LyingRobot liar{robot};
-  youbotd::TeleopCycle cycle{teleop_rig::quick_config(), liar, master};
-};
 
 constexpr Case kArmLies[] = {
     {"EncoderStuck", Channel::kEncoder, 0},       {"EncoderReversed", Channel::kEncoder, -1},

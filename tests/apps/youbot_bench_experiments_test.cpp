@@ -648,14 +648,16 @@ TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
   std::string text = text_of(support::source_dir() + "/apps/youbotd/demo.toml");
   text.replace(text.find("robot = \"loopback\""), 18, "robot = \"wire\"");
   text.replace(text.find("unsigned_current = false"), 24, "unsigned_current = true");
+  text.replace(text.find("off = []"), 8, "off = [\"velocity_step\"]");
   text += "\n[[ethercat.parameter]]\njoint = \"wheel-1\"\nname = \"motor_acceleration\"\nvalue = 2000\n";
   const std::string config = directory.write("lab.toml", text);
   const std::string experiment = "staircase --quiet --hold 0.02 --kind base+arm --config ";
   const CommandResult first = bench(experiment + config + out("a"));
   EXPECT_EQ(first.exit_code, 0) << first.output;
   const std::string effective = text_of(directory / "a/staircase/experiment.toml");
-  for (const char* line : {"\nrobot = \"wire\"", "\n[ethercat]\nkind = \"base+arm\"\n",
-                           "\nunsigned_current = true\n", "\nname = \"motor_acceleration\"\nvalue = 2000\n"})
+  for (const char* line :
+       {"\nrobot = \"wire\"", "\n[ethercat]\nkind = \"base+arm\"\n", "\nunsigned_current = true\n",
+        "\n[plausibility]\noff = [\"velocity_step\"]\n", "\nname = \"motor_acceleration\"\nvalue = 2000\n"})
     EXPECT_NE(effective.find(line), std::string::npos) << line << "\nin\n" << effective;
 
   // What it leaves makes it again, and holds nothing that resuming would not read.

@@ -396,6 +396,9 @@ TEST_F(Youbotctl, NoSettingWeakensWhatProtectsTheHandAndTheArm) {
   for (const char* key : {"passivity", "detect_release"})
     EXPECT_TRUE(tell({"set", std::string("teleoperation.feedback.") + key, "false"}).said("has it on"))
         << key;
+  const CommandResult check_off = tell({"set", "plausibility.off", "[\"wheel_agreement\"]"});
+  EXPECT_EQ(check_off.exit_code, 2);
+  EXPECT_TRUE(check_off.said("switches off a check")) << check_off.output;
   EXPECT_EQ(tell({"set", "teleoperation.feedback.force_limit_N", "0.5"}).exit_code, 0);
   EXPECT_TRUE(tell({"set", "geometry.wheel_radius_m", "0.2"}).said("read once"));
 }

@@ -286,6 +286,42 @@ TEST(WheelAgreement, AWheelThatBeginsToSlipIsNoLie) {
             std::nullopt);
 }
 
+/// On ice a wheel turns as its own friction lets it: at half of what rolling asks for, but from later on.
+TEST(WheelAgreement, AWheelThatBreaksAwayLaterAndSlowerIsNoLie) {
+  const control::WheelVector direction = control::LinkMap::with_geometry({}).wheel_velocity({0.3, 0.0, 0.0});
+  for (const double late_s : {0.03, 0.06, 0.1})
+    EXPECT_EQ(judged({0.3, 0.0, 0.0}, 4, 1.0,
+                     [&](double t) {
+                       const double since = std::max(0.0, t - late_s);
+                       control::WheelVector slip = control::WheelVector::Zero();
+                       slip[1] = direction[1] * (0.25 * since * since - 0.5 * t * t);
+                       return slip;
+                     }),
+              std::nullopt)
+        << late_s << " s";
+}
+
+TEST(WheelAgreement, AScaledReadingIsSeenOnTheFirstCentimetres) {
+  const control::LinkMap map = control::LinkMap::with_geometry({});
+  const control::WheelVector direction = map.wheel_velocity({0.3, 0.0, 0.0});
+  struct Lie {
+    double factor;
+    double latest_m;  // of way; a miscount shows sooner than a factor that slip may have as well
+  };
+  for (const auto& [factor, latest_m] :
+       {Lie{0.5, 0.06}, Lie{2.0, 0.06}, Lie{3.0, 0.06}, Lie{-1.0, 0.06}, Lie{0.3, 0.11}, Lie{2.5, 0.11}}) {
+    control::WheelAgreement check;
+    check.restart();
+    const double at_s = detected_s(2.0, [&](double t) {
+      control::WheelVector position_rad = 0.5 * t * t * direction;
+      position_rad[2] *= factor;
+      return check.update(position_rad, (0.3 + 0.6 * t) * direction.normalized(), kPeriod_s).has_value();
+    });
+    ASSERT_NE(at_s, kNever) << factor;
+    EXPECT_LT(0.3 * at_s * at_s / 2, latest_m) << factor;
+  }
+}
+
 // ---- motion against the torque ----
 
 /// An inertia of 0.2 kg·m² under `torque(v)` and a weight, its reading times `factor`.
@@ -313,6 +349,30 @@ TEST(OpposedMotion, BrakingAndDrivingAreNot) {
 }
 
 // ---- all together ----
+
+TEST(PlausibilityMonitor, ACheckThatIsOffFindsNothingAndTheOthersGoOn) {
+  const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}};
+  const auto stuck_at = [&](const control::ChecksOff& off) {
+    control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kFree, off);
+    std::optional<hal::JointFault> fault;
+    detected_s(2.0, [&](double t) {
+      hal::RobotCommand command;
+      command.joints[0] = hal::JointCommand::torque_Nm(0.5 * t);
+      hal::RobotSample state;
+      state.joints[0] = sample(1.0, t < 1.0 ? 0.5 * t : 0.0);  // stuck from the start, then no torque either
+      const auto finding = monitor.update(command, state, kPeriod_s);
+      if (finding) fault = finding->fault;
+      return finding.has_value();
+    });
+    return fault;
+  };
+  EXPECT_EQ(stuck_at({}), hal::JointFault::kEncoderStill);
+  control::ChecksOff off;
+  off.add(control::PlausibilityCheck::kStillEncoder);
+  EXPECT_EQ(stuck_at(off), hal::JointFault::kTorqueDisagrees);
+  off.add(control::PlausibilityCheck::kTorqueAgreement);
+  EXPECT_EQ(stuck_at(off), std::nullopt);
+}
 
 TEST(PlausibilityMonitor, DoesNotAllocateAndForgetsOverAPause) {
   const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}, {"wheel-2", 2.467}, {"wheel-3", 2.467},

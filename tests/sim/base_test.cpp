@@ -362,6 +362,17 @@ TEST(Base, TheFloorTakesNoMoreThanItsGripAndTheWheelsSpin) {
   }
 }
 
+/// A wheel over a hollow: it turns by itself, and the base does not feel it.
+TEST(Base, AWheelWithoutGripSpinsAlone) {
+  BaseParameters parameters = frictionless();
+  parameters.grip_scale = {0, 1, 1, 1};
+  Base base(parameters);
+  run(base, WheelVector(0.2, 0, 0, 0), 500);
+  EXPECT_GT(std::abs(wheel_velocities(base)[0]), 1.0);
+  EXPECT_LT(base.twist().norm(), 1e-9);
+  EXPECT_LT(wheel_velocities(base).tail<3>().norm(), 1e-6);
+}
+
 TEST(Base, AFreelySpinningBodyKeepsItsVelocityInTheFixedFrame) {
   // No grip, no rolling resistance: the velocity turns in B because B turns, not in W.
   BaseParameters parameters = frictionless();
@@ -516,8 +527,10 @@ TEST(Base, RefusesParametersThatAreNotFiniteAndPositive) {
                    [bad](BaseParameters& p) { p.drive.motor.torque_constant_Nm_per_A = bad; });
     expect_refused("inductance", [bad](BaseParameters& p) { p.drive.motor.inductance_H = bad; });
   }
-  for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN()})
+  for (const double bad : {-1.0, std::numeric_limits<double>::quiet_NaN()}) {
     expect_refused("grip", [bad](BaseParameters& p) { p.roller_grip = bad; });
+    expect_refused("grip_scale", [bad](BaseParameters& p) { p.grip_scale[2] = bad; });
+  }
   expect_refused("step", [](BaseParameters& p) { p.step = 0ns; });
   expect_refused("step", [](BaseParameters& p) { p.step = -1us; });
 }

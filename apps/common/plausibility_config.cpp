@@ -1,0 +1,50 @@
+#include "apps/common/plausibility_config.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace apps {
+namespace {
+
+constexpr std::string_view kKey = "off";
+
+std::vector<std::string> names_of(const control::ChecksOff& off) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < control::kPlausibilityCheckNames.size(); ++i)
+    if (off.has(static_cast<control::PlausibilityCheck>(i)))
+      names.emplace_back(control::kPlausibilityCheckNames[i]);
+  return names;
+}
+
+}  // namespace
+
+void read_plausibility(TomlTable table, control::ChecksOff& off) {
+  const auto& known = control::kPlausibilityCheckNames;
+  std::vector<std::string> names;
+  table.texts(kKey, names);
+  for (const std::string& name : names) {
+    const auto* const check = std::find(known.begin(), known.end(), name);
+    if (check == known.end())
+      table.refuse(kKey,
+                   fmt::format("has no check '{}' to switch off, but {}", name, fmt::join(known, ", ")));
+    else
+      off.add(static_cast<control::PlausibilityCheck>(check - known.begin()));
+  }
+}
+
+std::string plausibility_text(const control::ChecksOff& off) {
+  std::vector<std::string> names = names_of(off);
+  for (std::string& name : names) name = toml_string(name);
+  return fmt::format("[plausibility]\noff = [{}]\n", fmt::join(names, ", "));
+}
+
+void warn_of(const control::ChecksOff& off) {
+  for (const std::string& name : names_of(off))
+    spdlog::warn("plausibility.off: the check '{}' is off: a sensor that lies may go unseen (docs/safety.md)",
+                 name);
+}
+
+}  // namespace apps

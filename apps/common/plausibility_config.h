@@ -1,0 +1,20 @@
+/// @file
+/// The `[plausibility]` table of a configuration file: which checks of the sensors are off.
+#pragma once
+#include <string>
+
+#include "apps/common/toml_reader.h"
+#include "control/plausibility/checks.h"
+
+namespace apps {
+
+/// Takes over what `table` holds: off = ["wheel_agreement"].
+void read_plausibility(TomlTable table, control::ChecksOff& off);
+
+/// The table as text from which read_plausibility() gets the same.
+std::string plausibility_text(const control::ChecksOff& off);
+
+/// Set-up: logs a warning for each check that is off. With each enable.
+void warn_of(const control::ChecksOff& off);
+
+}  // namespace apps

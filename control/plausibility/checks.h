@@ -1,0 +1,37 @@
+/// @file
+/// The checks of PlausibilityMonitor by name, and which of them are off.
+#pragma once
+#include <array>
+#include <bitset>
+#include <cstddef>
+#include <string_view>
+
+namespace control {
+
+enum class PlausibilityCheck : std::size_t {
+  kStillEncoder,
+  kVelocityAgreement,
+  kVelocityStep,
+  kTorqueAgreement,
+  kWheelAgreement,
+  kOpposedMotion,
+};
+/// As configuration files and docs/safety.md have them, in the order above.
+inline constexpr auto kPlausibilityCheckNames =
+    std::to_array<std::string_view>({"still_encoder", "velocity_agreement", "velocity_step",
+                                     "torque_agreement", "wheel_agreement", "opposed_motion"});
+
+/// For a robot on which a check is wrong. None by default.
+class ChecksOff {
+ public:
+  void add(PlausibilityCheck check) noexcept { off_.set(static_cast<std::size_t>(check)); }
+  bool has(PlausibilityCheck check) const noexcept { return off_.test(static_cast<std::size_t>(check)); }
+  bool none() const noexcept { return off_.none(); }
+  /// That all of them are off in `other`, too.
+  bool within(const ChecksOff& other) const noexcept { return (off_ & ~other.off_).none(); }
+
+ private:
+  std::bitset<kPlausibilityCheckNames.size()> off_;
+};
+
+}  // namespace control

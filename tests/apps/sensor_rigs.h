@@ -1,0 +1,107 @@
+/// @file
+/// The simulated robot under the daemon's own cycles, with a sensor that can lie. In virtual time.
+#pragma once
+#include <Eigen/Geometry>
+#include <chrono>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/teleop_cycle.h"
+#include "apps/youbotd/velocity_source.h"
+#include "hal/clock.h"
+#include "hal/loopback_robot.h"
+#include "sim/base.h"
+#include "tests/apps/teleop_rig.h"
+#include "tests/support/lying_robot.h"
+
+namespace sensor_rigs {
+
+using teleop_rig::kPeriod;
+
+/// The base under the daemon's cycle, driven at the velocity that motion.tell() gives.
+struct BaseRig {
+  explicit BaseRig(const sim::BaseParameters& parameters = {}) : base(parameters) { robot.activate(); }
+
+  static std::vector<hal::JointInfo> wheels() {
+    std::vector<hal::JointInfo> wheels;
+    for (int i = 1; i <= 4; ++i) wheels.push_back({"wheel-" + std::to_string(i), 2.467, 16.2});
+    return wheels;
+  }
+  static youbotd::Cycle::Config config() {
+    youbotd::Cycle::Config config;
+    config.controller.wrench_limits = {60.0, 20.0};
+    return config;
+  }
+  bool over() const { return static_cast<bool>(cycle.stop_reason()); }
+  void step() {
+    clock.sleep_until(clock.now() + kPeriod);
+    cycle.step(clock.now());
+  }
+  void run(std::chrono::milliseconds duration) {
+    for (auto left = duration; left > std::chrono::milliseconds{0} && !over(); left -= kPeriod) step();
+  }
+
+  hal::VirtualClock clock;
+  sim::Base base;
+  hal::LoopbackRobot robot{base, clock, kPeriod, wheels()};
+  support::LyingRobot liar{robot};
+  youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5}, kPeriod};
+  youbotd::Cycle cycle{config(), liar, motion, nullptr};
+};
+
+inline std::vector<hal::JointInfo> robot_joints() {
+  std::vector<hal::JointInfo> joints = BaseRig::wheels();
+  const double limits_Nm[] = {15.68, 15.68, 10.05, 10.86, 3.48};
+  for (int i = 0; i < 5; ++i) joints.push_back({"arm-" + std::to_string(i + 1), limits_Nm[i], 1.57});
+  return joints;
+}
+
+/// Base and arm in teleoperation, with a simulated hand at the pen.
+struct ArmRig {
+  explicit ArmRig(const teleop_rig::Scene& scene = teleop_rig::unfolded_scene())
+      : plant(scene.robot, scene.environment), hand(scene.hand) {
+    robot.activate();
+    master.activate();
+  }
+  bool over() const { return cycle.end().end != control::TeleopEnd::kNone; }
+  void step() {
+    clock.sleep_until(clock.now() + kPeriod);
+    cycle.step(clock.now());
+  }
+  void run(std::chrono::milliseconds duration) {
+    for (auto left = duration; left > std::chrono::milliseconds{0} && !over(); left -= kPeriod) step();
+  }
+  bool reach(control::TeleopPhase phase) {
+    for (int i = 0; i < 60'000 && !over() && cycle.phase() != phase; ++i) step();
+    return cycle.phase() == phase;
+  }
+  /// The hand leads the tip about for so long.
+  void play(std::mt19937& random, std::chrono::milliseconds duration) {
+    std::uniform_real_distribution<> both(-1, 1);
+    constexpr std::chrono::milliseconds kMove{900};
+    constexpr std::chrono::milliseconds kMoveAndRest{1200};
+    for (auto left = duration; left > std::chrono::milliseconds{0} && !over(); left -= kMoveAndRest) {
+      hand.move_to({0.04 * both(random), 0.04 * both(random), 0.04 * both(random)}, kMove);
+      hand.turn_to(Eigen::Quaterniond(Eigen::AngleAxisd(0.3 * both(random), Eigen::Vector3d::UnitY())),
+                   kMove);
+      run(kMoveAndRest);
+    }
+  }
+
+  hal::VirtualClock clock;
+  sim::MobileManipulator plant;
+  sim::Hand hand;
+  hal::LoopbackRobot robot{plant, clock, kPeriod, robot_joints()};
+  hal::LockstepHapticDevice master{
+      std::make_unique<hal::LoopbackHapticLink>(
+          hand, kPeriod, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
+      clock,
+      {}};
+  support::LyingRobot liar{robot};
+  youbotd::TeleopCycle cycle{teleop_rig::quick_config(), liar, master};
+};
+
+}  // namespace sensor_rigs

@@ -1,0 +1,63 @@
+// A slice of sensor_campaign: what is frozen in motion is seen in time, and true sensors end no run.
+#include <gtest/gtest.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/sensor_campaign/detection.h"
+#include "tests/sensor_campaign/soak.h"
+
+namespace sensor_campaign_test {
+
+using sensor_campaign::Detection;
+using sensor_campaign::DetectionCase;
+using sensor_campaign::Motion;
+
+/// The safety issue's bound. A joint that moves: in the approach these of the arm.
+TEST(SensorCampaign, EveryFrozenSensorInMotionIsSeenIn60MillisecondsAnd10Centimetres) {
+  constexpr double kLongest_s = 0.060;
+  constexpr std::size_t kFirstMoving = sensor_campaign::kWheels + 1;
+  constexpr std::size_t kLastMoving = sensor_campaign::kWheels + 3;
+  std::vector<DetectionCase> cases = detection_cases(sensor_campaign::factors());
+  std::erase_if(cases, [](const DetectionCase& row) {
+    const std::string& fault = row.fault.name;
+    const bool wheel = row.motion == Motion::kDriving;
+    const bool arm = row.motion == Motion::kApproach && row.joint >= kFirstMoving && row.joint <= kLastMoving;
+    return !(wheel || arm) ||
+           (fault != "encoder frozen" && fault != "position frozen" && fault != "board frozen");
+  });
+  ASSERT_EQ(cases.size(), 3 * (sensor_campaign::kWheels + 3));
+  const std::vector<Detection> results = sensor_campaign::detect(cases, 1);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    SCOPED_TRACE(cases[i].fault.name + ", " + sensor_campaign::joint_name(cases[i].joint));
+    EXPECT_EQ(results[i].seen, results[i].runs);
+    EXPECT_EQ(results[i].named, results[i].runs);
+    EXPECT_LE(results[i].longest_s, kLongest_s);
+    EXPECT_LT(results[i].travel.share(), 1.0)
+        << results[i].travel.m << " m, " << results[i].travel.rad << " rad";
+  }
+}
+
+TEST(SensorCampaign, TrueSensorsEndNoRun) {
+  constexpr double kHours = 0.1;
+  double hours = 0.0;
+  for (const sensor_campaign::SoakResult& scenario : sensor_campaign::soak(kHours, 1)) {
+    EXPECT_EQ(scenario.alarms, std::vector<std::string>{}) << scenario.scenario;
+    EXPECT_GT(scenario.runs, 0) << scenario.scenario;
+    hours += scenario.hours;
+  }
+  EXPECT_GT(hours, 0.9 * kHours);
+}
+
+/// Whatever the number of threads.
+TEST(SensorCampaign, EqualSeedsGiveEqualRuns) {
+  const auto hours = [](std::uint32_t seed) {
+    return sensor_campaign::soak(0.01, seed, "black ice").front().hours;
+  };
+  EXPECT_EQ(hours(7), hours(7));
+  EXPECT_NE(hours(7), hours(8));
+}
+
+}  // namespace sensor_campaign_test

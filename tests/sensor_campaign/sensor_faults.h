@@ -1,0 +1,34 @@
+/// @file
+/// What a sensor may do wrong: the faults that are tried on every joint.
+#pragma once
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "tests/support/lying_robot.h"
+
+namespace sensor_campaign {
+
+/// Wheels 1 to 4, then arm joints 1 to 5.
+inline constexpr std::size_t kWheels = 4;
+inline constexpr std::size_t kJoints = 9;
+
+struct SensorFault {
+  std::string name;
+  support::Channel channel;
+  support::LieKind kind;
+  double wheel_value;  ///< support::Lie::value of a wheel
+  double arm_value;    ///< and of an arm joint
+
+  support::Lie on(std::size_t joint) const;
+};
+
+/// A sensor that stands still, or shows half, double or the negative.
+std::vector<SensorFault> factors();
+/// Everything else.
+std::vector<SensorFault> other_faults();
+
+/// "wheel-1", "arm-5".
+std::string joint_name(std::size_t joint);
+
+}  // namespace sensor_campaign

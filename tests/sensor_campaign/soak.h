@@ -1,0 +1,23 @@
+/// @file
+/// Hours of a robot whose sensors are all true, under everything that they could be taken for liars for.
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace sensor_campaign {
+
+struct SoakResult {
+  std::string scenario;
+  double hours = 0.0;  ///< of virtual time
+  int runs = 0;
+  int false_alarms = 0;
+  int other_ends = 0;               ///< a wheel that spins too fast on ice, a tip too far from the hand
+  std::vector<std::string> alarms;  ///< in words
+};
+
+/// On all cores; equal seeds give equal results. The hours are shared evenly among the scenarios.
+/// @param only the scenario of this name; empty: all. @throws std::invalid_argument where there is none.
+std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only = {});
+
+}  // namespace sensor_campaign
