@@ -9,6 +9,7 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/recording_directory.h"
+#include "apps/youbotd/workspace_comments.h"
 
 namespace youbotd {
 namespace {
@@ -102,15 +103,17 @@ void append_teleop(apps::RecordingFile& file, const TeleopRecord& record) {
 
 TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
                                  const std::filesystem::path& config_file, std::chrono::nanoseconds period,
-                                 bool simulated)
-    : file_(open(directory, config_file, period, simulated, setup_problems_)),
+                                 bool simulated, const control::Workspace& workspace)
+    : file_(open(directory, config_file, period, simulated, workspace, setup_problems_)),
+      way_({{"base"}, {"set-point", report::Style::kDashed}, {"tip"}}, /*from_the_side=*/true, workspace),
+      report_(directory / "report.html"),
       recorder_(
-          kRingCapacity, [this](const TeleopRecord& record) { append_teleop(*file_, record); },
-          [this] { file_->flush(); }) {}
+          kRingCapacity, [this](const TeleopRecord& record) { write(record); }, [this] { file_->flush(); }) {}
 
 std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem::path& directory,
                                                            const std::filesystem::path& config_file,
                                                            std::chrono::nanoseconds period, bool simulated,
+                                                           const control::Workspace& workspace,
                                                            std::vector<std::string>& problems) {
   apps::NewRecording recording(directory, config_file, problems);
   std::array<char, 32> rate_Hz{};
@@ -120,6 +123,7 @@ std::unique_ptr<apps::RecordingFile> TeleopRecording::open(const std::filesystem
                                                      {"sample_rate_Hz", rate_Hz.data()},
                                                      {"not_measured", kNoOpening},
                                                      {"software", apps::build_version()}};
+  add_workspace(workspace, comments);
   if (!simulated) comments.push_back({"not_measured", kNoTruth});
   auto file = recording.open("teleoperation", comments, teleop_columns());
   recording.keep();
@@ -133,9 +137,22 @@ bool TeleopRecording::holds_recording(const std::filesystem::path& directory) {
          std::filesystem::exists(directory / kFile, unknown);
 }
 
+void TeleopRecording::write(const TeleopRecord& record) {
+  append_teleop(*file_, record);
+  way_.add({{record.base_W[0], record.base_W[1], 0},
+            Eigen::Vector3d(record.setpoint_p_WT_m.data()),
+            Eigen::Vector3d(record.tip_p_WT_m.data())},
+           record.limited);
+}
+
 void TeleopRecording::close() noexcept {
   recorder_.stop();
   file_->close();
+  try {
+    way_.write(report_);
+  } catch (const std::exception& failure) {
+    report_problem_ = failure.what();
+  }
 }
 
 std::uint64_t TeleopRecording::cycles_recorded() const noexcept { return file_->rows_written(); }
@@ -152,6 +169,7 @@ RecordingState TeleopRecording::state() const {
 std::vector<std::string> TeleopRecording::problems() const {
   std::vector<std::string> problems = setup_problems_;
   if (!file_->error().empty()) problems.push_back(file_->error());
+  if (!report_problem_.empty()) problems.push_back(report_problem_);
   for (std::string& problem : recorder_.problems()) problems.push_back(std::move(problem));
   return problems;
 }

@@ -52,7 +52,10 @@ struct BaseRig {
   sim::Base base;
   hal::LoopbackRobot robot{base, clock, 1ms, wheels()};
   support::LyingRobot liar{robot};
-  youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5}, 1ms};
+  youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5},
+                                 1ms,
+                                 {.m = 0.09, .rad = 0.18},
+                                 control::Workspace{}.base_W_m};
   youbotd::Cycle cycle{config(), liar, motion, nullptr};
 };
 
