@@ -17,7 +17,10 @@ constexpr double kHold_s = 0.2;
 /// The base counts as standing at this speed of a wheel, after that time.
 constexpr double kWheelRest_rad_per_s = 0.02;
 constexpr double kRestHold_s = 0.05;
+constexpr int kFirstArmJoint = 4;  // behind the wheels
 constexpr double kJointRest_rad_per_s = 0.02;
+/// Further behind than allowed for so long, a joint is held by something.
+constexpr double kFollowing_s = 0.2;
 
 void require(bool good, const char* name, double value) {
   if (!good)
@@ -39,6 +42,10 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
   positive(config.centred_within_m, "centred_within_m");
   positive(config.unfolding_speed_rad_per_s, "unfolding_speed_rad_per_s");
   positive(config.unfolded_within_rad, "unfolded_within_rad");
+  positive(config.joint_setpoint.speed, "joint set-point speed");
+  positive(config.joint_setpoint.acceleration, "joint set-point acceleration");
+  positive(config.joint_setpoint.jerk, "joint set-point jerk");
+  positive(config.joint_following_error_rad, "joint_following_error_rad");
   positive(config.approach_s, "approach_s");
   positive(config.lowering_s, "lowering_s");
   positive(config.arrived_within_m, "arrived_within_m");
@@ -54,6 +61,8 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
           config.stiff.translation_N_per_m);
   require(config.stiff.rotation_Nm_per_rad >= config.soft.rotation_Nm_per_rad, "stiff rotation stiffness",
           config.stiff.rotation_Nm_per_rad);
+  if (!config.workspace.tip_W_m.contains(config.start_p_WT_m))
+    throw std::invalid_argument("teleoperation: the start is outside the tip's workspace");
   require(config.centring.stiffness_N_per_m >= 0, "centring stiffness", config.centring.stiffness_N_per_m);
   return config;
 }
@@ -85,6 +94,20 @@ ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) 
 
 /// How far along, from 0 to 1 in equal time (Flash and Hogan, J. Neuroscience 5:1688, 1985).
 double least_jerk(double t) noexcept { return t < 1 ? t * t * t * (10 + t * (6 * t - 15)) : 1.0; }
+
+SetpointSmoothing::Config within_walls(const Teleoperation::Config& config) noexcept {
+  SetpointSmoothing::Config smoothing = config.smoothing;
+  smoothing.walls_W_m = config.workspace.tip_W_m;
+  return smoothing;
+}
+
+/// The shortest of a least-jerk motion within the limits: it has at most 15/8 of its mean velocity, 10/√3 of
+/// way over time squared and 60 of way over time cubed.
+double shortest_s(double way, const SetpointLimits& limits) noexcept {
+  return std::max({15.0 / 8 * way / limits.speed,
+                   std::sqrt(10 / std::numbers::sqrt3 * way / limits.acceleration),
+                   std::cbrt(60 * way / limits.jerk)});
+}
 
 double grown(double value, double limit, double step) noexcept { return std::min(limit, value + step); }
 
@@ -123,6 +146,9 @@ const char* describe(TeleopEnd end) noexcept {
     case TeleopEnd::kSetpointTooFar: return "the tip was further from its set-point than allowed";
     case TeleopEnd::kSetpointTurnedTooFar:
       return "the tip was turned further from its set-point than allowed";
+    case TeleopEnd::kTipOutside: return "the tip left its workspace";
+    case TeleopEnd::kBaseOutside: return "the base left its workspace";
+    case TeleopEnd::kJointBehind: return "a joint of the arm was further from its set-point than allowed";
   }
   return "unknown";
 }
@@ -131,7 +157,7 @@ Teleoperation::Teleoperation(const Config& config)
     : config_(checked(config)),
       robot_(config.robot),
       mapping_(config.mapping),
-      smoothing_(config.smoothing),
+      smoothing_(within_walls(config)),
       tank_(config.tank),
       presence_(config.presence),
       path_model_(config.robot.model),
@@ -159,6 +185,7 @@ void Teleoperation::stop_after_gap(const TeleopInput& input) noexcept {
 void Teleoperation::begin(const TeleopInput& input) noexcept {
   start_ = false;
   end_ = TeleopEnd::kNone;
+  excess_ = {};
   robot_.reset(input.wheel_position_rad, input.arm_position_rad);
   robot_.sense(input.wheel_position_rad, input.arm_position_rad);
   stiffness_ = {};
@@ -212,21 +239,66 @@ void Teleoperation::check(const TeleopInput& input) noexcept {
     return stop(TeleopEnd::kMasterFault);
   // Homing sets angles anew, which is no speed.
   if (phase_ == TeleopPhase::kCentring && !input.drives_obey) return;
-  // Written so that what is not a number is none that is allowed.
+  check_speeds();
+  if (phase_ > TeleopPhase::kUnfolding && phase_ < TeleopPhase::kStopping) check_tip();
+  if (phase_ > TeleopPhase::kUnfolding && phase_ < TeleopPhase::kStopping) check_workspace();
+}
+
+void Teleoperation::check_speeds() noexcept {
   const WholeBodyController::State& state = robot_.state();
-  if (!(state.wheel_velocity_rad_per_s.cwiseAbs().maxCoeff() <= config_.wheel_speed_limit_rad_per_s))
+  // Negated so that NaN fails the check.
+  for (Eigen::Index i = 0; i < state.wheel_velocity_rad_per_s.size(); ++i) {
+    const double speed = state.wheel_velocity_rad_per_s[i];
+    if (std::abs(speed) <= config_.wheel_speed_limit_rad_per_s) continue;
+    excess_ = {static_cast<int>(i), speed, config_.wheel_speed_limit_rad_per_s};
     return fail(TeleopEnd::kWheelTooFast);
-  if (!(state.velocity.tail<kArmJoints>().cwiseAbs().maxCoeff() <= config_.joint_speed_limit_rad_per_s))
+  }
+  for (int i = 0; i < kArmJoints; ++i) {
+    const double speed = state.velocity[kBaseAxes + i];
+    if (std::abs(speed) <= config_.joint_speed_limit_rad_per_s) continue;
+    excess_ = {kFirstArmJoint + i, speed, config_.joint_speed_limit_rad_per_s};
     return fail(TeleopEnd::kJointTooFast);
-  const bool tracking = started && phase_ != TeleopPhase::kUnfolding;
-  if (!tracking) return;
+  }
+}
+
+void Teleoperation::check_tip() noexcept {
   const TipPose at = tip();
   const TipSetpoint& setpoint = smoothing_.setpoint();
-  if (!((setpoint.p_WT_m - at.p_WT_m).norm() <= config_.setpoint_distance_limit_m))
+  const double off_m = (setpoint.p_WT_m - at.p_WT_m).norm();
+  if (!(off_m <= config_.setpoint_distance_limit_m)) {
+    excess_ = {-1, off_m, config_.setpoint_distance_limit_m};
     return stop(TeleopEnd::kSetpointTooFar);
+  }
   // Beyond half a turn the spring would pull the other way round.
-  if (!(setpoint.q_WT.angularDistance(at.q_WT) <= config_.setpoint_turn_limit_rad))
-    stop(TeleopEnd::kSetpointTurnedTooFar);
+  const double off_rad = setpoint.q_WT.angularDistance(at.q_WT);
+  if (off_rad <= config_.setpoint_turn_limit_rad) return;
+  excess_ = {-1, off_rad, config_.setpoint_turn_limit_rad};
+  stop(TeleopEnd::kSetpointTurnedTooFar);
+}
+
+void Teleoperation::check_workspace() noexcept {
+  const WholeBodyController::State& state = robot_.state();
+  const Eigen::Vector2d base_W_m(state.X_WB.x_m, state.X_WB.y_m);
+  const double base_out_m = outside_m(config_.workspace.base_W_m, base_W_m);
+  if (base_out_m > Workspace::kMargin_m) {
+    excess_ = {-1, base_out_m, Workspace::kMargin_m};
+    return stop(TeleopEnd::kBaseOutside);
+  }
+  // On its way to the start the tip comes from where the arm lay.
+  if (phase_ == TeleopPhase::kApproaching) return;
+  const double tip_out_m = outside_m(config_.workspace.tip_W_m, Eigen::Vector3d(state.X_WT.translation()));
+  if (tip_out_m <= Workspace::kMargin_m) return;
+  excess_ = {-1, tip_out_m, Workspace::kMargin_m};
+  stop(TeleopEnd::kTipOutside);
+}
+
+bool Teleoperation::arm_is_behind(const ArmVector& position_rad) noexcept {
+  int joint = 0;
+  const double off_rad = (output_.arm_target - position_rad).cwiseAbs().maxCoeff(&joint);
+  behind_s_ = off_rad <= config_.joint_following_error_rad ? 0.0 : behind_s_ + config_.period_s;
+  if (behind_s_ < kFollowing_s) return false;
+  excess_ = {kFirstArmJoint + joint, off_rad, config_.joint_following_error_rad};
+  return true;
 }
 
 void Teleoperation::centre(const TeleopInput& input) noexcept {
@@ -246,7 +318,9 @@ void Teleoperation::centre(const TeleopInput& input) noexcept {
   if (for_long(input.drives_obey && centred, kHold_s)) {
     unfold_from_rad_ = input.arm_position_rad;
     const double furthest_rad = (config_.unfolded_rad - unfold_from_rad_).cwiseAbs().maxCoeff();
-    unfold_s_ = std::max(0.5, furthest_rad / config_.unfolding_speed_rad_per_s);
+    behind_s_ = 0;
+    unfold_s_ = std::max({0.5, furthest_rad / config_.unfolding_speed_rad_per_s,
+                          shortest_s(furthest_rad, config_.joint_setpoint)});
     enter(TeleopPhase::kUnfolding);
   } else if (in_phase_s_ > config_.centring_timeout_s) {
     stop(TeleopEnd::kNotCentred);
@@ -265,6 +339,8 @@ void Teleoperation::unfold(const TeleopInput& input) noexcept {
     approach_from_rad_ = input.arm_position_rad;
     smoothing_.reset(tip().p_WT_m, tip().q_WT);
     enter(TeleopPhase::kApproaching);
+  } else if (arm_is_behind(input.arm_position_rad)) {
+    stop(TeleopEnd::kJointBehind);
   } else if (in_phase_s_ > config_.unfolding_timeout_s) {
     stop(TeleopEnd::kNotUnfolded);
   }
@@ -332,7 +408,10 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
     mapping_.step(input.grip, tip(), may_drive, input.grip_fresh);
   }
   centring_share_ = std::max(0.0, centring_share_ - period_s / config_.feedback_fade_s);
-  smoothing_.step(mapping_.target().p_WT_m, mapping_.target().q_WT);
+  const Eigen::Vector3d target_W_m = held_in(config_.workspace.tip_W_m, mapping_.target().p_WT_m);
+  output_.at_wall = target_W_m != mapping_.target().p_WT_m;
+  smoothing_.step(target_W_m, mapping_.target().q_WT);
+  output_.setpoint_limited = smoothing_.limited();
   keep(robot_.track(smoothing_.setpoint(), stiffness_));
 
   const Eigen::Vector3d& v_m_per_s = input.grip.v_HD_H_m_per_s;

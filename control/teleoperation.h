@@ -25,8 +25,10 @@
 #include "control/hand_presence.h"
 #include "control/haptic_mapping.h"
 #include "control/point_spring.h"
+#include "control/setpoint_limiter.h"
 #include "control/setpoint_smoothing.h"
 #include "control/whole_body_controller.h"
+#include "control/workspace.h"
 
 namespace control {
 
@@ -61,9 +63,19 @@ enum class TeleopEnd : std::uint8_t {
   kJointTooFast,          ///< likewise
   kSetpointTooFar,        ///< the tip is further from its set-point than it may be
   kSetpointTurnedTooFar,  ///< likewise turned
+  kTipOutside,            ///< the tip left its workspace
+  kBaseOutside,           ///< likewise the base
+  kJointBehind,           ///< a joint of the arm that unfolds is further from its set-point than it may be
 };
 /// "the master did not come to its origin in time"
 const char* describe(TeleopEnd end) noexcept;
+
+/// Of an end that a limit brought about: what was beyond it.
+struct TeleopExcess {
+  int joint = -1;      ///< as hal::Robot has them: wheels, then arm; -1: it is the tip
+  double value = 0.0;  ///< rad/s, m or rad
+  double limit = 0.0;
+};
 
 struct TeleopInput {
   // Robot.
@@ -106,6 +118,8 @@ struct TeleopOutput {
   double tank_J = 0.0;
   double withheld_N = 0.0;  ///< from the hand, by the tank
   bool limited = false;
+  bool setpoint_limited = false;  ///< its speed, acceleration or jerk
+  bool at_wall = false;           ///< of the workspace: the set-point is held there
   bool protecting = false;
 };
 
@@ -154,7 +168,13 @@ class Teleoperation {
     double lowering_s = 3.0;  ///< until none of the arm's weight is carried any more
     double wheel_speed_limit_rad_per_s = 16.0;
     double joint_speed_limit_rad_per_s = 3.0;
-    double setpoint_distance_limit_m = 0.6;   ///< tip to set-point
+    /// Of the joint with the longest way while it unfolds, which takes as long as that.
+    SetpointLimits joint_setpoint = kArmJointLimits;
+    /// While it unfolds, a joint that is further from its set-point for 0.2 s stops it. The boards' ramps lag
+    /// by up to 0.24 rad.
+    double joint_following_error_rad = 0.4;
+    double setpoint_distance_limit_m = 0.25;  ///< tip to set-point
+    Workspace workspace;
     double setpoint_turn_limit_rad = 2.0944;  ///< likewise; less than half a turn
   };
 
@@ -175,6 +195,7 @@ class Teleoperation {
 
   TeleopPhase phase() const noexcept { return phase_; }
   TeleopEnd end() const noexcept { return end_; }
+  const TeleopExcess& excess() const noexcept { return excess_; }
   /// Off or faulted after a start.
   bool finished() const noexcept {
     return end_ != TeleopEnd::kNone && (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted);
@@ -187,6 +208,10 @@ class Teleoperation {
   void stop(TeleopEnd end) noexcept;
   void fail(TeleopEnd end) noexcept;
   void check(const TeleopInput& input) noexcept;
+  void check_speeds() noexcept;
+  void check_tip() noexcept;
+  void check_workspace() noexcept;
+  bool arm_is_behind(const ArmVector& position_rad) noexcept;
   void centre(const TeleopInput& input) noexcept;
   void unfold(const TeleopInput& input) noexcept;
   void approach(const TeleopInput& input) noexcept;
@@ -214,6 +239,7 @@ class Teleoperation {
 
   TeleopPhase phase_ = TeleopPhase::kOff;
   TeleopEnd end_ = TeleopEnd::kNone;
+  TeleopExcess excess_;
   bool start_ = false;
   double in_phase_s_ = 0.0;
   ArmVector hold_rad_ = ArmVector::Zero();  // where the arm was when the phase began
@@ -232,6 +258,7 @@ class Teleoperation {
   bool gripper_blocked_ = false;  // until its button is up
   ArmVector unfold_from_rad_ = ArmVector::Zero();
   double unfold_s_ = 0.0;
+  double behind_s_ = 0.0;  // for so long a joint has been, while unfolding
   ArmVector approach_from_rad_ = ArmVector::Zero();
   bool arrived_ = false;  // near enough
   TeleopOutput output_;

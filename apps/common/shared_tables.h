@@ -12,8 +12,8 @@ namespace apps {
 
 /// Keys and tables at the root of such a file, whoever reads them.
 inline constexpr auto kSharedTables = std::to_array<std::string_view>(
-    {"robot", "loop", "ethercat", "can", "haptic", "geometry", "controller", "limits", "compensation", "path",
-     "plausibility", "simulation", "teleoperation", "scene"});
+    {"robot", "loop", "ethercat", "can", "haptic", "geometry", "controller", "limits", "workspace",
+     "compensation", "path", "plausibility", "simulation", "teleoperation", "scene"});
 
 /// All of them but the caller's `own` are another program's business.
 inline void leave_to_others(TomlTable& root, std::initializer_list<std::string_view> own) {

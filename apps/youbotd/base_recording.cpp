@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <exception>
 #include <system_error>
 #include <utility>
 
 #include "apps/common/build_info.h"
+#include "apps/youbotd/workspace_comments.h"
 #include "hal/seconds.h"
 
 namespace youbotd {
@@ -43,7 +45,7 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record) {
   auto out = row.begin();
   *out++ = seconds(record.time);
   *out++ = static_cast<double>(record.phase);
-  *out++ = record.limited ? 1 : 0;
+  *out++ = record.limited;
   for (const auto* values : {&record.reference_W, &record.odometry_W, &record.truth_W, &record.wrench_B})
     out = std::copy(values->begin(), values->end(), out);
   for (std::size_t i = 0; i < kWheels; ++i) {
@@ -61,6 +63,8 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record) {
 BaseRecording::BaseRecording(const Description& description)
     : new_recording_(description.directory, description.config_file, setup_problems_),
       files_(open_files(description)),
+      way_({{"reference", report::Style::kDashed}, {"base"}}, /*from_the_side=*/false, description.workspace),
+      report_(description.directory / "report.html"),
       recorder_(
           kRingCapacity, [this](const CycleRecord& record) { write(record); }, [this] { flush(); }) {
   new_recording_.keep();
@@ -71,12 +75,13 @@ BaseRecording::Files BaseRecording::open_files(const Description& description) {
   char rate_Hz[32];
   std::snprintf(rate_Hz, sizeof rate_Hz, "%g", 1 / seconds(description.period));
   const auto open = [&](const std::string& rig, const std::vector<apps::RecordingFile::Column>& columns) {
-    const std::vector<apps::RecordingFile::Comment> comments{
+    std::vector<apps::RecordingFile::Comment> comments{
         {"rig", rig},
         {"experiment", description.experiment},
         {"sample_rate_Hz", rate_Hz},
         {"friction_compensation", description.friction_compensation ? "true" : "false"},
         {"software", apps::build_version()}};
+    add_workspace(description.workspace, comments);
     return new_recording_.open(rig, comments, columns);
   };
   for (std::size_t i = 0; i < kWheels; ++i)
@@ -103,6 +108,9 @@ void BaseRecording::write(const CycleRecord& record) {
                                      record.torque_measured_Nm[i], record.position_rad[i],
                                      record.velocity_rad_per_s[i]});
   append_cycle(*files_[kWheels], record);
+  way_.add(
+      {{record.reference_W[0], record.reference_W[1], 0}, {record.odometry_W[0], record.odometry_W[1], 0}},
+      record.limited);
 }
 
 void BaseRecording::flush() {
@@ -112,6 +120,11 @@ void BaseRecording::flush() {
 void BaseRecording::close() noexcept {
   recorder_.stop();
   for (const auto& file : files_) file->close();
+  try {
+    way_.write(report_);
+  } catch (const std::exception& failure) {
+    report_problem_ = failure.what();
+  }
 }
 
 std::uint64_t BaseRecording::cycles_recorded() const noexcept {
@@ -135,6 +148,7 @@ std::vector<std::string> BaseRecording::problems() const {
   std::vector<std::string> problems = setup_problems_;
   for (const auto& file : files_)
     if (!file->error().empty()) problems.push_back(file->error());
+  if (!report_problem_.empty()) problems.push_back(report_problem_);
   for (std::string& problem : recorder_.problems()) problems.push_back(std::move(problem));
   return problems;
 }

@@ -13,6 +13,8 @@
 #include "apps/common/recording_file.h"
 #include "apps/youbotd/cycle_record.h"
 #include "apps/youbotd/recording_state.h"
+#include "apps/youbotd/way_report.h"
+#include "control/workspace.h"
 
 namespace youbotd {
 
@@ -21,8 +23,9 @@ std::vector<apps::RecordingFile::Column> cycle_columns();
 void append_cycle(apps::RecordingFile& file, const CycleRecord& record);
 
 /// Writes `wheel-1.csv` … `wheel-4.csv` (format and columns of the recording contract, with the filtered
-/// velocity) and `base.csv` (poses, wrench, timing) into a directory, and `config.toml`, the file that made
-/// the run. What cannot be written never stops the robot: it is counted and told at the end.
+/// velocity) and `base.csv` (poses, wrench, timing) into a directory, `config.toml`, the file that made the
+/// run, and at the end `report.html`. What cannot be written never stops the robot: it is counted and told at
+/// the end.
 class BaseRecording {
  public:
   struct Description {
@@ -31,6 +34,7 @@ class BaseRecording {
     std::string experiment;
     bool friction_compensation = false;  ///< as run, whatever the configuration file says
     std::chrono::nanoseconds period;
+    control::Workspace workspace{};
   };
   /// Writing there would replace an earlier recording, or somebody's configuration.
   static bool holds_recording(const std::filesystem::path& directory);
@@ -61,9 +65,12 @@ class BaseRecording {
   void flush();
 
   std::vector<std::string> setup_problems_;
-  apps::NewRecording new_recording_;      // takes the files away unless all is ready
-  Files files_;                           // four wheels, then the base
-  apps::Recorder<CycleRecord> recorder_;  // last: its thread uses the files
+  apps::NewRecording new_recording_;  // takes the files away unless all is ready
+  Files files_;                       // four wheels, then the base
+  WayReport way_;
+  std::filesystem::path report_;
+  std::string report_problem_;
+  apps::Recorder<CycleRecord> recorder_;  // last: its thread uses what is above
 };
 
 }  // namespace youbotd

@@ -21,7 +21,8 @@ std::unique_ptr<BaseRecording> make_recording(const Config& config, const RunOpt
                                  .config_file = options.config_file,
                                  .experiment = options.experiment,
                                  .friction_compensation = config.cycle.controller.compensate_friction,
-                                 .period = config.cycle.period});
+                                 .period = config.cycle.period,
+                                 .workspace = config.cycle.workspace});
 }
 
 }  // namespace
@@ -54,6 +55,7 @@ void BaseRun::keep() noexcept {
   record.wake_up = times_.wake_up;
   record.step = times_.step;
   summary_.path.add(record);
+  count_limiters(record.limited, summary_);
   flight_recorder_.add(record);
   if (after_cycle_) after_cycle_(record);
   if (!recording_) return;
@@ -70,6 +72,8 @@ void BaseRun::wrap_up(const drivers::ethercat::PcapRing* frames) {
   if (recording_) finish(*recording_, summary_);
   const StopReason& reason = cycle_.stop_reason();
   if (!reason) return;
+  summary_.fell_behind =
+      reason.kind == StopReason::Kind::kBehind || reason.kind == StopReason::Kind::kTurnedBehind;
   summary_.stop_reason = describe(reason, robot_);
   summary_.fault_report = apps::write_fault_report(
       options_.record_directory,

@@ -15,6 +15,7 @@ namespace youbotd {
 
 struct Summary : RunSummary {
   PathMetrics path;
+  bool fell_behind = false;  ///< stopped, as it was too far from its reference
 };
 
 /// Leaves nothing there. @throws std::invalid_argument when recording there would replace something,

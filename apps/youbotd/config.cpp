@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -72,10 +73,61 @@ void read_controller(TomlTable table, control::BaseController::Config& controlle
 }
 
 void read_limits(TomlTable table, Cycle::Config& cycle) {
+  control::SetpointLimits& linear = cycle.setpoint.linear;
+  control::SetpointLimits& turning = cycle.setpoint.turning;
+  table.number("setpoint_m_per_s", linear.speed, {.min = 0.01, .max = 5});
+  table.number("setpoint_m_per_s2", linear.acceleration, {.min = 0.01, .max = 50});
+  table.number("setpoint_m_per_s3", linear.jerk, {.min = 1, .max = 50'000});
+  table.number("setpoint_rad_per_s", turning.speed, {.min = 0.01, .max = 10});
+  table.number("setpoint_rad_per_s2", turning.acceleration, {.min = 0.01, .max = 100});
+  table.number("setpoint_rad_per_s3", turning.jerk, {.min = 1, .max = 100'000});
   table.number("force_N", cycle.controller.wrench_limits.force_N, {.min = 0, .max = 200});
   table.number("moment_Nm", cycle.controller.wrench_limits.moment_Nm, {.min = 0, .max = 50});
   table.number("wheel_torque_Nm", cycle.controller.torque_limit_Nm, {.min = 0, .max = 2.5});
   table.number("wheel_speed_rad_per_s", cycle.wheel_speed_limit_rad_per_s, {.min = 0.1, .max = 30});
+  table.number("torque_rate_per_s", cycle.torque_rate_per_s, {.min = 1, .max = 1000});
+  table.number("following_error_m", cycle.following_error_m, {.min = 0.005, .max = 5});
+  table.number("following_error_rad", cycle.following_error_rad, {.min = 0.01, .max = 10});
+}
+
+/// "base_x_m = [-1, 3]": a wall below and one above.
+void read_walls(TomlTable& table, std::string_view key, double& lower_m, double& upper_m) {
+  std::array<double, 2> walls_m{lower_m, upper_m};
+  table.numbers(key, walls_m, {.min = -100, .max = 100});
+  if (!(walls_m[0] < walls_m[1])) return table.refuse(key, "has no room between its two walls");
+  lower_m = walls_m[0];
+  upper_m = walls_m[1];
+}
+
+void read_workspace(TomlTable table, control::Workspace& workspace) {
+  Eigen::AlignedBox2d& base = workspace.base_W_m;
+  Eigen::AlignedBox3d& tip = workspace.tip_W_m;
+  read_walls(table, "base_x_m", base.min().x(), base.max().x());
+  read_walls(table, "base_y_m", base.min().y(), base.max().y());
+  read_walls(table, "tip_x_m", tip.min().x(), tip.max().x());
+  read_walls(table, "tip_y_m", tip.min().y(), tip.max().y());
+  read_walls(table, "tip_z_m", tip.min().z(), tip.max().z());
+  if (!base.contains(Eigen::Vector2d::Zero()))
+    table.refuse("base_x_m",
+                 "and 'workspace.base_y_m' leave out the origin, where the base stands at the start");
+}
+
+/// A path is known before anything moves, so it is refused then.
+void check_path_inside(const control::BasePath::Plan& plan, const Eigen::AlignedBox2d& base_W_m,
+                       TomlTable& table) {
+  constexpr int kSamplesPerLeg = 500;
+  // Refused already.
+  if (std::any_of(plan.displacements_B.begin(), plan.displacements_B.end(),
+                  [](const control::PlanarVector& displacement) { return displacement.isZero(); }))
+    return;
+  const control::BasePath path(plan);
+  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
+  for (int i = 1; i <= samples; ++i) {
+    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
+    if (base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) continue;
+    return table.refuse(
+        "leg", fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at.x_m, at.y_m));
+  }
 }
 
 /// Whether a name leads out of `folder`, by itself or by a link in it.
@@ -204,6 +256,7 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.period_s = teleoperation.robot.period_s = teleoperation.mapping.period_s =
       teleoperation.smoothing.period_s = teleoperation.presence.period_s = period_s;
   teleoperation.robot.base = static_cast<const control::BaseDrive::Config&>(config.cycle.controller);
+  teleoperation.workspace = config.cycle.workspace;
   teleoperation.wheel_speed_limit_rad_per_s = config.cycle.wheel_speed_limit_rad_per_s;
   teleoperation.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
@@ -217,12 +270,32 @@ template <std::size_t kJoint>
 double arm_torque_Nm(const Config& config) {
   return config.teleoperation.robot.arm_torque_limit_Nm[kJoint];
 }
+double in_degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
 /// What a setting over the socket may lower and not raise.
 constexpr auto kCeilings = std::to_array<Ceiling>(
     {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
      {"limits.moment_Nm", [](const Config& c) { return c.cycle.controller.wrench_limits.moment_Nm; }},
      {"limits.wheel_torque_Nm", [](const Config& c) { return c.cycle.controller.torque_limit_Nm; }},
      {"limits.wheel_speed_rad_per_s", [](const Config& c) { return c.cycle.wheel_speed_limit_rad_per_s; }},
+     {"limits.setpoint_m_per_s", [](const Config& c) { return c.cycle.setpoint.linear.speed; }},
+     {"limits.setpoint_m_per_s2", [](const Config& c) { return c.cycle.setpoint.linear.acceleration; }},
+     {"limits.setpoint_m_per_s3", [](const Config& c) { return c.cycle.setpoint.linear.jerk; }},
+     {"limits.setpoint_rad_per_s", [](const Config& c) { return c.cycle.setpoint.turning.speed; }},
+     {"limits.setpoint_rad_per_s2", [](const Config& c) { return c.cycle.setpoint.turning.acceleration; }},
+     {"limits.setpoint_rad_per_s3", [](const Config& c) { return c.cycle.setpoint.turning.jerk; }},
+     {"limits.torque_rate_per_s", [](const Config& c) { return c.cycle.torque_rate_per_s; }},
+     {"limits.following_error_m", [](const Config& c) { return c.cycle.following_error_m; }},
+     {"limits.following_error_rad", [](const Config& c) { return c.cycle.following_error_rad; }},
+     {"-workspace.base_x_m[0]", [](const Config& c) { return -c.cycle.workspace.base_W_m.min().x(); }},
+     {"workspace.base_x_m[1]", [](const Config& c) { return c.cycle.workspace.base_W_m.max().x(); }},
+     {"-workspace.base_y_m[0]", [](const Config& c) { return -c.cycle.workspace.base_W_m.min().y(); }},
+     {"workspace.base_y_m[1]", [](const Config& c) { return c.cycle.workspace.base_W_m.max().y(); }},
+     {"-workspace.tip_x_m[0]", [](const Config& c) { return -c.cycle.workspace.tip_W_m.min().x(); }},
+     {"workspace.tip_x_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().x(); }},
+     {"-workspace.tip_y_m[0]", [](const Config& c) { return -c.cycle.workspace.tip_W_m.min().y(); }},
+     {"workspace.tip_y_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().y(); }},
+     {"-workspace.tip_z_m[0]", [](const Config& c) { return -c.cycle.workspace.tip_W_m.min().z(); }},
+     {"workspace.tip_z_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().z(); }},
      {"path.speed_m_per_s", [](const Config& c) { return c.path.limits.speed_m_per_s; }},
      {"path.acceleration_m_per_s2", [](const Config& c) { return c.path.limits.acceleration_m_per_s2; }},
      {"path.turn_speed_rad_per_s", [](const Config& c) { return c.path.limits.turn_speed_rad_per_s; }},
@@ -235,6 +308,30 @@ constexpr auto kCeilings = std::to_array<Ceiling>(
      {"teleoperation.arm.torque_limit_Nm[4]", arm_torque_Nm<4>},
      {"teleoperation.arm.joint_speed_limit_rad_per_s",
       [](const Config& c) { return c.teleoperation.joint_speed_limit_rad_per_s; }},
+     {"teleoperation.arm.setpoint_rad_per_s",
+      [](const Config& c) { return c.teleoperation.joint_setpoint.speed; }},
+     {"teleoperation.arm.setpoint_rad_per_s2",
+      [](const Config& c) { return c.teleoperation.joint_setpoint.acceleration; }},
+     {"teleoperation.arm.setpoint_rad_per_s3",
+      [](const Config& c) { return c.teleoperation.joint_setpoint.jerk; }},
+     {"teleoperation.mapping.smoothing_m_per_s",
+      [](const Config& c) { return c.teleoperation.smoothing.speed_m_per_s; }},
+     {"teleoperation.mapping.smoothing_m_per_s2",
+      [](const Config& c) { return c.teleoperation.smoothing.acceleration_m_per_s2; }},
+     {"teleoperation.mapping.smoothing_m_per_s3",
+      [](const Config& c) { return c.teleoperation.smoothing.jerk_m_per_s3; }},
+     {"teleoperation.mapping.smoothing_deg_per_s",
+      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_speed_rad_per_s); }},
+     {"teleoperation.mapping.smoothing_deg_per_s2",
+      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_acceleration_rad_per_s2); }},
+     {"teleoperation.mapping.smoothing_deg_per_s3",
+      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_jerk_rad_per_s3); }},
+     {"teleoperation.arm.following_error_rad",
+      [](const Config& c) { return c.teleoperation.joint_following_error_rad; }},
+     {"teleoperation.coupling.setpoint_distance_limit_m",
+      [](const Config& c) { return c.teleoperation.setpoint_distance_limit_m; }},
+     {"teleoperation.coupling.setpoint_turn_limit_deg",
+      [](const Config& c) { return in_degrees(c.teleoperation.setpoint_turn_limit_rad); }},
      {"teleoperation.coupling.force_limit_N",
       [](const Config& c) { return c.teleoperation.robot.spring.force_limit_N; }},
      {"teleoperation.coupling.moment_limit_Nm",
@@ -291,6 +388,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   read_compensation(compensation, file.parent_path(), config.cycle.wheel_speed_limit_rad_per_s,
                     config.cycle.controller);
   read_path(path, config.path);
+  read_workspace(root.table("workspace"), config.cycle.workspace);
   read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
   TomlTable haptic = root.table("haptic");
   apps::read_haptic(haptic, file.parent_path(), config.haptic);
@@ -323,6 +421,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
     path.refuse("speed_m_per_s",
                 "and 'turn_speed_rad_per_s' turn wheels faster than 'limits.wheel_speed_rad_per_s'");
   apps::read_plausibility(root.table("plausibility"), config.cycle.checks_off);
+  check_path_inside(config.path, cycle.workspace.base_W_m, path);
   toml.finish();
 
   config.cycle.controller.observer.filter.period_s =

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 #include <stdexcept>
+#include <utility>
 
 namespace youbotd {
 namespace {
@@ -16,6 +17,8 @@ constexpr std::chrono::milliseconds kRestHold{50};
 constexpr std::chrono::milliseconds kBrakeTimeout{2000};
 /// Cycles with the drives off before the loop ends, so that every drive has heard it.
 constexpr std::chrono::milliseconds kOffHold{20};
+constexpr const char* kBehindHint =
+    "); braked and switched off: see what holds it back, or raise limits.force_N and limits.moment_Nm";
 
 control::WheelVector wheel_positions(const hal::RobotSample& sample) noexcept {
   control::WheelVector position_rad;
@@ -36,6 +39,7 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
       motion_(motion),
       truth_(truth),
       controller_(config.controller),
+      reference_limiter_(config.setpoint),
       sample_clock_(config.period) {
   if (robot.joints().size() < kWheels)
     throw std::invalid_argument("the base needs a robot with four wheels, this one has " +
@@ -47,6 +51,10 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
           "limits.wheel_torque_Nm = " + std::to_string(config.controller.torque_limit_Nm) +
           " is more than the " + std::to_string(wheel.torque_limit_Nm) + " N·m that " + wheel.name +
           " can deliver");
+  const double period_s = std::chrono::duration<double>(config.period).count();
+  for (std::size_t i = 0; i < kWheels; ++i)
+    torque_rates_[i] =
+        control::TorqueRate(config.torque_rate_per_s * robot.joints()[i].torque_limit_Nm, period_s);
 }
 
 void Cycle::step(nanoseconds now) noexcept {
@@ -96,6 +104,8 @@ void Cycle::step(nanoseconds now) noexcept {
         controller_.reset(position_rad);
         X_WB_ = {};
         motion_.begin(now);
+        reference_limiter_.reset(X_WB_);
+        followed_ = last_reference_ = now;
         enter(Phase::kRunning, now);
       } else if (now - phase_begin_ > config_.enable_timeout) {
         fail({.kind = StopReason::Kind::kNotEnabled,
@@ -112,18 +122,52 @@ void Cycle::step(nanoseconds now) noexcept {
 
 void Cycle::run(nanoseconds now, const control::WheelVector& position_rad, double elapsed_s) noexcept {
   const Motion motion = motion_.read(now, X_WB_);
+  const control::BaseReference reference = limit(motion.reference, now);
   const nanoseconds age = now - motion.stamp;
   if (age > config_.command_timeout) {
     keep({.kind = StopReason::Kind::kCommandTimeout, .value = std::chrono::duration<double>(age).count()});
     enter(Phase::kStopping, now);
   } else if (motion.finished) {
     enter(Phase::kStopping, now);
+  } else {
+    check_following(reference.X_WB, now);
+    check_workspace(now);
   }
-  record_.reference_W = as_array(motion.reference.X_WB);
+  record_.reference_W = as_array(reference.X_WB);
   if (phase_ == Phase::kStopping)
     brake(now, position_rad, elapsed_s);
   else
-    apply(controller_.step(position_rad, motion.reference, elapsed_s));
+    apply(controller_.step(position_rad, reference, elapsed_s));
+  if (reference_limiter_.limited()) record_.limited |= limiter::kSetpoint;
+  if (motion.at_wall) record_.limited |= limiter::kWorkspace;
+}
+
+control::BaseReference Cycle::limit(const control::BaseReference& wanted_W, nanoseconds now) noexcept {
+  const auto seconds = [](nanoseconds time) { return std::chrono::duration<double>(time).count(); };
+  const nanoseconds elapsed = now - std::exchange(last_reference_, now);
+  return reference_limiter_.step(wanted_W, seconds(elapsed > nanoseconds(0) ? elapsed : config_.period),
+                                 seconds(config_.period));
+}
+
+void Cycle::check_following(const control::PlanarPose& reference_W, nanoseconds now) noexcept {
+  const double off_m = std::hypot(reference_W.x_m - X_WB_.x_m, reference_W.y_m - X_WB_.y_m);
+  const double off_rad = std::abs(reference_W.yaw_rad - X_WB_.yaw_rad);
+  const bool near = off_m <= config_.following_error_m;
+  if (near && off_rad <= config_.following_error_rad) followed_ = now;
+  if (now - followed_ <= kFollowingTime) return;
+  using Kind = StopReason::Kind;
+  if (near)
+    keep({.kind = Kind::kTurnedBehind, .value = off_rad, .limit = config_.following_error_rad});
+  else
+    keep({.kind = Kind::kBehind, .value = off_m, .limit = config_.following_error_m});
+  enter(Phase::kStopping, now);
+}
+
+void Cycle::check_workspace(nanoseconds now) noexcept {
+  const double out_m = control::outside_m(config_.workspace.base_W_m, Eigen::Vector2d(X_WB_.x_m, X_WB_.y_m));
+  if (out_m <= control::Workspace::kMargin_m) return;
+  keep({.kind = StopReason::Kind::kOutside, .value = out_m, .limit = control::Workspace::kMargin_m});
+  enter(Phase::kStopping, now);
 }
 
 void Cycle::brake(nanoseconds now, const control::WheelVector& position_rad, double elapsed_s) noexcept {
@@ -143,8 +187,13 @@ void Cycle::brake(nanoseconds now, const control::WheelVector& position_rad, dou
 
 void Cycle::apply(const control::BaseController::Output& output) noexcept {
   keep_record(output);
-  for (std::size_t i = 0; i < kWheels; ++i)
-    command_.joints[i] = hal::JointCommand::torque_Nm(output.torque_Nm[static_cast<Eigen::Index>(i)]);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    const double wanted_Nm = output.torque_Nm[static_cast<Eigen::Index>(i)];
+    control::TorqueRate& rate = torque_rates_[i];
+    command_.joints[i] =
+        hal::JointCommand::torque_Nm(phase_ == Phase::kRunning ? rate.step(wanted_Nm) : rate.pass(wanted_Nm));
+    if (rate.limited()) record_.limited |= limiter::kTorqueRate;
+  }
   // Nobody moves the arm yet; without torque it would fall.
   for (std::size_t i = kWheels; i < robot_.joints().size(); ++i)
     command_.joints[i] = hal::JointCommand::velocity_rad_per_s(0.0);
@@ -153,14 +202,15 @@ void Cycle::apply(const control::BaseController::Output& output) noexcept {
     if (!(std::abs(record_.velocity_rad_per_s[i]) <= config_.wheel_speed_limit_rad_per_s))
       fail({.kind = StopReason::Kind::kOverspeed,
             .joint = static_cast<int>(i),
-            .value = record_.velocity_rad_per_s[i]},
+            .value = record_.velocity_rad_per_s[i],
+            .limit = config_.wheel_speed_limit_rad_per_s},
            now_);
 }
 
 void Cycle::keep_record(const control::BaseController::Output& output) noexcept {
   X_WB_ = output.X_WB;
   record_.odometry_W = as_array(output.X_WB);
-  record_.limited = output.limited;
+  record_.limited = output.limited ? limiter::kEffort : 0;
   for (std::size_t i = 0; i < 3; ++i) record_.wrench_B[i] = output.wrench_B[static_cast<Eigen::Index>(i)];
   for (std::size_t i = 0; i < kWheels; ++i)
     record_.velocity_rad_per_s[i] = output.wheel_velocity_rad_per_s[static_cast<Eigen::Index>(i)];
@@ -234,10 +284,23 @@ std::string describe(const StopReason& reason, const hal::Robot& robot) {
              " s; braked and switched off";
     case StopReason::Kind::kOverspeed:
       return when + name(reason.joint) + " turned at " + number("%.1f", reason.value) +
-             " rad/s, more than allowed; drives switched off";
+             " rad/s, more than allowed (limits.wheel_speed_rad_per_s = " + number("%g", reason.limit) +
+             "); drives switched off";
     case StopReason::Kind::kNotAtRest:
       return when + "braking for 2 s did not bring the base to rest (" + number("%.2f", reason.value) +
              " rad/s); drives switched off";
+    case StopReason::Kind::kBehind:
+      return when + "the base was " + number("%.3f", reason.value) +
+             " m from its reference, more than allowed (limits.following_error_m = " +
+             number("%g", reason.limit) + kBehindHint;
+    case StopReason::Kind::kTurnedBehind:
+      return when + "the base was turned " + number("%.3f", reason.value) +
+             " rad from its reference, more than allowed (limits.following_error_rad = " +
+             number("%g", reason.limit) + kBehindHint;
+    case StopReason::Kind::kOutside:
+      return when + "the base was " + number("%.3f", reason.value) +
+             " m outside [workspace], more than allowed (" + number("%g", reason.limit) +
+             "); braked and switched off: move it back inside";
   }
   return when + "unknown reason";
 }

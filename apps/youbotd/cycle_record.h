@@ -31,6 +31,14 @@ constexpr const char* name(Phase phase) noexcept {
   return "unknown";
 }
 
+/// What was cut in a cycle: bits, as in the recordings' column `limited`.
+namespace limiter {
+inline constexpr std::uint8_t kEffort = 1;      ///< a force, moment or torque
+inline constexpr std::uint8_t kTorqueRate = 2;  ///< the change of a torque
+inline constexpr std::uint8_t kWorkspace = 4;   ///< a set-point, at a wall of the workspace
+inline constexpr std::uint8_t kSetpoint = 8;    ///< a set-point's speed, acceleration or jerk
+}  // namespace limiter
+
 /// SI, wheels in bus order, planar values ordered x, y, yaw. The torque command is the one that acts from
 /// this sample's moment on.
 struct CycleRecord {
@@ -39,7 +47,7 @@ struct CycleRecord {
 
   std::chrono::nanoseconds time{};  ///< since the first cycle
   Phase phase = Phase::kStarting;
-  bool limited = false;
+  std::uint8_t limited = 0;  ///< bits of `limiter`
   std::array<double, 4> torque_command_Nm{};
   std::array<double, 4> torque_measured_Nm{};
   std::array<double, 4> position_rad{};

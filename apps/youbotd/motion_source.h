@@ -11,6 +11,7 @@ struct Motion {
   std::chrono::nanoseconds stamp{};  ///< when the set-point was made; too old stops the robot
   control::BaseReference reference;
   bool finished = false;  ///< nothing more to do: come to rest and switch off
+  bool at_wall = false;   ///< of the workspace: held back there
 };
 
 /// Called by the cycle's thread.
@@ -42,7 +43,7 @@ class PathSource final : public MotionSource {
   void begin(std::chrono::nanoseconds now) noexcept override { begin_ = now; }
   Motion read(std::chrono::nanoseconds now, const control::PlanarPose& /*X_WB*/) noexcept override {
     const std::chrono::duration<double> elapsed = now - begin_;
-    return {now, path_.at(elapsed.count()), elapsed >= duration()};
+    return {.stamp = now, .reference = path_.at(elapsed.count()), .finished = elapsed >= duration()};
   }
 
  private:

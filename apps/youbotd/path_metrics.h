@@ -30,7 +30,7 @@ class PathMetrics {
       worst_rad_ = std::max(worst_rad_, final_rad_);
       sum_m2_ += final_m_ * final_m_;
       ++count_;
-      if (record.limited) ++limited_;
+      if ((record.limited & limiter::kEffort) != 0) ++limited_;
     }
     if (begin_ && !first_motion_ &&
         (std::hypot(pose[0], pose[1]) > kMotion_m || std::abs(pose[2]) > kMotion_rad))

@@ -48,6 +48,9 @@ std::string report_of_any_run(const RunSummary& summary) {
   text += fmt::format("memory, CPU  {} page faults (major {}), {} involuntary context switches\n",
                       events.minor_faults + events.major_faults, events.major_faults,
                       events.involuntary_switches);
+  text += fmt::format("limiters     cycles: set-point {}, torque rate {}, wall of the workspace {}\n",
+                      summary.cycles_setpoint_limited, summary.cycles_torque_rate_limited,
+                      summary.cycles_at_wall);
   for (const std::string& line : summary.robot_report) text += fmt::format("robot says   {}\n", line);
   for (const std::string& problem : summary.not_real_time)
     text += fmt::format("NOT REAL-TIME: {}\n", problem);

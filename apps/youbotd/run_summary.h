@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/common/loop.h"
+#include "apps/youbotd/cycle_record.h"
 
 namespace youbotd {
 
@@ -16,8 +17,11 @@ struct RunSummary {
   bool virtual_time = false;
   std::vector<std::string> not_real_time;  ///< what the system refused
   apps::LoopStatistics loop;
-  bool cut_short = false;   ///< stopped on request or by the duration, before it was finished
-  std::string stop_reason;  ///< empty when nothing went wrong
+  std::uint64_t cycles_setpoint_limited = 0;
+  std::uint64_t cycles_torque_rate_limited = 0;
+  std::uint64_t cycles_at_wall = 0;  ///< of the workspace
+  bool cut_short = false;            ///< stopped on request or by the duration, before it was finished
+  std::string stop_reason;           ///< empty when nothing went wrong
   std::optional<std::filesystem::path> fault_report;
   bool recorded = false;
   std::uint64_t cycles_recorded = 0;
@@ -25,6 +29,13 @@ struct RunSummary {
   std::vector<std::string> recording_problems;
   std::vector<std::string> robot_report;  ///< what the robot has to tell, see hal::Robot::report()
 };
+
+/// `limited` as in the record of a cycle.
+inline void count_limiters(std::uint8_t limited, RunSummary& summary) noexcept {
+  if ((limited & limiter::kSetpoint) != 0) ++summary.cycles_setpoint_limited;
+  if ((limited & limiter::kTorqueRate) != 0) ++summary.cycles_torque_rate_limited;
+  if ((limited & limiter::kWorkspace) != 0) ++summary.cycles_at_wall;
+}
 
 /// Writes out a recording and takes what it tells.
 template <typename Recording>

@@ -19,6 +19,8 @@ namespace {
 
 using nlohmann::json;
 
+/// Of the following error, for the reference of a velocity.
+constexpr double kLeashShare = 2.0 / 3;
 /// Tables that are read when robot and master are opened. The rest is read anew for each run.
 constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geometry",   "ethercat",
                                                       "can",   "haptic", "simulation", "scene"};
@@ -318,7 +320,11 @@ std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& o
                                        robot_.manipulator.get());
   std::unique_ptr<MotionSource> motion;
   if (mode_ == "velocity") {
-    auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period);
+    // Short of the following error, which would stop a base that is only held back.
+    const VelocitySource::Leash leash{.m = kLeashShare * config.cycle.following_error_m,
+                                      .rad = kLeashShare * config.cycle.following_error_rad};
+    auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period, leash,
+                                                   config.cycle.workspace.base_W_m);
     if (velocity != nullptr) *velocity = source.get();
     motion = std::move(source);
   } else {

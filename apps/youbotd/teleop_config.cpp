@@ -71,8 +71,12 @@ void read_mapping(TomlTable table, control::HapticMapping::Config& mapping,
   table.number("motion_scale", mapping.motion_scale, {.min = 0.01, .max = 10});
   table.boolean("follow_rotation", mapping.follow_rotation);
   table.number("smoothing_m_per_s", smoothing.speed_m_per_s, {.min = 0.001, .max = 2});
+  table.number("smoothing_m_per_s2", smoothing.acceleration_m_per_s2, {.min = 0.1, .max = 50});
+  table.number("smoothing_m_per_s3", smoothing.jerk_m_per_s3, {.min = 10, .max = 50'000});
   table.number("smoothing_threshold_m", smoothing.threshold_m, {.min = 1e-6, .max = 0.1});
   read_degrees(table, "smoothing_deg_per_s", smoothing.turn_speed_rad_per_s, 0.1, 360);
+  read_degrees(table, "smoothing_deg_per_s2", smoothing.turn_acceleration_rad_per_s2, 10, 5000);
+  read_degrees(table, "smoothing_deg_per_s3", smoothing.turn_jerk_rad_per_s3, 1000, 5e6);
   read_degrees(table, "smoothing_threshold_deg", smoothing.turn_threshold_rad, 0.001, 20);
   table.number("rate_m_per_s", mapping.rate_speed_m_per_s, {.min = 0.001, .max = 1});
   table.number("leash_m", mapping.leash_m, {.min = 0.001, .max = 1});
@@ -122,8 +126,8 @@ void read_buttons(TomlTable table, Teleoperation::Config& control) {
   table.number("gripper_open_m", control.gripper_open_m, {.min = 0, .max = 0.023});
 }
 
-void read_arm(TomlTable table, control::WholeBodyController::Config& robot,
-              double& joint_speed_limit_rad_per_s) {
+void read_arm(TomlTable table, Teleoperation::Config& control) {
+  control::WholeBodyController::Config& robot = control.robot;
   table.numbers("coulomb_Nm", robot.arm_friction.coulomb_Nm, {.min = 0, .max = 10});
   table.numbers("viscous_Nm_s_per_rad", robot.arm_friction.viscous_Nm_s_per_rad, {.min = 0, .max = 10});
   table.number("compensation_margin", robot.arm_compensator.margin, {.min = 0, .max = 1});
@@ -132,7 +136,11 @@ void read_arm(TomlTable table, control::WholeBodyController::Config& robot,
   table.number("posture_Nm_per_rad", robot.posture_stiffness_Nm_per_rad, {.min = 0.01, .max = 100});
   table.number("posture_Nm_s_per_rad", robot.posture_damping_Nm_s_per_rad, {.min = 0.01, .max = 50});
   table.number("posture_limit_Nm", robot.posture_torque_limit_Nm, {.min = 0.01, .max = 20});
-  table.number("joint_speed_limit_rad_per_s", joint_speed_limit_rad_per_s, {.min = 0.1, .max = 10});
+  table.number("joint_speed_limit_rad_per_s", control.joint_speed_limit_rad_per_s, {.min = 0.1, .max = 10});
+  table.number("setpoint_rad_per_s", control.joint_setpoint.speed, {.min = 0.01, .max = 5});
+  table.number("setpoint_rad_per_s2", control.joint_setpoint.acceleration, {.min = 0.1, .max = 50});
+  table.number("setpoint_rad_per_s3", control.joint_setpoint.jerk, {.min = 10, .max = 50'000});
+  table.number("following_error_rad", control.joint_following_error_rad, {.min = 0.02, .max = 3});
   table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = 2});
 }
 
@@ -144,7 +152,7 @@ void read_teleoperation(TomlTable table, Teleoperation::Config& control) {
   read_mapping(table.table("mapping"), control.mapping, control.smoothing);
   read_feedback(table.table("feedback"), control);
   read_buttons(table.table("buttons"), control);
-  read_arm(table.table("arm"), control.robot, control.joint_speed_limit_rad_per_s);
+  read_arm(table.table("arm"), control);
 }
 
 }  // namespace youbotd

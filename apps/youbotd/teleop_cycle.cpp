@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <numbers>
 #include <stdexcept>
 
 namespace youbotd {
@@ -21,6 +22,8 @@ constexpr std::chrono::milliseconds kOffHold{20};
 constexpr std::chrono::milliseconds kFresh{10};
 /// After up to so many periods a wake-up was late, and the next is the earlier.
 constexpr int kPeriodsOfNoPause = 3;
+constexpr const char* kLowered = "; braked, arm lowered, switched off";
+constexpr double kDegrees = 180 / std::numbers::pi;
 
 std::array<double, 3> numbers(const Eigen::Vector3d& v) noexcept { return {v.x(), v.y(), v.z()}; }
 std::array<double, 4> numbers(const Eigen::Quaterniond& q) noexcept { return {q.w(), q.x(), q.y(), q.z()}; }
@@ -38,6 +41,9 @@ TeleopCycle::TeleopCycle(const Config& config, hal::Robot& robot, hal::HapticDev
     throw std::invalid_argument("teleoperation needs a base with one arm, " + std::to_string(kJoints) +
                                 " joints; this robot has " + std::to_string(robot.joints().size()) +
                                 ": set ethercat.kind = \"base+arm\"");
+  for (std::size_t i = 0; i < kJoints; ++i)
+    torque_rates_[i] = control::TorqueRate(config.torque_rate_per_s * robot.joints()[i].torque_limit_Nm,
+                                           config.control.period_s);
 }
 
 void TeleopCycle::step(nanoseconds now) noexcept {
@@ -103,18 +109,32 @@ void TeleopCycle::step(nanoseconds now) noexcept {
 
 void TeleopCycle::command_robot(const TeleopOutput& output) noexcept {
   robot_command_.enable = output.enable_drives;
+  torque_rate_limited_ = false;
+  // Braking and lowering are not slowed down.
+  const bool following = output.phase >= TeleopPhase::kApproaching && output.phase <= TeleopPhase::kLetGo;
   for (std::size_t i = 0; i < kWheels; ++i)
-    robot_command_.joints[i] =
-        hal::JointCommand::torque_Nm(output.wheel_torque_Nm[static_cast<Eigen::Index>(i)]);
+    robot_command_.joints[i] = hal::JointCommand::torque_Nm(
+        torque_to_send(i, output.wheel_torque_Nm[static_cast<Eigen::Index>(i)], following));
   for (std::size_t i = kWheels; i < kJoints; ++i) {
     const double target = output.arm_target[static_cast<Eigen::Index>(i - kWheels)];
     hal::JointCommand& joint = robot_command_.joints[i];
+    // The first torque takes over from a position controller, whose torque it does not know.
+    const bool had_torque = joint.mode == hal::CommandMode::kTorque;
     switch (output.arm) {
       case TeleopOutput::Arm::kPosition: joint = hal::JointCommand::position_rad(target); break;
-      case TeleopOutput::Arm::kTorque: joint = hal::JointCommand::torque_Nm(target); break;
+      case TeleopOutput::Arm::kTorque:
+        joint = hal::JointCommand::torque_Nm(torque_to_send(i, target, following && had_torque));
+        break;
     }
   }
   robot_command_.grippers[0] = {output.move_gripper, output.gripper_opening_m};
+}
+
+double TeleopCycle::torque_to_send(std::size_t joint, double wanted_Nm, bool slowed) noexcept {
+  control::TorqueRate& rate = torque_rates_[joint];
+  const double torque_Nm = slowed ? rate.step(wanted_Nm) : rate.pass(wanted_Nm);
+  torque_rate_limited_ = torque_rate_limited_ || rate.limited();
+  return torque_Nm;
 }
 
 void TeleopCycle::request_stop() noexcept {
@@ -140,6 +160,7 @@ bool TeleopCycle::finished() const noexcept { return off_ && now_ - off_since_ >
 void TeleopCycle::note_end() noexcept {
   if (control_.end() != TeleopEnd::kNone && control_.end() != end_.end) {
     end_.end = control_.end();
+    end_.excess = control_.excess();
     end_.robot = robot_status_;
     end_.master = master_status_;
     end_.time = now_ - first_;
@@ -158,7 +179,10 @@ void TeleopCycle::keep_record(const TeleopInput& input, const TeleopOutput& outp
   record_.phase = output.phase;
   record_.rate_control = output.mode == control::HapticMapping::Mode::kRate;
   record_.clutched = output.clutched;
-  record_.limited = output.limited;
+  record_.limited = output.limited ? limiter::kEffort : 0;
+  if (output.setpoint_limited) record_.limited |= limiter::kSetpoint;
+  if (output.at_wall) record_.limited |= limiter::kWorkspace;
+  if (torque_rate_limited_) record_.limited |= limiter::kTorqueRate;
   record_.protecting = output.protecting;
   record_.setpoint_p_WT_m = numbers(output.setpoint.p_WT_m);
   record_.setpoint_q_WT = numbers(output.setpoint.q_WT);
@@ -195,6 +219,7 @@ void TeleopCycle::tell_truth(const TeleopTruth& truth) noexcept {
 
 std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const hal::HapticDevice& master) {
   const std::string when = fmt::format("{:.3f} s: ", std::chrono::duration<double>(end.time).count());
+  const auto joint_name = [&] { return robot.joints()[static_cast<std::size_t>(end.excess.joint)].name; };
   switch (end.end) {
     case TeleopEnd::kRobotFault: {
       const hal::CycleStatus& status = end.robot;
@@ -204,16 +229,41 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
              (status.ok() ? "its drives went off" : robot.explain(status)) + "; drives switched off";
     }
     case TeleopEnd::kMasterFault:
-      return when + then(end.pause) + master.info().name + ": " + master.describe(end.master) +
-             "; braked, arm lowered, switched off";
+      return when + then(end.pause) + master.info().name + ": " + master.describe(end.master) + kLowered;
     case TeleopEnd::kNotEnabled: return when + control::describe(end.end);
     case TeleopEnd::kNotHomed:
       return when + control::describe(end.end) +
              "; set ethercat.home_arms = true, which MOVES THE ARM when it is enabled";
     case TeleopEnd::kNotCentred: return when + control::describe(end.end) + "; nothing has moved";
     case TeleopEnd::kWheelTooFast:
-    case TeleopEnd::kJointTooFast: return when + control::describe(end.end) + "; drives switched off";
-    default: return when + control::describe(end.end) + "; braked, arm lowered, switched off";
+    case TeleopEnd::kJointTooFast:
+      return when + fmt::format(
+                        "{} turned at {:.1f} rad/s, more than allowed ({} = {:g}); drives switched off",
+                        joint_name(), end.excess.value,
+                        end.end == TeleopEnd::kWheelTooFast ? "limits.wheel_speed_rad_per_s"
+                                                            : "teleoperation.arm.joint_speed_limit_rad_per_s",
+                        end.excess.limit);
+    case TeleopEnd::kTipOutside:
+    case TeleopEnd::kBaseOutside:
+      return when + fmt::format("the {} was {:.3f} m outside [workspace], more than allowed ({:g}){}",
+                                end.end == TeleopEnd::kTipOutside ? "tip" : "base", end.excess.value,
+                                end.excess.limit, kLowered);
+    case TeleopEnd::kJointBehind:
+      return when + fmt::format(
+                        "{} was {:.2f} rad from its set-point, more than allowed "
+                        "(teleoperation.arm.following_error_rad = {:g}): see what holds it back{}",
+                        joint_name(), end.excess.value, end.excess.limit, kLowered);
+    case TeleopEnd::kSetpointTooFar:
+      return when + fmt::format(
+                        "the tip was {:.2f} m from its set-point, more than allowed "
+                        "(teleoperation.coupling.setpoint_distance_limit_m = {:g}){}",
+                        end.excess.value, end.excess.limit, kLowered);
+    case TeleopEnd::kSetpointTurnedTooFar:
+      return when + fmt::format(
+                        "the tip was turned {:.0f}° from its set-point, more than allowed "
+                        "(teleoperation.coupling.setpoint_turn_limit_deg = {:.0f}){}",
+                        end.excess.value * kDegrees, end.excess.limit * kDegrees, kLowered);
+    default: return when + control::describe(end.end) + kLowered;
   }
 }
 

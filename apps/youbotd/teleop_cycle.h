@@ -1,7 +1,9 @@
 /// @file
 /// One cycle of teleoperation: exchange with master and robot, decide, command both.
 #pragma once
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <string>
 
 #include "apps/common/monitored_robot.h"
@@ -10,6 +12,7 @@
 #include "apps/youbotd/teleop_record.h"
 #include "control/port_energy.h"
 #include "control/teleoperation.h"
+#include "control/torque_rate.h"
 #include "hal/haptic_device.h"
 #include "hal/robot.h"
 
@@ -29,6 +32,7 @@ class TeleopCycle {
  public:
   struct Config {
     control::Teleoperation::Config control;
+    double torque_rate_per_s = control::kTorqueRate_per_s;  ///< as in Cycle::Config
     std::chrono::nanoseconds stall_timeout{100'000'000};
     std::chrono::nanoseconds enable_timeout{30'000'000'000};
     control::ChecksOff checks_off{};  ///< of the sensors
@@ -36,6 +40,7 @@ class TeleopCycle {
   /// Why it ended, with what is known of it.
   struct End {
     control::TeleopEnd end = control::TeleopEnd::kNone;
+    control::TeleopExcess excess{};
     hal::CycleStatus robot{};
     hal::HapticStatus master{};
     std::chrono::nanoseconds time{};   ///< as in the recording
@@ -65,6 +70,7 @@ class TeleopCycle {
 
  private:
   void command_robot(const control::TeleopOutput& output) noexcept;
+  double torque_to_send(std::size_t joint, double wanted_Nm, bool slowed) noexcept;
   void keep_record(const control::TeleopInput& input, const control::TeleopOutput& output) noexcept;
   void note_end() noexcept;
   void end_early() noexcept;
@@ -78,6 +84,8 @@ class TeleopCycle {
   SampleClock sample_clock_;
   RecentPause pause_;
 
+  std::array<control::TorqueRate, TeleopRecord::kJoints> torque_rates_;
+
   hal::RobotCommand robot_command_;
   hal::RobotSample robot_sample_;
   hal::HapticCommand master_command_;
@@ -85,6 +93,7 @@ class TeleopCycle {
   hal::CycleStatus robot_status_{};
   hal::HapticStatus master_status_{};
   Eigen::Vector3d held_H_N_ = Eigen::Vector3d::Zero();
+  bool torque_rate_limited_ = false;  // in this cycle
   TeleopRecord record_;
   End end_;
   bool started_ = false;

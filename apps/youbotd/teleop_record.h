@@ -22,7 +22,7 @@ struct TeleopRecord {
   control::TeleopPhase phase = control::TeleopPhase::kOff;
   bool rate_control = false;
   bool clutched = false;
-  bool limited = false;
+  std::uint8_t limited = 0;  ///< bits of `limiter`
   bool protecting = false;
   std::array<double, 3> setpoint_p_WT_m{};
   std::array<double, 4> setpoint_q_WT{};

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "apps/common/build_info.h"
+#include "apps/youbotd/workspace_comments.h"
 
 namespace youbotd {
 namespace {
@@ -101,16 +102,18 @@ void append_teleop(apps::RecordingFile& file, const TeleopRecord& record) {
 
 TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
                                  const std::filesystem::path& config_file, std::chrono::nanoseconds period,
-                                 bool simulated)
+                                 bool simulated, const control::Workspace& workspace)
     : new_recording_(directory, config_file, setup_problems_),
-      file_(open(period, simulated)),
+      file_(open(period, simulated, workspace)),
+      way_({{"base"}, {"set-point", report::Style::kDashed}, {"tip"}}, /*from_the_side=*/true, workspace),
+      report_(directory / "report.html"),
       recorder_(
-          kRingCapacity, [this](const TeleopRecord& record) { append_teleop(*file_, record); },
-          [this] { file_->flush(); }) {
+          kRingCapacity, [this](const TeleopRecord& record) { write(record); }, [this] { file_->flush(); }) {
   new_recording_.keep();
 }
 
-std::unique_ptr<apps::RecordingFile> TeleopRecording::open(std::chrono::nanoseconds period, bool simulated) {
+std::unique_ptr<apps::RecordingFile> TeleopRecording::open(std::chrono::nanoseconds period, bool simulated,
+                                                           const control::Workspace& workspace) {
   std::array<char, 32> rate_Hz{};
   std::snprintf(rate_Hz.data(), rate_Hz.size(), "%g", 1 / std::chrono::duration<double>(period).count());
   std::vector<apps::RecordingFile::Comment> comments{{"rig", "base+arm"},
@@ -118,6 +121,7 @@ std::unique_ptr<apps::RecordingFile> TeleopRecording::open(std::chrono::nanoseco
                                                      {"sample_rate_Hz", rate_Hz.data()},
                                                      {"not_measured", kNoOpening},
                                                      {"software", apps::build_version()}};
+  add_workspace(workspace, comments);
   if (!simulated) comments.push_back({"not_measured", kNoTruth});
   return new_recording_.open("teleoperation", comments, teleop_columns());
 }
@@ -129,9 +133,22 @@ bool TeleopRecording::holds_recording(const std::filesystem::path& directory) {
          std::filesystem::exists(directory / kFile, unknown);
 }
 
+void TeleopRecording::write(const TeleopRecord& record) {
+  append_teleop(*file_, record);
+  way_.add({{record.base_W[0], record.base_W[1], 0},
+            Eigen::Vector3d(record.setpoint_p_WT_m.data()),
+            Eigen::Vector3d(record.tip_p_WT_m.data())},
+           record.limited);
+}
+
 void TeleopRecording::close() noexcept {
   recorder_.stop();
   file_->close();
+  try {
+    way_.write(report_);
+  } catch (const std::exception& failure) {
+    report_problem_ = failure.what();
+  }
 }
 
 std::uint64_t TeleopRecording::cycles_recorded() const noexcept { return file_->rows_written(); }
@@ -148,6 +165,7 @@ RecordingState TeleopRecording::state() const {
 std::vector<std::string> TeleopRecording::problems() const {
   std::vector<std::string> problems = setup_problems_;
   if (!file_->error().empty()) problems.push_back(file_->error());
+  if (!report_problem_.empty()) problems.push_back(report_problem_);
   for (std::string& problem : recorder_.problems()) problems.push_back(std::move(problem));
   return problems;
 }

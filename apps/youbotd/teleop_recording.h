@@ -1,5 +1,5 @@
 /// @file
-/// A run of teleoperation on disk: teleoperation.csv, and the configuration that made it.
+/// A run of teleoperation on disk: teleoperation.csv, the configuration that made it, and report.html.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -13,6 +13,8 @@
 #include "apps/common/recording_file.h"
 #include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/teleop_record.h"
+#include "apps/youbotd/way_report.h"
+#include "control/workspace.h"
 
 namespace youbotd {
 
@@ -29,7 +31,7 @@ class TeleopRecording {
   /// Setup. @throws hal::SetupError when the file cannot be made, or its header not written; nothing is left
   /// there then. `simulated`: the truth is known.
   TeleopRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
-                  std::chrono::nanoseconds period, bool simulated);
+                  std::chrono::nanoseconds period, bool simulated, const control::Workspace& workspace);
 
   /// Cycle: wait-free.
   void add(const TeleopRecord& record) noexcept { recorder_.push(record); }
@@ -45,12 +47,17 @@ class TeleopRecording {
   std::vector<std::string> problems() const;
 
  private:
-  std::unique_ptr<apps::RecordingFile> open(std::chrono::nanoseconds period, bool simulated);
+  void write(const TeleopRecord& record);
+  std::unique_ptr<apps::RecordingFile> open(std::chrono::nanoseconds period, bool simulated,
+                                            const control::Workspace& workspace);
 
   std::vector<std::string> setup_problems_;
   apps::NewRecording new_recording_;  // takes the file away unless all is ready
   std::unique_ptr<apps::RecordingFile> file_;
-  apps::Recorder<TeleopRecord> recorder_;  // last: its thread uses the file
+  WayReport way_;
+  std::filesystem::path report_;
+  std::string report_problem_;
+  apps::Recorder<TeleopRecord> recorder_;  // last: its thread uses what is above
 };
 
 }  // namespace youbotd

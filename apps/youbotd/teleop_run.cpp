@@ -30,6 +30,7 @@ control::Teleoperation::Config fit_to_master(control::Teleoperation::Config conf
 
 TeleopCycle::Config cycle_config(const Config& config, const hal::HapticInfo& master) {
   return {.control = fit_to_master(config.teleoperation, master),
+          .torque_rate_per_s = config.cycle.torque_rate_per_s,
           .stall_timeout = config.cycle.command_timeout,
           .enable_timeout = config.cycle.enable_timeout,
           .checks_off = config.cycle.checks_off};
@@ -40,7 +41,7 @@ std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunO
   if (!options.record_directory) return nullptr;
   check_teleop_record_directory(*options.record_directory);
   return std::make_unique<TeleopRecording>(*options.record_directory, options.config_file,
-                                           config.cycle.period, simulated);
+                                           config.cycle.period, simulated, config.teleoperation.workspace);
 }
 
 double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
@@ -87,6 +88,7 @@ void TeleopRun::keep() noexcept {
   record.step = times_.step;
   if (truth_ != nullptr) cycle_.tell_truth({truth_->X_WT().translation(), truth_->contact_force_W_N()});
   sum_up(record);
+  count_limiters(record.limited, summary_);
   // What led to the end, and not the long lowering of the arm that follows.
   if (!cycle_.end().fault() || record.time - cycle_.end().time < kAfterFault) flight_recorder_.add(record);
   if (after_cycle_) after_cycle_(record);

@@ -3,20 +3,29 @@
 #pragma once
 #include "apps/youbotd/motion_source.h"
 #include "control/base_path.h"
+#include "control/workspace.h"
 #include "hal/newest_value.h"
 
 namespace youbotd {
 
 /// A reference that moves at the velocity told last, no faster and no more suddenly than the limits of the
-/// path allow. It waits for a base that is held back, so that it does not dart off when it is let go.
+/// path allow. It waits for a base that is held back, so that it does not dart off when it is let go; who
+/// commands a velocity sees that, and goes on. A path has nobody to see it, and is stopped (Cycle::Config).
 class VelocitySource final : public MotionSource {
  public:
   /// The reference is never further from the base than this.
-  static constexpr double kLeash_m = 0.1;
-  static constexpr double kLeash_rad = 0.2;
+  struct Leash {
+    double m = 0.1;
+    double rad = 0.2;
+  };
 
-  VelocitySource(const control::BasePath::Limits& limits, std::chrono::nanoseconds period)
-      : limits_(limits), period_s_(std::chrono::duration<double>(period).count()) {}
+  /// `box_W_m`: the reference brakes before its walls as hard as the limits allow, and stays inside.
+  VelocitySource(const control::BasePath::Limits& limits, std::chrono::nanoseconds period, const Leash& leash,
+                 const Eigen::AlignedBox2d& box_W_m)
+      : limits_(limits),
+        leash_(leash),
+        box_W_m_(box_W_m),
+        period_s_(std::chrono::duration<double>(period).count()) {}
 
   /// From another thread: m/s ahead and to the left, rad/s counter-clockwise; finite.
   void tell(const control::PlanarVector& twist_B) noexcept { told_.publish(twist_B); }
@@ -25,7 +34,12 @@ class VelocitySource final : public MotionSource {
   Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept override;
 
  private:
+  /// No faster towards a wall than it can be braked before it.
+  control::PlanarVector braked_before_walls(const control::PlanarVector& twist_B) const noexcept;
+
   control::BasePath::Limits limits_;
+  Leash leash_;
+  Eigen::AlignedBox2d box_W_m_;
   double period_s_;
   hal::NewestValue<control::PlanarVector> told_;
   control::PlanarVector wanted_B_ = control::PlanarVector::Zero();

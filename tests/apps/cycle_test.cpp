@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"
 #include "hal/loopback_robot.h"
 #include "sim/base.h"
@@ -31,12 +32,14 @@ class ScriptedMotion final : public MotionSource {
   Motion read(nanoseconds now, const control::PlanarPose&) noexcept override {
     Motion motion{now, {}, finished};
     motion.reference.X_WB.x_m = ahead_m + speed_m_per_s * std::chrono::duration<double>(now - begin_).count();
+    motion.reference.X_WB.yaw_rad = yaw_rad;
     motion.reference.twist_W.x() = speed_m_per_s;
     if (silent_after && now - begin_ > *silent_after) motion.stamp = begin_ + *silent_after;
     return motion;
   }
   double ahead_m = 1.0;
   double speed_m_per_s = 0.0;
+  double yaw_rad = 0.0;
   bool finished = false;
   std::optional<nanoseconds> silent_after{};
 
@@ -50,9 +53,11 @@ struct Rig {
     robot.activate();
   }
 
-  /// Enough force to overcome the friction of the loaded wheels.
+  /// Enough force to overcome the friction of the loaded wheels, and a pose far ahead is no fault.
   static Cycle::Config moving() {
     Cycle::Config config;
+    config.following_error_m = 10;
+    config.setpoint = {{1e4, 1e7, 1e10}, {1e4, 1e7, 1e10}};
     config.controller.wrench_limits = {20.0, 5.0};
     return config;
   }
@@ -199,7 +204,7 @@ struct SteadyRig : Rig {
     run(4s);
   }
   static Cycle::Config strong() {
-    Cycle::Config config;
+    Cycle::Config config = moving();
     config.controller.wrench_limits = {60.0, 5.0};
     return config;
   }
@@ -275,7 +280,7 @@ TEST(Cycle, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
     support::LossyRobot bus(robot);
     bus.loses = support::LossyRobot::all_but_one_of(frames);
     ScriptedMotion motion;
-    Cycle::Config config;
+    Cycle::Config config = Rig::moving();
     config.wheel_speed_limit_rad_per_s = 17.0;
     Cycle cycle(config, bus, motion, nullptr);
     for (int n = 0; n < 200 && !cycle.stop_reason(); ++n) {
@@ -307,7 +312,7 @@ class BrokenRobot final : public hal::Robot {
 TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterHalfAMinute) {
   BrokenRobot robot;
   ScriptedMotion motion;
-  Cycle cycle(Cycle::Config{}, robot, motion, nullptr);
+  Cycle cycle(Rig::moving(), robot, motion, nullptr);
   int milliseconds = 0;
   for (; !cycle.finished() && milliseconds < 40'000; ++milliseconds) cycle.step(milliseconds * 1ms);
   EXPECT_NEAR(milliseconds, 30022, 2);
@@ -317,7 +322,7 @@ TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterHalfAMinute) {
 TEST(Cycle, HowLongTheDrivesWereWaitedForIsTold) {
   BrokenRobot robot;
   ScriptedMotion motion;
-  Cycle::Config config;
+  Cycle::Config config = Rig::moving();
   config.enable_timeout = 2500ms;
   Cycle cycle(config, robot, motion, nullptr);
   for (int i = 0; !cycle.finished() && i < 5000; ++i) cycle.step(i * 1ms);
@@ -348,7 +353,7 @@ TEST(Cycle, AFaultAfterAPauseOfThisProgramNamesThePause) {
       BrokenRobot robot;
       robot.obeys = true;
       ScriptedMotion motion;
-      Cycle cycle(Cycle::Config{}, robot, motion, nullptr);
+      Cycle cycle(Rig::moving(), robot, motion, nullptr);
       nanoseconds now{};
       for (; now < 100ms; now += 1ms) cycle.step(now);
       now += pause - 1ms;
@@ -371,7 +376,7 @@ TEST(Cycle, ALostBusSwitchesOffAndTheFirstReasonIsKept) {
   BrokenRobot robot;
   robot.obeys = true;
   ScriptedMotion motion;
-  Cycle cycle(Cycle::Config{}, robot, motion, nullptr);
+  Cycle cycle(Rig::moving(), robot, motion, nullptr);
   nanoseconds now{};
   for (; now < 100ms; now += 1ms) cycle.step(now);
   robot.status = {hal::Fault::kPartialBus, 2, 6};
@@ -382,6 +387,185 @@ TEST(Cycle, ALostBusSwitchesOffAndTheFirstReasonIsKept) {
   EXPECT_EQ(cycle.stop_reason().status.fault, hal::Fault::kPartialBus);
   EXPECT_EQ(cycle.stop_reason().joint, 2);
   EXPECT_NE(describe(cycle.stop_reason(), robot).find("wheel-3"), std::string::npos);
+}
+
+/// Held by somebody: the loopback base with less force than its wheels need to break away.
+Cycle::Config too_weak() {
+  Cycle::Config config;
+  config.controller.compensate_friction = false;
+  return config;
+}
+
+TEST(Cycle, ABaseThatDoesNotFollowIsBrakedAndSaysHowFarAndWhichLimit) {
+  Rig rig(too_weak());
+  rig.motion.ahead_m = 0;
+  rig.motion.speed_m_per_s = 0.1;
+  rig.run(1400ms);
+  EXPECT_EQ(rig.cycle.record().phase, Phase::kRunning) << "0.14 m behind";
+  rig.run(500ms);
+  EXPECT_EQ(rig.cycle.stop_reason().kind, StopReason::Kind::kBehind);
+  // 0.1 m/s, for the 0.2 s that it may be further off than 0.15 m.
+  EXPECT_NEAR(rig.cycle.stop_reason().value, 0.17, 0.002);
+  const std::string text = describe(rig.cycle.stop_reason(), rig.robot);
+  EXPECT_NE(text.find("0.170 m from its reference, more than allowed (limits.following_error_m = 0.15)"),
+            std::string::npos)
+      << text;
+  rig.run(5s);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_EQ(rig.largest_command_Nm, 0.0);
+}
+
+TEST(Cycle, ABaseThatIsHeldAndLetGoAfterwardsDoesNotDart) {
+  Cycle::Config config;
+  config.controller.wrench_limits = {20, 5};
+  Rig rig(config);
+  rig.motion.ahead_m = 0;
+  rig.motion.speed_m_per_s = 0.1;
+  rig.run(500ms);
+  rig.base.push({-25, 0, 0});
+  rig.run(5s);
+  ASSERT_EQ(rig.cycle.stop_reason().kind, StopReason::Kind::kBehind);
+  rig.base.push({0, 0, 0});
+  const double held_m = rig.base.pose().x_m;
+  rig.run(5s);
+  EXPECT_NEAR(rig.base.pose().x_m, held_m, 0.01) << "the reference was 0.5 m further";
+}
+
+TEST(Cycle, ABaseThatIsTurnedOffItsReferenceIsStoppedToo) {
+  Rig rig(too_weak());
+  rig.motion.ahead_m = 0;
+  rig.motion.yaw_rad = -0.35;
+  rig.run(5s);
+  EXPECT_EQ(rig.cycle.stop_reason().kind, StopReason::Kind::kTurnedBehind);
+  const std::string text = describe(rig.cycle.stop_reason(), rig.robot);
+  EXPECT_NE(text.find("0.350 rad from its reference, more than allowed (limits.following_error_rad = 0.3)"),
+            std::string::npos)
+      << text;
+}
+
+TEST(Cycle, AFollowingErrorThatPassesSoonStopsNothing) {
+  Cycle::Config config;
+  config.setpoint = Rig::moving().setpoint;  // which would not allow the jumps
+  Rig rig(config);
+  rig.motion.ahead_m = 0;
+  rig.run(500ms);
+  rig.motion.ahead_m = 0.2;
+  rig.run(190ms);
+  rig.motion.ahead_m = 0;
+  rig.run(190ms);
+  rig.motion.ahead_m = 0.2;
+  rig.run(190ms);
+  EXPECT_FALSE(rig.cycle.stop_reason()) << describe(rig.cycle.stop_reason(), rig.robot);
+}
+
+TEST(Cycle, ATorqueThatJumpsIsSentAtTheRateOfTheDriveAndItIsRecorded) {
+  Rig rig;
+  rig.motion.ahead_m = 0;
+  rig.run(500ms);
+  rig.motion.ahead_m = 1;
+  double sent_Nm = rig.cycle.record().torque_command_Nm[0];
+  double fastest_Nm = 0;
+  bool limited = false;
+  for (int n = 0; n < 50; ++n) {
+    rig.run(1ms);
+    fastest_Nm = std::max(fastest_Nm, std::abs(rig.cycle.record().torque_command_Nm[0] - sent_Nm));
+    sent_Nm = rig.cycle.record().torque_command_Nm[0];
+    limited = limited || (rig.cycle.record().limited & limiter::kTorqueRate) != 0;
+  }
+  EXPECT_TRUE(limited);
+  EXPECT_NEAR(fastest_Nm, 1000.0 * 2.4 / 12 * 1e-3, 1e-9);
+  EXPECT_GT(std::abs(sent_Nm), fastest_Nm);
+}
+
+TEST(Cycle, AReferenceThatJumpsIsFollowedWithinTheLimitsOfSetPointsAndItIsRecorded) {
+  Cycle::Config config = Rig::moving();
+  config.setpoint = {};
+  config.following_error_m = Cycle::Config{}.following_error_m;
+  config.wheel_speed_limit_rad_per_s = 30;
+  config.controller.wrench_limits = {120, 5};  // 48 kg at 2.4 m/s²
+  Rig rig(config);
+  rig.motion.ahead_m = 0;
+  rig.run(500ms);
+  EXPECT_EQ(rig.cycle.record().limited & limiter::kSetpoint, 0);
+  rig.motion.ahead_m = 0.5;
+  double at_m = rig.cycle.record().reference_W[0];
+  double velocity = 0, fastest = 0, hardest = 0;
+  bool limited = false;
+  for (int n = 0; n < 2000; ++n) {
+    rig.run(1ms);
+    const CycleRecord& record = rig.cycle.record();
+    const double velocity_now = (record.reference_W[0] - at_m) / 1e-3;
+    fastest = std::max(fastest, velocity_now);
+    hardest = std::max(hardest, std::abs(velocity_now - velocity) / 1e-3);
+    at_m = record.reference_W[0];
+    velocity = velocity_now;
+    limited = limited || (record.limited & limiter::kSetpoint) != 0;
+  }
+  EXPECT_TRUE(limited);
+  EXPECT_EQ(rig.cycle.record().limited & limiter::kSetpoint, 0) << "arrived";
+  EXPECT_LE(fastest, control::kBaseLimits.speed + 1e-9);
+  EXPECT_LE(hardest, control::kBaseLimits.acceleration + 1e-6);
+  EXPECT_EQ(at_m, 0.5);
+  EXPECT_FALSE(rig.cycle.stop_reason()) << describe(rig.cycle.stop_reason(), rig.robot);
+  EXPECT_NEAR(rig.base.pose().x_m, 0.5, 0.05);
+}
+
+TEST(Cycle, BrakingIsNotSlowedDown) {
+  Cycle::Config config = Rig::moving();
+  config.torque_rate_per_s = 1;  // 2.4 mN·m a cycle
+  Rig rig(config);
+  rig.run(3s);
+  ASSERT_GT(rig.speed_m_per_s(), 0.05);
+  const double driving_Nm = rig.cycle.record().torque_command_Nm[1];
+  rig.cycle.request_stop();
+  rig.run(2ms);
+  EXPECT_LT(rig.cycle.record().torque_command_Nm[1] * driving_Nm, 0) << "against the motion at once";
+  EXPECT_EQ(rig.cycle.record().limited & limiter::kTorqueRate, 0);
+}
+
+TEST(Cycle, ABaseThatLeavesItsWorkspaceByMoreThanTheMarginIsBraked) {
+  Cycle::Config config = Rig::moving();
+  config.workspace.base_W_m.max().x() = 0.2;
+  Rig rig(config);  // 1 m ahead
+  rig.run(5s);
+  EXPECT_EQ(rig.cycle.stop_reason().kind, StopReason::Kind::kOutside);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_GT(rig.base.pose().x_m, 0.25);
+  // 20 N on 48 kg took it there in 0.25 m, and need no more to stop it, as friction helps.
+  EXPECT_LT(rig.base.pose().x_m, 0.25 + 0.25);
+  const std::string text = describe(rig.cycle.stop_reason(), rig.robot);
+  EXPECT_NE(text.find("the base was 0.050 m outside [workspace]"), std::string::npos) << text;
+}
+
+/// A base of a service, steered by velocity.
+TEST(Cycle, ABaseThatIsSteeredAtAWallStopsThereAndGoesOnWhenSteeredAway) {
+  Cycle::Config config;
+  config.controller.wrench_limits = {20, 5};
+  config.workspace.base_W_m.max().x() = 0.3;
+  VelocitySource source({.speed_m_per_s = 0.2, .acceleration_m_per_s2 = 0.1}, 1ms, {.m = 0.09, .rad = 0.18},
+                        config.workspace.base_W_m);
+  hal::VirtualClock clock;
+  sim::Base base{sim::BaseParameters{}};
+  hal::LoopbackRobot robot(base, clock, 1ms,
+                           {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
+  robot.activate();
+  Cycle cycle(config, robot, source, &base.pose());
+  const auto run = [&](nanoseconds duration) {
+    for (const nanoseconds end = clock.now() + duration; clock.now() < end;) {
+      clock.sleep_until(clock.now() + 1ms);
+      cycle.step(clock.now());
+      ASSERT_LT(base.pose().x_m, 0.3 + 0.02);
+    }
+  };
+  source.tell({0.2, 0, 0});
+  run(10s);
+  EXPECT_NEAR(base.pose().x_m, 0.3, 0.03);
+  EXPECT_NE(cycle.record().limited & limiter::kWorkspace, 0);
+  EXPECT_FALSE(cycle.stop_reason()) << describe(cycle.stop_reason(), robot);
+  source.tell({-0.2, 0, 0});
+  run(2s);
+  EXPECT_LT(base.pose().x_m, 0.2);
+  EXPECT_EQ(cycle.record().limited & limiter::kWorkspace, 0);
 }
 
 TEST(Cycle, ARobotWithoutFourWheelsIsRefused) {

@@ -48,7 +48,10 @@ struct BaseRig {
   sim::Base base;
   hal::LoopbackRobot robot{base, clock, kPeriod, wheels()};
   support::LyingRobot liar{robot};
-  youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5}, kPeriod};
+  youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5},
+                                 kPeriod,
+                                 {.m = 0.1, .rad = 0.2},
+                                 control::Workspace{}.base_W_m};
   youbotd::Cycle cycle{config(), liar, motion, nullptr};
 };
 

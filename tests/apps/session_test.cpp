@@ -58,11 +58,15 @@ TEST_F(Session, TheDemoBaseFollowsItsPathWithCompensationOnly) {
   EXPECT_LT(with.path.rms_m(), 0.02);    // a fiftieth of the path's size
   EXPECT_LT(with.path.final_m(), 0.02);  // friction left over by the margin, against 150 N/m: 2 N is 13 mm
   EXPECT_LT(with.path.final_rad(), 0.03);
+  EXPECT_EQ(with.cycles_torque_rate_limited, 0U) << "of reversals of friction, too";
+
+  EXPECT_EQ(with.cycles_setpoint_limited, 0U);
 
   config.cycle.controller.compensate_friction = false;
   const Summary without = run_session(config, options, stop);
-  EXPECT_TRUE(without.stop_reason.empty());
   EXPECT_FALSE(without.path.first_motion().has_value());
+  EXPECT_TRUE(without.fell_behind) << without.stop_reason;
+  EXPECT_LT(without.path.worst_m(), 0.18) << "it was 1.2 m off before there was a limit";
 }
 
 TEST_F(Session, RunsWithTheSameSeedGiveEqualRecordings) {
@@ -103,6 +107,61 @@ TEST_F(Session, RecordsEveryCycleOfEveryWheelInTheContractsFormat) {
   EXPECT_GT(wheel[wheel.size() / 2][1], 0.02);
   EXPECT_TRUE(fs::exists(*options.record_directory / "config.toml"));
   EXPECT_EQ(rows(*options.record_directory / "base.csv", 37).size(), summary.loop.cycles);
+}
+
+TEST_F(Session, TheWorkspaceIsInTheRecordingsHeader) {
+  const fs::path file = directory.write("walls.toml", "[workspace]\nbase_x_m = [-0.5, 1.5]\n");
+  config = load_config(file);
+  options.config_file = file;
+  options.duration = 100ms;
+  options.record_directory = directory / "run";
+  (void)run_session(config, options, stop);
+  std::ifstream base(directory / "run/base.csv");
+  const std::string text(std::istreambuf_iterator<char>(base), {});
+  EXPECT_NE(text.find("# workspace_base_x_m: -0.5 1.5\n"), std::string::npos) << text.substr(0, 400);
+  EXPECT_EQ(text.find("workspace_base_y_m"), std::string::npos) << "no wall there";
+}
+
+TEST_F(Session, TheReportBesideARecordingDrawsTheWayAndTheWallsAndCountsWhatWasLimited) {
+  const std::string legs =
+      "[path]\nspeed_m_per_s = 0.4\nacceleration_m_per_s2 = 0.3\n[[path.leg]]\nforward_m = 0.1\n";
+  const fs::path file = directory.write(
+      "walls.toml", "[limits]\nsetpoint_m_per_s2 = 0.2\n[workspace]\nbase_x_m = [-0.5, 1.5]\n" + legs);
+  config = load_config(file);
+  options.config_file = file;
+  options.record_directory = directory / "run";
+  const Summary summary = run_session(config, options, stop);
+  EXPECT_TRUE(summary.stop_reason.empty()) << summary.stop_reason;
+  EXPECT_TRUE(summary.recording_problems.empty());
+  EXPECT_GT(summary.cycles_setpoint_limited, 0U);
+  std::ifstream page(directory / "run/report.html");
+  const std::string text(std::istreambuf_iterator<char>(page), {});
+  EXPECT_NE(text.find("walls for the base's centre"), std::string::npos);
+  EXPECT_NE(text.find("From above"), std::string::npos);
+  // Two walls, from one end to the other of what was driven and a tenth of a metre more.
+  EXPECT_NE(text.find("[-0.5,-0.5,-0.5,1.5,1.5,1.5]"), std::string::npos);
+  const std::size_t row = text.find("speed, acceleration or jerk of a set-point");
+  ASSERT_NE(row, std::string::npos);
+  EXPECT_NE(text.substr(row, 120).find(">" + std::to_string(summary.cycles_setpoint_limited) + "<"),
+            std::string::npos)
+      << text.substr(row, 120);
+}
+
+TEST_F(Session, AWorkspaceThatCannotBeIsRefused) {
+  const auto refusal = [&](const std::string& text) {
+    try {
+      (void)load_config(directory.write("walls.toml", text));
+    } catch (const apps::ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  const std::string leg = "[[path.leg]]\nforward_m = 1\n";
+  EXPECT_NE(refusal("[workspace]\nbase_x_m = [-1, 0.9]\n" + leg).find("leads out of [workspace], at x = 0.9"),
+            std::string::npos);
+  EXPECT_EQ(refusal("[workspace]\nbase_x_m = [-1, 1.1]\n" + leg), "accepted");
+  EXPECT_NE(refusal("[workspace]\nbase_x_m = [0.5, 1]\n").find("leave out the origin"), std::string::npos);
+  EXPECT_NE(refusal("[workspace]\ntip_z_m = [1, 0]\n").find("no room"), std::string::npos);
 }
 
 TEST_F(Session, ARecordingIsNeverReplaced) {
@@ -273,6 +332,15 @@ TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
   EXPECT_EQ(config.cycle.period, defaults.cycle.period);
   EXPECT_EQ(config.cycle.command_timeout, defaults.cycle.command_timeout);
   EXPECT_EQ(config.cycle.wheel_speed_limit_rad_per_s, defaults.cycle.wheel_speed_limit_rad_per_s);
+  EXPECT_NEAR(config.cycle.torque_rate_per_s, defaults.cycle.torque_rate_per_s, 1e-3);
+  EXPECT_EQ(config.cycle.setpoint.linear.speed, defaults.cycle.setpoint.linear.speed);
+  EXPECT_EQ(config.cycle.setpoint.linear.acceleration, defaults.cycle.setpoint.linear.acceleration);
+  EXPECT_EQ(config.cycle.setpoint.linear.jerk, defaults.cycle.setpoint.linear.jerk);
+  EXPECT_EQ(config.cycle.setpoint.turning.speed, defaults.cycle.setpoint.turning.speed);
+  EXPECT_EQ(config.cycle.setpoint.turning.acceleration, defaults.cycle.setpoint.turning.acceleration);
+  EXPECT_EQ(config.cycle.setpoint.turning.jerk, defaults.cycle.setpoint.turning.jerk);
+  EXPECT_EQ(config.cycle.following_error_m, defaults.cycle.following_error_m);
+  EXPECT_EQ(config.cycle.following_error_rad, defaults.cycle.following_error_rad);
   EXPECT_EQ(config.real_time.priority, defaults.real_time.priority);
   EXPECT_EQ(config.path.limits.speed_m_per_s, defaults.path.limits.speed_m_per_s);
   EXPECT_EQ(config.path.limits.turn_speed_rad_per_s, defaults.path.limits.turn_speed_rad_per_s);

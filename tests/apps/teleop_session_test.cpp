@@ -165,6 +165,15 @@ TEST_F(TeleopSession, TheDemoDoesAllItsTasksAndTheSummaryIsThatOfItsCycles) {
                           }),
             0);
 
+  // Limits that are for what goes wrong: some leaps of the arm's friction compensation on its way to the
+  // start.
+  const auto cut = [](const auto& r) { return (r.limited & limiter::kTorqueRate) != 0; };
+  EXPECT_EQ(summary.cycles_torque_rate_limited,
+            static_cast<std::uint64_t>(std::count_if(seen.begin(), seen.end(), cut)));
+  EXPECT_LT(summary.cycles_torque_rate_limited, seen.size() / 1000);
+  EXPECT_TRUE(std::none_of(seen.begin(), seen.end(),
+                           [&](const auto& r) { return r.phase == TeleopPhase::kOperating && cut(r); }));
+
   // The robot: the arm alone reaches 0.35 m, the wall is at 1.08 m.
   EXPECT_EQ(summary.furthest_base_m,
             largest([](const auto& r) { return std::hypot(r.base_W[0], r.base_W[1]); }));

@@ -293,6 +293,11 @@ TEST(TeleoperationFaults, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
       }
       EXPECT_EQ(cycle.end().end, turning.end);
       EXPECT_EQ(cycle.phase(), TeleopPhase::kFaulted);
+      EXPECT_EQ(cycle.end().excess.joint, static_cast<int>(turning.joint));
+      EXPECT_GT(cycle.end().excess.value, cycle.end().excess.limit);
+      EXPECT_LT(cycle.end().excess.value, 1.1 * turning.speed_rad_per_s);
+      const std::string text = describe(cycle.end(), robot, master);
+      EXPECT_NE(text.find(robot.joints()[turning.joint].name + " turned at "), std::string::npos) << text;
     }
 }
 

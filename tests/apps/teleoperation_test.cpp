@@ -119,9 +119,31 @@ TEST(Teleoperation, AnArmThatIsHeldUpEndsTheStart) {
   scene.environment.spring = sim::TetherSpring{{0.17, 0, 0.57}, 1e4, 50};  // by the tip, where it lies folded
   auto config = teleop_rig::quick_config();
   config.control.unfolding_timeout_s = 8;
+  config.control.joint_following_error_rad = 3;
   Rig rig(config, scene);
   ASSERT_TRUE(rig.run_until(TeleopPhase::kOff, 30s)) << control::name(rig.cycle.phase());
   EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kNotUnfolded);
+}
+
+TEST(Teleoperation, AJointThatFallsBehindWhileItUnfoldsStopsTheArmAndIsNamed) {
+  Scene scene;
+  scene.environment.spring = sim::TetherSpring{{0.17, 0, 0.57}, 1e4, 50};
+  Rig rig(teleop_rig::quick_config(), scene);
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kStopping, 30s));
+  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kJointBehind);
+  // Which is furthest, by the last commands and what the joints did.
+  std::size_t furthest = 4;
+  const auto off_rad = [&](std::size_t joint) {
+    const TeleopRecord& r = rig.records[rig.records.size() - 2];
+    return std::abs(r.command[joint] - r.position_rad[joint]);
+  };
+  for (std::size_t i = 5; i < 9; ++i)
+    if (off_rad(i) > off_rad(furthest)) furthest = i;
+  EXPECT_GT(off_rad(furthest), 0.4);
+  const std::string text = describe(rig.cycle.end(), rig.robot, rig.master);
+  EXPECT_NE(text.find(": arm-" + std::to_string(furthest - 3) + " was 0."), std::string::npos) << text;
+  EXPECT_NE(text.find("(teleoperation.arm.following_error_rad = 0.4)"), std::string::npos) << text;
+  EXPECT_TRUE(rig.run_until(TeleopPhase::kOff, 30s)) << "lowered";
 }
 
 TEST(Teleoperation, AStopBrakesAndSwitchesOffFromAnyPhase) {
@@ -415,6 +437,63 @@ TEST(Teleoperation, AHandThatFollowsItsTasksIsNeverTakenForNone) {
   expect_passive(rig);
 }
 
+TEST(Teleoperation, TheSetPointIsHeldAtAWallOfTheWorkspaceAndFollowsThePenBack) {
+  auto config = teleop_rig::quick_config();
+  config.control.workspace.tip_W_m.max().x() = config.control.start_p_WT_m.x() + 0.02;
+  const double wall_m = config.control.workspace.tip_W_m.max().x();
+  Rig rig(config);
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  rig.run(1s);
+  rig.hand.move_to({-0.05, 0, 0}, 1500ms);
+  rig.run(3s);
+  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kOperating);
+  EXPECT_TRUE(std::none_of(rig.records.begin(), rig.records.end(), [wall_m](const TeleopRecord& r) {
+    return r.phase == TeleopPhase::kOperating && r.setpoint_p_WT_m[0] > wall_m + 1e-12;
+  }));
+  EXPECT_NEAR(rig.last().setpoint_p_WT_m[0], wall_m, 1e-9);
+  EXPECT_NE(rig.last().limited & youbotd::limiter::kWorkspace, 0);
+  rig.hand.move_to({0, 0, 0}, 1500ms);
+  rig.run(3s);
+  EXPECT_LT(rig.last().setpoint_p_WT_m[0], wall_m - 0.01);
+  EXPECT_EQ(rig.last().limited & youbotd::limiter::kWorkspace, 0);
+}
+
+/// By a force that grows for 10 s: a joint that is pushed through fast is taken for one whose sensor lies.
+bool pushed_until_it_stops(Rig& rig, const Eigen::Vector3d& force_N) {
+  for (int n = 0; n < 10'000; ++n) {
+    rig.plant.push_tip(n / 10'000.0 * force_N);
+    rig.step();
+    if (rig.cycle.phase() == TeleopPhase::kStopping) return true;
+  }
+  return false;
+}
+
+TEST(Teleoperation, ATipThatIsPushedOutOfItsWorkspaceStops) {
+  auto config = teleop_rig::quick_config();
+  config.control.workspace.tip_W_m.max().y() = 0.02;
+  Rig rig(config);
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  ASSERT_TRUE(pushed_until_it_stops(rig, {0, 60, 0}));
+  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kTipOutside);
+  const std::string text = describe(rig.cycle.end(), rig.robot, rig.master);
+  EXPECT_NE(text.find("the tip was 0.05"), std::string::npos) << text;
+}
+
+TEST(Teleoperation, ABaseThatIsPulledOutOfItsWorkspaceStops) {
+  auto config = teleop_rig::quick_config();
+  config.control.workspace.base_W_m.max().x() = 0.0;
+  Rig rig(config);
+  ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
+  ASSERT_TRUE(pushed_until_it_stops(rig, {60, 0, 0})) << rig.last().base_W[0];
+  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kBaseOutside);
+}
+
+TEST(Teleoperation, AStartOutsideTheWorkspaceIsRefused) {
+  auto config = teleop_rig::quick_config();
+  config.control.workspace.tip_W_m.max().x() = 0.1;
+  EXPECT_THROW(Rig{config}, std::invalid_argument);
+}
+
 // --- Contact ---
 
 /// How a hand with little damping of its own presses on a wall under strong feedback.
@@ -432,7 +511,8 @@ Pressed press_on_wall(double wall_N_per_m, bool passivity) {
   auto config = teleop_rig::quick_config();
   config.control.feedback.force_scale = 0.25;  // the hand feels 2800 N/m
   config.control.tank.active = passivity;
-  config.control.detect_release = false;  // it is the passivity that is looked at
+  config.control.detect_release = false;  // it is the passivity that is looked at,
+  config.torque_rate_per_s = 1000;        // and a torque rate takes some of the instability
   Rig rig(config, scene);
   if (!rig.run_until(TeleopPhase::kOperating)) {
     ADD_FAILURE() << "no start";

@@ -31,7 +31,9 @@ struct VelocitySourceTest : testing::Test {
                                    .acceleration_m_per_s2 = 0.25,
                                    .turn_speed_rad_per_s = 1.0,
                                    .turn_acceleration_rad_per_s2 = 0.5};
-  VelocitySource source{limits, 1ms};
+  VelocitySource::Leash leash{.m = 0.07, .rad = 0.15};
+  Eigen::AlignedBox2d box = control::Workspace{}.base_W_m;
+  VelocitySource source{limits, 1ms, leash, box};
   PlanarPose base;
   PlanarVector motion_W = PlanarVector::Zero();
   double largest_step = 0;
@@ -97,9 +99,33 @@ TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
   source.begin(0ns);
   source.tell({0.5, 0, 0.8});
   const Motion motion = drive(30, /*held=*/true);
-  EXPECT_NEAR(std::hypot(motion.reference.X_WB.x_m, motion.reference.X_WB.y_m), VelocitySource::kLeash_m,
-              1e-9);
-  EXPECT_NEAR(motion.reference.X_WB.yaw_rad, VelocitySource::kLeash_rad, 1e-9);
+  EXPECT_NEAR(std::hypot(motion.reference.X_WB.x_m, motion.reference.X_WB.y_m), leash.m, 1e-9);
+  EXPECT_NEAR(motion.reference.X_WB.yaw_rad, leash.rad, 1e-9);
+}
+
+TEST_F(VelocitySourceTest, BrakesBeforeAWallWithinTheAccelerationAndGlidesAlongIt) {
+  box = {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)};
+  VelocitySource walled(limits, 1ms, leash, box);
+  walled.begin(0ns);
+  walled.tell({0.4, 0.1, 0});
+  PlanarVector last = PlanarVector::Zero();
+  Motion motion;
+  for (int i = 0; i < 8000; ++i) {
+    motion = walled.read(now += 1ms, base);
+    // Of the square root's last step a period is too long.
+    EXPECT_LE((motion.reference.twist_W - last).head<2>().norm(), 2 * 0.25e-3) << i;
+    last = motion.reference.twist_W;
+    base = motion.reference.X_WB;
+    ASSERT_LE(base.x_m, 1.0);
+  }
+  EXPECT_NEAR(base.x_m, 1.0, 1e-3);
+  // Less what it took to speed up: 0.412 m/s at 0.25 m/s².
+  EXPECT_NEAR(base.y_m, 0.1 * (8 - 0.412 / 0.25 / 2), 0.01) << "along the wall it goes on";
+  EXPECT_TRUE(motion.at_wall);
+  walled.tell({-0.4, 0, 0});
+  for (int i = 0; i < 2000; ++i) base = (motion = walled.read(now += 1ms, base)).reference.X_WB;
+  EXPECT_LT(base.x_m, 0.8) << "away from it at once";
+  EXPECT_FALSE(motion.at_wall);
 }
 
 }  // namespace velocity_source_test

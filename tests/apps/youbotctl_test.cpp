@@ -35,6 +35,7 @@ struct Youbotctl : testing::Test {
   Youbotctl()
       : config(folder.write("base.toml",
                             "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n"
+                            "[workspace]\nbase_x_m = [-2.5, 1.5]\nbase_y_m = [-1.2, 1.2]\n"
                             "[compensation]\nfilter_cutoff_rad_per_s = 50\n[path]\nspeed_m_per_s = 0.2\n"
                             "acceleration_m_per_s2 = 0.2\n[[path.leg]]\nforward_m = 0.1\n")) {}
 
@@ -367,6 +368,17 @@ TEST_F(Youbotctl, NoSettingGoesAboveAnyLimitOfTheFile) {
                                                  {"limits.moment_Nm", "49", "0.1"},
                                                  {"limits.wheel_torque_Nm", "2.49", "0.1"},
                                                  {"limits.wheel_speed_rad_per_s", "29", "11"},
+                                                 {"limits.torque_rate_per_s", "900", "50"},
+                                                 {"limits.setpoint_m_per_s", "4.9", "0.5"},
+                                                 {"limits.setpoint_m_per_s2", "49", "1"},
+                                                 {"limits.setpoint_m_per_s3", "49000", "500"},
+                                                 {"limits.setpoint_rad_per_s", "9", "1"},
+                                                 {"limits.setpoint_rad_per_s2", "99", "9"},
+                                                 {"limits.setpoint_rad_per_s3", "99000", "900"},
+                                                 {"workspace.base_x_m", "[-3, 1]", "[-2, 1]"},
+                                                 {"workspace.base_y_m", "[-1, 3]", "[-1, 1]"},
+                                                 {"limits.following_error_m", "1", "0.05"},
+                                                 {"limits.following_error_rad", "1", "0.1"},
                                                  {"path.turn_speed_rad_per_s", "0.6", "0.1"},
                                                  {"path.turn_acceleration_rad_per_s2", "19", "0.01"}});
   for (const auto& [key, above, below] : limits) {
@@ -386,6 +398,18 @@ TEST_F(Youbotctl, NoSettingWeakensWhatProtectsTheHandAndTheArm) {
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   for (const auto& [key, value] : {std::pair{"arm.torque_limit_Nm", "[1, 1, 1, 1, 14]"},
                                    {"arm.joint_speed_limit_rad_per_s", "9.9"},
+                                   {"arm.following_error_rad", "0.9"},
+                                   {"arm.setpoint_rad_per_s", "4.9"},
+                                   {"arm.setpoint_rad_per_s2", "49"},
+                                   {"arm.setpoint_rad_per_s3", "49000"},
+                                   {"mapping.smoothing_m_per_s", "1.9"},
+                                   {"mapping.smoothing_m_per_s2", "49"},
+                                   {"mapping.smoothing_m_per_s3", "49000"},
+                                   {"mapping.smoothing_deg_per_s", "300"},
+                                   {"mapping.smoothing_deg_per_s2", "4900"},
+                                   {"mapping.smoothing_deg_per_s3", "4900000"},
+                                   {"coupling.setpoint_distance_limit_m", "1.9"},
+                                   {"coupling.setpoint_turn_limit_deg", "150"},
                                    {"coupling.force_limit_N", "199"},
                                    {"coupling.moment_limit_Nm", "49"},
                                    {"feedback.force_limit_N", "11.9"}}) {

@@ -28,11 +28,16 @@ constexpr double kStep_m = 2.5e-4;
 constexpr double kThreshold_m = 5e-4;
 constexpr double kTurn_rad = 0.01 * kDegree;
 constexpr double kTurnThreshold_rad = 0.05 * kDegree;
+constexpr double kNone = std::numeric_limits<double>::infinity();
 const SetpointSmoothing::Config kThesis{.period_s = 1e-3,
                                         .speed_m_per_s = kStep_m / 1e-3,
                                         .threshold_m = kThreshold_m,
                                         .turn_speed_rad_per_s = kTurn_rad / 1e-3,
                                         .turn_threshold_rad = kTurnThreshold_rad,
+                                        .acceleration_m_per_s2 = kNone,
+                                        .jerk_m_per_s3 = kNone,
+                                        .turn_acceleration_rad_per_s2 = kNone,
+                                        .turn_jerk_rad_per_s3 = kNone,
                                         .velocity_cutoff_Hz = 5};
 
 Quaterniond about(const Vector3d& axis, double angle_rad) {
@@ -170,6 +175,54 @@ TEST(SetpointSmoothing, NeitherStepsFurtherThanSaidNorPastItsGoal) {
   }
 }
 
+TEST(SetpointSmoothing, StartsAndStopsWithinAccelerationAndJerkAndNotPastItsGoal) {
+  const SetpointSmoothing::Config config;
+  SetpointSmoothing smoothing(config);
+  smoothing.reset(Vector3d::Zero(), Quaterniond::Identity());
+  const Vector3d goal_m(0.1, -0.05, 0);
+  const Quaterniond goal = about({1, -2, 3}, 0.3);
+  Vector3d velocity = Vector3d::Zero();
+  Vector3d acceleration = Vector3d::Zero();
+  int n = 0;
+  for (; n < 3000 && (n == 0 || smoothing.limited()); ++n) {
+    const TipSetpoint before = smoothing.setpoint();
+    const TipSetpoint after = smoothing.step(goal_m, goal);
+    const Vector3d velocity_now = (after.p_WT_m - before.p_WT_m) / config.period_s;
+    const Vector3d acceleration_now = (velocity_now - velocity) / config.period_s;
+    ASSERT_LE(acceleration_now.norm(), config.acceleration_m_per_s2 + 1e-6) << n;
+    ASSERT_LE((acceleration_now - acceleration).norm() / config.period_s, config.jerk_m_per_s3 + 1e-3) << n;
+    velocity = velocity_now;
+    acceleration = acceleration_now;
+    ASSERT_LT(after.p_WT_m.x(), goal_m.x() + 1e-5);
+  }
+  // 0.1 m at 0.25 m/s, and to speed up and brake; 0.3 rad at 0.1745 rad/s takes longer.
+  EXPECT_GT(n, 1710);
+  EXPECT_LT(n, 1800);
+  EXPECT_LT((smoothing.setpoint().p_WT_m - goal_m).norm(), config.threshold_m);
+  EXPECT_LT(smoothing.setpoint().q_WT.angularDistance(goal), config.turn_threshold_rad);
+}
+
+TEST(SetpointSmoothing, BrakesBeforeAWallAndNeverPassesIt) {
+  SetpointSmoothing::Config config;
+  config.walls_W_m.max().x() = 0.1;
+  SetpointSmoothing smoothing(config);
+  smoothing.reset(Vector3d::Zero(), Quaterniond::Identity());
+  double velocity = 0;
+  double hardest = 0;
+  for (int n = 0; n < 2000; ++n) {
+    const double before_m = smoothing.setpoint().p_WT_m.x();
+    // A hand at 0.2 m/s, which goes on beyond the wall.
+    const double after_m = smoothing.step({2e-4 * n, 0, 0}, Quaterniond::Identity()).p_WT_m.x();
+    ASSERT_LE(after_m, 0.1);
+    const double velocity_now = (after_m - before_m) / config.period_s;
+    if (after_m < 0.0999) hardest = std::max(hardest, velocity - velocity_now);
+    velocity = velocity_now;
+  }
+  EXPECT_NEAR(smoothing.setpoint().p_WT_m.x(), 0.1, 1e-6);
+  EXPECT_LE(hardest, config.acceleration_m_per_s2 * config.period_s * 1.001);
+  EXPECT_GT(hardest, 0.5 * config.acceleration_m_per_s2 * config.period_s);
+}
+
 TEST(SetpointSmoothing, ItsVelocityIsThatOfItsWayWithinTheFilter) {
   SetpointSmoothing smoothing = thesis();
   EXPECT_EQ(smoothing.setpoint().v_WT_W_m_per_s, Vector3d::Zero());
@@ -217,8 +270,10 @@ TEST(SetpointSmoothing, RefusesWhatIsNotPositiveByName) {
 TEST(SetpointSmoothing, StepDoesNotAllocateOrLock) {
   if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns malloc";
   SetpointSmoothing smoothing = thesis();
+  SetpointSmoothing limited{SetpointSmoothing::Config{}};
   const support::NoAllocGuard guard;
   smoothing.step({1, 2, 3}, Quaterniond(0, 0, 0, 1));
+  limited.step({1, 2, 3}, Quaterniond(0, 0, 0, 1));
   EXPECT_EQ(guard.violations(), 0);
 }
 

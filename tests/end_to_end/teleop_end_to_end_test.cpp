@@ -83,12 +83,12 @@ constexpr const char* kScene = "[[scene.wall]]\npoint_m = [0.75, 0, 0]\nnormal =
 constexpr const char* kFaults = R"([[fault]]
 kind = "slave_off"
 slave = 4
-at_frame = 34000
+at_frame = 42000
 duration_s = 0.5
 [[fault]]
 kind = "slave_off"
 slave = 4
-at_frame = 75000
+at_frame = 90000
 duration_s = 0.5
 )";
 
