@@ -32,7 +32,7 @@ constexpr Proof kScaled{1.6, 0.005, 4.0};
 /// An encoder of which edges are lost or counted twice shows a whole multiple or part; slip shows anything.
 constexpr Proof kMiscounted{0.5, 0.006, 4.0};
 constexpr double kMiscountedTolerance = 0.05;
-constexpr double kMostMiscounted = 4.0;
+constexpr double kWholeFactors = 4.0;
 /// A wheel that is driven does not slip backwards.
 constexpr Proof kReversed{0.1, 0.02, 2.5};
 /// By which the way of a scaled wheel, from rest to any block, may miss its factor: give of gear and rollers,
@@ -45,7 +45,7 @@ constexpr double kClearlyBetter = 0.3;
 bool miscounted(double factor) noexcept {
   const double multiple = factor > 1 ? factor : 1 / factor;
   const double whole = std::round(multiple);
-  return whole <= kMostMiscounted && std::abs(multiple - whole) < kMiscountedTolerance * whole;
+  return whole <= kWholeFactors && std::abs(multiple - whole) < kMiscountedTolerance * whole;
 }
 
 }  // namespace

@@ -596,7 +596,7 @@ TEST_F(Operation, BusyMailboxesChangeNothingInTheCycle) {
   const Run busy = run(true);
   EXPECT_EQ(quiet.counters, busy.counters);
   EXPECT_EQ(quiet.inputs, busy.inputs);
-  EXPECT_EQ(busy.replies, 9 * 99) << "each of 9 slaves: a reply every three cycles";
+  EXPECT_EQ(busy.replies, 9 * 74) << "each of 9 slaves: a reply every four cycles";
 }
 
 TEST_F(Operation, ALostFrameDoesNotConfuseAnyMailbox) {
