@@ -272,6 +272,7 @@ TEST(EthercatOverVeth, AnInterfaceThatWentDownIsNamedWithTheSystemsErrorAndWorks
     ASSERT_TRUE(status.is_object());
     EXPECT_NE(status["fault"].dump().find(why), std::string::npos) << status.dump(2);
     EXPECT_NE(status["robot_state"].dump().find(why), std::string::npos) << status.dump(2);
+    EXPECT_EQ(base.tell("acknowledge").exit_code, 0);
   };
   ASSERT_EQ(support::run_command("ip link set veth-c down").exit_code, 0);
   stays_off(
