@@ -308,17 +308,17 @@ TEST(WheelAgreement, AScaledReadingIsSeenOnTheFirstCentimetres) {
     double factor;
     double latest_m;  // of way; a miscount shows sooner than a factor that slip may have as well
   };
-  for (const auto& [factor, latest_m] :
+  for (const Lie& lie :
        {Lie{0.5, 0.06}, Lie{2.0, 0.06}, Lie{3.0, 0.06}, Lie{-1.0, 0.06}, Lie{0.3, 0.11}, Lie{2.5, 0.11}}) {
     control::WheelAgreement check;
     check.restart();
     const double at_s = detected_s(2.0, [&](double t) {
       control::WheelVector position_rad = 0.5 * t * t * direction;
-      position_rad[2] *= factor;
+      position_rad[2] *= lie.factor;
       return check.update(position_rad, (0.3 + 0.6 * t) * direction.normalized(), kPeriod_s).has_value();
     });
-    ASSERT_NE(at_s, kNever) << factor;
-    EXPECT_LT(0.3 * at_s * at_s / 2, latest_m) << factor;
+    ASSERT_NE(at_s, kNever) << lie.factor;
+    EXPECT_LT(0.3 * at_s * at_s / 2, lie.latest_m) << lie.factor;
   }
 }
 
