@@ -9,6 +9,7 @@
 #include <optional>
 #include <random>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "control/planar.h"
@@ -146,7 +147,9 @@ struct Start {
   bool arm;
   Motion motion;
   int variant;
-  auto operator<=>(const Start&) const = default;
+  friend bool operator<(const Start& a, const Start& b) {
+    return std::tie(a.arm, a.motion, a.variant) < std::tie(b.arm, b.motion, b.variant);
+  }
 };
 
 /// What happens in each cycle from the lie on, when nothing lies.
