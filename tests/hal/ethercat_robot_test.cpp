@@ -340,8 +340,8 @@ class RefusingLink final : public drivers::ethercat::Link {
 };
 
 TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoTroubleAsLongAsThatIsBridged) {
+  int error = 0;  // outlives the rig, whose robot sends when it ends
   Rig rig;
-  int error = 0;
   rig.robot = make_ethercat_robot([&] { return std::make_unique<RefusingLink>(rig.emulation, error); },
                                   {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms);
   rig.robot->activate();
