@@ -6,7 +6,7 @@
 
 namespace control {
 
-/// Between whoever plans and whoever follows. A reference that keeps the limits passes unchanged.
+/// Between the planner and the controller that follows. A reference that keeps the limits passes unchanged.
 /// Cycle: all but construction.
 class ReferenceLimiter {
  public:

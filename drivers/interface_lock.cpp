@@ -41,7 +41,7 @@ int open_socket() { return socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CL
 
 const sockaddr* generic(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.name); }
 
-/// "youbotd (process 4711 of user 1000)", as far as the system tells: not of a holder in another container,
+/// "youbotd (process 4711 of user 1000)", as far as the system knows: not of a holder in another container,
 /// nor of one that does not listen.
 std::string holder_of(const Address& address) {
   ucred holder{};

@@ -19,7 +19,7 @@ class InterfaceInUse : public SetupError {
 /// So each holds its interface, by a name in the abstract space of Unix sockets: that space belongs to the
 /// network namespace, as interfaces do, and the kernel frees a name however its holder ends. Programs that do
 /// not ask for it, such as other masters, are not kept away. Any user may hold a name, as they could a file
-/// in /run/lock: so whoever is refused is told the holder's process and user, as the kernel knows them.
+/// in /run/lock: so the message of a refusal names the holder's process and user, as the kernel knows them.
 class InterfaceLock {
  public:
   enum class End : std::uint8_t { kEthercatMaster, kEthercatSlaves, kCanMaster };

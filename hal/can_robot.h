@@ -26,7 +26,7 @@ struct CanOptions {
   std::uint32_t reply_id = 2;   ///< its global parameter 70
   std::uint8_t motor = 0;
   AxisData axis = kWheelAxis;
-  /// Whoever set the rig up says that axis.range is in the module's own count since it was switched on. The
+  /// The user states that axis.range is in the module's own count since it was switched on. The
   /// module does not find an end stop, so it cannot know where the joint stands in its range.
   bool range_is_stated = false;
   /// What the interface must be set to; 0: whatever it is. Setting it takes an administrator.

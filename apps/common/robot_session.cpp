@@ -37,8 +37,8 @@ std::string fault_report_name() {
          ".csv";
 }
 
-/// Where temporary files live, and there in a folder that only this user can write to: else somebody could
-/// put a link in the place of a report.
+/// Where temporary files live, and there in a folder that only this user can write to: else another user
+/// could put a link in the place of a report.
 std::filesystem::path own_report_folder() {
   const uid_t user = geteuid();
   std::filesystem::path folder =

@@ -145,7 +145,7 @@ class Input {
     pollfd input{STDIN_FILENO, POLLIN, 0};
     // A line that is there already needs no waiting.
     const int ready = poll(&input, 1, pending_.find('\n') == pending_.npos ? kBeat_ms : 0);
-    // The robot must not go on for somebody who cannot be heard.
+    // The robot must not go on for a commander that cannot be heard.
     if (ready < 0 && errno != EINTR)
       throw hal::SetupError("standard input, /dev/stdin",
                             "wait for a line: " + std::generic_category().message(errno),

@@ -24,8 +24,8 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record);
 
 /// Writes `wheel-1.csv` … `wheel-4.csv` (format and columns of the recording contract, with the filtered
 /// velocity) and `base.csv` (poses, wrench, timing) into a directory, `config.toml`, the file that made the
-/// run, and at the end `report.html`. What cannot be written never stops the robot: it is counted and told at
-/// the end.
+/// run, and at the end `report.html`. What cannot be written never stops the robot: it is counted and
+/// reported at the end.
 class BaseRecording {
  public:
   struct Description {

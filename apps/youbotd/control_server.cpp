@@ -159,7 +159,7 @@ void ControlServer::serve(std::chrono::milliseconds patience) {
   if (watched[0].revents != 0 && !accept()) std::this_thread::sleep_for(patience);  // who waits still does
 }
 
-/// Nobody may reach the service then: the log says so, once for each problem.
+/// No client may reach the service then: the log says so, once for each problem.
 void ControlServer::complain(const char* step, int error) {
   const std::string problem =
       std::string(step) + ": " + std::strerror(error) + "; what is connected is still served";

@@ -22,7 +22,7 @@ namespace youbotd {
 std::vector<apps::RecordingFile::Column> teleop_columns();
 void append_teleop(apps::RecordingFile& file, const TeleopRecord& record);
 
-/// What cannot be written never stops the robot: it is counted and told at the end.
+/// What cannot be written never stops the robot: it is counted and reported at the end.
 class TeleopRecording {
  public:
   /// Writing there would replace an earlier recording, or somebody's configuration.

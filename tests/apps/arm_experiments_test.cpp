@@ -641,7 +641,7 @@ TEST_F(ArmExperiment, AnArmJointOnABenchRigNeedsItsRangeInTheConfiguration) {
   hal::test::CanBench* bench = nullptr;
   try {
     (void)run_there(can, bench);
-    FAIL() << "nobody knows where it stands";
+    FAIL() << "its position is not known";
   } catch (const std::invalid_argument& error) {
     EXPECT_NE(std::string(error.what()).find("range_rad in [can]"), std::string::npos) << error.what();
   }

@@ -230,7 +230,7 @@ TEST_F(ControlServerTest, IsForItsOwnerAndGroupOnly) {
 }
 
 TEST_F(ControlServerTest, AStrangerWhoGetsInMayNotCommand) {
-  SKIP_UNLESS(geteuid() == 0, "only root can become somebody else");
+  SKIP_UNLESS(geteuid() == 0, "only root can become another user");
   ControlServer server(path, echo);
   chmod(path.c_str(), 0666);
   chmod(folder.path().c_str(), 0755);
@@ -252,7 +252,7 @@ TEST_F(ControlServerTest, AStrangerWhoGetsInMayNotCommand) {
 }
 
 TEST_F(ControlServerTest, AMemberOfOurGroupMayCommandHoweverManyGroupsItHas) {
-  SKIP_UNLESS(geteuid() == 0, "only root can become somebody else");
+  SKIP_UNLESS(geteuid() == 0, "only root can become another user");
   ControlServer server(path, echo);
   chmod(path.c_str(), 0666);
   chmod(folder.path().c_str(), 0755);

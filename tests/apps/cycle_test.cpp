@@ -389,7 +389,7 @@ TEST(Cycle, ALostBusSwitchesOffAndTheFirstReasonIsKept) {
   EXPECT_NE(describe(cycle.stop_reason(), robot).find("wheel-3"), std::string::npos);
 }
 
-/// Held by somebody: the loopback base with less force than its wheels need to break away.
+/// A hand holds it: the loopback base with less force than its wheels need to break away.
 Cycle::Config too_weak() {
   Cycle::Config config;
   config.controller.compensate_friction = false;

@@ -69,7 +69,7 @@ TEST_F(TroubleLogTest, ADeviceThatSaysSomethingNewEachTimeIsToldOfTenTimes) {
   ASSERT_EQ(told.size(), 10U);
   EXPECT_EQ(told.back(), text(9));
   EXPECT_EQ(log.update({}).works_again, Lines{"slave 5"});
-  EXPECT_EQ(warnings({text(10)}, TroubleLog::kPatience), Lines{text(10)}) << "and another trouble anew";
+  EXPECT_EQ(warnings({text(10)}, TroubleLog::kPatience), Lines{text(10)}) << "and another trouble is logged";
 }
 
 }  // namespace trouble_log_test

@@ -65,7 +65,7 @@ TEST(InterfaceLock, IsHeldByWhoeverItWasMovedTo) {
 }
 
 TEST(InterfaceLock, AHolderOfAnotherUserIsNamedWithIt) {
-  SKIP_UNLESS(geteuid() == 0, "only root can become somebody else");
+  SKIP_UNLESS(geteuid() == 0, "only root can become another user");
   std::array<int, 2> ready{};
   ASSERT_EQ(pipe(ready.data()), 0);
   const pid_t stranger = fork();

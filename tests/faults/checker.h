@@ -19,7 +19,7 @@ namespace faults {
 /// - Torque is commanded only between an enable that was granted and the end of its run, and never again in
 ///   a run that switched the drives off: nothing restarts by itself.
 /// - When the run, the program or what carries its frames ends, the last torque comes within the boards'
-///   watchdog time; when somebody orders a stop or the commander is gone, within the time that this takes.
+///   watchdog time; when a client orders a stop or the commander is gone, within the time that this takes.
 /// - No commanded torque is above the limit, no wheel or arm joint and no base faster than its limit allows.
 /// - What is recorded is what happened.
 /// - The force on the hand is finite, within the device's limit, and zero without a run.

@@ -215,7 +215,7 @@ std::optional<Reply> World::ask(std::uint64_t connection, const std::string& req
   answering_ = false;
   Reply reply{answer.at("ok").get<bool>(), answer.value("error", ""), answer.at("status")};
   if (reply.ok && enabling && before["fault"] != "" && before["fault_acknowledged"] == false)
-    object("an enable is granted after a fault that nobody acknowledged");
+    object("an enable is granted after a fault that was not acknowledged");
   if (reply.ok && enabling && witness_ != nullptr) witness_->enable_granted();
   return reply;
 }

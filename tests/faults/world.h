@@ -116,7 +116,7 @@ class World final : public hal::Clock {
   nanoseconds loop_paused_until{};   ///< no cycle before
   nanoseconds beats_paused_until{};  ///< no beat and no answer before: the service's thread is held up
   bool commander_silent = false;
-  bool daemon_held_down = false;        ///< nobody starts it again
+  bool daemon_held_down = false;        ///< nothing starts it again
   std::function<void()> each_period{};  ///< for what acts on the mechanics all the time
 
  private:

@@ -3,7 +3,7 @@
 //
 // tests/data/captures/start.pcapng is a base from the first frame to its motion, and each other capture goes
 // on from there. They come from the emulated bus. When the master's frames change on purpose, this makes them
-// anew; otherwise it makes the same files again:
+// again; otherwise it makes the same files again:
 //     YOUBOT_RECORD_CAPTURES=1 build/tests/test_hal --gtest_filter='*CapturedFault*'
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ constexpr nanoseconds kFaultAt = kMoving + 5ms;
 constexpr std::size_t kProcessData_bytes = 20;
 constexpr nanoseconds kCommutation = 10ms;
 
-/// A base whose wheels are told to turn, cycle by cycle.
+/// A base whose wheels are commanded to turn, cycle by cycle.
 class Master {
  public:
   Master(std::function<std::unique_ptr<Link>()> open_link, drivers::ethercat::FrameTap* tap)
@@ -94,10 +94,10 @@ struct Fault {
   const char* name;
   int cycles;
   std::vector<FaultEvent> script{};
-  /// What somebody else does to the bus before each cycle behind kMoving.
+  /// What another party does to the bus before each cycle behind kMoving.
   std::function<void(YoubotBus&, int cycle)> meddle{};
   /// The robot is disabled with this cycle, and enabled two cycles later.
-  int enabled_anew_at = -1;
+  int enabled_again_at = -1;
 };
 
 /// What a run showed.
@@ -127,7 +127,7 @@ Seen run(Master& master, const Fault& fault, Now now, CycleEnds cycle_ends,
   for (int cycle = 0; cycle < fault.cycles; ++cycle) {
     meddle(cycle);
     master.command.enable =
-        fault.enabled_anew_at < 0 || cycle < fault.enabled_anew_at || cycle > fault.enabled_anew_at + 1;
+        fault.enabled_again_at < 0 || cycle < fault.enabled_again_at || cycle > fault.enabled_again_at + 1;
     master.cycle(now, cycle_ends);
     if (!master.status.ok() && seen.explained.empty()) seen.explained = master.robot->explain(master.status);
     seen.status.push_back(master.status);
@@ -148,7 +148,7 @@ nanoseconds capture_time() noexcept {
 }
 
 /// Gives the master's frames and their replies the address that a master has before it draws its own, so that
-/// captures that are made anew are the same files.
+/// captures that are recorded again are the same files.
 class WithoutOwnAddress final : public drivers::ethercat::FrameTap {
  public:
   explicit WithoutOwnAddress(PcapRing& ring) : ring_(ring) {}
@@ -310,7 +310,7 @@ TEST(CapturedFault, UpToTenLostAnswersAreBridged) {
   }
 }
 
-TEST(CapturedFault, TwentyLostAnswersSwitchOffUntilItIsEnabledAnew) {
+TEST(CapturedFault, TwentyLostAnswersSwitchOffUntilItIsEnabledAgain) {
   const Seen seen = replay({.name = "twenty_lost_answers",
                             .cycles = 40,
                             .script = {{.kind = FaultKind::kDropReply, .at = kFaultAt, .count = 20}}});
@@ -353,7 +353,7 @@ TEST(CapturedFault, GarbageInAMailboxIsNoAnswerAndTheDriveStaysOff) {
                                   const Bytes garbage(8, 0xA5);
                                   if (cycle >= 5) (void)bus.slave(1).post_mailbox(garbage);
                                 },
-                            .enabled_anew_at = 10});
+                            .enabled_again_at = 10});
   EXPECT_NEAR(reported_after(seen), 108, 2) << "0.1 s for an answer";
   EXPECT_EQ(seen.status.back().fault, hal::Fault::kJointFault);
   EXPECT_EQ(seen.status.back().joint, 1);
@@ -409,7 +409,7 @@ TEST(CapturedFault, ACableOutIsNamedAndBackItWaitsForANewEnable) {
       replay({.name = "cable_out_and_back",
               .cycles = 150,
               .script = {{.kind = FaultKind::kCableOut, .at = kFaultAt, .duration = 40ms, .slave = 3}},
-              .enabled_anew_at = 120});
+              .enabled_again_at = 120});
   EXPECT_NEAR(reported_after(seen), 10, 2);
   const CycleStatus first = *std::find_if(seen.status.begin(), seen.status.end(),
                                           [](const CycleStatus& status) { return !status.ok(); });

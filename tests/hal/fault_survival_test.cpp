@@ -206,7 +206,7 @@ bool is(const Outcome& outcome, const CycleStatus& status) {
 
 class FaultSurvival : public ::testing::TestWithParam<Case> {};
 
-TEST_P(FaultSurvival, IsBridgedOrStopsTheRobotUntilItIsEnabledAnew) {
+TEST_P(FaultSurvival, IsBridgedOrStopsTheRobotUntilItIsEnabledAgain) {
   Case test = GetParam();
   constexpr nanoseconds kFaultAt = 800ms;  // commutation is over, with either firmware
   test.event.at = kFaultAt;

@@ -200,7 +200,7 @@ std::vector<Failure> failures_of(const CallCounts& counts, std::size_t some, std
       for (const std::uint64_t at : numbers_up_to(count, try_all() ? at_most : some)) {
         const Failure once{.call = call, .at = at, .error = error};
         all.push_back(once);
-        // From the last one on is the same as once; and of an interface that goes down a read tells once.
+        // From the last one on is the same as once; and a read reports an interface that goes down once.
         if (!once.is_silent() && at < count && error != ENETDOWN)
           all.push_back({.call = call, .at = at, .error = error, .for_ever = true});
       }

@@ -75,7 +75,7 @@ struct Service {
   fs::path config;
 };
 
-/// Nobody can be heard or answered then: the log says so, and whoever commanded is lost.
+/// No client can be heard or answered then: the log says so, and the commander is lost.
 bool makes_deaf(const Failure& failure) {
   static const std::set<std::string> kCalls{"accept4", "getsockopt", "poll", "recv", "send"};
   return failure.for_ever && kCalls.contains(failure.call);

@@ -150,7 +150,7 @@ TEST_F(NthFailure, YoubotBenchMeasuresAndReports) {
 }
 
 TEST_F(NthFailure, YoubotBenchResumes) {
-  // A campaign that is complete: all that was written is read and reported anew.
+  // A campaign that is complete: all that was written is read and reported again.
   ASSERT_EQ(support::Process(reversals(folder / "measured")).finish().exit_code, 0);
   survives_all({.words = {support::program("youbot-bench"), "reversals", "--resume", folder / "out"},
                 .begins_with = folder / "measured",

@@ -58,7 +58,7 @@ std::string flaw_of_recording(const std::string& text, const std::string& expect
   auto at = model.lines.begin();
   for (const std::string& line : found.lines) {
     at = std::find(at, model.lines.end(), line);
-    if (at == model.lines.end()) return "has a row that nobody recorded: " + line;
+    if (at == model.lines.end()) return "has a row that was not recorded: " + line;
     ++at;
   }
   if (whole && found.lines.size() != model.lines.size())

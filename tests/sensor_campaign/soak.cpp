@@ -51,7 +51,7 @@ void load_unevenly(sim::BaseParameters& base, Random& random) {
   for (double& scale : base.loaded_friction_scale) scale = load(random);
 }
 
-/// Velocities as somebody at a joystick asks for them, until the time is over or the run ends.
+/// Velocities as a person at a joystick asks for them, until the time is over or the run ends.
 void drive(BaseRig& rig, Random& random, double until_s, double push_N) {
   while (!rig.over() && hal::seconds(rig.clock.now()) < until_s) {
     const double speed = random.chance(0.2) ? 0.2 : 1.0;

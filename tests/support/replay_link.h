@@ -18,7 +18,7 @@ namespace support {
 /// Answers a master as the capture has it, at the capture's times, for as long as the master sends what it
 /// sent then: each frame has to be the same byte by byte. The one thing that differs is the source address,
 /// which each master draws at random (unique_master_mac()): the replies carry the new one. The first frame
-/// that differs is told by difference(), and from then on the bus is silent.
+/// that differs is described by difference(), and from then on the bus is silent.
 ///
 /// Time is the capture's and passes in receive(), wait() and advance_to(): a replay takes none.
 class ReplayLink final : public drivers::ethercat::Link {
