@@ -19,6 +19,10 @@ struct BoardAxis {
   std::int32_t motor_poles = 16;
   double winding_resistance_ohm = 0.978;
   double supply_V = 24.0;
+
+  constexpr std::int32_t ticks_per_electrical_rev() const noexcept {
+    return 2 * ticks_per_motor_rev / motor_poles;
+  }
 };
 
 /// Between the board's motor-side integers and SI at the joint. Written apart from hal/axis_scale.h, so that

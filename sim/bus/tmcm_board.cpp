@@ -42,8 +42,7 @@ TmcmBoard::TmcmBoard(EmulatedSlave* slave, BoardDrive& drive, const TmcmOptions&
       options_(options),
       units_(options.axis),
       parameters_(options.firmware, options.axis, options.password),
-      commutation_(options.firmware, options.commutation_time,
-                   2 * options.axis.ticks_per_motor_rev / options.axis.motor_poles),
+      commutation_(options.firmware, options.commutation_time, options.axis.ticks_per_electrical_rev()),
       motion_(options.axis),
       zero_versions_left_(options.zero_version_replies) {
   power_changed(true);
@@ -157,6 +156,7 @@ void TmcmBoard::read_sensors() noexcept {
   const hal::JointSample sample = drive_.measured();
   const std::int64_t before = encoder_ticks_;
   encoder_ticks_ = units_.ticks(sample.position_rad);
+  if (!hall_error_) hall_angle_ = hall_angle();
   if (stuck_encoder_) counter_offset_ -= encoder_ticks_ - before;  // these counts are lost for good
   motor_.position_ticks = wrapped(encoder_ticks_ + counter_offset_);
   if (glitches_ && ticks_done_ % kGlitchPeriod == 0)
@@ -164,6 +164,18 @@ void TmcmBoard::read_sensors() noexcept {
   motor_.velocity_rpm = stuck_encoder_ ? 0.0 : units_.rpm(sample.velocity_rad_per_s);
   smooth_rpm_ += kSmoothing * (motor_.velocity_rpm - smooth_rpm_);
   current_mA_ = units_.current_mA(sample.torque_Nm);
+}
+
+/// Three Hall sensors 120° apart tell six sectors of an electrical revolution; the angle is the middle of
+/// one, 65536 to the revolution (TMCL manuals of Trinamic's BLDC modules, parameter 210). They sit on the
+/// motor: where they begin has nothing to do with the zero of the encoder's counter.
+std::int32_t TmcmBoard::hall_angle() const noexcept {
+  constexpr std::int64_t kSectors = 6;
+  constexpr std::int64_t kMounted = 137;  // encoder counts from the simulation's zero to a sector's edge
+  const std::int64_t revolution = options_.axis.ticks_per_electrical_rev();
+  const std::int64_t within = ((encoder_ticks_ + kMounted) % revolution + revolution) % revolution;
+  const std::int64_t sector = kSectors * within / revolution;
+  return static_cast<std::int32_t>((2 * sector + 1) * 0x10000 / (2 * kSectors) - 0x8000);
 }
 
 void TmcmBoard::watch() noexcept {

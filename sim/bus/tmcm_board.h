@@ -87,6 +87,7 @@ class TmcmBoard final : public Application {
 
   void tick() noexcept;
   void read_sensors() noexcept;
+  std::int32_t hall_angle() const noexcept;
   void watch() noexcept;
   void drive_motor() noexcept;
   bool bridge_enabled() const noexcept;
@@ -122,6 +123,7 @@ class TmcmBoard final : public Application {
   MotorState motor_;
   double smooth_rpm_ = 0.0;
   double current_mA_ = 0.0;  // signed
+  std::int32_t hall_angle_ = 0;
 
   // Commands.
   bool powered_ = true;

@@ -157,6 +157,7 @@ TmcmParameters::Answer TmcmBoard::get_axis_parameter(std::uint8_t number) const 
     case 160: answer.value = commutation_.searching() ? 1 : 0; break;
     case 200: answer.value = rounded(motion_.target_mA() == 0 ? 0 : motion_.target_mA() - current_mA_); break;
     case 209: answer.value = input_.position_ticks; break;
+    case 210: answer.value = hall_angle_; break;
     case 226: answer.value = ticks_between(motor_.position_ticks, target_ticks); break;
     case 228: answer.value = rounded(motion_.ramp_rpm() - motor_.velocity_rpm); break;
     default: break;

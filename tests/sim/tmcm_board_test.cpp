@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
+#include <cstdlib>
 #include <numbers>
+#include <set>
 
 #include "tests/sim/tmcm_bench.h"
 #include "tests/support/no_alloc_guard.h"
@@ -250,6 +253,25 @@ TEST(TmcmBoard, AHallSensorErrorFailsTheInitialisationOfFirmware148) {
   bench.run(600, {ControllerMode::kInitialize, 0});
   EXPECT_FALSE(bench.has(StatusFlag::kInitializationError));
   EXPECT_TRUE(bench.has(StatusFlag::kInitialized));
+}
+
+TEST_P(EitherFirmware, TheHallAngleFollowsTheRotorInSixthsOfAnElectricalRevolution) {
+  bench.start();
+  // Eight pole pairs, gear 10, and whatever the encoder counts.
+  bench.slave.set_fault(BoardFault::kStuckEncoder, true);
+  std::set<std::int32_t> angles;
+  std::int32_t last = 0;
+  int changes = 0;
+  for (int i = 0; i < 600; ++i) {
+    bench.joint.position_rad = 2 * std::numbers::pi / 80 * i / 300;  // two electrical revolutions
+    const std::int32_t angle = bench.get(210);
+    EXPECT_LE(std::abs(angle), 32768);
+    if (i > 0 && angle != last) ++changes;
+    last = angle;
+    angles.insert(angle);
+  }
+  EXPECT_EQ(angles.size(), 6U);
+  EXPECT_EQ(changes, 12);
 }
 
 // ---- watchdog ----
