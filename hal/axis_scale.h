@@ -11,6 +11,7 @@ struct AxisConstants {
   std::int32_t ticks_per_motor_rev = 1;  ///< encoder counts, all four edges
   double torque_constant_Nm_per_A = 1.0;
   bool inverted = false;  ///< positive joint motion is negative motor motion
+  int pole_pairs = 8;     ///< electrical revolutions per motor turn
 };
 
 /// Converts between a motor controller's integers (motor side) and SI at the joint:

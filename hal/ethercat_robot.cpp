@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -147,6 +148,7 @@ std::string losses_text(const BusLosses& losses) {
 struct RobotState {
   ethercat::BusState bus;
   std::vector<DriveChannel::Failure> failures;  // of each drive
+  std::bitset<kMaxJoints> without_hall;
   std::vector<GripperState> grippers;
   BusLosses losses;
   int link_error = 0;  // errno, once it has lasted longer than is bridged
@@ -410,7 +412,10 @@ void EthercatRobot::copy_state() noexcept {
   state_.link_error = gap_is_bridged() ? 0 : state_.bus.frames.link_error;
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
-  for (std::size_t i = 0; i < drives_.size(); ++i) state_.failures[i] = drives_[i].failure();
+  for (std::size_t i = 0; i < drives_.size(); ++i) {
+    state_.failures[i] = drives_[i].failure();
+    state_.without_hall[i] = drives_[i].without_hall();
+  }
   state_.grippers.resize(grippers_.size());
   for (std::size_t i = 0; i < grippers_.size(); ++i) state_.grippers[i] = grippers_[i].sample().state;
 }
@@ -597,6 +602,11 @@ std::vector<std::string> EthercatRobot::report() const {
   for (std::size_t i = 0; i < joints_.size(); ++i)
     if (const std::string failure = describe(state.failures[i]); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    if (state.without_hall[i])
+      lines.push_back(joints_[i].name +
+                      ": its drive refuses to report its Hall sensors (parameter 210), which would judge its "
+                      "encoder");
   for (std::size_t arm = 0; arm < state.grippers.size(); ++arm)
     if (state.grippers[arm] == GripperState::kAbsent)
       lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_trouble_[arm]);

@@ -51,6 +51,7 @@ enum class JointFault : std::uint8_t {
   kTorqueDisagrees,    ///< the measured torque does not follow the command
   kWheelsDisagree,     ///< four wheels cannot roll like that
   kOpposedMotion,      ///< the joint moves on against its torque
+  kHallDisagrees,      ///< the motor's Hall sensors do not turn as its encoder counts
 };
 
 /// Between which positions a joint may be driven; unlimited by default, as a wheel is.
@@ -62,6 +63,16 @@ struct JointRange {
   double width_rad() const noexcept { return upper_rad - lower_rad; }
 };
 
+/// The motor's rotor as its Hall sensors show it, beside what the encoder counted. Drives with both have it.
+struct RotorReading {
+  std::uint32_t number = 0;  ///< of the reading; 0: there is none yet
+  double hall_turn = 0.0;    ///< within an electrical revolution, 0 to 1; in sixths or finer
+  // Between these the encoder was while the Hall sensors were read, in electrical revolutions. Zero and
+  // direction have nothing to do with those of `hall_turn`.
+  double encoder_low_turn = 0.0;
+  double encoder_high_turn = 0.0;
+};
+
 struct JointSample {
   /// Continuous, never wrapped; after a loss of power it goes on from where it was. Homing sets it to zero.
   double position_rad = 0.0;
@@ -70,6 +81,7 @@ struct JointSample {
   JointFault fault = JointFault::kNone;
   /// position_rad counts as the joint's range does; otherwise from where it was at power-up.
   bool homed = false;
+  RotorReading rotor{};  ///< of drives that report it
 };
 
 }  // namespace hal

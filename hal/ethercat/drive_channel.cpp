@@ -11,7 +11,9 @@ const AxisData& axis_of(const tmcl::YoubotBoard& board) noexcept {
 }
 
 DriveChannel::DriveChannel(Setup setup)
-    : setup_(std::move(setup)), units_(axis_of(setup_.board), setup_.unsigned_current) {}
+    : setup_(std::move(setup)),
+      units_(axis_of(setup_.board), setup_.unsigned_current),
+      hall_(axis_of(setup_.board).constants, setup_.period) {}
 
 void DriveChannel::attach(drivers::ethercat::OpBus& bus) {
   transport_.emplace(bus.mailbox(setup_.slave), bus.slave(setup_.slave).label());
@@ -65,7 +67,7 @@ void DriveChannel::home_or_finish() noexcept {
 void DriveChannel::begin(Stage stage, tmcl::Sequence& sequence) noexcept {
   stage_ = stage;
   running_ = &sequence;
-  tag_ = (tag_ + 1) % kOwnTags;
+  tag_ = (tag_ + 1) % kHallTag;
   answer_.reset();
 }
 
@@ -136,6 +138,7 @@ std::string describe(const DriveChannel::Failure& failure) {
 void DriveChannel::forget() noexcept {
   position_.restart_counter();
   queue_.clear();
+  hall_.forget();
   sensed_ = homed_ = failed_ = false;
   end_sequence();
   output_ = tmcl::kStopMotor;
@@ -157,9 +160,14 @@ void DriveChannel::serve_mailbox() noexcept {
   while (const auto completion = queue_.pop()) {
     if (completion->tag >= kOwnTags)
       answer_for_others_ = completion;
+    else if (completion->tag == kHallTag)
+      hall_.answer(*completion);
     else if (completion->tag == tag_)
       answer_ = completion;
   }
+  // Behind the others, so that none waits for it.
+  if (hall_.due() && ready() && sensed_ && queue_.idle() && queue_.push(HallReader::request(), kHallTag))
+    hall_.ask();
 }
 
 void DriveChannel::ask(const tmcl::Request& request, std::uint32_t tag) noexcept {
@@ -183,6 +191,7 @@ bool DriveChannel::sense(std::span<const std::uint8_t> pdo) noexcept {
   // An arm joint never wraps the counter, so a homed one is where the counter says: a reading that was wrong
   // for a while leaves no wraps in its position.
   if (homed_) position_ticks_ = input_.position_ticks;
+  hall_.pass(position_ticks_);
   sensed_ = fresh_ = true;
   return true;
 }
@@ -190,6 +199,7 @@ bool DriveChannel::sense(std::span<const std::uint8_t> pdo) noexcept {
 JointSample DriveChannel::sample() const noexcept {
   JointSample sample = units_.sample(input_, output_, position_ticks_);
   sample.homed = homed_;
+  sample.rotor = hall_.reading();
   return sample;
 }
 

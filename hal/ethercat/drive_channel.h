@@ -19,6 +19,7 @@
 #include "drivers/tmcl/request_queue.h"
 #include "drivers/tmcl/youbot_topology.h"
 #include "hal/drive_units.h"
+#include "hal/ethercat/hall_reader.h"
 #include "hal/joint.h"
 #include "hal/youbot_axes.h"
 
@@ -67,6 +68,8 @@ class DriveChannel {
   bool failed() const noexcept { return failed_; }
   /// What keeps it from obeying; kNone too while it is being prepared.
   JointFault joint_fault() const noexcept;
+  /// It refuses to report its Hall sensors.
+  bool without_hall() const noexcept { return hall_.refused(); }
   /// The last thing that failed and has not succeeded since.
   struct Failure {
     drivers::tmcl::SequenceFault fault = drivers::tmcl::SequenceFault::kNone;
@@ -94,6 +97,8 @@ class DriveChannel {
   static constexpr std::uint32_t kOwnTags = 0x8000'0000;
 
  private:
+  static constexpr std::uint32_t kHallTag = kOwnTags - 1;  // the tags of sequences are below
+
   void forget() noexcept;
   void begin(Stage stage, drivers::tmcl::Sequence& sequence) noexcept;
   void clear_timeout() noexcept;
@@ -128,6 +133,7 @@ class DriveChannel {
   drivers::tmcl::DriveOutput output_ = drivers::tmcl::kStopMotor;
   drivers::tmcl::PositionUnwrapper position_;
   std::int64_t position_ticks_ = 0;
+  HallReader hall_;
 };
 
 /// Setup: in words, with what to try; empty without one.

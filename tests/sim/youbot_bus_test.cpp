@@ -109,6 +109,7 @@ TEST(YoubotBus, HasTheAxesThatTheDriverSoftwareExpects) {
     EXPECT_EQ(ours.ticks_per_motor_rev, theirs.constants.ticks_per_motor_rev);
     EXPECT_DOUBLE_EQ(ours.torque_constant_Nm_per_A, theirs.constants.torque_constant_Nm_per_A);
     EXPECT_EQ(ours.inverted, theirs.constants.inverted);
+    EXPECT_EQ(ours.motor_poles, 2 * theirs.constants.pole_pairs);
     EXPECT_DOUBLE_EQ(ours.current_limit_A, theirs.current_limit_A);
   };
   compare(kWheelBoardAxis, hal::kWheelAxis);

@@ -1,0 +1,73 @@
+#include "hal/ethercat/hall_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/tmcl/axis_parameters.h"
+
+namespace hal {
+namespace {
+
+constexpr std::chrono::milliseconds kHallInterval{10};
+constexpr std::chrono::seconds kSilentInterval{1};
+/// The queue hands a request over with the next frame, the one after that looks whether the mailbox is empty,
+/// and only the third carries the request: what the encoder counted before does not belong to the reading.
+constexpr int kCyclesToWrite = 3;
+
+}  // namespace
+
+HallReader::HallReader(const AxisConstants& axis, std::chrono::nanoseconds period) noexcept
+    : turns_per_tick_(static_cast<double>(axis.pole_pairs) / axis.ticks_per_motor_rev),
+      interval_cycles_(std::max(1, static_cast<int>(kHallInterval / period))),
+      patience_cycles_(std::max(1, static_cast<int>(kSilentInterval / period))) {}
+
+drivers::tmcl::Request HallReader::request() noexcept {
+  using namespace drivers::tmcl;
+  return get(drive_parameter("hall_angle"));
+}
+
+bool HallReader::due() noexcept {
+  if (wait_cycles_ > 0) --wait_cycles_;
+  return wait_cycles_ == 0 && !asked_ && !refused_;
+}
+
+void HallReader::ask() noexcept {
+  asked_ = true;
+  answered_ = false;
+  passes_ = 0;
+  wait_cycles_ = interval_cycles_;
+}
+
+void HallReader::answer(const drivers::tmcl::Completion& completion) noexcept {
+  if (!asked_) return;
+  switch (completion.outcome) {
+    case drivers::tmcl::Outcome::kDone:
+      hall_angle_ = completion.reply.value;
+      answered_ = true;
+      return;
+    case drivers::tmcl::Outcome::kRefused: refused_ = true; break;
+    default: wait_cycles_ = patience_cycles_;
+  }
+  asked_ = false;
+}
+
+void HallReader::pass(std::int64_t position_ticks) noexcept {
+  if (!asked_) return;
+  if (++passes_ <= kCyclesToWrite) low_ticks_ = high_ticks_ = position_ticks;
+  low_ticks_ = std::min(low_ticks_, position_ticks);
+  high_ticks_ = std::max(high_ticks_, position_ticks);
+  if (!answered_) return;
+  asked_ = false;
+  const double turn = hall_angle_ / 65536.0;
+  reading_ = {.number = reading_.number + 1,
+              .hall_turn = turn - std::floor(turn),
+              .encoder_low_turn = static_cast<double>(low_ticks_) * turns_per_tick_,
+              .encoder_high_turn = static_cast<double>(high_ticks_) * turns_per_tick_};
+}
+
+void HallReader::forget() noexcept {
+  asked_ = refused_ = false;
+  reading_ = {};
+}
+
+}  // namespace hal
