@@ -15,11 +15,12 @@ enum class PlausibilityCheck : std::size_t {
   kTorqueAgreement,
   kWheelAgreement,
   kOpposedMotion,
+  kHallAgreement,
 };
 /// As configuration files and docs/safety.md have them, in the order above.
-inline constexpr auto kPlausibilityCheckNames =
-    std::to_array<std::string_view>({"still_encoder", "velocity_agreement", "velocity_step",
-                                     "torque_agreement", "wheel_agreement", "opposed_motion"});
+inline constexpr auto kPlausibilityCheckNames = std::to_array<std::string_view>(
+    {"still_encoder", "velocity_agreement", "velocity_step", "torque_agreement", "wheel_agreement",
+     "opposed_motion", "hall_agreement"});
 
 /// For a robot on which a check is wrong. None by default.
 class ChecksOff {

@@ -66,6 +66,7 @@ void PlausibilityMonitor::restart() noexcept {
     joint.velocity.restart();
     joint.torque.restart();
     joint.step.restart();
+    joint.hall.restart();
   }
   if (wheels_) wheels_->restart();
   if (arm_)
@@ -132,7 +133,10 @@ hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand
   const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, elapsed_s);
   const bool torque = joint.torque.update(sample.torque_Nm, elapsed_s);
   const bool step = joint.step.update(sample.position_rad, elapsed_s);
+  const bool hall = joint.hall.update(sample.rotor);
   const auto on = [this](PlausibilityCheck check) { return !off_.has(check); };
+  // The one that names the joint whatever else is wrong.
+  if (hall && on(PlausibilityCheck::kHallAgreement)) return hal::JointFault::kHallDisagrees;
   if (still && on(PlausibilityCheck::kStillEncoder)) return hal::JointFault::kEncoderStill;
   if (velocity && on(PlausibilityCheck::kVelocityAgreement)) return hal::JointFault::kVelocityDisagrees;
   if (step && on(PlausibilityCheck::kVelocityStep)) return hal::JointFault::kVelocityStep;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "control/plausibility/checks.h"
+#include "control/plausibility/hall_agreement.h"
 #include "control/plausibility/opposed_motion.h"
 #include "control/plausibility/still_encoder.h"
 #include "control/plausibility/torque_agreement.h"
@@ -46,6 +47,7 @@ class PlausibilityMonitor {
     VelocityAgreement velocity;
     TorqueAgreement torque;
     VelocityStep step;
+    HallAgreement hall{};
   };
   hal::JointFault check(Joint& joint, const hal::JointCommand& command, const hal::JointSample& sample,
                         double elapsed_s) const noexcept;

@@ -7,7 +7,10 @@
 #include <random>
 #include <string>
 
+#include "apps/common/monitored_robot.h"
 #include "tests/apps/sensor_rigs.h"
+#include "tests/hal/ethercat_rig.h"
+#include "tests/support/lying_board.h"
 
 namespace lying_sensor_test {
 
@@ -17,7 +20,7 @@ using control::TeleopPhase;
 using sensor_rigs::ArmRig;
 using sensor_rigs::BaseRig;
 using support::Channel;
-using support::Lie;
+using support::SensorLie;
 
 // ---- the base ----
 
@@ -164,6 +167,47 @@ TEST(TrueArm, EndsNoRunInFreeSpaceNorAtAWallNorUnderAnyLoad) {
       if (load < 3) {
         EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kRequested);
       }
+    }
+}
+
+// ---- over EtherCAT, where drives report their Hall sensors, too ----
+
+/// Every joint of base and arm in turn, at rest until its encoder lies, then slowly moved by its drive.
+TEST(LyingBoard, AnEncoderOfAnotherScaleIsNamedBeforeItsJointHasGoneATenthOfARadian) {
+  for (const double factor : {0.0, 0.5, 2.0, -1.0})
+    for (std::size_t joint = 0; joint < 9; ++joint) {
+      SCOPED_TRACE(testing::Message() << "joint " << joint << " times " << factor);
+      hal::test::EthercatRig rig(hal::EthercatOptions::Kind::kBaseAndArm);
+      support::LyingBoard board(rig.emulation.board(joint), rig.emulation.slave(joint));
+      apps::MonitoredRobot robot(*rig.robot, control::PlausibilityMonitor::Wheels::kFree, {});
+      robot.activate();
+      hal::CycleStatus status;
+      const auto step = [&](double velocity_rad_per_s) {
+        rig.clock.sleep_until(rig.clock.now() + 1ms);
+        rig.command.joints.fill(hal::JointCommand::velocity_rad_per_s(velocity_rad_per_s));
+        rig.command.joints[6].target *= -1;  // arm-3 is folded at the other end of its range
+        status = robot.exchange(rig.command, rig.sample);
+        rig.emulation.advance(1ms);
+      };
+      rig.command.enable = true;
+      for (int i = 0; i < 20'000 && !rig.sample.enabled; ++i) step(0);
+      // The Hall sensors have been seen to turn, and the encoder to agree.
+      for (int i = 0; i < 1500; ++i) step(0.1);
+      for (int i = 0; i < 500; ++i) step(0);
+      ASSERT_TRUE(status.ok()) << describe(status.fault);
+      const auto true_rad = [&] { return rig.emulation.position_rad(joint); };
+      const double begin_rad = true_rad();
+      board.lie([factor](const support::BoardInputs& begin, const support::BoardInputs& now) {
+        support::BoardInputs shown = now;
+        shown.position = begin.position + static_cast<int>(factor * (now.position - begin.position));
+        shown.velocity = static_cast<int>(factor * now.velocity);
+        return shown;
+      });
+      for (int i = 0; i < 2000 && status.ok(); ++i) step(0.15);
+      ASSERT_EQ(status.fault, hal::Fault::kJointFault);
+      EXPECT_EQ(status.joint, static_cast<int>(joint));
+      EXPECT_LT(std::abs(true_rad() - begin_rad), 0.1);
+      robot.deactivate();
     }
 }
 

@@ -40,7 +40,8 @@ TEST(PlausibilityConfig, AnUnknownCheckIsRefusedWithTheNamesOfAll) {
     ASSERT_EQ(error.problems().size(), 1U);
     EXPECT_NE(error.problems().front().find(
                   "lab.toml:2: 'plausibility.off' has no check 'wheels' to switch off, but still_encoder, "
-                  "velocity_agreement, velocity_step, torque_agreement, wheel_agreement, opposed_motion"),
+                  "velocity_agreement, velocity_step, torque_agreement, wheel_agreement, opposed_motion, "
+                  "hall_agreement"),
               std::string::npos)
         << error.what();
   }

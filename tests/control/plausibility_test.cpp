@@ -7,6 +7,7 @@
 #include <random>
 
 #include "control/link_map.h"
+#include "control/plausibility/hall_agreement.h"
 #include "control/plausibility/opposed_motion.h"
 #include "control/plausibility/plausibility_monitor.h"
 #include "control/plausibility/still_encoder.h"
@@ -14,6 +15,7 @@
 #include "control/plausibility/velocity_agreement.h"
 #include "control/plausibility/velocity_step.h"
 #include "control/plausibility/wheel_agreement.h"
+#include "tests/support/hall_sensors.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace plausibility_test {
@@ -346,6 +348,121 @@ TEST(OpposedMotion, ADamperOnAReversedEncoderIsSeen) {
 TEST(OpposedMotion, BrakingAndDrivingAreNot) {
   EXPECT_EQ(kNever, opposed_s(1, [](double /*t*/, double v) { return 2.0 - 5 * v; }));
   EXPECT_EQ(kNever, opposed_s(1, [](double t, double v) { return 2.0 + 4 * std::sin(20 * t) - v; }));
+}
+
+// ---- encoder and Hall sensors ----
+
+constexpr double kWheelTurns_per_rad = 33;  // eight pole pairs, gear 26
+
+/// Where a joint is at a time, and what its encoder shows then.
+using Motion = std::function<double(double t)>;
+using Encoder = std::function<double(double t, double true_rad)>;
+
+double hall_disagrees_s(double duration_s, const Motion& motion, const Encoder& encoder,
+                        double turns_per_rad = kWheelTurns_per_rad) {
+  control::HallAgreement check;
+  support::HallSensors hall(turns_per_rad);
+  return detected_s(duration_s, [&](double t) {
+    hall.update(motion(t), counted(encoder(t, motion(t))));
+    return check.update(hall.reading());
+  });
+}
+double true_encoder(double /*t*/, double true_rad) { return true_rad; }
+/// At rest for half a second, then with 4 rad/s² up to 3 rad/s.
+double starts(double t) {
+  const double moving = std::max(0.0, t - 0.5);
+  return moving < 0.75 ? 2 * moving * moving : 3 * moving - 1.125;
+}
+
+TEST(HallAgreement, HoldsForATrueEncoderWhateverTheJointDoes) {
+  EXPECT_EQ(kNever, hall_disagrees_s(20, starts, true_encoder));
+  // Slowly to and fro over the edges of the sectors; at 10 rad/s, where a reading takes a revolution and a
+  // half.
+  for (const double speed : {0.01, 0.3, 2.0, 10.0})
+    EXPECT_EQ(kNever, hall_disagrees_s(
+                          60, [&](double t) { return speed / 2 * std::sin(2 * t); }, true_encoder))
+        << speed;
+  EXPECT_EQ(kNever, hall_disagrees_s(
+                        20, [](double t) { return -starts(t); }, true_encoder));
+  EXPECT_EQ(kNever, hall_disagrees_s(20, starts, [](double, double q) { return 5 - q; }))
+      << "which way an encoder counts is not the Hall sensors' affair";
+}
+
+TEST(HallAgreement, HoldsWithHallSensorsThatSitTenDegreesOff) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<> off(-10.0 / 360, 10.0 / 360);
+  control::HallAgreement check;
+  support::HallSensors hall(kWheelTurns_per_rad);
+  EXPECT_EQ(kNever, detected_s(60, [&](double t) {
+              const double q = 0.5 * std::sin(3 * t);
+              hall.update(q, q);
+              hal::RotorReading reading = hall.reading();
+              reading.hall_turn += off(random);
+              return check.update(reading);
+            }));
+}
+
+TEST(HallAgreement, ForgetsSingleWrongPositions) {
+  // Firmware 1.48 reports a wrong position now and then (Óbuda driver).
+  int cycle = 0;
+  EXPECT_EQ(kNever, hall_disagrees_s(
+                        60, [](double t) { return 0.3 * std::sin(t); },
+                        [&](double, double q) { return ++cycle % 97 == 0 ? q + 0.02 : q; }));
+}
+
+TEST(HallAgreement, SeesEachWrongScaleWithinAFewMillimetresFromRest) {
+  // Radius of a wheel: 47.5 mm.
+  for (const double factor : {0.0, 0.5, 0.7, 1.5, 2.0}) {
+    const double at_s = hall_disagrees_s(3, starts, [&](double, double q) { return factor * q; });
+    ASSERT_NE(at_s, kNever) << factor;
+    EXPECT_LT(0.0475 * starts(at_s), 0.005) << factor;
+  }
+}
+
+TEST(HallAgreement, SeesAnEncoderThatBeginsToCountBackwards) {
+  const double at_s = hall_disagrees_s(
+      5, [](double t) { return 0.5 * std::sin(t); },
+      [](double t, double q) { return t < 2.5 ? q : std::sin(2.5) - q; });
+  ASSERT_NE(at_s, kNever);
+  EXPECT_GT(at_s, 2.5);
+  EXPECT_LT(at_s, 2.7);
+}
+
+TEST(HallAgreement, SeesADriftAndACounterThatIsTooSlow) {
+  EXPECT_NE(kNever, hall_disagrees_s(
+                        5, [](double t) { return 0.2 * std::sin(t); },
+                        [](double t, double q) { return q + 0.05 * t; }));
+  EXPECT_NE(kNever, hall_disagrees_s(2, starts, [](double t, double q) {
+              return std::min(q, 0.5 * std::max(0.0, t - 0.5));
+            }));
+}
+
+TEST(HallAgreement, LeavesDrivesAloneThatDoNotReportThem) {
+  control::HallAgreement check;
+  hal::RotorReading reading;
+  EXPECT_EQ(kNever, detected_s(5,
+                               [&](double t) {
+                                 ++reading.number;
+                                 reading.encoder_low_turn = reading.encoder_high_turn = 20 * t;
+                                 return check.update(reading);
+                               }))
+      << "always the same angle";
+  EXPECT_EQ(kNever, detected_s(1, [&](double) { return check.update({}); })) << "none at all";
+}
+
+TEST(HallAgreement, AHallSensorThatStopsInMotionIsSeen) {
+  control::HallAgreement check;
+  support::HallSensors hall(kWheelTurns_per_rad);
+  hal::RotorReading reading;
+  const double at_s = detected_s(5, [&](double t) {
+    hall.update(0.5 * t, 0.5 * t);
+    const double stopped = reading.hall_turn;
+    reading = hall.reading();
+    if (t > 2) reading.hall_turn = stopped;
+    return check.update(reading);
+  });
+  EXPECT_GT(at_s, 2.0);
+  EXPECT_LT(at_s, 2.3);
 }
 
 // ---- all together ----

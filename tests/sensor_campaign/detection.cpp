@@ -80,7 +80,7 @@ class BaseRun {
     if (motion == Motion::kCreeping || motion == Motion::kDriving) rig_.run(2000ms);
   }
   void step(int /*k*/) { rig_.step(); }
-  void lie(const support::Lie& lie) { rig_.liar.lie(lie); }
+  void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
   Truth truth() const { return {rig_.base.pose(), control::ArmVector::Zero()}; }
   Ending ending() const {
     const youbotd::StopReason& reason = rig_.cycle.stop_reason();
@@ -123,7 +123,7 @@ class ArmRun {
     }
     rig_.step();
   }
-  void lie(const support::Lie& lie) { rig_.liar.lie(lie); }
+  void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
   Truth truth() const { return {rig_.plant.pose(), rig_.plant.arm_rad()}; }
   Ending ending() const {
     const youbotd::TeleopCycle::End& end = rig_.cycle.end();

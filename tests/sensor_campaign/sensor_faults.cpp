@@ -5,7 +5,7 @@ namespace sensor_campaign {
 using support::Channel;
 using support::LieKind;
 
-support::Lie SensorFault::on(std::size_t joint) const {
+support::SensorLie SensorFault::on(std::size_t joint) const {
   const bool wheel = joint < kWheels;
   double value = wheel ? wheel_value : arm_value;
   if (kind == LieKind::kSwapped) {  // the cables of neighbours

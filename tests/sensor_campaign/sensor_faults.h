@@ -17,10 +17,10 @@ struct SensorFault {
   std::string name;
   support::Channel channel;
   support::LieKind kind;
-  double wheel_value;  ///< support::Lie::value of a wheel
+  double wheel_value;  ///< support::SensorLie::value of a wheel
   double arm_value;    ///< and of an arm joint
 
-  support::Lie on(std::size_t joint) const;
+  support::SensorLie on(std::size_t joint) const;
 };
 
 /// A sensor that stands still, or shows half, double or the negative.

@@ -6,18 +6,22 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <random>
+#include <vector>
 
 #include "hal/robot.h"
 #include "hal/seconds.h"
+#include "sim/bus/axis_data.h"
+#include "tests/support/hall_sensors.h"
 
 namespace support {
 
 /// An encoder is position and velocity, a board is all three.
 enum class Channel { kEncoder, kPosition, kVelocity, kTorque, kBoard };
 
-/// What the sensor does, and what Lie::value means for it.
+/// What the sensor does, and what SensorLie::value means for it.
 enum class LieKind : std::uint8_t {
   kFactor,     ///< shows this times the truth; 0: stays as it was
   kDrift,      ///< departs from the truth at this rate per second
@@ -32,7 +36,7 @@ enum class LieKind : std::uint8_t {
 
 /// A position counts on from where it was when the lie began; a frozen value stays as it was, but for the
 /// velocity of an encoder, which is then zero.
-struct Lie {
+struct SensorLie {
   std::size_t joint = 0;
   Channel channel = Channel::kEncoder;
   double value = 0.0;
@@ -41,7 +45,14 @@ struct Lie {
 
 class LyingRobot final : public hal::Robot {
  public:
-  explicit LyingRobot(hal::Robot& robot) : robot_(robot) {}
+  /// A base, or a base and its arm: their motors have Hall sensors, which tell the truth.
+  explicit LyingRobot(hal::Robot& robot) : robot_(robot) {
+    for (std::size_t i = 0; i < robot.joints().size(); ++i) {
+      const sim::bus::BoardAxis& axis =
+          i < 4 ? sim::bus::kWheelBoardAxis : sim::bus::kArmJointData.at(i - 4).axis;
+      hall_.emplace_back(axis.gear_ratio * axis.motor_poles / 2 / (2 * std::numbers::pi));
+    }
+  }
   std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
   void activate() override { robot_.activate(); }
   void deactivate() noexcept override { robot_.deactivate(); }
@@ -51,10 +62,14 @@ class LyingRobot final : public hal::Robot {
     const double elapsed_s = hal::seconds(truth.stamp - truth_.stamp);
     truth_ = sample = truth;
     if (lie_) sample.joints[lie_->joint] = seen(truth, elapsed_s);
+    for (std::size_t i = 0; i < hall_.size(); ++i) {
+      if (elapsed_s > 0) hall_[i].update(truth.joints[i].position_rad, sample.joints[i].position_rad);
+      sample.joints[i].rotor = hall_[i].reading();
+    }
     return status;
   }
   /// From the next exchange on.
-  void lie(const Lie& lie) noexcept {
+  void lie(const SensorLie& lie) noexcept {
     lie_ = lie;
     begin_ = shown_ = truth_.joints[lie.joint];
     last_rad_ = truth_.joints[source()].position_rad;
@@ -154,7 +169,8 @@ class LyingRobot final : public hal::Robot {
   }
 
   hal::Robot& robot_;
-  std::optional<Lie> lie_;
+  std::vector<HallSensors> hall_;
+  std::optional<SensorLie> lie_;
   hal::RobotSample truth_;
   hal::JointSample begin_;
   hal::JointSample shown_;

@@ -1,0 +1,43 @@
+/// @file
+/// Compares a motor's encoder with its Hall sensors.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+#include "hal/joint.h"
+
+namespace control {
+
+/// Hall sensors and encoder sit on the same shaft and share no part, so that their angles differ by a
+/// constant whatever the joint does: load, friction, slip and a wall do not matter, and half an electrical
+/// revolution is enough to see (15 mrad of a youBot's wheel, 2 to 7 mrad of its arm joints). Neither the
+/// constant nor the sense of turning is known. So each reading excludes the constants that it contradicts,
+/// and when every one has been excluded several times, one of the two sensors is wrong. What no constant
+/// explains once only, as a single wrong position, is forgotten while the motor turns on.
+///
+/// A reading takes some milliseconds, and says nothing while the motor turns a quarter of a revolution
+/// meanwhile; what begins at such a speed VelocityStep sees. Hall sensors that never change are taken for a
+/// drive that does not report them. One thread. Cycle: update() and restart() neither allocate nor throw.
+class HallAgreement {
+ public:
+  void restart() noexcept;
+  /// With each sample; a reading is judged once. True: they disagree.
+  bool update(const hal::RotorReading& reading) noexcept;
+
+ private:
+  static constexpr std::size_t kOffsets = 32;
+
+  void judge(const hal::RotorReading& reading) noexcept;
+  bool turns(double hall_turn) noexcept;
+
+  /// How often a constant was contradicted lately, by sense of turning and size.
+  std::array<std::array<double, kOffsets>, 2> contradicted_{};
+  std::uint32_t number_ = 0;  // of the latest reading
+  bool begun_ = false;
+  double encoder_turn_ = 0.0;     // where readings were last forgotten
+  std::array<double, 2> seen_{};  // two places where the Hall sensors have been
+  int places_ = 0;
+};
+
+}  // namespace control
