@@ -127,7 +127,8 @@ void Cycle::run(nanoseconds now, const control::WheelVector& position_rad, doubl
   if (age > config_.command_timeout) {
     keep({.kind = StopReason::Kind::kCommandTimeout, .value = std::chrono::duration<double>(age).count()});
     enter(Phase::kStopping, now);
-  } else if (motion.finished) {
+  } else if (motion.finished && !reference_limiter_.limited()) {
+    // A reference that was slowed down is still on its way when the motion that asked for it is over.
     enter(Phase::kStopping, now);
   } else {
     check_following(reference.X_WB, now);

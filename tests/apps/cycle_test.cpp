@@ -510,6 +510,18 @@ TEST(Cycle, AReferenceThatJumpsIsFollowedWithinTheLimitsOfSetPointsAndItIsRecord
   EXPECT_NEAR(rig.base.pose().x_m, 0.5, 0.05);
 }
 
+TEST(Cycle, AMotionIsNotOverBeforeTheReferenceHasArrived) {
+  Cycle::Config config = Rig::moving();
+  config.setpoint.linear = {0.05, 1.0, 100.0};
+  Rig rig(config);
+  rig.motion.ahead_m = 0.3;
+  rig.motion.finished = true;  // as a path that is faster than the limits of its reference
+  rig.run(20s);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_FALSE(rig.cycle.stop_reason());
+  EXPECT_NEAR(rig.base.pose().x_m, 0.3, 0.05);
+}
+
 TEST(Cycle, BrakingIsNotSlowedDown) {
   Cycle::Config config = Rig::moving();
   config.torque_rate_per_s = 1;  // 2.4 mN·m a cycle
