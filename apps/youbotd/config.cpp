@@ -115,19 +115,13 @@ void read_workspace(TomlTable table, control::Workspace& workspace) {
 /// A path is known before anything moves, so it is refused then.
 void check_path_inside(const control::BasePath::Plan& plan, const Eigen::AlignedBox2d& base_W_m,
                        TomlTable& table) {
-  constexpr int kSamplesPerLeg = 500;
   // Refused already.
   if (std::any_of(plan.displacements_B.begin(), plan.displacements_B.end(),
                   [](const control::PlanarVector& displacement) { return displacement.isZero(); }))
     return;
-  const control::BasePath path(plan);
-  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
-  for (int i = 1; i <= samples; ++i) {
-    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
-    if (base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) continue;
-    return table.refuse(
-        "leg", fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at.x_m, at.y_m));
-  }
+  if (const auto at = first_outside(plan, base_W_m))
+    table.refuse("leg",
+                 fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at->x_m, at->y_m));
 }
 
 /// Whether a name leads out of `folder`, by itself or by a link in it.
@@ -401,6 +395,18 @@ void require_no_weaker(const Config& config, const std::filesystem::path& file) 
 }
 
 }  // namespace
+
+std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
+                                                 const Eigen::AlignedBox2d& base_W_m) {
+  constexpr int kSamplesPerLeg = 500;
+  const control::BasePath path(plan);
+  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
+  for (int i = 1; i <= samples; ++i) {
+    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
+    if (!base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) return at;
+  }
+  return std::nullopt;
+}
 
 Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
   Config config;
