@@ -280,7 +280,7 @@ void Teleoperation::check_workspace() noexcept {
   const WholeBodyController::State& state = robot_.state();
   const Eigen::Vector2d base_W_m(state.X_WB.x_m, state.X_WB.y_m);
   const double base_out_m = outside_m(config_.workspace.base_W_m, base_W_m);
-  if (base_out_m > Workspace::kMargin_m) {
+  if (!(base_out_m <= Workspace::kMargin_m)) {
     excess_ = {-1, base_out_m, Workspace::kMargin_m};
     return stop(TeleopEnd::kBaseOutside);
   }

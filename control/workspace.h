@@ -8,7 +8,8 @@ namespace control {
 
 /// Boxes in W, which is where the base stood at the start, on the floor; the base's by its centre, without
 /// its corners. Set-points are held at the walls. What gets further out than kMargin_m all the same, because
-/// it is pushed or its odometry slips, is stopped. Unbounded where nothing is said.
+/// it is pushed or its odometry slips, is stopped; a base that is further out already when it is enabled,
+/// that much beyond where it stands then. Unbounded where nothing is said.
 struct Workspace {
   static constexpr double kMargin_m = 0.05;
   static constexpr double kUnbounded_m = std::numeric_limits<double>::infinity();

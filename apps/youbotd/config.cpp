@@ -115,19 +115,13 @@ void read_workspace(TomlTable table, control::Workspace& workspace) {
 /// A path is known before anything moves, so it is refused then.
 void check_path_inside(const control::BasePath::Plan& plan, const Eigen::AlignedBox2d& base_W_m,
                        TomlTable& table) {
-  constexpr int kSamplesPerLeg = 500;
   // Refused already.
   if (std::any_of(plan.displacements_B.begin(), plan.displacements_B.end(),
                   [](const control::PlanarVector& displacement) { return displacement.isZero(); }))
     return;
-  const control::BasePath path(plan);
-  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
-  for (int i = 1; i <= samples; ++i) {
-    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
-    if (base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) continue;
-    return table.refuse(
-        "leg", fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at.x_m, at.y_m));
-  }
+  if (const auto at = first_outside(plan, base_W_m))
+    table.refuse("leg",
+                 fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at->x_m, at->y_m));
 }
 
 /// Whether a name leads out of `folder`, by itself or by a link in it.
@@ -262,17 +256,23 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
-struct Ceiling {
+enum class Side : std::uint8_t { kAbove, kBelow };
+struct Bound {
   const char* key;
   double (*value)(const Config& config);
+  Side weaker = Side::kAbove;
+  bool broken_by(double set, double from_file) const noexcept {
+    return weaker == Side::kAbove ? !(set <= from_file) : !(set >= from_file);
+  }
 };
 template <std::size_t kJoint>
 double arm_torque_Nm(const Config& config) {
   return config.teleoperation.robot.arm_torque_limit_Nm[kJoint];
 }
 double in_degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
-/// What a setting over the socket may lower and not raise.
-constexpr auto kCeilings = std::to_array<Ceiling>(
+/// What a setting over the socket may make stricter than the file and not weaker. Braking is damping, a limit
+/// of speed is as quick as the velocity's filter, and a release is detected no later than its thresholds say.
+constexpr auto kBounds = std::to_array<Bound>(
     {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
      {"limits.moment_Nm", [](const Config& c) { return c.cycle.controller.wrench_limits.moment_Nm; }},
      {"limits.wheel_torque_Nm", [](const Config& c) { return c.cycle.controller.torque_limit_Nm; }},
@@ -286,16 +286,29 @@ constexpr auto kCeilings = std::to_array<Ceiling>(
      {"limits.torque_rate_per_s", [](const Config& c) { return c.cycle.torque_rate_per_s; }},
      {"limits.following_error_m", [](const Config& c) { return c.cycle.following_error_m; }},
      {"limits.following_error_rad", [](const Config& c) { return c.cycle.following_error_rad; }},
-     {"-workspace.base_x_m[0]", [](const Config& c) { return -c.cycle.workspace.base_W_m.min().x(); }},
+     {"workspace.base_x_m[0]", [](const Config& c) { return c.cycle.workspace.base_W_m.min().x(); },
+      Side::kBelow},
      {"workspace.base_x_m[1]", [](const Config& c) { return c.cycle.workspace.base_W_m.max().x(); }},
-     {"-workspace.base_y_m[0]", [](const Config& c) { return -c.cycle.workspace.base_W_m.min().y(); }},
+     {"workspace.base_y_m[0]", [](const Config& c) { return c.cycle.workspace.base_W_m.min().y(); },
+      Side::kBelow},
      {"workspace.base_y_m[1]", [](const Config& c) { return c.cycle.workspace.base_W_m.max().y(); }},
-     {"-workspace.tip_x_m[0]", [](const Config& c) { return -c.cycle.workspace.tip_W_m.min().x(); }},
+     {"workspace.tip_x_m[0]", [](const Config& c) { return c.cycle.workspace.tip_W_m.min().x(); },
+      Side::kBelow},
      {"workspace.tip_x_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().x(); }},
-     {"-workspace.tip_y_m[0]", [](const Config& c) { return -c.cycle.workspace.tip_W_m.min().y(); }},
+     {"workspace.tip_y_m[0]", [](const Config& c) { return c.cycle.workspace.tip_W_m.min().y(); },
+      Side::kBelow},
      {"workspace.tip_y_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().y(); }},
-     {"-workspace.tip_z_m[0]", [](const Config& c) { return -c.cycle.workspace.tip_W_m.min().z(); }},
+     {"workspace.tip_z_m[0]", [](const Config& c) { return c.cycle.workspace.tip_W_m.min().z(); },
+      Side::kBelow},
      {"workspace.tip_z_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().z(); }},
+     {"controller.damping_N_s_per_m", [](const Config& c) { return c.cycle.controller.damping[0]; },
+      Side::kBelow},
+     {"controller.turning_damping_Nm_s_per_rad",
+      [](const Config& c) { return c.cycle.controller.damping[2]; }, Side::kBelow},
+     {"compensation.filter_cutoff_rad_per_s",
+      [](const Config& c) { return c.cycle.controller.observer.filter.cutoff_rad_per_s; }, Side::kBelow},
+     {"compensation.filter_damping",
+      [](const Config& c) { return c.cycle.controller.observer.filter.damping; }},
      {"path.speed_m_per_s", [](const Config& c) { return c.path.limits.speed_m_per_s; }},
      {"path.acceleration_m_per_s2", [](const Config& c) { return c.path.limits.acceleration_m_per_s2; }},
      {"path.turn_speed_rad_per_s", [](const Config& c) { return c.path.limits.turn_speed_rad_per_s; }},
@@ -337,7 +350,20 @@ constexpr auto kCeilings = std::to_array<Ceiling>(
      {"teleoperation.coupling.moment_limit_Nm",
       [](const Config& c) { return c.teleoperation.robot.spring.moment_limit_Nm; }},
      {"teleoperation.feedback.force_limit_N",
-      [](const Config& c) { return c.teleoperation.feedback.force_limit_N; }}});
+      [](const Config& c) { return c.teleoperation.feedback.force_limit_N; }},
+     {"teleoperation.feedback.reserve_J", [](const Config& c) { return c.teleoperation.tank.reserve_J; }},
+     {"teleoperation.feedback.telling_force_N",
+      [](const Config& c) { return c.teleoperation.presence.telling_force_N; }},
+     {"teleoperation.feedback.released_share",
+      [](const Config& c) { return c.teleoperation.presence.released_share; }, Side::kBelow},
+     {"teleoperation.feedback.released_impulse_N_s",
+      [](const Config& c) { return c.teleoperation.presence.released_impulse_N_s; }},
+     {"teleoperation.feedback.felt_hand_N",
+      [](const Config& c) { return c.teleoperation.presence.felt_hand_N; }, Side::kBelow},
+     {"teleoperation.feedback.unfelt_after_s",
+      [](const Config& c) { return c.teleoperation.presence.unfelt_after_s; }},
+     {"teleoperation.start.lowering_s", [](const Config& c) { return c.teleoperation.lowering_s; },
+      Side::kBelow}});
 
 /// A protection that a setting may switch on and not off.
 struct Protection {
@@ -349,24 +375,38 @@ constexpr auto kProtections = std::to_array<Protection>(
      {"teleoperation.feedback.detect_release",
       [](const Config& c) { return c.teleoperation.detect_release; }}});
 
-/// @throws apps::ConfigError for each that is above what the file alone says, or off where that has it on.
-void check_ceilings(const Config& config, const std::filesystem::path& file) {
-  const Config ceilings = load_config(file);
+/// @throws apps::ConfigError for each that is weaker than what the file alone says, or off where that has it
+/// on.
+void require_no_weaker(const Config& config, const std::filesystem::path& file) {
+  const Config from_file = load_config(file);
   std::vector<std::string> problems;
-  for (const Ceiling& ceiling : kCeilings)
-    if (ceiling.value(config) > ceiling.value(ceilings))
-      problems.push_back(fmt::format("set: '{}' is {}, and {} allows no more than {}", ceiling.key,
-                                     ceiling.value(config), file.string(), ceiling.value(ceilings)));
+  for (const Bound& bound : kBounds)
+    if (bound.broken_by(bound.value(config), bound.value(from_file)))
+      problems.push_back(fmt::format("set: '{}' is {}, and {} allows no {} than {}", bound.key,
+                                     bound.value(config), file.string(),
+                                     bound.weaker == Side::kAbove ? "more" : "less", bound.value(from_file)));
   for (const Protection& protection : kProtections)
-    if (protection.on(ceilings) && !protection.on(config))
+    if (protection.on(from_file) && !protection.on(config))
       problems.push_back(fmt::format("set: '{}' is false, and {} has it on", protection.key, file.string()));
-  if (!config.cycle.checks_off.within(ceilings.cycle.checks_off))
+  if (!config.cycle.checks_off.within(from_file.cycle.checks_off))
     problems.push_back(
         fmt::format("set: 'plausibility.off' switches off a check that {} has on", file.string()));
   if (!problems.empty()) throw apps::ConfigError(std::move(problems));
 }
 
 }  // namespace
+
+std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
+                                                 const Eigen::AlignedBox2d& base_W_m) {
+  constexpr int kSamplesPerLeg = 500;
+  const control::BasePath path(plan);
+  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
+  for (int i = 1; i <= samples; ++i) {
+    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
+    if (!base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) return at;
+  }
+  return std::nullopt;
+}
 
 Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
   Config config;
@@ -428,7 +468,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
   complete(config.teleoperation, config);
-  if (!settings.empty()) check_ceilings(config, file);
+  if (!settings.empty()) require_no_weaker(config, file);
   return config;
 }
 

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "apps/common/control_socket.h"
@@ -29,6 +30,10 @@ struct Config {
   /// The configuration holds [teleoperation]: it is a master's hand that moves the robot.
   bool teleoperated = false;
 };
+
+/// Where a path from its start leaves the box first, sampled; nowhere: it stays inside. Setup.
+std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
+                                                 const Eigen::AlignedBox2d& base_W_m);
 
 /// Every key is optional; apps/youbotd/demo.toml and teleop.toml show them all.
 /// `settings`, keys with their tables and values as TOML has them, stand over what the file says. They come

@@ -27,6 +27,15 @@ control::WheelVector wheel_positions(const hal::RobotSample& sample) noexcept {
   return position_rad;
 }
 
+Eigen::Vector2d place_m(const control::PlanarPose& pose) noexcept { return {pose.x_m, pose.y_m}; }
+
+/// A base that was pushed out of its workspace may drive back from there.
+double allowed_outside_m(const Cycle::Config& config) noexcept {
+  constexpr double kMargin_m = control::Workspace::kMargin_m;
+  const double at_start_m = control::outside_m(config.workspace.base_W_m, place_m(config.start));
+  return at_start_m > kMargin_m ? at_start_m + kMargin_m : kMargin_m;
+}
+
 std::array<double, 3> as_array(const control::PlanarPose& pose) noexcept {
   return {pose.x_m, pose.y_m, pose.yaw_rad};
 }
@@ -40,7 +49,9 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
       truth_(truth),
       controller_(config.controller),
       reference_limiter_(config.setpoint),
-      sample_clock_(config.period) {
+      sample_clock_(config.period),
+      X_WB_(config.start),
+      may_be_outside_m_(allowed_outside_m(config)) {
   if (robot.joints().size() < kWheels)
     throw std::invalid_argument("the base needs a robot with four wheels, this one has " +
                                 std::to_string(robot.joints().size()) +
@@ -52,6 +63,7 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
           " is more than the " + std::to_string(wheel.torque_limit_Nm) + " N·m that " + wheel.name +
           " can deliver");
   const double period_s = std::chrono::duration<double>(config.period).count();
+  record_.odometry_W = as_array(config.start);
   for (std::size_t i = 0; i < kWheels; ++i)
     torque_rates_[i] =
         control::TorqueRate(config.torque_rate_per_s * robot.joints()[i].torque_limit_Nm, period_s);
@@ -99,11 +111,13 @@ void Cycle::step(nanoseconds now) noexcept {
   switch (phase_) {
     case Phase::kStarting:
       keep_record(controller_.observe(position_rad, elapsed_s));
+      // Where its drives' commutation leaves it is the start.
+      X_WB_ = config_.start;
+      record_.odometry_W = as_array(X_WB_);
       command_.enable = true;
       if (sample_.enabled) {
-        controller_.reset(position_rad);
-        X_WB_ = {};
-        motion_.begin(now);
+        controller_.reset(position_rad, X_WB_);
+        motion_.begin(now, X_WB_);
         reference_limiter_.reset(X_WB_);
         followed_ = last_reference_ = now;
         enter(Phase::kRunning, now);
@@ -127,7 +141,8 @@ void Cycle::run(nanoseconds now, const control::WheelVector& position_rad, doubl
   if (age > config_.command_timeout) {
     keep({.kind = StopReason::Kind::kCommandTimeout, .value = std::chrono::duration<double>(age).count()});
     enter(Phase::kStopping, now);
-  } else if (motion.finished) {
+  } else if (motion.finished && !reference_limiter_.limited()) {
+    // A reference that was slowed down is still on its way when the motion that asked for it is over.
     enter(Phase::kStopping, now);
   } else {
     check_following(reference.X_WB, now);
@@ -164,9 +179,9 @@ void Cycle::check_following(const control::PlanarPose& reference_W, nanoseconds 
 }
 
 void Cycle::check_workspace(nanoseconds now) noexcept {
-  const double out_m = control::outside_m(config_.workspace.base_W_m, Eigen::Vector2d(X_WB_.x_m, X_WB_.y_m));
-  if (out_m <= control::Workspace::kMargin_m) return;
-  keep({.kind = StopReason::Kind::kOutside, .value = out_m, .limit = control::Workspace::kMargin_m});
+  const double out_m = control::outside_m(config_.workspace.base_W_m, place_m(X_WB_));
+  if (out_m <= may_be_outside_m_) return;
+  keep({.kind = StopReason::Kind::kOutside, .value = out_m, .limit = may_be_outside_m_});
   enter(Phase::kStopping, now);
 }
 
@@ -300,7 +315,7 @@ std::string describe(const StopReason& reason, const hal::Robot& robot) {
     case StopReason::Kind::kOutside:
       return when + "the base was " + number("%.3f", reason.value) +
              " m outside [workspace], more than allowed (" + number("%g", reason.limit) +
-             "); braked and switched off: move it back inside";
+             "); braked and switched off: drive it back inside by velocity";
   }
   return when + "unknown reason";
 }

@@ -83,6 +83,7 @@ class Cycle {
       following_error_m = following_error_rad = std::numeric_limits<double>::infinity();
     }
     control::Workspace workspace;  ///< of which the base's matters here
+    control::PlanarPose start{};   ///< X_WB when the drives begin to obey
   };
   static constexpr std::chrono::milliseconds kFollowingTime{200};
 
@@ -138,6 +139,7 @@ class Cycle {
   std::chrono::nanoseconds first_{};
   std::chrono::nanoseconds now_{};
   control::PlanarPose X_WB_;  // odometry of the last cycle
+  double may_be_outside_m_;
   std::uint64_t count_ = 0;
 };
 

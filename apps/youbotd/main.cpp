@@ -217,7 +217,7 @@ int main(int argc, char** argv) {
       ->check(not_empty);
   app.add_option("--control", arguments.control_socket,
                  "serve: keep the drives off until `youbotctl` enables them over this Unix socket, and after "
-                 "a fault until it does so again")
+                 "a fault until it is acknowledged and enabled again")
       ->check(not_empty);
   app.add_flag(
       "--virtual-time", arguments.session.virtual_time,

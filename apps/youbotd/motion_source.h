@@ -22,8 +22,8 @@ class MotionSource {
   MotionSource& operator=(const MotionSource&) = delete;
   virtual ~MotionSource() = default;
 
-  /// Cycle: the robot obeys from now on and stands at the origin of W.
-  virtual void begin(std::chrono::nanoseconds now) noexcept = 0;
+  /// Cycle: the robot obeys from now on and stands at `X_WB`.
+  virtual void begin(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept = 0;
   /// Cycle: wait-free. `X_WB`: where odometry says the base is.
   virtual Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept = 0;
 };
@@ -34,13 +34,16 @@ class PathSource final : public MotionSource {
   /// Time at the goal before the motion counts as finished.
   static constexpr std::chrono::seconds kRestAtGoal{2};
 
+  /// Whose start is where the base stands.
   explicit PathSource(const control::BasePath::Plan& plan) : path_(plan) {}
 
   std::chrono::duration<double> duration() const noexcept {
     return std::chrono::duration<double>(path_.duration_s()) + kRestAtGoal;
   }
 
-  void begin(std::chrono::nanoseconds now) noexcept override { begin_ = now; }
+  void begin(std::chrono::nanoseconds now, const control::PlanarPose& /*X_WB*/) noexcept override {
+    begin_ = now;
+  }
   Motion read(std::chrono::nanoseconds now, const control::PlanarPose& /*X_WB*/) noexcept override {
     const std::chrono::duration<double> elapsed = now - begin_;
     return {.stamp = now, .reference = path_.at(elapsed.count()), .finished = elapsed >= duration()};

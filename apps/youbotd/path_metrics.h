@@ -23,7 +23,10 @@ class PathMetrics {
     on_truth_ = std::isfinite(record.truth_W[0]);
     const std::array<double, 3>& pose = on_truth_ ? record.truth_W : record.odometry_W;
     if (record.phase == Phase::kRunning && std::isfinite(record.reference_W[0])) {
-      if (!begin_) begin_ = record.time;
+      if (!begin_) {
+        begin_ = record.time;
+        start_ = pose;
+      }
       final_m_ = std::hypot(record.reference_W[0] - pose[0], record.reference_W[1] - pose[1]);
       final_rad_ = std::abs(record.reference_W[2] - pose[2]);
       worst_m_ = std::max(worst_m_, final_m_);
@@ -33,7 +36,8 @@ class PathMetrics {
       if ((record.limited & limiter::kEffort) != 0) ++limited_;
     }
     if (begin_ && !first_motion_ &&
-        (std::hypot(pose[0], pose[1]) > kMotion_m || std::abs(pose[2]) > kMotion_rad))
+        (std::hypot(pose[0] - start_[0], pose[1] - start_[1]) > kMotion_m ||
+         std::abs(pose[2] - start_[2]) > kMotion_rad))
       first_motion_ = record.time - *begin_;
   }
 
@@ -62,6 +66,7 @@ class PathMetrics {
   std::uint64_t count_ = 0;
   std::uint64_t limited_ = 0;
   std::optional<std::chrono::nanoseconds> begin_;
+  std::array<double, 3> start_{};
   std::optional<std::chrono::nanoseconds> first_motion_;
 };
 

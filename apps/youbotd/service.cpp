@@ -1,5 +1,6 @@
 #include "apps/youbotd/service.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
@@ -121,6 +122,10 @@ void Service::bring_to_rest(const std::string& why) {
 
 void Service::end_run() {
   run_->wrap_up(robot_.capture.get());
+  if (!config_.teleoperated) {
+    const std::array<double, 3> base_W = run_->progress().base_W;
+    X_WB_ = {base_W[0], base_W[1], base_W[2]};
+  }
   recording_ = run_->recording();
   const RunSummary& summary = run_->summary();
   fault_ = summary.stop_reason;
@@ -318,19 +323,30 @@ std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& o
   if (config_.teleoperated)
     return std::make_unique<TeleopRun>(config, options, *robot_.robot, *master_.device,
                                        robot_.manipulator.get());
+  Config from_here = config;
+  from_here.cycle.start = from_here.path.start = X_WB_;
+  const Eigen::AlignedBox2d& base_W_m = config.cycle.workspace.base_W_m;
   std::unique_ptr<MotionSource> motion;
   if (mode_ == "velocity") {
     // Short of the following error, which would stop a base that is only held back.
     const VelocitySource::Leash leash{.m = kLeashShare * config.cycle.following_error_m,
                                       .rad = kLeashShare * config.cycle.following_error_rad};
-    auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period, leash,
-                                                   config.cycle.workspace.base_W_m);
+    // Outside, where it was pushed, the reference begins where the base is, and goes no further out.
+    Eigen::AlignedBox2d walls_W_m = base_W_m;
+    walls_W_m.extend(Eigen::Vector2d(X_WB_.x_m, X_WB_.y_m));
+    auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period, leash, walls_W_m);
     if (velocity != nullptr) *velocity = source.get();
     motion = std::move(source);
   } else {
-    motion = std::make_unique<PathSource>(config.path);
+    if (const auto at = first_outside(from_here.path, base_W_m))
+      throw Refusal(fmt::format(
+          "from where the base stands, x = {:.2f} m, y = {:.2f} m, the path leads out of [workspace], at x = "
+          "{:.2f} m, y = {:.2f} m: drive it back by velocity, or restart youbotd where its walls are to "
+          "begin",
+          X_WB_.x_m, X_WB_.y_m, at->x_m, at->y_m));
+    motion = std::make_unique<PathSource>(from_here.path);
   }
-  return std::make_unique<BaseRun>(config, options, *robot_.robot, std::move(motion), robot_.truth);
+  return std::make_unique<BaseRun>(from_here, options, *robot_.robot, std::move(motion), robot_.truth);
 }
 
 void Service::choose_mode(const std::string& mode) {

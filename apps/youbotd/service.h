@@ -43,6 +43,8 @@ struct ServiceOptions {
 ///
 /// - One peer commands at a time: the one that enables does until the drives are off, and the robot comes to
 ///   rest when its connection ends or is silent for loop.commander_timeout_s. Every peer may stop.
+/// - W and its walls stay where the base stood at the start, however often it is enabled; with a master they
+///   are where it stands when it is enabled, as the hand's frame is.
 /// - A fault ends the run, not the service. It is latched: `enable` is refused until `acknowledge`.
 /// Requests, all answered by the status: status, alive, acknowledge, enable, stop, disable, mode NAME,
 /// set KEY VALUE, unset KEY, set velocity X Y YAW.
@@ -127,6 +129,7 @@ class Service final : public ControlServer::Listener {
   std::string fault_;                // that ended the last run
   bool fault_acknowledged_ = false;  // by an order of its own
   std::filesystem::path fault_report_;
+  control::PlanarPose X_WB_{};                   // where runs have taken the base, when there is no master
   std::filesystem::path recorded_to_;            // by the run under way or the last one; empty: nothing is
   std::optional<RecordingState> recording_;      // of it
   std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated

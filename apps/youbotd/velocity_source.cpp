@@ -38,10 +38,10 @@ PlanarVector VelocitySource::braked_before_walls(const PlanarVector& twist_B) co
   return cut_short ? control::rotated(twist_W, -reference_W_.yaw_rad) : twist_B;
 }
 
-void VelocitySource::begin(std::chrono::nanoseconds now) noexcept {
+void VelocitySource::begin(std::chrono::nanoseconds now, const PlanarPose& X_WB) noexcept {
   last_read_ = now;
   twist_B_.setZero();
-  reference_W_ = {};
+  reference_W_ = X_WB;
 }
 
 Motion VelocitySource::read(std::chrono::nanoseconds now, const PlanarPose& X_WB) noexcept {

@@ -31,7 +31,7 @@ class VelocitySource final : public MotionSource {
   /// From another thread: m/s ahead and to the left, rad/s counter-clockwise; finite.
   void tell(const control::PlanarVector& twist_B) noexcept { told_.publish(twist_B); }
 
-  void begin(std::chrono::nanoseconds now) noexcept override;
+  void begin(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept override;
   Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept override;
 
  private:

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <string_view>
 
 namespace control {
@@ -127,6 +128,10 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const
 
 hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand& command,
                                            const hal::JointSample& sample, double elapsed_s) const noexcept {
+  // NaN passes every comparison below, and stays in their filters.
+  if (!std::isfinite(sample.position_rad) || !std::isfinite(sample.velocity_rad_per_s) ||
+      !std::isfinite(sample.torque_Nm))
+    return hal::JointFault::kBadSample;
   if (elapsed_s > kRegular_s) joint.step.restart();
   // All of them each time: none may miss a sample.
   const bool still = joint.still.update(command, sample, elapsed_s);

@@ -28,7 +28,7 @@ constexpr double kAtRest_m_per_s = 0.001 + 0.014 * 0.2;
 /// Asks for a pose far ahead, so that torque is wanted, until told otherwise.
 class ScriptedMotion final : public MotionSource {
  public:
-  void begin(nanoseconds now) noexcept override { begin_ = now; }
+  void begin(nanoseconds now, const control::PlanarPose&) noexcept override { begin_ = now; }
   Motion read(nanoseconds now, const control::PlanarPose&) noexcept override {
     Motion motion{now, {}, finished};
     motion.reference.X_WB.x_m = ahead_m + speed_m_per_s * std::chrono::duration<double>(now - begin_).count();
@@ -510,6 +510,18 @@ TEST(Cycle, AReferenceThatJumpsIsFollowedWithinTheLimitsOfSetPointsAndItIsRecord
   EXPECT_NEAR(rig.base.pose().x_m, 0.5, 0.05);
 }
 
+TEST(Cycle, AMotionIsNotOverBeforeTheReferenceHasArrived) {
+  Cycle::Config config = Rig::moving();
+  config.setpoint.linear = {0.05, 1.0, 100.0};
+  Rig rig(config);
+  rig.motion.ahead_m = 0.3;
+  rig.motion.finished = true;  // as a path that is faster than the limits of its reference
+  rig.run(20s);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_FALSE(rig.cycle.stop_reason());
+  EXPECT_NEAR(rig.base.pose().x_m, 0.3, 0.05);
+}
+
 TEST(Cycle, BrakingIsNotSlowedDown) {
   Cycle::Config config = Rig::moving();
   config.torque_rate_per_s = 1;  // 2.4 mN·m a cycle
@@ -535,6 +547,31 @@ TEST(Cycle, ABaseThatLeavesItsWorkspaceByMoreThanTheMarginIsBraked) {
   EXPECT_LT(rig.base.pose().x_m, 0.25 + 0.25);
   const std::string text = describe(rig.cycle.stop_reason(), rig.robot);
   EXPECT_NE(text.find("the base was 0.050 m outside [workspace]"), std::string::npos) << text;
+}
+
+TEST(Cycle, ABaseThatWasPushedOutDrivesBackInAndNoFurtherOut) {
+  Cycle::Config config;
+  config.controller.wrench_limits = {20, 5};
+  config.workspace.base_W_m.max().x() = 0.2;
+  config.start = {.x_m = 0.3, .y_m = 0, .yaw_rad = 0};
+  Eigen::AlignedBox2d walls_W_m = config.workspace.base_W_m;
+  walls_W_m.extend(Eigen::Vector2d(0.3, 0));
+  const auto drive = [&](double speed_m_per_s) {
+    VelocitySource source({.speed_m_per_s = 0.2, .acceleration_m_per_s2 = 0.1}, 1ms, {.m = 0.1, .rad = 0.2},
+                          walls_W_m);
+    source.tell({speed_m_per_s, 0, 0});
+    Rig rig;
+    Cycle cycle(config, rig.robot, source, nullptr);
+    for (int k = 0; k < 3000; ++k) {
+      rig.clock.sleep_until(rig.clock.now() + 1ms);
+      cycle.step(rig.clock.now());
+    }
+    EXPECT_FALSE(cycle.stop_reason()) << describe(cycle.stop_reason(), rig.robot);
+    EXPECT_NEAR(cycle.record().odometry_W[0] - 0.3, rig.base.pose().x_m, 0.01) << "from where it stands";
+    return rig.base.pose().x_m;
+  };
+  EXPECT_LT(drive(-0.2), -0.2);
+  EXPECT_LT(drive(0.2), 0.01);
 }
 
 /// A base of a service, steered by velocity.

@@ -51,7 +51,7 @@ class IdleRobot final : public hal::Robot {
 };
 
 struct Holding final : MotionSource {
-  void begin(nanoseconds) noexcept override {}
+  void begin(nanoseconds, const control::PlanarPose&) noexcept override {}
   Motion read(nanoseconds now, const control::PlanarPose&) noexcept override { return {now, {}, false}; }
 };
 

@@ -339,6 +339,36 @@ TEST_F(TeleopConfig, OneLostFrameIsNotToCountAsALoopThatDidNotRun) {
   EXPECT_EQ(problems(with("0.048")), Problems{}) << "more than a period is for slaves that have the time";
 }
 
+TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
+  const auto set = [](const char* key, const char* value) { return load_config(kTeleop, {{key, value}}); };
+  for (const auto& [key, weaker, stricter] : std::to_array<std::array<const char*, 3>>(
+           {{"controller.damping_N_s_per_m", "0", "200"},  // zero torque would be all the braking there is
+            {"controller.turning_damping_Nm_s_per_rad", "0", "30"},
+            {"compensation.filter_cutoff_rad_per_s", "5", "130"},  // an overspeed would be seen 0.4 s late
+            {"compensation.filter_damping", "3", "0.8"},
+            {"teleoperation.feedback.reserve_J", "1", "0.001"},
+            {"teleoperation.feedback.telling_force_N", "8", "0.1"},
+            {"teleoperation.feedback.released_share", "0.01", "0.5"},
+            {"teleoperation.feedback.released_impulse_N_s", "10", "0.05"},
+            {"teleoperation.feedback.felt_hand_N", "0.001", "0.2"},
+            {"teleoperation.feedback.unfelt_after_s", "10", "0.1"},
+            {"teleoperation.start.lowering_s", "0.5", "20"}})) {
+    EXPECT_THROW((void)set(key, weaker), apps::ConfigError) << key;
+    EXPECT_NO_THROW((void)set(key, stricter)) << key;
+  }
+}
+
+TEST_F(TeleopConfig, ARefusalNamesTheWallAsTheFileHasIt) {
+  const auto file = directory_.write("walls.toml", "[workspace]\nbase_x_m = [-0.5, 1]\n");
+  try {
+    (void)load_config(file, {{"workspace.base_x_m", "[-2, 1]"}});
+    FAIL() << "accepted";
+  } catch (const apps::ConfigError& error) {
+    EXPECT_EQ(error.problems().front(),
+              "set: 'workspace.base_x_m[0]' is -2, and " + file.string() + " allows no less than -0.5");
+  }
+}
+
 TEST_F(TeleopConfig, OnlyThatTableTeleoperates) {
   EXPECT_TRUE(load_config(kTeleop).teleoperated);
   EXPECT_TRUE(load("[teleoperation]\n").teleoperated);

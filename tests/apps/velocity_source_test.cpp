@@ -41,7 +41,7 @@ struct VelocitySourceTest : testing::Test {
 };
 
 TEST_F(VelocitySourceTest, RestsUntilItIsTold) {
-  source.begin(0ns);
+  source.begin(0ns, {});
   const Motion motion = drive(1);
   EXPECT_EQ(motion.reference.twist_W, PlanarVector::Zero());
   EXPECT_EQ(base.x_m, 0);
@@ -50,7 +50,7 @@ TEST_F(VelocitySourceTest, RestsUntilItIsTold) {
 }
 
 TEST_F(VelocitySourceTest, SpeedsUpAndBrakesWithinTheAcceleration) {
-  source.begin(0ns);
+  source.begin(0ns, {});
   source.tell({0.2, 0, 0});
   drive(2);
   // 0.8 s at 0.25 m/s² to 0.2 m/s, that is 0.08 m, then 1.2 s at that speed.
@@ -62,7 +62,7 @@ TEST_F(VelocitySourceTest, SpeedsUpAndBrakesWithinTheAcceleration) {
 }
 
 TEST_F(VelocitySourceTest, IsNoFasterThanItsLimitsHoweverItIsTold) {
-  source.begin(0ns);
+  source.begin(0ns, {});
   source.tell({30, 40, -9});
   const Motion motion = drive(4);
   EXPECT_NEAR(motion.reference.twist_W.head<2>().norm(), 0.5, 1e-9) << "shortened along its direction";
@@ -70,7 +70,7 @@ TEST_F(VelocitySourceTest, IsNoFasterThanItsLimitsHoweverItIsTold) {
 }
 
 TEST_F(VelocitySourceTest, AheadIsWhereTheBaseLooks) {
-  source.begin(0ns);
+  source.begin(0ns, {});
   source.tell({0, 0, 0.8});
   drive(3);
   source.tell(PlanarVector::Zero());
@@ -84,7 +84,7 @@ TEST_F(VelocitySourceTest, AheadIsWhereTheBaseLooks) {
 }
 
 TEST_F(VelocitySourceTest, GoesOnOverAPauseAsTheBaseDoes) {
-  source.begin(0ns);
+  source.begin(0ns, {});
   source.tell({0.3, 0, 0});
   drive(3);
   const double before_m = base.x_m;
@@ -96,7 +96,7 @@ TEST_F(VelocitySourceTest, GoesOnOverAPauseAsTheBaseDoes) {
 }
 
 TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
-  source.begin(0ns);
+  source.begin(0ns, {});
   source.tell({0.5, 0, 0.8});
   const Motion motion = drive(30, /*held=*/true);
   EXPECT_NEAR(std::hypot(motion.reference.X_WB.x_m, motion.reference.X_WB.y_m), leash.m, 1e-9);
@@ -106,7 +106,7 @@ TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
 TEST_F(VelocitySourceTest, BrakesBeforeAWallWithinTheAccelerationAndGlidesAlongIt) {
   box = {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)};
   VelocitySource walled(limits, 1ms, leash, box);
-  walled.begin(0ns);
+  walled.begin(0ns, {});
   walled.tell({0.4, 0.1, 0});
   PlanarVector last = PlanarVector::Zero();
   Motion motion;

@@ -69,7 +69,7 @@ BENCHMARK(SimulatedMillisecond)->ArgName("on_ground")->Arg(0)->Arg(1);
 
 class CirclingMotion final : public youbotd::MotionSource {
  public:
-  void begin(nanoseconds now) noexcept override { begin_ = now; }
+  void begin(nanoseconds now, const control::PlanarPose&) noexcept override { begin_ = now; }
   youbotd::Motion read(nanoseconds now, const control::PlanarPose&) noexcept override {
     return {now, path_.at(std::fmod(std::chrono::duration<double>(now - begin_).count(), path_.duration_s())),
             false};

@@ -491,6 +491,28 @@ TEST(PlausibilityMonitor, ACheckThatIsOffFindsNothingAndTheOthersGoOn) {
   EXPECT_EQ(stuck_at(off), std::nullopt);
 }
 
+TEST(PlausibilityMonitor, AReadingThatIsNotANumberIsABadSampleWhateverIsOff) {
+  const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}, {"wheel-2", 2.467}};
+  control::ChecksOff off;
+  for (std::size_t i = 0; i < control::kPlausibilityCheckNames.size(); ++i)
+    off.add(static_cast<control::PlausibilityCheck>(i));
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  for (const double bad : {std::numeric_limits<double>::quiet_NaN(), kInfinity, -kInfinity})
+    for (double hal::JointSample::*value :
+         {&hal::JointSample::position_rad, &hal::JointSample::velocity_rad_per_s,
+          &hal::JointSample::torque_Nm}) {
+      control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kFree, off);
+      const hal::RobotCommand command;
+      hal::RobotSample state;
+      EXPECT_FALSE(monitor.update(command, state, kPeriod_s));
+      state.joints[1].*value = bad;
+      const auto finding = monitor.update(command, state, kPeriod_s);
+      ASSERT_TRUE(finding);
+      EXPECT_EQ(finding->fault, hal::JointFault::kBadSample);
+      EXPECT_EQ(finding->joint, 1);
+    }
+}
+
 TEST(PlausibilityMonitor, DoesNotAllocateAndForgetsOverAPause) {
   const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}, {"wheel-2", 2.467}, {"wheel-3", 2.467},
                                            {"wheel-4", 2.467}, {"arm-1", 15.7},    {"arm-2", 15.7},

@@ -26,6 +26,8 @@ inline void check_ceilings(const youbotd::Config& set, const youbotd::Config& fi
   no_more([](const Config& c) { return c.teleoperation.robot.spring.force_limit_N; });
   no_more([](const Config& c) { return c.teleoperation.robot.spring.moment_limit_Nm; });
   no_more([](const Config& c) { return c.teleoperation.feedback.force_limit_N; });
+  require(set.cycle.controller.damping[0] >= file.cycle.controller.damping[0]);
+  require(set.cycle.controller.damping[2] >= file.cycle.controller.damping[2]);
   require(set.teleoperation.tank.active || !file.teleoperation.tank.active);
   require(set.teleoperation.detect_release || !file.teleoperation.detect_release);
 }
