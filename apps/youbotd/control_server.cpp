@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "apps/common/control_socket.h"
-#include "apps/common/uninterrupted.h"
+#include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace youbotd {
@@ -31,7 +31,7 @@ hal::SetupError refused(const std::filesystem::path& path, const std::string& hi
 int error_of_calling(const sockaddr_un& address) {
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (probe < 0) return errno;
-  const bool reached = apps::uninterrupted([&] {
+  const bool reached = drivers::uninterrupted([&] {
                          return connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
                        }) == 0;
   const int error = reached ? 0 : errno;
@@ -168,7 +168,7 @@ void ControlServer::complain(const char* step, int error) {
 }
 
 bool ControlServer::accept() {
-  const int socket = apps::uninterrupted(
+  const int socket = drivers::uninterrupted(
       [this] { return accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC); });
   if (socket < 0) {
     if (errno != EAGAIN && errno != ECONNABORTED) complain("accept a connection", errno);
@@ -224,7 +224,7 @@ bool ControlServer::hear(Connection& connection) {
   connection.peer.heard = std::chrono::steady_clock::now();
   const std::string answer =
       listener_.answer(connection.peer, std::string(request.data(), static_cast<std::size_t>(size)));
-  if (apps::uninterrupted(
+  if (drivers::uninterrupted(
           [&] { return send(connection.socket, answer.data(), answer.size(), MSG_NOSIGNAL); }) >= 0)
     return true;
   // Who asks without reading the answers is not waited for, and who has gone needs none.
