@@ -133,16 +133,22 @@ void RecordingFile::create(const std::string& header, Existing existing) {
   };
   fd_ = open(O_EXCL | O_NOFOLLOW);
   is_ours = fd_ >= 0;
-  if (fd_ < 0 && errno == EEXIST && existing == Existing::kReplace) fd_ = open(0);
-  if (fd_ < 0)
-    refuse("cannot create the file", errno,
-           errno == EEXIST ? "name another directory" : "the folder must exist and be writable");
-
   struct stat status {};
-  if (::fstat(fd_, &status) != 0) refuse("cannot inspect the file", errno, "choose another folder");
-  if (!S_ISREG(status.st_mode)) {
-    refuse("not a regular file", 0, "a torn row could not be cut off it; choose another path");
+  const auto refuse_special = [&] {
+    if (!S_ISREG(status.st_mode))
+      refuse("not a regular file", 0, "a torn row could not be cut off it; choose another path");
+  };
+  if (fd_ < 0 && errno == EEXIST) {
+    // Before it is opened: a device may act on that.
+    if (::stat(path_.c_str(), &status) == 0) refuse_special();
+    if (existing == Existing::kRefuse)
+      refuse("cannot create the file", EEXIST, "it is not replaced; choose another path");
+    fd_ = open(O_NONBLOCK);  // a pipe that took its place has no reader
   }
+  if (fd_ < 0) refuse("cannot create the file", errno, "the folder must exist and be writable");
+
+  if (::fstat(fd_, &status) != 0) refuse("cannot inspect the file", errno, "choose another folder");
+  refuse_special();
   // File systems without locks (some network ones) still record; only a lock held elsewhere refuses.
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     refuse("another recording is being written to the file", 0, "stop that one or choose another path");
