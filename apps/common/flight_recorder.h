@@ -33,7 +33,7 @@ class FlightRecorder {
     RecordingFile file(
         path,
         {{"rig", rig}, {"experiment", "fault report"}, {"reason", reason}, {"software", build_version()}},
-        columns, RecordingFile::Existing::kRefuse);
+        columns);
     const std::size_t oldest = (next_ + ring_.size() - kept_) % ring_.size();
     for (std::size_t i = 0; i < kept_; ++i) append(file, ring_[(oldest + i) % ring_.size()]);
     file.close();

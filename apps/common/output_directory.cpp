@@ -8,21 +8,12 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/common/made_paths.h"
 #include "hal/setup_error.h"
 
 namespace apps {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-/// Outermost first; what is not empty by now stays.
-void take_away(std::vector<fs::path> made) {
-  std::error_code unknown;
-  for (; !made.empty(); made.pop_back()) fs::remove(made.back(), unknown);
-}
-
-}  // namespace
 
 std::string why_not_writable(const fs::path& directory) {
   std::string file = (directory / "youbot-try-XXXXXX").string();
@@ -51,12 +42,14 @@ std::vector<fs::path> make_output_directory(const fs::path& directory) {
   else
     cause = why_not_writable(directory);
   if (cause.empty()) return made;
-  take_away(std::move(made));
+  const MadePaths taken_away(std::move(made));
   throw hal::SetupError(directory.string(), "cannot be the directory for the results: " + cause,
                         "name another one");
 }
 
-void try_output_directory(const fs::path& directory) { take_away(make_output_directory(directory)); }
+void try_output_directory(const fs::path& directory) {
+  const MadePaths taken_away(make_output_directory(directory));
+}
 
 void require_no_results(const fs::path& directory, const std::vector<std::string>& files) {
   std::error_code unknown;

@@ -18,7 +18,7 @@ NewRecording::NewRecording(const std::filesystem::path& directory, const std::fi
   try {
     if (std::filesystem::exists(copy, error)) throw std::runtime_error("is there already");
     write_whole_file(copy, read_regular_file(config_file, kMaxToml_bytes));
-    made_.push_back(copy);
+    made_.add(copy);
   } catch (const std::runtime_error& why) {
     problems.push_back("copy of " + config_file.string() + ": " + why.what());
   }
@@ -28,14 +28,9 @@ std::unique_ptr<RecordingFile> NewRecording::open(const std::string& rig,
                                                   const std::vector<RecordingFile::Comment>& comments,
                                                   const std::vector<RecordingFile::Column>& columns) {
   const std::filesystem::path path = directory_ / (rig + ".csv");
-  auto file = std::make_unique<RecordingFile>(path, comments, columns, RecordingFile::Existing::kRefuse);
-  made_.push_back(path);
+  auto file = std::make_unique<RecordingFile>(path, comments, columns);
+  made_.add(path);
   return file;
-}
-
-NewRecording::~NewRecording() {
-  std::error_code unknown;
-  for (; !made_.empty(); made_.pop_back()) std::filesystem::remove(made_.back(), unknown);
 }
 
 }  // namespace apps

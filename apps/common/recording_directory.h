@@ -6,16 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/made_paths.h"
 #include "apps/common/recording_file.h"
 
 namespace apps {
 
-/// The directory of a recording while its files are opened: with one that cannot be, nothing is left of the
-/// others.
+/// The directory of a recording until its first row: when the start is refused before that, by a file that
+/// cannot be opened or later by a device, nothing is left of it.
 ///
 ///     NewRecording recording(directory, config_file, problems);
 ///     auto file = recording.open("base", comments, columns);
-///     recording.keep();
+///     recording.keep();  // with the first row
 class NewRecording {
  public:
   /// Makes the directory where it is missing and copies the configuration into it as `config.toml`, never
@@ -25,17 +26,16 @@ class NewRecording {
                std::vector<std::string>& problems);
   NewRecording(const NewRecording&) = delete;
   NewRecording& operator=(const NewRecording&) = delete;
-  ~NewRecording();
 
   /// `rig`.csv, never over another. @throws hal::SetupError as RecordingFile, with a full disk among others.
   std::unique_ptr<RecordingFile> open(const std::string& rig,
                                       const std::vector<RecordingFile::Comment>& comments,
                                       const std::vector<RecordingFile::Column>& columns);
-  void keep() noexcept { made_.clear(); }
+  void keep() noexcept { made_.keep(); }
 
  private:
   std::filesystem::path directory_;
-  std::vector<std::filesystem::path> made_;  // in order
+  MadePaths made_;
 };
 
 }  // namespace apps

@@ -15,7 +15,7 @@
 #include <system_error>
 
 #include "apps/common/file_size_signal.h"
-#include "apps/common/uninterrupted.h"
+#include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace apps {
@@ -39,7 +39,7 @@ WriteResult write_all(int fd, std::span<const char> text) noexcept {
   WriteResult result;
   while (result.bytes < text.size()) {
     const auto rest = text.subspan(result.bytes);
-    const ssize_t count = uninterrupted([&] { return ::write(fd, rest.data(), rest.size()); });
+    const ssize_t count = drivers::uninterrupted([&] { return ::write(fd, rest.data(), rest.size()); });
     if (count <= 0) {
       // No file system should answer 0; to ask again could go on for ever.
       result.error_number = count < 0 ? errno : ENOSPC;
@@ -51,7 +51,7 @@ WriteResult write_all(int fd, std::span<const char> text) noexcept {
 }
 
 bool truncate_to(int fd, std::int64_t bytes) noexcept {
-  return uninterrupted([&] { return ::ftruncate(fd, bytes); }) == 0;
+  return drivers::uninterrupted([&] { return ::ftruncate(fd, bytes); }) == 0;
 }
 
 std::size_t longest_value_chars(const std::optional<int>& decimals) {
@@ -128,21 +128,27 @@ void RecordingFile::create(const std::string& header, Existing existing) {
   // O_APPEND: after a torn row is cut off, the next write lands at the new end and leaves no hole.
   // No O_TRUNC: the file may be another daemon's, which only the lock tells.
   const auto open = [this](int more) {
-    return uninterrupted(
+    return drivers::uninterrupted(
         [&] { return ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | more, 0644); });
   };
   fd_ = open(O_EXCL | O_NOFOLLOW);
   is_ours = fd_ >= 0;
-  if (fd_ < 0 && errno == EEXIST && existing == Existing::kReplace) fd_ = open(0);
-  if (fd_ < 0)
-    refuse("cannot create the file", errno,
-           errno == EEXIST ? "name another directory" : "the folder must exist and be writable");
-
   struct stat status {};
-  if (::fstat(fd_, &status) != 0) refuse("cannot inspect the file", errno, "choose another folder");
-  if (!S_ISREG(status.st_mode)) {
-    refuse("not a regular file", 0, "a torn row could not be cut off it; choose another path");
+  const auto refuse_special = [&] {
+    if (!S_ISREG(status.st_mode))
+      refuse("not a regular file", 0, "a torn row could not be cut off it; choose another path");
+  };
+  if (fd_ < 0 && errno == EEXIST) {
+    // Before it is opened: a device may act on that.
+    if (::stat(path_.c_str(), &status) == 0) refuse_special();
+    if (existing == Existing::kRefuse)
+      refuse("cannot create the file", EEXIST, "it is not replaced; choose another path");
+    fd_ = open(O_NONBLOCK);  // a pipe that took its place has no reader
   }
+  if (fd_ < 0) refuse("cannot create the file", errno, "the folder must exist and be writable");
+
+  if (::fstat(fd_, &status) != 0) refuse("cannot inspect the file", errno, "choose another folder");
+  refuse_special();
   // File systems without locks (some network ones) still record; only a lock held elsewhere refuses.
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     refuse("another recording is being written to the file", 0, "stop that one or choose another path");
@@ -198,7 +204,7 @@ void RecordingFile::close() noexcept {
   flush();
   restore_last_whole_row();
   // A disk that failed behind the page cache says so here, and only once.
-  if (uninterrupted([this] { return ::fsync(fd_); }) != 0) {
+  if (drivers::uninterrupted([this] { return ::fsync(fd_); }) != 0) {
     close_failure_.store({Step::kSync, errno}, std::memory_order_relaxed);
   }
   // Not repeated after EINTR: Linux has closed the descriptor by then, and nothing is lost.

@@ -41,16 +41,17 @@ class RecordingFile {
   static constexpr int kMaxDecimals = 17;
 
   /// What to do with a file of the same name, or a link to anything.
-  enum class Existing : std::uint8_t { kReplace, kRefuse };
+  enum class Existing : std::uint8_t { kRefuse, kReplace };
 
   /// Setup: creates the file and writes the header. Both lists keep
   /// their order; which columns a recording must have is the caller's matter.
-  /// @throws hal::SetupError naming path and cause if the file cannot be created, is not a regular one, is
+  /// @throws hal::SetupError naming path and cause if the file is there already, cannot be created, is not a
+  /// regular one, is
   ///         being recorded already (it is locked, so two daemons cannot spoil each other's file) or has no
   ///         room for the header; std::invalid_argument if a key, value or column name would break the
   ///         format, if a column is given twice, or if decimals are outside [0, kMaxDecimals].
   RecordingFile(const std::filesystem::path& path, const std::vector<Comment>& comments,
-                const std::vector<Column>& columns, Existing existing = Existing::kReplace);
+                const std::vector<Column>& columns, Existing existing = Existing::kRefuse);
   RecordingFile(const RecordingFile&) = delete;
   RecordingFile& operator=(const RecordingFile&) = delete;
   ~RecordingFile() { close(); }

@@ -9,7 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "apps/common/uninterrupted.h"
+#include "drivers/uninterrupted.h"
 
 namespace apps {
 namespace {
@@ -18,8 +18,8 @@ class OpenFile {
  public:
   /// O_NONBLOCK: a pipe without a writer is not waited for.
   explicit OpenFile(const std::filesystem::path& path) {
-    fd_ =
-        uninterrupted([&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); });
+    fd_ = drivers::uninterrupted(
+        [&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); });
     if (fd_ < 0) throw std::runtime_error("cannot be opened: " + std::generic_category().message(errno));
   }
   OpenFile(const OpenFile&) = delete;
@@ -35,7 +35,7 @@ class OpenFile {
   }
   /// Bytes read; 0 at the end.
   std::size_t read(char* buffer, std::size_t size) const {
-    const ssize_t count = uninterrupted([&] { return ::read(fd_, buffer, size); });
+    const ssize_t count = drivers::uninterrupted([&] { return ::read(fd_, buffer, size); });
     if (count < 0) throw std::runtime_error("cannot be read: " + std::generic_category().message(errno));
     return static_cast<std::size_t>(count);
   }

@@ -16,7 +16,7 @@
 #include <utility>
 
 #include "apps/common/file_size_signal.h"
-#include "apps/common/uninterrupted.h"
+#include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace apps {
@@ -75,12 +75,12 @@ void write_capture(const std::filesystem::path& path, const drivers::ethercat::P
   std::ostringstream capture;
   frames.write(capture, drivers::ethercat::wall_clock_minus_monotonic(), reason);
   const std::string bytes = capture.str();
-  const int file = uninterrupted(
+  const int file = drivers::uninterrupted(
       [&path] { return open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0644); });
   const FileSizeSignalHeldBack held_back;
   bool whole = file >= 0;
   for (std::string_view rest = bytes; whole && !rest.empty();) {
-    const ssize_t count = uninterrupted([&] { return ::write(file, rest.data(), rest.size()); });
+    const ssize_t count = drivers::uninterrupted([&] { return ::write(file, rest.data(), rest.size()); });
     whole = count > 0;
     if (whole) rest.remove_prefix(static_cast<std::size_t>(count));
   }

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "apps/common/file_size_signal.h"
-#include "apps/common/uninterrupted.h"
+#include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace apps {
@@ -21,7 +21,7 @@ class Unfinished {
  public:
   explicit Unfinished(const std::filesystem::path& path)
       : path_(path), beside_(path.string() + "." + std::to_string(::getpid()) + ".tmp") {
-    fd_ = uninterrupted(
+    fd_ = drivers::uninterrupted(
         [this] { return ::open(beside_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666); });
     if (fd_ < 0) refuse("cannot be created", "its folder must exist and be writable");
   }
@@ -35,7 +35,7 @@ class Unfinished {
   void write(std::string_view text) {
     const FileSizeSignalHeldBack held_back;
     while (!text.empty()) {
-      const ssize_t count = uninterrupted([&] { return ::write(fd_, text.data(), text.size()); });
+      const ssize_t count = drivers::uninterrupted([&] { return ::write(fd_, text.data(), text.size()); });
       if (count == 0) errno = ENOSPC;
       if (count <= 0) refuse("cannot be written", "make room or choose another folder");
       text.remove_prefix(static_cast<std::size_t>(count));
@@ -43,7 +43,7 @@ class Unfinished {
   }
   void finish() {
     // Before the rename: after a power cut the name must not lead to a file without its content.
-    const bool on_disk = uninterrupted([this] { return ::fsync(fd_); }) == 0;
+    const bool on_disk = drivers::uninterrupted([this] { return ::fsync(fd_); }) == 0;
     // Closed by then, also when a signal came.
     if (!on_disk || (::close(std::exchange(fd_, -1)) != 0 && errno != EINTR))
       refuse("cannot be finished", "choose another folder");

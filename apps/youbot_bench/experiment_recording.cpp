@@ -1,19 +1,20 @@
 #include "apps/youbot_bench/experiment_recording.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <iterator>
 #include <map>
 #include <stdexcept>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
 #include "apps/common/build_info.h"
 #include "apps/common/output_directory.h"
+#include "apps/common/recording_reader.h"
+#include "apps/common/regular_file.h"
 #include "apps/common/whole_file.h"
 #include "hal/setup_error.h"
 
@@ -34,7 +35,7 @@ std::string shortest(double value) {
 }
 
 /// The numbers of a line of data. False for a line that holds something else, or another number of them.
-bool parse_row(const std::string& line, std::vector<double>& row) {
+bool parse_row(std::string_view line, std::vector<double>& row) {
   const char* at = line.data();
   const char* const end = at + line.size();
   for (double& value : row) {
@@ -53,34 +54,48 @@ std::string header_of(const std::vector<Column>& columns) {
   return header;
 }
 
+/// @throws hal::SetupError when it cannot be read to its end: what is behind that would be taken for not
+/// measured. std::invalid_argument when it is not there, or larger than any recording that is read.
+std::string text_of(const fs::path& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(path, error);
+  if (error == std::errc::no_such_file_or_directory)
+    throw std::invalid_argument("--resume: " + path.string() + " is not there");
+  if (!error && bytes > apps::kMaxRecordingBytes)
+    throw std::invalid_argument("--resume: " + path.string() + " has " + std::to_string(bytes) +
+                                " bytes, but at most " + std::to_string(apps::kMaxRecordingBytes) +
+                                " are read");
+  try {
+    return apps::read_regular_file(path, apps::kMaxRecordingBytes);
+  } catch (const std::runtime_error& why) {
+    throw hal::SetupError("--resume: " + path.string(), why.what(), "the recording stays as it was");
+  }
+}
+
 /// Calls `take` for each row of the recording at `path`.
-/// @throws hal::SetupError when it cannot be read to its end; std::invalid_argument when it is not there or
-/// has other columns, and naming the line of a row that is damaged, or whose time does not run forward.
+/// @throws as text_of(); std::invalid_argument when it has other columns, and naming the line of a row that
+/// is damaged, or whose time does not run forward.
 template <typename Take>
 void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take take) {
-  errno = 0;
-  const auto unreadable_file = [&path] {
-    return hal::SetupError("--resume: " + path.string(),
-                           "cannot be read: " + std::generic_category().message(errno),
-                           "what it holds is as it was; try again");
-  };
-  std::ifstream file(path, std::ios::binary);
-  if (!file && errno == ENOENT) throw std::invalid_argument("--resume: " + path.string() + " is not there");
-  if (!file) throw unreadable_file();
-  std::string line;
+  const std::string text = text_of(path);
+  std::string_view left = text;
+  std::string_view line;
   int number = 0;
-  // A disk that fails looks like the end of the file: what is behind it would be taken for not measured.
+  bool whole = true;
   const auto next_line = [&] {
-    const bool read = static_cast<bool>(std::getline(file, line));
-    if (file.bad()) throw unreadable_file();
+    if (left.empty()) return false;
+    const std::size_t end = left.find('\n');
+    whole = end != left.npos;
+    line = left.substr(0, end);
+    left.remove_prefix(whole ? end + 1 : left.size());
     ++number;
-    return read;
+    return true;
   };
   while (next_line() && line.starts_with('#')) {
   }
   if (line != header_of(columns))
-    throw std::invalid_argument("--resume: " + path.string() + " has the columns '" + line +
-                                "', not those of this experiment");
+    throw std::invalid_argument("--resume: " + path.string() + " has the columns '" +
+                                std::string(line.substr(0, 200)) + "', not those of this experiment");
   std::vector<double> row(columns.size());
   const auto refuse = [&path](int at, const std::string& why) {
     throw std::invalid_argument("--resume: " + path.string() + ":" + std::to_string(at) + ": " + why +
@@ -88,7 +103,7 @@ void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take
   };
   double last_s = 0;
   int unreadable = 0;
-  while (next_line() && !file.eof()) {  // a last line without its end was torn
+  while (next_line() && whole) {  // a last line without its end was torn
     if (!parse_row(line, row)) {
       unreadable = unreadable > 0 ? unreadable : number;  // what the end of a file may be after a power cut
       continue;
@@ -129,15 +144,6 @@ bool ExperimentRecording::holds_recording(const Description& description) {
          (!description.result_columns.empty() && has_files(description.directory / description.result));
 }
 
-ExperimentRecording::Made::~Made() {
-  std::error_code stays;
-  for (; !paths_.empty(); paths_.pop_back()) fs::remove(paths_.back(), stays);
-}
-
-void ExperimentRecording::make_directory(const fs::path& path) {
-  for (const fs::path& made : apps::make_output_directory(path)) made_.add(made);
-}
-
 ExperimentRecording::ExperimentRecording(const Description& description, bool resume)
     : resume_(resume),
       finished_(resume ? -1 : 0),
@@ -153,8 +159,8 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
         " holds a recording already; name another directory, or go on with --resume " +
         description.directory.string());
   if (!resume_) {
-    make_directory(rows_directory);
-    if (result_values_ > 0) make_directory(result_directory);
+    made_.add(apps::make_output_directory(rows_directory));
+    if (result_values_ > 0) made_.add(apps::make_output_directory(result_directory));
     made_.add(rows_directory / "experiment.toml");
     apps::write_whole_file(rows_directory / "experiment.toml", description.configuration);
   }
@@ -239,7 +245,10 @@ ExperimentRecording::File ExperimentRecording::open(
     const fs::path& path, const std::vector<Comment>& comments, const std::vector<Column>& columns,
     const std::function<bool(std::span<const double>, int)>& keep) {
   const fs::path fresh = path.string() + (resume_ ? ".resumed" : "");
-  auto file = std::make_unique<apps::RecordingFile>(fresh, comments, columns);
+  // A resumption that was killed may have left one.
+  auto file = std::make_unique<apps::RecordingFile>(
+      fresh, comments, columns,
+      resume_ ? apps::RecordingFile::Existing::kReplace : apps::RecordingFile::Existing::kRefuse);
   made_.add(fresh);
   if (!resume_) return file;
   int number = 0;

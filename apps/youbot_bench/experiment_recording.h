@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/made_paths.h"
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
 #include "hal/joint.h"
@@ -99,21 +100,6 @@ class ExperimentRecording {
 
  private:
   using File = std::unique_ptr<apps::RecordingFile>;
-  /// Files and directories, removed at destruction unless they are to be kept. A directory that holds
-  /// something else stays.
-  class Made {
-   public:
-    Made() = default;
-    Made(const Made&) = delete;
-    Made& operator=(const Made&) = delete;
-    ~Made();
-    void add(const std::filesystem::path& path) { paths_.push_back(path); }
-    void keep() noexcept { paths_.clear(); }
-
-   private:
-    std::vector<std::filesystem::path> paths_;
-  };
-  void make_directory(const std::filesystem::path& path);
   File open(const std::filesystem::path& path, const std::vector<apps::RecordingFile::Comment>& comments,
             const std::vector<apps::RecordingFile::Column>& columns,
             const std::function<bool(std::span<const double>, int)>& keep);
@@ -125,7 +111,7 @@ class ExperimentRecording {
   bool flush_all(std::vector<File>& files);
   void note_missing(std::size_t joint, int measurement, std::span<const double> values);
 
-  Made made_;  // first: outlives the files
+  apps::MadePaths made_;  // first: outlives the files
   bool resume_;
   int finished_;  // -1: not known yet
   std::vector<double> finished_times_s_;

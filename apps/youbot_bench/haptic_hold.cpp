@@ -15,6 +15,7 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/made_paths.h"
 #include "apps/common/open_haptic.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/real_time.h"
@@ -114,9 +115,11 @@ class HoldRecording {
                {"age_s", 6},
                {"energy_J", 8},
                {"buttons", 0}}),
+        made_({directory / kRecording}),
         recorder_(
             kRing,
             [this](const HoldRecord& r) {
+              made_.keep();
               const auto &p = r.p_HD_m, &v = r.v_HD_H_m_per_s, &f = r.f_D_H_N;
               file_.append_row(std::array{r.time_s, p[0], p[1], p[2], v[0], v[1], v[2], f[0], f[1], f[2],
                                           r.age_s, r.energy_J, r.buttons});
@@ -132,12 +135,12 @@ class HoldRecording {
     recorder_.stop();
     file_.close();
     if (const std::string problem = file_.error(); !problem.empty()) spdlog::warn("recording: {}", problem);
-    if (const auto dropped = recorder_.statistics().dropped; dropped > 0)
-      spdlog::warn("recording: the disk was too slow: {} cycles dropped", dropped);
+    for (const std::string& problem : recorder_.problems()) spdlog::warn("recording: {}", problem);
   }
 
  private:
   apps::RecordingFile file_;
+  apps::MadePaths made_;                 // takes the file away unless there are rows
   apps::Recorder<HoldRecord> recorder_;  // last: its thread uses the file
 };
 
@@ -384,9 +387,10 @@ void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& ha
 
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop) {
   apps::HapticOptions haptic = load_options(options);
+  apps::MadePaths made;
   if (!options.out.empty()) {
     apps::require_no_results(options.out, {kRecording, "report.html"});
-    apps::make_output_directory(options.out);
+    made.add(apps::make_output_directory(options.out));
   }
   if (!options.virtual_time) prepare_real_time(options, haptic);
   const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
@@ -414,6 +418,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
   }
   if (recording) recording->close();
   const bool measured = outcome.samples > 0;
+  if (measured) made.keep();
   if (measured && !options.out.empty()) write_report(options.out, options, opened.device->info(), outcome);
   if (measured && !options.quiet) {
     print_summary(outcome);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <iterator>
 
+#include "apps/common/made_paths.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/progress_line.h"
 #include "apps/common/whole_file.h"
@@ -30,7 +31,7 @@ std::string drive_name(const Inputs& inputs) {
 Findings write_findings(const Inputs& inputs, const GapOptions& options,
                         const std::function<void(std::string_view, double)>& progress) {
   apps::require_no_results(options.out, {std::begin(kFiles), std::end(kFiles)});
-  apps::make_output_directory(options.out);
+  apps::MadePaths made(apps::make_output_directory(options.out));
   Findings findings{.base = inputs.model,
                     .base_path = options.inputs.model.string(),
                     .drive = drive_name(inputs),
@@ -42,6 +43,7 @@ Findings write_findings(const Inputs& inputs, const GapOptions& options,
   search.seed = options.seed;
   search.progress = progress;
   findings.result = sim::gap::analyse(inputs.model, inputs.data, inputs.held_out, search);
+  made.keep();
 
   const std::string texts[] = {improved_model_text(findings), gap_report(findings).html(),
                                gap_json(findings)};

@@ -15,8 +15,8 @@
 #include <ctime>
 #include <stdexcept>
 
-#include "apps/common/uninterrupted.h"
 #include "drivers/ethercat/frame.h"
+#include "drivers/uninterrupted.h"
 
 namespace youbot_sim {
 namespace {
@@ -128,7 +128,7 @@ FramePort::Frame FrameSocket::take(std::span<std::uint8_t> buffer) noexcept {
 nanoseconds FrameSocket::now() const noexcept { return time_of(CLOCK_MONOTONIC); }
 
 bool FrameSocket::send(std::span<const std::uint8_t> frame) noexcept {
-  const ssize_t sent = apps::uninterrupted([&] { return ::send(socket_, frame.data(), frame.size(), 0); });
+  const ssize_t sent = drivers::uninterrupted([&] { return ::send(socket_, frame.data(), frame.size(), 0); });
   return sent == static_cast<ssize_t>(frame.size());
 }
 

@@ -104,8 +104,13 @@ RobotRecording::RobotRecording(const std::filesystem::path& path, sim::bus::Youb
              {"mode", "-1 no power, 0 stopped, 1 position, 2 velocity, 5 PWM (target not given), 6 current"},
              {"made_by", apps::build_version()}},
             columns(robot)),
+      made_({path}),
       recorder_(
-          kRingCapacity, [this](const RobotRecord& record) { append(file_, robot_, record); },
+          kRingCapacity,
+          [this](const RobotRecord& record) {
+            made_.keep();
+            append(file_, robot_, record);
+          },
           [this] { file_.flush(); }) {
   robot_.after_each_period([this] { take(); });
 }

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "apps/common/made_paths.h"
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
 #include "hal/joint.h"
@@ -41,7 +42,8 @@ class RobotRecording {
  public:
   /// Takes rows from now on. `robot` outlives this. `wait`: a disk that is too slow holds the robot up, where
   /// time may stand still; otherwise rows are lost and counted.
-  /// @throws hal::SetupError when the file cannot be made.
+  /// Nothing is left of a file without a row.
+  /// @throws hal::SetupError when the file cannot be made, or is there already.
   RobotRecording(const std::filesystem::path& path, sim::bus::YoubotBus& robot, bool wait);
   RobotRecording(const RobotRecording&) = delete;
   RobotRecording& operator=(const RobotRecording&) = delete;
@@ -58,6 +60,7 @@ class RobotRecording {
   sim::bus::YoubotBus& robot_;
   bool wait_;
   apps::RecordingFile file_;
+  apps::MadePaths made_;                  // takes the file away unless there are rows
   apps::Recorder<RobotRecord> recorder_;  // last: its thread uses the file
 };
 

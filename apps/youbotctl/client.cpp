@@ -10,7 +10,7 @@
 #include <string>
 
 #include "apps/common/control_socket.h"
-#include "apps/common/uninterrupted.h"
+#include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace youbotctl {
@@ -34,7 +34,7 @@ Client::Client(const std::filesystem::path& socket) : path_(socket) {
   const sockaddr_un address = apps::control_address(path_);
   socket_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
   const auto connected = [&] {
-    return apps::uninterrupted([&] {
+    return drivers::uninterrupted([&] {
              return connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address);
            }) == 0;
   };
@@ -55,8 +55,9 @@ nlohmann::json Client::ask(const std::string& request) {
                                 std::to_string(apps::kLongestRequest) + " are possible");
   std::string answer(apps::kLongestAnswer, '\0');
   ssize_t size =
-      apps::uninterrupted([&] { return send(socket_, request.data(), request.size(), MSG_NOSIGNAL); });
-  if (size >= 0) size = apps::uninterrupted([&] { return recv(socket_, answer.data(), answer.size(), 0); });
+      drivers::uninterrupted([&] { return send(socket_, request.data(), request.size(), MSG_NOSIGNAL); });
+  if (size >= 0)
+    size = drivers::uninterrupted([&] { return recv(socket_, answer.data(), answer.size(), 0); });
   if (size < 0 && errno == EAGAIN) throw hal::SetupError(path_.string(), "ask youbotd", "it does not answer");
   if (size < 0)
     throw hal::SetupError(path_.string(), "ask youbotd",

@@ -19,8 +19,8 @@
 #include "apps/common/exit_code.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
-#include "apps/common/uninterrupted.h"
 #include "apps/youbotctl/client.h"
+#include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace {
@@ -152,7 +152,7 @@ class Input {
                             "the robot comes to rest");
     if (ready <= 0) return;
     std::array<char, 1024> text{};
-    const ssize_t size = apps::uninterrupted([&] { return read(STDIN_FILENO, text.data(), text.size()); });
+    const ssize_t size = drivers::uninterrupted([&] { return read(STDIN_FILENO, text.data(), text.size()); });
     ended_ = size <= 0;
     if (ended_ && !pending_.empty()) pending_ += '\n';  // the last line needs none
     if (size > 0) pending_.append(text.data(), static_cast<std::size_t>(size));

@@ -66,9 +66,7 @@ BaseRecording::BaseRecording(const Description& description)
       way_({{"reference", report::Style::kDashed}, {"base"}}, /*from_the_side=*/false, description.workspace),
       report_(description.directory / "report.html"),
       recorder_(
-          kRingCapacity, [this](const CycleRecord& record) { write(record); }, [this] { flush(); }) {
-  new_recording_.keep();
-}
+          kRingCapacity, [this](const CycleRecord& record) { write(record); }, [this] { flush(); }) {}
 
 BaseRecording::Files BaseRecording::open_files(const Description& description) {
   Files files(kWheels + 1);
@@ -103,6 +101,7 @@ bool BaseRecording::holds_recording(const std::filesystem::path& directory) {
 }
 
 void BaseRecording::write(const CycleRecord& record) {
+  new_recording_.keep();
   for (std::size_t i = 0; i < kWheels; ++i)
     files_[i]->append_row(std::array{seconds(record.time), record.torque_command_Nm[i],
                                      record.torque_measured_Nm[i], record.position_rad[i],
@@ -120,6 +119,7 @@ void BaseRecording::flush() {
 void BaseRecording::close() noexcept {
   recorder_.stop();
   for (const auto& file : files_) file->close();
+  if (recorder_.statistics().pushed == 0) return;  // nothing is left of it
   try {
     way_.write(report_);
   } catch (const std::exception& failure) {

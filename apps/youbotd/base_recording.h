@@ -24,8 +24,8 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record);
 
 /// Writes `wheel-1.csv` … `wheel-4.csv` (format and columns of the recording contract, with the filtered
 /// velocity) and `base.csv` (poses, wrench, timing) into a directory, `config.toml`, the file that made the
-/// run, and at the end `report.html`. What cannot be written never stops the robot: it is counted and
-/// reported at the end.
+/// run, and at the end `report.html`. A run that ends before its first cycle leaves none of them. What cannot
+/// be written never stops the robot: it is counted and reported at the end.
 class BaseRecording {
  public:
   struct Description {
@@ -65,7 +65,7 @@ class BaseRecording {
   void flush();
 
   std::vector<std::string> setup_problems_;
-  apps::NewRecording new_recording_;  // takes the files away unless all is ready
+  apps::NewRecording new_recording_;  // takes the files away unless there are rows
   Files files_;                       // four wheels, then the base
   WayReport way_;
   std::filesystem::path report_;

@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "apps/common/control_socket.h"
-#include "apps/common/uninterrupted.h"
+#include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 
 namespace youbotd {
@@ -22,6 +22,8 @@ namespace {
 
 constexpr std::size_t kMostConnections = 16;
 constexpr std::chrono::milliseconds kRetry{200};
+/// Who waits at the door may want to stop the robot.
+constexpr std::chrono::milliseconds kAcceptRetry{20};
 
 hal::SetupError refused(const std::filesystem::path& path, const std::string& hint) {
   return {"control socket " + path.string(), "open", hint};
@@ -31,7 +33,7 @@ hal::SetupError refused(const std::filesystem::path& path, const std::string& hi
 int error_of_calling(const sockaddr_un& address) {
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (probe < 0) return errno;
-  const bool reached = apps::uninterrupted([&] {
+  const bool reached = drivers::uninterrupted([&] {
                          return connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address);
                        }) == 0;
   const int error = reached ? 0 : errno;
@@ -136,9 +138,14 @@ void ControlServer::restore() {
 
 void ControlServer::serve(std::chrono::milliseconds patience) {
   restore();
-  std::vector<pollfd> watched{{listening_, POLLIN, 0}};
+  // Who could not be accepted still waits: watched, it would end each poll() at once. A negative one is not.
+  const auto pause =
+      std::chrono::ceil<std::chrono::milliseconds>(accept_again_ - std::chrono::steady_clock::now());
+  const bool accepts = pause.count() <= 0;
+  std::vector<pollfd> watched{{accepts ? listening_ : -1, POLLIN, 0}};
   for (const Connection& connection : connections_) watched.push_back({connection.socket, POLLIN, 0});
-  const int ready = poll(watched.data(), watched.size(), static_cast<int>(patience.count()));
+  const auto wait = accepts ? patience : std::min(patience, pause);
+  const int ready = poll(watched.data(), watched.size(), static_cast<int>(wait.count()));
   if (ready < 0 && errno != EINTR) {
     complain("look for requests", errno);
     std::this_thread::sleep_for(patience);
@@ -156,7 +163,7 @@ void ControlServer::serve(std::chrono::milliseconds patience) {
     close(connection.socket);
     listener_.gone(connection.peer);
   }
-  if (watched[0].revents != 0 && !accept()) std::this_thread::sleep_for(patience);  // who waits still does
+  if (watched[0].revents != 0) (void)accept();
 }
 
 /// No client may reach the service then: the log says so, once for each problem.
@@ -168,10 +175,12 @@ void ControlServer::complain(const char* step, int error) {
 }
 
 bool ControlServer::accept() {
-  const int socket = apps::uninterrupted(
+  const int socket = drivers::uninterrupted(
       [this] { return accept4(listening_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC); });
   if (socket < 0) {
-    if (errno != EAGAIN && errno != ECONNABORTED) complain("accept a connection", errno);
+    if (errno == EAGAIN || errno == ECONNABORTED) return false;
+    complain("accept a connection", errno);
+    accept_again_ = std::chrono::steady_clock::now() + kAcceptRetry;
     return false;
   }
   ucred peer{};
@@ -224,7 +233,7 @@ bool ControlServer::hear(Connection& connection) {
   connection.peer.heard = std::chrono::steady_clock::now();
   const std::string answer =
       listener_.answer(connection.peer, std::string(request.data(), static_cast<std::size_t>(size)));
-  if (apps::uninterrupted(
+  if (drivers::uninterrupted(
           [&] { return send(connection.socket, answer.data(), answer.size(), MSG_NOSIGNAL); }) >= 0)
     return true;
   // Who asks without reading the answers is not waited for, and who has gone needs none.

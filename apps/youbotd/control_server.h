@@ -56,6 +56,7 @@ class ControlServer {
   };
   bool is_ours() const;
   void restore();
+  /// False when nobody was there, or could be let in.
   bool accept();
   void drop_one();
   void complain(const char* step, int error);
@@ -67,8 +68,9 @@ class ControlServer {
   int listening_ = -1;
   std::uint64_t made_ = 0;  // inode of the socket that is ours
   std::chrono::steady_clock::time_point tried_{};
-  bool lost_ = false;      // removed, and could not be made again yet
-  std::string complaint_;  // the last one
+  std::chrono::steady_clock::time_point accept_again_{};  // after one that failed
+  bool lost_ = false;                                     // removed, and could not be made again yet
+  std::string complaint_;                                 // the last one
   std::uint64_t accepted_ = 0;
   std::vector<Connection> connections_;
 };

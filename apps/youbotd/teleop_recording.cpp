@@ -108,9 +108,7 @@ TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
       way_({{"base"}, {"set-point", report::Style::kDashed}, {"tip"}}, /*from_the_side=*/true, workspace),
       report_(directory / "report.html"),
       recorder_(
-          kRingCapacity, [this](const TeleopRecord& record) { write(record); }, [this] { file_->flush(); }) {
-  new_recording_.keep();
-}
+          kRingCapacity, [this](const TeleopRecord& record) { write(record); }, [this] { file_->flush(); }) {}
 
 std::unique_ptr<apps::RecordingFile> TeleopRecording::open(std::chrono::nanoseconds period, bool simulated,
                                                            const control::Workspace& workspace) {
@@ -134,6 +132,7 @@ bool TeleopRecording::holds_recording(const std::filesystem::path& directory) {
 }
 
 void TeleopRecording::write(const TeleopRecord& record) {
+  new_recording_.keep();
   append_teleop(*file_, record);
   way_.add({{record.base_W[0], record.base_W[1], 0},
             Eigen::Vector3d(record.setpoint_p_WT_m.data()),
@@ -144,6 +143,7 @@ void TeleopRecording::write(const TeleopRecord& record) {
 void TeleopRecording::close() noexcept {
   recorder_.stop();
   file_->close();
+  if (recorder_.statistics().pushed == 0) return;  // nothing is left of it
   try {
     way_.write(report_);
   } catch (const std::exception& failure) {

@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "drivers/can/interface_bitrate.h"
+#include "drivers/uninterrupted.h"
 
 namespace drivers::can {
 namespace {
@@ -159,7 +160,8 @@ bool SocketCan::wait_for(short events, nanoseconds timeout) noexcept {
 bool SocketCan::send(const can_frame& frame, nanoseconds timeout) noexcept {
   for (bool waited = false;; waited = true) {
     // No SIGPIPE when the other end of a test's socket pair is gone.
-    const ssize_t sent = ::send(socket_, &frame, sizeof(frame), MSG_DONTWAIT | MSG_NOSIGNAL);
+    const ssize_t sent =
+        uninterrupted([&] { return ::send(socket_, &frame, sizeof(frame), MSG_DONTWAIT | MSG_NOSIGNAL); });
     if (sent == sizeof(frame)) return true;
     last_error_ = sent < 0 ? errno : EMSGSIZE;
     const bool full = last_error_ == EAGAIN || last_error_ == EWOULDBLOCK;

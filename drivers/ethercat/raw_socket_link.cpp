@@ -18,6 +18,7 @@
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/monotonic_clock.h"
 #include "drivers/ethercat/other_master.h"
+#include "drivers/uninterrupted.h"
 
 namespace drivers::ethercat {
 namespace {
@@ -97,7 +98,8 @@ void RawSocketLink::refuse_other_masters() {
 }
 
 bool RawSocketLink::send(std::span<const std::uint8_t> frame) noexcept {
-  const ssize_t sent = ::send(socket_, frame.data(), frame.size(), MSG_DONTWAIT);
+  const ssize_t sent =
+      uninterrupted([&] { return ::send(socket_, frame.data(), frame.size(), MSG_DONTWAIT); });
   if (sent == static_cast<ssize_t>(frame.size())) return true;
   last_error_ = sent < 0 ? errno : EIO;
   return false;

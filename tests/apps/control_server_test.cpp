@@ -3,6 +3,7 @@
 
 #include <grp.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -99,6 +100,29 @@ TEST_F(ControlServerTest, NoticesAtOnceThatAPeerIsGone) {
   ASSERT_TRUE(other.say("still here"));
   serve(server);
   EXPECT_EQ(other.hear(), "you said still here");
+}
+
+TEST_F(ControlServerTest, WhoIsConnectedIsServedWhileNobodyElseCanBeAccepted) {
+  ControlServer server(path, echo);
+  const Caller inside(path);
+  serve(server);
+  const Caller outside(path);  // in the queue, and a ready descriptor from now on
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  const rlimit full{3, before.rlim_max};  // so that accept() fails for want of a descriptor
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &full), 0);
+  std::vector<std::string> answers;
+  for (int i = 0; i < 50; ++i) {
+    (void)inside.say("status");
+    server.serve(1h);  // returns for the request alone: the test hangs otherwise
+    answers.push_back(inside.hear());
+  }
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &before), 0);
+  EXPECT_EQ(answers, std::vector<std::string>(50, "you said status"));
+
+  ASSERT_TRUE(outside.say("stop"));
+  while (outside.hear() != "you said stop") server.serve(1h);  // accepted when there is room again
+  EXPECT_TRUE(echo.left.empty());
 }
 
 TEST_F(ControlServerTest, DropsWhoSendsMoreThanARequest) {

@@ -131,6 +131,47 @@ TEST(EthercatOverVeth, YoubotdDrivesTheEmulatedBaseOverARawSocket) {
   EXPECT_NEAR(position_rad(rows.back()) - position_rad(rows.front()), 0.05 / 0.0475, 0.6);
 }
 
+/// The comparison of two runs, on a robot as far as the daemon knows: the limits stay in force.
+support::CommandResult compare(const fs::path& config, const fs::path& out) {
+  return support::run_command(support::program("youbotd") +
+                              " --robot ethercat:veth-c --virtual-time --demo --config " + config.string() +
+                              " --record " + out.string());
+}
+
+TEST(EthercatOverVeth, ADemoWhoseBaseStaysBehindWithoutCompensationStopsItAndGoesOnWithTheOtherRun) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory directory;
+  const std::string leg = "[path]\n[[path.leg]]\nforward_m = 0.4\n";
+  const Simulator simulator(namespaces, "--robot base --lock-step");
+  ASSERT_TRUE(simulator.ready());
+
+  const auto run = compare(directory.write("path.toml", leg), directory / "out");
+  EXPECT_EQ(run.exit_code, 0) << run.output;
+  EXPECT_TRUE(run.said("info: stopped at ")) << run.output;
+  EXPECT_TRUE(run.said("more than allowed (limits.following_error_m = 0.15)")) << run.output;
+  EXPECT_FALSE(run.said("error:")) << run.output;
+  EXPECT_TRUE(run.said("the base never starts without compensation")) << run.output;
+  EXPECT_TRUE(fs::exists(directory / "out/without/base.csv") && fs::exists(directory / "out/with/base.csv"));
+}
+
+TEST(EthercatOverVeth, ADemoWhoseBaseStaysBehindWithCompensationTooIsStoppedByAFault) {
+  const Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory directory;
+  const Simulator simulator(namespaces, "--robot base --lock-step");
+  ASSERT_TRUE(simulator.ready());
+
+  const auto run =
+      compare(directory.write("tight.toml",
+                              "[limits]\nfollowing_error_m = 0.005\n[path]\n[[path.leg]]\nforward_m = 0.4\n"),
+              directory / "out");
+  EXPECT_EQ(run.exit_code, 4) << run.output;
+  EXPECT_TRUE(run.said("== with friction compensation")) << "a finding, and no reason to end: " << run.output;
+  EXPECT_TRUE(run.said("error: stopped by a fault at ")) << run.output;
+  EXPECT_FALSE(run.said("compensation            without")) << run.output;
+}
+
 TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {
   const Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");

@@ -3,6 +3,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -220,9 +221,10 @@ testing::AssertionResult contains(const std::string& text, std::string_view part
 template <typename Error>
 std::string set_up_error(const std::filesystem::path& path,
                          const std::vector<RecordingFile::Comment>& comments,
-                         const std::vector<RecordingFile::Column>& columns) {
+                         const std::vector<RecordingFile::Column>& columns,
+                         RecordingFile::Existing existing = RecordingFile::Existing::kRefuse) {
   try {
-    const RecordingFile file(path, comments, columns);
+    const RecordingFile file(path, comments, columns, existing);
   } catch (const Error& error) {
     return error.what();
   }
@@ -338,21 +340,34 @@ TEST_F(RecordingFileTest, RefusesADeviceBecauseATornRowCouldNotBeCutOff) {
   EXPECT_TRUE(contains(message, "/dev/full: not a regular file"));
 }
 
+TEST_F(RecordingFileTest, APipeWithoutAReaderIsRefusedAndNotWaitedFor) {
+  ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
+  for (const auto existing : {RecordingFile::Existing::kRefuse, RecordingFile::Existing::kReplace}) {
+    const std::string message = set_up_error<hal::SetupError>(path(), kComments, kColumns, existing);
+    EXPECT_TRUE(contains(message, path().string() + ": not a regular file")) << message;
+  }
+  EXPECT_TRUE(std::filesystem::is_fifo(path()));
+}
+
 TEST_F(RecordingFileTest, RefusesAFileThatIsBeingRecordedAndLeavesItAlone) {
   RecordingFile file(path(), kComments, kColumns);
   file.append_row(row(0));
   file.flush();
-  const std::string message = set_up_error<hal::SetupError>(path(), kComments, kColumns);
+  const std::string message =
+      set_up_error<hal::SetupError>(path(), kComments, kColumns, RecordingFile::Existing::kReplace);
   EXPECT_TRUE(contains(message, path().string() + ": another recording is being written"));
   EXPECT_EQ(read_back(path()).rows.size(), 1u);
 }
 
-TEST_F(RecordingFileTest, ReplacesAnEarlierRecording) {
+TEST_F(RecordingFileTest, ReplacesAnEarlierRecordingOnRequestOnly) {
   {
     RecordingFile earlier(path(), kComments, kColumns);
     for (int i = 0; i < 10; ++i) earlier.append_row(row(i));
   }
-  { const RecordingFile file(path(), kComments, kColumns); }
+  const std::string message = set_up_error<hal::SetupError>(path(), kComments, kColumns);
+  EXPECT_TRUE(contains(message, path().string() + ": cannot create the file: File exists")) << message;
+  EXPECT_EQ(read_back(path()).rows.size(), 10u);
+  { const RecordingFile file(path(), kComments, kColumns, RecordingFile::Existing::kReplace); }
   EXPECT_TRUE(read_back(path()).rows.empty());
 }
 
@@ -437,7 +452,7 @@ TEST_F(RecordingFileOnFullDisk, KeepsWholeRowsAndCountsTheLostWhereverTheDiskEnd
   const std::uintmax_t header_bytes = bytes_on_disk();
   constexpr int kRows = 4;
   for (std::uintmax_t room = 0; room < kRows * kRowBytes; ++room) {
-    RecordingFile file(path(), kComments, kColumns);
+    RecordingFile file(path(), kComments, kColumns, RecordingFile::Existing::kReplace);
     {
       const FileSizeLimit full_disk(header_bytes + room);
       for (int i = 0; i < kRows; ++i) file.append_row(row(i));

@@ -1,6 +1,7 @@
 // What youbotd recorded against what the simulated robot saw, with the bus between them: youbot-sim --record
 // in lock-step, so that each of the robot's rows is one frame.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/support/built_paths.h"
@@ -90,6 +92,37 @@ TEST(RobotRecordingOverVeth, IsWhatTheDaemonRecorded) {
     EXPECT_EQ(starts, 1);
     EXPECT_LE(mode.back(), 0);
   }
+}
+
+/// youbot-sim on its interface without a master, until it ends by itself.
+support::CommandResult serve_nobody(const support::Namespaces& namespaces, const std::string& record) {
+  return support::run_command("timeout 20 ip netns exec " + namespaces.sim_namespace() + " " +
+                              support::program("youbot-sim") +
+                              " --interface veth-s --duration 0.05 --record " + record);
+}
+
+TEST(RobotRecordingOverVeth, GoesToANewFileOnly) {
+  const support::Namespaces namespaces;
+  SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
+  const support::TemporaryDirectory folder;
+  const fs::path earlier = folder.write("earlier.csv", "earlier\n");
+  const fs::path pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  for (const auto& [path, why] : std::vector<std::pair<fs::path, std::string>>{
+           {earlier, "cannot create the file: File exists"},
+           {pipe, "not a regular file"},
+           {folder.path(), "not a regular file"},
+           {"/dev/full", "not a regular file"},
+           {"/proc/seen.csv", "cannot create the file: No such file or directory"}}) {
+    const support::CommandResult result = serve_nobody(namespaces, path.string());
+    EXPECT_EQ(result.exit_code, 3) << result.output;
+    EXPECT_TRUE(result.said("recording " + path.string() + ": " + why)) << result.output;
+    EXPECT_FALSE(result.said("serving")) << result.output;
+  }
+  EXPECT_EQ(fs::file_size(earlier), 8U);
+  EXPECT_TRUE(fs::is_fifo(pipe));
+  EXPECT_EQ(serve_nobody(namespaces, (folder / "new.csv").string()).exit_code, 0);
+  EXPECT_GT(column(folder / "new.csv", "time_s").size(), 10U);
 }
 
 }  // namespace robot_recording_over_veth_test

@@ -216,6 +216,14 @@ TEST_F(Session, ADiskWithoutRoomForTheHeadersRefusesTheRunAndLeavesNothingBehind
   EXPECT_FALSE(fs::exists(directory / "run"));
 }
 
+TEST_F(Session, AStartThatIsRefusedAfterTheRecordingWasOpenedLeavesNothingBehind) {
+  options.virtual_time = false;
+  options.record_directory = directory / "new/run";
+  config.real_time.cpu = 1023;  // no machine has it
+  EXPECT_THROW((void)run_session(config, options, stop), hal::SetupError);
+  EXPECT_FALSE(fs::exists(directory / "new"));
+}
+
 TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
   options.duration = 5s;
   options.record_directory = directory.path();

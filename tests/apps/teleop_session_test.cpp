@@ -211,6 +211,14 @@ TEST_F(TeleopSession, TheSameRunTwiceIsTheSame) {
 
 // --- Ending ---
 
+TEST_F(TeleopSession, AStartThatIsRefusedAfterTheRecordingWasOpenedLeavesNothingBehind) {
+  options.virtual_time = false;
+  options.record_directory = directory / "new/run";
+  config.real_time.cpu = 1023;  // no machine has it
+  EXPECT_THROW((void)run(), hal::SetupError);
+  EXPECT_FALSE(fs::exists(directory / "new"));
+}
+
 TEST_F(TeleopSession, TheDurationEndsItAtRestWhateverIsLeftToDo) {
   be_quick();
   config.teleoperation.approach_s = 1.5;

@@ -1,6 +1,7 @@
 // Experiments end to end: what is measured, what is on disk, and what stops.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
@@ -468,6 +469,35 @@ TEST_F(BenchExperiment, ResumingNamesTheLineOfADamagedRow) {
         << error.what();
   }
   EXPECT_EQ(text_of(map(2)), damaged);
+}
+
+TEST_F(BenchExperiment, ResumingReadsFilesOfUpTo2Gibibytes) {
+  const ExperimentPlan plan = map_at({0.5});
+  (void)run(plan);
+  options.resume = true;
+  fs::resize_file(raw(1), (std::uintmax_t{2} << 30) + 1);  // takes no room on the disk
+  try {
+    (void)run_unchecked(plan);
+    FAIL() << "read";
+  } catch (const std::invalid_argument& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "--resume: " + raw(1).string() + " has 2147483649 bytes, but at most 2147483648 are read");
+  }
+}
+
+TEST_F(BenchExperiment, ResumingRefusesAPipeAndDoesNotWaitForIt) {
+  const ExperimentPlan plan = map_at({0.5});
+  (void)run(plan);
+  options.resume = true;
+  fs::remove(raw(1));
+  ASSERT_EQ(mkfifo(raw(1).c_str(), 0600), 0);
+  try {
+    (void)run_unchecked(plan);
+    FAIL() << "read";
+  } catch (const hal::SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find(raw(1).string() + ": is a device or pipe"), std::string::npos)
+        << error.what();
+  }
 }
 
 TEST_F(BenchExperiment, WhatAPowerCutTookFromTheMapIsMeasuredAgain) {

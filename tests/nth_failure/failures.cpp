@@ -146,11 +146,14 @@ std::string describe(const Failure& failure) {
 std::vector<std::string> with_failure(const std::filesystem::path& counts,
                                       const std::optional<Failure>& failure,
                                       const std::vector<std::string>& words, int patience_s) {
+  // Behind ours stays what this test runs with: a mocked kernel's library.
+  const char* const behind = std::getenv("LD_PRELOAD");
   std::vector<std::string> all{"/usr/bin/timeout",
                                "--signal=KILL",
                                std::to_string(patience_s),
                                "/usr/bin/env",
-                               "LD_PRELOAD=" + support::program_dir() + "/../tests/libfailing_calls.so",
+                               "LD_PRELOAD=" + support::program_dir() + "/../tests/libfailing_calls.so" +
+                                   (behind != nullptr ? std::string(":") + behind : ""),
                                "TMPDIR=" + (counts.parent_path() / "tmp").string(),
                                "YOUBOT_FAIL_PROGRAM=" + words.front(),
                                "YOUBOT_FAIL_COUNTS=" + counts.string()};

@@ -136,6 +136,10 @@ TEST_F(NthFailureOverVeth, NoTorqueIsLeftOnceYoubotdHasEnded) {
     if (moving != 0) flaws.push_back("torque remains: " + std::to_string(moving));
     if (failure.call != "unlink" && failure.call != "remove")
       for (const std::string& file : torn(Results::of(folder / "out"))) flaws.push_back(file + " is torn");
+    const bool refused = result.exit_code == 2 || result.exit_code == 3;
+    if (refused && failure.call != "unlink" && failure.call != "remove" && failure.call != "rmdir" &&
+        fs::exists(folder / "out"))
+      flaws.emplace_back("did not begin and left its folder");
     report(failure, result, flaws);
   }
   std::printf("%zu failures\n", failures.size());

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstdio>
 #include <cstring>
 #include <map>
@@ -170,6 +171,35 @@ TEST_F(NthFailure, YoubotBenchIdentifies) {
   survives_all({.words = {support::program("youbot-bench"), "identify", "--map", folder.write("map.csv", map),
                           "--out", folder / "out"},
                 .refusal_leaves_nothing = false});
+}
+
+/// A drive that rubs more than its model: five seconds to and fro.
+std::string drive_that_rubs(double phase) {
+  std::string text =
+      "# youbot recording v1\n# rig: wheel-1\n# experiment: chirp\n# sample_rate_Hz: 200\n"
+      "time_s,torque_measured_Nm,position_rad\n";
+  for (int i = 0; i < 1000; ++i) {
+    const double time_s = i / 200.0;
+    const double angle = 6 * time_s + phase;
+    const double velocity_rad_per_s = 3 * std::sin(angle);
+    const double torque_Nm =
+        0.0112 * 18 * std::cos(angle) + std::copysign(0.25, velocity_rad_per_s) + 0.0125 * velocity_rad_per_s;
+    text += std::to_string(time_s) + "," + std::to_string(torque_Nm) + "," +
+            std::to_string(-0.5 * std::cos(angle)) + "\n";
+  }
+  return text;
+}
+
+TEST_F(NthFailure, YoubotGapExplains) {
+  const fs::path model =
+      folder.write("model.toml",
+                   "format = \"youbot-drive-model/1\"\nname = \"wheel-1\"\ninertia_kg_m2 = 0.0112\n[sensor]\n"
+                   "encoder_ticks_per_rev = 104000\n[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.2\n");
+  survives_all({.words = {support::program("youbot-gap"), "--quiet", "--model", model, "--data",
+                          folder.write("a.csv", drive_that_rubs(0)), "--held-out",
+                          folder.write("b.csv", drive_that_rubs(0.7)), "--out", folder / "out"},
+                .short_run = 8,
+                .refusal_leaves_nothing = false});  // the model stays when its report cannot be written
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 #pragma once
 #include <cerrno>
 
-namespace apps {
+namespace drivers {
 
 /// Repeats a system call that a signal interrupted. Not for close(): Linux has closed the descriptor by then.
 template <typename Call>
@@ -12,4 +12,4 @@ auto uninterrupted(Call call) noexcept {
   return result;
 }
 
-}  // namespace apps
+}  // namespace drivers
