@@ -125,7 +125,9 @@ struct RobotModel::Chain {
   std::array<Eigen::Isometry3d, kLinks> X_WL;
   Eigen::Isometry3d X_WT;
   Jacobian J_WT;
+  std::array<KDL::Frame, kAxes> X_W;            // of the links' frames
   std::array<KDL::Twist, kAxes> unit_twists_W;  // by an axis that moves with 1 m/s or 1 rad/s
+  bool inertias_known = false;                  // at this q: the next two
   std::array<KDL::RigidBodyInertia, kAxes> inertias_W;
   std::array<KDL::RigidBodyInertia, kAxes> outboard_W;  // of an axis' link and all after it
 
@@ -147,6 +149,15 @@ struct RobotModel::Chain {
       X_tip = KDL::Frame::Identity();
       ++axis;
     }
+  }
+
+  /// Where only kinematics are asked for, it is not called.
+  void require_inertias() noexcept {
+    if (inertias_known) return;
+    for (std::size_t i = 0; i < kAxes; ++i) inertias_W[i] = X_W[i] * inertias[i];
+    outboard_W.back() = inertias_W.back();
+    for (std::size_t i = kAxes - 1; i-- > 0;) outboard_W[i] = inertias_W[i] + outboard_W[i + 1];
+    inertias_known = true;
   }
 
   void change(const ModelChanges& changes) {
@@ -181,16 +192,14 @@ void RobotModel::update(const ChainVector& q) noexcept {
     X = X * c.segments[i].pose(q[static_cast<int>(i)]);
     // The frame's origin is on the axis, so that it moves with what slides and rests in what turns.
     c.unit_twists_W[i] = (R_parent * c.segments[i].getJoint().twist(1.0)).RefPoint(-X.p);
-    c.inertias_W[i] = X * c.inertias[i];
+    c.X_W[i] = X;
     if (i >= kYaw) c.X_WL[i - kYaw] = to_eigen(X);
   }
   c.X_WT = to_eigen(X * c.X_tip);
   c.J_WT.topRows<3>() = point_jacobian(Link::kArm5, c.X_WT.translation());
   for (std::size_t i = 0; i < kAxes; ++i)
     c.J_WT.col(static_cast<int>(i)).tail<3>() = to_eigen(c.unit_twists_W[i].rot);
-
-  c.outboard_W.back() = c.inertias_W.back();
-  for (std::size_t i = kAxes - 1; i-- > 0;) c.outboard_W[i] = c.inertias_W[i] + c.outboard_W[i + 1];
+  c.inertias_known = false;
 }
 
 const Eigen::Isometry3d& RobotModel::X_WT() const noexcept { return chain_->X_WT; }
@@ -208,6 +217,7 @@ PointJacobian RobotModel::point_jacobian(Link link, const Eigen::Vector3d& p_W) 
 
 // The composite rigid body algorithm: an axis alone moves all after it as one body.
 ChainMatrix RobotModel::mass() noexcept {
+  chain_->require_inertias();
   ChainMatrix M;
   for (std::size_t i = 0; i < kAxes; ++i) {
     const KDL::Wrench momentum = chain_->outboard_W[i] * chain_->unit_twists_W[i];
@@ -220,6 +230,7 @@ ChainMatrix RobotModel::mass() noexcept {
 
 // Standing is falling upwards.
 ChainVector RobotModel::gravity_Nm() noexcept {
+  chain_->require_inertias();
   const KDL::Twist upwards(KDL::Vector(0, 0, kGravity_m_per_s2), KDL::Vector::Zero());
   ChainVector g;
   for (std::size_t i = 0; i < kAxes; ++i)
@@ -229,6 +240,7 @@ ChainVector RobotModel::gravity_Nm() noexcept {
 
 // Newton and Euler, recursively, with the axes not accelerated.
 ChainVector RobotModel::coriolis_Nm(const ChainVector& velocity) noexcept {
+  chain_->require_inertias();
   std::array<KDL::Wrench, kAxes> wrenches;
   auto v = KDL::Twist::Zero(), a = KDL::Twist::Zero();
   for (std::size_t i = 0; i < kAxes; ++i) {

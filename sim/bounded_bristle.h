@@ -2,6 +2,8 @@
 /// The element that sticks: an elastic deflection that gives way at a bound.
 #pragma once
 #include <algorithm>
+#include <cmath>
+#include <concepts>
 
 namespace sim {
 
@@ -18,17 +20,24 @@ class BoundedBristle {
   };
   explicit BoundedBristle(const Parameters& parameters) noexcept : parameters_(parameters) {}
 
-  /// The force against the motion over a step of length `step_s` at `velocity`, between -`backward` and
-  /// `forward` (both >= 0). Which bound counts is decided by the deflection and not by the velocity: a loaded
-  /// joint that rings while it sticks is still held by the break-away of the direction it is pushed to.
-  double step(double velocity, double forward, double backward, double step_s) noexcept {
-    deflection_ = std::clamp(deflection_ + velocity * step_s, -backward / parameters_.stiffness,
-                             forward / parameters_.stiffness);
-    return std::clamp(parameters_.stiffness * deflection_ + parameters_.damping * velocity, -backward,
-                      forward);
+  /// The force against the motion over a step of length `step_s` at `velocity`, between -`bound(-1)` and
+  /// `bound(+1)` (both >= 0). Which bound counts is decided by the deflection and not by the velocity: a
+  /// loaded joint that rings while it sticks is still held by the break-away of the direction it is pushed
+  /// to. Only bounds that count are asked for.
+  template <std::invocable<double> Bound>
+  double step(double velocity, const Bound& bound, double step_s) noexcept {
+    const double direction = std::copysign(1.0, deflection_ + velocity * step_s);
+    const double level = bound(direction);
+    deflection_ =
+        direction * std::min(direction * (deflection_ + velocity * step_s), level / parameters_.stiffness);
+    const double force = parameters_.stiffness * deflection_ + parameters_.damping * velocity;
+    // Damping may push the other way.
+    if (direction * force >= 0) return direction * std::min(direction * force, level);
+    return -direction * std::min(-direction * force, bound(-direction));
   }
   double step(double velocity, double bound, double step_s) noexcept {
-    return step(velocity, bound, bound, step_s);
+    return step(
+        velocity, [bound](double) { return bound; }, step_s);
   }
   double deflection() const noexcept { return deflection_; }
 

@@ -38,8 +38,12 @@ class Motor {
     if (voltage_V_ == wanted_V)
       integral_V_ += p.resistance_ohm * p.current_bandwidth_rad_per_s * error_A * step_s;
     const double back_emf_V = p.torque_constant_Nm_per_A * velocity_rad_per_s;
-    current_A_ = (current_A_ + step_s / p.inductance_H * (voltage_V_ - back_emf_V)) /
-                 (1 + step_s * p.resistance_ohm / p.inductance_H);
+    if (step_s != step_s_) {  // a division takes longer than all of the rest
+      step_s_ = step_s;
+      step_per_H_ = step_s / p.inductance_H;
+      decay_ = 1 + step_s * p.resistance_ohm / p.inductance_H;
+    }
+    current_A_ = (current_A_ + step_per_H_ * (voltage_V_ - back_emf_V)) / decay_;
     return p.torque_constant_Nm_per_A * current_A_;
   }
 
@@ -55,6 +59,10 @@ class Motor {
   double current_A_ = 0.0;
   double integral_V_ = 0.0;
   double voltage_V_ = 0.0;
+  // Of the last step's length.
+  double step_s_ = 0.0;
+  double step_per_H_ = 0.0;
+  double decay_ = 1.0;
 };
 
 }  // namespace sim

@@ -47,9 +47,9 @@ double MovingParts::level_Nm(double speed_rad_per_s, double direction, double ca
 
 double MovingParts::move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept {
   const double speed = std::abs(mass.velocity_rad_per_s);
-  const double friction =
-      mass.contact.step(mass.velocity_rad_per_s, mass.share * level_Nm(speed, +1, carried_Nm),
-                        mass.share * level_Nm(speed, -1, carried_Nm), step_s);
+  const double friction = mass.contact.step(
+      mass.velocity_rad_per_s,
+      [&](double direction) { return mass.share * level_Nm(speed, direction, carried_Nm); }, step_s);
   mass.velocity_rad_per_s += step_s / (mass.share * mechanics_.inertia_kg_m2) * (torque_Nm - friction);
   mass.position_rad += step_s * mass.velocity_rad_per_s;
   return friction;

@@ -6,9 +6,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <stdexcept>
 #include <string_view>
@@ -58,12 +60,35 @@ std::size_t longest_value_chars(const std::optional<int>& decimals) {
   return decimals ? kLongestFixedChars + static_cast<std::size_t>(*decimals) : kLongestShortestChars;
 }
 
+/// What std::to_chars() writes for fixed decimals, in a fifth of its time: the value is scaled to an integer,
+/// where the scaling's own error cannot change how it rounds. Null where it could.
+char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
+  constexpr std::array<double, 10> kPowers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+  constexpr double kLargest = 1e12;     // doubles are 1e-4 apart there
+  constexpr double kCertainly = 0.499;  // from the nearest integer
+  if (decimals >= static_cast<int>(kPowers.size())) return nullptr;
+  const double scaled = std::abs(value) * kPowers[static_cast<std::size_t>(decimals)];
+  if (!(scaled < kLargest)) return nullptr;
+  auto digits = static_cast<std::uint64_t>(scaled + 0.5);
+  if (std::abs(scaled - static_cast<double>(digits)) > kCertainly) return nullptr;
+  std::array<char, 24> text;  // from behind, with a zero before the point
+  char* const last = text.data() + text.size();
+  char* first = last;
+  for (int place = 0; place <= decimals || digits != 0; ++place, digits /= 10) {
+    if (place == decimals && decimals > 0) *--first = '.';
+    *--first = static_cast<char>('0' + digits % 10);
+  }
+  if (std::signbit(value)) *--first = '-';
+  return end - out < last - first ? nullptr : std::copy(first, last, out);
+}
+
 /// The caller has made room for longest_value_chars().
 char* format_value(char* out, char* end, double value, const std::optional<int>& decimals) noexcept {
   // One spelling, since to_chars would tell -nan from nan.
   if (std::isnan(value)) return std::ranges::copy(std::string_view("nan"), out).out;
-  return decimals ? std::to_chars(out, end, value, std::chars_format::fixed, *decimals).ptr
-                  : std::to_chars(out, end, value).ptr;
+  if (!decimals) return std::to_chars(out, end, value).ptr;
+  if (char* const behind = format_scaled(out, end, value, *decimals)) return behind;
+  return std::to_chars(out, end, value, std::chars_format::fixed, *decimals).ptr;
 }
 
 bool is_control(char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; }

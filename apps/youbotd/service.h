@@ -68,6 +68,9 @@ class Service final : public ControlServer::Listener {
   /// Every kBeat: repeats the orders, reads what became of them and reports to log and service manager.
   void beat();
 
+  /// A run is under way.
+  bool enabled() const noexcept { return run_ != nullptr; }
+
   std::string answer(const Peer& peer, const std::string& request) override;
   void gone(const Peer& peer) override;
   bool commands(const Peer& peer) const override {

@@ -52,7 +52,7 @@ json Service::status() const {
               {"robot", config_.robot.name},
               {"mode", mode_},
               {"run", orders_.number},
-              {"enabled", run_ != nullptr},
+              {"enabled", enabled()},
               {"phase", run_        ? now.phase
                         : faulted() ? "faulted"
                                     : "off"},

@@ -16,9 +16,10 @@ void I2tMonitor::update(double current_A, std::int32_t winding_time_ms, double l
     in_bucket_ = step;
     newest_ = (newest_ + 1) % kBuckets;
     buckets_[newest_] = 0.0;
+    full_A2_ms_ = std::accumulate(buckets_.begin(), buckets_.end(), 0.0);
   }
   buckets_[newest_] += current_A * current_A * std::chrono::duration<double, std::milli>(step).count();
-  sum_ = std::accumulate(buckets_.begin(), buckets_.end(), 0.0);
+  sum_ = full_A2_ms_ + buckets_[newest_];
 
   if (exceeded_) {
     const auto before = std::chrono::floor<std::chrono::seconds>(since_exceeded_);

@@ -30,6 +30,7 @@ class I2tMonitor {
   std::array<double, kBuckets> buckets_{};
   std::size_t newest_ = 0;
   std::chrono::nanoseconds in_bucket_{};
+  double full_A2_ms_ = 0.0;  // of all buckets but the newest
   double sum_ = 0.0;
   bool exceeded_ = false;
   std::chrono::nanoseconds since_exceeded_{};

@@ -125,10 +125,7 @@ class Play {
     (void)world_.ask(1, "stop");
     // An arm is lowered first.
     const auto stops_in = script_.machine == Machine::kBase ? 3s : 10s;
-    if (!comes_to(stops_in, [&] {
-          const auto reply = world_.ask(1, "status");
-          return reply && reply->status["enabled"] == false;
-        }))
+    if (!comes_to(stops_in, [this] { return world_.daemon_runs() && !world_.enabled(); }))
       return say("the robot does not stop");
     world_.end_daemon();
     for (int i = 0; i < 200; ++i) world_.step();

@@ -4,7 +4,13 @@
 #include <gtest/gtest.h>
 #include <spdlog/spdlog.h>
 
+#include "drivers/tmcl/process_data.h"
+
+#include <algorithm>
+#include <cctype>
+#include <fstream>
 #include <set>
+#include <sstream>
 
 namespace faults {
 namespace {
@@ -37,14 +43,20 @@ class DefectiveRobot : public hal::Robot {
 
 template <typename Robot>
 Outcome run_with(const std::string& script) {
-  return run(parsed_script(script),
-             [](std::unique_ptr<hal::Robot> robot) { return std::make_unique<Robot>(std::move(robot)); });
+  return run(parsed_script(script), {.robot = [](std::unique_ptr<hal::Robot> robot) {
+               return std::make_unique<Robot>(std::move(robot));
+             }});
 }
 
 std::string all(const Outcome& outcome) {
   std::string text;
   for (const std::string& violation : outcome.violations) text += violation + '\n';
   return text;
+}
+
+void expect_caught(const Outcome& outcome, const std::string& violation) {
+  EXPECT_NE(all(outcome).find(violation), std::string::npos)
+      << "not '" << violation << "' but: " << all(outcome);
 }
 
 struct Campaign : testing::Test {
@@ -149,7 +161,7 @@ class Misreads final : public DefectiveRobot {
 
 TEST_F(Campaign, ARecordingOfWhatDidNotHappenIsCaught) {
   const Outcome outcome = run_with<Misreads>("base/1:");
-  EXPECT_NE(all(outcome).find("was not at"), std::string::npos) << all(outcome);
+  EXPECT_NE(all(outcome).find("position_rad was not"), std::string::npos) << all(outcome);
 }
 
 /// Its drives never obey.
@@ -161,6 +173,191 @@ class NeverEnabled final : public DefectiveRobot {
 TEST_F(Campaign, ARobotThatDoesNotComeBackIsCaught) {
   const Outcome outcome = run_with<NeverEnabled>("base/1:");
   EXPECT_NE(all(outcome).find("does not come to work"), std::string::npos) << all(outcome);
+}
+
+/// Commands the first wheel more torque than the limits allow.
+class TooStrong final : public DefectiveRobot {
+  using DefectiveRobot::DefectiveRobot;
+  void spoil(hal::RobotCommand& command) noexcept override {
+    if (command.enable && ++cycles_ > 200) command.joints[0] = hal::JointCommand::torque_Nm(2.6);
+  }
+  int cycles_ = 0;
+};
+
+/// Reads twice the torque.
+class MisreadsTorque final : public DefectiveRobot {
+  using DefectiveRobot::DefectiveRobot;
+  void spoil(hal::RobotSample& sample) noexcept override {
+    for (hal::JointSample& joint : sample.joints) joint.torque_Nm *= 1.05;
+  }
+};
+
+/// Sends a little less than it is given.
+class LosesTorque final : public DefectiveRobot {
+  using DefectiveRobot::DefectiveRobot;
+  void spoil(hal::RobotCommand& command) noexcept override {
+    for (hal::JointCommand& joint : command.joints) joint.target *= 0.97;
+  }
+};
+
+TEST_F(Campaign, TorqueAboveTheLimitIsCaught) {
+  expect_caught(run_with<TooStrong>("base/1:"), "is commanded 2.");
+}
+
+TEST_F(Campaign, ARecordingOfOtherTorquesIsCaught) {
+  expect_caught(run_with<MisreadsTorque>("base/1:"), "torque_measured_Nm was not");
+  expect_caught(run_with<LosesTorque>("base/1:"), "torque_command_Nm was not");
+}
+
+TEST_F(Campaign, SpeedAboveTheLimitIsCaught) {
+  const Sabotage fast_base{.period = [](World& world) {
+    if (world.enabled()) world.emulation().base().set_twist({1.0, 0, 0});
+  }};
+  expect_caught(run(parsed_script("base/1:"), fast_base), "the base drives at 1.0");
+  const Sabotage fast_wheel{.period = [](World& world) {
+    if (world.enabled()) world.emulation().base().wheel(2).set_velocity(15);
+  }};
+  expect_caught(run(parsed_script("base/1:"), fast_wheel), "wheel 3 turns at 15");
+  const Sabotage fast_arm{.period = [](World& world) {
+    world.emulation().set_on_ground(false);  // the wheels stand still
+    if (world.enabled()) world.emulation().manipulator()->push_tip({0, 200, 0});
+  }};
+  expect_caught(run(parsed_script("manipulator/1:"), fast_arm), "arm joint");
+}
+
+/// Its motors do what they want.
+class WildPen final : public hal::HapticLink {
+ public:
+  WildPen(std::unique_ptr<hal::HapticLink> pen, double gain, double push_N)
+      : pen_(std::move(pen)), gain_(gain), push_N_(push_N) {}
+  const hal::HapticInfo& info() const noexcept override { return pen_->info(); }
+  void open() override { pen_->open(); }
+  bool close() noexcept override { return pen_->close(); }
+  hal::HapticStatus exchange(const hal::HapticCommand& command, std::chrono::nanoseconds now,
+                             hal::HapticSample& sample) noexcept override {
+    hal::HapticCommand spoiled = command;
+    spoiled.enable = true;
+    spoiled.f_D_H_N = gain_ * command.f_D_H_N + Eigen::Vector3d(push_N_, 0, 0);
+    return pen_->exchange(spoiled, now, sample);
+  }
+
+ private:
+  std::unique_ptr<hal::HapticLink> pen_;
+  double gain_;
+  double push_N_;
+};
+
+TEST_F(Campaign, AForceOnTheHandThatNobodyAllowedIsCaught) {
+  const auto wild = [](double gain, double push_N) {
+    return Sabotage{.pen = [gain, push_N](std::unique_ptr<hal::HapticLink> pen) {
+      return std::make_unique<WildPen>(std::move(pen), gain, push_N);
+    }};
+  };
+  expect_caught(run(parsed_script("manipulator/1:"), wild(1, 9)), "the hand feels 9.");
+  expect_caught(run(parsed_script("manipulator/1:"), wild(1, 0.5)),
+                "the hand feels a force without an enable");
+}
+
+/// A controller behind which the first board's old process data stay.
+Sabotage repeating_controller() {
+  return {.period = [](World& world) {
+    const drivers::tmcl::DriveOutput output{drivers::tmcl::ControllerMode::kCurrent, 200};
+    std::array<std::uint8_t, 5> bytes{};
+    (void)drivers::tmcl::pack(output, bytes);
+    if (world.enabled()) world.emulation().board(0).outputs_changed(bytes);
+  }};
+}
+
+TEST_F(Campaign, TorqueThatOutlivesALossIsCaught) {
+  expect_caught(run(parsed_script("base/1: all-requests-lost@1500+1000/0*0.50"), repeating_controller()),
+                "joint 1 is commanded 115 ms after all-requests-lost");
+}
+
+/// A client's words reach the daemon as others.
+Sabotage heard(std::string request, std::vector<std::string> others) {
+  return {.request = [request, others](const std::string& asked) {
+    return asked == request ? others : std::vector<std::string>{asked};
+  }};
+}
+
+TEST_F(Campaign, OrdersThatDoSomethingElseAreCaught) {
+  expect_caught(run(parsed_script("base/1: hall-sensor@1500+300/0*0.50 enabled-again@2000+0/0*1.00"),
+                    heard("enable", {"acknowledge", "enable"})),
+                "an enable is granted after a fault that was not acknowledged");
+  expect_caught(run(parsed_script("base/1: stopped@1500+0/0*0.50"), heard("stop", {"alive"})),
+                "is commanded 1500 ms after stopped");
+  expect_caught(
+      run(parsed_script("base/1: limit-raised@1500+0/0*0.50"), heard("set limits.force_N 1e9", {"status"})),
+      "the daemon grants 'set limits.force_N 1e9'");
+  expect_caught(run(parsed_script("base/1:"), heard("disable", {"alive"})), "the drives do not go off");
+}
+
+TEST_F(Campaign, ADaemonThatDoesNotDoItsWorkIsCaught) {
+  expect_caught(run(parsed_script("base/1: disabled@3900+0/0*0.50"), heard("enable", {"status"})),
+                "no enable works within 2 s");
+  expect_caught(run(parsed_script("base/1: daemon-killed@1500+300/0*0.50"),
+                    {.period = [](World& world) { world.daemon_held_down = true; }}),
+                "the daemon does not start");
+  expect_caught(run(parsed_script("base/1:"), {.period =
+                                                   [](World& world) {
+                                                     sim::Base& base = world.emulation().base();
+                                                     base.set_twist(control::PlanarVector::Zero());
+                                                   }}),
+                "the enabled robot does not drive");
+  expect_caught(run(parsed_script("base/1:"), {.period =
+                                                   [](World& world) {
+                                                     if (world.commander_silent)
+                                                       world.loop_paused_until = std::chrono::hours(1);
+                                                   }}),
+                "the robot does not stop");
+  expect_caught(run(parsed_script("base/1:"), {.ignores_its_end = true}), "the daemon does not end");
+}
+
+/// Rewrites the lines of the recording of the first run.
+template <typename Edit>
+Sabotage edited(const char* name, Edit edit) {
+  return {.recordings = [name, edit](const std::filesystem::path& folder) {
+    const std::filesystem::path file = folder / "run-1" / name;
+    std::vector<std::string> lines;
+    std::ifstream in(file);
+    for (std::string line; std::getline(in, line);) lines.push_back(line);
+    edit(lines);
+    std::ofstream out(file);
+    for (const std::string& line : lines) out << line << '\n';
+  }};
+}
+
+TEST_F(Campaign, ABadRecordingIsCaught) {
+  const Script script = parsed_script("base/1:");
+  using Lines = std::vector<std::string>;
+  expect_caught(run(script, edited("base.csv", [](Lines& lines) { lines.back().resize(20); })), "is torn");
+  expect_caught(run(script, edited("base.csv", [](Lines& lines) { lines.push_back(lines.back()); })),
+                "time stands still");
+  expect_caught(run(script, edited("base.csv",
+                                   [](Lines& lines) {
+                                     std::erase_if(lines, [](const std::string& line) {
+                                       return std::isdigit(line[0]) != 0;
+                                     });
+                                   })),
+                "no rows");
+  expect_caught(run(script, {.recordings =
+                                 [](const std::filesystem::path& folder) {
+                                   std::filesystem::remove_all(folder / "run-1");
+                                 }}),
+                "runs have");
+  // The tank's level, wherever its column is.
+  const auto overdrawn = [](Lines& lines) {
+    const auto header =
+        std::ranges::find_if(lines, [](const auto& line) { return line.starts_with("time_s"); });
+    std::istringstream names(*header);
+    std::istringstream values(lines.back());
+    std::string row;
+    for (std::string name, value; std::getline(names, name, ',') && std::getline(values, value, ',');)
+      row += (row.empty() ? "" : ",") + (name == "tank_J" ? "-0.5" : value);
+    lines.back() = row;
+  };
+  expect_caught(run(parsed_script("manipulator/1:"), edited("teleoperation.csv", overdrawn)),
+                "tank_J was not -0.5");
 }
 
 TEST_F(Campaign, TheLastTorqueAfterALossIsMeasured) {

@@ -171,7 +171,7 @@ void Checker::check_recordings(const std::vector<Event>& events) {
     return std::ranges::any_of(events, [property](const Event& event) { return event.kind->*property; });
   };
   if (any(&Kind::spoils_recordings)) return;
-  for (const std::string& problem : motion_.compare(world_.folder() / "runs", !any(&Kind::spoils_samples)))
+  for (const std::string& problem : motion_.compare(world_.recordings(), !any(&Kind::spoils_samples)))
     violate(problem);
 }
 

@@ -67,10 +67,10 @@ std::size_t FaultyLink::receive(std::span<std::uint8_t> buffer, std::chrono::nan
 /// The size that is left; 0: lost.
 std::size_t FaultyLink::spoil(std::span<std::uint8_t> buffer, std::size_t size) noexcept {
   if (faults_.silent || happens(faults_.loses_reply)) return 0;
-  const Bytes whole(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size));
-  if (happens(faults_.repeats)) waiting_.push_back(whole);
+  const auto copy = [&] { return Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)); };
+  if (happens(faults_.repeats)) waiting_.push_back(copy());
   if (happens(faults_.holds_back)) {
-    held_back_.push_back(whole);
+    held_back_.push_back(copy());
     return 0;
   }
   if (!earlier_.empty() && happens(faults_.replays)) {
@@ -78,7 +78,7 @@ std::size_t FaultyLink::spoil(std::span<std::uint8_t> buffer, std::size_t size) 
     std::copy_n(earlier_.begin(), size, buffer.begin());
     return size;
   }
-  if (any_of(10) == 0) earlier_ = whole;
+  if (any_of(10) == 0) earlier_ = copy();
   constexpr std::size_t kHeader = ethercat::kEthernetHeaderBytes;
   if (happens(faults_.damages))
     buffer[kHeader + any_of(size - kHeader)] ^= static_cast<std::uint8_t>(1 + any_of(255));

@@ -1,21 +1,41 @@
 #include "tests/faults/recording_check.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fstream>
-#include <sstream>
+#include <limits>
 
 namespace faults {
 namespace {
 
 /// A sensor's count and the decimals of the file.
 constexpr double kResolution_rad = 2e-4;
+/// Milliamperes of a motor: a command is cut to one, a reading is one.
+constexpr double kTorqueCounts = 1.01;
+constexpr std::size_t kWheels = 4;
+constexpr double kArmInTorqueMode = 1;  // column arm_mode
 
-std::vector<std::string> cells(const std::string& line) {
-  std::vector<std::string> all;
-  std::istringstream stream(line);
-  for (std::string cell; std::getline(stream, cell, ',');) all.push_back(cell);
-  return all;
+std::string content_of(const std::filesystem::path& file) {
+  std::string text(std::filesystem::file_size(file), '\0');
+  std::ifstream(file, std::ios::binary).read(text.data(), static_cast<std::streamsize>(text.size()));
+  return text;
+}
+
+/// Cuts off the text up to the next `end`, and that.
+std::string_view cut(std::string_view& text, char end) {
+  const std::size_t found = text.find(end);
+  const std::string_view first = text.substr(0, found);
+  text.remove_prefix(found == text.npos ? text.size() : found + 1);
+  return first;
+}
+
+/// Not a number where it is none.
+double number(std::string_view cell) {
+  double value = 0.0;
+  const auto [end, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+  return error == std::errc{} && end == cell.data() + cell.size() ? value
+                                                                  : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -23,30 +43,57 @@ std::vector<std::string> cells(const std::string& line) {
 void TrueMotion::add(World& world) {
   Moment& moment = moments_.emplace_back();
   moment.at = world.now();
-  for (std::size_t joint = 0; joint < world.joints(); ++joint)
+  for (std::size_t joint = 0; joint < world.joints(); ++joint) {
+    const sim::bus::TmcmBoard& board = world.emulation().board(joint);
+    milliampere_Nm_[joint] = std::abs(board.units().torque_Nm(1));
     moment.position_rad[joint] = world.emulation().position_rad(joint);
+    moment.measured_Nm[joint] = board.units().torque_Nm(board.input().current_mA);
+    if (board.followed() && board.followed()->mode == drivers::tmcl::ControllerMode::kCurrent)
+      moment.command_Nm[joint] = board.units().torque_Nm(board.followed()->value);
+  }
 }
 
-std::size_t TrueMotion::index_of(nanoseconds time) const {
-  const auto found = std::ranges::lower_bound(moments_, time, {}, &Moment::at);
-  return static_cast<std::size_t>(found - moments_.begin());
+TrueMotion::Window TrueMotion::around(nanoseconds time) const {
+  constexpr std::ptrdiff_t kPeriods = 2;
+  const auto at = std::ranges::lower_bound(moments_, time, {}, &Moment::at);
+  const auto begin = at - std::min(at - moments_.begin(), kPeriods);
+  return {begin, at + std::min(moments_.end() - at, kPeriods + 1)};
 }
 
-bool TrueMotion::was_at(std::size_t joint, nanoseconds time, double from_start_rad, nanoseconds start) const {
-  // Two periods before and after, and as much as it moves in between.
-  constexpr std::size_t kPeriods = 2;
-  const std::size_t begin = index_of(start);
-  const std::size_t at = index_of(time);
-  const std::size_t last = moments_.size() - 1;
-  double least = 1e9;
-  double most = -1e9;
-  for (std::size_t i = at - std::min(at, kPeriods); i <= std::min(at + kPeriods, last); ++i)
-    for (std::size_t s = begin - std::min(begin, kPeriods); s <= std::min(begin + kPeriods, last); ++s) {
-      const double moved = moments_[i].position_rad[joint] - moments_[s].position_rad[joint];
-      least = std::min(least, moved);
-      most = std::max(most, moved);
+bool TrueMotion::is_true(const Column& column, double value, Reading& reading, Window now) const {
+  const auto range = [&column](Window window, auto member) {
+    std::pair<double, double> found((window.front().*member)[column.joint],
+                                    (window.front().*member)[column.joint]);
+    for (const Moment& moment : window) {
+      found.first = std::min(found.first, (moment.*member)[column.joint]);
+      found.second = std::max(found.second, (moment.*member)[column.joint]);
     }
-  return from_start_rad > least - kResolution_rad && from_start_rad < most + kResolution_rad;
+    return found;
+  };
+  // Negated by the caller: what is not a number is not true.
+  const auto within = [value](double least, double most, double tolerance) {
+    return value > least - tolerance && value < most + tolerance;
+  };
+  const auto torque_within = [&](const std::pair<double, double>& torque_Nm) {
+    return within(torque_Nm.first, torque_Nm.second, kTorqueCounts * milliampere_Nm_[column.joint]);
+  };
+  switch (column.quantity) {
+    case Quantity::kTank: return value >= 0;
+    case Quantity::kArmMode: reading.arm_in_torque_mode = value == kArmInTorqueMode; return true;
+    case Quantity::kPosition: {
+      const double first_rad = reading.first_rad[column.joint].value_or(value);
+      reading.first_rad[column.joint] = first_rad;
+      const auto begin = range(reading.begin, &Moment::position_rad);
+      const auto end = range(now, &Moment::position_rad);
+      return within(first_rad + end.first - begin.second, first_rad + end.second - begin.first,
+                    kResolution_rad);
+    }
+    case Quantity::kCommand:
+      if (column.joint >= kWheels && !reading.arm_in_torque_mode) return true;
+      return torque_within(range(now, &Moment::command_Nm));
+    case Quantity::kMeasured: return torque_within(range(now, &Moment::measured_Nm));
+  }
+  return false;
 }
 
 std::vector<std::string> TrueMotion::compare(const std::filesystem::path& folder,
@@ -66,46 +113,57 @@ std::vector<std::string> TrueMotion::compare(const std::filesystem::path& folder
   return problems;
 }
 
+std::vector<TrueMotion::Column> TrueMotion::columns_of(std::string_view header) {
+  std::vector<Column> columns;
+  for (std::size_t index = 0; !header.empty(); ++index) {
+    std::string_view rest = cut(header, ',');
+    const auto add = [&columns, name = rest, index](Quantity quantity, std::size_t joint = 0) {
+      columns.push_back({name, index, quantity, joint});
+    };
+    if (rest == "tank_J") add(Quantity::kTank);
+    if (rest == "arm_mode") add(Quantity::kArmMode);
+    const bool wheel = rest.starts_with("wheel_");
+    if (!wheel && !rest.starts_with("arm_")) continue;
+    (void)cut(rest, '_');
+    const double number_in_name = number(cut(rest, '_'));
+    if (std::isnan(number_in_name)) continue;
+    const std::size_t joint = static_cast<std::size_t>(number_in_name) - 1 + (wheel ? 0 : kWheels);
+    // Homing gives the arm another zero in the midst of a run.
+    if (wheel && rest == "position_rad") add(Quantity::kPosition, joint);
+    if (rest == (wheel ? "torque_command_Nm" : "command")) add(Quantity::kCommand, joint);
+    if (rest == "torque_measured_Nm") add(Quantity::kMeasured, joint);
+  }
+  return columns;
+}
+
 void TrueMotion::compare_file(const std::filesystem::path& file, nanoseconds first_cycle,
                               bool samples_are_true, std::vector<std::string>& problems) const {
-  const std::string name = file.parent_path().filename().string() + "/" + file.filename().string();
-  std::ifstream stream(file);
-  std::vector<std::string> header;
-  std::vector<std::size_t> positions;
-  std::vector<double> first_rad;
+  const std::string name = file.parent_path().filename().string() + "/" + file.filename().string() + ": ";
+  const std::string content = content_of(file);
+  std::string_view rest = content;
+  std::string_view header = "#";
+  while (header.starts_with('#')) header = cut(rest, '\n');
+  const auto width = static_cast<std::size_t>(std::ranges::count(header, ',')) + 1;
+  Reading reading{.columns = columns_of(header), .begin = around(first_cycle)};
   double last_s = -1;
   std::size_t rows = 0;
-  for (std::string line; std::getline(stream, line);) {
-    if (line.starts_with('#')) continue;
-    const std::vector<std::string> row = cells(line);
-    if (header.empty()) {
-      header = row;
-      for (std::size_t i = 0; i < header.size(); ++i)
-        // Homing gives the arm another zero in the midst of a run.
-        if (header[i].starts_with("wheel") && header[i].ends_with("_position_rad")) positions.push_back(i);
-      continue;
-    }
-    if (row.size() != header.size() || stream.eof()) {
-      problems.push_back(name + ": row " + std::to_string(rows) + " is torn");
-      return;
-    }
-    const double time_s = std::stod(row[0]);
-    if (!(time_s > last_s)) problems.push_back(name + ": time stands still at " + row[0]);
+  for (std::vector<std::string_view> row; !rest.empty(); row.clear(), ++rows) {
+    const bool ends = rest.find('\n') != rest.npos;
+    for (std::string_view line = cut(rest, '\n'); !line.empty();) row.push_back(cut(line, ','));
+    if (!ends || row.size() != width)
+      return problems.push_back(name + "row " + std::to_string(rows) + " is torn");
+    const double time_s = number(row[0]);
+    if (!(time_s > last_s)) problems.push_back(name + "time stands still at " + std::string(row[0]));
     last_s = time_s;
-    ++rows;
-    if (!samples_are_true) continue;
-    const auto time = first_cycle + nanoseconds(std::llround(1e9 * time_s));
-    for (std::size_t joint = 0; joint < positions.size(); ++joint) {
-      const double position_rad = std::stod(row[positions[joint]]);
-      if (first_rad.size() == joint) first_rad.push_back(position_rad);
-      if (!was_at(joint, time, position_rad - first_rad[joint], first_cycle)) {
-        problems.push_back(name + ": at " + row[0] + " s joint " + std::to_string(joint + 1) +
-                           " was not at " + row[positions[joint]]);
-        return;
-      }
+    const Window now = around(first_cycle + nanoseconds(std::llround(1e9 * time_s)));
+    for (const Column& column : reading.columns) {
+      if (!samples_are_true && column.quantity != Quantity::kTank) continue;
+      if (!is_true(column, number(row[column.index]), reading, now))
+        return problems.push_back(name + "at " + std::string(row[0]) + " s " + std::string(column.name) +
+                                  " was not " + std::string(row[column.index]));
     }
   }
-  if (samples_are_true && rows == 0 && first_cycle.count() >= 0) problems.push_back(name + ": no rows");
+  if (samples_are_true && rows == 0 && first_cycle.count() >= 0) problems.push_back(name + "no rows");
 }
 
 }  // namespace faults

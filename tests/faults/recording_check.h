@@ -4,16 +4,21 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "tests/faults/world.h"
 
 namespace faults {
 
-/// What the boards counted, period by period, and when runs began: kept beside the daemon.
+/// What the boards counted and followed, period by period, and when runs began: kept beside the daemon.
 class TrueMotion {
  public:
+  static constexpr std::size_t kJoints = 9;
+
   void add(World& world);
   void run_granted() { first_cycles_.push_back(nanoseconds{-1}); }
   void cycle_begins(nanoseconds now) {
@@ -21,21 +26,44 @@ class TrueMotion {
   }
   std::size_t runs() const noexcept { return first_cycles_.size(); }
 
-  /// What is wrong with the recordings below `folder`, empty when nothing is: torn rows and time that does
-  /// not go on; and, where no sample was spoiled on its way (`samples_are_true`), positions that the joints
-  /// did not have within two periods of the row's time.
+  /// What is wrong with the recordings below `folder`, empty when nothing is: torn rows, time that does not
+  /// go on and a tank below zero; and, where no sample was spoiled on its way (`samples_are_true`), what the
+  /// joints did not have within two periods of the row's time: positions of the wheels to 0.2 mrad, torques
+  /// to 1 mA of the motor, where they are commanded as such.
   std::vector<std::string> compare(const std::filesystem::path& folder, bool samples_are_true) const;
 
  private:
+  enum class Quantity : std::uint8_t { kTank, kArmMode, kPosition, kCommand, kMeasured };
+  struct Column {
+    std::string_view name;
+    std::size_t index = 0;
+    Quantity quantity{};
+    std::size_t joint = 0;
+  };
   struct Moment {
     nanoseconds at{};
-    std::array<double, 9> position_rad{};
+    std::array<double, kJoints> position_rad{};
+    std::array<double, kJoints> command_Nm{};  // zero but in current mode
+    std::array<double, kJoints> measured_Nm{};
   };
+  /// The moments within two periods of one.
+  using Window = std::span<const Moment>;
+  /// A file that is being read.
+  struct Reading {
+    std::vector<Column> columns;
+    Window begin;
+    bool samples_are_true = false;
+    bool arm_in_torque_mode = false;
+    std::array<std::optional<double>, kJoints> first_rad{};
+  };
+
+  static std::vector<Column> columns_of(std::string_view header);
+  Window around(nanoseconds time) const;
+  bool is_true(const Column& column, double value, Reading& reading, Window now) const;
   void compare_file(const std::filesystem::path& file, nanoseconds first_cycle, bool samples_are_true,
                     std::vector<std::string>& problems) const;
-  bool was_at(std::size_t joint, nanoseconds time, double from_start_rad, nanoseconds start) const;
-  std::size_t index_of(nanoseconds time) const;
 
+  std::array<double, kJoints> milliampere_Nm_{};  // of each motor
   std::vector<Moment> moments_;
   std::vector<nanoseconds> first_cycles_;  // of each granted run; negative: none yet
 };

@@ -93,6 +93,7 @@ World::World(Machine machine, std::uint64_t seed, Sabotage sabotage)
         std::make_unique<support::LyingBoard>(emulation_->board(joint), emulation_->slave(joint)));
   emulation_->after_each_period([this] {
     if (each_period) each_period();
+    if (sabotage_.period) sabotage_.period(*this);
     if (witness_ != nullptr) witness_->period_passed();
   });
   if (machine == Machine::kManipulator)
@@ -120,13 +121,15 @@ void World::open_devices() {
             std::make_unique<sim::bus::BusLink>(emulation_->wire(), emulation_.get()), wire, random_);
       },
       options, *this, kPeriod);
-  if (sabotage_) robot_.robot = sabotage_(std::move(robot_.robot));
+  if (sabotage_.robot) robot_.robot = sabotage_.robot(std::move(robot_.robot));
   if (!master_.hand) return;
   auto loopback = std::make_unique<hal::LoopbackHapticLink>(
       *master_.hand, kPeriod,
       hal::HapticInfo{.name = "pen", .force_limit_N = config_.haptic.force_limit_N, .senses_rotation = true});
-  master_.device = std::make_unique<hal::LockstepHapticDevice>(
-      std::make_unique<FaultyPen>(std::move(loopback), pen), *this, config_.haptic.limits);
+  std::unique_ptr<hal::HapticLink> spoiled = std::make_unique<FaultyPen>(std::move(loopback), pen);
+  if (sabotage_.pen) spoiled = sabotage_.pen(std::move(spoiled));
+  master_.device =
+      std::make_unique<hal::LockstepHapticDevice>(std::move(spoiled), *this, config_.haptic.limits);
 }
 
 void World::start_daemon() {
@@ -161,7 +164,12 @@ void World::kill_daemon() {
 }
 
 void World::end_daemon() noexcept {
-  if (service_) service_->loop().request_stop();
+  if (service_ && !sabotage_.ignores_its_end) service_->loop().request_stop();
+}
+
+std::filesystem::path World::recordings() const {
+  if (sabotage_.recordings) sabotage_.recordings(folder() / "runs");
+  return folder() / "runs";
 }
 
 void World::forget_daemon() noexcept {
@@ -192,8 +200,7 @@ void World::step() {
   } else if (++until_beat_ >= youbotd::kBeat / kPeriod && now() >= beats_paused_until) {
     until_beat_ = 0;
     service_->beat();
-    if (const auto reply = ask(0, "status"); reply && witness_ != nullptr && !reply->status["enabled"])
-      witness_->nothing_runs();
+    if (witness_ != nullptr && !enabled()) witness_->nothing_runs();
   }
 }
 
@@ -211,7 +218,11 @@ std::optional<Reply> World::ask(std::uint64_t connection, const std::string& req
   const json before =
       enabling ? json::parse(service_->answer(peer(0, false), "status"))["status"] : json(nullptr);
   answering_ = true;
-  const json answer = json::parse(service_->answer(peer(connection, may_command), request));
+  std::string text;
+  for (const std::string& heard :
+       sabotage_.request ? sabotage_.request(request) : std::vector<std::string>{request})
+    text = service_->answer(peer(connection, may_command), heard);
+  const json answer = json::parse(text);
   answering_ = false;
   Reply reply{answer.at("ok").get<bool>(), answer.value("error", ""), answer.at("status")};
   if (reply.ok && enabling && before["fault"] != "" && before["fault_acknowledged"] == false)

@@ -58,8 +58,18 @@ class Witness {
   virtual void nothing_runs() = 0;
 };
 
-/// A robot between daemon and bus, for tests of the checker: a daemon with a defect.
-using Sabotage = std::function<std::unique_ptr<hal::Robot>(std::unique_ptr<hal::Robot>)>;
+class World;
+
+/// For tests of the checker: what stands around a daemon and makes it one with a defect.
+struct Sabotage {
+  std::function<std::unique_ptr<hal::Robot>(std::unique_ptr<hal::Robot>)> robot{};  ///< before the bus
+  std::function<std::unique_ptr<hal::HapticLink>(std::unique_ptr<hal::HapticLink>)> pen{};
+  std::function<void(World&)> period{};  ///< before boards and mechanics are looked at
+  /// What the daemon hears in place of a client's request. The last of them is answered.
+  std::function<std::vector<std::string>(const std::string&)> request{};
+  bool ignores_its_end = false;                                    ///< an order to end is not heard
+  std::function<void(const std::filesystem::path&)> recordings{};  ///< their folder, before it is looked into
+};
 
 class World final : public hal::Clock {
  public:
@@ -86,7 +96,11 @@ class World final : public hal::Clock {
   void kill_daemon();
   /// As SIGTERM: comes to rest, then ends, which takes some periods.
   void end_daemon() noexcept;
+  /// Where it recorded to.
+  std::filesystem::path recordings() const;
   bool daemon_runs() const noexcept { return service_ != nullptr; }
+  /// The daemon says that a run is under way.
+  bool enabled() const noexcept { return service_ != nullptr && service_->enabled(); }
   const std::string& start_error() const noexcept { return start_error_; }
 
   /// A request of client `connection`; none when nothing listens. Connection 1 is the commander's.
