@@ -63,6 +63,8 @@ class TmcmBoard final : public Application {
   const drivers::tmcl::DriveInput& input() const noexcept { return input_; }
   /// What the motor has followed since the latest period; none: the bridge is open.
   const std::optional<drivers::tmcl::DriveOutput>& followed() const noexcept { return followed_; }
+  /// Since the last process data, in whole periods; before any, since its power came.
+  std::chrono::nanoseconds unheard() const noexcept { return since_outputs_; }
   /// Between such integers and SI at the joint. Positions count as the board's counter does.
   const MotorUnits& units() const noexcept { return units_; }
   const TmcmParameters& parameters() const noexcept { return parameters_; }

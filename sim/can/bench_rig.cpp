@@ -97,6 +97,7 @@ void BenchRig::start_work() noexcept {
   requests_.pop();
   if (!request) return;
   // The telegram without its first byte, the host's address; a text has no such byte.
+  last_request_ = now_;
   const drivers::tmcl::MailboxBytes telegram = board_.execute(*request);
   const bool text = drivers::tmcl::asks_for_text(*request);
   can_frame reply{};
@@ -110,6 +111,7 @@ void BenchRig::tick() noexcept {
   next_tick_ += bus::TmcmBoard::kPeriod;
   joint_.advance(bus::TmcmBoard::kPeriod);
   board_.advance(bus::TmcmBoard::kPeriod);
+  if (look_) look_();
   if (!acknowledged() && !bus_off_ && !to_bus_.empty()) report_error(CAN_ERR_ACK);
 }
 

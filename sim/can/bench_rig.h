@@ -6,7 +6,9 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "sim/bus/arm_joint.h"
 #include "sim/bus/axis_data.h"
@@ -63,6 +65,10 @@ class BenchRig {
 
   bus::TmcmBoard& board() noexcept { return board_; }
   const bus::ArmJoint& joint() const noexcept { return joint_; }
+  /// Since the board last carried out a request.
+  std::chrono::nanoseconds unheard() const noexcept { return now_ - last_request_; }
+  /// Setup: called at the end of each period, when joint and board have done theirs.
+  void after_each_period(std::function<void()> look) noexcept { look_ = std::move(look); }
   /// Off: forgets everything that is not in its EEPROM; the joint coasts.
   void set_power(bool on) noexcept;
   void set_cable(bool in) noexcept { cable_in_ = in; }
@@ -97,6 +103,8 @@ class BenchRig {
   bus::TmcmBoard board_;
   std::chrono::nanoseconds now_{};
   std::chrono::nanoseconds next_tick_ = bus::TmcmBoard::kPeriod;
+  std::chrono::nanoseconds last_request_{};
+  std::function<void()> look_;
 
   Ring<can_frame, kHostQueue> to_bus_;
   Ring<can_frame, kBuffer> to_host_;

@@ -24,7 +24,6 @@
 #include "control/friction/any_law.h"
 #include "control/friction/law_compensator.h"
 #include "control/friction/sliding_table.h"
-#include "hal/loopback_robot.h"
 #include "hal/youbot_axes.h"
 #include "sim/experiments/compensation.h"
 #include "sim/experiments/dahl.h"
@@ -40,6 +39,7 @@
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/watched_robot.h"
 
 namespace youbot_bench {
 namespace arm_experiments_test {
@@ -120,7 +120,7 @@ class JudgedRobot final : public hal::Robot {
   ArmRecord record;
 
  private:
-  hal::LoopbackRobot robot_;
+  support::WatchedLoopback robot_;
 };
 
 /// Records what becomes of the arm once it is homed.

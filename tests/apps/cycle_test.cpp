@@ -9,11 +9,11 @@
 
 #include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"
-#include "hal/loopback_robot.h"
 #include "sim/base.h"
 #include "tests/support/lossy_robot.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/turning_robot.h"
+#include "tests/support/watched_robot.h"
 
 namespace youbotd {
 namespace cycle_test {
@@ -50,6 +50,7 @@ class ScriptedMotion final : public MotionSource {
 /// The simulated base on the loopback robot in virtual time, and everything a test wants to reach.
 struct Rig {
   explicit Rig(const Cycle::Config& config = moving()) : cycle(config, bus, motion, &base.pose()) {
+    robot.watch.allow_enables(1);
     robot.activate();
   }
 
@@ -74,7 +75,7 @@ struct Rig {
 
   hal::VirtualClock clock;
   sim::Base base{sim::BaseParameters{}};
-  hal::LoopbackRobot robot{
+  support::WatchedLoopback robot{
       base, clock, 1ms, {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}}};
   support::LossyRobot bus{robot};
   ScriptedMotion motion;
@@ -583,8 +584,8 @@ TEST(Cycle, ABaseThatIsSteeredAtAWallStopsThereAndGoesOnWhenSteeredAway) {
                         config.workspace.base_W_m);
   hal::VirtualClock clock;
   sim::Base base{sim::BaseParameters{}};
-  hal::LoopbackRobot robot(base, clock, 1ms,
-                           {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
+  support::WatchedLoopback robot(base, clock, 1ms,
+                                 {{"wheel-1", 2.4}, {"wheel-2", 2.4}, {"wheel-3", 2.4}, {"wheel-4", 2.4}});
   robot.activate();
   Cycle cycle(config, robot, source, &base.pose());
   const auto run = [&](nanoseconds duration) {

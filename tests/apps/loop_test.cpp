@@ -9,9 +9,9 @@
 #include "apps/youbotd/base_recording.h"
 #include "apps/youbotd/cycle.h"
 #include "apps/youbotd/path_metrics.h"
-#include "hal/loopback_robot.h"
 #include "sim/base.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/watched_robot.h"
 
 namespace youbotd {
 namespace loop_test {
@@ -96,7 +96,7 @@ TEST(Loop, AllThatAYoubotdCycleDoesNeitherAllocatesNorLocks) {
   if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns the allocator";
   hal::VirtualClock clock;
   sim::Base base{sim::BaseParameters{}};
-  hal::LoopbackRobot robot(base, clock, 1ms, {{"1", 2.4}, {"2", 2.4}, {"3", 2.4}, {"4", 2.4}});
+  support::WatchedLoopback robot(base, clock, 1ms, {{"1", 2.4}, {"2", 2.4}, {"3", 2.4}, {"4", 2.4}});
   robot.activate();
   PathSource motion({{}, {{0.05, 0.02, 0.3}}, 0.1, {}});
   Cycle cycle(Cycle::Config{}, robot, motion, &base.pose());

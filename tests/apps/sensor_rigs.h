@@ -12,10 +12,10 @@
 #include "apps/youbotd/teleop_cycle.h"
 #include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"
-#include "hal/loopback_robot.h"
 #include "sim/base.h"
 #include "tests/apps/teleop_rig.h"
 #include "tests/support/lying_robot.h"
+#include "tests/support/watched_robot.h"
 
 namespace sensor_rigs {
 
@@ -23,7 +23,10 @@ using teleop_rig::kPeriod;
 
 /// The base under the daemon's cycle, driven at the velocity that motion.tell() gives.
 struct BaseRig {
-  explicit BaseRig(const sim::BaseParameters& parameters = {}) : base(parameters) { robot.activate(); }
+  explicit BaseRig(const sim::BaseParameters& parameters = {}) : base(parameters) {
+    robot.watch.allow_enables(1);
+    robot.activate();
+  }
 
   static std::vector<hal::JointInfo> wheels() {
     std::vector<hal::JointInfo> wheels;
@@ -46,7 +49,7 @@ struct BaseRig {
 
   hal::VirtualClock clock;
   sim::Base base;
-  hal::LoopbackRobot robot{base, clock, kPeriod, wheels()};
+  support::WatchedLoopback robot{base, clock, kPeriod, wheels()};
   support::LyingRobot liar{robot};
   youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5},
                                  kPeriod,
@@ -66,6 +69,7 @@ inline std::vector<hal::JointInfo> robot_joints() {
 struct ArmRig {
   explicit ArmRig(const teleop_rig::Scene& scene = teleop_rig::unfolded_scene())
       : plant(scene.robot, scene.environment), hand(scene.hand) {
+    robot.watch.allow_enables(1);
     robot.activate();
     master.activate();
   }
@@ -97,7 +101,7 @@ struct ArmRig {
   hal::VirtualClock clock;
   sim::MobileManipulator plant;
   sim::Hand hand;
-  hal::LoopbackRobot robot{plant, clock, kPeriod, robot_joints()};
+  support::WatchedLoopback robot{plant, clock, kPeriod, robot_joints()};
   hal::LockstepHapticDevice master{
       std::make_unique<hal::LoopbackHapticLink>(
           hand, kPeriod, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),

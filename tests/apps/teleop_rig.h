@@ -12,10 +12,10 @@
 #include "hal/clock.h"
 #include "hal/lockstep_haptic_device.h"
 #include "hal/loopback_haptic_link.h"
-#include "hal/loopback_robot.h"
 #include "sim/hand.h"
 #include "sim/mobile_manipulator.h"
 #include "tests/support/lossy_robot.h"
+#include "tests/support/watched_robot.h"
 
 namespace teleop_rig {
 
@@ -72,6 +72,7 @@ class Rig {
             clock, limits),
         bus(robot),
         cycle(config, bus, master) {
+    robot.watch.allow_enables(1);
     robot.activate();
     master.activate();
   }
@@ -99,7 +100,7 @@ class Rig {
   hal::VirtualClock clock;
   sim::MobileManipulator plant;
   sim::Hand hand;
-  hal::LoopbackRobot robot;
+  support::WatchedLoopback robot;
   hal::LockstepHapticDevice master;
   support::LossyRobot bus;
   TeleopCycle cycle;

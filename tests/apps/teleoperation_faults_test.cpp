@@ -9,6 +9,7 @@
 #include "tests/apps/teleop_expectations.h"
 #include "tests/apps/teleop_rig.h"
 #include "tests/support/turning_robot.h"
+#include "tests/support/watched_robot.h"
 
 namespace teleoperation_faults_test {
 
@@ -69,7 +70,7 @@ struct Breakable {
   Scene scene = teleop_rig::unfolded_scene();
   sim::MobileManipulator plant{scene.robot, scene.environment};
   sim::Hand hand{scene.hand};
-  hal::LoopbackRobot whole{plant, clock, teleop_rig::kPeriod, teleop_rig::joints()};
+  support::WatchedLoopback whole{plant, clock, teleop_rig::kPeriod, teleop_rig::joints()};
   BreakableRobot robot{whole};
   Cable* cable = new Cable(std::make_unique<hal::LoopbackHapticLink>(
       hand, teleop_rig::kPeriod,
@@ -78,6 +79,7 @@ struct Breakable {
   youbotd::TeleopCycle cycle{teleop_rig::quick_config(), robot, master};
 
   Breakable() {
+    whole.watch.allow_enables(1);
     robot.activate();
     master.activate();
   }

@@ -24,6 +24,7 @@
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
+#include "tests/support/watched_robot.h"
 
 namespace transparency_test {
 
@@ -48,7 +49,7 @@ apps::OpenedRobot linear_robot(const hal::Clock& clock, std::chrono::nanoseconds
   apps::OpenedRobot opened;
   opened.manipulator = std::make_unique<sim::MobileManipulator>(parameters);
   opened.robot =
-      std::make_unique<hal::LoopbackRobot>(*opened.manipulator, clock, period, teleop_rig::joints());
+      std::make_unique<support::WatchedLoopback>(*opened.manipulator, clock, period, teleop_rig::joints());
   return opened;
 }
 

@@ -6,6 +6,7 @@
 
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
+#include "hal/loopback_robot.h"
 #include "tests/apps/teleop_rig.h"
 #include "tests/bench/quantiles.h"
 

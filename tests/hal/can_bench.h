@@ -14,6 +14,7 @@
 #include "drivers/tmcl/transport.h"
 #include "hal/can_robot.h"
 #include "sim/can/bench_rig.h"
+#include "tests/support/watched_robot.h"
 
 namespace hal::test {
 
@@ -74,7 +75,11 @@ struct CanBench {
                     std::chrono::nanoseconds cycle = 1ms)
       : period(cycle),
         rig(rig_options),
-        robot(make_can_robot([this] { return cable.open(); }, options, clock, period, &cable)) {}
+        watch(rig, {.name = options.joint_name,
+                    .torque_Nm = support::torque_limit_Nm(rig_options.joint.axis),
+                    .speed_rad_per_s = options.axis.speed_limit_rad_per_s,
+                    .range = {rig_options.joint.lower_stop_rad, rig_options.joint.upper_stop_rad}}),
+        robot(watch.over(make_can_robot([this] { return cable.open(); }, options, clock, period, &cable))) {}
 
   CycleStatus step() {
     clock.sleep_until(clock.now() + period);
@@ -103,6 +108,7 @@ struct CanBench {
   std::chrono::nanoseconds period;
   VirtualClock clock;
   sim::can::BenchRig rig;
+  support::CanWatch watch;
   CanCable cable{rig};
   std::unique_ptr<Robot> robot;
   RobotCommand command;

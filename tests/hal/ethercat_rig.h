@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -11,6 +12,7 @@
 #include "hal/ethercat_robot.h"
 #include "sim/bus/bus_link.h"
 #include "sim/bus/youbot_bus.h"
+#include "tests/support/watched_robot.h"
 
 namespace hal::test {
 
@@ -24,13 +26,17 @@ struct EthercatRig {
                        Firmware firmware = Firmware::k148, std::vector<FaultEvent> faults = {})
       : EthercatRig(options(kind, firmware, std::move(faults)), {.kind = kind}) {}
 
-  EthercatRig(const sim::bus::YoubotBusOptions& bus, const EthercatOptions& ethercat)
+  /// `sabotage` gets between the calls of the test and the true robot.
+  EthercatRig(
+      const sim::bus::YoubotBusOptions& bus, const EthercatOptions& ethercat,
+      const std::function<std::unique_ptr<Robot>(std::unique_ptr<Robot>)>& sabotage =
+          [](auto robot) { return robot; })
       : emulation(bus),
-        robot(make_ethercat_robot(
+        robot(watch.over(sabotage(make_ethercat_robot(
             [this]() -> std::unique_ptr<drivers::ethercat::Link> {
               return std::make_unique<sim::bus::BusLink>(emulation.wire(), &emulation);
             },
-            ethercat, clock, 1ms)) {}
+            ethercat, clock, 1ms)))) {}
 
   static sim::bus::YoubotBusOptions options(EthercatOptions::Kind kind, Firmware firmware = Firmware::k148,
                                             std::vector<FaultEvent> faults = {}) {
@@ -73,6 +79,7 @@ struct EthercatRig {
 
   VirtualClock clock;
   sim::bus::YoubotBus emulation;
+  support::BusWatch watch{emulation};
   std::unique_ptr<Robot> robot;
   RobotCommand command;
   RobotSample sample;

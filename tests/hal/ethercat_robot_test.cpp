@@ -342,8 +342,9 @@ class RefusingLink final : public drivers::ethercat::Link {
 TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoTroubleAsLongAsThatIsBridged) {
   int error = 0;  // outlives the rig, whose robot sends when it ends
   Rig rig;
-  rig.robot = make_ethercat_robot([&] { return std::make_unique<RefusingLink>(rig.emulation, error); },
-                                  {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms);
+  rig.robot =
+      rig.watch.over(make_ethercat_robot([&] { return std::make_unique<RefusingLink>(rig.emulation, error); },
+                                         {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms));
   rig.robot->activate();
   rig.enable();
   const auto is_told = [&rig] {
@@ -902,14 +903,14 @@ class SlowLink final : public drivers::ethercat::Link {
 TEST(EthercatRobot, ASamplesStampIsWhenItsFrameHadBeenSent) {
   Rig rig;
   const SlowLink* link = nullptr;
-  rig.robot = make_ethercat_robot(
+  rig.robot = rig.watch.over(make_ethercat_robot(
       [&]() -> std::unique_ptr<drivers::ethercat::Link> {
         auto slow = std::make_unique<SlowLink>(
             std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), rig.clock);
         link = slow.get();
         return slow;
       },
-      {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms);
+      {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms));
   rig.robot->activate();
   rig.enable();
   for (int n = 0; n < 10; ++n) {
@@ -999,12 +1000,12 @@ TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
   bus.mark = drivers::ethercat::kLockStepMark;
   Forsaken::State simulation;
   Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
-  rig.robot = make_ethercat_robot(
+  rig.robot = rig.watch.over(make_ethercat_robot(
       [&]() -> std::unique_ptr<drivers::ethercat::Link> {
         return std::make_unique<Forsaken>(
             std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), simulation);
       },
-      {.kind = EthercatOptions::Kind::kBase, .lock_step = true}, rig.clock, 1ms);
+      {.kind = EthercatOptions::Kind::kBase, .lock_step = true}, rig.clock, 1ms));
   rig.robot->activate();
   rig.enable();
   simulation.gone = true;
@@ -1032,12 +1033,12 @@ int sent_to_the_dead(bool gripper_moves, int frames) {
   bus.mark = drivers::ethercat::kLockStepMark;
   Rig rig(bus, {.kind = kKind, .lock_step = true});
   Forsaken::State simulation;
-  rig.robot = make_ethercat_robot(
+  rig.robot = rig.watch.over(make_ethercat_robot(
       [&]() -> std::unique_ptr<drivers::ethercat::Link> {
         return std::make_unique<Forsaken>(
             std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), simulation);
       },
-      {.kind = kKind, .lock_step = true}, rig.clock, 1ms);
+      {.kind = kKind, .lock_step = true}, rig.clock, 1ms));
   rig.robot->activate();
   rig.enable();
   if (gripper_moves) {

@@ -16,6 +16,7 @@
 #include "hal/setup_error.h"
 #include "sim/bus/bus_link.h"
 #include "sim/bus/youbot_bus.h"
+#include "tests/support/watched_robot.h"
 
 namespace hal {
 namespace fault_survival_test {
@@ -57,11 +58,11 @@ struct Rig {
   Rig(Kind robot_kind, Firmware firmware, std::vector<FaultEvent> faults, int tolerated_cycles = 10)
       : kind(robot_kind),
         emulation(options(robot_kind, firmware, std::move(faults))),
-        robot(make_ethercat_robot(
+        robot(watch.over(make_ethercat_robot(
             [this]() -> std::unique_ptr<drivers::ethercat::Link> {
               return std::make_unique<sim::bus::BusLink>(emulation.wire(), &emulation);
             },
-            {.kind = robot_kind, .tolerated_cycles = tolerated_cycles}, clock, 1ms)) {
+            {.kind = robot_kind, .tolerated_cycles = tolerated_cycles}, clock, 1ms))) {
     for (std::size_t i = 0; i < joints_of(kind); ++i) {
       // Arm joints stand close to one end of their range: slowly towards its middle.
       speed_rad_per_s[i] = i < 4 ? kSpeed_rad_per_s : i == 6 ? -kSpeed_rad_per_s / 4 : kSpeed_rad_per_s / 4;
@@ -160,6 +161,7 @@ struct Rig {
   Kind kind;
   VirtualClock clock;
   sim::bus::YoubotBus emulation;
+  support::BusWatch watch{emulation};
   std::unique_ptr<Robot> robot;
   RobotCommand command;
   RobotSample sample;

@@ -20,6 +20,7 @@
 #include "hal/youbot_axes.h"
 #include "sim/base.h"
 #include "tests/support/no_alloc_guard.h"
+#include "tests/support/watched_robot.h"
 
 namespace loopback_robot_test {
 
@@ -97,7 +98,7 @@ class LoopbackRobotTest : public testing::Test {
 
   FakePlant plant{4};
   hal::VirtualClock clock;
-  LoopbackRobot robot{plant, clock, 1ms, names(4)};
+  support::WatchedLoopback robot{plant, clock, 1ms, names(4)};
   RobotSample sample;
 };
 
@@ -451,7 +452,7 @@ class LoopbackRobotOnSimulatedBase : public testing::Test {
   }
   sim::Base base{in_the_air()};
   hal::VirtualClock clock;
-  LoopbackRobot robot{base, clock, 1ms, names(4)};
+  support::WatchedLoopback robot{base, clock, 1ms, names(4)};
   RobotSample sample;
 };
 

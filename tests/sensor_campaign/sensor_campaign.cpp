@@ -4,6 +4,8 @@
 ///
 ///     sensor_campaign --detect
 ///     sensor_campaign --soak --hours 10 --seed 1
+#include <gtest/gtest.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <cstdio>
@@ -93,6 +95,9 @@ int main(int argc, char** argv) {
   return apps::run_app(app, argc, argv, [&] {
     if (!detect && !soak) throw CLI::RequiredError("--detect or --soak");
     if (detect) sensor_campaign::run_detection(seed, only);
-    return !soak || sensor_campaign::run_soak(hours, seed, only) ? 0 : 1;
+    const bool quiet = !soak || sensor_campaign::run_soak(hours, seed, only);
+    // What a robot's watch found, printed when it was found.
+    const bool safe = !testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed();
+    return quiet && safe ? 0 : 1;
   });
 }

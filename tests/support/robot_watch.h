@@ -1,0 +1,104 @@
+/// @file
+/// Judges a robot by what its motors follow, and believes nothing that the software says which commands it.
+#pragma once
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "hal/joint.h"
+#include "sim/bus/axis_data.h"
+#include "sim/bus/tmcm_board.h"
+
+namespace support {
+
+using std::chrono::nanoseconds;
+
+/// What the motor of a joint follows.
+struct FollowedDrive {
+  /// From kPosition on it is commanded. kOpen: without power, or shorted; kHeld: the drive's own watchdog ran
+  /// out.
+  enum class Mode : std::uint8_t { kOpen, kHeld, kStopped, kPosition, kVelocity, kPwm, kCurrent };
+  Mode mode = Mode::kOpen;
+  double target = 0.0;    ///< rad, rad/s or N·m at the joint, as `mode` says
+  nanoseconds unheard{};  ///< since the drive was last commanded
+  bool homed = false;     ///< positions count as the joint's range does
+
+  bool acts() const noexcept { return mode == Mode::kPosition || (mode > Mode::kPosition && target != 0); }
+};
+
+/// Of a board. `true_rad` is where its joint is.
+FollowedDrive followed_by(const sim::bus::TmcmBoard& board, double true_rad);
+
+/// What a joint must never be commanded beyond.
+struct DriveLimits {
+  std::string name;
+  double torque_Nm = 0.0;
+  double speed_rad_per_s = 0.0;
+  hal::JointRange range{};
+};
+
+/// From the data sheets of the simulation, which the HAL does not share.
+double torque_limit_Nm(const sim::bus::BoardAxis& axis);
+DriveLimits wheel_limits(std::size_t wheel);
+DriveLimits arm_limits(std::string name, const sim::bus::ArmJointData& joint);
+
+/// The rules, each checked at the end of each period. They need no knowledge of what a test is about:
+/// - Nothing is commanded but between an enable and the disable or fault that follows: a drive that hears its
+///   bus obeys after Allowance::until_heard, and any other within its own watchdog.
+/// - What worked and then was switched off, or held or let go by its drive, is not commanded again before the
+///   next enable.
+/// - Nothing is commanded for longer than the watchdog after the last process data.
+/// - Targets are finite; torque and speed within the limits; positions of a joint that knows its zero within
+///   its range.
+class RobotWatch {
+ public:
+  /// The boards' watchdog, parameter 90, and some periods of theirs and of the bus.
+  static constexpr std::chrono::milliseconds kWatchdog{105};
+
+  struct Allowance {
+    /// For so long a drive may hear its bus after permission has ended, and still be commanded.
+    nanoseconds until_heard = std::chrono::milliseconds(2);
+    bool watchdog = true;  ///< the drives have one
+  };
+  explicit RobotWatch(std::vector<DriveLimits> limits) : RobotWatch(std::move(limits), Allowance{}) {}
+  RobotWatch(std::vector<DriveLimits> limits, const Allowance& allowance);
+
+  /// The robot may move from now on, until forbid().
+  void permit();
+  void forbid();
+  bool permitted() const noexcept { return permitted_; }
+  /// The robot says that it obeys: until forbid() velocities and positions count as work, as currents always
+  /// do. Before, they may be part of a start-up, which stops in between.
+  void obeys() noexcept { obeys_ = permitted_; }
+  /// A period has passed; `drives` in the order of the limits.
+  void look(nanoseconds now, std::span<const FollowedDrive> drives);
+
+  /// Keeps each once, with its first time.
+  void violate(const std::string& what);
+  const std::vector<std::string>& violations() const noexcept { return violations_; }
+
+ private:
+  struct Joint {
+    bool worked = false;  // since the last enable
+    int rested = 0;       // periods since then
+    nanoseconds heard{};  // for so long since the robot was forbidden to move
+  };
+  void check_permission(const std::string& name, const FollowedDrive& drive, nanoseconds heard);
+  void check_restart(std::size_t joint, const FollowedDrive& drive);
+  void check_limits(const DriveLimits& limits, const FollowedDrive& drive);
+
+  std::vector<DriveLimits> limits_;
+  Allowance allowance_;
+  std::vector<Joint> joints_;
+  nanoseconds now_{};
+  bool permitted_ = false;
+  bool obeys_ = false;
+  nanoseconds forbidden_at_{};
+  std::vector<std::string> violations_;
+};
+
+}  // namespace support

@@ -1,0 +1,214 @@
+/// @file
+/// Robots whose motors are watched: a test with one of them fails when a rule of RobotWatch is broken.
+#pragma once
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/clock.h"
+#include "hal/loopback_robot.h"
+#include "hal/plant.h"
+#include "hal/robot.h"
+#include "sim/bus/youbot_bus.h"
+#include "sim/can/bench_rig.h"
+#include "tests/support/robot_watch.h"
+
+namespace support {
+
+/// Reports at its end.
+class TestWatch : public RobotWatch {
+ public:
+  using RobotWatch::RobotWatch;
+  TestWatch(const TestWatch&) = delete;
+  TestWatch& operator=(const TestWatch&) = delete;
+  ~TestWatch() {
+    for (const std::string& violation : violations())
+      EXPECT_TRUE(std::ranges::any_of(expected_, [&](const std::string& part) {
+        return has(violation, part);
+      })) << violation;
+    for (const std::string& part : expected_)
+      EXPECT_TRUE(std::ranges::any_of(violations(), [&](const auto& found) { return has(found, part); }))
+          << "no violation: " << part;
+  }
+
+  /// The robot whose enables and disables count.
+  std::unique_ptr<hal::Robot> over(std::unique_ptr<hal::Robot> robot);
+  /// The test breaks a rule on purpose: a violation has to contain this.
+  void expect_violation(std::string part) { expected_.push_back(std::move(part)); }
+  /// Permission comes from the enables of the robot's HAL interface; this many of them, when said.
+  void allow_enables(int count) { enables_left_ = count; }
+  void enable() {
+    if (enables_left_ && --*enables_left_ < 0) violate("the robot is enabled by itself");
+    permit();
+  }
+
+ private:
+  static bool has(const std::string& text, const std::string& part) {
+    return text.find(part) != std::string::npos;
+  }
+  std::vector<std::string> expected_;
+  std::optional<int> enables_left_;
+};
+
+/// Stands where the commands pass the HAL interface and tells the watch of enable, disable and fault.
+class WatchedRobot final : public hal::Robot {
+ public:
+  WatchedRobot(std::unique_ptr<hal::Robot> robot, TestWatch& watch)
+      : robot_(std::move(robot)), watch_(watch) {}
+  ~WatchedRobot() override { watch_.forbid(); }
+
+  std::span<const hal::JointInfo> joints() const noexcept override { return robot_->joints(); }
+  void activate() override {
+    enable_ = false;
+    robot_->activate();
+  }
+  void deactivate() noexcept override {
+    robot_->deactivate();
+    watch_.forbid();
+  }
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    if (command.enable && !enable_) watch_.enable();
+    enable_ = command.enable;
+    const hal::CycleStatus status = robot_->exchange(command, sample);
+    // Catching up with time that was missed is still part of what went before: after the exchange.
+    if (!command.enable || !status.ok())
+      watch_.forbid();
+    else if (sample.enabled)
+      watch_.obeys();
+    return status;
+  }
+  std::vector<std::string> notes() const override { return robot_->notes(); }
+  std::string explain(const hal::CycleStatus& status) const override { return robot_->explain(status); }
+  std::optional<hal::BusLosses> losses() const override { return robot_->losses(); }
+  std::vector<std::string> trouble() const override { return robot_->trouble(); }
+  std::vector<std::string> report() const override { return robot_->report(); }
+
+ private:
+  std::unique_ptr<hal::Robot> robot_;
+  TestWatch& watch_;
+  bool enable_ = false;
+};
+
+inline std::unique_ptr<hal::Robot> TestWatch::over(std::unique_ptr<hal::Robot> robot) {
+  return std::make_unique<WatchedRobot>(std::move(robot), *this);
+}
+
+/// Of an emulated robot on a bus, which outlives it.
+class BusWatch final : public TestWatch {
+ public:
+  explicit BusWatch(sim::bus::YoubotBus& bus) : TestWatch(limits_of(bus)), bus_(bus) {
+    bus_.after_each_period([this] { look(); });
+  }
+  ~BusWatch() { bus_.after_each_period(nullptr); }
+
+ private:
+  static std::vector<DriveLimits> limits_of(const sim::bus::YoubotBus& bus) {
+    std::vector<DriveLimits> limits;
+    for (std::size_t i = 0; bus.has_base() && i < 4; ++i) limits.push_back(wheel_limits(i));
+    for (std::size_t arm = 0; arm < bus.arm_count(); ++arm)
+      for (std::size_t i = 0; i < 5; ++i)
+        limits.push_back(
+            arm_limits((arm == 0 ? "arm-" : "arm2-") + std::to_string(i + 1), sim::bus::kArmJointData[i]));
+    return limits;
+  }
+  void look() {
+    std::array<FollowedDrive, hal::kMaxJoints> drives;
+    for (std::size_t i = 0; i < bus_.joint_count(); ++i)
+      drives[i] = followed_by(bus_.board(i), bus_.position_rad(i));
+    RobotWatch::look(bus_.wire().now(), std::span(drives).first(bus_.joint_count()));
+  }
+
+  sim::bus::YoubotBus& bus_;
+};
+
+/// Of the bench rig, which outlives it. Its module has no watchdog, and requests get lost: what the master
+/// repeats until it is acknowledged comes later.
+class CanWatch final : public TestWatch {
+ public:
+  CanWatch(sim::can::BenchRig& rig, DriveLimits limits)
+      : TestWatch({std::move(limits)}, {.until_heard = std::chrono::milliseconds(20), .watchdog = false}),
+        rig_(rig) {
+    rig_.after_each_period([this] { look(); });
+  }
+  ~CanWatch() { rig_.after_each_period(nullptr); }
+
+ private:
+  void look() {
+    FollowedDrive drive = followed_by(rig_.board(), rig_.joint().position_rad());
+    drive.unheard = rig_.unheard();
+    RobotWatch::look(rig_.now(), std::span(&drive, 1));
+  }
+  sim::can::BenchRig& rig_;
+};
+
+/// A loopback robot that is watched.
+class WatchedLoopback final : public hal::Robot {
+ public:
+  /// As hal::LoopbackRobot. The limits are those of `joints`.
+  WatchedLoopback(hal::Plant& plant, const hal::Clock& clock, nanoseconds period,
+                  const std::vector<hal::JointInfo>& joints)
+      : watch(limits_of(joints)),
+        plant_(plant, watch),
+        robot_(std::make_unique<hal::LoopbackRobot>(plant_, clock, period, joints), watch) {}
+
+  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
+  void activate() override { robot_.activate(); }
+  void deactivate() noexcept override { robot_.deactivate(); }
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    return robot_.exchange(command, sample);
+  }
+
+  TestWatch watch;
+
+ private:
+  class Plant final : public hal::Plant {
+   public:
+    Plant(hal::Plant& plant, TestWatch& watch) : plant_(plant), watch_(watch) {}
+    int joint_count() const noexcept override { return plant_.joint_count(); }
+    void measure(std::span<hal::JointSample> samples) noexcept override {
+      plant_.measure(samples);
+      for (std::size_t i = 0; i < samples.size(); ++i) homed_[i] = samples[i].homed;
+    }
+    void advance(std::span<const hal::JointCommand> commands, bool powered,
+                 nanoseconds duration) noexcept override {
+      plant_.advance(commands, powered, duration);
+      now_ += duration;
+      std::array<FollowedDrive, hal::kMaxJoints> drives;
+      for (std::size_t i = 0; powered && i < commands.size(); ++i)
+        drives[i] = {.mode = mode_of(commands[i].mode), .target = commands[i].target, .homed = homed_[i]};
+      watch_.look(now_, std::span(drives).first(commands.size()));
+    }
+
+   private:
+    static FollowedDrive::Mode mode_of(hal::CommandMode mode) {
+      using enum FollowedDrive::Mode;
+      return mode == hal::CommandMode::kTorque     ? kCurrent
+             : mode == hal::CommandMode::kVelocity ? kVelocity
+                                                   : kPosition;
+    }
+    hal::Plant& plant_;
+    TestWatch& watch_;
+    nanoseconds now_{};
+    std::array<bool, hal::kMaxJoints> homed_{};
+  };
+
+  static std::vector<DriveLimits> limits_of(const std::vector<hal::JointInfo>& joints) {
+    std::vector<DriveLimits> limits;
+    for (const hal::JointInfo& joint : joints)
+      limits.push_back({joint.name, joint.torque_limit_Nm, joint.speed_limit_rad_per_s, joint.range});
+    return limits;
+  }
+
+  Plant plant_;
+  WatchedRobot robot_;
+};
+
+}  // namespace support
