@@ -232,6 +232,8 @@ class EthercatRobot final : public Robot {
   std::size_t drives_left_off_ = 0;           // of an arm that is there and not asked for
   std::vector<std::string> gripper_trouble_;  // of each: why it is taken for absent
   bool enabled_ = false;
+  // A sample has come since: a command made before is a guess, as homing moves the zero of positions.
+  bool sampled_ = false;
   // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
   bool simulation_gone_ = false;
   bool simulated_ = false;  // by youbot-sim, as its EEPROMs say
@@ -285,7 +287,7 @@ void EthercatRobot::activate() {
   copy_state();
   told_ = state_;
   states_.emplace(state_);
-  enabled_ = false;
+  enabled_ = sampled_ = false;
   bad_cycles_ = unanswered_cycles_ = 0;
   losses_.clear();
   counted_ = bus_->counters();
@@ -372,7 +374,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
     switch_off(!command.enable);
 
   for (std::size_t i = 0; i < drives_.size(); ++i)
-    drives_[i].drive(command.joints[i], enabled_, bus_->outputs(drives_[i].slave()));
+    drives_[i].drive(command.joints[i], enabled_ && sampled_, bus_->outputs(drives_[i].slave()));
   bus_->send(clock_.now());
   const nanoseconds stamp = clock_.now();
   const ethercat::CycleResult result = bus_->receive();
@@ -400,6 +402,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
     sample.grippers[i] = grippers_[i].sample();
   }
   sample.enabled = enabled_;
+  sampled_ = enabled_ && (sampled_ || all_fresh);
   copy_state();
   states_->publish(state_);
   return latched_;

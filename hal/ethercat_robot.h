@@ -70,13 +70,12 @@ struct EthercatOptions {
 ///   arm too many, and its gripper, are left off in PRE-OP, and notes() says so.
 /// - A sample's stamp is taken as soon as its frame has been sent: then it passes the boards, and they put in
 ///   what they measured last. How long the frame took to make, or its answer to fetch, is not in it.
-/// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded,
-/// initialises
+/// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded, finds the
 ///   commutation where needed (with firmware 2.0 the joints move a little) and homes the arms if that is
-///   wanted. `sample.enabled` is true once all drives obey; that may take seconds.
+///   wanted. `sample.enabled` is true once all drives obey; that may take seconds. They hold still until such
+///   a sample has come: homing moves the zero, so that a command made before means another place.
 /// - A slave that is lost or falls out of OP, or a drive's error flag, switches all drives off (motor stop)
-/// and
-///   is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
+///   and is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
 /// - An interface that takes no frames for longer than is bridged is named with the system's error.
 /// - Another master on the bus refuses activate(), and is a fault as long as it is there.
 /// - A gripper that is missing or fails never stops the arm.
