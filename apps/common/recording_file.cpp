@@ -69,7 +69,7 @@ char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
   if (decimals >= static_cast<int>(kPowers.size())) return nullptr;
   const double scaled = std::abs(value) * kPowers[static_cast<std::size_t>(decimals)];
   if (!(scaled < kLargest)) return nullptr;
-  auto digits = static_cast<std::uint64_t>(scaled + 0.5);
+  auto digits = static_cast<std::uint64_t>(std::llround(scaled));
   if (std::abs(scaled - static_cast<double>(digits)) > kCertainly) return nullptr;
   std::array<char, 24> text;  // from behind, with a zero before the point
   char* const last = text.data() + text.size();

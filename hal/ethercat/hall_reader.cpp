@@ -22,8 +22,7 @@ HallReader::HallReader(const AxisConstants& axis, std::chrono::nanoseconds perio
       patience_cycles_(std::max(1, static_cast<int>(kSilentInterval / period))) {}
 
 drivers::tmcl::Request HallReader::request() noexcept {
-  using namespace drivers::tmcl;
-  return get(drive_parameter("hall_angle"));
+  return drivers::tmcl::get(drivers::tmcl::drive_parameter("hall_angle"));
 }
 
 bool HallReader::due() noexcept {

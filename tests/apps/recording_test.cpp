@@ -16,6 +16,7 @@
 #include <future>
 #include <limits>
 #include <numbers>
+#include <random>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -369,6 +370,38 @@ TEST_F(RecordingFileTest, ReplacesAnEarlierRecordingOnRequestOnly) {
   EXPECT_EQ(read_back(path()).rows.size(), 10u);
   { const RecordingFile file(path(), kComments, kColumns, RecordingFile::Existing::kReplace); }
   EXPECT_TRUE(read_back(path()).rows.empty());
+}
+
+/// Also where the next digit is a five or nearly one, the number is large, or it rounds to zero.
+TEST_F(RecordingFileTest, FixedDecimalsAreThoseOfTheStandardLibrary) {
+  std::vector<double> values{0.0,          -0.0,  0.5,
+                             -0.5,         0.125, 2.5e-7,
+                             4.9999999995, 1e11,  999999999999.5,
+                             1e12,         1e300, std::numeric_limits<double>::infinity(),
+                             1e-30,        0.045, 1.005,
+                             -1.005};
+  std::mt19937_64 random(1);
+  std::uniform_real_distribution<> mantissa(-1, 1);
+  std::uniform_int_distribution<> exponent(-12, 13);
+  for (int i = 0; i < 20'000; ++i) values.push_back(mantissa(random) * std::pow(10.0, exponent(random)));
+  for (int i = 0; i < 2'000; ++i) values.push_back((i + 0.5) * 1e-4);
+  for (const int decimals : {0, 1, 3, 6, 9, 12}) {
+    RecordingFile file(path(), {}, {{"value", decimals}}, RecordingFile::Existing::kReplace);
+    for (const double value : values) file.append_row(std::array{value});
+    file.close();
+    ASSERT_TRUE(file.error().empty()) << file.error();
+    std::ifstream text(path());
+    std::string line;
+    while (line != "value" && std::getline(text, line)) {
+    }
+    for (const double value : values) {
+      ASSERT_TRUE(std::getline(text, line));
+      std::array<char, 400> expected{};
+      const auto end = std::to_chars(expected.data(), expected.data() + expected.size(), value,
+                                     std::chars_format::fixed, decimals);
+      ASSERT_EQ(line, std::string_view(expected.data(), end.ptr)) << decimals << " decimals";
+    }
+  }
 }
 
 TEST_F(RecordingFileTest, RefusesNamesThatWouldBreakTheFormat) {

@@ -30,7 +30,7 @@ struct EthercatRig {
   EthercatRig(
       const sim::bus::YoubotBusOptions& bus, const EthercatOptions& ethercat,
       const std::function<std::unique_ptr<Robot>(std::unique_ptr<Robot>)>& sabotage =
-          [](auto robot) { return robot; })
+          [](auto whole) { return whole; })
       : emulation(bus),
         robot(watch.over(sabotage(make_ethercat_robot(
             [this]() -> std::unique_ptr<drivers::ethercat::Link> {
