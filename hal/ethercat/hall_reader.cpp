@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kHallInterval{10};
 constexpr std::chrono::seconds kSilentInterval{1};
-/// The queue hands a request over with the next frame, the one after that looks whether the mailbox is empty,
-/// and only the third carries the request: what the encoder counted before does not belong to the reading.
+/// The queue hands a request over after the next frame, the second looks whether the mailbox is empty, and
+/// only the third carries the request: what the encoder counted before does not belong to the reading.
 constexpr int kCyclesToWrite = 3;
 
 }  // namespace
@@ -27,13 +27,15 @@ drivers::tmcl::Request HallReader::request() noexcept {
 
 bool HallReader::due() noexcept {
   if (wait_cycles_ > 0) --wait_cycles_;
+  if (asked_) ++cycles_;
   return wait_cycles_ == 0 && !asked_ && !refused_;
 }
 
 void HallReader::ask() noexcept {
   asked_ = true;
   answered_ = false;
-  passes_ = 0;
+  cycles_ = 0;
+  low_ticks_ = high_ticks_ = position_ticks_;
   wait_cycles_ = interval_cycles_;
 }
 
@@ -51,8 +53,9 @@ void HallReader::answer(const drivers::tmcl::Completion& completion) noexcept {
 }
 
 void HallReader::pass(std::int64_t position_ticks) noexcept {
+  position_ticks_ = position_ticks;
   if (!asked_) return;
-  if (++passes_ <= kCyclesToWrite) low_ticks_ = high_ticks_ = position_ticks;
+  if (cycles_ < kCyclesToWrite) low_ticks_ = high_ticks_ = position_ticks;
   low_ticks_ = std::min(low_ticks_, position_ticks);
   high_ticks_ = std::max(high_ticks_, position_ticks);
   if (!answered_) return;

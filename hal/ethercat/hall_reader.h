@@ -19,13 +19,13 @@ class HallReader {
   HallReader(const AxisConstants& axis, std::chrono::nanoseconds period) noexcept;
 
   static drivers::tmcl::Request request() noexcept;
-  /// Once a cycle: whether it is time to ask.
+  /// Once a cycle, whether its frame came back or not: whether it is time to ask.
   bool due() noexcept;
   /// request() has been queued.
   void ask() noexcept;
   /// What came of it.
   void answer(const drivers::tmcl::Completion& completion) noexcept;
-  /// Once a cycle, after answer(): where the encoder is.
+  /// After answer(), with each frame that came back: where the encoder is.
   void pass(std::int64_t position_ticks) noexcept;
   /// Whatever has been asked: the counter starts again somewhere else.
   void forget() noexcept;
@@ -40,10 +40,11 @@ class HallReader {
   int patience_cycles_;
   int wait_cycles_ = 0;
   bool asked_ = false;
-  int passes_ = 0;  // since then
+  int cycles_ = 0;  // since then
   bool answered_ = false;
   bool refused_ = false;
   std::int32_t hall_angle_ = 0;
+  std::int64_t position_ticks_ = 0;
   std::int64_t low_ticks_ = 0;
   std::int64_t high_ticks_ = 0;
   RotorReading reading_{};

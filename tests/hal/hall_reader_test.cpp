@@ -20,6 +20,13 @@ class Reader : public testing::Test {
     while (!reader.due() && cycles < limit) ++cycles;
     return cycles;
   }
+  /// The encoder in the frame with which it asks, and in each of the next.
+  void pass(std::initializer_list<int> positions_ticks) {
+    for (const int ticks : positions_ticks) {
+      reader.pass(ticks);
+      (void)reader.due();
+    }
+  }
   static Completion completion(Outcome outcome, std::int32_t value = 0) {
     Completion completion;
     completion.outcome = outcome;
@@ -35,8 +42,8 @@ class Reader : public testing::Test {
 TEST_F(Reader, AReadingHasAllThatTheEncoderShowedWhileItWasTaken) {
   ASSERT_TRUE(reader.due());
   reader.ask();
-  // Three cycles pass before the request is written.
-  for (const int ticks : {700, 650, 1000, 1010, 1025, 990}) reader.pass(ticks);
+  // The third frame behind carries the request.
+  pass({700, 650, 1000, 1010, 1025, 990});
   EXPECT_EQ(reader.reading().number, 0U) << "no reply yet";
   reader.answer(completion(Outcome::kDone, -0x4000));
   reader.pass(980);
@@ -45,6 +52,19 @@ TEST_F(Reader, AReadingHasAllThatTheEncoderShowedWhileItWasTaken) {
   EXPECT_DOUBLE_EQ(reader.reading().hall_turn, 0.75) << "65536 to an electrical revolution";
   EXPECT_DOUBLE_EQ(reader.reading().encoder_low_turn, 980 / 500.0);
   EXPECT_DOUBLE_EQ(reader.reading().encoder_high_turn, 1025 / 500.0);
+}
+
+TEST_F(Reader, FramesThatAreLostLeaveOutNothingOfWhatItsEncoderDid) {
+  // The request is written and answered in frames that do not come back: the rotor was anywhere in between.
+  pass({1000});
+  ASSERT_TRUE(reader.due());
+  reader.ask();
+  reader.pass(1010);
+  for (int lost = 0; lost < 5; ++lost) (void)reader.due();
+  reader.answer(completion(Outcome::kDone));
+  reader.pass(1200);
+  EXPECT_DOUBLE_EQ(reader.reading().encoder_low_turn, 1010 / 500.0);
+  EXPECT_DOUBLE_EQ(reader.reading().encoder_high_turn, 1200 / 500.0);
 }
 
 TEST_F(Reader, AsksEveryTenMillisecondsAndOneRequestAtATime) {
