@@ -13,11 +13,24 @@ namespace {
 constexpr double kStepShare = 0.25;
 constexpr double kSteadyShare = 0.15;
 constexpr double kSteadyOfStep = 0.6;
+/// Of a step, what accelerations to both sides do not explain.
+constexpr double kAtOnceShare = 0.5;
 /// Of the step: how near its neighbours are to their side, so that it happens within one sample.
 constexpr double kNeighbourShare = 0.25;
 
 double mean_rate(std::span<const double> values) noexcept {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Of the line through values of equal distance, where it is `ahead` of the last one.
+double extrapolated(std::span<const double> values, double ahead) noexcept {
+  const auto count = static_cast<double>(values.size());
+  const double mean = mean_rate(values);
+  double product = 0;
+  for (std::size_t i = 0; i < values.size(); ++i)
+    product += (static_cast<double>(i) - 0.5 * (count - 1)) * values[i];
+  const double slope = 12 * product / (count * (count * count - 1));
+  return mean + slope * (0.5 * (count - 1) + ahead);
 }
 
 bool steady(std::span<const double> values, double step, double speed) noexcept {
@@ -42,8 +55,12 @@ bool VelocityStep::update(double position_rad, double elapsed_s) noexcept {
   const double mean_before = mean_rate(before);
   const double mean_after = mean_rate(after);
   const double step = std::abs(mean_after - mean_before);
-  if (!(step > step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after))))
-    return false;
+  const double least = step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after));
+  if (!(step > least)) return false;
+  // Means lie apart by acceleration, too: lines through both sides meet then, whatever the encoder's steps do
+  // to the bounds below.
+  const double at_once = std::abs(extrapolated(after, -static_cast<double>(kSide)) - extrapolated(before, 1));
+  if (!(at_once > kAtOnceShare * least)) return false;
   if (std::abs(before.back() - mean_before) > kNeighbourShare * step ||
       std::abs(after.front() - mean_after) > kNeighbourShare * step)
     return false;

@@ -193,6 +193,22 @@ TEST(VelocityStep, NoConstantAccelerationIsOne) {
   }
 }
 
+/// At 27 Hz, as wheels of a held base do: counts in each millisecond of those that a soak took for a step.
+TEST(VelocityStep, NorAWheelThatRocks) {
+  for (const auto& counts : std::vector<std::vector<int>>{
+           {-7, -6, -6, -4, -2, -2, 1, 3, 3, 6, 6, 7, 8},
+           {7, 7, 7, 5, 4, 3, 1, -2, -2, -4, -6, -6, -7},
+           {6, 5, 4, 3, 2, 1, -2, -4, -5, -6, -7, -8, -9},
+           {-8, -7, -7, -5, -3, -3, 0, 2, 3, 4, 5, 6, 7},
+       })
+    for (double tick_rad = 6.0e-5; tick_rad < 6.3e-5; tick_rad += 1e-7) {
+      control::VelocityStep check(0.5);
+      double position_rad = 0;
+      EXPECT_FALSE(check.update(position_rad, kPeriod_s));
+      for (const int count : counts) EXPECT_FALSE(check.update(position_rad += count * tick_rad, kPeriod_s));
+    }
+}
+
 TEST(VelocityStep, NorABreakawayNorABlowOfTwentyMilliseconds) {
   for (const double a : {10.0, 50.0, 200.0, 1000.0}) {
     control::VelocityStep breakaway(0.35);
