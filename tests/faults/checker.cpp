@@ -9,10 +9,8 @@ namespace faults {
 namespace {
 
 using namespace std::chrono_literals;
-using drivers::tmcl::ControllerMode;
 
-/// The boards' watchdog, parameter 90, and some periods of theirs and of the bus.
-constexpr std::chrono::milliseconds kWatchdog{105};
+constexpr auto kWatchdog = support::RobotWatch::kWatchdog;
 constexpr double kWheelTorque_Nm = 2.4;                                  // the world's configuration
 constexpr std::array<double, 5> kArmTorque_Nm{9.5, 9.5, 6.0, 2.0, 1.0};  // robot description, likewise
 /// The configurations' limits, and what a wheel gains until the drives are off.
@@ -23,17 +21,21 @@ constexpr double kArmSpeed_rad_per_s = 3.0 * 1.3;
 constexpr double kBaseSpeed_m_per_s = 0.9;
 constexpr double kHandForce_N = 8.0;
 
+std::vector<support::DriveLimits> configured_limits(Machine machine) {
+  std::vector<support::DriveLimits> limits =
+      support::robot_limits(true, machine == Machine::kManipulator ? 1 : 0);
+  for (std::size_t i = 0; i < limits.size(); ++i)
+    limits[i].torque_Nm = i < 4 ? kWheelTorque_Nm : kArmTorque_Nm[i - 4];
+  return limits;
+}
+
 std::string milliseconds_of(nanoseconds time) { return std::to_string(time / 1ms) + " ms"; }
 
 }  // namespace
 
-Checker::Checker(World& world) : world_(world), joints_(world.joints()) { world.be_watched_by(this); }
-
-void Checker::violate(const std::string& what) {
-  constexpr std::size_t kMost = 20;
-  const auto same = [&what](const std::string& known) { return known.ends_with(": " + what); };
-  if (violations_.size() < kMost && std::ranges::none_of(violations_, same))
-    violations_.push_back("at " + milliseconds_of(world_.now()) + ": " + what);
+Checker::Checker(World& world)
+    : world_(world), watch_(configured_limits(world.machine())), drives_(world.joints()) {
+  world.be_watched_by(this);
 }
 
 void Checker::mix(std::uint64_t value) noexcept {
@@ -44,14 +46,13 @@ void Checker::mix(std::uint64_t value) noexcept {
 }
 
 void Checker::enable_granted() {
-  permitted_ = true;
+  watch_.permit();
   motion_.run_granted();
-  for (Joint& joint : joints_) joint = {};
 }
 
 void Checker::nothing_runs() {
-  if (permitted_) permitted_until_ = world_.now() + kWatchdog;
-  permitted_ = false;
+  if (watch_.permitted()) permitted_until_ = world_.now() + kWatchdog;
+  watch_.forbid();
 }
 
 void Checker::began(const Event& event) {
@@ -89,8 +90,7 @@ void Checker::ended(const Event& event) {
 void Checker::period_passed() {
   motion_.add(world_);
   const bool worked = works_;
-  works_ = false;
-  for (std::size_t joint = 0; joint < joints_.size(); ++joint) look_at(joint);
+  look_at_boards();
   if (works_ && !met_run_is_over_) {
     last_torque_ = world_.now();
     const control::PlanarPose& pose = world_.emulation().pose();
@@ -103,36 +103,19 @@ void Checker::period_passed() {
   check_deadlines();
 }
 
-void Checker::look_at(std::size_t number) {
-  Joint& joint = joints_[number];
-  sim::bus::TmcmBoard& board = world_.emulation().board(number);
-  const auto name = [number] { return "joint " + std::to_string(number + 1) + " "; };
-  const auto& followed = board.followed();
-  mix(static_cast<std::uint64_t>(board.input().position_ticks));
-  mix(followed
-          ? static_cast<std::uint64_t>(followed->mode) << 32U ^ static_cast<std::uint32_t>(followed->value)
-          : 0);
-  // A board whose process data ended holds its place by itself.
-  const bool by_master = followed && !board.input().flags.has(drivers::tmcl::StatusFlag::kTimeout);
-  const bool current = by_master && followed->mode == ControllerMode::kCurrent;
-  joint.commanded =
-      by_master &&
-      (followed->mode == ControllerMode::kPosition ||
-       ((current || followed->mode == ControllerMode::kVelocity || followed->mode == ControllerMode::kPwm) &&
-        followed->value != 0));
-  works_ = works_ || joint.commanded;
-  if (joint.commanded && !permitted_ && world_.now() > permitted_until_)
-    violate(name() + "is commanded without an enable");
-  if (current && joint.commanded) {
-    if (joint.worked && joint.stopped >= 2) violate(name() + "is commanded again in a run that stopped it");
-    joint.worked = true;
-    joint.stopped = 0;
-    const double limit_Nm = number < 4 ? kWheelTorque_Nm : kArmTorque_Nm[number - 4];
-    const double torque_Nm = std::abs(board.units().torque_Nm(followed->value));
-    if (torque_Nm > limit_Nm + 2e-3) violate(name() + "is commanded " + std::to_string(torque_Nm) + " N.m");
-  } else if (joint.worked && by_master && followed->mode == ControllerMode::kMotorStop) {
-    ++joint.stopped;
+void Checker::look_at_boards() {
+  sim::bus::YoubotBus& robot = world_.emulation();
+  for (std::size_t joint = 0; joint < drives_.size(); ++joint) {
+    const sim::bus::TmcmBoard& board = robot.board(joint);
+    const auto& followed = board.followed();
+    mix(static_cast<std::uint64_t>(board.input().position_ticks));
+    mix(followed
+            ? static_cast<std::uint64_t>(followed->mode) << 32U ^ static_cast<std::uint32_t>(followed->value)
+            : 0);
   }
+  support::look_at(robot, drives_);
+  watch_.look(world_.now(), drives_);
+  works_ = std::ranges::any_of(drives_, &support::FollowedDrive::acts);
 }
 
 void Checker::check_speeds() {
@@ -162,7 +145,7 @@ void Checker::check_hand() {
   mix(bits);
   // Negated so that NaN fails the check.
   if (!(force_N <= kHandForce_N + 1e-6)) violate("the hand feels " + std::to_string(force_N) + " N");
-  if (force_N > 0 && !permitted_ && world_.now() > permitted_until_)
+  if (force_N > 0 && !watch_.permitted() && world_.now() > permitted_until_)
     violate("the hand feels a force without an enable");
 }
 
@@ -181,8 +164,8 @@ void Checker::check_deadlines() {
     // A loop that is held up sees nothing, and the boards' watchdog ends the torque.
     const nanoseconds blind_until = std::min(world_.loop_paused_until + 5ms, deadline.began + kWatchdog);
     if (world_.now() < std::max(deadline.at, blind_until) || (deadline.met && !deadline.lasts)) continue;
-    for (std::size_t joint = 0; joint < joints_.size(); ++joint)
-      if (joints_[joint].commanded)
+    for (std::size_t joint = 0; joint < drives_.size(); ++joint)
+      if (drives_[joint].acts())
         violate("joint " + std::to_string(joint + 1) + " is commanded " + milliseconds_of(deadline.allowed) +
                 " after " + std::string(deadline.event->kind->name));
   }

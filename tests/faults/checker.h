@@ -12,15 +12,16 @@
 #include "tests/faults/recording_check.h"
 #include "tests/faults/script.h"
 #include "tests/faults/world.h"
+#include "tests/support/robot_watch.h"
 
 namespace faults {
 
 /// The rules, each checked every millisecond:
-/// - Torque is commanded only between an enable that was granted and the end of its run, and never again in
-///   a run that switched the drives off: nothing restarts by itself.
-/// - When the run, the program or what carries its frames ends, the last torque comes within the boards'
-///   watchdog time; when a client orders a stop or the commander is gone, within the time that this takes.
-/// - No commanded torque is above the limit, no wheel or arm joint and no base faster than its limit allows.
+/// - Those of every robot that is watched (tests/support/robot_watch.h), between an enable that was granted
+///   and the end of its run, with the torques that the configuration allows.
+/// - When a client orders a stop or the commander is gone, the last torque comes within the time that this
+///   takes; when what carries the frames ends, within the boards' watchdog time.
+/// - No wheel or arm joint and no base is faster than its limit allows.
 /// - What is recorded is what happened.
 /// - The force on the hand is finite, within the device's limit, and zero without a run.
 /// Numbers are written here again, from data sheets and the configuration that the world gives the daemon.
@@ -37,9 +38,8 @@ class Checker final : public Witness {
   void began(const Event& event);
   void ended(const Event& event);
 
-  const std::vector<std::string>& violations() const noexcept { return violations_; }
-  /// Keeps each once, with its first time.
-  void violate(const std::string& what);
+  const std::vector<std::string>& violations() const noexcept { return watch_.violations(); }
+  void violate(const std::string& what) { watch_.violate(what); }
   /// Of all that boards and mechanics did: the same in every run of a script.
   std::uint64_t digest() const noexcept { return digest_; }
   /// From the first event's begin to the last commanded torque of the run that it met; none while it lasts.
@@ -50,11 +50,6 @@ class Checker final : public Witness {
   void check_recordings(const std::vector<Event>& events);
 
  private:
-  struct Joint {
-    bool worked = false;  // commanded a current in this run
-    int stopped = 0;      // periods since then with the motor stopped
-    bool commanded = false;
-  };
   struct Deadline {
     nanoseconds began{};
     nanoseconds at{};
@@ -64,22 +59,21 @@ class Checker final : public Witness {
     bool met = false;  // nothing was commanded once
   };
 
-  void look_at(std::size_t joint);
+  void look_at_boards();
   void check_speeds();
   void check_hand();
   void check_deadlines();
   void mix(std::uint64_t value) noexcept;
 
   World& world_;
-  std::vector<std::string> violations_;
+  support::RobotWatch watch_;
   std::uint64_t digest_ = 14695981039346656037U;  // FNV-1a
-  std::vector<Joint> joints_;
+  std::vector<support::FollowedDrive> drives_;
   std::vector<Deadline> deadlines_;
   int active_events_ = 0;
   nanoseconds last_change_{};  // of them
   TrueMotion motion_;
-  bool permitted_ = false;
-  nanoseconds permitted_until_{};  // while it is not: what boards did not hear of yet
+  nanoseconds permitted_until_{};  // while it is not: what a hand may still feel
   bool works_ = false;
   std::optional<nanoseconds> first_event_;
   nanoseconds last_torque_{};

@@ -22,12 +22,15 @@ std::string milliseconds_of(nanoseconds time) { return std::to_string(time / 1ms
 
 }  // namespace
 
+bool is_homed(double counter_rad, double true_rad) noexcept {
+  return std::abs(counter_rad - true_rad) < kHomed_rad;
+}
+
 FollowedDrive followed_by(const sim::bus::TmcmBoard& board, double true_rad) {
   FollowedDrive drive{.unheard = board.unheard()};
   const auto& followed = board.followed();
   if (!followed || board.i2t().exceeded()) return drive;
   const sim::bus::MotorUnits& units = board.units();
-  drive.homed = std::abs(units.position_rad(board.input().position_ticks) - true_rad) < kHomed_rad;
   if (board.input().flags.has(drivers::tmcl::StatusFlag::kTimeout)) {
     drive.mode = Mode::kHeld;
     return drive;
@@ -36,6 +39,7 @@ FollowedDrive followed_by(const sim::bus::TmcmBoard& board, double true_rad) {
     case ControllerMode::kPosition:
       drive.mode = Mode::kPosition;
       drive.target = units.position_rad(followed->value);
+      drive.homed = is_homed(units.position_rad(board.input().position_ticks), true_rad);
       break;
     case ControllerMode::kVelocity:
       drive.mode = Mode::kVelocity;
@@ -52,6 +56,11 @@ FollowedDrive followed_by(const sim::bus::TmcmBoard& board, double true_rad) {
     default: drive.mode = Mode::kStopped; break;
   }
   return drive;
+}
+
+void look_at(sim::bus::YoubotBus& bus, std::span<FollowedDrive> drives) {
+  for (std::size_t joint = 0; joint < drives.size(); ++joint)
+    drives[joint] = followed_by(bus.board(joint), bus.position_rad(joint));
 }
 
 double torque_limit_Nm(const sim::bus::BoardAxis& axis) {
@@ -71,6 +80,16 @@ DriveLimits arm_limits(std::string name, const sim::bus::ArmJointData& joint) {
           .torque_Nm = torque_limit_Nm(joint.axis),
           .speed_rad_per_s = std::numbers::pi / 2,  // user manual
           .range = {joint.lower_stop_rad, joint.upper_stop_rad}};
+}
+
+std::vector<DriveLimits> robot_limits(bool has_base, std::size_t arms) {
+  std::vector<DriveLimits> limits;
+  for (std::size_t i = 0; has_base && i < 4; ++i) limits.push_back(wheel_limits(i));
+  for (std::size_t arm = 0; arm < arms; ++arm)
+    for (std::size_t i = 0; i < 5; ++i)
+      limits.push_back(
+          arm_limits((arm == 0 ? "arm-" : "arm2-") + std::to_string(i + 1), sim::bus::kArmJointData[i]));
+  return limits;
 }
 
 RobotWatch::RobotWatch(std::vector<DriveLimits> limits, const Allowance& allowance)

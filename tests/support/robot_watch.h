@@ -12,6 +12,7 @@
 #include "hal/joint.h"
 #include "sim/bus/axis_data.h"
 #include "sim/bus/tmcm_board.h"
+#include "sim/bus/youbot_bus.h"
 
 namespace support {
 
@@ -25,13 +26,17 @@ struct FollowedDrive {
   Mode mode = Mode::kOpen;
   double target = 0.0;    ///< rad, rad/s or N·m at the joint, as `mode` says
   nanoseconds unheard{};  ///< since the drive was last commanded
-  bool homed = false;     ///< positions count as the joint's range does
+  bool homed = false;     ///< of kPosition: it counts as the joint's range does
 
   bool acts() const noexcept { return mode == Mode::kPosition || (mode > Mode::kPosition && target != 0); }
 };
 
 /// Of a board. `true_rad` is where its joint is.
 FollowedDrive followed_by(const sim::bus::TmcmBoard& board, double true_rad);
+/// Of each joint of a robot. `drives` has as many.
+void look_at(sim::bus::YoubotBus& bus, std::span<FollowedDrive> drives);
+/// Whether a joint's counter counts from where its range does.
+bool is_homed(double counter_rad, double true_rad) noexcept;
 
 /// What a joint must never be commanded beyond.
 struct DriveLimits {
@@ -45,6 +50,7 @@ struct DriveLimits {
 double torque_limit_Nm(const sim::bus::BoardAxis& axis);
 DriveLimits wheel_limits(std::size_t wheel);
 DriveLimits arm_limits(std::string name, const sim::bus::ArmJointData& joint);
+std::vector<DriveLimits> robot_limits(bool has_base, std::size_t arms);
 
 /// The rules, each checked at the end of each period. They need no knowledge of what a test is about:
 /// - Nothing is commanded but between an enable and the disable or fault that follows: a drive that hears its

@@ -104,26 +104,18 @@ inline std::unique_ptr<hal::Robot> TestWatch::over(std::unique_ptr<hal::Robot> r
 /// Of an emulated robot on a bus, which outlives it.
 class BusWatch final : public TestWatch {
  public:
-  explicit BusWatch(sim::bus::YoubotBus& bus) : TestWatch(limits_of(bus)), bus_(bus) {
+  explicit BusWatch(sim::bus::YoubotBus& bus)
+      : TestWatch(robot_limits(bus.has_base(), bus.arm_count())), bus_(bus) {
     bus_.after_each_period([this] { look(); });
   }
   ~BusWatch() { bus_.after_each_period(nullptr); }
 
  private:
-  static std::vector<DriveLimits> limits_of(const sim::bus::YoubotBus& bus) {
-    std::vector<DriveLimits> limits;
-    for (std::size_t i = 0; bus.has_base() && i < 4; ++i) limits.push_back(wheel_limits(i));
-    for (std::size_t arm = 0; arm < bus.arm_count(); ++arm)
-      for (std::size_t i = 0; i < 5; ++i)
-        limits.push_back(
-            arm_limits((arm == 0 ? "arm-" : "arm2-") + std::to_string(i + 1), sim::bus::kArmJointData[i]));
-    return limits;
-  }
   void look() {
     std::array<FollowedDrive, hal::kMaxJoints> drives;
-    for (std::size_t i = 0; i < bus_.joint_count(); ++i)
-      drives[i] = followed_by(bus_.board(i), bus_.position_rad(i));
-    RobotWatch::look(bus_.wire().now(), std::span(drives).first(bus_.joint_count()));
+    const std::span joints(drives.data(), bus_.joint_count());
+    look_at(bus_, joints);
+    RobotWatch::look(bus_.wire().now(), joints);
   }
 
   sim::bus::YoubotBus& bus_;
