@@ -9,7 +9,7 @@ hal::CycleStatus MonitoredRobot::exchange(const hal::RobotCommand& command,
   if (!command.enable) latched_ = {};
   hal::RobotCommand sent = command;
   sent.enable = command.enable && latched_.ok();
-  const hal::CycleStatus status = robot_.exchange(sent, sample);
+  const hal::CycleStatus status = RobotWrapper::exchange(sent, sample);
   const double elapsed_s = hal::seconds(sample.stamp - stamp_);
   stamp_ = sample.stamp;
   if (!status.ok() || !sample.enabled) {

@@ -124,15 +124,12 @@ class JudgedRobot final : public hal::Robot {
 };
 
 /// Records what becomes of the arm once it is homed.
-class JudgedBus final : public hal::Robot {
+class JudgedBus final : public hal::RobotWrapper {
  public:
   JudgedBus(hal::Robot& robot, const sim::MobileManipulator& manipulator)
-      : robot_(robot), manipulator_(manipulator) {}
-  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
-  void activate() override { robot_.activate(); }
-  void deactivate() noexcept override { robot_.deactivate(); }
+      : RobotWrapper(robot), manipulator_(manipulator) {}
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
-    const hal::CycleStatus status = robot_.exchange(command, sample);
+    const hal::CycleStatus status = RobotWrapper::exchange(command, sample);
     if (sample.enabled && !record) record.emplace(manipulator_);
     if (record) record->add(manipulator_);
     return status;
@@ -140,7 +137,6 @@ class JudgedBus final : public hal::Robot {
   std::optional<ArmRecord> record;
 
  private:
-  hal::Robot& robot_;
   const sim::MobileManipulator& manipulator_;
 };
 

@@ -45,23 +45,17 @@ class Cable final : public hal::HapticLink {
 };
 
 /// A robot whose bus can break.
-class BreakableRobot final : public hal::Robot {
+class BreakableRobot final : public hal::RobotWrapper {
  public:
-  explicit BreakableRobot(hal::Robot& robot) : robot_(robot) {}
-  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
-  void activate() override { robot_.activate(); }
-  void deactivate() noexcept override { robot_.deactivate(); }
+  using RobotWrapper::RobotWrapper;
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
     last_command = command;
-    if (!broken) return robot_.exchange(command, sample);
+    if (!broken) return RobotWrapper::exchange(command, sample);
     sample.enabled = false;
     return {.fault = hal::Fault::kPartialBus, .joint = 6};
   }
   bool broken = false;
   hal::RobotCommand last_command;
-
- private:
-  hal::Robot& robot_;
 };
 
 /// Rig with both.

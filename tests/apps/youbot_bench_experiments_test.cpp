@@ -58,21 +58,19 @@ std::string text_of(const fs::path& path) {
 }
 
 /// Passes everything on; a hook sees each exchange and may turn it into a fault.
-class WatchedRobot final : public hal::Robot {
+class HookedRobot final : public hal::RobotWrapper {
  public:
   using Hook =
       std::function<hal::CycleStatus(std::uint64_t cycle, const hal::RobotCommand&, hal::CycleStatus)>;
-  WatchedRobot(hal::Robot& robot, Hook hook) : robot_(robot), hook_(std::move(hook)) {}
+  HookedRobot(hal::Robot& robot, Hook hook) : RobotWrapper(robot), hook_(std::move(hook)) {}
 
-  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
-  void activate() override { robot_.activate(); }
   void deactivate() noexcept override {
-    robot_.deactivate();
+    RobotWrapper::deactivate();
     deactivated = true;
   }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
     last_command = command;
-    return hook_(cycle_++, command, robot_.exchange(command, sample));
+    return hook_(cycle_++, command, RobotWrapper::exchange(command, sample));
   }
   std::vector<std::string> report() const override { return {"a finding"}; }
 
@@ -80,7 +78,6 @@ class WatchedRobot final : public hal::Robot {
   bool deactivated = false;
 
  private:
-  hal::Robot& robot_;
   Hook hook_;
   std::uint64_t cycle_ = 0;
 };
@@ -118,14 +115,14 @@ class BenchExperiment : public ::testing::Test {
                 },
             .configuration = "experiment = \"torque-ramp\"\n"};
   }
-  ExperimentOutcome run(const ExperimentPlan& plan, WatchedRobot::Hook hook = pass_on()) {
+  ExperimentOutcome run(const ExperimentPlan& plan, HookedRobot::Hook hook = pass_on()) {
     hal::VirtualClock clock;
     const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
     return run_on(*opened.robot, clock, plan, std::move(hook));
   }
   ExperimentOutcome run_on(hal::Robot& watched, hal::Clock& clock, const ExperimentPlan& plan,
-                           WatchedRobot::Hook hook = pass_on()) {
-    WatchedRobot robot(watched, std::move(hook));
+                           HookedRobot::Hook hook = pass_on()) {
+    HookedRobot robot(watched, std::move(hook));
     const ExperimentOutcome outcome = run_experiment(plan, options, robot, clock, stop);
     EXPECT_TRUE(robot.deactivated);
     last_command = robot.last_command;
@@ -135,10 +132,10 @@ class BenchExperiment : public ::testing::Test {
   ExperimentOutcome run_unchecked(const ExperimentPlan& plan) {
     return run_experiment(plan, options, loopback, stop);
   }
-  static WatchedRobot::Hook pass_on() {
+  static HookedRobot::Hook pass_on() {
     return [](std::uint64_t, const hal::RobotCommand&, hal::CycleStatus status) { return status; };
   }
-  WatchedRobot::Hook stop_after(std::uint64_t cycles) {
+  HookedRobot::Hook stop_after(std::uint64_t cycles) {
     return [this, cycles](std::uint64_t cycle, const hal::RobotCommand&, hal::CycleStatus status) {
       if (cycle == cycles) stop = true;
       return status;

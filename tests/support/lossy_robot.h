@@ -4,20 +4,17 @@
 #pragma once
 #include <functional>
 
-#include "hal/robot.h"
+#include "hal/robot_wrapper.h"
 
 namespace support {
 
-class LossyRobot final : public hal::Robot {
+class LossyRobot final : public hal::RobotWrapper {
  public:
-  explicit LossyRobot(hal::Robot& robot) : robot_(robot) {}
-  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
-  void activate() override { robot_.activate(); }
-  void deactivate() noexcept override { robot_.deactivate(); }
+  using RobotWrapper::RobotWrapper;
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
     hal::RobotSample unheard;
     const bool lost = loses && loses(count_++);
-    const hal::CycleStatus status = robot_.exchange(command, lost ? unheard : sample);
+    const hal::CycleStatus status = RobotWrapper::exchange(command, lost ? unheard : sample);
     if (lost) sample.enabled = unheard.enabled;
     return status;
   }
@@ -30,7 +27,6 @@ class LossyRobot final : public hal::Robot {
   }
 
  private:
-  hal::Robot& robot_;
   int count_ = 0;
 };
 

@@ -11,7 +11,7 @@
 #include <random>
 #include <vector>
 
-#include "hal/robot.h"
+#include "hal/robot_wrapper.h"
 #include "hal/seconds.h"
 #include "sim/bus/axis_data.h"
 #include "tests/support/hall_sensors.h"
@@ -43,22 +43,19 @@ struct SensorLie {
   LieKind kind = LieKind::kFactor;
 };
 
-class LyingRobot final : public hal::Robot {
+class LyingRobot final : public hal::RobotWrapper {
  public:
   /// A base, or a base and its arm: their motors have Hall sensors, which tell the truth.
-  explicit LyingRobot(hal::Robot& robot) : robot_(robot) {
+  explicit LyingRobot(hal::Robot& robot) : RobotWrapper(robot) {
     for (std::size_t i = 0; i < robot.joints().size(); ++i) {
       const sim::bus::BoardAxis& axis =
           i < 4 ? sim::bus::kWheelBoardAxis : sim::bus::kArmJointData.at(i - 4).axis;
       hall_.emplace_back(axis.gear_ratio * axis.motor_poles / 2 / (2 * std::numbers::pi));
     }
   }
-  std::span<const hal::JointInfo> joints() const noexcept override { return robot_.joints(); }
-  void activate() override { robot_.activate(); }
-  void deactivate() noexcept override { robot_.deactivate(); }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
     hal::RobotSample truth = truth_;
-    const hal::CycleStatus status = robot_.exchange(command, truth);
+    const hal::CycleStatus status = RobotWrapper::exchange(command, truth);
     const double elapsed_s = hal::seconds(truth.stamp - truth_.stamp);
     truth_ = sample = truth;
     if (lie_) sample.joints[lie_->joint] = seen(truth, elapsed_s);
@@ -168,7 +165,6 @@ class LyingRobot final : public hal::Robot {
     return own;
   }
 
-  hal::Robot& robot_;
   std::vector<HallSensors> hall_;
   std::optional<SensorLie> lie_;
   hal::RobotSample truth_;

@@ -80,6 +80,7 @@ class RobotWatch {
   /// The robot says that it obeys: until forbid() velocities and positions count as work, as currents always
   /// do. Before, they may be part of a start-up, which stops in between.
   void obeys() noexcept { obeys_ = permitted_; }
+  bool obeying() const noexcept { return obeys_; }
   /// A period has passed; `drives` in the order of the limits.
   void look(nanoseconds now, std::span<const FollowedDrive> drives);
 

@@ -17,6 +17,7 @@
 #include "hal/loopback_robot.h"
 #include "hal/plant.h"
 #include "hal/robot.h"
+#include "hal/robot_wrapper.h"
 #include "sim/bus/youbot_bus.h"
 #include "sim/can/bench_rig.h"
 #include "tests/support/robot_watch.h"
@@ -59,25 +60,24 @@ class TestWatch : public RobotWatch {
 };
 
 /// Stands where the commands pass the HAL interface and tells the watch of enable, disable and fault.
-class WatchedRobot final : public hal::Robot {
+class WatchedRobot final : public hal::RobotWrapper {
  public:
   WatchedRobot(std::unique_ptr<hal::Robot> robot, TestWatch& watch)
-      : robot_(std::move(robot)), watch_(watch) {}
+      : RobotWrapper(std::move(robot)), watch_(watch) {}
   ~WatchedRobot() override { watch_.forbid(); }
 
-  std::span<const hal::JointInfo> joints() const noexcept override { return robot_->joints(); }
   void activate() override {
     enable_ = false;
-    robot_->activate();
+    RobotWrapper::activate();
   }
   void deactivate() noexcept override {
-    robot_->deactivate();
+    RobotWrapper::deactivate();
     watch_.forbid();
   }
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
     if (command.enable && !enable_) watch_.enable();
     enable_ = command.enable;
-    const hal::CycleStatus status = robot_->exchange(command, sample);
+    const hal::CycleStatus status = RobotWrapper::exchange(command, sample);
     // Catching up with time that was missed is still part of what went before: after the exchange.
     if (!command.enable || !status.ok())
       watch_.forbid();
@@ -85,14 +85,8 @@ class WatchedRobot final : public hal::Robot {
       watch_.obeys();
     return status;
   }
-  std::vector<std::string> notes() const override { return robot_->notes(); }
-  std::string explain(const hal::CycleStatus& status) const override { return robot_->explain(status); }
-  std::optional<hal::BusLosses> losses() const override { return robot_->losses(); }
-  std::vector<std::string> trouble() const override { return robot_->trouble(); }
-  std::vector<std::string> report() const override { return robot_->report(); }
 
  private:
-  std::unique_ptr<hal::Robot> robot_;
   TestWatch& watch_;
   bool enable_ = false;
 };
@@ -174,8 +168,11 @@ class WatchedLoopback final : public hal::Robot {
       plant_.advance(commands, powered, duration);
       now_ += duration;
       std::array<FollowedDrive, hal::kMaxJoints> drives;
+      // Who commands the period that enables has no sample yet that says where the joints are.
       for (std::size_t i = 0; powered && i < commands.size(); ++i)
-        drives[i] = {.mode = mode_of(commands[i].mode), .target = commands[i].target, .homed = homed_[i]};
+        drives[i] = {.mode = mode_of(commands[i].mode),
+                     .target = commands[i].target,
+                     .homed = homed_[i] && watch_.obeying()};
       watch_.look(now_, std::span(drives).first(commands.size()));
     }
 

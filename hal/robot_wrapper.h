@@ -1,0 +1,39 @@
+/// @file
+/// A robot that passes every call on to another one.
+#pragma once
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "hal/robot.h"
+
+namespace hal {
+
+/// Base of those that add something to a robot: they override what they change.
+class RobotWrapper : public Robot {
+ public:
+  /// `robot` outlives it.
+  explicit RobotWrapper(Robot& robot) : robot_(robot) {}
+  explicit RobotWrapper(std::unique_ptr<Robot> robot) : owned_(std::move(robot)), robot_(*owned_) {}
+
+  std::span<const JointInfo> joints() const noexcept override { return robot_.joints(); }
+  void activate() override { robot_.activate(); }
+  void deactivate() noexcept override { robot_.deactivate(); }
+  CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept override {
+    return robot_.exchange(command, sample);
+  }
+  std::vector<std::string> notes() const override { return robot_.notes(); }
+  std::string explain(const CycleStatus& status) const override { return robot_.explain(status); }
+  std::optional<BusLosses> losses() const override { return robot_.losses(); }
+  std::vector<std::string> trouble() const override { return robot_.trouble(); }
+  std::vector<std::string> report() const override { return robot_.report(); }
+
+ private:
+  std::unique_ptr<Robot> owned_;
+  Robot& robot_;
+};
+
+}  // namespace hal
