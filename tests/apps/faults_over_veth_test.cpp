@@ -20,6 +20,7 @@
 
 #include "hal/clock.h"
 #include "hal/ethercat_robot.h"
+#include "tests/support/recorded_robot.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
@@ -55,6 +56,8 @@ struct Operator {
     const bool wanted = command.enable;
     bool met = false;
     for (auto next = clock.now(); !met && clock.now() < end; clock.sleep_until(next += 1ms)) {
+      enables += command.enable && !enabled ? 1 : 0;
+      enabled = command.enable;
       status = robot->exchange(command, sample);
       ++cycles;
       command.enable = wanted && (status.ok() || status.fault == expected);
@@ -83,11 +86,14 @@ struct Operator {
   hal::RobotSample sample;
   hal::CycleStatus status;
   long cycles = 0;
+  int enables = 0;  // that were ordered
+
+ private:
+  bool enabled = false;
 };
 
 /// Start, drive, meet the fault, stand still, recover, drive again, stop.
-void survive(hal::Fault expected, int joint) {
-  Operator person;
+void survive(Operator& person, hal::Fault expected, int joint) {
   person.robot->activate();
   ASSERT_TRUE(person.enable_and_turn(0.3)) << describe(person.status.fault);
   // One frame a cycle, beside those of the start-up and of what a starved machine has to repair.
@@ -125,9 +131,17 @@ TEST_P(FaultsOverVeth, AreSurvived) {
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const support::TemporaryDirectory directory;
   const fs::path faults = directory.write("faults.toml", GetParam().faults);
-  const support::Simulator simulator(namespaces, "--robot base --lock-step --faults " + faults.string());
-  ASSERT_TRUE(simulator.ready());
-  survive(GetParam().expected, GetParam().joint);
+  const fs::path seen = directory / "seen.csv";
+  int enables = 0;
+  {
+    const support::Simulator simulator(
+        namespaces, "--robot base --lock-step --faults " + faults.string() + " --record " + seen.string());
+    ASSERT_TRUE(simulator.ready());
+    Operator person;
+    survive(person, GetParam().expected, GetParam().joint);
+    enables = person.enables;
+  }  // which ends the record
+  EXPECT_EQ(support::violations_of_record(support::Recording(seen), enables), std::vector<std::string>{});
 }
 INSTANTIATE_TEST_SUITE_P(
     Scripts, FaultsOverVeth,
@@ -213,7 +227,8 @@ TEST(CaptureOverVeth, TsharkDecodesEveryFrameFromTheStartThroughAFaultToTheStop)
   const fs::path file = directory / "run.pcapng";
   Capture capture(namespaces, file);
   SKIP_UNLESS(capture.running(), "dumpcap may not capture here");
-  survive(hal::Fault::kPartialBus, 2);
+  Operator person;
+  survive(person, hal::Fault::kPartialBus, 2);
   capture.stop();
 
   const std::string ours = "eth.type == 0x88a4 && ";

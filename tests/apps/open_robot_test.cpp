@@ -1,7 +1,9 @@
 #include "apps/common/open_robot.h"
 
+#include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <atomic>
 #include <filesystem>
 #include <stdexcept>
@@ -10,7 +12,9 @@
 #include "apps/common/wire_robot.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/session.h"
+#include "drivers/tmcl/process_data.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/watched_open_robot.h"
 
 namespace apps {
 namespace open_robot_test {
@@ -84,6 +88,63 @@ TEST(OpenRobot, ABaseWithAnArmStandsInTheSceneAlsoBehindTheEmulatedBus) {
     options.ethercat.kind = kind;
     EXPECT_FALSE(open_robot(options, clock, 1ms).manipulator);
   }
+}
+
+/// What the watch of the robots that are opened meanwhile reports.
+template <typename Function>
+std::string failures_of(Function&& run) {
+  testing::TestPartResultArray failures;
+  {
+    const testing::ScopedFakeTestPartResultReporter reporter(
+        testing::ScopedFakeTestPartResultReporter::INTERCEPT_ONLY_CURRENT_THREAD, &failures);
+    run();
+  }
+  std::string text;
+  for (int i = 0; i < failures.size(); ++i) text += failures.GetTestPartResult(i).message();
+  return text;
+}
+
+TEST(OpenRobot, IsWatchedInEveryTest) {
+  const auto drives = [](const char* name, double torque_Nm, bool behind_the_robot) {
+    hal::VirtualClock clock;
+    RobotOptions options;
+    options.name = name;
+    const OpenedRobot opened = open_robot(options, clock, 1ms);
+    hal::RobotCommand command;
+    hal::RobotSample sample;
+    opened.robot->activate();
+    command.enable = true;
+    command.joints[0] = hal::JointCommand::torque_Nm(torque_Nm);
+    for (int cycle = 0; cycle < 3000; ++cycle) {
+      clock.sleep_until(clock.now() + 1ms);
+      EXPECT_TRUE(opened.robot->exchange(command, sample).ok());
+    }
+    EXPECT_TRUE(sample.enabled);
+    command.enable = false;
+    for (int cycle = 0; cycle < 10; ++cycle) (void)opened.robot->exchange(command, sample);
+    if (!behind_the_robot) return;
+    std::array<std::uint8_t, drivers::tmcl::kOutputBytes> bytes{};
+    EXPECT_TRUE(drivers::tmcl::pack({drivers::tmcl::ControllerMode::kCurrent, 100}, bytes));
+    opened.emulation->board(0).outputs_changed(bytes);
+    opened.emulation->advance(5ms);
+  };
+  EXPECT_EQ(failures_of([&] { drives("loopback", 0.1, false); }), "");
+  EXPECT_EQ(failures_of([&] { drives("wire", 0.1, false); }), "");
+  const std::string too_strong = failures_of([&] { drives("loopback", 10, false); });
+  EXPECT_NE(too_strong.find("wheel-1 is commanded 10.0"), std::string::npos) << too_strong;
+  const std::string by_itself = failures_of([&] { drives("wire", 0.1, true); });
+  EXPECT_NE(by_itself.find("wheel-1 is commanded without an enable"), std::string::npos) << by_itself;
+}
+
+TEST(OpenRobot, IsWatchedInASessionThatOpensItsOwn) {
+  const youbotd::Config config = youbotd::load_config(support::source_dir() + "/apps/youbotd/demo.toml");
+  youbotd::SessionOptions options;
+  options.virtual_time = true;
+  options.duration = 100ms;
+  const std::atomic<bool> stop{false};
+  const int before = support::watched_robots_opened();
+  (void)youbotd::run_session(config, options, stop);
+  EXPECT_EQ(support::watched_robots_opened(), before + 1);
 }
 
 TEST(OpenRobot, WhatNobodyKnowsIsAnsweredWithAllThereIs) {

@@ -12,9 +12,11 @@
 #include "control/teleoperation.h"
 #include "drivers/tmcl/process_data.h"
 #include "hal/youbot_axes.h"
-#include "tests/end_to_end/recording.h"
+#include "tests/support/recording.h"
 
 namespace end_to_end {
+
+using support::Recording;
 
 inline constexpr std::size_t kJoints = 9;
 inline constexpr std::array<const char*, kJoints> kJointNames{

@@ -13,8 +13,8 @@
 #include "control/teleoperation.h"
 #include "drivers/tmcl/process_data.h"
 #include "tests/end_to_end/comparison.h"
-#include "tests/end_to_end/recording.h"
 #include "tests/end_to_end/scenario.h"
+#include "tests/support/recording.h"
 
 namespace end_to_end {
 

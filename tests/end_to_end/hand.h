@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "tests/end_to_end/grip.h"
-#include "tests/end_to_end/recording.h"
+#include "tests/support/recording.h"
 
 namespace end_to_end {
+
+using support::Recording;
 
 /// A machine that is busy makes the hand slower and never lets it jump.
 class Hand {

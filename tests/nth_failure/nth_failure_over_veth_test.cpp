@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -20,6 +18,7 @@
 #include "tests/nth_failure/results.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/process.h"
+#include "tests/support/recorded_robot.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/veth.h"
@@ -83,28 +82,8 @@ void let_time_pass(int milliseconds) {
   }
 }
 
-/// Rows at the end of the simulator's record in which a drive follows more than its place.
-int rows_with_torque(const fs::path& seen, std::size_t last) {
-  std::ifstream file(seen);
-  std::vector<std::vector<std::string>> rows;
-  for (std::string line; std::getline(file, line);) {
-    if (line.starts_with('#')) continue;
-    std::vector<std::string> cells;
-    std::istringstream text(line);
-    for (std::string cell; std::getline(text, cell, ',');) cells.push_back(cell);
-    rows.push_back(cells);
-  }
-  if (rows.size() < last + 1) return -1;
-  int moving = 0;
-  for (std::size_t row = rows.size() - last; row < rows.size(); ++row)
-    for (std::size_t column = 0; column < rows[0].size(); ++column)
-      // -1: no power, 0: stopped, 1: held where it is, by the board itself.
-      moving += rows[0][column].ends_with("_mode") && std::stod(rows[row].at(column)) > 1 ? 1 : 0;
-  return moving;
-}
-
 TEST_F(NthFailureOverVeth, NoTorqueIsLeftOnceYoubotdHasEnded) {
-  const auto drive = [&](const std::optional<Failure>& failure, int& moving) {
+  const auto drive = [&](const std::optional<Failure>& failure, std::vector<std::string>& violations) {
     clean();
     CommandResult result;
     {
@@ -121,19 +100,19 @@ TEST_F(NthFailureOverVeth, NoTorqueIsLeftOnceYoubotdHasEnded) {
       result = Process(with_failure(folder / "counts", failure, daemon())).finish();
       let_time_pass(kAfterwards_ms);
     }
-    moving = rows_with_torque(folder / "sim/seen.csv", kLookedAt_ms);
+    violations = support::violations_of_record(support::Recording(folder / "sim/seen.csv"), 1, kLookedAt_ms);
     return result;
   };
-  int moving = 0;
-  const CommandResult expected = drive({}, moving);
+  std::vector<std::string> violations;
+  const CommandResult expected = drive({}, violations);
   ASSERT_EQ(expected.exit_code, 0) << expected.output;
-  ASSERT_EQ(moving, 0);
+  ASSERT_EQ(violations, std::vector<std::string>{});
   const std::vector<Failure> failures =
       some_of(failures_of(read_counts(folder / "counts"), 2, kAtMostPerFrame), 14);
   for (const Failure& failure : failures) {
-    const CommandResult result = drive(failure, moving);
+    const CommandResult result = drive(failure, violations);
     std::vector<std::string> flaws = flaws_of_end(failure, result, 0);
-    if (moving != 0) flaws.push_back("torque remains: " + std::to_string(moving));
+    flaws.insert(flaws.end(), violations.begin(), violations.end());
     if (failure.call != "unlink" && failure.call != "remove")
       for (const std::string& file : torn(Results::of(folder / "out"))) flaws.push_back(file + " is torn");
     const bool refused = result.exit_code == 2 || result.exit_code == 3;

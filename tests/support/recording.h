@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace end_to_end {
+namespace support {
 
 class Recording {
  public:
@@ -37,6 +37,7 @@ class Recording {
     }
   }
   std::size_t rows() const { return rows_; }
+  bool has(const std::string& column) const { return columns_.contains(column); }
   const std::vector<double>& operator[](const std::string& column) const {
     const auto found = columns_.find(column);
     if (found == columns_.end()) throw std::runtime_error(path_.string() + " has no column " + column);
@@ -49,4 +50,4 @@ class Recording {
   std::size_t rows_ = 0;
 };
 
-}  // namespace end_to_end
+}  // namespace support
