@@ -11,7 +11,7 @@ set(rules
   "^drivers/tmcl/"      "^drivers/"
   "^drivers/can/"       "^drivers/(can/|(interface_lock|setup_error|uninterrupted)\\.h)"
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
-  "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/setup_error\\.h)"
+  "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/(setup_error|uninterrupted)\\.h)"
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
   "^hal/.*\\.h$"        "^(hal|Eigen)/"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"

@@ -54,9 +54,9 @@ Finding check_force_dimension_library(const apps::HapticOptions& options) {
   return {Mark::kOk, "Force Dimension SDK: " + library.path() + ", " + to_string(library.version())};
 }
 
-Finding check_space_mouse(const haptic::SpaceMouseChoice& choice) {
+Finding check_space_mouse(const haptic::SpaceMouseChoice& choice, const usb::SystemPaths& paths) {
   const haptic::HidapiUse hidapi;
-  const haptic::SpaceMouseInfo mouse = choose_space_mouse(choice, haptic::find_space_mice());
+  const haptic::SpaceMouseInfo mouse = choose_space_mouse(choice, haptic::find_space_mice(paths));
   (void)haptic::open_space_mouse(mouse);
   return {Mark::kOk, "SpaceMouse: " + describe(mouse) + " opens"};
 }
@@ -67,7 +67,7 @@ Findings check_master(const apps::HapticOptions& options, const usb::SystemPaths
   if (options.name == "falcon")
     return {finding_of("Novint Falcon", [&] { return check_falcon(options.falcon.port_path, paths); })};
   if (options.name == "spacemouse")
-    return {finding_of("SpaceMouse", [&] { return check_space_mouse(options.space_mouse.choice); })};
+    return {finding_of("SpaceMouse", [&] { return check_space_mouse(options.space_mouse.choice, paths); })};
   if (options.name == "force-dimension")
     return {finding_of("Force Dimension SDK", [&] { return check_force_dimension_library(options); }),
             finding_of("Force Dimension device", [&] {

@@ -8,14 +8,14 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <mutex>
-#include <string_view>
 #include <system_error>
 
+#include "drivers/haptic/hid_nodes.h"
 #include "drivers/haptic/space_mouse_models.h"
+#include "drivers/uninterrupted.h"
 
 namespace drivers::haptic {
 namespace {
@@ -23,30 +23,16 @@ namespace {
 constexpr const char* kRulesFile = "udev/60-3dconnexion-spacemouse.rules";
 constexpr const char* kGroup = "plugdev";
 
-// HID usage tables: generic desktop, multi-axis controller.
-constexpr unsigned short kGenericDesktop = 0x01;
-constexpr unsigned short kMultiAxis = 0x08;
+constexpr HidUsage kMultiAxisController{.page = 0x01, .usage = 0x08};  // HID usage tables: generic desktop
 
-// hidapi keeps one text for the latest error that is no device's; each call that may set it is made alone.
+// hidapi keeps one text for the latest error that belongs to no device: calls that may set it take turns.
 std::mutex hidapi_mutex;
 int hidapi_users = 0;
 
-struct FreeEnumeration {
-  void operator()(hid_device_info* first) const noexcept { hid_free_enumeration(first); }
-};
-
-/// Of ids and serial numbers, which are ASCII.
-std::string narrow(const wchar_t* text) {
-  std::string result;
-  for (; text != nullptr && *text != L'\0'; ++text)
-    result += *text > 0 && *text < 0x7f ? static_cast<char>(*text) : '?';
-  return result;
-}
-
-/// hidapi lists a node once for each collection in its descriptor, and with zeros when it has none.
-bool may_have_axes(const hid_device_info& listed) noexcept {
-  return (listed.usage_page == kGenericDesktop && listed.usage == kMultiAxis) ||
-         (listed.usage_page == 0 && listed.usage == 0);
+/// A node that shows no report descriptor is judged by its ids alone.
+bool may_have_axes(const HidNode& node) {
+  const std::vector<std::uint8_t> descriptor = report_descriptor_of(node);
+  return descriptor.empty() || has_collection(descriptor, kMultiAxisController);
 }
 
 std::string describe(const std::vector<SpaceMouseInfo>& found) {
@@ -67,7 +53,7 @@ std::string octal(unsigned mode) {
 
 /// errno; 0: it is a HID node and answers.
 int try_node(const std::string& path) noexcept {
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  const int descriptor = uninterrupted([&] { return ::open(path.c_str(), O_RDWR | O_CLOEXEC); });
   if (descriptor < 0) return errno;
   int size = 0;
   const int error = ::ioctl(descriptor, HIDIOCGRDESCSIZE, &size) < 0 ? errno : 0;
@@ -102,10 +88,9 @@ HidNodeFacts node_facts(const std::string& path, int error) {
 
 HidapiUse::HidapiUse() {
   const std::scoped_lock lock(hidapi_mutex);
-  if (hidapi_users == 0 && hid_init() != 0) {
-    throw SetupError({"hidapi", "initialise", "success", narrow(hid_error(nullptr)),
-                      "install libhidapi-hidraw0 of Debian 12"});
-  }
+  if (hidapi_users == 0 && hid_init() != 0)
+    throw SetupError(
+        {"hidapi", "initialise", "success", "a refusal", "install libhidapi-hidraw0 of Debian 12"});
   ++hidapi_users;
 }
 
@@ -116,28 +101,17 @@ HidapiUse::~HidapiUse() {
 
 std::string describe(const SpaceMouseInfo& mouse) { return mouse.model + " (" + mouse.path + ")"; }
 
-std::vector<SpaceMouseInfo> find_space_mice() {
-  const HidapiUse hidapi;
-  const std::scoped_lock lock(hidapi_mutex);
+std::vector<SpaceMouseInfo> find_space_mice(const usb::SystemPaths& paths) {
   std::vector<SpaceMouseInfo> found;
-  for (const std::uint16_t vendor : {kVendor3Dconnexion, kVendorLogitech}) {
-    const std::unique_ptr<hid_device_info, FreeEnumeration> first(hid_enumerate(vendor, 0));
-    for (const hid_device_info* listed = first.get(); listed != nullptr; listed = listed->next) {
-      const SpaceMouseModel* model = space_mouse_model(listed->vendor_id, listed->product_id);
-      if (model == nullptr || listed->path == nullptr || !may_have_axes(*listed)) continue;
-      found.push_back({.model = model->name,
-                       .path = listed->path,
-                       .serial = narrow(listed->serial_number),
-                       .vendor = listed->vendor_id,
-                       .product = listed->product_id});
-    }
+  for (const HidNode& node : hid_nodes(paths)) {
+    const SpaceMouseModel* model = space_mouse_model(node.vendor, node.product);
+    if (model == nullptr || !may_have_axes(node)) continue;
+    found.push_back({.model = model->name,
+                     .path = node.path,
+                     .serial = node.serial,
+                     .vendor = node.vendor,
+                     .product = node.product});
   }
-  // hidraw2 before hidraw10.
-  std::ranges::sort(found, [](const SpaceMouseInfo& a, const SpaceMouseInfo& b) {
-    return a.path.size() != b.path.size() ? a.path.size() < b.path.size() : a.path < b.path;
-  });
-  const auto same_path = [](const SpaceMouseInfo& a, const SpaceMouseInfo& b) { return a.path == b.path; };
-  found.erase(std::unique(found.begin(), found.end(), same_path), found.end());
   return found;
 }
 
@@ -188,15 +162,18 @@ SetupError node_refused(const SpaceMouseInfo& mouse, const HidNodeFacts& facts) 
 
 HidDevice open_space_mouse(const SpaceMouseInfo& mouse) {
   // hidapi 0.13.1 frees the same memory twice when a node that it opened turns out to be no HID device, as
-  // one that is being unplugged does: only one that answers is left to it.
+  // one that is being unplugged does: only one that answers is left to it. That leaves the microseconds
+  // between hidapi's own open() and its question.
   if (const int error = try_node(mouse.path); error != 0)
     throw node_refused(mouse, node_facts(mouse.path, error));
   const std::scoped_lock lock(hidapi_mutex);
-  HidDevice device(hid_open_path(mouse.path.c_str()));
-  if (device == nullptr) {
-    throw SetupError(
-        {describe(mouse), "open", "success", narrow(hid_error(nullptr)), "plug the device in again"});
-  }
+  HidDevice device;
+  do {
+    errno = 0;
+    device.reset(hid_open_path(mouse.path.c_str()));
+  } while (device == nullptr && errno == EINTR);
+  // hidapi 0.13.1 calls nothing that fails after the open() or ioctl() that did.
+  if (device == nullptr) throw node_refused(mouse, node_facts(mouse.path, errno));
   return device;
 }
 

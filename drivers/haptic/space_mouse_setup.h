@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "drivers/setup_error.h"
+#include "drivers/usb/system_paths.h"
 
 namespace drivers::haptic {
 
@@ -43,7 +44,8 @@ struct SpaceMouseChoice {
 
 /// Those that are connected, by path; empty: none. Of devices that show several HID nodes (a receiver also
 /// brings a keyboard and a mouse) only the node of the axes. Nothing is sent to any device, or opened.
-std::vector<SpaceMouseInfo> find_space_mice();
+/// @throws SetupError when sysfs cannot be read.
+std::vector<SpaceMouseInfo> find_space_mice(const usb::SystemPaths& paths = {});
 
 /// The first that fits. @throws SetupError telling what is there instead.
 SpaceMouseInfo choose_space_mouse(const SpaceMouseChoice& choice, const std::vector<SpaceMouseInfo>& found);

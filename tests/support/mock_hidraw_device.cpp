@@ -279,7 +279,7 @@ MockHidrawDevice& MockHidrawBus::plug(const MockHidrawOptions& options) {
                           hex(static_cast<unsigned>(devices_.size()) + 1, 4);
   const std::string hidraw = interface + "/" + hid + "/hidraw/hidraw" + number;
   state->sys_path = "/sys" + hidraw;
-  // The kernel's device tree, from the USB device to the node; what hidapi looks at.
+  // The kernel's device tree, from the USB device to the node.
   const std::string tree =
       "P: " + usb +
       "\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\nA: manufacturer=mock\\n\nA: product=" + options.name +

@@ -1,7 +1,7 @@
 /// @file
-/// HID devices that only programs under umockdev's preload see: in sysfs, where hidapi finds them, and as
-/// /dev/hidraw0, /dev/hidraw1 and so on, which behave as the kernel's: each opener gets all reports that come
-/// while it has the node open, poll() tells when there are some, and unplugging hangs up.
+/// HID devices that only programs under umockdev's preload see: in sysfs, where drivers/haptic finds them,
+/// and as /dev/hidraw0, /dev/hidraw1 and so on, which behave as the kernel's: each opener gets all reports
+/// that come while it has the node open, poll() tells when there are some, and unplugging hangs up.
 ///
 /// What behaves like a real node in poll() is a pseudo terminal: one byte waits in it for each report. The
 /// reports themselves are handed over by umockdev's thread.

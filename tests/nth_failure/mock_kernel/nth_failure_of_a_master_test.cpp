@@ -99,34 +99,27 @@ TEST_F(NthFailureOfAMaster, AFalconIsLeftWithoutForceOrYoubotBenchSaysThatItMayP
   std::printf("%zu failures\n", failures.size());
 }
 
-TEST_F(NthFailureOfAMaster, ASpaceMouseIsReadOrTheReasonTold) {
-  int openers = 0;
+TEST_F(NthFailureOfAMaster, ASpaceMouseIsReadOrTheReasonReported) {
   const auto hold_once = [&](const std::optional<Failure>& failure) {
     support::MockHidrawBus bus;
-    const support::MockHidrawDevice& mouse =
-        bus.plug({.vendor = 0x256f,
-                  .product = 0xc635,
-                  .report_descriptor = sim::devices::EmulatedSpaceMouse({}, {}).report_descriptor()});
-    const CommandResult result =
-        Process(with_failure(folder / "counts", failure, hold("spacemouse"))).finish();
-    openers = mouse.openers();
-    return result;
+    bus.plug({.vendor = 0x256f,
+              .product = 0xc635,
+              .report_descriptor = sim::devices::EmulatedSpaceMouse({}, {}).report_descriptor()});
+    return Process(with_failure(folder / "counts", failure, hold("spacemouse"))).finish();
   };
   CommandResult expected = hold_once({});
   for (int again = 0; again < 20 && expected.exit_code == 4; ++again) expected = hold_once({});
   ASSERT_EQ(expected.exit_code, 0) << expected.output;
-  const std::vector<Failure> failures =
-      some_of(failures_of(read_counts(folder / "counts"), 2, kAtMostPerSample), 16);
-  int deaths_in_hidapi = 0;
+  std::vector<Failure> all = failures_of(read_counts(folder / "counts"), 2, kAtMostPerSample);
+  // The first ioctl() is ours, the second hidapi's: 0.13.1 (Debian 12) frees memory twice when that one
+  // fails, as when the device is unplugged microseconds after ours. What follows depends on the heap.
+  std::erase_if(all, [](const Failure& failure) { return failure.call == "ioctl" && failure.at > 1; });
+  const std::vector<Failure> failures = some_of(all, 16);
   for (const Failure& failure : failures) {
     const CommandResult result = hold_once(failure);
-    // hidapi 0.13.1 (Debian 12) crashes in hid_enumerate() when the properties of a device that it has just
-    // listed cannot be read. Nothing is open by then.
-    const bool died_listing = result.exit_code == -1 && openers == 0;
-    if (died_listing) ++deaths_in_hidapi;
-    report(failure, result, died_listing ? std::vector<std::string>{} : flaws_of(result));
+    report(failure, result, flaws_of(result));
   }
-  std::printf("%zu failures, %d of them crash hidapi\n", failures.size(), deaths_in_hidapi);
+  std::printf("%zu failures\n", failures.size());
 }
 
 }  // namespace
