@@ -10,18 +10,27 @@
 
 namespace apps {
 
-NewRecording::NewRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
+NewRecording::NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                            std::vector<std::string>& problems)
     : directory_(directory), made_(make_output_directory(directory)) {
-  const std::filesystem::path copy = directory / "config.toml";
-  std::error_code error;
   try {
-    if (std::filesystem::exists(copy, error)) throw std::runtime_error("is there already");
-    write_whole_file(copy, read_regular_file(config_file, kMaxToml_bytes));
-    made_.add(copy);
+    write_new(directory / "config.toml", read_regular_file(config.file, kMaxToml_bytes));
   } catch (const std::runtime_error& why) {
-    problems.push_back("copy of " + config_file.string() + ": " + why.what());
+    problems.push_back("copy of " + config.file.string() + ": " + why.what());
   }
+  if (config.settings.empty()) return;
+  try {
+    write_new(directory / "settings.toml", config.settings);
+  } catch (const std::runtime_error& why) {
+    problems.push_back(std::string("settings.toml: ") + why.what());
+  }
+}
+
+void NewRecording::write_new(const std::filesystem::path& path, const std::string& text) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) throw std::runtime_error("is there already");
+  write_whole_file(path, text);
+  made_.add(path);
 }
 
 std::unique_ptr<RecordingFile> NewRecording::open(const std::string& rig,

@@ -11,18 +11,25 @@
 
 namespace apps {
 
+/// What made a recording, kept beside it.
+struct RecordingConfig {
+  std::filesystem::path file;
+  std::string settings = {};  ///< TOML that replaced entries of the file; empty: none
+};
+
 /// The directory of a recording until its first row: when the start is refused before that, by a file that
 /// cannot be opened or later by a device, nothing is left of it.
 ///
-///     NewRecording recording(directory, config_file, problems);
+///     NewRecording recording(directory, {config_file, settings}, problems);
 ///     auto file = recording.open("base", comments, columns);
 ///     recording.keep();  // with the first row
 class NewRecording {
  public:
-  /// Makes the directory where it is missing and copies the configuration into it as `config.toml`, never
-  /// over another; one that could not be copied is added to `problems`.
+  /// Makes the directory where it is missing, copies the configuration into it as `config.toml` and writes
+  /// settings, if any, to `settings.toml`, never over another; what could not be written is added to
+  /// `problems`.
   /// @throws hal::SetupError when files cannot be made in the directory.
-  NewRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
+  NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                std::vector<std::string>& problems);
   NewRecording(const NewRecording&) = delete;
   NewRecording& operator=(const NewRecording&) = delete;
@@ -34,6 +41,9 @@ class NewRecording {
   void keep() noexcept { made_.keep(); }
 
  private:
+  /// @throws std::runtime_error when it is there already or cannot be written.
+  void write_new(const std::filesystem::path& path, const std::string& text);
+
   std::filesystem::path directory_;
   MadePaths made_;
 };

@@ -61,7 +61,7 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record) {
 }
 
 BaseRecording::BaseRecording(const Description& description)
-    : new_recording_(description.directory, description.config_file, setup_problems_),
+    : new_recording_(description.directory, description.config, setup_problems_),
       files_(open_files(description)),
       way_({{"reference", report::Style::kDashed}, {"base"}}, /*from_the_side=*/false, description.workspace),
       report_(description.directory / "report.html"),

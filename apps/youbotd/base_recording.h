@@ -29,8 +29,8 @@ void append_cycle(apps::RecordingFile& file, const CycleRecord& record);
 class BaseRecording {
  public:
   struct Description {
-    std::filesystem::path directory;    ///< created when missing
-    std::filesystem::path config_file;  ///< copied beside the recording
+    std::filesystem::path directory;  ///< created when missing
+    apps::RecordingConfig config;
     std::string experiment;
     bool friction_compensation = false;  ///< as run, whatever the configuration file says
     std::chrono::nanoseconds period;

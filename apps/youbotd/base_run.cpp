@@ -18,7 +18,7 @@ std::unique_ptr<BaseRecording> make_recording(const Config& config, const RunOpt
   check_record_directory(*options.record_directory);
   return std::make_unique<BaseRecording>(
       BaseRecording::Description{.directory = *options.record_directory,
-                                 .config_file = options.config_file,
+                                 .config = {options.config_file, options.settings},
                                  .experiment = options.experiment,
                                  .friction_compensation = config.cycle.controller.compensate_friction,
                                  .period = config.cycle.period,

@@ -66,6 +66,7 @@ class Run {
 /// What a run of any kind needs to know beside its configuration.
 struct RunOptions {
   std::filesystem::path config_file;
+  std::string settings{};  ///< TOML that replaces entries of the file; recorded beside it
   std::optional<std::filesystem::path> record_directory{};
   std::string experiment = "path";  ///< as the recordings of a base call it
   bool virtual_time = false;        ///< the recording may make the cycle wait

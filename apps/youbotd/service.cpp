@@ -11,7 +11,6 @@
 #include <string_view>
 
 #include "apps/common/control_socket.h"
-#include "apps/common/whole_file.h"
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/teleop_run.h"
 
@@ -239,7 +238,6 @@ void Service::enable(const Peer& peer) {
   VelocitySource* velocity = nullptr;
   run_ = make_run(config, options, &velocity);
   velocity_ = velocity;
-  if (options.record_directory) record_settings(*options.record_directory);
   recorded_to_ = options.record_directory.value_or("");
   recording_ = run_->recording();
   orders_ = {.serial = orders_.serial, .number = orders_.number + 1, .run = run_.get()};
@@ -303,19 +301,8 @@ RunOptions Service::next_run() const {
     run.record_directory = *options_.record_directory / ("run-" + std::to_string(number));
     if (!std::filesystem::exists(*run.record_directory)) break;
   }
+  for (const auto& [key, value] : settings_) run.settings += key + " = " + value + '\n';
   return run;
-}
-
-/// Beside the configuration, which they stood over.
-void Service::record_settings(const std::filesystem::path& directory) const {
-  if (settings_.empty()) return;
-  std::string text;
-  for (const auto& [key, value] : settings_) text += key + " = " + value + '\n';
-  try {
-    apps::write_whole_file(directory / "settings.toml", text);
-  } catch (const hal::SetupError& error) {
-    spdlog::warn("recording: {}", error.what());
-  }
 }
 
 std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options,

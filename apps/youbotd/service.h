@@ -97,7 +97,6 @@ class Service final : public ControlServer::Listener {
   /// `velocity`, unless null, is where to set one, in the mode that follows it.
   std::unique_ptr<Run> make_run(const Config& config, const RunOptions& options, VelocitySource** velocity);
   RunOptions next_run() const;
-  void record_settings(const std::filesystem::path& directory) const;
   void open_master_again();
   void give_orders();
   /// Gives the orders, then waits until a cycle has followed them and its news is read.

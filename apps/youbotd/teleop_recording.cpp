@@ -100,10 +100,10 @@ void append_teleop(apps::RecordingFile& file, const TeleopRecord& record) {
   file.append_row(std::span(row).first(width));
 }
 
-TeleopRecording::TeleopRecording(const std::filesystem::path& directory,
-                                 const std::filesystem::path& config_file, std::chrono::nanoseconds period,
-                                 bool simulated, const control::Workspace& workspace)
-    : new_recording_(directory, config_file, setup_problems_),
+TeleopRecording::TeleopRecording(const std::filesystem::path& directory, const apps::RecordingConfig& config,
+                                 std::chrono::nanoseconds period, bool simulated,
+                                 const control::Workspace& workspace)
+    : new_recording_(directory, config, setup_problems_),
       file_(open(period, simulated, workspace)),
       way_({{"base"}, {"set-point", report::Style::kDashed}, {"tip"}}, /*from_the_side=*/true, workspace),
       report_(directory / "report.html"),

@@ -30,7 +30,7 @@ class TeleopRecording {
 
   /// Setup. @throws hal::SetupError when the file cannot be made, or its header not written; nothing is left
   /// there then. `simulated`: the truth is known.
-  TeleopRecording(const std::filesystem::path& directory, const std::filesystem::path& config_file,
+  TeleopRecording(const std::filesystem::path& directory, const apps::RecordingConfig& config,
                   std::chrono::nanoseconds period, bool simulated, const control::Workspace& workspace);
 
   /// Cycle: wait-free.

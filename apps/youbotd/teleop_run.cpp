@@ -40,7 +40,8 @@ std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunO
                                                 bool simulated) {
   if (!options.record_directory) return nullptr;
   check_teleop_record_directory(*options.record_directory);
-  return std::make_unique<TeleopRecording>(*options.record_directory, options.config_file,
+  return std::make_unique<TeleopRecording>(*options.record_directory,
+                                           apps::RecordingConfig{options.config_file, options.settings},
                                            config.cycle.period, simulated, config.teleoperation.workspace);
 }
 

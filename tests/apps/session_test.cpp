@@ -224,6 +224,21 @@ TEST_F(Session, AStartThatIsRefusedAfterTheRecordingWasOpenedLeavesNothingBehind
   EXPECT_FALSE(fs::exists(directory / "new"));
 }
 
+TEST_F(Session, ARunThatEndsBeforeItsFirstCycleLeavesNothingOfItsRecording) {
+  {
+    BaseRecording recording({.directory = directory / "new/run",
+                             .config = {options.config_file, "limits.force_N = 4\n"},
+                             .experiment = "velocity",
+                             .period = 1ms});
+    EXPECT_TRUE(recording.problems().empty());
+    std::ifstream settings(directory / "new/run/settings.toml");
+    std::string line;
+    EXPECT_TRUE(std::getline(settings, line) && line == "limits.force_N = 4") << line;
+    recording.close();
+  }
+  EXPECT_FALSE(fs::exists(directory / "new"));
+}
+
 TEST_F(Session, ADiskThatFillsUpCostsRowsButNotTheRunAndFilesStayReadable) {
   options.duration = 5s;
   options.record_directory = directory.path();

@@ -30,7 +30,7 @@ youbotd::CycleRecord record_at(int cycle) {
 
 youbotd::BaseRecording::Description into(const support::TemporaryDirectory& directory) {
   return {.directory = directory / "run",
-          .config_file = directory.write("config.toml", ""),
+          .config = {directory.write("config.toml", "")},
           .experiment = "bench",
           .period = 1ms};
 }
