@@ -4,9 +4,8 @@
 ///
 /// The environment controls the library:
 ///   YOUBOT_FAIL_PROGRAM  the program that is meant, by its path; in all others the library does nothing
-///   YOUBOT_FAIL_COUNTS   a file for the counts, one std::uint64_t for each of kFailingCalls. It is mapped,
-///   so
-///                        that the counts survive any end of the program
+///   YOUBOT_FAIL_COUNTS   a file for the counts, one std::uint64_t for each of kFailingCalls; mapped,
+///                        so that they survive any end of the program
 ///   YOUBOT_FAIL_CALL     one of kFailingCalls; without it calls are only counted
 ///   YOUBOT_FAIL_AT       fails at the n-th call, from 1 on
 ///   YOUBOT_FAIL_ERRNO    with this errno; kShort makes a read or write transfer one byte less than asked for
@@ -14,7 +13,8 @@
 ///
 /// Counted are calls from main() on, of the program and the libraries it loads, in all its threads. Not
 /// covered: what the C library calls by itself (stdio's writes, malloc's mmap, a new thread's stack), the
-/// dynamic loader, and calls that cannot fail in a way that a program could meet (clock_gettime).
+/// dynamic loader, and calls that cannot fail in a way that a program could meet (clock_gettime, a write to
+/// an eventfd).
 #pragma once
 #include <array>
 #include <cstdint>

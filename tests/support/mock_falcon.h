@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <mutex>
 #include <span>
 #include <utility>
@@ -43,8 +44,11 @@ class BorrowedPort final : public drivers::usb::UsbPort {
 /// it keeps only some replies for a host that does not fetch them, and none when it is told to forget them.
 class MockFalcon {
  public:
-  MockFalcon(MockUsbBus& bus, sim::devices::EmulatedFalconOptions options)
-      : falcon_(std::move(options)), usb_(bus, {}) {
+  /// After each write of the host, in the device's thread.
+  using AfterWrite = std::function<void(sim::devices::EmulatedFalcon&)>;
+
+  MockFalcon(MockUsbBus& bus, sim::devices::EmulatedFalconOptions options, AfterWrite after_write = {})
+      : falcon_(std::move(options)), after_write_(std::move(after_write)), usb_(bus, {}) {
     usb_.on_control([this](const ControlRequest& request) {
       const std::lock_guard lock(mutex_);
       constexpr auto kPurge = static_cast<std::uint8_t>(drivers::usb::ftdi::Request::kPurge);
@@ -54,6 +58,7 @@ class MockFalcon {
     usb_.on_out([this](int, const UsbBytes& bytes) {
       const std::lock_guard lock(mutex_);
       const int error = error_of(falcon_.write(bytes, std::chrono::nanoseconds(0)));
+      if (after_write_) after_write_(falcon_);
       return error != 0 ? error : pump();
     });
   }
@@ -89,6 +94,7 @@ class MockFalcon {
 
   std::mutex mutex_;
   sim::devices::EmulatedFalcon falcon_;
+  AfterWrite after_write_;
   MockUsbDevice usb_;
 };
 
