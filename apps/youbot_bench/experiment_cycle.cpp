@@ -382,7 +382,8 @@ std::string describe(const ExperimentStop& stop, const hal::Robot& robot) {
       const hal::CycleStatus& status = stop.status;
       return when + name(status.joint) + ": " + robot.explain(status) + off;
     }
-    case ExperimentStop::Kind::kNotEnabled: return when + "the drives did not start to obey in time";
+    case ExperimentStop::Kind::kNotEnabled:
+      return when + "the drives did not start to obey in time: check the emergency stop and the 24 V";
     case ExperimentStop::Kind::kNotObeying: return when + "the drives went off by themselves";
     case ExperimentStop::Kind::kStalled:
       return when + "this program did not run for " + number("%.3f", stop.value) + " s" + off;
@@ -409,7 +410,8 @@ std::string describe(const ExperimentStop& stop, const hal::Robot& robot) {
       return when + name(stop.joint) + " did not reach --start in time; it is at " +
              number("%.3f", stop.value) + " rad" + off;
     case ExperimentStop::Kind::kNotAtRest:
-      return when + "braking for 2 s left " + number("%.2f", stop.value) + " rad/s" + off;
+      return when + "braking for 2 s left " + number("%.2f", stop.value) + " rad/s" + off +
+             ": see what turns the joint";
   }
   return when + "unknown reason";
 }

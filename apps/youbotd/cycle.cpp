@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "apps/youbotd/stop_hints.h"
+
 namespace youbotd {
 namespace {
 
@@ -291,19 +293,21 @@ std::string describe(const StopReason& reason, const hal::Robot& robot) {
              "; drives switched off";
     }
     case StopReason::Kind::kNotEnabled:
-      return when + "the drives did not start to obey within " + number("%g", reason.value) + " s";
+      return when + "the drives did not start to obey within " + number("%g", reason.value) + " s" +
+             kNotEnabledHint;
     case StopReason::Kind::kCommandTimeout:
-      return when + "no new set-point for " + number("%.3f", reason.value) + " s; braked and switched off";
+      return when + "no new set-point for " + number("%.3f", reason.value) +
+             " s; braked and switched off: see what holds up their source";
     case StopReason::Kind::kStalled:
       return when + "this program did not run for " + number("%.3f", reason.value) +
-             " s; braked and switched off";
+             " s; braked and switched off" + kStalledHint;
     case StopReason::Kind::kOverspeed:
       return when + name(reason.joint) + " turned at " + number("%.1f", reason.value) +
              " rad/s, more than allowed (limits.wheel_speed_rad_per_s = " + number("%g", reason.limit) +
              "); drives switched off";
     case StopReason::Kind::kNotAtRest:
       return when + "braking for 2 s did not bring the base to rest (" + number("%.2f", reason.value) +
-             " rad/s); drives switched off";
+             " rad/s); drives switched off: see what moves it, a slope or somebody who pushes";
     case StopReason::Kind::kBehind:
       return when + "the base was " + number("%.3f", reason.value) +
              " m from its reference, more than allowed (limits.following_error_m = " +

@@ -97,7 +97,8 @@ void Service::give_orders_and_hear() {
   give_orders();
   const auto until = clock_.now() + std::chrono::seconds(1);
   while (told_.heard != orders_.serial) {
-    if (clock_.now() >= until) throw Refusal("the loop does not answer");
+    if (clock_.now() >= until)
+      throw Refusal("the loop does not answer: end programs that hold it up, then try again");
     clock_.sleep_until(clock_.now() + kBeat / 10);
     (void)loop_.take(told_);
   }
@@ -227,7 +228,9 @@ void Service::disable(const Peer& peer) {
 
 void Service::enable(const Peer& peer) {
   if (run_)
-    throw Refusal(orders_.stop || orders_.off ? "it is still coming to rest" : "it is enabled already");
+    throw Refusal(orders_.stop || orders_.off
+                      ? "it is still coming to rest: enable again when its phase is off"
+                      : "it is enabled already: stop it first to begin another run");
   if (faulted())
     throw Refusal("the last run was stopped by a fault at " + shortened(fault_) +
                   ": when its cause is gone, acknowledge it first (youbotctl acknowledge)");
@@ -277,7 +280,7 @@ void Service::open_master_again() {
   const auto begin = clock_.now();
   orders_.leave_master = true;
   give_orders_and_hear();
-  if (!told_.master_left) throw Refusal("the loop has not left the master");
+  if (!told_.master_left) throw Refusal("the loop has not left the master: enable again");
   std::future<void> opening = std::async(std::launch::async, [this] {
     if (!master_.device->deactivate())
       spdlog::error("{}: nothing confirmed that the force is off: switch the device off",
@@ -344,7 +347,7 @@ void Service::choose_mode(const std::string& mode) {
     for (const std::string& name : modes) names += (names.empty() ? "" : ", ") + name;
     throw Refusal("there is no mode '" + mode + "', but " + names);
   }
-  if (run_ && mode != mode_) throw Refusal("the mode cannot change while it is enabled");
+  if (run_ && mode != mode_) throw Refusal("the mode cannot change while it is enabled: stop it first");
   mode_ = mode;
 }
 
@@ -363,7 +366,8 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
                   " bytes together: unset some");
   const Config config = options_.configuration(settings);  // throws what is wrong with it
   if (config.teleoperated != config_.teleoperated)
-    throw Refusal("'" + key + "' is for teleoperation, and " + options_.config_file.string() + " has none");
+    throw Refusal("'" + key + "' is for teleoperation, and " + options_.config_file.string() +
+                  " has none: start youbotd with one that has");
   settings_ = std::move(settings);
   spdlog::info("{} set {} = {}", peer.name, key, value);
 }
@@ -371,7 +375,7 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
 void Service::unset(const Peer& peer, const std::string& key) {
   if (run_) throw Refusal("settings act from the next enable on; stop first");
   std::map<std::string, std::string> settings = settings_;
-  if (settings.erase(key) == 0) throw Refusal("'" + key + "' is not set");
+  if (settings.erase(key) == 0) throw Refusal("'" + key + "' is not set: status lists what is");
   // Even when what is left cannot be used: enable says so, and another unset may mend it.
   settings_ = std::move(settings);
   spdlog::info("{} unset {}", peer.name, key);
@@ -382,7 +386,8 @@ void Service::set_velocity(std::istringstream& words) {
   if (!(words >> twist_B[0] >> twist_B[1] >> twist_B[2]) || !twist_B.allFinite() ||
       (words >> std::ws && !words.eof()))
     throw Refusal("a velocity is three numbers: m/s ahead, m/s to the left, rad/s counter-clockwise");
-  if (!run_ || velocity_ == nullptr) throw Refusal("it is not enabled in the mode velocity");
+  if (!run_ || velocity_ == nullptr)
+    throw Refusal("it is not enabled in the mode velocity: choose that mode, then enable");
   velocity_->tell(twist_B);
 }
 

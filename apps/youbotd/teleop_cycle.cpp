@@ -6,6 +6,8 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "apps/youbotd/stop_hints.h"
+
 namespace youbotd {
 namespace {
 
@@ -230,11 +232,14 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
     }
     case TeleopEnd::kMasterFault:
       return when + then(end.pause) + master.info().name + ": " + master.describe(end.master) + kLowered;
-    case TeleopEnd::kNotEnabled: return when + control::describe(end.end);
+    case TeleopEnd::kNotEnabled: return when + control::describe(end.end) + kNotEnabledHint;
+    case TeleopEnd::kStalled: return when + control::describe(end.end) + kLowered + kStalledHint;
     case TeleopEnd::kNotHomed:
       return when + control::describe(end.end) +
              "; set ethercat.home_arms = true, which MOVES THE ARM when it is enabled";
-    case TeleopEnd::kNotCentred: return when + control::describe(end.end) + "; nothing has moved";
+    case TeleopEnd::kNotCentred:
+      return when + control::describe(end.end) +
+             "; nothing has moved: enable again and bring it to its middle";
     case TeleopEnd::kWheelTooFast:
     case TeleopEnd::kJointTooFast:
       return when + fmt::format(
@@ -244,10 +249,16 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
                                                             : "teleoperation.arm.joint_speed_limit_rad_per_s",
                         end.excess.limit);
     case TeleopEnd::kTipOutside:
+      return when +
+             fmt::format(
+                 "the tip was {:.3f} m outside [workspace], more than allowed ({:g}){}: see what pushed "
+                 "it there; the next start brings it back",
+                 end.excess.value, end.excess.limit, kLowered);
     case TeleopEnd::kBaseOutside:
-      return when + fmt::format("the {} was {:.3f} m outside [workspace], more than allowed ({:g}){}",
-                                end.end == TeleopEnd::kTipOutside ? "tip" : "base", end.excess.value,
-                                end.excess.limit, kLowered);
+      return when + fmt::format(
+                        "the base was {:.3f} m outside [workspace], more than allowed ({:g}){}: push it back "
+                        "inside, or restart youbotd where its walls are to begin",
+                        end.excess.value, end.excess.limit, kLowered);
     case TeleopEnd::kJointBehind:
       return when + fmt::format(
                         "{} was {:.2f} rad from its set-point, more than allowed "
@@ -256,12 +267,12 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
     case TeleopEnd::kSetpointTooFar:
       return when + fmt::format(
                         "the tip was {:.2f} m from its set-point, more than allowed "
-                        "(teleoperation.coupling.setpoint_distance_limit_m = {:g}){}",
+                        "(teleoperation.coupling.setpoint_distance_limit_m = {:g}){}: see what holds it back",
                         end.excess.value, end.excess.limit, kLowered);
     case TeleopEnd::kSetpointTurnedTooFar:
       return when + fmt::format(
                         "the tip was turned {:.0f}° from its set-point, more than allowed "
-                        "(teleoperation.coupling.setpoint_turn_limit_deg = {:.0f}){}",
+                        "(teleoperation.coupling.setpoint_turn_limit_deg = {:.0f}){}: see what holds it back",
                         end.excess.value * kDegrees, end.excess.limit * kDegrees, kLowered);
     default: return when + control::describe(end.end) + kLowered;
   }

@@ -327,7 +327,8 @@ TEST(Cycle, HowLongTheDrivesWereWaitedForIsTold) {
   config.enable_timeout = 2500ms;
   Cycle cycle(config, robot, motion, nullptr);
   for (int i = 0; !cycle.finished() && i < 5000; ++i) cycle.step(i * 1ms);
-  EXPECT_NE(describe(cycle.stop_reason(), robot).find("did not start to obey within 2.5 s"),
+  EXPECT_NE(describe(cycle.stop_reason(), robot)
+                .find("did not start to obey within 2.5 s: check the emergency stop"),
             std::string::npos)
       << describe(cycle.stop_reason(), robot);
 }

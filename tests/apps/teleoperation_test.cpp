@@ -477,6 +477,7 @@ TEST(Teleoperation, ATipThatIsPushedOutOfItsWorkspaceStops) {
   EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kTipOutside);
   const std::string text = describe(rig.cycle.end(), rig.robot, rig.master);
   EXPECT_NE(text.find("the tip was 0.05"), std::string::npos) << text;
+  EXPECT_NE(text.find("the next start brings it back"), std::string::npos) << text;
 }
 
 TEST(Teleoperation, ABaseThatIsPulledOutOfItsWorkspaceStops) {
@@ -486,6 +487,8 @@ TEST(Teleoperation, ABaseThatIsPulledOutOfItsWorkspaceStops) {
   ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
   ASSERT_TRUE(pushed_until_it_stops(rig, {60, 0, 0})) << rig.last().base_W[0];
   EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kBaseOutside);
+  const std::string text = describe(rig.cycle.end(), rig.robot, rig.master);
+  EXPECT_NE(text.find("push it back inside"), std::string::npos) << text;
 }
 
 TEST(Teleoperation, AStartOutsideTheWorkspaceIsRefused) {

@@ -368,7 +368,8 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
   EXPECT_TRUE(says(refusal({"set", "robot", "\"wire\""}), "read once"));
   EXPECT_TRUE(says(refusal({"set", "loop.period_s", "0.002"}), "read once"));
   EXPECT_TRUE(says(refusal({"set", "can.module_id", "5"}), "read once"));
-  EXPECT_TRUE(says(refusal({"set", "velocity", "0.1", "0", "0"}), "not enabled in the mode velocity"));
+  EXPECT_TRUE(says(refusal({"set", "velocity", "0.1", "0", "0"}),
+                   "not enabled in the mode velocity: choose that mode, then enable"));
   EXPECT_TRUE(says(refusal({"mode", "teleoperation"}), "path, velocity"));
   EXPECT_TRUE(says(refusal({"set", "path", "5"}), "'path' is a table"));
   EXPECT_TRUE(says(refusal({"set", "path.leg.forward_m", "5"}), "'leg' is no table"));
