@@ -1,5 +1,6 @@
 #include "drivers/ethercat/other_master.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 
@@ -15,15 +16,33 @@ constexpr std::chrono::seconds kMemory{1};
 
 }  // namespace
 
+bool OtherMaster::Sender::recent(nanoseconds now) const noexcept {
+  return weight > 0 && now - last <= kMemory;
+}
+
+bool OtherMaster::Sender::keeps_coming() const noexcept {
+  return weight >= kFewestFrames && last - first >= kShortestStay;
+}
+
+// Counts the frequent sources of a stream in fixed memory (Misra and Gries, 1982): one that sends more than a
+// fifth of the foreign frames keeps a place, whatever the order, and damaged addresses wear each other out.
 void OtherMaster::note_frame(MacAddress source, nanoseconds now) noexcept {
   source[0] &= static_cast<std::uint8_t>(~kReturnedBit);
-  if (frames_ == 0 || source != source_ || now - last_ > kMemory) {
-    source_ = source;
-    frames_ = 0;
-    first_ = now;
+  Sender* free = nullptr;
+  for (Sender& sender : senders_) {
+    if (!sender.recent(now)) {
+      free = &sender;
+    } else if (sender.source == source) {
+      ++sender.frames;
+      ++sender.weight;
+      sender.last = now;
+      return;
+    }
   }
-  ++frames_;
-  last_ = now;
+  if (free != nullptr)
+    *free = {.source = source, .frames = 1, .weight = 1, .first = now, .last = now};
+  else
+    for (Sender& sender : senders_) --sender.weight;
 }
 
 void OtherMaster::note_order(nanoseconds now) noexcept {
@@ -32,24 +51,36 @@ void OtherMaster::note_order(nanoseconds now) noexcept {
 }
 
 bool OtherMaster::present(nanoseconds now) const noexcept {
-  const bool sends = frames_ >= kFewestFrames && last_ - first_ >= kShortestStay && now - last_ <= kMemory;
+  const bool sends = std::ranges::any_of(
+      senders_, [now](const Sender& sender) { return sender.recent(now) && sender.keeps_coming(); });
   return sends || (ordered_ && now - last_order_ <= kMemory);
 }
 
+const OtherMaster::Sender* OtherMaster::most_frames() const noexcept {
+  const Sender* most = nullptr;
+  for (const Sender& sender : senders_)
+    if (sender.keeps_coming() && (most == nullptr || sender.frames > most->frames)) most = &sender;
+  return most;
+}
+
 std::string OtherMaster::describe() const {
+  const Sender* const sender = most_frames();
   const std::string evidence =
-      frames_ >= kFewestFrames ? std::to_string(frames_) + " frames from " + source()
-                               : "a slave has a state or a station address that this program did not set, "
-                                 "unless its firmware restarted";
+      sender != nullptr
+          ? std::to_string(sender->frames) + " frames from " + source()
+          : "a slave has a state or a station address that this program did not set, unless its "
+            "firmware restarted";
   return "another EtherCAT master is on this bus (" + evidence +
          "): end that program, or unplug that machine";
 }
 
 std::string OtherMaster::source() const {
-  if (frames_ < kFewestFrames) return "unknown address";
+  const Sender* const sender = most_frames();
+  if (sender == nullptr) return "unknown address";
+  const MacAddress& source = sender->source;
   std::array<char, 24> text{};
-  std::snprintf(text.data(), text.size(), "%02x:%02x:%02x:%02x:%02x:%02x", source_[0], source_[1], source_[2],
-                source_[3], source_[4], source_[5]);
+  std::snprintf(text.data(), text.size(), "%02x:%02x:%02x:%02x:%02x:%02x", source[0], source[1], source[2],
+                source[3], source[4], source[5]);
   return text.data();
 }
 

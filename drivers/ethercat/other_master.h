@@ -1,7 +1,9 @@
 /// @file
 /// Evidence of another EtherCAT master on our bus.
 #pragma once
+#include <array>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 
@@ -15,7 +17,8 @@ namespace drivers::ethercat {
 class OtherMaster {
  public:
   /// A frame from `source` came in, which is not ours. A few at once may be what a program that has ended
-  /// left on the wire, and one may be damaged: only those that keep coming from one source are a master's.
+  /// left on the wire, and one may be damaged: only those that keep coming from one source are a master's,
+  /// also between the frames of others.
   void note_frame(MacAddress source, std::chrono::nanoseconds now) noexcept;
   /// A slave has a state or a station address that only a master gives, and we did not.
   void note_order(std::chrono::nanoseconds now) noexcept;
@@ -23,16 +26,29 @@ class OtherMaster {
   /// Whether it was at work within the last second.
   bool present(std::chrono::nanoseconds now) const noexcept;
   /// Setup: "another EtherCAT master is on this bus (57 frames from 01:01:01:01:01:01): ...", with what to
-  /// do.
+  /// do. Of several the one with the most frames.
   std::string describe() const;
   /// Setup: "01:01:01:01:01:01", as its frames say.
   std::string source() const;
 
  private:
-  MacAddress source_{};
-  std::uint64_t frames_ = 0;  // in a row from there
-  std::chrono::nanoseconds first_{};
-  std::chrono::nanoseconds last_{};
+  /// So many may take turns and are each found.
+  static constexpr std::size_t kMostSenders = 4;
+
+  struct Sender {
+    MacAddress source{};
+    std::uint64_t frames = 0;
+    std::uint64_t weight = 0;  // its frames, less those that came from too many others; 0: a free place
+    std::chrono::nanoseconds first{};
+    std::chrono::nanoseconds last{};
+
+    bool recent(std::chrono::nanoseconds now) const noexcept;
+    bool keeps_coming() const noexcept;
+  };
+  /// Null: none yet.
+  const Sender* most_frames() const noexcept;
+
+  std::array<Sender, kMostSenders> senders_{};
   bool ordered_ = false;
   std::chrono::nanoseconds last_order_{};
 };

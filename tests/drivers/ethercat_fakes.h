@@ -74,7 +74,9 @@ class ScriptedLink final : public Link {
   }
   int last_error() const noexcept override { return refuse_errno; }
   const std::string& name() const noexcept override { return name_; }
+  std::chrono::nanoseconds now() const noexcept override { return time; }
 
+  std::chrono::nanoseconds time{};
   std::deque<Bytes> incoming;
   std::vector<Bytes> sent;
   std::function<void(const Bytes&)> respond;

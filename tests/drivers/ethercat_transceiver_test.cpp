@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cerrno>
 
 #include "tests/drivers/ethercat_fakes.h"
@@ -206,6 +207,37 @@ TEST(AnotherMaster, IsNoneWhenFramesWereDamagedHereAndThere) {
     other.note_frame(damaged, std::chrono::milliseconds(10 * i));
   }
   EXPECT_FALSE(other.present(1s));
+}
+
+TEST_F(Exchange, MastersThatTakeTurnsAreEachFound) {
+  constexpr std::array<MacAddress, 4> kOthers{
+      kSoem, {0x10, 1, 1, 1, 1, 1}, {0x20, 2, 2, 2, 2, 2}, {0x30, 3, 3, 3, 3, 3}};
+  for (std::size_t count = 1; count <= kOthers.size(); ++count) {
+    Transceiver ours(link);
+    for (std::size_t i = 0; i <= 2 * count; ++i) {  // until the first has sent three
+      EXPECT_FALSE(ours.other_master().present(link.now())) << i << " frames of " << count << " masters";
+      FrameWriter theirs(kOthers[i % count]);
+      theirs.add(Command::kBrd, 0x21, address_of(0, reg::kAlStatus), 2);
+      link.incoming.emplace_back(theirs.bytes().begin(), theirs.bytes().end());
+      ours.begin().add(Command::kFprd, ours.index(), address_of(0x1001, reg::kAlStatus), 2);
+      EXPECT_FALSE(ours.exchange(1ms));
+      link.time += 10ms;
+    }
+    EXPECT_TRUE(ours.other_master().present(link.now())) << count << " masters";
+    EXPECT_EQ(ours.other_master().source(), "01:01:01:01:01:01");
+  }
+}
+
+TEST(AnotherMaster, IsFoundAmongDamagedFrames) {
+  OtherMaster other;
+  MacAddress damaged = kMasterMac;
+  for (int i = 0; i < 100; ++i) {
+    damaged[5] = static_cast<std::uint8_t>(1U << (i % 8));
+    other.note_frame(damaged, std::chrono::milliseconds(10 * i));
+    other.note_frame(kSoem, std::chrono::milliseconds(10 * i));
+  }
+  EXPECT_TRUE(other.present(1s));
+  EXPECT_TRUE(contains(other.describe(), "100 frames from 01:01:01:01:01:01")) << other.describe();
 }
 
 TEST(AnotherMaster, IsForgottenASecondAfterItHasLeft) {
