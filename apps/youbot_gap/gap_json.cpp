@@ -70,6 +70,7 @@ std::string gap_json(const Findings& findings) {
   const sim::gap::Result& result = findings.result;
   Json json{{"format", "youbot-gap/1"},
             {"verdict", sim::gap::verdict_name(result.verdict)},
+            {"diagnosis", Json::array()},
             {"noise_floor_Nm", result.noise_floor_Nm},
             {"held_out", result.held_out},
             {"gap",
@@ -89,6 +90,9 @@ std::string gap_json(const Findings& findings) {
             {"data", findings.data},
             {"seed", findings.seed},
             {"version", apps::build_version()}};
+  for (const sim::gap::Diagnosis& seen : result.diagnosis)
+    json["diagnosis"].push_back(
+        {{"recording", seen.recording}, {"column", seen.column}, {"found", seen.found}, {"done", seen.done}});
   // A model that simulates to infinity still predicts the torque.
   if (std::isfinite(result.simulation_before) && std::isfinite(result.simulation_after))
     json["simulation"] = {{"metric", "rms velocity error of free simulation in windows, held-out"},

@@ -20,6 +20,15 @@ using sim::identify::Estimate;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
+void add_diagnosis(report::Page& page, const Findings& findings) {
+  if (findings.result.diagnosis.empty()) return;
+  std::vector<report::Row> rows;
+  for (const sim::gap::Diagnosis& seen : findings.result.diagnosis)
+    rows.push_back({seen.recording, seen.column, seen.found, seen.done});
+  page.table({{"recording"}, {"column"}, {"what was found"}, {"what was done"}}, rows,
+             "The recordings, before anything was explained with them");
+}
+
 void add_summary(report::Page& page, const Findings& findings) {
   const sim::gap::Result& result = findings.result;
   for (const std::string& step : next_steps(findings)) page.text("Next: " + step);
@@ -176,6 +185,7 @@ void add_provenance(report::Page& page, const Findings& findings) {
 
 report::Page gap_report(const Findings& findings) {
   report::Page page("Gap of " + headline(findings));
+  add_diagnosis(page, findings);
   add_summary(page, findings);
   add_found(page, findings);
   add_plots(page, findings);

@@ -47,6 +47,8 @@ std::string rejected_text(const sim::gap::Result& result) {
 std::string summary_text(const Findings& findings) {
   const sim::gap::Result& result = findings.result;
   std::string text = fmt::format("{}: {}\n", findings.drive, sim::gap::verdict_name(result.verdict));
+  for (const sim::gap::Diagnosis& seen : result.diagnosis)
+    text += fmt::format("  # {}: {} {}: {}\n", seen.recording, seen.column, seen.found, seen.done);
   text += fmt::format(
       "gap {:.3g} -> {:.3g} N·m on held-out data, noise floor {:.3g} N·m ({:.3g} N·m with the given model's "
       "parameters refitted)\n",

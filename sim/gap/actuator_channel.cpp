@@ -166,58 +166,6 @@ double half_width(const std::vector<Signals>& pieces,
 
 }  // namespace
 
-RestoredSign restore_sign(std::vector<Source>& sources) {
-  double lowest = 0;
-  double highest = 0;
-  bool both_ways = false;
-  for (const Source& source : sources) {
-    if (!source.recording.has("torque_measured_Nm")) return {};
-    for (const double torque : source.recording.column("torque_measured_Nm")) {
-      lowest = std::min(lowest, torque);
-      highest = std::max(highest, torque);
-    }
-    for (const char* name : {"torque_command_Nm", "velocity_rad_per_s"}) {
-      if (!source.recording.has(name)) continue;
-      const auto column = source.recording.column(name);
-      const auto [low, high] = std::ranges::minmax_element(column);
-      both_ways = both_ways || (*low<-0.1 * *high&& * high> 0);
-    }
-    if (source.recording.has("position_rad")) {
-      const auto position = source.recording.column("position_rad");
-      double up = 0;
-      double down = 0;
-      for (std::size_t i = 1; i < position.size(); ++i)
-        (position[i] > position[i - 1] ? up : down) += std::abs(position[i] - position[i - 1]);
-      both_ways = both_ways || (up > 0.1 * down && down > 0.1 * up);
-    }
-  }
-  // Noise around zero may dip below it by little.
-  if (!both_ways || lowest < -0.05 * highest || highest <= 0) return {};
-  for (Source& source : sources) {
-    Recording& recording = source.recording;
-    std::vector<double> sign;
-    if (recording.has("torque_command_Nm")) {
-      const auto command = recording.column("torque_command_Nm");
-      sign.assign(command.begin(), command.end());
-    } else {
-      const auto time = recording.column("time_s");
-      const double period_s = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
-      if (recording.has("position_rad")) {
-        sign = derivative(
-            zero_phase(recording.column("position_rad"), period_s, std::min(10.0, 0.1 / period_s)), period_s);
-      } else {
-        const auto velocity = recording.column("velocity_rad_per_s");
-        sign.assign(velocity.begin(), velocity.end());
-      }
-    }
-    for (Recording::Column& column : recording.columns)
-      if (column.name == "torque_measured_Nm")
-        for (std::size_t i = 0; i < sign.size(); ++i)
-          column.values[i] = std::copysign(column.values[i], sign[i]);
-  }
-  return {true};
-}
-
 ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects::DriveModel& base,
                                   const Options& options) {
   ActuatorFindings findings;

@@ -10,14 +10,6 @@
 
 namespace sim::gap {
 
-/// What is done to the measured torque before the rest of the search sees it.
-struct RestoredSign {
-  bool lost = false;  ///< the sensor reports magnitude only
-};
-/// Whether the measured torque is a magnitude: never negative beyond noise although command or motion go both
-/// ways. If so, the sign is put back into `sources`: that of the command, or of the velocity without one.
-RestoredSign restore_sign(std::vector<Source>& sources);
-
 /// Dead-band, delay and offset between command and measured torque. A sensor or current loop that only lags
 /// is no effect; a delay must do better than any lag. Without a torque command the delay may show in a
 /// velocity command (speed_channel.h). Empty where torque was not measured or no command recorded.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <numeric>
 #include <set>
 #include <stdexcept>
@@ -12,14 +12,16 @@
 #include "sim/gap/actuator_channel.h"
 #include "sim/gap/blind_spots.h"
 #include "sim/gap/confirmation.h"
+#include "sim/gap/diagnosis.h"
 #include "sim/gap/fitted_model.h"
+#include "sim/gap/lost_sign.h"
 #include "sim/gap/noise_floor.h"
 #include "sim/gap/rest_channel.h"
 #include "sim/gap/search.h"
-#include "sim/gap/sign_test.h"
 #include "sim/gap/signals.h"
 #include "sim/gap/structure.h"
 #include "sim/gap/views.h"
+#include "sim/gap/wording.h"
 
 namespace sim::gap {
 namespace {
@@ -57,13 +59,6 @@ void require_one_rig(std::span<const Source> data, std::span<const Source> held_
       first = source.name;
     }
   }
-}
-
-std::string short_number(double value) {
-  std::array<char, 32> text{};
-  const auto end =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 3);
-  return {text.data(), end.ptr};
 }
 
 struct Split {
@@ -174,34 +169,6 @@ std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::
   return found;
 }
 
-/// What a sensor that lost the sign costs: the best model against the torque as it was logged, over
-/// `restored_Nm`, the gap with the sign put back.
-FoundEffect lost_sign(const FittedModel& given, std::span<const Source> data, const Band& band,
-                      double restored_Nm) {
-  std::vector<Signals> as_logged;
-  for (const Source& source : data) as_logged.push_back(make_signals(source, band));
-  const Rows rows(as_logged);
-  Indices every(static_cast<std::size_t>(rows.count()));
-  std::iota(every.begin(), every.end(), 0);
-  const Eigen::VectorXd misfit = rows.torque_Nm() - predicted_rows(refined(given, rows, every), rows);
-  FoundEffect found{.effect = effects::make_effect("unsigned_current"),
-                    .where = {.coordinate = "torque_measured_Nm"}};
-  found.gap_before = rms(misfit, every);
-  found.gap_after = restored_Nm;
-  found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
-  found.blocks = kBlocks;
-  std::vector<double> logged;
-  for (int b = 0; b < kBlocks; ++b) {
-    const Eigen::Index from = rows.count() * b / kBlocks;
-    const Eigen::Index count = rows.count() * (b + 1) / kBlocks - from;
-    logged.push_back(misfit.segment(from, count).squaredNorm() /
-                     static_cast<double>(std::max<Eigen::Index>(1, count)));
-    found.blocks_improved += logged.back() > restored_Nm * restored_Nm ? 1 : 0;
-  }
-  found.p_value = chance_of(logged, std::vector<double>(kBlocks, restored_Nm * restored_Nm));
-  return found;
-}
-
 /// Of the given model's effects, how many begin the final one: an offset may have become an asymmetry.
 std::size_t effects_kept(const effects::DriveModel& base, const effects::DriveModel& final) {
   const bool replaced = base.find<effects::TorqueOffset>() && !final.find<effects::TorqueOffset>();
@@ -238,19 +205,26 @@ std::string_view verdict_name(Verdict verdict) noexcept {
   return "";
 }
 
-Result analyse(const effects::DriveModel& base, std::span<const Source> data,
-               std::span<const Source> held_out, const Options& options) {
+Result analyse(const effects::DriveModel& base, std::span<const Source> all_data,
+               std::span<const Source> all_held_out, const Options& options) {
   const auto progress = [&](std::string_view what, double done) {
     if (options.progress) options.progress(what, done);
   };
-  if (data.empty()) throw std::invalid_argument("no recordings");
-  require_one_rig(data, held_out);
+  if (all_data.empty()) throw std::invalid_argument("no recordings");
+  require_one_rig(all_data, all_held_out);
   progress("preparing the recordings", 0);
   Result result;
-  std::vector<Source> sources(data.begin(), data.end());
+  Diagnosed looked = diagnose({all_data.begin(), all_data.end()}, base);
+  Diagnosed looked_held_out = diagnose({all_held_out.begin(), all_held_out.end()}, base);
+  result.diagnosis = std::move(looked.diagnosis);
+  std::ranges::move(looked_held_out.diagnosis, std::back_inserter(result.diagnosis));
+  const std::vector<Source>& data = looked.sources;
+  const std::vector<Source>& held_out = looked_held_out.sources;
+  std::vector<Source> sources = data;
   sources.insert(sources.end(), held_out.begin(), held_out.end());
 
-  const RestoredSign sign = base.find<effects::UnsignedCurrent>() ? RestoredSign{} : restore_sign(sources);
+  const std::optional<LostSign> sign = lost_sign(sources, data.size(), base, options);
+  if (sign) sources = sign->sources;
   const Band band = choose_band(sources, base);
   std::vector<Signals> signals;
   for (const Source& source : sources) signals.push_back(make_signals(source, band));
@@ -304,11 +278,10 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> data,
     if (free[k].kind == FreeParameter::Kind::kEffect && free[k].effect < of_base)
       result.refitted.emplace_back(effects::name_of(final.model.effects[free[k].effect]), all[k]);
   }
-  if (sign.lost) {
-    FoundEffect found = lost_sign(given, data, band, result.gap_base_Nm);
-    result.gap_before_Nm = std::max(result.gap_before_Nm, found.gap_before);
-    result.model.effects.push_back(found.effect);
-    result.effects.push_back(std::move(found));
+  if (sign && sign->found) {
+    result.gap_before_Nm = std::max(result.gap_before_Nm, sign->found->gap_before);
+    result.model.effects.push_back(sign->found->effect);
+    result.effects.push_back(*sign->found);
   }
   for (const FoundEffect& found : actuator.effects) {
     result.model.effects.push_back(found.effect);

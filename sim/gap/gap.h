@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,16 @@ struct Source {
   std::string name;  ///< of the file, as the report calls it
   Recording recording;
   std::string path{};  ///< for messages about it alone; empty: the name
+  /// Since when the drive runs, for what changes with that; without: since the first row.
+  std::optional<double> running_from_s{};
+};
+
+/// What was noticed about a recording before anything was explained with it.
+struct Diagnosis {
+  std::string recording;
+  std::string column;
+  std::string found;  ///< "3 samples are more than 8 times ..."
+  std::string done;   ///< "interpolated"
 };
 
 enum class Verdict : std::uint8_t {
@@ -98,6 +109,7 @@ struct Result {
   double gap_after_Nm = 0;
   double simulation_before = 0;  ///< rms velocity error of free simulation in windows, held out [rad/s]
   double simulation_after = 0;
+  std::vector<Diagnosis> diagnosis;
   std::vector<FoundEffect> effects;
   std::vector<RejectedEffect> rejected;
   std::vector<Unexplained> unexplained;

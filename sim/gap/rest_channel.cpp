@@ -29,7 +29,7 @@ constexpr double kSettleAtRest_s = 0.1;
 constexpr double kLeast_s = 0.25;
 constexpr double kRestPiece_s = 1;
 constexpr std::size_t kLeastPieces = 8;
-constexpr std::size_t kLeastSamples = 10;  // of a piece
+constexpr std::size_t kLeastRestSamples = 10;  // of a piece
 constexpr std::size_t kLeastOfLittle = 3;
 
 struct Piece {
@@ -70,7 +70,7 @@ void add_pieces(const Signals& s, const Band& band, double coulomb_Nm, std::vect
   const std::vector<double> torque = zero_phase(s.raw_torque_Nm, s.raw_period_s, cutoff_Hz);
   const std::vector<double> velocity = derivative(position, s.raw_period_s);
   const auto samples = [&](double seconds) { return static_cast<std::size_t>(seconds / s.raw_period_s); };
-  if (samples(kLeast_s) < kLeastSamples) return;
+  if (samples(kLeast_s) < kLeastRestSamples) return;
   const auto rests = [&](std::size_t i) {
     return std::abs(velocity[i]) <= band.slowest_rad_per_s && std::abs(torque[i]) <= kHolds * coulomb_Nm;
   };

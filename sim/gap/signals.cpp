@@ -8,6 +8,7 @@
 #include <span>
 #include <stdexcept>
 
+#include "sim/gap/wording.h"
 #include "sim/gap/zero_phase.h"
 #include "sim/identify/statistics.h"
 
@@ -24,31 +25,19 @@ constexpr double kMostOfSampleRate = 0.25;
 /// Encoder noise may reach this share of the torque when the torque sensor is quieter.
 constexpr double kAllowedNoiseShare = 0.01;
 constexpr std::size_t kLeastSamples = 100;
-/// A step this many times the usual one has samples missing; so many in a hundred may.
-constexpr double kMissing = 2.5;
 /// Times within this share of a period are even.
 constexpr double kEven = 0.02;
-
-const std::string& path_of(const Source& source) { return source.path.empty() ? source.name : source.path; }
 
 [[noreturn]] void refuse(const Source& source, const std::string& why) {
   throw std::invalid_argument(path_of(source) + ": " + why);
 }
 
-/// Mean step of a recording without holes.
+/// Mean step of a recording.
 double period_of(const Source& source) {
   const std::span<const double> time = source.recording.column("time_s");
   if (time.size() < kLeastSamples)
     refuse(source, "has " + std::to_string(time.size()) + " rows, too few to tell motion from; " +
                        std::to_string(kLeastSamples) + " are the least; record a staircase or multisine");
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < time.size(); ++i) steps.push_back(time[i] - time[i - 1]);
-  const double usual = identify::median(steps);
-  const auto holes = std::ranges::count_if(steps, [&](double step) { return step > kMissing * usual; });
-  if (100 * static_cast<std::size_t>(holes) > steps.size())
-    refuse(source, std::to_string(holes) + " time steps are more than " +
-                       std::to_string(kMissing).substr(0, 3) + " times the usual " + std::to_string(usual) +
-                       " s: samples are missing; record again");
   return (time.back() - time.front()) / static_cast<double>(time.size() - 1);
 }
 
@@ -288,7 +277,7 @@ Signals make_signals(const Source& source, const Band& band) {
   const std::vector<double> velocity = derivative(position, own_period_s);
   const std::vector<double> acceleration = derivative(velocity, own_period_s);
   s.time_s = kept(own_times);
-  for (const double t : s.time_s) s.running_s.push_back(t - time.front());
+  for (const double t : s.time_s) s.running_s.push_back(t - source.running_from_s.value_or(time.front()));
   s.position_rad = kept(position);
   s.velocity_rad_per_s = kept(velocity);
   s.acceleration_rad_per_s2 = kept(acceleration);

@@ -153,13 +153,6 @@ TEST(GapSignals, ACommandWithoutNoiseDoesNotNarrowTheBandToNothing) {
 TEST(GapSignals, RefusesWhatCannotBeUsedWithTheFileAndTheReason) {
   EXPECT_NE(refusal({source(even_times(1e-2, 0.5))}).find("a.csv: has 50 rows"), std::string::npos);
 
-  // Of 2000 rows one in thirty is missing.
-  std::vector<double> holes;
-  for (int i = 0; i < 2000; ++i)
-    if (i % 30 > 1) holes.push_back(1e-2 * i);
-  EXPECT_NE(refusal({source(holes)}).find("samples are missing"), std::string::npos)
-      << refusal({source(holes)});
-
   Source still = source(even_times(1e-2, 20));
   for (double& position : still.recording.columns[2].values) position = 0.5;
   EXPECT_NE(refusal({still}).find("staircase"), std::string::npos);

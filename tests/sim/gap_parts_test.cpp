@@ -10,6 +10,7 @@
 #include "sim/gap/actuator_channel.h"
 #include "sim/gap/candidates.h"
 #include "sim/gap/chance_data.h"
+#include "sim/gap/lost_sign.h"
 #include "sim/gap/prediction.h"
 #include "sim/gap/regression.h"
 #include "sim/gap/zero_phase.h"
@@ -183,13 +184,14 @@ TEST(ActuatorChannel, FindsThresholdAndDelay) {
 }
 
 TEST(ActuatorChannel, PutsALostSignBack) {
-  std::vector<Source> lost = {commanded(0, 0, true)};
-  EXPECT_TRUE(restore_sign(lost).lost);
-  const auto measured = lost[0].recording.column("torque_measured_Nm");
-  const auto command = lost[0].recording.column("torque_command_Nm");
+  const std::vector<Source> logged = {commanded(0, 0, true)};
+  const std::optional<LostSign> lost = lost_sign(logged, 1, {}, {});
+  ASSERT_TRUE(lost && lost->found);
+  EXPECT_LT(lost->found->p_value, 0.01);
+  const auto measured = lost->sources[0].recording.column("torque_measured_Nm");
+  const auto command = lost->sources[0].recording.column("torque_command_Nm");
   for (std::size_t i = 0; i < measured.size(); ++i) ASSERT_NEAR(measured[i], command[i], 0.01) << i;
-  std::vector<Source> kept = {commanded(0, 0, false)};
-  EXPECT_FALSE(restore_sign(kept).lost);
+  EXPECT_FALSE(lost_sign({commanded(0, 0, false)}, 1, {}, {}));
 }
 
 }  // namespace gap_parts_test

@@ -1,0 +1,42 @@
+#include "sim/gap/diagnosis.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <utility>
+
+#include "sim/gap/repairs.h"
+#include "sim/gap/units.h"
+
+namespace sim::gap {
+namespace {
+
+/// Cuts in rows of a recording, as those of its remaining rows.
+std::set<std::size_t> among(const std::vector<std::size_t>& rows, const std::set<std::size_t>& cuts) {
+  std::set<std::size_t> result;
+  for (const std::size_t cut : cuts) {
+    const auto at = std::ranges::lower_bound(rows, cut) - rows.begin();
+    result.insert(static_cast<std::size_t>(at));
+  }
+  return result;
+}
+
+}  // namespace
+
+Diagnosed diagnose(std::vector<Source> sources, const effects::DriveModel& base) {
+  Diagnosed result;
+  for (Source& source : sources) {
+    drop_dead_columns(source, result.diagnosis);
+    const std::set<std::size_t> jumps = mend_position(source, result.diagnosis);
+    interpolate_torque_spikes(source, result.diagnosis);
+    const std::vector<std::size_t> rows = fresh_rows(source, result.diagnosis);
+    if (rows.size() < source.recording.rows()) source = with_rows(source, rows);
+    for (Source& part : divided(source, among(rows, jumps), result.diagnosis)) {
+      check_units(part, base, result.diagnosis);
+      result.sources.push_back(std::move(part));
+    }
+  }
+  return result;
+}
+
+}  // namespace sim::gap

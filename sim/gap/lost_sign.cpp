@@ -1,0 +1,150 @@
+#include "sim/gap/lost_sign.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "sim/gap/fitted_model.h"
+#include "sim/gap/sign_test.h"
+#include "sim/gap/signals.h"
+#include "sim/gap/zero_phase.h"
+
+namespace sim::gap {
+namespace {
+
+constexpr int kSignBlocks = 32;
+/// Of a column's values, so many lie beyond what counts as its largest and lowest: a few are always wrong.
+constexpr double kTail = 0.005;
+/// Noise around zero may dip below it by this share of the largest,
+constexpr double kDip = 0.05;
+/// and a motion goes both ways from this share on.
+constexpr double kBothWays = 0.1;
+constexpr double kSmooth_Hz = 10;
+
+struct Range {
+  double low;
+  double high;
+};
+Range range_of(std::span<const double> column) {
+  std::vector<double> values(column.begin(), column.end());
+  const auto at = [&](double share) {
+    const auto place =
+        values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+    std::ranges::nth_element(values, place);
+    return *place;
+  };
+  return {.low = at(kTail), .high = at(1 - kTail)};
+}
+
+bool goes_both_ways(const Recording& recording) {
+  for (const char* name : {"torque_command_Nm", "velocity_rad_per_s"}) {
+    if (!recording.has(name)) continue;
+    const Range range = range_of(recording.column(name));
+    if (range.high > 0 && range.low < -kBothWays * range.high) return true;
+  }
+  if (!recording.has("position_rad")) return false;
+  const auto position = recording.column("position_rad");
+  double up = 0;
+  double down = 0;
+  for (std::size_t i = 1; i < position.size(); ++i)
+    (position[i] > position[i - 1] ? up : down) += std::abs(position[i] - position[i - 1]);
+  return up > kBothWays * down && down > kBothWays * up;
+}
+
+bool may_be_magnitude(const std::vector<Source>& sources) {
+  double lowest = 0;
+  double highest = 0;
+  bool both_ways = false;
+  for (const Source& source : sources) {
+    if (!source.recording.has("torque_measured_Nm")) return false;
+    const Range range = range_of(source.recording.column("torque_measured_Nm"));
+    lowest = std::min(lowest, range.low);
+    highest = std::max(highest, range.high);
+    both_ways = both_ways || goes_both_ways(source.recording);
+  }
+  return both_ways && highest > 0 && lowest >= -kDip * highest;
+}
+
+/// Whose sign the torque had.
+std::vector<double> direction(const Recording& recording) {
+  for (const char* name : {"torque_command_Nm", "position_rad", "velocity_rad_per_s"}) {
+    if (!recording.has(name)) continue;
+    const auto column = recording.column(name);
+    if (name != std::string_view("position_rad")) return {column.begin(), column.end()};
+    const auto time = recording.column("time_s");
+    const double period_s = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
+    return derivative(zero_phase(column, period_s, std::min(kSmooth_Hz, 0.1 / period_s)), period_s);
+  }
+  return std::vector<double>(recording.rows(), 1.0);
+}
+
+std::vector<Source> with_sign(std::vector<Source> sources) {
+  for (Source& source : sources) {
+    const std::vector<double> sign = direction(source.recording);
+    for (Recording::Column& column : source.recording.columns)
+      if (column.name == "torque_measured_Nm")
+        for (std::size_t i = 0; i < sign.size(); ++i)
+          column.values[i] = std::copysign(column.values[i], sign[i]);
+  }
+  return sources;
+}
+
+struct SignMisfit {
+  std::vector<double> square;  ///< by block
+  double rms_Nm;
+};
+double total_of(const std::vector<double>& squares) {
+  return std::accumulate(squares.begin(), squares.end(), 0.0);
+}
+
+/// Of the model, refitted.
+SignMisfit sign_misfit(const std::vector<Source>& sources, const Band& band,
+                       const effects::DriveModel& base) {
+  std::vector<Signals> signals;
+  for (const Source& source : sources) signals.push_back(make_signals(source, band));
+  const Rows rows(signals);
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(rows.count()));
+  std::iota(all.begin(), all.end(), 0);
+  const FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2};
+  const Eigen::VectorXd left = rows.torque_Nm() - predicted_rows(refined(given, rows, all), rows);
+  SignMisfit result{
+      {}, std::sqrt(left.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, rows.count())))};
+  for (int b = 0; b < kSignBlocks; ++b) {
+    const Eigen::Index from = rows.count() * b / kSignBlocks;
+    result.square.push_back(left.segment(from, rows.count() * (b + 1) / kSignBlocks - from).squaredNorm());
+  }
+  return result;
+}
+
+}  // namespace
+
+std::optional<LostSign> lost_sign(const std::vector<Source>& sources, std::size_t data,
+                                  const effects::DriveModel& base, const Options& options) {
+  if (base.find<effects::UnsignedCurrent>() != nullptr) return LostSign{with_sign(sources), {}};
+  if (!may_be_magnitude(sources)) return {};
+  LostSign lost{with_sign(sources), {}};
+  const auto searched = [data](const std::vector<Source>& all) {
+    return std::vector<Source>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(data));
+  };
+  // Motion alone decides which rows there are, so that both have the same.
+  const Band band = choose_band(sources, base);
+  const SignMisfit logged = sign_misfit(searched(sources), band, base);
+  const SignMisfit restored = sign_misfit(searched(lost.sources), band, base);
+  FoundEffect found{.effect = effects::make_effect("unsigned_current"),
+                    .where = {.coordinate = "torque_measured_Nm"}};
+  found.gap_before = logged.rms_Nm;
+  found.gap_after = restored.rms_Nm;
+  found.held_out_gain = 1 - total_of(restored.square) / total_of(logged.square);
+  found.blocks = kSignBlocks;
+  for (std::size_t b = 0; b < kSignBlocks; ++b)
+    found.blocks_improved += restored.square[b] < logged.square[b] ? 1 : 0;
+  found.p_value = chance_of(logged.square, restored.square);
+  if (!(found.held_out_gain >= options.least_gain) || found.p_value > options.false_positive_rate) return {};
+  lost.found = std::move(found);
+  return lost;
+}
+
+}  // namespace sim::gap

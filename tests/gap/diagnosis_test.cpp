@@ -1,0 +1,243 @@
+// Recordings as they come out of real loggers: what is wrong with them is seen before anything is explained.
+#include "sim/gap/diagnosis.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace diagnosis_test {
+
+using sim::gap::diagnose;
+using sim::gap::Diagnosed;
+using sim::gap::Source;
+
+constexpr double kPeriod_s = 2e-3;
+constexpr double kInertia_kg_m2 = 0.011;
+constexpr double kCoulomb_Nm = 0.3;
+constexpr double kViscous = 0.02;
+constexpr double kTick_rad = 2 * std::numbers::pi / 16384;
+
+sim::effects::DriveModel base() {
+  return {.name = "axis",
+          .inertia_kg_m2 = kInertia_kg_m2,
+          .effects = {sim::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
+                      sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", kViscous}})}};
+}
+
+/// A swing with a rise in speed, both directions: torque by Newton and friction, with noise, and encoder
+/// ticks.
+Source healthy(double duration_s = 20) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> noise(0, 2e-3);
+  std::vector<double> time, position, velocity, torque;
+  for (int i = 0; i * kPeriod_s < duration_s; ++i) {
+    const double t = i * kPeriod_s;
+    const double slow = 0.9, quick = 4.1;  // rad/s
+    const double v = 5 * std::sin(slow * t) + 2 * std::sin(quick * t);
+    const double a = 5 * slow * std::cos(slow * t) + 2 * quick * std::cos(quick * t);
+    const double p = -5 / slow * std::cos(slow * t) - 2 / quick * std::cos(quick * t);
+    time.push_back(t);
+    position.push_back(kTick_rad * std::round(p / kTick_rad));
+    velocity.push_back(v + 0.02 * noise(random));
+    torque.push_back(kInertia_kg_m2 * a + std::copysign(kCoulomb_Nm, v) + kViscous * v + noise(random));
+  }
+  Source source{.name = "a.csv", .recording = {}};
+  source.recording.columns = {{"time_s", time},
+                              {"position_rad", position},
+                              {"velocity_rad_per_s", velocity},
+                              {"torque_measured_Nm", torque}};
+  return source;
+}
+
+std::vector<double>& column(Source& source, const std::string& name) {
+  return std::ranges::find(source.recording.columns, name, &sim::Recording::Column::name)->values;
+}
+void scale(Source& source, const std::string& name, double factor) {
+  for (double& value : column(source, name)) value *= factor;
+}
+void remove(Source& source, const std::string& name) {
+  std::erase_if(source.recording.columns, [&](const auto& c) { return c.name == name; });
+}
+
+/// All that was noticed, a line each.
+std::string noticed(const Diagnosed& diagnosed) {
+  std::string text;
+  for (const auto& d : diagnosed.diagnosis)
+    text += d.recording + ": " + d.column + " " + d.found + ": " + d.done + "\n";
+  return text;
+}
+std::string refusal(const Source& source) {
+  try {
+    return "accepted, " + noticed(diagnose({source}, base()));
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+}
+bool contains(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Diagnosis, HealthyRecordingsStayAsTheyAre) {
+  const Source source = healthy();
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_EQ(noticed(diagnosed), "");
+  ASSERT_EQ(diagnosed.sources.size(), 1U);
+  for (std::size_t c = 0; c < source.recording.columns.size(); ++c)
+    EXPECT_EQ(diagnosed.sources[0].recording.columns[c].values, source.recording.columns[c].values);
+}
+
+TEST(Diagnosis, TorqueSpikesAreInterpolatedAndCounted) {
+  Source source = healthy();
+  const Source clean = source;
+  std::vector<double>& torque = column(source, "torque_measured_Nm");
+  for (const std::size_t at : {100U, 101U, 2500U, 4000U, 4001U, 4002U}) torque[at] = at % 2 == 0 ? 8 : -9;
+  Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_TRUE(
+      contains(noticed(diagnosed), "torque_measured_Nm 6 (0.06 %) of the values are spikes, up to 9 N·m"))
+      << noticed(diagnosed);
+  const auto mended = diagnosed.sources.at(0).recording.column("torque_measured_Nm");
+  const auto truth = clean.recording.column("torque_measured_Nm");
+  for (std::size_t i = 0; i < mended.size(); ++i) ASSERT_NEAR(mended[i], truth[i], 0.02) << i;
+}
+
+TEST(Diagnosis, AWrappedPositionIsUnwrapped) {
+  Source source = healthy();
+  const Source clean = source;
+  for (double& p : column(source, "position_rad")) p = std::remainder(p, 2 * std::numbers::pi);
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_TRUE(contains(noticed(diagnosed), "jumps by a whole turn")) << noticed(diagnosed);
+  ASSERT_EQ(diagnosed.sources.size(), 1U);
+  const auto mended = diagnosed.sources[0].recording.column("position_rad");
+  const auto truth = clean.recording.column("position_rad");
+  for (std::size_t i = 0; i < mended.size(); ++i)
+    ASSERT_NEAR(mended[i] - mended[0], truth[i] - truth[0], 1e-9) << i;
+}
+
+TEST(Diagnosis, AJumpOfPositionAndALongHoleDivideARecording) {
+  Source source = healthy();
+  std::vector<double>& position = column(source, "position_rad");
+  for (std::size_t i = 3000; i < position.size(); ++i) position[i] += 0.7;
+  std::vector<double>& time = column(source, "time_s");
+  for (std::size_t i = 6000; i < time.size(); ++i) time[i] += 0.3;
+  const Diagnosed diagnosed = diagnose({source}, base());
+  ASSERT_EQ(diagnosed.sources.size(), 3U) << noticed(diagnosed);
+  EXPECT_EQ(diagnosed.sources[0].recording.rows(), 3000U);
+  EXPECT_EQ(diagnosed.sources[1].recording.rows(), 3000U);
+  EXPECT_EQ(diagnosed.sources[2].running_from_s, 0.0) << "since when the drive runs stays known";
+  EXPECT_TRUE(contains(noticed(diagnosed), "position_rad jumps 1 times, by up to 0.7 rad"))
+      << noticed(diagnosed);
+  EXPECT_TRUE(contains(noticed(diagnosed), "time_s 1 holes of up to 0.302 s")) << noticed(diagnosed);
+}
+
+TEST(Diagnosis, AStrayPositionIsInterpolated) {
+  Source source = healthy();
+  column(source, "position_rad")[777] += 3;
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_EQ(diagnosed.sources.size(), 1U);
+  EXPECT_TRUE(contains(noticed(diagnosed), "1 (0.01 %) of the values are off the way")) << noticed(diagnosed);
+  EXPECT_NEAR(diagnosed.sources[0].recording.column("position_rad")[777],
+              healthy().recording.column("position_rad")[777], 1e-3);
+}
+
+TEST(Diagnosis, LateRowsAreNoReasonToRefuse) {
+  Source source = healthy();
+  std::mt19937_64 random(3);
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < source.recording.rows(); ++i)
+    if (random() % 75 != 0) rows.push_back(i);
+  for (auto& c : source.recording.columns) {
+    std::vector<double> kept;
+    for (const std::size_t row : rows) kept.push_back(c.values[row]);
+    c.values = kept;
+  }
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_EQ(diagnosed.sources.size(), 1U);
+  EXPECT_TRUE(contains(noticed(diagnosed), "of the rows come late")) << noticed(diagnosed);
+}
+
+TEST(Diagnosis, OfAHeldSensorOnlyFreshValuesCount) {
+  for (const std::string name : {"position_rad", "torque_measured_Nm"}) {
+    SCOPED_TRACE(name);
+    Source source = healthy();
+    std::vector<double>& values = column(source, name);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = values[i - i % 4];
+    const Diagnosed diagnosed = diagnose({source}, base());
+    EXPECT_TRUE(contains(noticed(diagnosed), name + " is held: a fresh value comes every 4 rows"))
+        << noticed(diagnosed);
+    ASSERT_EQ(diagnosed.sources.size(), 1U);
+    EXPECT_NEAR(static_cast<double>(diagnosed.sources[0].recording.rows()), 2500, 15);
+  }
+}
+
+TEST(Diagnosis, ACoarseEncoderIsNotHeld) {
+  Source source = healthy();
+  for (double& p : column(source, "position_rad")) p = 0.01 * std::round(p / 0.01);
+  EXPECT_FALSE(contains(noticed(diagnose({source}, base())), "is held"));
+}
+
+TEST(Diagnosis, ADeadColumnGoesWhenAnotherSaysTheSame) {
+  Source source = healthy();
+  source.recording.columns.push_back({"torque_command_Nm", column(source, "torque_measured_Nm")});
+  for (double& torque : column(source, "torque_measured_Nm")) torque = 0;
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_TRUE(contains(noticed(diagnosed), "torque_measured_Nm is 0 in every row")) << noticed(diagnosed);
+  EXPECT_FALSE(diagnosed.sources.at(0).recording.has("torque_measured_Nm"));
+
+  for (double& torque : column(source, "torque_command_Nm")) torque = 0;
+  EXPECT_TRUE(contains(refusal(source), "a.csv: torque_measured_Nm is 0 in every row")) << refusal(source);
+
+  Source stuck = healthy();
+  for (double& position : column(stuck, "position_rad")) position = 1;
+  EXPECT_TRUE(contains(noticed(diagnose({stuck}, base())), "position_rad does not change")) << refusal(stuck);
+}
+
+TEST(Diagnosis, UnitsThatContradictTheOtherColumnAreRefusedWithTheRemedy) {
+  Source degrees = healthy();
+  scale(degrees, "position_rad", 180 / std::numbers::pi);
+  EXPECT_TRUE(contains(refusal(degrees), "position_rad seems to be in degrees")) << refusal(degrees);
+  Source rpm = healthy();
+  scale(rpm, "velocity_rad_per_s", 30 / std::numbers::pi);
+  EXPECT_TRUE(contains(refusal(rpm), "revolutions per minute")) << refusal(rpm);
+  Source opposite = healthy();
+  scale(opposite, "velocity_rad_per_s", -1);
+  EXPECT_TRUE(contains(refusal(opposite), "wrong sign")) << refusal(opposite);
+  Source gear = healthy();
+  scale(gear, "velocity_rad_per_s", 26);
+  EXPECT_TRUE(contains(refusal(gear), "accepted, a.csv: position_rad changes 0.0385 times as fast"))
+      << refusal(gear);
+  Source milliseconds = healthy();
+  milliseconds.recording.sample_rate_Hz = 500;
+  scale(milliseconds, "time_s", 1000);
+  EXPECT_TRUE(contains(refusal(milliseconds), "time_s seems to be in milliseconds")) << refusal(milliseconds);
+}
+
+TEST(Diagnosis, UnitsShowInTheInertiaAndFrictionThatTheyImply) {
+  Source degrees = healthy();
+  remove(degrees, "velocity_rad_per_s");
+  scale(degrees, "position_rad", 180 / std::numbers::pi);
+  EXPECT_TRUE(contains(refusal(degrees), "the motion seems to be in degrees")) << refusal(degrees);
+  Source milli = healthy();
+  scale(milli, "torque_measured_Nm", 1000);
+  EXPECT_TRUE(contains(refusal(milli), "torque_measured_Nm seems to be in mN·m")) << refusal(milli);
+  Source reversed = healthy();
+  scale(reversed, "torque_measured_Nm", -1);
+  EXPECT_TRUE(contains(refusal(reversed), "torque_measured_Nm has the wrong sign")) << refusal(reversed);
+}
+
+TEST(Diagnosis, AModelThatIsWrongByAnyOtherFactorIsNoUnit) {
+  for (const double factor : {0.1, 0.3, 3.0, 10.0, 100.0, 1000.0}) {
+    SCOPED_TRACE(factor);
+    sim::effects::DriveModel wrong = base();
+    wrong.inertia_kg_m2 *= factor;
+    EXPECT_EQ(noticed(diagnose({healthy()}, wrong)), "");
+  }
+}
+
+}  // namespace diagnosis_test
