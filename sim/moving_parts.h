@@ -34,6 +34,7 @@ class MovingParts {
   double breakaway_Nm(double direction) const noexcept { return level_Nm(0, direction, 0); }
   void set_velocity(double velocity_rad_per_s) noexcept;
   void set_position(double position_rad) noexcept;
+  void set_running(double running_s) noexcept { running_s_ = running_s; }  ///< for how long it has moved
 
  private:
   struct Mass {

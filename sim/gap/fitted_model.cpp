@@ -150,14 +150,16 @@ Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
   return jacobian;
 }
 
-FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use) {
+FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use,
+                    const std::function<bool(const FreeParameter&)>& is_free) {
   FittedModel current = fitted;
   // Gauss-Newton with a trust region by halving: few rounds, each one Jacobian.
   Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(current, rows))(use);
   double cost = residual.squaredNorm();
   double damping = 1e-6;
   for (int round = 0; round < kMostRounds; ++round) {
-    const std::vector<FreeParameter> parameters = free_parameters(current, rows);
+    std::vector<FreeParameter> parameters = free_parameters(current, rows);
+    if (is_free) std::erase_if(parameters, [&](const FreeParameter& p) { return !is_free(p); });
     const Eigen::MatrixXd jacobian = prediction_jacobian(current, rows, parameters)(use, Eigen::all);
     const Eigen::MatrixXd gram = jacobian.transpose() * jacobian;
     const Eigen::VectorXd slope = jacobian.transpose() * residual;

@@ -3,6 +3,7 @@
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -62,8 +63,9 @@ Eigen::VectorXd predicted_rows(const FittedModel& fitted, const Rows& rows);
 Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
                                     const std::vector<FreeParameter>& parameters);
 
-/// Least squares over `use` (indices of rows): all free parameters together.
-FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use);
+/// Least squares over `use` (indices of rows): all free parameters together, or those that `is_free` says.
+FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use,
+                    const std::function<bool(const FreeParameter&)>& is_free = {});
 
 /// Intervals that allow for residuals which are correlated over time, and wider by `left_over_noise`, rms of
 /// the residual over that of the noise, where that is above one; in the order of free_parameters(). One that

@@ -9,6 +9,7 @@
 #include <optional>
 #include <span>
 
+#include "sim/gap/block_comparison.h"
 #include "sim/gap/candidates.h"
 #include "sim/gap/chance_data.h"
 #include "sim/gap/parallel.h"
@@ -57,20 +58,6 @@ BlockRegression::Fit score(const FittedModel& fitted, const Rows& rows, const Tr
   const BlockRegression regression(jacobian, training.block, kFolds);
   const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
   return regression.fit(regression.target(residual), range(0, jacobian.cols()), step_bounds(parameters));
-}
-
-/// Mean over standard error of the differences between the held-out squares of two models, block by block.
-double decisiveness(const std::vector<double>& worse, const std::vector<double>& better) {
-  const auto n = static_cast<double>(worse.size());
-  double sum = 0;
-  double square = 0;
-  for (std::size_t b = 0; b < worse.size(); ++b) {
-    const double d = worse[b] - better[b];
-    sum += d;
-    square += d * d;
-  }
-  const double variance = (square - sum * sum / n) / (n - 1);
-  return variance > 0 ? sum / n / std::sqrt(variance / n) : 0;
 }
 
 /// One round: the model as it is against every candidate.

@@ -11,16 +11,14 @@
 #include <unsupported/Eigen/FFT>
 
 #include "sim/effects/effect_chain.h"
+#include "sim/gap/free_simulation.h"
 #include "sim/gap/structure.h"
-#include "sim/model_drive.h"
 
 namespace sim::gap {
 namespace {
 
 using Samples = std::vector<double>;
 constexpr double kTwoPi = 2 * std::numbers::pi;
-constexpr double kWindow_s = 1.0;
-constexpr std::size_t kMostWindows = 60;
 constexpr std::size_t kTraces = 4;
 
 struct ViewCoordinate {
@@ -48,28 +46,6 @@ double quantile(Eigen::VectorXd values, double share) {
   if (values.size() == 0) return 0;
   std::sort(values.data(), values.data() + values.size());
   return values[static_cast<Eigen::Index>(share * static_cast<double>(values.size() - 1))];
-}
-
-/// A model whose actuator is perfect: for torque that was measured.
-effects::DriveModel without_actuator(effects::DriveModel model) {
-  std::erase_if(model.effects, [](const effects::AnyEffect& effect) {
-    return std::holds_alternative<effects::TorqueDeadband>(effect) ||
-           std::holds_alternative<effects::TransportDelay>(effect);
-  });
-  return model;
-}
-
-/// Velocity at each sample of a window, driven by the measured torque.
-Samples run(const effects::DriveModel& model, const Signals& s, std::size_t first, std::size_t length) {
-  ModelDrive drive(s.torque_is_command ? model : without_actuator(model), s.period_s, 20);
-  drive.set_position(s.position_rad[first]);
-  drive.set_velocity(s.velocity_rad_per_s[first]);
-  Samples velocity;
-  for (std::size_t i = first; i < first + length; ++i) {
-    velocity.push_back(drive.velocity_rad_per_s());
-    drive.step(s.torque_Nm[i]);
-  }
-  return velocity;
 }
 
 /// Mean square of the residual in each of `bins` equal bands of frequency, up to what rows can show.
@@ -200,31 +176,7 @@ FrictionCurve friction_curve(const FittedModel& before, const FittedModel& after
 Simulated simulate(const effects::DriveModel& before, const effects::DriveModel& after,
                    const std::vector<Signals>& signals, const Rows& rows,
                    const std::vector<Eigen::Index>& use) {
-  // A window begins at each row that lies a second after the last one.
-  struct Window {
-    std::size_t recording;
-    std::size_t first;
-    std::size_t length;
-  };
-  std::vector<Window> windows;
-  for (const Eigen::Index row : use) {
-    const std::size_t recording = rows.recording(row);
-    const Signals& s = signals[recording];
-    const auto length = static_cast<std::size_t>(kWindow_s / s.period_s);
-    const auto first =
-        static_cast<std::size_t>(std::llround((rows.time_s(row) - s.time_s.front()) / s.period_s));
-    if (length < 4 || first + length > s.size()) continue;
-    if (!windows.empty() && windows.back().recording == recording &&
-        first < windows.back().first + windows.back().length)
-      continue;
-    windows.push_back({recording, first, length});
-  }
-  if (windows.size() > kMostWindows) {
-    std::vector<Window> spread;
-    for (std::size_t i = 0; i < kMostWindows; ++i)
-      spread.push_back(windows[i * windows.size() / kMostWindows]);
-    windows = std::move(spread);
-  }
+  const std::vector<Window> windows = windows_of(rows, use);
   Simulated result;
   double square_before = 0;
   double square_after = 0;
@@ -235,20 +187,18 @@ Simulated simulate(const effects::DriveModel& before, const effects::DriveModel&
     Trace trace{.recording = s.name,
                 .time_s = {},
                 .measured_rad_per_s = {},
-                .before_rad_per_s = run(before, s, window.first, window.length),
-                .after_rad_per_s = run(after, s, window.first, window.length)};
-    double difference = 0;
+                .before_rad_per_s = simulated_velocity(before, s, window),
+                .after_rad_per_s = simulated_velocity(after, s, window)};
     for (std::size_t i = 0; i < window.length; ++i) {
-      const double measured = s.velocity_rad_per_s[window.first + i];
       trace.time_s.push_back(s.time_s[window.first + i]);
-      trace.measured_rad_per_s.push_back(measured);
-      const double error_before = trace.before_rad_per_s[i] - measured;
-      const double error_after = trace.after_rad_per_s[i] - measured;
-      square_before += error_before * error_before;
-      square_after += error_after * error_after;
-      difference += error_before * error_before - error_after * error_after;
-      count += 1;
+      trace.measured_rad_per_s.push_back(s.velocity_rad_per_s[window.first + i]);
     }
+    const double error_before = squared_error(trace.before_rad_per_s, s, window);
+    const double error_after = squared_error(trace.after_rad_per_s, s, window);
+    square_before += error_before;
+    square_after += error_after;
+    count += static_cast<double>(window.length);
+    const double difference = error_before - error_after;
     candidates.emplace_back(difference, std::move(trace));
   }
   if (count > 0) {
