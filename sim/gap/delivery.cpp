@@ -125,8 +125,7 @@ std::vector<FreeParameter> given_parameters(const FittedModel& fitted, const Fit
 
 }  // namespace
 
-Delivery deliver(SearchResult& result, const FittedModel& given, const Judged& judged) {
-  Delivery delivery;
+std::vector<std::string> deliver(SearchResult& result, const FittedModel& given, const Judged& judged) {
   const HeldOut held_out(judged);
   Score score = held_out.score(result.fitted);
   for (std::size_t i = result.added.size(); i-- > 0;) {
@@ -148,10 +147,7 @@ Delivery deliver(SearchResult& result, const FittedModel& given, const Judged& j
   Score as_given = held_out.score(unfitted);
   if (const std::string worse = worse_at(as_given, score); !worse.empty()) {
     result.fitted = unfitted;
-    delivery.notes.push_back("The given model's own parameters keep their values: refitted, the model " +
-                             worse + ".");
-    for (const FreeParameter& p : own) delivery.kept.push_back({p.effect, p.name});
-    return delivery;
+    return {"The given model's own parameters keep their values: refitted, the model " + worse + "."};
   }
 
   // Those that moved least in proportion first.
@@ -173,8 +169,7 @@ Delivery deliver(SearchResult& result, const FittedModel& given, const Judged& j
     score = std::move(candidate);
     fixed = std::move(trial);
   }
-  for (const FreeParameter& p : fixed) delivery.kept.push_back({p.effect, p.name});
-  return delivery;
+  return {};
 }
 
 }  // namespace sim::gap

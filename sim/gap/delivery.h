@@ -2,31 +2,19 @@
 /// Which part of what a search found is delivered: nothing that does worse on held-out data, and no change
 /// that the data do not ask for.
 #pragma once
-#include <cstddef>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "sim/gap/confirmation.h"
 
 namespace sim::gap {
 
-/// A parameter of the given model that keeps its value.
-struct Kept {
-  std::size_t effect;     ///< of the delivered model; meaningless for the inertia
-  std::string_view name;  ///< of the parameter
-};
-
-struct Delivery {
-  std::vector<Kept> kept;
-  std::vector<std::string> notes;  ///< what was taken back and why
-};
-
 /// Compares on held-out rows the torque residual and the free simulation. Takes away, the latest first, each
 /// effect without which one of them is better by more than its uncertainty; gives the given model's
 /// parameters their values back when these do better; and delivers the given model itself when nothing else
 /// is as good. Then each parameter of the given model keeps its value unless the data predict surely better
 /// with another.
-Delivery deliver(SearchResult& result, const FittedModel& given, const Judged& judged);
+/// @returns for people, what was taken back and why.
+std::vector<std::string> deliver(SearchResult& result, const FittedModel& given, const Judged& judged);
 
 }  // namespace sim::gap

@@ -250,12 +250,12 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
   const Judged judged{
       rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad};
   confirm(searching, judged);
-  const Delivery delivery = deliver(searching, given, judged);
+  std::vector<std::string> taken_back = deliver(searching, given, judged);
 
   progress("looking for what is left", 0.92);
   const FittedModel& final = searching.fitted;
   const RestFindings rest = rest_channel(searched, final.model, band, options);
-  result.notes = delivery.notes;
+  result.notes = std::move(taken_back);
   std::ranges::move(blind_spots(searched, rest.rests), std::back_inserter(result.notes));
   const FittedModel refitted = refined(given, rows, parts.training.rows);
   const auto residual = [&](const FittedModel& fitted) -> Eigen::VectorXd {
@@ -273,15 +273,11 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
                                  result.gap_after_Nm, result.noise_floor_Nm);
 
   result.model = final.model;
-  std::vector<identify::Estimate> all =
+  const std::vector<identify::Estimate> all =
       estimates(final, rows, parts.training.rows, result.gap_after_Nm / result.noise_floor_Nm);
   const auto free = free_parameters(final, rows);
   const std::size_t of_base = effects_kept(base, final.model);
   for (std::size_t k = 0; k < free.size(); ++k) {
-    if (std::ranges::any_of(delivery.kept, [&](const Kept& kept) {
-          return kept.effect == free[k].effect && kept.name == free[k].name;
-        }))
-      all[k].not_identifiable = "keeps the given value: the data do not ask for another";
     if (free[k].kind == FreeParameter::Kind::kInertia) result.refitted.emplace_back("", all[k]);
     if (free[k].kind == FreeParameter::Kind::kEffect && free[k].effect < of_base)
       result.refitted.emplace_back(effects::name_of(final.model.effects[free[k].effect]), all[k]);

@@ -1,6 +1,7 @@
 #include "sim/gap/lost_sign.h"
 
 #include <Eigen/Core>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -100,9 +101,37 @@ double total_of(const std::vector<double>& squares) {
   return std::accumulate(squares.begin(), squares.end(), 0.0);
 }
 
+SignMisfit in_blocks(const Eigen::VectorXd& left) {
+  SignMisfit result{
+      {}, std::sqrt(left.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, left.size())))};
+  for (int b = 0; b < kSignBlocks; ++b) {
+    const Eigen::Index from = left.size() * b / kSignBlocks;
+    result.square.push_back(left.segment(from, left.size() * (b + 1) / kSignBlocks - from).squaredNorm());
+  }
+  return result;
+}
+
+/// Of the command, scaled and shifted to fit.
+SignMisfit misfit_of_command(const std::vector<Source>& sources) {
+  Eigen::Index count = 0;
+  for (const Source& source : sources) count += static_cast<Eigen::Index>(source.recording.rows());
+  Eigen::MatrixXd columns(count, 2);
+  Eigen::VectorXd measured(count);
+  Eigen::Index row = 0;
+  for (const Source& source : sources) {
+    const auto command = source.recording.column("torque_command_Nm");
+    const auto torque = source.recording.column("torque_measured_Nm");
+    for (std::size_t i = 0; i < command.size(); ++i, ++row) {
+      columns.row(row) << command[i], 1;
+      measured[row] = torque[i];
+    }
+  }
+  return in_blocks(measured - columns * columns.colPivHouseholderQr().solve(measured));
+}
+
 /// Of the model, refitted.
-SignMisfit sign_misfit(const std::vector<Source>& sources, const Band& band,
-                       const effects::DriveModel& base) {
+SignMisfit misfit_of_model(const std::vector<Source>& sources, const Band& band,
+                           const effects::DriveModel& base) {
   std::vector<Signals> signals;
   for (const Source& source : sources) signals.push_back(make_signals(source, band));
   const Rows rows(signals);
@@ -110,13 +139,7 @@ SignMisfit sign_misfit(const std::vector<Source>& sources, const Band& band,
   std::iota(all.begin(), all.end(), 0);
   const FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2};
   const Eigen::VectorXd left = rows.torque_Nm() - predicted_rows(refined(given, rows, all), rows);
-  SignMisfit result{
-      {}, std::sqrt(left.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(1, rows.count())))};
-  for (int b = 0; b < kSignBlocks; ++b) {
-    const Eigen::Index from = rows.count() * b / kSignBlocks;
-    result.square.push_back(left.segment(from, rows.count() * (b + 1) / kSignBlocks - from).squaredNorm());
-  }
-  return result;
+  return in_blocks(left);
 }
 
 }  // namespace
@@ -129,10 +152,15 @@ std::optional<LostSign> lost_sign(const std::vector<Source>& sources, std::size_
   const auto searched = [data](const std::vector<Source>& all) {
     return std::vector<Source>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(data));
   };
-  // Motion alone decides which rows there are, so that both have the same.
-  const Band band = choose_band(sources, base);
-  const SignMisfit logged = sign_misfit(searched(sources), band, base);
-  const SignMisfit restored = sign_misfit(searched(lost.sources), band, base);
+  const bool commanded = std::ranges::all_of(
+      sources, [](const Source& source) { return source.recording.has("torque_command_Nm"); });
+  const auto misfit = [&](const std::vector<Source>& all) {
+    // Motion alone decides which rows there are, so that both have the same.
+    return commanded ? misfit_of_command(searched(all))
+                     : misfit_of_model(searched(all), choose_band(sources, base), base);
+  };
+  const SignMisfit logged = misfit(sources);
+  const SignMisfit restored = misfit(lost.sources);
   FoundEffect found{.effect = effects::make_effect("unsigned_current"),
                     .where = {.coordinate = "torque_measured_Nm"}};
   found.gap_before = logged.rms_Nm;

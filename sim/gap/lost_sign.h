@@ -16,8 +16,9 @@ struct LostSign {
 };
 
 /// Whether the measured torque is a magnitude: hardly ever negative although command or motion go both ways,
-/// and the given model, refitted, predicts the torque with the sign put back better, in more of the blocks of
-/// the first `data` recordings than chance lets it. A model that says so itself is believed.
+/// and the command, or without one the given model, refitted, agrees with the torque better once the sign is
+/// put back, in more of the blocks of the first `data` recordings than chance lets it. A model that says so
+/// itself is believed.
 std::optional<LostSign> lost_sign(const std::vector<Source>& sources, std::size_t data,
                                   const effects::DriveModel& base, const Options& options);
 

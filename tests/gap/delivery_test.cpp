@@ -1,0 +1,106 @@
+// What is delivered is never worse than what was given, on data that judged it.
+#include "sim/gap/delivery.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "sim/gap/gap.h"
+
+namespace delivery_test {
+
+using sim::effects::make_effect;
+using sim::gap::analyse;
+using sim::gap::Result;
+using sim::gap::Source;
+
+constexpr double kPeriod_s = 2e-3;
+constexpr double kInertia_kg_m2 = 0.011;
+constexpr double kCoulomb_Nm = 0.3;
+constexpr double kViscous = 0.02;
+constexpr double kStribeckVelocity = 0.387;
+
+sim::effects::DriveModel given() {
+  return {.name = "axis",
+          .inertia_kg_m2 = kInertia_kg_m2,
+          .effects = {make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
+                      make_effect("viscous", {{"coefficient_Nm_s_per_rad", kViscous}}),
+                      make_effect("stribeck", {{"static_torque_Nm", 0.35},
+                                               {"velocity_rad_per_s", kStribeckVelocity},
+                                               {"exponent", 1}})}};
+}
+
+/// Between 3 and 9 rad/s, one way or the other: too fast for the Stribeck curve to show.
+Source fast_motion(const std::string& name, unsigned seed, double side,
+                   const std::function<double(double time_s, double velocity_rad_per_s)>& more_Nm = {}) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> noise(0, 3e-3);
+  std::vector<double> time, position, torque;
+  double p = 0;
+  for (int i = 0; i < 12000; ++i) {
+    const double t = i * kPeriod_s;
+    const double rate = 1.3 + 0.1 * seed;
+    const double v = side * (6 + 3 * std::sin(rate * t) * std::sin(0.4 * rate * t));
+    const double a =
+        side * 3 * rate *
+        (std::cos(rate * t) * std::sin(0.4 * rate * t) + 0.4 * std::sin(rate * t) * std::cos(0.4 * rate * t));
+    time.push_back(t);
+    position.push_back(p);
+    p += (v + 0.5 * a * kPeriod_s) * kPeriod_s;
+    torque.push_back(kInertia_kg_m2 * a + std::copysign(kCoulomb_Nm, v) + kViscous * v + noise(random) +
+                     (more_Nm ? more_Nm(t, v) : 0));
+  }
+  Source source{.name = name, .recording = {}};
+  source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
+  return source;
+}
+
+double value_of(const sim::effects::DriveModel& model, const std::string& effect,
+                const std::string& parameter) {
+  for (const auto& any : model.effects)
+    if (sim::effects::name_of(any) == effect) return sim::effects::parameter_of(any, parameter);
+  ADD_FAILURE() << "no " << effect;
+  return 0;
+}
+
+TEST(Delivery, AParameterThatTheDataDoNotAskAboutKeepsItsValue) {
+  const Source data[] = {fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
+  const Source held_out[] = {fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
+  const Result result = analyse(given(), data, held_out);
+  EXPECT_EQ(value_of(result.model, "stribeck", "velocity_rad_per_s"), kStribeckVelocity);
+  EXPECT_EQ(value_of(result.model, "stribeck", "static_torque_Nm"), 0.35);
+  EXPECT_NEAR(value_of(result.model, "coulomb", "torque_Nm"), kCoulomb_Nm, 1e-3);
+  EXPECT_NEAR(result.model.inertia_kg_m2, kInertia_kg_m2, 1e-4);
+}
+
+TEST(Delivery, AParameterThatIsWrongIsMended) {
+  sim::effects::DriveModel wrong = given();
+  wrong.effects[1] = make_effect("viscous", {{"coefficient_Nm_s_per_rad", 1.3 * kViscous}});
+  const Source data[] = {fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
+  const Source held_out[] = {fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
+  const Result result = analyse(wrong, data, held_out);
+  EXPECT_NEAR(value_of(result.model, "viscous", "coefficient_Nm_s_per_rad"), kViscous, 0.03 * kViscous);
+  EXPECT_EQ(value_of(result.model, "stribeck", "velocity_rad_per_s"), kStribeckVelocity);
+}
+
+/// Something rubbed in the recording that was searched, and not in those that judge.
+TEST(Delivery, WhatHeldOnlyInTheSearchedRecordingIsNotDelivered) {
+  const auto rubs = [](double, double v) { return 0.012 * v; };
+  const Source data[] = {fast_motion("a.csv", 1, 1, rubs), fast_motion("b.csv", 2, -1, rubs)};
+  const Source held_out[] = {fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
+  const Result result = analyse(given(), data, held_out);
+  EXPECT_LE(result.gap_after_Nm, 1.01 * result.gap_before_Nm);
+  EXPECT_TRUE(result.effects.empty());
+  EXPECT_EQ(value_of(result.model, "viscous", "coefficient_Nm_s_per_rad"), kViscous);
+  EXPECT_TRUE(std::ranges::any_of(result.notes, [](const std::string& note) {
+    return note.find("keep their values") != std::string::npos;
+  }));
+}
+
+}  // namespace delivery_test
