@@ -1,0 +1,39 @@
+/// @file
+/// Runs youbot-gap as a user does and reads what it answered.
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/gap_second/cases.h"
+
+namespace gap_second {
+
+struct NamedEffect {
+  std::string type;
+  std::vector<std::string> equivalent;  ///< rivals that the data cannot tell apart, by its own words
+};
+
+struct Answer {
+  int exit_code = -1;  ///< 124: out of time; 128 and more: ended by a signal
+  double seconds = 0.0;
+  std::string error;      ///< the line with which it refused
+  std::string verdict;    ///< empty without gap.json
+  std::string diagnosis;  ///< as it stands in gap.json, lower case
+  std::vector<NamedEffect> effects;
+  double floor_Nm = 0.0, gap_before_Nm = 0.0, gap_after_Nm = 0.0;
+  std::optional<std::pair<double, double>> simulation;  ///< before and after
+  double inertia_kg_m2 = 0.0;              ///< of the delivered model, an inertia effect included
+  std::vector<std::string> model_effects;  ///< of the delivered model
+  /// 95 % intervals by "effect.parameter".
+  std::map<std::string, std::pair<double, double>> intervals;
+};
+
+/// Blocks until the program ends or has taken `longest_s`. Its output is DIR/log.txt, its results are in
+/// DIR/gap.
+/// @throws std::runtime_error when gap.json is there and is not as the document says.
+Answer ask(const std::string& program, const CaseFiles& files, const std::string& directory, int longest_s);
+
+}  // namespace gap_second
