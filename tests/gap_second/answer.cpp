@@ -30,11 +30,11 @@ std::string line_with(const std::string& text, const std::string& words) {
   return text.substr(begin, text.find('\n', at) - begin);
 }
 
-void read_interval(const Json& parameter, const std::string& name, Answer& answer) {
+std::optional<std::pair<double, double>> interval_of(const Json& parameter) {
   const auto ci = parameter.find("ci95");
-  if (ci == parameter.end() || !ci->is_array() || ci->size() != 2) return;
-  if ((*ci)[0].is_number() && (*ci)[1].is_number())
-    answer.intervals[name] = {(*ci)[0].get<double>(), (*ci)[1].get<double>()};
+  if (ci == parameter.end() || !ci->is_array() || ci->size() != 2) return {};
+  if (!(*ci)[0].is_number() || !(*ci)[1].is_number()) return {};
+  return std::pair{(*ci)[0].get<double>(), (*ci)[1].get<double>()};
 }
 
 double number(const Json& object, const char* key) {
@@ -56,14 +56,22 @@ void read_findings(const std::string& text, Answer& answer) {
                    [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   }
   for (const Json& effect : json.at("effects")) {
-    const auto type = effect.at("type").get<std::string>();
-    answer.effects.push_back({type, effect.value("equivalent", std::vector<std::string>{})});
-    for (const auto& [name, parameter] : effect.at("parameters").items())
-      read_interval(parameter, std::string(type).append(".").append(name), answer);
+    NamedEffect named{effect.at("type").get<std::string>(),
+                      effect.value("equivalent", std::vector<std::string>{})};
+    named.determined = effect.at("parameters").empty();
+    for (const auto& [name, parameter] : effect.at("parameters").items()) {
+      const auto interval = interval_of(parameter);
+      if (!interval) continue;
+      answer.intervals[named.type + "." + name] = *interval;
+      named.determined = named.determined || interval->first > 0 || interval->second < 0;
+    }
+    answer.effects.push_back(named);
   }
   for (const Json& refit : json.value("refitted", Json::array())) {
     const auto type = refit.at("type").get<std::string>();
-    read_interval(refit, (type.empty() ? "" : type + ".") + refit.at("parameter").get<std::string>(), answer);
+    if (const auto interval = interval_of(refit))
+      answer.intervals[(type.empty() ? "" : type + ".") + refit.at("parameter").get<std::string>()] =
+          *interval;
   }
 }
 

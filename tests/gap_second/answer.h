@@ -14,6 +14,7 @@ namespace gap_second {
 struct NamedEffect {
   std::string type;
   std::vector<std::string> equivalent;  ///< rivals that the data cannot tell apart, by its own words
+  bool determined = true;  ///< it has no parameters, or the interval of one of them leaves zero out
 };
 
 struct Answer {

@@ -104,6 +104,9 @@ void finish(Case& drawn, std::mt19937_64& random) {
   parameters["inertia_kg_m2"] = drawn.subject.truth.inertia_kg_m2;
   parameters.emplace("coulomb.torque_Nm", drawn.subject.truth.coulomb_Nm);
   parameters.emplace("viscous.coefficient_Nm_s_per_rad", drawn.subject.truth.viscous_Nm_s_per_rad);
+  // Without a measured torque the current's lag adds to the delay.
+  if (!drawn.measured_column && one_of_hidden(drawn, "transport_delay"))
+    parameters["transport_delay.delay_s"] += drawn.subject.truth.current_lag_s;
   if (one_of_hidden(drawn, "thermal_drift"))
     parameters.erase("coulomb.torque_Nm");  // cold or warm: nobody says
   // An inertia effect and a refit of the inertia say the same; each alone has no truth of its own.

@@ -101,6 +101,8 @@ TEST(SecondScore, KnowsRightFromWrong) {
   EXPECT_EQ(judge(two, named({{"cogging", {}}, {"viscous", {"stribeck"}}}, "explained")).outcome,
             Outcome::kRight);
   EXPECT_EQ(judge(two, named({{"cogging", {}}}, "partly explained")).outcome, Outcome::kHalfRight);
+  EXPECT_EQ(judge(two, named({{"cogging", {}}, {"stribeck", {}}, {"cogging", {}}}, "explained")).outcome,
+            Outcome::kHalfRight);
   EXPECT_EQ(judge(two, named({{"viscous", {}}}, "explained")).outcome, Outcome::kWrongName);
   EXPECT_EQ(judge(two, named({}, "unexplained")).outcome, Outcome::kAbstained);
   EXPECT_EQ(judge(two, named({}, "no gap")).outcome, Outcome::kMissed);

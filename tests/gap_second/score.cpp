@@ -59,8 +59,9 @@ Outcome judge_names(const Case& drawn, const Answer& answer, bool& by_rival) {
   for (const NamedEffect& effect : answer.effects) {
     std::vector<std::string> names = effect.equivalent;
     names.insert(names.begin(), effect.type);
-    const auto true_name = std::find_if(names.begin(), names.end(),
-                                        [&](const std::string& name) { return has(drawn.hidden, name); });
+    const auto true_name = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+      return has(drawn.hidden, name) && !has(found, name);  // a second one of the same is one too many
+    });
     if (true_name != names.end()) {
       found.push_back(*true_name);
       by_rival = by_rival || true_name != names.begin();
@@ -116,6 +117,9 @@ Score judge(const Case& drawn, const Answer& answer) {
   const bool worse_simulation =
       answer.simulation && answer.simulation->second > 1.02 * answer.simulation->first;
   score.worse = answer.gap_after_Nm > 1.001 * answer.gap_before_Nm || worse_simulation;
+  score.undetermined =
+      static_cast<int>(std::count_if(answer.effects.begin(), answer.effects.end(),
+                                     [](const NamedEffect& effect) { return !effect.determined; }));
   judge_intervals(drawn, answer, score);
   return score;
 }
@@ -136,6 +140,7 @@ std::string report_line(const Case& drawn, const Answer& answer, const Score& sc
     for (const NamedEffect& effect : answer.effects) {
       line += " " + effect.type;
       for (const std::string& rival : effect.equivalent) line += "/" + rival;
+      line += effect.determined ? "" : " (undetermined)";
     }
     line +=
         format(" | gap %.3g -> %.3g, floor %.3g", answer.gap_before_Nm, answer.gap_after_Nm, answer.floor_Nm);
@@ -154,6 +159,7 @@ void Tally::add(const Answer& answer, const Score& score) {
   ++cases;
   by_rival += score.by_rival ? 1 : 0;
   diagnosed += score.diagnosed ? 1 : 0;
+  undetermined += score.undetermined;
   worse += score.worse ? 1 : 0;
   intervals += score.intervals;
   intervals_right += score.intervals_right;
@@ -163,7 +169,8 @@ void Tally::add(const Answer& answer, const Score& score) {
 
 std::string table_head(std::size_t name_width) {
   return std::string(name_width, ' ') +
-         " cases right  half wrong alarm abst. misse ref+c ref-o faile |rival worse diagn  intervals   mean "
+         " cases right  half wrong alarm abst. misse ref+c ref-o faile |rival worse undet diagn  intervals   "
+         "mean "
          "s  max "
          "s\n";
 }
@@ -173,9 +180,9 @@ std::string table_row(const std::string& row_name, const Tally& tally, std::size
   row.resize(name_width, ' ');
   row += format(" %5d", tally.cases);
   for (int count : tally.outcomes) row += count == 0 ? std::string("     .") : format(" %5d", count);
-  row += format(" |%5d %5d %5d %4d of %3d %8.1f %6.1f\n", tally.by_rival, tally.worse, tally.diagnosed,
-                tally.intervals_right, tally.intervals, tally.seconds / std::max(1, tally.cases),
-                tally.longest_s);
+  row += format(" |%5d %5d %5d %5d %4d of %3d %8.1f %6.1f\n", tally.by_rival, tally.worse, tally.undetermined,
+                tally.diagnosed, tally.intervals_right, tally.intervals,
+                tally.seconds / std::max(1, tally.cases), tally.longest_s);
   return row;
 }
 

@@ -31,7 +31,8 @@ struct Score {
   bool diagnosed = false;  ///< bad data: `diagnosis` names what is wrong
   bool worse =
       false;  ///< by gap.json itself: the delivered model is worse on held-out data than the given one
-  int intervals = 0;  ///< that can be judged
+  int undetermined = 0;  ///< effects named without a parameter that differs from zero
+  int intervals = 0;     ///< that can be judged
   int intervals_right = 0;
   std::vector<std::string> wrong_intervals;  ///< with truth and interval
 };
@@ -43,7 +44,7 @@ std::string report_line(const Case& drawn, const Answer& answer, const Score& sc
 /// Counts of one class or one kind.
 struct Tally {
   std::array<int, kOutcomes> outcomes{};
-  int cases = 0, by_rival = 0, diagnosed = 0, worse = 0, intervals = 0, intervals_right = 0;
+  int cases = 0, by_rival = 0, diagnosed = 0, worse = 0, undetermined = 0, intervals = 0, intervals_right = 0;
   double seconds = 0.0, longest_s = 0.0;
   void add(const Answer& answer, const Score& score);
 };
