@@ -109,6 +109,11 @@ TEST(SecondScore, KnowsRightFromWrong) {
   EXPECT_EQ(judge(Case{}, named({}, "no gap")).outcome, Outcome::kRight);
   EXPECT_EQ(judge(Case{}, named({}, "unexplained")).outcome, Outcome::kAbstained);
   EXPECT_EQ(judge(Case{}, named({{"viscous", {}}}, "explained")).outcome, Outcome::kFalseAlarm);
+  Case poor;
+  poor.also_fine = {"coulomb"};
+  EXPECT_EQ(judge(poor, named({{"coulomb", {}}}, "partly explained")).outcome, Outcome::kRight);
+  EXPECT_EQ(judge(poor, named({{"coulomb", {}}, {"elasticity", {}}}, "explained")).outcome,
+            Outcome::kFalseAlarm);
   Case unknown;
   unknown.unknown_cause = "hum";
   EXPECT_EQ(judge(unknown, named({}, "unexplained")).outcome, Outcome::kRight);

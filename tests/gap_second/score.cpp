@@ -75,8 +75,10 @@ Outcome judge_names(const Case& drawn, const Answer& answer, bool& by_rival) {
   const bool satisfied = answer.verdict == "no gap" || answer.verdict == "explained";
   if (!something_hidden && wrong > 0) return Outcome::kFalseAlarm;
   // What is wrong with the data may leave something over, but then it has to be said what it is.
+  const bool tolerated = !answer.effects.empty() && wrong == 0;
   if (!something_hidden)
-    return satisfied || names_cause(drawn.bad_data, answer.diagnosis) ? Outcome::kRight : Outcome::kAbstained;
+    return satisfied || tolerated || names_cause(drawn.bad_data, answer.diagnosis) ? Outcome::kRight
+                                                                                   : Outcome::kAbstained;
   const bool all =
       !drawn.hidden.empty() && std::all_of(drawn.hidden.begin(), drawn.hidden.end(),
                                            [&](const auto& effect) { return has(found, effect); });
