@@ -237,7 +237,7 @@ void Teleoperation::check(const TeleopInput& input) noexcept {
   // A master that lost its position is none to follow.
   if (!ending && (input.master_fault || (started && !input.master_ready)))
     return stop(TeleopEnd::kMasterFault);
-  // Homing sets angles anew, which is no speed.
+  // Homing sets the angles, which is no speed.
   if (phase_ == TeleopPhase::kCentring && !input.drives_obey) return;
   check_speeds();
   if (phase_ > TeleopPhase::kUnfolding && phase_ < TeleopPhase::kStopping) check_tip();
@@ -421,7 +421,7 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
     feedback_share_ = centring_share_ = 0;
     clutched_ = false;
     button_was_up_ = false;
-    // What is left of the way to the set-point is not gone: nobody wants it any more.
+    // What is left of the way to the set-point is not gone: it is not wanted any more.
     mapping_.index(input.grip, smoothing_.setpoint());
     enter(TeleopPhase::kLetGo);
   }
@@ -486,7 +486,8 @@ void Teleoperation::command_master(const TeleopInput& input) noexcept {
       centring_share_ * config_.centring.force_N(Eigen::Vector3d::Zero(), grip.p_HD_m, grip.v_HD_H_m_per_s);
   const bool mapped = phase_ == TeleopPhase::kStiffening || phase_ == TeleopPhase::kOperating;
   if (mapped && config_.master_has_force && !config_.mapping.rate_only) {
-    // From the moment on that it holds nothing: a spring that comes up wound would give what nobody put in.
+    // From the moment on that it holds nothing: a spring that comes up wound would return energy that nothing
+    // put in.
     if (config_.mapping.boundary.inside(grip.p_HD_m)) rim_share_ = 1;
     fixed_H_N += rim_share_ * config_.mapping.boundary.rim_force_H_N(grip.p_HD_m);
   }

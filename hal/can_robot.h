@@ -68,7 +68,7 @@ std::chrono::nanoseconds shortest_can_period(std::uint32_t bit_per_s, int reques
 ///   commutation where needed, as on EtherCAT: with firmware 2.0 the motor turns a little. The TMCM-1630
 ///   finds it by itself.
 /// - Lost answers, bus-off, a refused request, an error flag or a restarted module stop the motor and are
-///   latched. After a restart the position counts anew.
+///   latched. After a restart the position has a new origin.
 /// - deactivate() stops the motor and waits for the acknowledgement; without one report() says so afterwards.
 /// - NO WATCHDOG: a module that hears nothing goes on with its last target. When the cable breaks or this
 ///   program dies, only the emergency stop helps.

@@ -246,7 +246,7 @@ class EthercatRobot final : public Robot {
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
   RobotState state_;                  // the cycle's
-  // From there to whoever asks, who keeps the last one that he took.
+  // Triple buffer to the reporting thread, which keeps the last one it took.
   mutable std::optional<NewestValue<RobotState>> states_;
   mutable RobotState told_;
 };
@@ -355,7 +355,7 @@ void EthercatRobot::stop_grippers() noexcept {
   std::array<std::uint8_t, ethercat::kMaxFrameBytes> stray{};
   for (int i = 0; i < kCycles && any_moves() && !simulation_gone_; ++i) {
     (void)exchange({}, sample);
-    // Waits in the bus' own time, emulated or not; what comes late is nobody's.
+    // Waits in the bus' own time, emulated or not; what comes late is dropped.
     (void)link_->receive(stray, kPause);
   }
   gripper_left_moving_ = any_moves();

@@ -59,7 +59,7 @@ struct EthercatOptions {
     std::int32_t value = 0;
   };
   std::vector<Parameter> parameters{};
-  /// Sees every frame, such as a ring to be written after a fault; outlives the robot. Null: nobody looks.
+  /// Sees every frame, such as a ring to be written after a fault; outlives the robot. Null: none.
   drivers::ethercat::FrameTap* tap = nullptr;
 };
 

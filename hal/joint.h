@@ -1,5 +1,5 @@
 /// @file
-/// What one joint is told and what it tells. SI units, gearbox output side, signs as in README, "Frames and
+/// Command and sample of one joint. SI units, gearbox output side, signs as in README, "Frames and
 /// signs".
 #pragma once
 #include <cmath>

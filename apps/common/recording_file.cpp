@@ -151,7 +151,7 @@ void RecordingFile::create(const std::string& header, Existing existing) {
     throw hal::SetupError("recording " + path_, step, hint);
   };
   // O_APPEND: after a torn row is cut off, the next write lands at the new end and leaves no hole.
-  // No O_TRUNC: the file may be another daemon's, which only the lock tells.
+  // No O_TRUNC: the file may be another daemon's: only the lock shows that.
   const auto open = [this](int more) {
     return drivers::uninterrupted(
         [&] { return ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | more, 0644); });

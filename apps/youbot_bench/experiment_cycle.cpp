@@ -58,7 +58,7 @@ ExperimentCycle::ExperimentCycle(const Config& config, hal::Robot& robot, std::v
                          .guard = JointGuard(info, seconds(config.period)),
                          .max_speed_rad_per_s = max_speed_rad_per_s});
   }
-  // Nobody moves the arm; without torque it would fall.
+  // The arm is not controlled here; without torque it would fall.
   for (std::size_t i = 0; i < robot.joints().size(); ++i)
     if (robot.joints()[i].name.starts_with("arm"))
       command_.joints[i] = hal::JointCommand::velocity_rad_per_s(0.0);

@@ -67,7 +67,7 @@ class ExperimentRecording {
     std::string configuration{};                       ///< TOML text
     std::function<void()> about_every_100_ms = [] {};  ///< on the writer's thread
   };
-  /// Recording there anew would replace or join something.
+  /// Recording there again would replace or join something.
   static bool holds_recording(const Description& description);
 
   /// Setup: new, or going on with what is there. @throws hal::SetupError naming path and cause;

@@ -413,7 +413,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
     if (!options.out.empty()) recording = std::make_unique<HoldRecording>(options.out, options, info);
     Hold hold(options, *opened.device, *clock);
     apps::RealTimeThread real_time;
-    if (!options.virtual_time) (void)real_time.enter({});  // what is refused was told before
+    if (!options.virtual_time) (void)real_time.enter({});  // a refusal was logged before
     outcome = hold.run(hand.get(), recording.get(), stop);
   }
   if (recording) recording->close();

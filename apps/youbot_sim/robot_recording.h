@@ -23,7 +23,7 @@ struct RobotRecord {
     double mode = 0;          ///< what the motor follows: drivers::tmcl::ControllerMode, -1: no power
     double target = 0;        ///< rad, rad/s or N·m, as `mode` says; a position counts as `encoder_rad`
     double position_rad = 0;  ///< true; of an arm's link, behind the gear's give
-    double encoder_rad = 0;   ///< the board's counter, as the master is told with the next frame
+    double encoder_rad = 0;   ///< the board's counter, as the next frame reports it to the master
   };
   std::chrono::nanoseconds time{};
   std::array<Joint, hal::kMaxJoints> joints{};

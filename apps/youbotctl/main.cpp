@@ -1,4 +1,4 @@
-// youbotctl: tells a running youbotd what to do.
+// youbotctl: commands a running youbotd.
 #include <poll.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -100,7 +100,7 @@ void print(const json& status) {
   line("report", text(status, "fault_report"));
 }
 
-/// What was refused is said; the rest is told as asked for.
+/// Prints a refusal; everything else as the options ask.
 int tell(const json& reply, const Arguments& arguments, bool with_status) {
   if (reply["ok"] == false) {
     spdlog::error("{}", text(reply, "error"));
@@ -182,7 +182,7 @@ int enable(const Arguments& arguments) {
     }
     std::string line;
     const bool told = input.take(line);
-    // Nobody is left who could tell it another velocity.
+    // No further velocity can come.
     const bool abandoned = !told && input.ended() && text(reply["status"], "mode") == "velocity";
     if (!stopping && (apps::stop_requested || abandoned)) {
       stopping = true;

@@ -29,7 +29,7 @@ hal::SetupError refused(const std::filesystem::path& path, const std::string& hi
   return {"control socket " + path.string(), "open", hint};
 }
 
-/// Why nobody can be reached there; 0 when somebody can.
+/// errno of connecting there; 0 when a program answers.
 int error_of_calling(const sockaddr_un& address) {
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (probe < 0) return errno;
@@ -41,7 +41,7 @@ int error_of_calling(const sockaddr_un& address) {
   return error;
 }
 
-/// A socket that nobody serves is left from a daemon that was killed. Anything else is not ours to remove.
+/// A socket without a server is left from a daemon that was killed. Anything else is not ours to remove.
 void remove_leftover(const std::filesystem::path& path, const sockaddr_un& address) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return;
@@ -228,7 +228,7 @@ bool ControlServer::hear(Connection& connection) {
   std::array<char, apps::kLongestRequest> request{};
   const ssize_t size = recv(connection.socket, request.data(), request.size(), MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR;
-  // Nobody who talks to us writes as much.
+  // No request is as long.
   if (size == 0 || static_cast<std::size_t>(size) > request.size()) return false;
   connection.peer.heard = std::chrono::steady_clock::now();
   const std::string answer =

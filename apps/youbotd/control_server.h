@@ -42,7 +42,7 @@ class ControlServer {
   ControlServer(const std::filesystem::path& path, Listener& listener);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
-  /// Removes the socket; nobody is told any more.
+  /// Removes the socket; no client gets an answer any more.
   ~ControlServer();
 
   /// Answers what has been asked, waiting for it no longer than this. A socket that was removed from
@@ -56,7 +56,7 @@ class ControlServer {
   };
   bool is_ours() const;
   void restore();
-  /// False when nobody was there, or could be let in.
+  /// False when no client waited, or it could not be accepted.
   bool accept();
   void drop_one();
   void complain(const char* step, int error);

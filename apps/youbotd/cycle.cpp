@@ -211,7 +211,7 @@ void Cycle::apply(const control::BaseController::Output& output) noexcept {
         hal::JointCommand::torque_Nm(phase_ == Phase::kRunning ? rate.step(wanted_Nm) : rate.pass(wanted_Nm));
     if (rate.limited()) record_.limited |= limiter::kTorqueRate;
   }
-  // Nobody moves the arm yet; without torque it would fall.
+  // The arm is not controlled yet; without torque it would fall.
   for (std::size_t i = kWheels; i < robot_.joints().size(); ++i)
     command_.joints[i] = hal::JointCommand::velocity_rad_per_s(0.0);
   // Written so that a velocity that is not a number is none that is allowed.

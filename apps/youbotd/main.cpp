@@ -47,7 +47,7 @@ int exit_code(const youbotd::RunSummary& summary) {
   return summary.stop_reason.empty() ? apps::kExitOk : apps::kExitFault;
 }
 
-/// What went wrong is told even with --quiet.
+/// Errors are printed even with --quiet.
 void log_problems(const youbotd::RunSummary& summary) {
   for (const std::string& problem : summary.not_real_time) spdlog::warn("not real-time: {}", problem);
   for (const std::string& problem : summary.recording_problems) spdlog::warn("recording: {}", problem);
@@ -135,7 +135,7 @@ int run_teleoperation(const Arguments& arguments, const youbotd::Config& config)
   return exit_code(summary);
 }
 
-/// Commanded over a socket, until it is told to end.
+/// Commanded over a socket, until a signal ends it.
 int serve(const Arguments& arguments) {
   if (arguments.session.virtual_time || arguments.demo || arguments.session.duration)
     throw std::invalid_argument(

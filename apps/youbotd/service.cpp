@@ -21,7 +21,7 @@ using nlohmann::json;
 
 /// Of the following error, for the reference of a velocity.
 constexpr double kLeashShare = 2.0 / 3;
-/// Tables that are read when robot and master are opened. The rest is read anew for each run.
+/// Tables that are read when robot and master are opened. The rest is read for each run.
 constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geometry",   "ethercat",
                                                       "can",   "haptic", "simulation", "scene"};
 
@@ -255,7 +255,7 @@ void Service::enable(const Peer& peer) {
   give_orders();
 }
 
-/// The file is read anew for each run; what it says of the loop and of what is open has to be as it was.
+/// The file is read for each run; its loop, geometry, robot and master have to be as they were.
 void Service::require_same_devices(const Config& config) const {
   const bool same =
       config.cycle.period == config_.cycle.period && config.commander_timeout == config_.commander_timeout &&
@@ -271,9 +271,9 @@ void Service::require_same_devices(const Config& config) const {
 }
 
 /// One that was unplugged is plugged in again, perhaps; and one that was lost for its driver, as a Falcon is
-/// after some replies that did not come, is there again only when it is opened anew.
+/// after some replies that did not come, is there again only when it is opened again.
 void Service::open_master_again() {
-  give_orders_and_hear();  // what was told before may be of the master as it was before it was opened
+  give_orders_and_hear();  // an older report may describe the master before it was opened
   if (told_.master.fault != hal::HapticFault::kUnplugged &&
       told_.master.fault != hal::HapticFault::kDeviceFault)
     return;

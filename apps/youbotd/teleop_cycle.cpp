@@ -80,7 +80,7 @@ void TeleopCycle::step(nanoseconds now) noexcept {
   input.grip_after_pause = gap > kPeriodsOfNoPause * period_;
   input.grip = {master_sample_.p_HD_m, master_sample_.q_HD, master_sample_.v_HD_H_m_per_s};
   input.buttons = master_sample_.buttons;
-  // What was told in the last exchange acted until this one.
+  // The command of the last exchange acted until this one.
   input.held_H_N = held_H_N_;
   held_H_N_ = master_status_.f_D_H_N;
 

@@ -17,7 +17,7 @@ using std::chrono::nanoseconds;
 constexpr std::chrono::seconds kFlightRecorderSpan{1};
 constexpr std::chrono::milliseconds kAfterFault{200};
 
-/// What the master is tells how it can be used.
+/// The kind of master decides how it is used.
 control::Teleoperation::Config fit_to_master(control::Teleoperation::Config config,
                                              const hal::HapticInfo& info) {
   config.master_has_force = info.force_limit_N > 0;

@@ -8,8 +8,8 @@
 
 namespace youbotd {
 
-/// A reference that moves at the velocity told last, no faster and no more suddenly than the limits of the
-/// path allow. It waits for a base that is held back, so that it does not dart off when it is let go; who
+/// A reference that moves at the last commanded velocity, no faster and no more suddenly than the limits of
+/// the path allow. It waits for a base that is held back, so that it does not dart off when it is let go; who
 /// commands a velocity sees that, and goes on. A path has no commander who sees it, and is stopped
 /// (Cycle::Config).
 class VelocitySource final : public MotionSource {

@@ -113,7 +113,8 @@ std::size_t RawSocketLink::receive(std::span<std::uint8_t> buffer, nanoseconds t
     const ssize_t size = recvfrom(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT,
                                   reinterpret_cast<sockaddr*>(&from), &from_size);
     if (size > 0 && from.sll_pkttype != PACKET_OUTGOING) return static_cast<std::size_t>(size);
-    if (size < 0 && errno != EAGAIN && errno != EINTR) last_error_ = errno;  // such as ENETDOWN, told once
+    if (size < 0 && errno != EAGAIN && errno != EINTR)
+      last_error_ = errno;  // such as ENETDOWN, reported once
 
     const nanoseconds left = deadline - monotonic_now();
     if (left.count() <= 0) return 0;

@@ -60,9 +60,9 @@ class DriveChannel {
   void prepare() noexcept;
   void stop() noexcept;
   /// As stop(), for an operator who has switched the robot off. A drive whose watchdog has run out drives
-  /// back to where it was then and holds that place, whatever it is told: it would push against whoever frees
-  /// a hand or an obstacle. So its flag is cleared, under a commanded stop; after that it is off like the
-  /// others.
+  /// back to where it was then and holds that place, whatever the command: it would push against whoever
+  /// frees a hand or an obstacle. So its flag is cleared, under a commanded stop; after that it is off like
+  /// the others.
   void stand_by() noexcept;
   bool ready() const noexcept { return stage_ == Stage::kReady; }
   bool failed() const noexcept { return failed_; }
@@ -78,7 +78,7 @@ class DriveChannel {
   Failure failure() const noexcept { return failure_; }
 
   bool restoring() const noexcept { return stage_ == Stage::kRestoring; }
-  /// Once a cycle while a drive that lost its memory waits for its parameters: its counter starts anew,
+  /// Once a cycle while a drive that lost its memory waits for its parameters: its counter restarts,
   /// nothing that was asked is answered, and its parameters are written again. True when they are all back.
   bool restore() noexcept;
 
@@ -120,7 +120,7 @@ class DriveChannel {
   std::optional<drivers::tmcl::Commutation> commutation_;
   std::optional<drivers::tmcl::ArmHoming> homing_;
   drivers::tmcl::Sequence* running_ = nullptr;
-  std::uint32_t tag_ = 0;  // of the running sequence's requests, so that a late answer is nobody else's
+  std::uint32_t tag_ = 0;  // of the running sequence's requests: a late answer fits no other
   std::optional<drivers::tmcl::Completion> answer_;
   std::optional<drivers::tmcl::Completion> answer_for_others_;
   bool failed_ = false;

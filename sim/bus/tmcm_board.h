@@ -49,7 +49,7 @@ class TmcmBoard final : public Application {
 
   /// `slave` and `drive` outlive the board. Attaches itself.
   TmcmBoard(EmulatedSlave& slave, BoardDrive& drive, const TmcmOptions& options);
-  /// Without EtherCAT: whoever carries the telegrams calls execute().
+  /// Without EtherCAT: the carrier of the telegrams calls execute().
   TmcmBoard(BoardDrive& drive, const TmcmOptions& options);
   /// Setup: the gripper behind this board's mailbox.
   void attach(GripperBoard& gripper) noexcept { gripper_ = &gripper; }

@@ -19,7 +19,7 @@ using drivers::tmcl::Request;
 using drivers::tmcl::Status;
 using std::chrono::nanoseconds;
 
-constexpr std::uint8_t kHostAddress = 2;  // default of the TMCL manual; nobody looks at it
+constexpr std::uint8_t kHostAddress = 2;  // default of the TMCL manual; not checked
 
 /// Sets are echoed, with whatever they carried (official driver's acceptance rule); gets carry the answer.
 bool answers_with_value(const Request& request) noexcept {
@@ -36,7 +36,7 @@ std::int32_t saturated(std::int64_t value) noexcept {
 bool TmcmBoard::mailbox_received(std::span<const std::uint8_t> message) noexcept {
   if (request_ || reply_) return false;
   const std::optional<Request> request = drivers::tmcl::decode_mailbox_request(message);
-  // Nobody answers for a module that is not there.
+  // A module that is not there does not answer.
   if (!request || (request->module != drivers::tmcl::kDriveModule &&
                    (gripper_ == nullptr || request->module != drivers::tmcl::kGripperModule)))
     return true;

@@ -39,8 +39,8 @@ struct BenchRigOptions {
 };
 
 /// The bus carries one frame at a time, each as long as the worst stuffing makes it; of two that wait the
-/// lower identifier goes first. Nobody but the module acknowledges: while its power is off or the cable is
-/// out, the host's frame stays and an error frame tells so every millisecond, as the kernel would pass them
+/// lower identifier goes first. Only the module acknowledges: while its power is off or the cable is
+/// out, the host's frame stays and an error frame reports it every millisecond, as the kernel would pass them
 /// on; the queue behind it fills. Board and joint move in periods of a millisecond. One thread. Cycle: all
 /// but the constructor.
 class BenchRig {
