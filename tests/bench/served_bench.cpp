@@ -20,10 +20,10 @@
 #include "apps/youbotctl/client.h"
 #include "drivers/latency_histogram.h"
 #include "tests/bench/figures.h"
-#include "tests/end_to_end/recording.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/hostile_clients.h"
 #include "tests/support/process.h"
+#include "tests/support/recording.h"
 #include "tests/support/temporary_directory.h"
 
 namespace {
@@ -63,7 +63,7 @@ class BusyThreads {
 };
 
 void add_recording(Row& row, const std::filesystem::path& path) {
-  const end_to_end::Recording recording(path);
+  const support::Recording recording(path);
   const auto microseconds = [](double us) { return nanoseconds(std::llround(1e3 * us)); };
   for (const double us : recording["step_us"]) row.step.add(microseconds(us));
   for (const double us : recording["wake_up_us"]) row.wake_up.add(microseconds(us));
