@@ -113,12 +113,10 @@ void Cycle::step(nanoseconds now) noexcept {
   switch (phase_) {
     case Phase::kStarting:
       keep_record(controller_.observe(position_rad, elapsed_s));
-      // Where its drives' commutation leaves it is the start.
-      X_WB_ = config_.start;
-      record_.odometry_W = as_array(X_WB_);
       command_.enable = true;
       if (sample_.enabled) {
         controller_.reset(position_rad, X_WB_);
+        obeyed_ = true;
         motion_.begin(now, X_WB_);
         reference_limiter_.reset(X_WB_);
         followed_ = last_reference_ = now;
@@ -225,8 +223,9 @@ void Cycle::apply(const control::BaseController::Output& output) noexcept {
 }
 
 void Cycle::keep_record(const control::BaseController::Output& output) noexcept {
-  X_WB_ = output.X_WB;
-  record_.odometry_W = as_array(output.X_WB);
+  // Where its drives' commutation leaves it is the start, and stays it when they never obey.
+  X_WB_ = obeyed_ ? output.X_WB : config_.start;
+  record_.odometry_W = as_array(X_WB_);
   record_.limited = output.limited ? limiter::kEffort : 0;
   for (std::size_t i = 0; i < 3; ++i) record_.wrench_B[i] = output.wrench_B[static_cast<Eigen::Index>(i)];
   for (std::size_t i = 0; i < kWheels; ++i)

@@ -139,6 +139,7 @@ class Cycle {
   std::chrono::nanoseconds first_{};
   std::chrono::nanoseconds now_{};
   control::PlanarPose X_WB_;  // odometry of the last cycle
+  bool obeyed_ = false;       // the drives, at least once: it counts from then on
   double may_be_outside_m_;
   std::uint64_t count_ = 0;
 };

@@ -576,6 +576,29 @@ TEST(Cycle, ABaseThatWasPushedOutDrivesBackInAndNoFurtherOut) {
   EXPECT_LT(drive(0.2), 0.01);
 }
 
+/// Otherwise its walls would go along with the next enable.
+TEST(Cycle, ARunThatEndsBeforeTheDrivesObeyLeavesTheBaseWhereItWas) {
+  Cycle::Config config = Rig::moving();
+  config.start = {.x_m = 2.0, .y_m = -1.0, .yaw_rad = 0.5};
+  using Ending = void (*)(BrokenRobot&, Cycle&);
+  for (const Ending end : {
+           Ending{[](BrokenRobot&robot, Cycle&) { robot.status = {hal::Fault::kFrameLost}; }},
+           Ending{[](BrokenRobot&, Cycle&cycle) { cycle.request_stop(); }},
+           Ending{[](BrokenRobot&, Cycle&cycle) { cycle.switch_off(); }},
+       }) {
+    BrokenRobot robot;
+    ScriptedMotion motion;
+    Cycle cycle(config, robot, motion, nullptr);
+    nanoseconds now{};
+    for (; now < 100ms; now += 1ms) cycle.step(now);
+    ASSERT_EQ(cycle.record().phase, Phase::kStarting);
+    end(robot, cycle);
+    for (; now < 1s; now += 1ms) cycle.step(now);
+    EXPECT_TRUE(cycle.finished());
+    EXPECT_EQ(cycle.record().odometry_W, (std::array{2.0, -1.0, 0.5}));
+  }
+}
+
 /// A base of a service, steered by velocity.
 TEST(Cycle, ABaseThatIsSteeredAtAWallStopsThereAndGoesOnWhenSteeredAway) {
   Cycle::Config config;
