@@ -57,9 +57,13 @@ bool OtherMaster::present(nanoseconds now) const noexcept {
 }
 
 const OtherMaster::Sender* OtherMaster::most_frames() const noexcept {
+  nanoseconds newest{};
+  for (const Sender& sender : senders_)
+    if (sender.keeps_coming()) newest = std::max(newest, sender.last);
   const Sender* most = nullptr;
   for (const Sender& sender : senders_)
-    if (sender.keeps_coming() && (most == nullptr || sender.frames > most->frames)) most = &sender;
+    if (sender.keeps_coming() && sender.recent(newest) && (most == nullptr || sender.frames > most->frames))
+      most = &sender;
   return most;
 }
 

@@ -26,7 +26,7 @@ class OtherMaster {
   /// Whether it was at work within the last second.
   bool present(std::chrono::nanoseconds now) const noexcept;
   /// Setup: "another EtherCAT master is on this bus (57 frames from 01:01:01:01:01:01): ...", with what to
-  /// do. Of several the one with the most frames.
+  /// do. Of those at work last, the one with the most frames.
   std::string describe() const;
   /// Setup: "01:01:01:01:01:01", as its frames say.
   std::string source() const;

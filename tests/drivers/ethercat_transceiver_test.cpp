@@ -209,6 +209,16 @@ TEST(AnotherMaster, IsNoneWhenFramesWereDamagedHereAndThere) {
   EXPECT_FALSE(other.present(1s));
 }
 
+TEST(AnotherMaster, ThatEndedIsNotNamedForTheOneAtWork) {
+  constexpr MacAddress kAtWork{0x10, 0, 0, 0, 0, 0x02};
+  OtherMaster other;
+  for (int i = 0; i < 100; ++i) other.note_frame(kSoem, std::chrono::milliseconds(i));
+  EXPECT_EQ(other.source(), "01:01:01:01:01:01");
+  for (int i = 0; i < 20; ++i) other.note_frame(kAtWork, std::chrono::milliseconds(500 + 100 * i));
+  EXPECT_TRUE(other.present(2400ms));
+  EXPECT_EQ(other.source(), "10:00:00:00:00:02");
+}
+
 TEST_F(Exchange, MastersThatTakeTurnsAreEachFound) {
   constexpr std::array<MacAddress, 4> kOthers{
       kSoem, {0x10, 1, 1, 1, 1, 1}, {0x20, 2, 2, 2, 2, 2}, {0x30, 3, 3, 3, 3, 3}};
