@@ -26,12 +26,14 @@ SetupError unreadable(const fs::path& path, int error) {
                      "check that this process may open more files and that the container shows /sys"});
 }
 
-/// Nothing when the file, or the device that it is about, is gone.
+/// Not the device's fault: every other file fails alike.
+bool out_of_resources(int error) noexcept { return error == EMFILE || error == ENFILE || error == ENOMEM; }
+
+/// Nothing when the file, or the device that it is about, is gone or cannot be read.
 std::optional<std::string> kernel_file(const fs::path& path) {
-  const auto gone = [](int error) { return error == ENOENT || error == ENODEV; };
   const int file = uninterrupted([&] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC); });
-  if (file < 0 && gone(errno)) return std::nullopt;
-  if (file < 0) throw unreadable(path, errno);
+  if (file < 0 && out_of_resources(errno)) throw unreadable(path, errno);
+  if (file < 0) return std::nullopt;
   // A page: sysfs shows no more of a uevent, and the kernel takes no longer report descriptor.
   std::array<char, 4096> text{};
   std::size_t size = 0;
@@ -42,8 +44,8 @@ std::optional<std::string> kernel_file(const fs::path& path) {
   } while (count > 0 && size < text.size());
   const int error = count < 0 ? errno : 0;
   ::close(file);
-  if (gone(error)) return std::nullopt;
-  if (error != 0) throw unreadable(path, error);
+  if (out_of_resources(error)) throw unreadable(path, error);
+  if (error != 0) return std::nullopt;
   return std::string(text.data(), size);
 }
 

@@ -22,8 +22,8 @@ struct HidNode {
   std::string serial = {};  ///< HID_UNIQ: a serial number, over Bluetooth an address, often empty. ASCII
 };
 
-/// By number. A device that goes meanwhile is left out, and so is one without ids. @throws SetupError when
-/// sysfs cannot be read.
+/// By number. Left out are a device that goes meanwhile, one without ids, and one whose ids cannot be read:
+/// it hides no other. @throws SetupError when sysfs cannot be read, or this process may open no more files.
 std::vector<HidNode> hid_nodes(const usb::SystemPaths& paths = {});
 
 /// Empty when the kernel shows none or the device is gone. @throws SetupError when it cannot be read.

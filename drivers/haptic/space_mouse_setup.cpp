@@ -22,6 +22,8 @@ namespace {
 
 constexpr const char* kRulesFile = "udev/60-3dconnexion-spacemouse.rules";
 constexpr const char* kGroup = "plugdev";
+/// A signal may interrupt an open(); so many in a row are no accident.
+constexpr int kOpenTries = 100;
 
 constexpr HidUsage kMultiAxisController{.page = 0x01, .usage = 0x08};  // HID usage tables: generic desktop
 
@@ -168,10 +170,11 @@ HidDevice open_space_mouse(const SpaceMouseInfo& mouse) {
     throw node_refused(mouse, node_facts(mouse.path, error));
   const std::scoped_lock lock(hidapi_mutex);
   HidDevice device;
-  do {
+  for (int tries = 0; tries < kOpenTries && device == nullptr; ++tries) {
     errno = 0;
     device.reset(hid_open_path(mouse.path.c_str()));
-  } while (device == nullptr && errno == EINTR);
+    if (errno != EINTR) break;
+  }
   // hidapi 0.13.1 calls nothing that fails after the open() or ioctl() that did.
   if (device == nullptr) throw node_refused(mouse, node_facts(mouse.path, errno));
   return device;

@@ -1,6 +1,8 @@
 #include "drivers/haptic/hid_nodes.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
 
 #include <cstddef>
 #include <filesystem>
@@ -83,10 +85,28 @@ TEST_F(HidNodes, ThatGoMeanwhileAreLeftOut) {
   EXPECT_TRUE(report_descriptor_of(nodes[0]).empty());
 }
 
-TEST_F(HidNodes, ThatCannotBeReadAreAnErrorThatNamesTheFile) {
-  fs::create_directory(folder_of("hidraw0") / "uevent");  // opens, and reads as EISDIR
-  EXPECT_NE(refusal().find("class/hidraw/hidraw0/device/uevent: read"), std::string::npos) << refusal();
-  EXPECT_NE(refusal().find("Is a directory"), std::string::npos) << refusal();
+TEST_F(HidNodes, ThatCannotBeReadHideNoOther) {
+  fs::create_directory(folder_of("hidraw0") / "uevent");          // opens, and reads as EISDIR
+  fs::create_symlink("uevent", folder_of("hidraw1") / "uevent");  // opens as ELOOP
+  add("hidraw2", kCompact);
+  ASSERT_EQ(found().size(), 1U);
+  EXPECT_EQ(found()[0].path, "/dev/hidraw2");
+}
+
+TEST_F(HidNodes, AProcessThatMayOpenNoMoreFilesIsAnErrorThatNamesTheFile) {
+  add("hidraw0", kCompact);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_NOFILE, &before), 0);
+  // The folder is opened first, with the lowest free number; its file would be the next.
+  const int lowest_free = dup(0);
+  ASSERT_GE(lowest_free, 0);
+  close(lowest_free);
+  const rlimit one_more{static_cast<rlim_t>(lowest_free) + 1, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_NOFILE, &one_more), 0);
+  const std::string said = refusal();
+  setrlimit(RLIMIT_NOFILE, &before);
+  EXPECT_NE(said.find("class/hidraw/hidraw0/device/uevent: read"), std::string::npos) << said;
+  EXPECT_NE(said.find("Too many open files"), std::string::npos) << said;
 }
 
 TEST_F(HidNodes, AListThatCannotBeReadIsAnErrorThatNamesTheFolder) {
