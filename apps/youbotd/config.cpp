@@ -270,7 +270,8 @@ double arm_torque_Nm(const Config& config) {
   return config.teleoperation.robot.arm_torque_limit_Nm[kJoint];
 }
 double in_degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
-/// What a setting over the socket may make stricter than the file and not weaker. Braking is damping, a limit
+/// What a setting over the socket may make stricter than the file and not weaker. Compensation is bounded by
+/// its share of the friction and by how soon a command gets it in full. Braking is damping, a limit
 /// of speed is as quick as the velocity's filter, and a release is detected no later than its thresholds say.
 constexpr auto kBounds = std::to_array<Bound>(
     {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
@@ -309,6 +310,9 @@ constexpr auto kBounds = std::to_array<Bound>(
       [](const Config& c) { return c.cycle.controller.observer.filter.cutoff_rad_per_s; }, Side::kBelow},
      {"compensation.filter_damping",
       [](const Config& c) { return c.cycle.controller.observer.filter.damping; }},
+     {"compensation.margin", [](const Config& c) { return c.cycle.controller.compensator.margin; }},
+     {"compensation.full_command_Nm",
+      [](const Config& c) { return c.cycle.controller.compensator.full_command_Nm; }, Side::kBelow},
      {"path.speed_m_per_s", [](const Config& c) { return c.path.limits.speed_m_per_s; }},
      {"path.acceleration_m_per_s2", [](const Config& c) { return c.path.limits.acceleration_m_per_s2; }},
      {"path.turn_speed_rad_per_s", [](const Config& c) { return c.path.limits.turn_speed_rad_per_s; }},
