@@ -27,6 +27,10 @@ constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geomet
 
 /// Who waited longer for a master may not expect motion any more.
 constexpr std::chrono::seconds kLongOpening{2};
+/// Of this thread: longer than a disk or a busy machine takes, and what was asked meanwhile is stale.
+constexpr std::chrono::seconds kLongHoldUp{1};
+/// In which the requests that wait after a hold-up are heard, one of each connection at a time.
+constexpr std::chrono::milliseconds kBacklog{500};
 /// Of all settings together: the status, which holds them, has to fit an answer.
 constexpr std::size_t kMaxSettings_bytes = apps::kLongestAnswer / 4;
 
@@ -62,7 +66,24 @@ void Service::require_usable_configuration() {
   (void)make_run(config_, {.config_file = options_.config_file}, nullptr);
 }
 
+void Service::attend() {
+  const auto now = clock_.now();
+  if (attended_ && now - *attended_ > kLongHoldUp) {
+    held_up_ = now - *attended_;
+    fresh_from_ = now + kBacklog;
+  }
+  attended_ = now;
+}
+
+void Service::require_fresh(std::string_view order) const {
+  if (clock_.now() < fresh_from_)
+    throw Refusal(
+        fmt::format("youbotd was held up for {:.1f} s, and '{}' may have waited as long: give it again",
+                    std::chrono::duration<double>(held_up_).count(), order));
+}
+
 void Service::beat() {
+  attend();
   (void)loop_.take(told_);
   watch_robot();
   watch_recording();
@@ -177,6 +198,7 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
 }
 
 void Service::obey(const Peer& peer, const std::string& request) {
+  attend();
   std::istringstream words(request);
   std::string command;
   words >> command;
@@ -215,6 +237,7 @@ void Service::obey(const Peer& peer, const std::string& request) {
 
 void Service::acknowledge(const Peer& peer) {
   if (!faulted()) return;
+  require_fresh("acknowledge");
   fault_acknowledged_ = true;
   spdlog::info("the fault at {} is acknowledged by {}", fault_, peer.name);
   manager_.status("drives off, waiting for commands");
@@ -227,6 +250,7 @@ void Service::disable(const Peer& peer) {
 }
 
 void Service::enable(const Peer& peer) {
+  require_fresh("enable");
   if (run_)
     throw Refusal(orders_.stop || orders_.off
                       ? "it is still coming to rest: enable again when its phase is off"

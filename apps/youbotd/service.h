@@ -12,6 +12,7 @@
 #include <optional>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "apps/common/open_haptic.h"
@@ -45,6 +46,8 @@ struct ServiceOptions {
 ///   rest when its connection ends or is silent for loop.commander_timeout_s. Every peer may stop.
 /// - W and its walls stay where the base stood at the start, however often it is enabled; with a master they
 ///   are where it stands when it is enabled, as the hand's frame is.
+/// - Orders that waited while this thread was held up start nothing: who asked may not expect motion any
+/// more.
 /// - A fault ends the run, not the service. It is latched: `enable` is refused until `acknowledge`.
 /// Requests, all answered by the status: status, alive, acknowledge, enable, stop, disable, mode NAME,
 /// set KEY VALUE, unset KEY, set velocity X Y YAW.
@@ -78,6 +81,11 @@ class Service final : public ControlServer::Listener {
   }
 
  private:
+  /// Notices when this thread was held up.
+  void attend();
+  /// @throws Refusal so soon after a hold-up that the order may have waited through it.
+  void require_fresh(std::string_view order) const;
+
   // Requests.
   void obey(const Peer& peer, const std::string& request);
   void acknowledge(const Peer& peer);
@@ -122,6 +130,9 @@ class Service final : public ControlServer::Listener {
   std::string mode_;
   std::map<std::string, std::string> settings_;
   std::vector<std::string> not_real_time_;
+  std::optional<std::chrono::nanoseconds> attended_;  // its last beat or answer
+  std::chrono::nanoseconds held_up_{};                // how long, the last time
+  std::chrono::nanoseconds fresh_from_{};             // what is heard before may have waited as long
   Orders orders_;
   Told told_;
   std::unique_ptr<Run> run_;            // the one under way

@@ -277,6 +277,22 @@ TEST_F(Youbotctl, TheRobotComesToRestWhenItsCommanderHangs) {
   EXPECT_TRUE(youbotd.wait_for("is silent"));
 }
 
+TEST_F(Youbotctl, AnEnableThatWaitedWhileTheDaemonStoodStillStartsNothing) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_EQ(status()["enabled"], false);
+  youbotd.signal(SIGSTOP);
+  Process waiting(ctl({"enable"}));
+  std::this_thread::sleep_for(1500ms);
+  youbotd.signal(SIGCONT);
+  const CommandResult refused = waiting.finish();
+  EXPECT_EQ(refused.exit_code, 2) << refused.output;
+  EXPECT_TRUE(refused.said("youbotd was held up for")) << refused.output;
+  EXPECT_EQ(status()["enabled"], false);
+  EXPECT_TRUE(comes_to([this](const json&) { return tell({"enable"}).exit_code == 0; }))
+      << "a fresh one does";
+}
+
 TEST_F(Youbotctl, AVelocityStopsWithTheProgramThatTellsIt) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));

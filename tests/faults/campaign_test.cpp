@@ -8,6 +8,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <chrono>
+#include <ctime>
 #include <fstream>
 #include <set>
 #include <sstream>
@@ -290,6 +292,29 @@ TEST_F(Campaign, OrdersThatDoSomethingElseAreCaught) {
       run(parsed_script("base/1: limit-raised@1500+0/0*0.50"), heard("set limits.force_N 1e9", {"status"})),
       "the daemon grants 'set limits.force_N 1e9'");
   expect_caught(run(parsed_script("base/1:"), heard("disable", {"alive"})), "the drives do not go off");
+}
+
+TEST_F(Campaign, OrdersOfWhoMayNotCommandAndOrdersThatWaitedAreCaught) {
+  expect_caught(
+      run(parsed_script("base/1: disabled-without-rights@1500+0/0*0.50"), heard("disable", {"alive"})),
+      "the daemon grants 'disable'");
+  expect_caught(run(parsed_script("base/1: everything-held-up-while-orders-wait@1500+1500/0*0.50"),
+                    heard("acknowledge", {"alive"})),
+                "the daemon grants 'acknowledge', which waited while it was held up");
+}
+
+TEST_F(Campaign, AWallClockThatJumpsIsSeenByTheDaemonAndChangesNothing) {
+  const auto before = std::chrono::system_clock::now();
+  const std::time_t seconds_before = std::time(nullptr);
+  bool jumped = false;
+  const Sabotage watching{.period = [&](World&) {
+    jumped = jumped || (std::chrono::system_clock::now() - before < -20h &&
+                        std::time(nullptr) - seconds_before < -20 * 3600);
+  }};
+  const Outcome outcome = run(parsed_script("base/1: wall-clock-jumps@1500+0/0*0.00"), watching);
+  EXPECT_TRUE(outcome.violations.empty()) << all(outcome);
+  EXPECT_TRUE(jumped);
+  EXPECT_GE(std::chrono::system_clock::now(), before) << "each script begins at the true time";
 }
 
 TEST_F(Campaign, ADaemonThatDoesNotDoItsWorkIsCaught) {

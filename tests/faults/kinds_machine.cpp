@@ -2,6 +2,7 @@
 #include <fstream>
 
 #include "tests/faults/kinds.h"
+#include "tests/faults/wall_clock.h"
 
 namespace faults {
 namespace {
@@ -10,6 +11,11 @@ using namespace std::chrono_literals;
 
 void push_base(World& world, const control::PlanarVector& wrench_B) {
   world.emulation().base().push(wrench_B);
+}
+
+void remove_recordings(const World& world) {
+  std::error_code ignored;
+  std::filesystem::remove_all(world.folder() / "runs", ignored);
 }
 
 }  // namespace
@@ -86,6 +92,19 @@ std::vector<Kind> machine_kinds() {
            [](World& world, const Event& event) {
              world.loop_paused_until = world.beats_paused_until = world.now() + event.duration;
            }},
+      {.name = "everything-held-up-while-orders-wait",
+       .longest = 2500ms,
+       .last_torque_after = kLoss,
+       .strikes = "threads",
+       .begin =
+           [](World& world, const Event& event) {
+             world.loop_paused_until = world.beats_paused_until = world.now() + event.duration;
+             for (const char* order : {"acknowledge", "enable", "status", "acknowledge", "enable"})
+               world.leave(1, order);
+           }},
+      {.name = "wall-clock-jumps",
+       .begin = [](World&,
+                   const Event& event) { jump_wall_clock(std::chrono::hours(24) * (2 * event.size - 1)); }},
       {.name = "daemon-killed",
        .longest = 1500ms,
        .last_torque_after = kLoss,
@@ -119,26 +138,17 @@ std::vector<Kind> machine_kinds() {
       {.name = "recordings-removed",
        .strikes = "recordings",
        .spoils_recordings = true,
-       .begin =
-           [](World& world, const Event&) {
-             std::error_code ignored;
-             std::filesystem::remove_all(world.folder() / "runs", ignored);
-           }},
+       .begin = [](World& world, const Event&) { remove_recordings(world); }},
       {.name = "recordings-in-the-way",
        .longest = 3000ms,
        .strikes = "recordings",
        .spoils_recordings = true,
        .begin =
            [](World& world, const Event&) {
-             std::error_code ignored;
-             std::filesystem::remove_all(world.folder() / "runs", ignored);
+             remove_recordings(world);
              std::ofstream(world.folder() / "runs") << "a file where a folder should be";
            },
-       .end =
-           [](World& world, const Event&) {
-             std::error_code ignored;
-             std::filesystem::remove_all(world.folder() / "runs", ignored);
-           }},
+       .end = [](World& world, const Event&) { remove_recordings(world); }},
       {.name = "configuration-torn",
        .longest = 2000ms,
        .begin =

@@ -10,9 +10,12 @@
 #include "hal/loopback_haptic_link.h"
 #include "hal/setup_error.h"
 #include "sim/bus/bus_link.h"
+#include "tests/faults/wall_clock.h"
 
 namespace faults {
 namespace {
+
+using namespace std::chrono_literals;
 
 constexpr const char* kBaseConfig = R"(
 [ethercat]
@@ -103,6 +106,7 @@ World::World(Machine machine, std::uint64_t seed, Sabotage sabotage)
 World::~World() {
   kill_daemon();
   setrlimit(RLIMIT_FSIZE, &file_limit_);  // also when an exception ended the script
+  jump_wall_clock(0s);
 }
 
 void World::open_devices() {
@@ -173,6 +177,7 @@ std::filesystem::path World::recordings() const {
 }
 
 void World::forget_daemon() noexcept {
+  left_.clear();
   robot_activation_.reset();
   master_activation_.reset();
   service_.reset();
@@ -199,6 +204,7 @@ void World::step() {
     forget_daemon();
   } else if (++until_beat_ >= youbotd::kBeat / kPeriod && now() >= beats_paused_until) {
     until_beat_ = 0;
+    hear_what_was_left();
     service_->beat();
     if (witness_ != nullptr && !enabled()) witness_->nothing_runs();
   }
@@ -229,6 +235,20 @@ std::optional<Reply> World::ask(std::uint64_t connection, const std::string& req
     object("an enable is granted after a fault that was not acknowledged");
   if (reply.ok && enabling && witness_ != nullptr) witness_->enable_granted();
   return reply;
+}
+
+void World::leave(std::uint64_t connection, const std::string& request) {
+  left_.push_back({.at = now(), .connection = connection, .request = request});
+}
+
+void World::hear_what_was_left() {
+  // Whoever asks after so long may not be there any more.
+  constexpr auto kStale = 1100ms;
+  for (const Left& left : std::exchange(left_, {})) {
+    const auto reply = ask(left.connection, left.request);
+    if (reply && reply->ok && now() - left.at > kStale)
+      object("the daemon grants '" + left.request + "', which waited while it was held up");
+  }
 }
 
 void World::hang_up(std::uint64_t connection) {

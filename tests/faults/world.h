@@ -106,6 +106,8 @@ class World final : public hal::Clock {
   /// A request of client `connection`; none when nothing listens. Connection 1 is the commander's.
   std::optional<Reply> ask(std::uint64_t connection, const std::string& request, bool may_command = true);
   void hang_up(std::uint64_t connection);
+  /// A request that lies in the socket while the service's thread is held up. Heard as soon as it goes on.
+  void leave(std::uint64_t connection, const std::string& request);
 
   void object(const std::string& what) {
     if (witness_ != nullptr) witness_->object(what);
@@ -134,6 +136,12 @@ class World final : public hal::Clock {
   std::function<void()> each_period{};  ///< for what acts on the mechanics all the time
 
  private:
+  struct Left {
+    nanoseconds at{};
+    std::uint64_t connection = 0;
+    std::string request{};
+  };
+  void hear_what_was_left();
   void open_devices();
   void forget_daemon() noexcept;
   youbotd::Peer peer(std::uint64_t connection, bool may_command) const;
@@ -155,6 +163,7 @@ class World final : public hal::Clock {
   std::optional<apps::HapticActivation> master_activation_;
   std::optional<apps::RobotActivation> robot_activation_;
   std::string start_error_;
+  std::vector<Left> left_;
   nanoseconds next_cycle_{};
   int until_beat_ = 0;
   bool answering_ = false;
