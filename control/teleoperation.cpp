@@ -21,6 +21,8 @@ constexpr int kFirstArmJoint = 4;  // behind the wheels
 constexpr double kJointRest_rad_per_s = 0.02;
 /// Further behind than allowed for so long, a joint is held by something.
 constexpr double kFollowing_s = 0.2;
+/// A joint that lies on its end stop may read so much more.
+constexpr double kBeyondStop_rad = 0.05;
 
 void require(bool good, const char* name, double value) {
   if (!good)
@@ -143,6 +145,7 @@ const char* describe(TeleopEnd end) noexcept {
     case TeleopEnd::kRobotFault: return "the robot failed";
     case TeleopEnd::kWheelTooFast: return "a wheel turned faster than allowed";
     case TeleopEnd::kJointTooFast: return "a joint of the arm turned faster than allowed";
+    case TeleopEnd::kJointOutside: return "a joint of the arm read a position beyond its end stop";
     case TeleopEnd::kSetpointTooFar: return "the tip was further from its set-point than allowed";
     case TeleopEnd::kSetpointTurnedTooFar:
       return "the tip was turned further from its set-point than allowed";
@@ -218,6 +221,7 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
     case TeleopPhase::kOff:
     case TeleopPhase::kFaulted: break;
   }
+  if (input.arm_homed && output_.arm == TeleopOutput::Arm::kPosition) keep_in_range(output_.arm_target);
   command_gripper(input);
   command_master(input);
   output_.phase = phase_;
@@ -231,6 +235,9 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
 
 void Teleoperation::check(const TeleopInput& input) noexcept {
   if (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) return;
+  // Before the drives obey, too: the first thing they are given is to hold the position that was read.
+  if (input.arm_homed) check_range(input.arm_position_rad);
+  if (phase_ == TeleopPhase::kFaulted) return;
   const bool started = phase_ > TeleopPhase::kCentring && phase_ < TeleopPhase::kStopping;
   if (input.robot_fault || (started && !input.drives_obey)) return fail(TeleopEnd::kRobotFault);
   const bool ending = phase_ == TeleopPhase::kStopping || phase_ == TeleopPhase::kLowering;
@@ -242,6 +249,24 @@ void Teleoperation::check(const TeleopInput& input) noexcept {
   check_speeds();
   if (phase_ > TeleopPhase::kUnfolding && phase_ < TeleopPhase::kStopping) check_tip();
   if (phase_ > TeleopPhase::kUnfolding && phase_ < TeleopPhase::kStopping) check_workspace();
+}
+
+void Teleoperation::keep_in_range(ArmVector& position_rad) const noexcept {
+  for (int i = 0; i < kArmJoints; ++i) {
+    const JointRange& range = path_model_.ranges()[static_cast<std::size_t>(i)];
+    position_rad[i] = std::clamp(position_rad[i], range.lower_rad, range.upper_rad);
+  }
+}
+
+void Teleoperation::check_range(const ArmVector& position_rad) noexcept {
+  for (int i = 0; i < kArmJoints; ++i) {
+    const JointRange& range = path_model_.ranges()[static_cast<std::size_t>(i)];
+    const double inside_rad = std::clamp(position_rad[i], range.lower_rad, range.upper_rad);
+    // Negated so that NaN fails the check.
+    if (std::abs(position_rad[i] - inside_rad) <= kBeyondStop_rad) continue;
+    excess_ = {kFirstArmJoint + i, position_rad[i], inside_rad};
+    return fail(TeleopEnd::kJointOutside);
+  }
 }
 
 void Teleoperation::check_speeds() noexcept {

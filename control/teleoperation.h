@@ -61,6 +61,7 @@ enum class TeleopEnd : std::uint8_t {
   kRobotFault,            ///< the drives are off already
   kWheelTooFast,          ///< the drives go off at once
   kJointTooFast,          ///< likewise
+  kJointOutside,          ///< likewise: the position that is read lies beyond an end stop
   kSetpointTooFar,        ///< the tip is further from its set-point than it may be
   kSetpointTurnedTooFar,  ///< likewise turned
   kTipOutside,            ///< the tip left its workspace
@@ -84,6 +85,7 @@ struct TeleopInput {
   std::optional<double> robot_elapsed_s{};  ///< since its last sample, as in BaseDrive::sense()
   WheelVector wheel_position_rad = WheelVector::Zero();
   ArmVector arm_position_rad = ArmVector::Zero();
+  bool arm_homed = false;  ///< its angles count from its end stops
   // Master.
   bool master_ready = false;  ///< it has a position and may have a force
   bool grip_fresh = false;    ///< this sample is not old
@@ -208,6 +210,8 @@ class Teleoperation {
   void stop(TeleopEnd end) noexcept;
   void fail(TeleopEnd end) noexcept;
   void check(const TeleopInput& input) noexcept;
+  void keep_in_range(ArmVector& position_rad) const noexcept;
+  void check_range(const ArmVector& position_rad) noexcept;
   void check_speeds() noexcept;
   void check_tip() noexcept;
   void check_workspace() noexcept;

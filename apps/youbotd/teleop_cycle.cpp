@@ -73,6 +73,9 @@ void TeleopCycle::step(nanoseconds now) noexcept {
     input.wheel_position_rad[static_cast<Eigen::Index>(i)] = robot_sample_.joints[i].position_rad;
   for (std::size_t i = kWheels; i < kJoints; ++i)
     input.arm_position_rad[static_cast<Eigen::Index>(i - kWheels)] = robot_sample_.joints[i].position_rad;
+  input.arm_homed =
+      std::all_of(robot_sample_.joints.begin() + kWheels, robot_sample_.joints.begin() + kJoints,
+                  [](const hal::JointSample& joint) { return joint.homed; });
   input.master_ready = master_status_.ok();
   input.grip_fresh = master_status_.ok() && master_status_.age < kFresh;
   // Not ready is not yet, and ends by itself.
@@ -96,10 +99,7 @@ void TeleopCycle::step(nanoseconds now) noexcept {
   if (centring && !input.drives_obey && now - first_ > config_.enable_timeout)
     control_.request_stop(TeleopEnd::kNotEnabled);
   // Angles that count from where the arm was at power-up tell nothing about where it is.
-  if (centring && input.drives_obey &&
-      !std::all_of(robot_sample_.joints.begin() + kWheels, robot_sample_.joints.begin() + kJoints,
-                   [](const hal::JointSample& joint) { return joint.homed; }))
-    control_.request_stop(TeleopEnd::kNotHomed);
+  if (centring && input.drives_obey && !input.arm_homed) control_.request_stop(TeleopEnd::kNotHomed);
 
   const TeleopOutput& output = control_.step(input);
   command_robot(output);
@@ -248,6 +248,12 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
                         end.end == TeleopEnd::kWheelTooFast ? "limits.wheel_speed_rad_per_s"
                                                             : "teleoperation.arm.joint_speed_limit_rad_per_s",
                         end.excess.limit);
+    case TeleopEnd::kJointOutside:
+      return when +
+             fmt::format(
+                 "{} read {:.3f} rad, and its end stop is at {:.3f} rad: its encoder is wrong, or it was "
+                 "homed elsewhere; drives switched off",
+                 joint_name(), end.excess.value, end.excess.limit);
     case TeleopEnd::kTipOutside:
       return when +
              fmt::format(

@@ -262,6 +262,44 @@ TEST(TeleoperationFaults, SamplesThatAreLostNowAndAgainAreNoOverspeedAndTheMotio
   }
 }
 
+/// Positions of all joints with the arm unfolded.
+std::vector<double> unfolded() {
+  const control::ArmVector arm_rad = teleop_rig::config().control.unfolded_rad;
+  std::vector<double> positions(4, 0.0);
+  positions.insert(positions.end(), arm_rad.begin(), arm_rad.end());
+  return positions;
+}
+
+TEST(TeleoperationFaults, AnArmThatReadsAPositionBeyondItsEndStopIsNeverEnabled) {
+  struct Case {
+    std::size_t joint;
+    double read_rad;
+  };
+  for (const Case& beyond : {Case{7, -3.9}, Case{7, 60.0}, Case{4, -0.3}, Case{8, std::nan("")}}) {
+    SCOPED_TRACE(beyond.read_rad);
+    hal::VirtualClock clock;
+    std::vector<double> positions = unfolded();
+    positions[beyond.joint] = beyond.read_rad;
+    support::TurningRobot robot(clock, teleop_rig::joints(), 0, 0.0, positions);
+    sim::Hand hand({});
+    hal::LockstepHapticDevice master(
+        std::make_unique<hal::LoopbackHapticLink>(hand, teleop_rig::kPeriod,
+                                                  hal::HapticInfo{.name = "pen", .force_limit_N = 8.0}),
+        clock);
+    master.activate();
+    TeleopCycle cycle(teleop_rig::config(), robot, master);
+    for (int n = 0; n < 20; ++n) {
+      clock.sleep_until(clock.now() + 1ms);
+      cycle.step(clock.now());
+    }
+    EXPECT_FALSE(robot.was_enabled);
+    EXPECT_EQ(cycle.end().end, TeleopEnd::kJointOutside);
+    EXPECT_EQ(cycle.phase(), TeleopPhase::kFaulted);
+    const std::string text = describe(cycle.end(), robot, master);
+    EXPECT_NE(text.find(robot.joints()[beyond.joint].name + " read "), std::string::npos) << text;
+  }
+}
+
 TEST(TeleoperationFaults, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
   struct Case {
     std::size_t joint;
@@ -273,7 +311,8 @@ TEST(TeleoperationFaults, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
     for (const int frames : {1, 2, 3, 4, 11}) {
       SCOPED_TRACE(testing::Message() << turning.joint << ", " << frames);
       hal::VirtualClock clock;
-      support::TurningRobot robot(clock, teleop_rig::joints(), turning.joint, turning.speed_rad_per_s);
+      support::TurningRobot robot(clock, teleop_rig::joints(), turning.joint, turning.speed_rad_per_s,
+                                  unfolded());
       support::LossyRobot bus(robot);
       sim::Hand hand({});
       hal::LockstepHapticDevice master(

@@ -299,8 +299,8 @@ TEST_F(Campaign, OrdersOfWhoMayNotCommandAndOrdersThatWaitedAreCaught) {
       run(parsed_script("base/1: disabled-without-rights@1500+0/0*0.50"), heard("disable", {"alive"})),
       "the daemon grants 'disable'");
   expect_caught(run(parsed_script("base/1: everything-held-up-while-orders-wait@1500+1500/0*0.50"),
-                    heard("acknowledge", {"alive"})),
-                "the daemon grants 'acknowledge', which waited while it was held up");
+                    heard("enable", {"status"})),
+                "the daemon grants 'enable', which waited while it was held up");
 }
 
 TEST_F(Campaign, AWallClockThatJumpsIsSeenByTheDaemonAndChangesNothing) {

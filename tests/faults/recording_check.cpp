@@ -48,8 +48,9 @@ void TrueMotion::add(World& world) {
     milliampere_Nm_[joint] = std::abs(board.units().torque_Nm(1));
     moment.position_rad[joint] = world.emulation().position_rad(joint);
     moment.measured_Nm[joint] = board.units().torque_Nm(board.input().current_mA);
-    if (board.followed() && board.followed()->mode == drivers::tmcl::ControllerMode::kCurrent)
-      moment.command_Nm[joint] = board.units().torque_Nm(board.followed()->value);
+    if (!board.followed() || board.followed()->mode != drivers::tmcl::ControllerMode::kCurrent) continue;
+    moment.in_torque_mode[joint] = true;
+    moment.command_Nm[joint] = board.units().torque_Nm(board.followed()->value);
   }
 }
 
@@ -89,8 +90,13 @@ bool TrueMotion::is_true(const Column& column, double value, Reading& reading, W
                     kResolution_rad);
     }
     case Quantity::kCommand:
-      if (column.joint >= kWheels && !reading.arm_in_torque_mode) return true;
-      return torque_within(range(now, &Moment::command_Nm));
+      if (column.joint >= kWheels && !reading.arm_was_in_torque_mode) return true;
+      // Nothing goes out before the drives obey.
+      reading.obeyed[column.joint] =
+          reading.obeyed[column.joint] ||
+          std::ranges::any_of(now, [&](const Moment& moment) { return moment.in_torque_mode[column.joint]; });
+      if (!reading.obeyed[column.joint]) return true;
+      return torque_within(range({reading.last.begin(), now.end()}, &Moment::command_Nm));
     case Quantity::kMeasured: return torque_within(range(now, &Moment::measured_Nm));
   }
   return false;
@@ -156,12 +162,21 @@ void TrueMotion::compare_file(const std::filesystem::path& file, nanoseconds fir
     if (!(time_s > last_s)) problems.push_back(name + "time stands still at " + std::string(row[0]));
     last_s = time_s;
     const Window now = around(first_cycle + nanoseconds(std::llround(1e9 * time_s)));
+    reading.arm_was_in_torque_mode = reading.arm_in_torque_mode;
     for (const Column& column : reading.columns) {
       if (!samples_are_true && column.quantity != Quantity::kTank) continue;
-      if (!is_true(column, number(row[column.index]), reading, now))
+      const double value = number(row[column.index]);
+      const bool command = column.quantity == Quantity::kCommand;
+      if (command && rows == 0) continue;
+      const double held = command ? reading.commands[column.index] : value;
+      if (!is_true(column, held, reading, now))
         return problems.push_back(name + "at " + std::string(row[0]) + " s " + std::string(column.name) +
-                                  " was not " + std::string(row[column.index]));
+                                  " was not " + std::to_string(held) +
+                                  (command ? " since the row before" : ""));
     }
+    reading.last = now;
+    reading.commands.clear();
+    for (const std::string_view cell : row) reading.commands.push_back(number(cell));
   }
   if (samples_are_true && rows == 0 && first_cycle.count() >= 0) problems.push_back(name + "no rows");
 }

@@ -29,7 +29,8 @@ class TrueMotion {
   /// What is wrong with the recordings below `folder`, empty when nothing is: torn rows, time that does not
   /// go on and a tank below zero; and, where no sample was spoiled on its way (`samples_are_true`), what the
   /// joints did not have within two periods of the row's time: positions of the wheels to 0.2 mrad, torques
-  /// to 1 mA of the motor, where they are commanded as such.
+  /// to 1 mA of the motor, where they are commanded as such. A command goes out with the next cycle, which
+  /// may come late: it has until the next row.
   std::vector<std::string> compare(const std::filesystem::path& folder, bool samples_are_true) const;
 
  private:
@@ -43,7 +44,8 @@ class TrueMotion {
   struct Moment {
     nanoseconds at{};
     std::array<double, kJoints> position_rad{};
-    std::array<double, kJoints> command_Nm{};  // zero but in current mode
+    std::array<bool, kJoints> in_torque_mode{};
+    std::array<double, kJoints> command_Nm{};  // zero in other modes
     std::array<double, kJoints> measured_Nm{};
   };
   /// The moments within two periods of one.
@@ -54,7 +56,11 @@ class TrueMotion {
     Window begin;
     bool samples_are_true = false;
     bool arm_in_torque_mode = false;
+    Window last{};  // of the row before
+    bool arm_was_in_torque_mode = false;
+    std::vector<double> commands{};  // of the row before, by column
     std::array<std::optional<double>, kJoints> first_rad{};
+    std::array<bool, kJoints> obeyed{};
   };
 
   static std::vector<Column> columns_of(std::string_view header);
