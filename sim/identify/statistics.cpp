@@ -100,18 +100,24 @@ double condition_number(const Eigen::MatrixXd& jacobian) {
 
 Eigen::MatrixXd block_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  std::size_t blocks) {
-  const Eigen::Index count = static_cast<Eigen::Index>(blocks);
-  const Eigen::Index n = jacobian.rows();
+  const auto rows = static_cast<std::size_t>(jacobian.rows());
+  std::vector<std::size_t> block(rows);
+  for (std::size_t b = 0; b < blocks; ++b)
+    for (std::size_t i = b * rows / blocks; i < (b + 1) * rows / blocks; ++i) block[i] = b;
+  return group_covariance(jacobian, residuals, block, blocks);
+}
+
+Eigen::MatrixXd group_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                                 const std::vector<std::size_t>& group, std::size_t groups) {
   const Eigen::Index p = jacobian.cols();
-  Eigen::MatrixXd meat = Eigen::MatrixXd::Zero(p, p);
-  for (Eigen::Index b = 0; b < count; ++b) {
-    const Eigen::Index from = b * n / count;
-    const Eigen::Index rows = (b + 1) * n / count - from;
-    const Eigen::VectorXd score = jacobian.middleRows(from, rows).transpose() * residuals.segment(from, rows);
-    meat += score * score.transpose();
-  }
+  Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(p, static_cast<Eigen::Index>(groups));
+  for (Eigen::Index i = 0; i < jacobian.rows(); ++i)
+    scores.col(static_cast<Eigen::Index>(group[static_cast<std::size_t>(i)])) +=
+        residuals[i] * jacobian.row(i).transpose();
   const Eigen::MatrixXd bread = normal_inverse(jacobian);
-  return bread * meat * bread * static_cast<double>(count) / std::max(1.0, static_cast<double>(count - p));
+  const auto count = static_cast<double>(groups);
+  return bread * (scores * scores.transpose()) * bread * count /
+         std::max(1.0, count - static_cast<double>(p));
 }
 
 }  // namespace sim::identify

@@ -45,5 +45,8 @@ double condition_number(const Eigen::MatrixXd& jacobian);
 /// blocks/(blocks − parameters). [cluster-robust "sandwich"; K.-Y. Liang, S. Zeger, Biometrika 73, 1986]
 Eigen::MatrixXd block_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
                                  std::size_t blocks);
+/// The same of rows that belong together in any other way: `group` of each row, from 0 to below `groups`.
+Eigen::MatrixXd group_covariance(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residuals,
+                                 const std::vector<std::size_t>& group, std::size_t groups);
 
 }  // namespace sim::identify
