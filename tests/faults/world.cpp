@@ -237,11 +237,8 @@ std::optional<Reply> World::ask(std::uint64_t connection, const std::string& req
   return reply;
 }
 
-bool World::faulted() {
-  return service_ && json::parse(service_->answer(peer(0, false), "status"))["status"]["phase"] == "faulted";
-}
-
 void World::leave(std::uint64_t connection, const std::string& request) {
+  if (!service_) return;  // nothing listens
   left_.push_back({.at = now(), .connection = connection, .request = request});
 }
 
@@ -249,9 +246,10 @@ void World::hear_what_was_left() {
   // Whoever asks after so long may not be there any more.
   constexpr auto kStale = 1100ms;
   for (const Left& left : std::exchange(left_, {})) {
-    const bool starts = left.request == "enable" || (left.request == "acknowledge" && faulted());
     const auto reply = ask(left.connection, left.request);
-    if (starts && reply && reply->ok && now() - left.at > kStale)
+    if (!reply || !reply->ok || now() - left.at <= kStale) continue;
+    const bool acknowledged = left.request == "acknowledge" && reply->status["fault_acknowledged"] == true;
+    if (left.request == "enable" || acknowledged)
       object("the daemon grants '" + left.request + "', which waited while it was held up");
   }
 }

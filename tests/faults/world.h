@@ -142,7 +142,6 @@ class World final : public hal::Clock {
     std::string request{};
   };
   void hear_what_was_left();
-  bool faulted();
   void open_devices();
   void forget_daemon() noexcept;
   youbotd::Peer peer(std::uint64_t connection, bool may_command) const;
