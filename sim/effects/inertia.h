@@ -16,7 +16,7 @@ class Inertia : public WithParameters<Inertia, InertiaParameters> {
   static constexpr std::string_view kName = "inertia";
   static constexpr std::string_view kShows = "torque in proportion to acceleration is left over";
   static constexpr auto kParameters = std::to_array<ParameterInfo<InertiaParameters>>(
-      {{"difference_kg_m2", member<&InertiaParameters::difference_kg_m2>, -1e3, 1e3}});
+      {{"difference_kg_m2", member<&InertiaParameters::difference_kg_m2>, -1e5, 1e5}});
   using WithParameters::WithParameters;
 
   void arrange(Mechanics& mechanics) const noexcept {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 #include "sim/effects/effect_chain.h"
 #include "sim/gap/sign_test.h"
@@ -33,6 +34,11 @@ struct Actuator {
   double lag_s = 0;
   double offset_Nm = 0;
 };
+
+effects::ParameterDescription range_of(std::string_view effect, std::string_view parameter) {
+  const auto parameters = effects::effect_description(effect).parameters;
+  return *std::ranges::find(parameters, parameter, &effects::ParameterDescription::name);
+}
 
 std::vector<double> delivered(const Signals& s, const effects::DriveModel& base, const Actuator& actuator) {
   std::vector<effects::AnyEffect> effects = base.effects;
@@ -222,9 +228,10 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
       std::vector<double> blocks = misfit(signals, base, a);
       if (!best || sum(blocks) < sum(best->blocks)) best = Try{name, a, std::move(blocks)};
     };
-    if (!has_deadband && actuator.threshold_Nm == 0) {
+    const double most = std::min(0.9 * largest, range_of("torque_deadband", "threshold_Nm").upper);
+    if (!has_deadband && actuator.threshold_Nm == 0 && most > 0.01 * largest) {
       const auto fit = [&](const std::vector<Signals>& part) {
-        return least(linear(0.01 * largest, 0.9 * largest, 30), [&](double x) {
+        return least(linear(0.01 * largest, most, 30), [&](double x) {
           Actuator b = actuator;
           b.threshold_Nm = x;
           return sum(misfit(part, base, b));
@@ -254,7 +261,8 @@ ActuatorFindings actuator_channel(const std::vector<Signals>& all, const effects
       }
       Actuator a = actuator;
       a.offset_Nm = mean / static_cast<double>(samples);
-      consider("torque_offset", a);
+      const auto allowed = range_of("torque_offset", "torque_Nm");
+      if (-a.offset_Nm >= allowed.lower && -a.offset_Nm <= allowed.upper) consider("torque_offset", a);
     }
     if (!best) break;
     const double gain = 1 - sum(best->blocks) / sum(now);

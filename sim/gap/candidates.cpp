@@ -30,10 +30,7 @@ Samples each(const Signals& s, const Value& value) {
 template <class Level>
 auto friction_column(const Level& level) {
   return [level](const Signals& s) {
-    return each(s, [&](std::size_t i) {
-      const double v = s.velocity_rad_per_s[i];
-      return v < 0 ? -level(-v) : level(v);
-    });
+    return each(s, [&](std::size_t i) { return s.direction[i] * level(std::abs(s.velocity_rad_per_s[i])); });
   };
 }
 
@@ -242,7 +239,7 @@ void Builder::drift() {
       return effects::ThermalDrift::shape(s.running_s[i], constant_s);
     };
     const Eigen::Index sliding = column([=](const Signals& s) {
-      return each(s, [&](std::size_t i) { return std::copysign(warm(s, i), s.velocity_rad_per_s[i]); });
+      return each(s, [&](std::size_t i) { return s.direction[i] * warm(s, i); });
     });
     const Eigen::Index viscous = column([=](const Signals& s) {
       return each(s, [&](std::size_t i) { return warm(s, i) * s.velocity_rad_per_s[i]; });
@@ -279,9 +276,8 @@ void Builder::position() {
     const effects::Imbalance load = *imbalance;
     add({"load_friction",
          {column([=](const Signals& s) {
-           return each(s, [&](std::size_t i) {
-             return std::copysign(std::abs(load.load_Nm(s.position_rad[i])), s.velocity_rad_per_s[i]);
-           });
+           return each(
+               s, [&](std::size_t i) { return s.direction[i] * std::abs(load.load_Nm(s.position_rad[i])); });
          })},
          {Bounds{0, 2}},
          [](const FittedModel& f, const Eigen::VectorXd& a) {

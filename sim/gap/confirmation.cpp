@@ -19,6 +19,12 @@ constexpr double kWorthwhileGain = 0.02;
 /// and of what of it is above the noise, one whose size may as well be zero.
 constexpr double kMuch = 0.3;
 
+/// Share of its size by which an effect may differ from one half of the data to the other, unless that is no
+/// more than so many standard deviations.
+constexpr double kSameSize = 0.25;
+constexpr double kSureToDiffer = 4;
+constexpr std::size_t kConstancyBlocks = 40;
+
 /// What an effect is zero or nothing by; some have two.
 struct Size {
   std::string_view effect;
@@ -46,10 +52,6 @@ constexpr std::array kSizes{
     Size{"torque_deadband", "threshold_Nm"},
     Size{"transport_delay", "delay_s"},
 };
-constexpr std::array<std::string_view, 3> kGiving{"presliding", "backlash", "elasticity"};
-
-bool gives(std::string_view effect) { return std::ranges::find(kGiving, effect) != kGiving.end(); }
-
 /// The value of `size` at which there is no such effect.
 double none_at(const Size& size, const effects::DriveModel& model) {
   const auto* coulomb = model.find<effects::Coulomb>();
@@ -69,6 +71,8 @@ class Confirmation {
     if (effect == "stribeck" &&
         parameter(i, "static_torque_Nm").value < none_at(kStribeck, result_.fitted.model))
       return "its static torque is below the Coulomb friction, which is another shape";
+    if (effect == "inertia" && !is_constant(i))
+      return "it is not the same while driving and braking, or at small and large torques";
     if (is_another_harmonic(i)) return "";
     // Where nothing but noise is left over, it is noise, too, what two models differ by on held-out
     // recordings.
@@ -94,8 +98,7 @@ class Confirmation {
   void judge() {
     square_ = square(result_.fitted);
     free_ = free_parameters(result_.fitted, judged_.rows);
-    estimates_ = estimates(result_.fitted, judged_.rows, judged_.training.rows,
-                           std::sqrt(square_) / judged_.noise_floor_Nm);
+    estimates_ = estimates(result_.fitted, judged_.rows, judged_.training.rows);
   }
 
  private:
@@ -111,6 +114,38 @@ class Confirmation {
         return estimates_[k];
     static const identify::Estimate kUnknown;
     return kUnknown;
+  }
+  /// Whether the i-th has one size for all rows: one that differs between driving and braking, or between
+  /// small and large torques, stands for something else.
+  bool is_constant(std::size_t i) const {
+    const std::vector<Eigen::Index>& use = judged_.training.rows;
+    FittedModel without = result_.fitted;
+    without.model.effects.erase(without.model.effects.begin() +
+                                static_cast<std::ptrdiff_t>(*place_of_added(result_, i)));
+    const Eigen::VectorXd predicted = predicted_rows(result_.fitted, judged_.rows);
+    const Eigen::VectorXd own = (predicted - predicted_rows(without, judged_.rows))(use);
+    const Eigen::VectorXd residual = (judged_.rows.torque_Nm() - predicted)(use);
+    const Eigen::MatrixXd jacobian =
+        prediction_jacobian(result_.fitted, judged_.rows, free_)(use, Eigen::all);
+    const Eigen::VectorXd torque = judged_.rows.torque_Nm()(use);
+    const Eigen::VectorXd velocity =
+        judged_.rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(use);
+    const Eigen::VectorXd size = torque.cwiseAbs();
+    const double median = identify::median({size.data(), size.data() + size.size()});
+    const Eigen::ArrayXd driving = (torque.array() * velocity.array() > 0).cast<double>();
+    const Eigen::ArrayXd strong = (size.array() > median).cast<double>();
+    Eigen::MatrixXd columns(jacobian.rows(), jacobian.cols() + 1);
+    for (const Eigen::ArrayXd& part : {driving, strong}) {
+      columns << jacobian, (own.array() * part).matrix();
+      const Eigen::VectorXd fitted = identify::normal_inverse(columns) * (columns.transpose() * residual);
+      const Eigen::MatrixXd covariance =
+          identify::block_covariance(columns, residual - columns * fitted, kConstancyBlocks);
+      const Eigen::Index last = jacobian.cols();
+      if (std::abs(fitted[last]) > kSameSize &&
+          std::abs(fitted[last]) > kSureToDiffer * std::sqrt(covariance(last, last)))
+        return false;
+    }
+    return true;
   }
   bool may_be_none(std::size_t i) const {
     return std::ranges::all_of(kSizes, [&](const Size& size) {
@@ -143,6 +178,10 @@ class Confirmation {
 };
 
 }  // namespace
+
+bool gives(std::string_view effect) noexcept {
+  return effect == "presliding" || effect == "backlash" || effect == "elasticity";
+}
 
 void confirm(SearchResult& result, const Judged& judged) {
   Confirmation confirmation(result, judged);

@@ -20,11 +20,15 @@ struct Judged {
   double resolution_rad = 0;  ///< of the encoder
 };
 
+/// Whether an effect lets the load move against the motor or the ground: presliding, backlash, elasticity.
+bool gives(std::string_view effect) noexcept;
+
 /// Takes away, the latest first, and refits what stays:
 /// - an effect with which held-out recordings are predicted hardly better;
 /// - one whose size may as well be zero, when most is left over of them with it, too: a cause that is not in
 /// the library
 ///   makes many of the effects that are a little useful;
+/// - an inertia that is another one while driving than while braking, or at small torques than at large ones;
 /// - a static torque below the Coulomb friction;
 /// - a gap narrower than two steps of the encoder;
 /// - a second one of those that give between motor and load (presliding, backlash, elasticity), when it may

@@ -17,11 +17,14 @@ namespace {
 constexpr std::size_t kDeliveryBlocks = 20;
 /// Standard errors: a difference above is more than uncertainty.
 constexpr double kWorse = 2;
-/// A given value is left for another one that does better by this: about what two standard deviations of a
+/// A given value is left for another one that does better by this: about what three standard deviations of a
 /// parameter make.
-constexpr double kAsked = 1;
+constexpr double kAsked = 1.5;
 /// Share of the square below which two models do alike, however sure the difference is.
 constexpr double kAlike = 0.01;
+/// The same where one of them keeps a given value that the data do not ask to change.
+constexpr double kAlikeIfGiven = 0.05;
+constexpr double kMostOfIt = 0.5;
 
 double total(const std::vector<double>& squares) {
   double sum = 0;
@@ -65,13 +68,18 @@ class HeldOut {
   std::vector<Window> windows_;
 };
 
-bool is_worse(const std::vector<double>& than, const std::vector<double>& candidate) {
-  return total(candidate) > (1 + kAlike) * total(than) && decisiveness(candidate, than) > kWorse;
+bool is_worse(const std::vector<double>& than, const std::vector<double>& candidate, double alike) {
+  return total(candidate) > (1 + alike) * total(than) && decisiveness(candidate, than) > kWorse;
+}
+/// Neither simulates better nor takes away most of the torque that is left over.
+bool is_doubtful(const Score& than, const Score& candidate) {
+  return total(candidate.simulation) >= total(than.simulation) &&
+         total(candidate.torque) > kMostOfIt * total(than.torque);
 }
 /// What is worse about a candidate; empty: nothing.
-std::string worse_at(const Score& than, const Score& candidate) {
-  if (is_worse(than.torque, candidate.torque)) return "predicts the torque of the held-out data worse";
-  if (is_worse(than.simulation, candidate.simulation)) return "simulates the held-out data worse";
+std::string worse_at(const Score& than, const Score& candidate, double alike = kAlike) {
+  if (is_worse(than.torque, candidate.torque, alike)) return "predicts the torque of the held-out data worse";
+  if (is_worse(than.simulation, candidate.simulation, alike)) return "simulates the held-out data worse";
   return "";
 }
 
@@ -132,10 +140,12 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     const std::optional<FittedModel> without = without_added(result, i, judged.rows, judged.training);
     if (!without) continue;
     Score bare = held_out.score(*without);
-    const std::string worse = worse_at(bare, score);
-    if (worse.empty()) continue;
-    result.rejected.push_back(
-        {std::string(result.added[i].effect), result.added[i].gain, "with it the model " + worse});
+    std::string reason = worse_at(bare, score);
+    if (!reason.empty()) reason = "with it the model " + reason;
+    if (reason.empty() && gives(result.added[i].effect) && is_doubtful(bare, score))
+      reason = "with it the held-out data are simulated no better, and most of the gap stays";
+    if (reason.empty()) continue;
+    result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain, reason});
     result.fitted = *without;
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
     score = std::move(bare);
@@ -163,7 +173,7 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     const std::vector<double> left = held_out.blocks(kept, judged.training.rows);
     if (decisiveness(left, searched) > kAsked) continue;
     Score candidate = held_out.score(kept);
-    if (!worse_at(score, candidate).empty()) continue;
+    if (!worse_at(score, candidate, kAlikeIfGiven).empty()) continue;
     result.fitted = kept;
     searched = left;
     score = std::move(candidate);

@@ -29,6 +29,7 @@ Diagnosed diagnose(std::vector<Source> sources, const effects::DriveModel& base)
     drop_dead_columns(source, result.diagnosis);
     const std::set<std::size_t> jumps = mend_position(source, result.diagnosis);
     interpolate_torque_spikes(source, result.diagnosis);
+    mark_saturation(source, result.diagnosis);
     const std::vector<std::size_t> rows = fresh_rows(source, result.diagnosis);
     if (rows.size() < source.recording.rows()) source = with_rows(source, rows);
     for (Source& part : divided(source, among(rows, jumps), result.diagnosis)) {

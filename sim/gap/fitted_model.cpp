@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "sim/gap/parallel.h"
@@ -13,7 +14,10 @@ namespace {
 
 using effects::AnyEffect;
 
-constexpr std::size_t kIntervalBlocks = 40;
+/// Groups whose residuals count as independent of each other's: stretches of time, and ranges of speed or
+/// acceleration.
+constexpr std::size_t kTimeGroups = 40;
+constexpr std::size_t kMotionGroups = 20;
 /// A parameter whose whole plausible range changes the prediction by less than this share of the residual is
 /// not seen.
 constexpr double kUnseen = 1e-6;
@@ -76,6 +80,34 @@ Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreePar
   return straightest;
 }
 
+/// Groups of rows, equally many in each, by what they are ordered by.
+std::vector<std::size_t> groups_by(const Eigen::VectorXd& order, std::size_t groups) {
+  const auto rows = static_cast<std::size_t>(order.size());
+  std::vector<Eigen::Index> sorted(rows);
+  std::iota(sorted.begin(), sorted.end(), 0);
+  std::ranges::stable_sort(sorted, {}, [&](Eigen::Index i) { return order[i]; });
+  std::vector<std::size_t> group(rows);
+  for (std::size_t i = 0; i < rows; ++i) group[static_cast<std::size_t>(sorted[i])] = i * groups / rows;
+  return group;
+}
+
+/// Half the 95 % interval of each parameter.
+Eigen::VectorXd half_widths_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
+                               const Rows& rows, const std::vector<Eigen::Index>& use) {
+  Eigen::VectorXd widest = Eigen::VectorXd::Zero(jacobian.cols());
+  const auto consider = [&](const Eigen::VectorXd& order, std::size_t groups) {
+    const Eigen::MatrixXd covariance =
+        identify::group_covariance(jacobian, residual, groups_by(order, groups), groups);
+    const double t = identify::student_975(static_cast<double>(groups - 1));
+    widest = widest.cwiseMax(t * covariance.diagonal().cwiseMax(0).cwiseSqrt());
+  };
+  const auto count = static_cast<Eigen::Index>(use.size());
+  consider(Eigen::VectorXd::LinSpaced(count, 0, 1), kTimeGroups);
+  consider(rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(use), kMotionGroups);
+  consider(rows.means([](const Signals& s) { return s.acceleration_rad_per_s2; })(use), kMotionGroups);
+  return widest;
+}
+
 }  // namespace
 
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows) {
@@ -88,12 +120,14 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   double period_s = 0;
   for (const Signals& s : rows.signals()) period_s = std::max(period_s, s.raw_period_s);
   if (measured || fitted.model.find<effects::TransportDelay>() == nullptr) {
-    const double lead_s = measured ? std::min(period_s, kLongestLead_s) : 0.5 * period_s;
+    const double lead_s =
+        measured ? std::min(period_s, kLongestLead_s) : std::max(0.5 * period_s, kCurrentLoop_s);
     const double lag_s = measured ? kLongestLag_s : 0.5 * period_s;
     list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, lag_s, 1e-3});
     if (const double square_s2 = period_s * period_s; period_s <= kLongestPeriod_s)
       list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
-                      kLeastSmoothing * square_s2, kMostSmoothing * square_s2, square_s2});
+                      kLeastSmoothing * square_s2,
+                      std::max(kMostSmoothing * square_s2, kTorqueFilter_s * kTorqueFilter_s), square_s2});
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
@@ -198,7 +232,7 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
 }
 
 std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
-                                          const std::vector<Eigen::Index>& use, double left_over_noise) {
+                                          const std::vector<Eigen::Index>& use) {
   const std::vector<FreeParameter> parameters = free_parameters(fitted, rows);
   const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(use, Eigen::all);
   const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(use);
@@ -207,11 +241,7 @@ std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows&
     const double effect = jacobian.col(k).norm() * parameters[static_cast<std::size_t>(k)].scale;
     if (effect > kUnseen * residual.norm()) seen.push_back(k);
   }
-  const Eigen::MatrixXd covariance =
-      identify::block_covariance(jacobian(Eigen::all, seen), residual, kIntervalBlocks);
-  // What a model lacks is much the same in every block, so that their scatter alone says too little.
-  const double widened = std::isfinite(left_over_noise) ? std::max(1.0, left_over_noise) : 1;
-  const double t = widened * identify::student_975(static_cast<double>(kIntervalBlocks - 1));
+  const Eigen::VectorXd half_widths = half_widths_of(jacobian(Eigen::all, seen), residual, rows, use);
   std::vector<identify::Estimate> result;
   for (const FreeParameter& p : parameters) {
     identify::Estimate estimate{.name = std::string(p.name), .value = p.value};
@@ -220,8 +250,7 @@ std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows&
     if (found == seen.end()) {
       estimate.not_identifiable = "this data does not depend on it";
     } else {
-      const auto k = found - seen.begin();
-      const double half = t * std::sqrt(std::max(0.0, covariance(k, k)));
+      const double half = half_widths[found - seen.begin()];
       estimate.lower = p.value - half;
       estimate.upper = p.value + half;
       if (at_the_end(p)) estimate.not_identifiable = "the fit runs to the end of the range it may have";

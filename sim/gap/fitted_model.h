@@ -23,10 +23,15 @@ inline constexpr double kMostInertiaMore = 9;
 inline constexpr double kLongestLag_s = 0.01;
 /// Nor early by a sample, which is what a recorder's convention may shift it; at most this.
 inline constexpr double kLongestLead_s = 0.002;
+/// A current loop may deliver a command this late without being called an effect.
+inline constexpr double kCurrentLoop_s = 1e-3;
 /// In squared sample periods, smoothing_s2: a whole period late, and a value that is held where the motion is
 /// sampled.
 inline constexpr double kMostSmoothing = 0.5;
 inline constexpr double kLeastSmoothing = -1.0 / 12;
+/// Two first-order filters of this time constant in the torque's way into the recording are no effect either.
+/// What bends the torque no more, such as a spring far above the band, cannot be told from them.
+inline constexpr double kTorqueFilter_s = 1.5e-3;
 /// Where periods are longer, nothing that is quick enough for it to matter is in the band.
 inline constexpr double kLongestPeriod_s = 0.0125;
 
@@ -67,10 +72,10 @@ Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
 FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use,
                     const std::function<bool(const FreeParameter&)>& is_free = {});
 
-/// Intervals that allow for residuals which are correlated over time, and wider by `left_over_noise`, rms of
-/// the residual over that of the noise, where that is above one; in the order of free_parameters(). One that
-/// the data does not move gets a reason instead of a number.
+/// Intervals that allow for residuals which belong together in time, at a speed or at an acceleration, as
+/// what a model lacks does: the widest of the three. In the order of free_parameters(). One that the data
+/// does not move gets a reason instead of a number.
 std::vector<identify::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
-                                          const std::vector<Eigen::Index>& use, double left_over_noise);
+                                          const std::vector<Eigen::Index>& use);
 
 }  // namespace sim::gap

@@ -15,10 +15,12 @@
 #include "sim/gap/delivery.h"
 #include "sim/gap/diagnosis.h"
 #include "sim/gap/fitted_model.h"
+#include "sim/gap/implied_drive.h"
 #include "sim/gap/lost_sign.h"
 #include "sim/gap/noise_floor.h"
 #include "sim/gap/rest_channel.h"
 #include "sim/gap/search.h"
+#include "sim/gap/sign_test.h"
 #include "sim/gap/signals.h"
 #include "sim/gap/structure.h"
 #include "sim/gap/views.h"
@@ -176,6 +178,49 @@ std::size_t effects_kept(const effects::DriveModel& base, const effects::DriveMo
   return base.effects.size() - (replaced ? 1 : 0);
 }
 
+/// The search began with another inertia than the given model's: the model keeps that, and the difference is
+/// an effect like any other. `before` and `after`: what the given model leaves of all rows, and what it does
+/// with that inertia, refitted.
+void name_inertia(Result& result, const effects::DriveModel& base, const Eigen::VectorXd& before,
+                  const Eigen::VectorXd& after, const Training& training, const Indices& held_out) {
+  double difference = result.model.inertia_kg_m2 - base.inertia_kg_m2;
+  std::erase_if(result.model.effects, [&](const effects::AnyEffect& effect) {
+    const auto* const more = std::get_if<effects::Inertia>(&effect);
+    if (more != nullptr) difference += more->parameters().difference_kg_m2;
+    return more != nullptr;
+  });
+  std::erase_if(result.effects,
+                [](const FoundEffect& found) { return effects::name_of(found.effect) == "inertia"; });
+  const auto own = std::ranges::find_if(
+      result.refitted, [](const auto& parameter) { return parameter.second.name == "inertia_kg_m2"; });
+  FoundEffect found{.effect = effects::make_effect("inertia", {{"difference_kg_m2", difference}}),
+                    .where = {.coordinate = "acceleration_rad_per_s2"}};
+  if (own != result.refitted.end()) {
+    identify::Estimate estimate = own->second;
+    estimate.name = "difference_kg_m2";
+    for (double* value : {&estimate.value, &estimate.lower, &estimate.upper}) *value -= base.inertia_kg_m2;
+    found.parameters = {estimate};
+    result.refitted.erase(own);
+  }
+  std::vector<double> squares_before(kBlocks, 0);
+  std::vector<double> squares_after(kBlocks, 0);
+  for (std::size_t i = 0; i < training.rows.size(); ++i) {
+    const auto block = static_cast<std::size_t>(training.block[i]);
+    squares_before[block] += before[training.rows[i]] * before[training.rows[i]];
+    squares_after[block] += after[training.rows[i]] * after[training.rows[i]];
+  }
+  found.blocks = kBlocks;
+  for (std::size_t b = 0; b < squares_before.size(); ++b)
+    found.blocks_improved += squares_after[b] < squares_before[b] ? 1 : 0;
+  found.p_value = chance_of(squares_before, squares_after);
+  found.gap_before = rms(before, held_out);
+  found.gap_after = rms(after, held_out);
+  found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
+  result.model.inertia_kg_m2 = base.inertia_kg_m2;
+  result.model.effects.push_back(found.effect);
+  result.effects.insert(result.effects.begin(), std::move(found));
+}
+
 /// The recordings that were given for it, or the stretches that were set aside.
 std::vector<std::string> held_out_names(const std::vector<Signals>& signals,
                                         std::span<const Source> held_out) {
@@ -226,7 +271,11 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
 
   const std::optional<LostSign> sign = lost_sign(sources, data.size(), base, options);
   if (sign) sources = sign->sources;
-  const Band band = choose_band(sources, base);
+  // What the search begins with.
+  effects::DriveModel start = base;
+  const std::optional<double> inertia = another_inertia(std::span(sources).first(data.size()), base);
+  if (inertia && !base.find<effects::Inertia>()) start.inertia_kg_m2 = *inertia;
+  const Band band = choose_band(sources, start);
   std::vector<Signals> signals;
   for (const Source& source : sources) signals.push_back(make_signals(source, band));
   const Rows rows(signals);
@@ -236,10 +285,10 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
                                       signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
   const ActuatorFindings actuator = actuator_channel(searched, base, options);
 
-  FittedModel given{.model = base, .given_inertia_kg_m2 = base.inertia_kg_m2};
+  FittedModel given{.model = start, .given_inertia_kg_m2 = start.inertia_kg_m2};
   const std::vector<bool> burst = bursts(given, rows);
   Split parts = split(rows, data.size(), held_out.empty(), burst, band);
-  result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, base.inertia_kg_m2);
+  result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, start);
   parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
   // Bursts have their own say below: they are not in what the gap is measured on.
   Indices quiet;
@@ -264,6 +313,7 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
   const Eigen::VectorXd left = residual(final);
   result.band_Hz = band.cutoff_Hz;
   FittedModel as_given = given;
+  as_given.model = base;
   as_given.lag_s = final.lag_s;
   as_given.smoothing_s2 = final.smoothing_s2;
   result.gap_before_Nm = rms(residual(as_given), quiet);
@@ -273,8 +323,7 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
                                  result.gap_after_Nm, result.noise_floor_Nm);
 
   result.model = final.model;
-  const std::vector<identify::Estimate> all =
-      estimates(final, rows, parts.training.rows, result.gap_after_Nm / result.noise_floor_Nm);
+  const std::vector<identify::Estimate> all = estimates(final, rows, parts.training.rows);
   const auto free = free_parameters(final, rows);
   const std::size_t of_base = effects_kept(base, final.model);
   for (std::size_t k = 0; k < free.size(); ++k) {
@@ -327,6 +376,9 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
   for (const auto& [type, gain, reason] : searching.rejected)
     if (!named.contains(type))
       result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
+
+  if (start.inertia_kg_m2 != base.inertia_kg_m2)
+    name_inertia(result, base, residual(as_given), residual(refitted), parts.training, quiet);
 
   progress("simulating", 0.96);
   const Simulated simulated = simulate(base, final.model, signals, rows, quiet);

@@ -12,10 +12,14 @@
 namespace sim::gap {
 namespace {
 
+/// Standard deviation of a reversal's instant, in sample periods, and of how long the joint sticks there: a
+/// line between two samples knows more than either, and less than the motion.
+constexpr double kReversalTiming = 0.1;
+
 /// Rms of what `noise`, sampled like the recording, becomes in a row.
 double in_rows(const std::vector<double>& noise, const Signals& s) {
   const std::vector<double> smooth =
-      zero_phase(zero_phase(noise, s.raw_period_s, s.filter_Hz), s.raw_period_s, s.band_Hz);
+      zero_phase(steep_zero_phase(noise, s.raw_period_s, s.filter_Hz), s.raw_period_s, s.band_Hz);
   const auto length =
       static_cast<std::size_t>(std::max(1LL, std::llround(0.5 / (s.band_Hz * s.raw_period_s))));
   // The median of the squares, as a normal distribution would have it, so that a few jumps do not count.
@@ -36,11 +40,28 @@ std::vector<double> white_noise(std::size_t count, double sigma) {
   return noise;
 }
 
+/// Rms of what reversals leave in rows: each turns the friction round, known to kReversalTiming.
+double reversals_Nm(const std::vector<Signals>& signals, const effects::DriveModel& base) {
+  const auto* coulomb = base.find<effects::Coulomb>();
+  if (coulomb == nullptr) return 0;
+  std::size_t reversals = 0;
+  double duration_s = 0;
+  for (const Signals& s : signals) {
+    for (std::size_t i = 1; i < s.size(); ++i)
+      reversals += s.velocity_rad_per_s[i - 1] * s.velocity_rad_per_s[i] < 0 ? 1 : 0;
+    duration_s += static_cast<double>(s.size()) * s.period_s;
+  }
+  const double row_s = 0.5 / signals.front().band_Hz;
+  const double each_Nm =
+      2 * coulomb->parameters().torque_Nm * kReversalTiming * signals.front().raw_period_s / row_s;
+  return each_Nm * std::sqrt(static_cast<double>(reversals) * row_s / duration_s);
+}
+
 }  // namespace
 
 double noise_floor_Nm(const std::vector<Signals>& signals,
                       const std::vector<std::vector<double>>& reported_Nm, const Band& band,
-                      double inertia_kg_m2) {
+                      const effects::DriveModel& base) {
   constexpr std::size_t kSamples = 20000;
   double sensor = in_rows(white_noise(kSamples, band.torque_sigma_Nm), signals.front());
   std::vector<double> reported;
@@ -48,10 +69,10 @@ double noise_floor_Nm(const std::vector<Signals>& signals,
   if (!reported.empty()) sensor = std::max(sensor, identify::median(reported));
   const double period_s = signals.front().raw_period_s;
   const std::vector<double> steps = white_noise(kSamples, band.resolution_rad / std::sqrt(12.0));
-  const std::vector<double> smooth = zero_phase(steps, period_s, signals.front().filter_Hz);
+  const std::vector<double> smooth = steep_zero_phase(steps, period_s, signals.front().filter_Hz);
   const double encoder =
-      inertia_kg_m2 * in_rows(derivative(derivative(smooth, period_s), period_s), signals.front());
-  return std::hypot(sensor, encoder);
+      base.inertia_kg_m2 * in_rows(derivative(derivative(smooth, period_s), period_s), signals.front());
+  return std::hypot(sensor, encoder, reversals_Nm(signals, base));
 }
 
 }  // namespace sim::gap

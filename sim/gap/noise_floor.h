@@ -9,9 +9,10 @@ namespace sim::gap {
 
 /// The torque's noise in rows (prediction.h), rms: what the sensor reported beyond the command where both are
 /// recorded (`reported_Nm`, sample by sample, of each recording that has both), else what differs from sample
-/// to sample, taken as white; and what the encoder's steps make of the acceleration.
+/// to sample, taken as white; what the encoder's steps make of the acceleration; and what of the friction's
+/// turn is lost where the motion reverses between two samples.
 double noise_floor_Nm(const std::vector<Signals>& signals,
                       const std::vector<std::vector<double>>& reported_Nm, const Band& band,
-                      double inertia_kg_m2);
+                      const effects::DriveModel& base);
 
 }  // namespace sim::gap

@@ -15,6 +15,8 @@ namespace {
 constexpr double kEdgePeriods = 1;
 /// So many periods of the band's edge away, a sample has a millionth of the weight of a near one.
 constexpr double kReachPeriods = 3;
+/// Share of the time that is none.
+constexpr double kNever = 1e-6;
 
 /// Friction that is carried by a bristle of stiffness σ0 between the levels of the two directions, or follows
 /// the sign of the velocity without one.
@@ -28,7 +30,10 @@ std::vector<double> friction(const effects::EffectChain& chain, const effects::D
     const double v = s.velocity_rad_per_s[i];
     const double carried = std::abs(load[i]);
     if (contact == nullptr) {
-      result[i] = std::copysign(chain.level_Nm(std::abs(v), v < 0 ? -1 : 1, s.running_s[i], carried), v);
+      const double forward = 0.5 + 0.5 * s.direction[i];
+      if (forward > kNever) result[i] += forward * chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
+      if (1 - forward > kNever)
+        result[i] -= (1 - forward) * chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
       continue;
     }
     const double forward = chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
@@ -49,7 +54,7 @@ std::vector<double> delivered_beyond_command_Nm(const effects::DriveModel& model
   for (const double command : s.raw_command_Nm)
     beyond.push_back(chain.deliver(command, s.raw_period_s) - command);
   if (beyond.empty()) return std::vector<double>(s.size());
-  const std::vector<double> smooth = zero_phase(at_samples(beyond), s.raw_period_s, s.filter_Hz);
+  const std::vector<double> smooth = steep_zero_phase(at_samples(beyond), s.raw_period_s, s.filter_Hz);
   const auto step = static_cast<std::size_t>(std::llround(s.period_s / s.raw_period_s));
   std::vector<double> result;
   for (std::size_t i = 0; i < smooth.size(); i += step) result.push_back(smooth[i]);

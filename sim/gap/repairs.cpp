@@ -10,6 +10,7 @@
 #include <string>
 #include <string_view>
 
+#include "sim/gap/signals.h"
 #include "sim/gap/wording.h"
 #include "sim/identify/statistics.h"
 
@@ -32,6 +33,9 @@ constexpr double kJumpSigmas = 50;
 constexpr double kJumpResolutions = 8;
 constexpr double kJumpOverUsual = 5;
 constexpr double kMostJumps = 0.005;
+/// Share of the values that are the end of a sensor's range, and how many times the next value.
+constexpr double kLeastSaturated = 0.003;
+constexpr std::size_t kFarMore = 5;
 /// How close to a whole turn a jump is one.
 constexpr double kWholeTurn = 0.02;
 /// A held value goes on by several times what the sensor resolves; a coarse one by one step.
@@ -278,6 +282,45 @@ void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
                              short_number(largest) + " N·m, while 99 % stay below " + short_number(usual) +
                              " N·m",
                          "interpolated"});
+}
+
+void mark_saturation(Source& source, Diagnoses& diagnoses) {
+  const std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
+  if (torque == nullptr || torque->size() < kLeastRowsOfPart) return;
+  std::vector<double> values = *torque;
+  std::ranges::sort(values);
+  // A sensor's range ends in a value that is there far more often than the next one.
+  const auto count = [&](double value) {
+    const auto [first, last] = std::ranges::equal_range(values, value);
+    return static_cast<std::size_t>(last - first);
+  };
+  const auto beside = [&](bool top) {
+    const auto [first, last] = std::ranges::equal_range(values, top ? values.back() : values.front());
+    if (top) return first == values.begin() ? values.front() : *(first - 1);
+    return last == values.end() ? values.back() : *last;
+  };
+  std::vector<double> saturated(torque->size(), 0);
+  std::size_t marked = 0;
+  double end_Nm = 0;
+  for (const bool top : {false, true}) {
+    const double end = top ? values.back() : values.front();
+    const std::size_t there = count(end);
+    if (beside(top) == end ||
+        static_cast<double>(there) < kLeastSaturated * static_cast<double>(values.size()) ||
+        there < kFarMore * count(beside(top)))
+      continue;
+    for (std::size_t i = 0; i < torque->size(); ++i)
+      if ((*torque)[i] == end) saturated[i] = 1;
+    marked += there;
+    end_Nm = end;
+  }
+  if (marked == 0) return;
+  diagnoses.push_back({source.name, "torque_measured_Nm",
+                       share_text(marked, torque->size()) +
+                           " of the values are the end of the sensor's range, " +
+                           short_number(std::abs(end_Nm)) + " N·m: it is saturated there",
+                       "left out"});
+  source.recording.columns.push_back({kSaturated, std::move(saturated)});
 }
 
 std::vector<std::size_t> fresh_rows(const Source& source, Diagnoses& diagnoses) {

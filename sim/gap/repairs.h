@@ -23,6 +23,10 @@ std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses);
 /// At most three rows in a row, and one in a hundred in all, whose torque is far beyond all others.
 void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses);
 
+/// Adds the column kSaturated, 1 where the measured torque stays at the end of its sensor's range and 0
+/// elsewhere: more of it acted there than was measured.
+void mark_saturation(Source& source, Diagnoses& diagnoses);
+
 /// Where a sensor gives the same value for several rows and then jumps, its fresh values alone are kept.
 /// @returns the kept rows; all, when nothing is held.
 std::vector<std::size_t> fresh_rows(const Source& source, Diagnoses& diagnoses);

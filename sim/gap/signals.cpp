@@ -21,6 +21,10 @@ constexpr double kOversampling = 20;
 /// Cutoff of the signals' filter over the band, as far as the sample rate allows.
 constexpr double kFilterOverBand = 6;
 constexpr double kMostOfSampleRate = 0.25;
+/// In periods of the filter's edge: so near to a standstill the filter mixes in the torque that held the
+/// joint.
+constexpr double kFromStandstill = 0.25;
+constexpr double kFromSaturation = 1;
 
 /// Encoder noise may reach this share of the torque when the torque sensor is quieter.
 constexpr double kAllowedNoiseShare = 0.01;
@@ -140,6 +144,39 @@ std::span<const double> torque_of(const Source& source) {
   for (const char* name : {"torque_measured_Nm", "torque_command_Nm"})
     if (source.recording.has(name)) return source.recording.column(name);
   refuse(source, "has neither torque_measured_Nm nor torque_command_Nm");
+}
+
+/// Share of the way from `a` to `b` that lies above zero.
+double share_above_zero(double a, double b) {
+  if (a >= 0 && b >= 0) return 1;
+  if (a <= 0 && b <= 0) return 0;
+  return std::max(a, b) / std::abs(a - b);
+}
+
+/// Mean sign over half a period to both sides of each sample: between two of them the velocity turns where a
+/// line between them does, not at the next one.
+std::vector<double> mean_signs(const std::vector<double>& velocity) {
+  std::vector<double> result;
+  result.reserve(velocity.size());
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    const double v = velocity[i];
+    const double before = 0.5 * (v + velocity[i > 0 ? i - 1 : i]);
+    const double after = 0.5 * (v + velocity[std::min(i + 1, velocity.size() - 1)]);
+    result.push_back(share_above_zero(before, v) + share_above_zero(v, after) - 1);
+  }
+  return result;
+}
+
+/// Sets to 0 what lies within `margin` samples of where `apart` says so.
+template <class Apart>
+void leave_out(std::vector<double>& weights, std::size_t margin, const Apart& apart) {
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (!apart(i)) continue;
+    const std::size_t from = i - std::min(i, margin);
+    const std::size_t to = std::min(i + margin + 1, weights.size());
+    std::fill(weights.begin() + static_cast<std::ptrdiff_t>(from),
+              weights.begin() + static_cast<std::ptrdiff_t>(to), 0.0);
+  }
 }
 
 /// The smallest step that values take, robustly: the encoder's or sensor's resolution; 0 when continuous.
@@ -273,7 +310,7 @@ Signals make_signals(const Source& source, const Band& band) {
   };
   const std::vector<double> as_measured = even(position_of(source), Between::kCurve);
   s.raw_position_rad = common(as_measured, Between::kCurve);
-  const std::vector<double> position = zero_phase(as_measured, own_period_s, s.filter_Hz);
+  const std::vector<double> position = steep_zero_phase(as_measured, own_period_s, s.filter_Hz);
   const std::vector<double> velocity = derivative(position, own_period_s);
   const std::vector<double> acceleration = derivative(velocity, own_period_s);
   s.time_s = kept(own_times);
@@ -281,13 +318,22 @@ Signals make_signals(const Source& source, const Band& band) {
   s.position_rad = kept(position);
   s.velocity_rad_per_s = kept(velocity);
   s.acceleration_rad_per_s2 = kept(acceleration);
-  for (const double v : s.velocity_rad_per_s)
-    s.moving.push_back(std::abs(v) > band.slowest_rad_per_s ? 1.0 : 0.0);
+  s.direction = kept(steep_zero_phase(mean_signs(velocity), own_period_s, s.filter_Hz));
+  const auto samples = [&](double periods) {
+    return static_cast<std::size_t>(std::lround(periods / (s.filter_Hz * s.period_s)));
+  };
+  s.moving.assign(s.velocity_rad_per_s.size(), 1.0);
+  leave_out(s.moving, samples(kFromStandstill),
+            [&](std::size_t i) { return std::abs(s.velocity_rad_per_s[i]) <= band.slowest_rad_per_s; });
+  if (recording.has(kSaturated)) {
+    const std::vector<double> saturated = kept(even(recording.column(kSaturated)));
+    leave_out(s.moving, samples(kFromSaturation), [&](std::size_t i) { return saturated[i] > 0; });
+  }
   s.raw_torque_Nm = common(even(torque_of(source)));
   s.torque_is_command = !recording.has("torque_measured_Nm");
   const std::vector<double> raw_torque = even(torque_of(source));
   const std::vector<double> torque =
-      zero_phase(s.torque_is_command ? at_samples(raw_torque) : raw_torque, own_period_s, s.filter_Hz);
+      steep_zero_phase(s.torque_is_command ? at_samples(raw_torque) : raw_torque, own_period_s, s.filter_Hz);
   s.torque_Nm = kept(torque);
   const std::vector<double> torque_rate = derivative(torque, own_period_s);
   s.torque_rate_Nm_per_s = kept(torque_rate);

@@ -11,9 +11,13 @@
 
 namespace sim::gap {
 
+/// A column that the diagnosis adds: 1 where the measured torque says too little.
+inline constexpr const char* kSaturated = "torque_saturated";
+
 /// One recording, evenly sampled at several times the band, at the same rate as all others. All signals have
 /// passed the same zero-phase filter, wider than the band, so that none lags and all lack the same. Where the
-/// joint stands still, friction is whatever holds: these samples count for nothing (`moving` is 0).
+/// joint stands still, friction is whatever holds, and where the torque sensor is saturated it says too
+/// little: these samples count for nothing (`moving` is 0).
 struct Signals {
   std::string name;
   double period_s = 0;
@@ -25,6 +29,9 @@ struct Signals {
   std::vector<double> velocity_rad_per_s;
   std::vector<double> acceleration_rad_per_s2;
   std::vector<double> moving;  ///< 1 or 0
+  /// The sign of the velocity through the same filter, for what turns with it, such as friction: about -1
+  /// to 1.
+  std::vector<double> direction;
   /// Delivered, as measured; where nothing was measured as commanded, at each sample the mean of what was
   /// held before and after it.
   std::vector<double> torque_Nm;

@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "sim/gap/implied_drive.h"
 #include "sim/gap/wording.h"
 #include "sim/gap/zero_phase.h"
 #include "sim/identify/statistics.h"
@@ -22,9 +23,6 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kTurns = 1 / (2 * std::numbers::pi);
 constexpr double kRpm = 30 / std::numbers::pi;
 constexpr double kThousand = 1e3;
-/// Motion is smooth enough below this, and below a tenth of the sample rate.
-constexpr double kSmooth_Hz = 5;
-constexpr double kOfSampleRate = 0.1;
 /// A stated rate may differ from the times by as much.
 constexpr double kRateTolerance = 0.05;
 /// Position and velocity agree, and a factor is that of a unit.
@@ -32,44 +30,16 @@ constexpr double kAgree = 0.1;
 constexpr double kUnitTolerance = 0.03;
 /// Correlation from which on two columns show the same motion.
 constexpr double kSameMotion = 0.9;
+/// A gear, or a wrong torque constant, changes inertia and friction alike and by more than this.
+constexpr double kLeastGear = 2.5;
 /// An implied inertia is that of a unit within this factor: a base model's own is hardly better known.
 constexpr double kModelTolerance = 1.25;
-/// Standard deviations from zero from which on a sign is certain.
-constexpr double kCertain = 5;
-constexpr std::size_t kLeastRowsToFit = 200;
-/// Of the fastest: below, friction need not follow the sign of the velocity.
-constexpr double kMoving = 0.05;
-constexpr std::size_t kFitBlocks = 20;
 
 bool is_about(double value, double expected, double tolerance) {
   return std::abs(value / expected - 1) < tolerance;
 }
 bool is_within_factor(double value, double expected, double factor) {
   return value / expected < factor && expected / value < factor;
-}
-
-struct Motion {
-  double period_s = 0;
-  std::vector<double> position_rad;  ///< empty without such a column
-  std::vector<double> velocity_rad_per_s;
-};
-
-double smooth_Hz(double period_s) { return std::min(kSmooth_Hz, kOfSampleRate / period_s); }
-
-Motion motion_of(const Source& source) {
-  const Recording& recording = source.recording;
-  const auto time_s = recording.column("time_s");
-  Motion motion;
-  motion.period_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
-  const double cutoff_Hz = smooth_Hz(motion.period_s);
-  if (recording.has("position_rad")) {
-    motion.position_rad = zero_phase(recording.column("position_rad"), motion.period_s, cutoff_Hz);
-    motion.velocity_rad_per_s = derivative(motion.position_rad, motion.period_s);
-  } else if (recording.has("velocity_rad_per_s")) {
-    motion.velocity_rad_per_s =
-        zero_phase(recording.column("velocity_rad_per_s"), motion.period_s, cutoff_Hz);
-  }
-  return motion;
 }
 
 void check_rate(const Source& source, std::vector<Diagnosis>& diagnoses) {
@@ -110,7 +80,7 @@ std::string cause_of(double factor) {
   return {};
 }
 
-void check_velocity(const Source& source, const Motion& motion, std::vector<Diagnosis>& diagnoses) {
+void check_velocity(const Source& source, const SmoothMotion& motion, std::vector<Diagnosis>& diagnoses) {
   if (motion.position_rad.empty() || !source.recording.has("velocity_rad_per_s")) return;
   const std::vector<double> reported =
       zero_phase(source.recording.column("velocity_rad_per_s"), motion.period_s, smooth_Hz(motion.period_s));
@@ -129,50 +99,13 @@ void check_velocity(const Source& source, const Motion& motion, std::vector<Diag
                        found + ": one of them may be on the other side of the gear", "the position counts"});
 }
 
-/// Inertia and Coulomb friction of τ = J·a + c·sign(v) + b·v + d, with their standard deviations.
-struct Implied {
-  double inertia_kg_m2;
-  double inertia_sigma;
-  double coulomb_Nm;
-  double coulomb_sigma;
-};
-
-std::optional<Implied> implied_by(const Source& source, const Motion& motion) {
-  const Recording& recording = source.recording;
-  const char* const name = recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm";
-  if (!recording.has(name) || motion.velocity_rad_per_s.empty()) return {};
-  const std::vector<double> torque =
-      zero_phase(recording.column(name), motion.period_s, smooth_Hz(motion.period_s));
-  const std::vector<double>& velocity = motion.velocity_rad_per_s;
-  const std::vector<double> acceleration = derivative(velocity, motion.period_s);
-  double fastest = 0;
-  for (const double v : velocity) fastest = std::max(fastest, std::abs(v));
-  std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < velocity.size(); ++i)
-    if (std::abs(velocity[i]) > kMoving * fastest) rows.push_back(i);
-  if (rows.size() < kLeastRowsToFit) return {};
-  const auto count = static_cast<Eigen::Index>(rows.size());
-  Eigen::MatrixXd columns(count, 4);
-  Eigen::VectorXd target(count);
-  for (Eigen::Index k = 0; k < count; ++k) {
-    const std::size_t i = rows[static_cast<std::size_t>(k)];
-    columns.row(k) << acceleration[i], std::copysign(1, velocity[i]), velocity[i], 1;
-    target[k] = torque[i];
-  }
-  const Eigen::MatrixXd inverse = identify::normal_inverse(columns);
-  const Eigen::VectorXd fitted = inverse * (columns.transpose() * target);
-  const Eigen::MatrixXd covariance =
-      identify::block_covariance(columns, target - columns * fitted, kFitBlocks);
-  return Implied{fitted[0], std::sqrt(covariance(0, 0)), fitted[1], std::sqrt(covariance(1, 1))};
-}
-
-void check_torque(const Source& source, const Motion& motion, const effects::DriveModel& base) {
-  const std::optional<Implied> implied = implied_by(source, motion);
+void check_torque(const Source& source, const SmoothMotion& motion, const effects::DriveModel& base) {
+  const std::optional<ImpliedDrive> implied = implied_by(source, motion);
   if (!implied) return;
   const std::string torque =
       source.recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm";
-  const bool inertia_is_sure = std::abs(implied->inertia_kg_m2) > kCertain * implied->inertia_sigma;
-  const bool friction_is_sure = std::abs(implied->coulomb_Nm) > kCertain * implied->coulomb_sigma;
+  const bool inertia_is_sure = implied->inertia_is_sure();
+  const bool friction_is_sure = implied->friction_is_sure();
   if (inertia_is_sure && friction_is_sure && implied->inertia_kg_m2 < 0 && implied->coulomb_Nm < 0)
     throw std::invalid_argument(
         path_of(source) + ": " + torque +
@@ -204,13 +137,21 @@ void check_torque(const Source& source, const Motion& motion, const effects::Dri
                                   short_number(implied->coulomb_Nm) + " N·m, " + short_number(inertia) +
                                   " and " + short_number(friction) + " times those of the model: " +
                                   unit.text + ". If the units are right, put these numbers into the model");
+  if (is_within_factor(inertia, friction, kModelTolerance) && !is_within_factor(inertia, 1, kLeastGear))
+    throw std::invalid_argument(path_of(source) + ": torque and motion imply an inertia of " +
+                                short_number(implied->inertia_kg_m2) + " kg m² and a Coulomb friction of " +
+                                short_number(implied->coulomb_Nm) + " N·m, both about " +
+                                short_number(inertia) + " times those of the model: " + torque +
+                                " seems to be on the motor's side of the gear, or its torque constant is "
+                                "wrong; scale it to the joint's "
+                                "side. If it is right, put these numbers into the model");
 }
 
 }  // namespace
 
 void check_units(const Source& source, const effects::DriveModel& base, std::vector<Diagnosis>& diagnoses) {
   check_rate(source, diagnoses);
-  const Motion motion = motion_of(source);
+  const SmoothMotion motion = smooth_motion_of(source);
   check_velocity(source, motion, diagnoses);
   check_torque(source, motion, base);
 }

@@ -54,6 +54,10 @@ std::vector<double> zero_phase(std::span<const double> samples, double period_s,
   return {first, first + static_cast<std::ptrdiff_t>(samples.size())};
 }
 
+std::vector<double> steep_zero_phase(std::span<const double> samples, double period_s, double cutoff_Hz) {
+  return zero_phase(zero_phase(samples, period_s, cutoff_Hz), period_s, cutoff_Hz);
+}
+
 std::vector<double> with_mirrored_ends(std::span<const double> samples, std::size_t margin) {
   const std::size_t last = samples.size() - 1;
   std::vector<double> extended;

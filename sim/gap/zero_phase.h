@@ -12,6 +12,10 @@ namespace sim::gap {
 /// unchanged. `cutoff_Hz`: where one of the two passes is at −3 dB; must be below half the sample rate.
 std::vector<double> zero_phase(std::span<const double> samples, double period_s, double cutoff_Hz);
 
+/// Twice zero_phase(): steep enough that every n-th sample may be kept, also of a second derivative, which
+/// raises what lies above the cutoff.
+std::vector<double> steep_zero_phase(std::span<const double> samples, double period_s, double cutoff_Hz);
+
 /// With `margin` more at each end: the mirror image through the end point, beyond which the last of it stays.
 /// `samples` may not be empty.
 std::vector<double> with_mirrored_ends(std::span<const double> samples, std::size_t margin);

@@ -52,6 +52,38 @@ void check_parameters(const Case& gap_case, const sim::gap::Result& result, Judg
   }
 }
 
+/// Whatever is missing beside them. Not where what is hidden has a share in them: a drift is cold or warm,
+/// other curves of friction end at another level, and a brush that sticks is friction.
+void check_base_parameters(const Case& gap_case, const sim::gap::Result& result, Judgement& judgement) {
+  const Plant& plant = gap_case.drive.plant;
+  const auto hides = [&](Hidden hidden) {
+    return std::ranges::find(gap_case.spec.hidden, hidden) != gap_case.spec.hidden.end();
+  };
+  const bool friction_is_known = !hides(Hidden::kThermalDrift) && !hides(Hidden::kStribeck) &&
+                                 !hides(Hidden::kMidspeedDip) && !hides(Hidden::kStickingBrush);
+  for (const auto& [effect, estimate] : result.refitted) {
+    if (!estimate.ok()) continue;
+    double truth = 0;
+    if (effect.empty() && estimate.name == "inertia_kg_m2" && !hides(Hidden::kInertia))
+      truth = plant.inertia_kg_m2;
+    else if (effect == "coulomb" && friction_is_known)
+      truth = plant.coulomb_Nm;
+    else if (effect == "viscous" && friction_is_known)
+      truth = plant.viscous_Nm_s_per_rad;
+    else
+      continue;
+    ++judgement.base_parameters;
+    if (estimate.lower <= truth && truth <= estimate.upper) {
+      ++judgement.base_parameters_inside;
+      continue;
+    }
+    std::ostringstream words;
+    words << "its " << effect << ' ' << estimate.name << " is " << truth << ", not " << estimate.value << " ["
+          << estimate.lower << ", " << estimate.upper << ']';
+    judgement.parameters_outside.push_back(words.str());
+  }
+}
+
 }  // namespace
 
 Judgement judge(const Case& gap_case) {
@@ -92,6 +124,7 @@ Judgement judge(const Case& gap_case) {
       judgement.missed.push_back(truth);
   }
   check_parameters(gap_case, result, judgement);
+  check_base_parameters(gap_case, result, judgement);
   return judgement;
 }
 

@@ -28,8 +28,11 @@ struct Judgement {
   int parameters = 0;
   int parameters_inside = 0;                      ///< their 95 % interval
   std::vector<std::string> parameters_outside{};  ///< in words
-  double search_s = 0;                            ///< wall time
-  std::string failure{};                          ///< of the search, in its words
+  /// Of the given model's own, likewise.
+  int base_parameters = 0;
+  int base_parameters_inside = 0;
+  double search_s = 0;    ///< wall time
+  std::string failure{};  ///< of the search, in its words
 };
 
 /// Runs the search on the case. Does not throw what the search throws.

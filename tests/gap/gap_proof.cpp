@@ -153,7 +153,7 @@ bool reached(const char* what, const Share& share, bool at_least, double target)
 }
 
 bool print_targets(const std::vector<Judgement>& judgements) {
-  Share nothing, single, pairs, triples, outside, closed, inside;
+  Share nothing, single, pairs, triples, outside, closed, inside, base_inside, base_inside_outside;
   Share small, overlooked, alarms;
   std::map<sim::gap::Verdict, int> verdicts;
   std::vector<double> floor_ratios;
@@ -180,6 +180,9 @@ bool print_targets(const std::vector<Judgement>& judgements) {
       closed.count(judgement.gap_after_Nm <= 1.2 * judgement.floor_Nm);
     inside.part += judgement.parameters_inside;
     inside.whole += judgement.parameters;
+    Share& base = judgement.spec.kind == CaseKind::kOutside ? base_inside_outside : base_inside;
+    base.part += judgement.base_parameters_inside;
+    base.whole += judgement.base_parameters;
     ++verdicts[judgement.verdict];
     floor_ratios.push_back(judgement.floor_Nm / judgement.true_floor_Nm);
     seconds += judgement.search_s;
@@ -209,6 +212,9 @@ bool print_targets(const std::vector<Judgement>& judgements) {
   good = reached("outside the library, and named", outside, false, 0.05) && good;
   good = reached("explained, and the gap left is within 1.2 noise floors", closed, true, 1) && good;
   good = reached("parameters within their 95 % intervals", inside, true, 0.9) && good;
+  good = reached("the given model's own parameters within their intervals", base_inside, true, 0.9) && good;
+  good = reached("the same while something outside the library is missing", base_inside_outside, true, 0.9) &&
+         good;
   if (failures > 0) std::printf("MISS %d cases on which the search failed\n", failures);
   return good && failures == 0;
 }

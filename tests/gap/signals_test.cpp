@@ -42,13 +42,14 @@ Source source(const std::vector<double>& times, double noise_Nm = 1e-3) {
   return made;
 }
 
-/// Position, velocity and acceleration, away from the ends.
+/// Position, velocity and acceleration, as far from the ends as what is compared with a model.
 void expect_motion(const Signals& s, double share) {
   ASSERT_GT(s.size(), 40U);
   double position = 0;
   double velocity = 0;
   double acceleration = 0;
-  for (std::size_t i = 10; i + 10 < s.size(); ++i) {
+  const auto edge = static_cast<std::size_t>(1 / (s.band_Hz * s.period_s));
+  for (std::size_t i = edge; i + edge < s.size(); ++i) {
     const double t = s.time_s[i];
     position = std::max(position, std::abs(s.position_rad[i] - std::sin(2 * t)));
     velocity = std::max(velocity, std::abs(s.velocity_rad_per_s[i] - 2 * std::cos(2 * t)));
