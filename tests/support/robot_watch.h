@@ -55,8 +55,8 @@ std::vector<DriveLimits> robot_limits(bool has_base, std::size_t arms);
 /// The rules, each checked at the end of each period. They need no knowledge of what a test is about:
 /// - Nothing is commanded but between an enable and the disable or fault that follows: a drive that hears its
 ///   bus obeys after Allowance::until_heard, and any other within its own watchdog.
-/// - What worked and then was switched off, or held or let go by its drive, is not commanded again before the
-///   next enable.
+/// - What worked and then was switched off, or held or let go by its drive while that heard its bus, is not
+///   commanded again before the next enable.
 /// - Nothing is commanded for longer than the watchdog after the last process data.
 /// - Targets are finite; torque and speed within the limits; positions of a joint that knows its zero within
 ///   its range.
