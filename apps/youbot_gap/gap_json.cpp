@@ -90,6 +90,21 @@ std::string gap_json(const Findings& findings) {
             {"data", findings.data},
             {"seed", findings.seed},
             {"version", apps::build_version()}};
+  if (result.shrink)
+    json["gap"]["shrink"] = {{"value", result.shrink->share},
+                             {"ci95", {result.shrink->lower, result.shrink->upper}}};
+  json["gap"]["recordings"] = Json::array();
+  for (const sim::gap::RecordingGap& gap : result.recordings) {
+    const Json shares{{"nrmse", {{"before", gap.nrmse_before}, {"after", gap.nrmse_after}}},
+                      {"vaf", {{"before", gap.vaf_before}, {"after", gap.vaf_after}}}};
+    if (gap.recording.empty()) {
+      json["gap"].update(shares);
+      continue;
+    }
+    Json own{{"recording", gap.recording}, {"before", gap.before_Nm}, {"after", gap.after_Nm}};
+    own.update(shares);
+    json["gap"]["recordings"].push_back(std::move(own));
+  }
   for (const sim::gap::Diagnosis& seen : result.diagnosis)
     json["diagnosis"].push_back(
         {{"recording", seen.recording}, {"column", seen.column}, {"found", seen.found}, {"done", seen.done}});

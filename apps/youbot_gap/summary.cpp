@@ -42,6 +42,18 @@ std::string rejected_text(const sim::gap::Result& result) {
   return text;
 }
 
+/// The gap as a share of the torque, and by how much it is smaller.
+std::string shrink_text(const sim::gap::Result& result) {
+  if (result.recordings.empty()) return {};
+  const sim::gap::RecordingGap& all = result.recordings.back();
+  std::string text = fmt::format("of the torque's standard deviation: {:.2g} % -> {:.2g} %",
+                                 100 * all.nrmse_before, 100 * all.nrmse_after);
+  if (result.shrink)
+    text += fmt::format("; {:.3g} % smaller (95 % interval {:.3g} to {:.3g} %)", 100 * result.shrink->share,
+                        100 * result.shrink->lower, 100 * result.shrink->upper);
+  return text + '\n';
+}
+
 }  // namespace
 
 std::string summary_text(const Findings& findings) {
@@ -53,6 +65,7 @@ std::string summary_text(const Findings& findings) {
       "gap {:.3g} -> {:.3g} N·m on held-out data, noise floor {:.3g} N·m ({:.3g} N·m with the given model's "
       "parameters refitted)\n",
       result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
+  text += shrink_text(result);
   text += fmt::format("held out: {}\n", apps::list_text(result.held_out));
   for (const sim::gap::FoundEffect& found : result.effects) text += effect_text(found);
   text += rejected_text(result);

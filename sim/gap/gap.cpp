@@ -221,6 +221,16 @@ void name_inertia(Result& result, const effects::DriveModel& base, const Eigen::
   result.effects.insert(result.effects.begin(), std::move(found));
 }
 
+HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                          const Indices& held_out) {
+  HeldOutRows result{.recording = {},
+                     .torque_Nm = rows.torque_Nm()(held_out),
+                     .before_Nm = before(held_out),
+                     .after_Nm = after(held_out)};
+  for (const Eigen::Index row : held_out) result.recording.push_back(rows.recording(row));
+  return result;
+}
+
 /// The recordings that were given for it, or the stretches that were set aside.
 std::vector<std::string> held_out_names(const std::vector<Signals>& signals,
                                         std::span<const Source> held_out) {
@@ -319,6 +329,11 @@ Result analyse(const effects::DriveModel& base, std::span<const Source> all_data
   result.gap_before_Nm = rms(residual(as_given), quiet);
   result.gap_base_Nm = rms(residual(refitted), quiet);
   result.gap_after_Nm = rms(left, quiet);
+  const HeldOutRows compared = held_out_rows(rows, residual(as_given), left, quiet);
+  if (!sign || !sign->found) result.shrink = shrink_of(compared, options.seed);
+  std::vector<std::string> names;
+  for (const Signals& s : signals) names.push_back(s.name);
+  result.recordings = recording_gaps(compared, names);
   result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst,
                                  result.gap_after_Nm, result.noise_floor_Nm);
 

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "sim/effects/drive_model.h"
+#include "sim/gap/shrink.h"
 #include "sim/identify/statistics.h"
 #include "sim/recording.h"
 
@@ -107,6 +108,10 @@ struct Result {
   double gap_before_Nm = 0;  ///< held-out rms torque residual of the given model
   double gap_base_Nm = 0;    ///< of the given model with its own parameters refitted
   double gap_after_Nm = 0;
+  /// From the given model's gap to the last one; none where the given model cannot be compared, as with a
+  /// torque that has lost its sign.
+  std::optional<Shrink> shrink{};
+  std::vector<RecordingGap> recordings{};  ///< of held-out data; the last one is of all of them
   double simulation_before = 0;  ///< rms velocity error of free simulation in windows, held out [rad/s]
   double simulation_after = 0;
   std::vector<Diagnosis> diagnosis;
