@@ -291,11 +291,12 @@ void mark_saturation(Source& source, Diagnoses& diagnoses) {
   std::ranges::sort(values);
   // A sensor's range ends in a value that is there far more often than the next one.
   const auto count = [&](double value) {
-    const auto [first, last] = std::ranges::equal_range(values, value);
+    const auto [first, last] = std::equal_range(values.begin(), values.end(), value);
     return static_cast<std::size_t>(last - first);
   };
   const auto beside = [&](bool top) {
-    const auto [first, last] = std::ranges::equal_range(values, top ? values.back() : values.front());
+    const auto [first, last] =
+        std::equal_range(values.begin(), values.end(), top ? values.back() : values.front());
     if (top) return first == values.begin() ? values.front() : *(first - 1);
     return last == values.end() ? values.back() : *last;
   };
