@@ -9,21 +9,21 @@ namespace control {
 namespace {
 
 FrictionObserver wheel_observer(int wheel, const BaseDrive::Config& config) {
-  if (!config.wheels) return {friction::wheel_table(wheel), config.observer};
-  const JointResistance& resistance = (*config.wheels)[static_cast<std::size_t>(wheel - 1)];
+  if (!config.wheels) return {model::friction::wheel_table(wheel), config.observer};
+  const model::JointResistance& resistance = (*config.wheels)[static_cast<std::size_t>(wheel - 1)];
   return {resistance.sliding, config.observer, resistance.position};
 }
 
 /// A wheel that its motor cannot turn is not the wheel that was measured: near zero each step of the encoder
 /// would become a blow.
-void require_drivable(const JointResistance& wheel, std::size_t number, double limit_Nm) {
+void require_drivable(const model::JointResistance& wheel, std::size_t number, double limit_Nm) {
   const auto refuse = [&](const std::string& what, double torque_Nm) {
     throw std::invalid_argument("base drive: " + what + " of wheel " + std::to_string(number) +
                                 "'s model is " + std::to_string(torque_Nm) +
                                 " N·m, not within the torque limit of " + std::to_string(limit_Nm) + " N·m");
   };
   double position_Nm = std::abs(wheel.position.constant_Nm);
-  for (const PositionTorque::Harmonic& harmonic : wheel.position.harmonics)
+  for (const model::PositionTorque::Harmonic& harmonic : wheel.position.harmonics)
     position_Nm += std::abs(harmonic.amplitude_Nm);
   const double rest_Nm = std::max(wheel.sliding.breakaway_Nm(1), wheel.sliding.breakaway_Nm(-1));
   if (!(rest_Nm <= limit_Nm)) refuse("friction at rest", rest_Nm);
@@ -46,7 +46,7 @@ BaseDrive::BaseDrive(const Config& config)
     throw std::invalid_argument("base drive: limits must not be negative");
   if (!config.wheels) return;
   for (std::size_t i = 0; i < 4; ++i) {
-    const JointResistance& wheel = (*config.wheels)[i];
+    const model::JointResistance& wheel = (*config.wheels)[i];
     require_drivable(wheel, i + 1, config.torque_limit_Nm);
     if (config.compensate_friction) small_torques_[i] = SmallTorques(wheel.least_torque_Nm);
   }

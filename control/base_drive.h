@@ -8,10 +8,10 @@
 #include "control/base_odometry.h"
 #include "control/friction_compensator.h"
 #include "control/friction_observer.h"
-#include "control/joint_resistance.h"
 #include "control/limits.h"
 #include "control/link_map.h"
 #include "control/small_torques.h"
+#include "model/joint_resistance.h"
 
 namespace control {
 
@@ -31,7 +31,7 @@ class BaseDrive {
     FrictionCompensator::Config compensator;
     /// What the compensator takes the four wheels to be; none: the measured wheel curves. At rest no torque
     /// of a model may be more than torque_limit_Nm.
-    std::optional<std::array<JointResistance, 4>> wheels{};
+    std::optional<std::array<model::JointResistance, 4>> wheels{};
     bool compensate_friction = true;
   };
   struct State {

@@ -7,8 +7,8 @@
 
 namespace control {
 
-FrictionObserver::FrictionObserver(friction::SlidingTable table, const Config& config,
-                                   PositionTorque position)
+FrictionObserver::FrictionObserver(model::friction::SlidingTable table, const Config& config,
+                                   model::PositionTorque position)
     : table_(std::move(table)),
       position_(std::move(position)),
       filter_(config.filter),

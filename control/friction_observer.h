@@ -5,9 +5,9 @@
 #include <cmath>
 #include <optional>
 
-#include "control/friction/sliding_table.h"
-#include "control/position_torque.h"
 #include "control/state_variable_filter.h"
+#include "model/friction/sliding_table.h"
+#include "model/position_torque.h"
 
 namespace control {
 
@@ -29,7 +29,8 @@ class FrictionObserver {
   };
 
   /// @throws std::invalid_argument as StateVariableFilter, or when the blend speed is not positive.
-  FrictionObserver(friction::SlidingTable table, const Config& config, PositionTorque position = {});
+  FrictionObserver(model::friction::SlidingTable table, const Config& config,
+                   model::PositionTorque position = {});
 
   void reset(double position_rad) noexcept { filter_.reset(position_rad); }
   /// `elapsed_s` as in StateVariableFilter::step().
@@ -43,8 +44,8 @@ class FrictionObserver {
   }
 
  private:
-  friction::SlidingTable table_;
-  PositionTorque position_;
+  model::friction::SlidingTable table_;
+  model::PositionTorque position_;
   StateVariableFilter filter_;
   double blend_speed_rad_per_s_;
 };

@@ -20,7 +20,7 @@ const PlanarVector kBrake(150, 150, 22);
 /// With it the weight lowers the outstretched arm at about 1 rad/s [N·m·s/rad].
 const ArmVector kLoweringDamping = (ArmVector() << 6, 8, 5, 2, 1).finished();
 
-friction::SlidingTable arm_table(const ArmFriction& friction, std::size_t joint) {
+model::friction::SlidingTable arm_table(const ArmFriction& friction, std::size_t joint) {
   const double coulomb = friction.coulomb_Nm[joint];
   const double viscous = friction.viscous_Nm_s_per_rad[joint];
   if (!(std::isfinite(coulomb) && coulomb >= 0 && std::isfinite(viscous) && viscous >= 0))

@@ -8,7 +8,8 @@ namespace sim {
 
 namespace {
 
-effects::Mechanics mechanics(const DriveParameters& parameters, const effects::EffectChain& effects) {
+model::effects::Mechanics mechanics(const DriveParameters& parameters,
+                                    const model::effects::EffectChain& effects) {
   return effects.arranged(
       {.inertia_kg_m2 = parameters.load_inertia_kg_m2 +
                         parameters.motor.rotor_inertia_kg_m2 * parameters.gear_ratio * parameters.gear_ratio,
@@ -18,7 +19,7 @@ effects::Mechanics mechanics(const DriveParameters& parameters, const effects::E
 
 }  // namespace
 
-Drive::Drive(const DriveParameters& parameters, std::optional<control::friction::SlidingTable> friction,
+Drive::Drive(const DriveParameters& parameters, std::optional<model::friction::SlidingTable> friction,
              std::uint64_t noise_seed)
     : parameters_(parameters),
       effects_(parameters.effects),

@@ -5,10 +5,10 @@
 #include <optional>
 #include <vector>
 
-#include "control/friction/sliding_table.h"
 #include "hal/joint.h"
+#include "model/effects/effect_chain.h"
+#include "model/friction/sliding_table.h"
 #include "sim/bounded_bristle.h"
-#include "sim/effects/effect_chain.h"
 #include "sim/joint_sensors.h"
 #include "sim/motor.h"
 #include "sim/moving_parts.h"
@@ -26,7 +26,7 @@ struct DriveParameters {
   BoundedBristle::Parameters presliding{250.0, 0.127};
   SensorParameters sensors;
   /// What else there is in this drive, besides its friction curve.
-  std::vector<effects::AnyEffect> effects{};
+  std::vector<model::effects::AnyEffect> effects{};
   /// The motor controller's own loops, used by velocity and position commands.
   double velocity_gain_Nm_s_per_rad = 0.3;
   double velocity_integral_gain_Nm_per_rad = 3.0;
@@ -40,7 +40,7 @@ struct DriveParameters {
 class Drive {
  public:
   /// `friction`: a measured curve; without one all friction is in the effects.
-  Drive(const DriveParameters& parameters, std::optional<control::friction::SlidingTable> friction,
+  Drive(const DriveParameters& parameters, std::optional<model::friction::SlidingTable> friction,
         std::uint64_t noise_seed);
 
   /// Begins a controller period of `interval_s`: closes the loop that `command` asks for on what was sensed
@@ -68,7 +68,7 @@ class Drive {
   double target_torque_Nm(const hal::JointCommand& command, double interval_s) noexcept;
 
   DriveParameters parameters_;
-  effects::EffectChain effects_;
+  model::effects::EffectChain effects_;
   Motor motor_;
   MovingParts parts_;
   JointSensors sensors_;

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "control/friction/sliding_table.h"
+#include "model/friction/sliding_table.h"
 
 namespace sim {
 namespace {
@@ -37,7 +37,7 @@ void require_not_negative(double value, const char* name) {
 /// Whose friction is in the effects alone.
 Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
   DriveParameters drive = parameters.drive;
-  const effects::DriveModel& model = *parameters.model;
+  const model::effects::DriveModel& model = *parameters.model;
   const double rotor_kg_m2 = drive.motor.rotor_inertia_kg_m2 * drive.gear_ratio * drive.gear_ratio;
   drive.load_inertia_kg_m2 = model.inertia_kg_m2 - rotor_kg_m2;
   drive.effects.insert(drive.effects.begin(), model.effects.begin(), model.effects.end());
@@ -48,8 +48,8 @@ Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
 Drive make_wheel(const MecanumWheelParameters& parameters, int wheel) {
   if (parameters.model) return make_modelled_wheel(parameters, wheel);
   // A fine grid: the plant is the measured curve, the compensator's coarse table an approximation of it.
-  const control::friction::SlidingTable table =
-      control::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005});
+  const model::friction::SlidingTable table =
+      model::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005});
   const double scale =
       parameters.on_ground ? parameters.loaded_friction_scale[static_cast<std::size_t>(wheel - 1)] : 1.0;
   return {parameters.drive, table.scaled(scale), parameters.noise_seed + static_cast<std::uint64_t>(wheel)};

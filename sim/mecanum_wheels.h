@@ -12,9 +12,9 @@
 #include "control/link_map.h"
 #include "control/planar.h"
 #include "hal/joint.h"
+#include "model/effects/drive_model.h"
 #include "sim/bounded_bristle.h"
 #include "sim/drive.h"
-#include "sim/effects/drive_model.h"
 
 namespace sim {
 
@@ -24,7 +24,7 @@ struct MecanumWheelParameters {
   DriveParameters drive;
   /// What the wheels' drives are instead of the measured curves, all four alike: friction and inertia, and
   /// the noise of their torque sensors where it says so.
-  std::optional<effects::DriveModel> model{};
+  std::optional<model::effects::DriveModel> model{};
   /// Times the measured curves, which were taken with the wheels off the ground: loaded bearings and rollers
   /// take more, and not each wheel the same. An assumption, so that a compensator made from the measured
   /// curves is judged where it is imperfect. In the air the curves count as measured.

@@ -10,9 +10,9 @@ namespace {
 constexpr double kContactAngle_rad = 0.3;  // per integration step
 constexpr double kContactDampingRatio = 0.3;
 
-effects::Mechanics mechanics(const effects::DriveModel& model, const effects::EffectChain& effects,
-                             double step_s) {
-  effects::Mechanics result = effects.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
+model::effects::Mechanics mechanics(const model::effects::DriveModel& model,
+                                    const model::effects::EffectChain& effects, double step_s) {
+  model::effects::Mechanics result = effects.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
   if (!(result.stiffness_Nm_per_rad > 0)) {
     const double resonance = kContactAngle_rad / step_s;
     result.stiffness_Nm_per_rad = result.inertia_kg_m2 * resonance * resonance;
@@ -23,7 +23,7 @@ effects::Mechanics mechanics(const effects::DriveModel& model, const effects::Ef
 
 }  // namespace
 
-ModelDrive::ModelDrive(const effects::DriveModel& model, double step_s, int substeps)
+ModelDrive::ModelDrive(const model::effects::DriveModel& model, double step_s, int substeps)
     : step_s_(step_s),
       substeps_(substeps),
       effects_(model.effects),

@@ -1,7 +1,7 @@
 /// @file
 /// A drive model in motion: what its file says and nothing more.
 #pragma once
-#include "sim/effects/drive_model.h"
+#include "model/effects/drive_model.h"
 #include "sim/moving_parts.h"
 
 namespace sim {
@@ -13,7 +13,7 @@ class ModelDrive {
  public:
   /// `step_s`: sample period; a command holds that long, and each is integrated in `substeps` parts.
   /// @throws std::invalid_argument for a model without inertia.
-  ModelDrive(const effects::DriveModel& model, double step_s, int substeps = 4);
+  ModelDrive(const model::effects::DriveModel& model, double step_s, int substeps = 4);
 
   void step(double command_Nm) noexcept;
 
@@ -30,7 +30,7 @@ class ModelDrive {
  private:
   double step_s_;
   int substeps_;
-  effects::EffectChain effects_;
+  model::effects::EffectChain effects_;
   MovingParts parts_;
   double delivered_Nm_ = 0;
 };

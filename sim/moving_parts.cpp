@@ -13,11 +13,11 @@ namespace {
 constexpr double kTeethResonance_rad_per_s = 2 * std::numbers::pi * 150;
 constexpr double kTeethDampingRatio = 0.5;
 
-BoundedBristle contact(const effects::Mechanics& mechanics, double share) {
+BoundedBristle contact(const model::effects::Mechanics& mechanics, double share) {
   return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share});
 }
 
-effects::Mechanics with_teeth(effects::Mechanics mechanics) {
+model::effects::Mechanics with_teeth(model::effects::Mechanics mechanics) {
   if (!(mechanics.stiffness_Nm_per_rad > 0))
     throw std::invalid_argument("simulated drive: the friction contact needs a stiffness");
   if (mechanics.backlash_rad > 0 && !(mechanics.shaft_Nm_per_rad > 0)) {
@@ -30,9 +30,9 @@ effects::Mechanics with_teeth(effects::Mechanics mechanics) {
 
 }  // namespace
 
-MovingParts::MovingParts(const effects::Mechanics& mechanics,
-                         std::optional<control::friction::SlidingTable> curve,
-                         const effects::EffectChain& effects)
+MovingParts::MovingParts(const model::effects::Mechanics& mechanics,
+                         std::optional<model::friction::SlidingTable> curve,
+                         const model::effects::EffectChain& effects)
     : mechanics_(with_teeth(mechanics)),
       curve_(std::move(curve)),
       effects_(effects),

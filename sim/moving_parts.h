@@ -3,9 +3,9 @@
 #pragma once
 #include <optional>
 
-#include "control/friction/sliding_table.h"
+#include "model/effects/effect_chain.h"
+#include "model/friction/sliding_table.h"
 #include "sim/bounded_bristle.h"
-#include "sim/effects/effect_chain.h"
 
 namespace sim {
 
@@ -17,8 +17,8 @@ class MovingParts {
  public:
   /// `effects` have had their say in `mechanics` (EffectChain::arranged); its friction contact is a spring.
   /// @throws std::invalid_argument without one.
-  MovingParts(const effects::Mechanics& mechanics, std::optional<control::friction::SlidingTable> curve,
-              const effects::EffectChain& effects);
+  MovingParts(const model::effects::Mechanics& mechanics, std::optional<model::friction::SlidingTable> curve,
+              const model::effects::EffectChain& effects);
 
   /// One step under a torque on the motor, against `load_Nm` on the load, positive when it brakes positive
   /// motion.
@@ -49,9 +49,9 @@ class MovingParts {
   double move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept;
   double shaft_torque_Nm() const noexcept;
 
-  effects::Mechanics mechanics_;
-  std::optional<control::friction::SlidingTable> curve_;
-  effects::EffectChain effects_;
+  model::effects::Mechanics mechanics_;
+  std::optional<model::friction::SlidingTable> curve_;
+  model::effects::EffectChain effects_;
   Mass motor_;
   Mass load_;
   double running_s_ = 0;

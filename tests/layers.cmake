@@ -15,20 +15,20 @@ set(rules
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
   "^hal/.*\\.h$"        "^(hal|Eigen)/"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
+  "^model/"             "^(model|Eigen)/"
   # Its subject is what the HAL's robots report.
   "^control/plausibility/" "^((control|Eigen)/|hal/(joint|robot)\\.h$)"
-  "^control/"           "^(control|Eigen|kdl|urdf_parser)/"
-  "^sim/gap/"           "^((sim|control|Eigen|unsupported/Eigen)/|${plain_values})"
-  "^sim/identify/"      "^((sim|control|Eigen|ceres)/|${plain_values})"
-  "^sim/"               "^((sim|control|Eigen)/|${plain_values})"
-  "^apps/"              "^(apps|sim|control|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
+  "^control/"           "^(control|model|Eigen|kdl|urdf_parser)/"
+  "^sim/"               "^((sim|control|model|Eigen)/|${plain_values})"
+  "^identification/"    "^((identification|sim|control|model|Eigen|unsupported/Eigen|ceres)/|${plain_values})"
+  "^apps/"              "^(apps|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
 # A control step is a function of (config, state, input, dt): no clock, thread or file.
 set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future)$")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
-list(FILTER files INCLUDE REGEX "^(drivers|hal|control|sim|apps)/")
+list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|apps)/")
 execute_process(
   COMMAND grep -noHE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"][^>\"]+" ${files}
   WORKING_DIRECTORY ${ROOT} OUTPUT_VARIABLE includes RESULT_VARIABLE result)
@@ -55,7 +55,7 @@ foreach(include IN LISTS includes)  # such as: hal/robot.h:12:#include <Eigen/Co
     endif()
   endwhile()
 
-  if(file MATCHES "^control/" AND header MATCHES "${not_in_control}|${operating_system}")
+  if(file MATCHES "^(model|control)/" AND header MATCHES "${not_in_control}|${operating_system}")
   elseif(path MATCHES "${allowed}" AND NOT path MATCHES "\\.\\.")
     continue()
   elseif(header MATCHES "${standard}|${operating_system}" AND NOT header MATCHES "libusb|hidapi")

@@ -31,11 +31,16 @@ set(refused
   hal/g.cpp               "\"robot.h\""
   hal/h.h                 "\"hal/../drivers/ethercat/master.h\""
   hal/i.cpp               "\"tests/support/no_alloc_guard.h\""
+  identification/a.cpp    "\"apps/common/recording_reader.h\""
+  identification/b.cpp    "\"hal/robot.h\""
+  model/a.h               "\"control/limits.h\""
+  model/b.cpp             "<fstream>"
   sim/a.h                 "\"hal/robot.h\""
   sim/b.cpp               "\"drivers/ethercat/master.h\""
   sim/c.cpp               "<toml++/toml.h>"
   sim/d.cpp               "<hidapi/hidapi.h>"
-  sim/e.cpp               "\"apps/common/toml_reader.h\"")
+  sim/e.cpp               "\"apps/common/toml_reader.h\""
+  sim/f.cpp               "\"identification/gap/gap.h\"")
 set(allowed
   drivers/ethercat/a.cpp  "<linux/if_packet.h>"
   drivers/ethercat/b.cpp  "\"drivers/ethercat/frame.h\""
@@ -51,7 +56,9 @@ set(allowed
   sim/b.h                 "\"hal/plant.h\""
   sim/c.cpp               "\"drivers/haptic/falcon_wire.h\""
   sim/d.cpp               "\"drivers/tmcl/telegram.h\""
-  sim/gap/ripple.cpp      "<unsupported/Eigen/FFT>"
+  sim/e.cpp               "\"model/drive_model.h\""
+  identification/gap/a.cpp "<unsupported/Eigen/FFT>"
+  identification/fit/a.cpp "<ceres/ceres.h>"
   apps/youbotd/a.cpp      "<toml++/toml.h>"
   apps/youbotd/b.cpp      "\"hal/robot.h\""
   tests/hal/a.cpp         "\"apps/youbotd/config.h\"")

@@ -6,16 +6,16 @@
 #include <stdexcept>
 
 #include "apps/common/toml_reader.h"
-#include "sim/effects/dissipation.h"
+#include "model/effects/dissipation.h"
 
 namespace apps {
 namespace {
 
-using sim::effects::AnyEffect;
-using sim::effects::DriveModel;
-using sim::effects::EffectDescription;
-using sim::effects::NamedValue;
-using sim::effects::ParameterDescription;
+using model::effects::AnyEffect;
+using model::effects::DriveModel;
+using model::effects::EffectDescription;
+using model::effects::NamedValue;
+using model::effects::ParameterDescription;
 
 constexpr std::string_view kFormat = "youbot-drive-model/1";
 /// All of them act in each cycle.
@@ -26,14 +26,14 @@ bool may_be_absent(const ParameterDescription& parameter) {
 }
 
 const EffectDescription* description(std::string_view type) {
-  for (const EffectDescription& effect : sim::effects::effect_descriptions())
+  for (const EffectDescription& effect : model::effects::effect_descriptions())
     if (effect.name == type) return &effect;
   return nullptr;
 }
 
 std::string effect_names() {
   std::string names;
-  for (const EffectDescription& effect : sim::effects::effect_descriptions())
+  for (const EffectDescription& effect : model::effects::effect_descriptions())
     (names += names.empty() ? "" : ", ") += effect.name;
   return names;
 }
@@ -44,7 +44,7 @@ void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
   const EffectDescription* const effect = description(type);
   if (effect == nullptr) {
     if (!type.empty()) table.refuse("type", fmt::format("is '{}'; there are {}", type, effect_names()));
-    for (const EffectDescription& other : sim::effects::effect_descriptions())
+    for (const EffectDescription& other : model::effects::effect_descriptions())
       for (const ParameterDescription& parameter : other.parameters) table.ignore(parameter.name);
     return;
   }
@@ -54,7 +54,7 @@ void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
     table.number(parameter.name, value, {parameter.lower, parameter.upper, !may_be_absent(parameter)});
     values.push_back({parameter.name, value});
   }
-  effects.push_back(sim::effects::make_effect(type, values));
+  effects.push_back(model::effects::make_effect(type, values));
 }
 
 /// Shortest text that reads back as the same number; always a TOML float.
@@ -108,14 +108,14 @@ std::string drive_model_text(const DriveModel& model, std::span<const std::strin
   if (model.torque_noise_Nm) text += fmt::format("torque_noise_Nm = {}\n", number(*model.torque_noise_Nm));
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const AnyEffect& effect = model.effects[i];
-    const EffectDescription& described = sim::effects::effect_descriptions()[effect.index()];
+    const EffectDescription& described = model::effects::effect_descriptions()[effect.index()];
     text += "\n";
     if (i < remarks.size())
       for (const std::string& line : remarks[i].evidence) text += comment(line) + "\n";
     text += fmt::format("[[effect]]\ntype = \"{}\"\n", described.name);
     for (std::size_t k = 0; k < described.parameters.size(); ++k) {
       const std::string_view name = described.parameters[k].name;
-      text += fmt::format("{} = {}", name, number(sim::effects::parameter_of(effect, name)));
+      text += fmt::format("{} = {}", name, number(model::effects::parameter_of(effect, name)));
       if (i < remarks.size() && k < remarks[i].parameters.size() && !remarks[i].parameters[k].empty())
         text += "  " + comment(remarks[i].parameters[k]);
       text += "\n";
@@ -125,7 +125,7 @@ std::string drive_model_text(const DriveModel& model, std::span<const std::strin
 }
 
 std::string driving_friction(const DriveModel& model, double top_speed_rad_per_s) {
-  const auto from = sim::effects::driving_velocity_rad_per_s(model, top_speed_rad_per_s);
+  const auto from = model::effects::driving_velocity_rad_per_s(model, top_speed_rad_per_s);
   return from
              ? fmt::format("its friction drives the joint from {:.3g} rad/s on, instead of braking it", *from)
              : "";

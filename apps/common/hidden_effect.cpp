@@ -12,12 +12,12 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/common/quantity.h"
 #include "apps/common/wording.h"
-#include "sim/effects/dissipation.h"
+#include "model/effects/dissipation.h"
 
 namespace apps {
 namespace {
 
-using sim::effects::NamedValue;
+using model::effects::NamedValue;
 
 constexpr double kPi = 3.14159265358979323846;
 
@@ -81,22 +81,22 @@ double drawn(const Draw& draw, Chance& chance) {
   return value;
 }
 
-sim::effects::AnyEffect drawn_effect(std::uint64_t seed) {
+model::effects::AnyEffect drawn_effect(std::uint64_t seed) {
   Chance chance(seed);
   const Choice& choice = choices()[chance.below(choices().size())];
   std::vector<NamedValue> values;
   for (const Draw& draw : choice.draws) values.push_back({draw.parameter, drawn(draw, chance)});
-  return sim::effects::make_effect(choice.effect, values);
+  return model::effects::make_effect(choice.effect, values);
 }
 
 }  // namespace
 
-sim::effects::DriveModel known_wheel_model() {
-  sim::effects::DriveModel model;
+model::effects::DriveModel known_wheel_model() {
+  model::effects::DriveModel model;
   model.inertia_kg_m2 = 0.0106;  // rotor through the gear 9.0e-3, wheel 1.6e-3
-  model.effects = {sim::effects::make_effect("coulomb", {{"torque_Nm", 0.055}}),
-                   sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.015}}),
-                   sim::effects::make_effect(
+  model.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.055}}),
+                   model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.015}}),
+                   model::effects::make_effect(
                        "presliding", {{"stiffness_Nm_per_rad", 250}, {"damping_Nm_s_per_rad", 0.127}})};
   return model;
 }
@@ -106,27 +106,27 @@ HiddenEffect::HiddenEffect(std::uint64_t seed) : wheel_model_(known_wheel_model(
 }
 
 std::string HiddenEffect::reveal() const {
-  const std::string_view name = sim::effects::name_of(effect());
+  const std::string_view name = model::effects::name_of(effect());
   std::string parameters;
-  for (const auto& parameter : sim::effects::effect_description(name).parameters) {
+  for (const auto& parameter : model::effects::effect_description(name).parameters) {
     const Quantity quantity = quantity_of(parameter.name);
     parameters += (parameters.empty() ? "" : ", ") + quantity.name + " " +
-                  number_text(sim::effects::parameter_of(effect(), parameter.name), quantity.unit);
+                  number_text(model::effects::parameter_of(effect(), parameter.name), quantity.unit);
   }
   std::string words(name);
   std::ranges::replace(words, '_', ' ');
   return words + ": " + parameters;
 }
 
-std::optional<sim::effects::DriveModel> simulated_wheel_model(
+std::optional<model::effects::DriveModel> simulated_wheel_model(
     const std::string& model_file, const std::optional<std::uint64_t>& hidden_effect) {
   if (!model_file.empty() && hidden_effect)
     throw std::invalid_argument(
         "--hidden-effect and --model: the simulated wheels follow one or the other, give one of them");
   if (hidden_effect) return HiddenEffect(*hidden_effect).wheel_model();
   if (model_file.empty()) return std::nullopt;
-  sim::effects::DriveModel model = read_drive_model(model_file);
-  if (const std::string why = driving_friction(model, sim::effects::kUsualTopSpeed_rad_per_s); !why.empty())
+  model::effects::DriveModel model = read_drive_model(model_file);
+  if (const std::string why = driving_friction(model, model::effects::kUsualTopSpeed_rad_per_s); !why.empty())
     spdlog::warn("{}: {}; the simulated drive has no friction there", model_file, why);
   return model;
 }

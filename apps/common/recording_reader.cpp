@@ -129,7 +129,7 @@ class Reader {
   }
 
   void read_comment(std::string_view line) {
-    sim::Recording& recording = result_.recording;
+    identification::Recording& recording = result_.recording;
     if (line.empty()) return;
     const std::string_view text = trimmed(line.substr(1));
     if (line_ == 1 && text.starts_with("youbot recording")) {
@@ -209,7 +209,7 @@ class Reader {
   }
 
   void add_column(std::string_view name, std::set<std::string_view>& seen) {
-    sim::Recording& recording = result_.recording;
+    identification::Recording& recording = result_.recording;
     if (name.empty())
       problem(line_, "column " + std::to_string(recording.columns.size() + 1) + " has no name");
     else if (!seen.insert(name).second)
@@ -227,7 +227,7 @@ class Reader {
   }
 
   void read_rows() {
-    std::vector<sim::Recording::Column>& columns = result_.recording.columns;
+    std::vector<identification::Recording::Column>& columns = result_.recording.columns;
     std::vector<double> row(columns.size());
     result_.first_row_line = line_ + 1;
     for (auto& column : columns) column.values.reserve(left_.size() / (8 * columns.size()) + 1);

@@ -24,7 +24,7 @@
 #include <vector>
 
 #include "apps/common/toml_reader.h"
-#include "sim/recording.h"
+#include "identification/recording.h"
 
 namespace apps {
 
@@ -41,7 +41,7 @@ class RecordingError : public ConfigError {
 };
 
 struct ReadRecording {
-  sim::Recording recording;
+  identification::Recording recording;
   static constexpr std::size_t kMaxWarnings = 1000;
   std::vector<std::string> warnings;  ///< as problems(), the first kMaxWarnings
   std::size_t first_row_line = 0;     ///< of the file; the other rows follow line by line

@@ -9,8 +9,6 @@
 #include <optional>
 #include <string_view>
 
-#include "sim/identify/statistics.h"
-
 namespace apps {
 namespace {
 
@@ -66,22 +64,6 @@ std::string range_text(std::span<const double> values, const std::string& unit) 
 
 std::string count_text(long long count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
-}
-
-MeanOf mean_of(std::span<const double> values) {
-  double count = 0.0;
-  double mean = 0.0;
-  double squares = 0.0;
-  for (const double value : values) {
-    if (!std::isfinite(value)) continue;
-    const double off = value - mean;
-    mean += off / ++count;
-    squares += off * (value - mean);
-  }
-  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  if (count < 1) return {kNone, kNone, 0};
-  if (count < 2) return {mean, kNone, count};
-  return {mean, sim::identify::student_975(count - 1) * std::sqrt(squares / (count - 1) / count), count};
 }
 
 }  // namespace apps

@@ -20,12 +20,4 @@ std::string range_text(std::span<const double> values, const std::string& unit =
 /// "1 slip", "14 slips".
 std::string count_text(long long count, const std::string& noun);
 
-struct MeanOf {
-  double mean;    ///< NaN without values
-  double ci95;    ///< half the 95 % interval, Student's t; NaN with fewer than two values
-  double values;  ///< how many were finite
-};
-/// Of the values that are finite.
-MeanOf mean_of(std::span<const double> values);
-
 }  // namespace apps

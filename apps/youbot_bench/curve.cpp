@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "control/friction/wheel_curve.h"
+#include "model/friction/wheel_curve.h"
 
 namespace youbot_bench {
 
@@ -14,7 +14,7 @@ void print_curve(const CurveOptions& options) {
       std::floor((options.to_rad_per_s - options.from_rad_per_s) / options.step_rad_per_s + 1e-9);
   if (!(options.step_rad_per_s > 0 && rows >= 0 && rows <= 1e7))
     throw std::invalid_argument("curve: --step must be positive and --from below --to");
-  const double limit = control::friction::kIdentifiedSpeed_rad_per_s;
+  const double limit = model::friction::kIdentifiedSpeed_rad_per_s;
   const double furthest = std::max(std::abs(options.from_rad_per_s), std::abs(options.to_rad_per_s));
   if (furthest > limit && !options.quiet)
     std::fprintf(stderr, "youbot-bench: nothing was measured beyond %g rad/s; the value there is held\n",
@@ -22,7 +22,7 @@ void print_curve(const CurveOptions& options) {
   std::printf("velocity_rad_per_s,torque_Nm\n");
   for (double n = 0; n <= rows; ++n) {
     const double velocity = options.from_rad_per_s + n * options.step_rad_per_s;
-    std::printf("%.10g,%.9g\n", velocity, control::friction::wheel_curve_Nm(options.wheel, velocity));
+    std::printf("%.10g,%.9g\n", velocity, model::friction::wheel_curve_Nm(options.wheel, velocity));
   }
 }
 

@@ -12,7 +12,7 @@ namespace youbot_bench {
 namespace {
 
 using hal::seconds;
-using sim::experiments::gently;
+using identification::experiments::gently;
 
 using std::chrono::nanoseconds;
 
@@ -196,14 +196,14 @@ void ExperimentCycle::measure() noexcept {
 
   bool all_finished = true;
   for (Channel& channel : channels_) {
-    const sim::experiments::SetPoint set_point = channel.joint.experiment->step(channel.reading);
+    const identification::experiments::SetPoint set_point = channel.joint.experiment->step(channel.reading);
     hal::JointCommand& command = command_.joints[channel.joint.index];
     command = bounded(channel, set_point.command);
     channel.position_command_rad = set_point.position_command_rad;
     // What the next values will answer to: the values of an exchange belong to the command before its own.
     channel.reading.command_Nm = applied_.joints[channel.joint.index].mode == hal::CommandMode::kTorque
                                      ? applied_.joints[channel.joint.index].target
-                                     : sim::experiments::kUnknown;
+                                     : identification::experiments::kUnknown;
     all_finished = all_finished && channel.joint.experiment->finished();
   }
   if (!all_finished) return;
@@ -217,7 +217,7 @@ void ExperimentCycle::measure() noexcept {
 /// False when it had to be stopped.
 bool ExperimentCycle::watch(Channel& channel) noexcept {
   using Kind = ExperimentStop::Kind;
-  const sim::experiments::Reading& reading = channel.reading;
+  const identification::experiments::Reading& reading = channel.reading;
   ExperimentStop stop{.joint = static_cast<int>(channel.joint.index)};
   if (std::abs(reading.velocity_rad_per_s) > channel.max_speed_rad_per_s) {
     stop.kind = Kind::kOverspeed;
@@ -248,7 +248,8 @@ bool ExperimentCycle::goes_too_far(const Channel& channel) const noexcept {
   const double velocity = channel.reading.velocity_rad_per_s;
   double travel_rad = channel.reading.position_rad - channel.origin_rad;
   if (channel.joint.fit)
-    travel_rad += std::copysign(sim::experiments::stopping_distance_rad(std::abs(velocity)), velocity);
+    travel_rad +=
+        std::copysign(identification::experiments::stopping_distance_rad(std::abs(velocity)), velocity);
   return std::abs(travel_rad) > config_.max_travel_rad;
 }
 
@@ -292,7 +293,7 @@ void ExperimentCycle::record_results() noexcept {
   record_.measurement = measurement_;
   record_.time_s = config_.first_time_s + seconds(now_ - measuring_since_);
   for (std::size_t i = 0; i < channels_.size(); ++i) {
-    const sim::experiments::JointExperiment& experiment = *channels_[i].joint.experiment;
+    const identification::experiments::JointExperiment& experiment = *channels_[i].joint.experiment;
     experiment.write_result(std::span(record_.values[i]).first(experiment.result_columns().size()));
   }
   push();

@@ -14,7 +14,7 @@
 #include "apps/youbot_bench/joint_guard.h"
 #include "control/state_variable_filter.h"
 #include "hal/robot.h"
-#include "sim/experiments/joint_experiment.h"
+#include "identification/experiments/joint_experiment.h"
 
 namespace youbot_bench {
 
@@ -70,7 +70,7 @@ class ExperimentCycle {
   };
   struct Joint {
     std::size_t index;  ///< in Robot::joints()
-    std::unique_ptr<sim::experiments::JointExperiment> experiment;
+    std::unique_ptr<identification::experiments::JointExperiment> experiment;
     std::optional<JointFit> fit{};  ///< of a joint that has end stops
   };
 
@@ -97,7 +97,7 @@ class ExperimentCycle {
     control::StateVariableFilter filter;
     JointGuard guard;
     double max_speed_rad_per_s;
-    sim::experiments::Reading reading{};
+    identification::experiments::Reading reading{};
     double start_rad = 0.0;  ///< where it is to begin
     double position_command_rad = 0.0;
     double origin_rad = 0.0;  ///< where it was when the measurement began

@@ -25,11 +25,11 @@ double number_or(std::string_view text, double otherwise) {
 }
 
 /// "COLUMN,COLUMN: reason" → the reason, when a value of one of these columns is missing.
-std::string reason_for_missing(const sim::Recording& results, std::string_view text) {
+std::string reason_for_missing(const identification::Recording& results, std::string_view text) {
   const std::size_t colon = text.find(": ");
   if (colon == text.npos) return {};
   const std::string columns = "," + std::string(text.substr(0, colon)) + ",";
-  for (const sim::Recording::Column& column : results.columns)
+  for (const identification::Recording::Column& column : results.columns)
     if (columns.find("," + column.name + ",") != columns.npos &&
         std::ranges::any_of(column.values, [](double value) { return std::isnan(value); }))
       return std::string(text.substr(colon + 2));
@@ -37,7 +37,7 @@ std::string reason_for_missing(const sim::Recording& results, std::string_view t
 }
 
 /// Nothing, and a problem, when the file cannot be used.
-sim::Recording read(const fs::path& path, std::vector<std::string>& problems) {
+identification::Recording read(const fs::path& path, std::vector<std::string>& problems) {
   try {
     return apps::read_recording(path, apps::NotMeasured::kTaken).recording;
   } catch (const apps::RecordingError& error) {
@@ -88,7 +88,7 @@ MeasuredExperiment read_experiment(const fs::path& directory, const std::string&
   const fs::path rows = directory / experiment;
   measured.settings = read_settings(rows / "experiment.toml", measured.problems);
   std::vector<std::string> nothing_finished;
-  const sim::Recording progress = read(rows / "progress", nothing_finished);
+  const identification::Recording progress = read(rows / "progress", nothing_finished);
   if (progress.has("time_s")) {
     const auto ends = progress.column("time_s");
     measured.finished_until_s.assign(ends.begin(), ends.end());
@@ -116,8 +116,8 @@ MeasuredExperiment read_experiment(const fs::path& directory, const std::string&
   return measured;
 }
 
-Trace::Trace(const sim::Recording& rows, std::size_t measurement, std::size_t first, std::size_t last,
-             std::size_t points)
+Trace::Trace(const identification::Recording& rows, std::size_t measurement, std::size_t first,
+             std::size_t last, std::size_t points)
     : rows_(rows),
       measurement_(measurement),
       first_(first),

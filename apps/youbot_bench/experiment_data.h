@@ -8,14 +8,15 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/recording.h"
+#include "identification/recording.h"
 
 namespace youbot_bench {
 
 struct MeasuredJoint {
   std::string name;
-  sim::Recording rows;     ///< none when nothing was recorded, or not asked for
-  sim::Recording results;  ///< a row for each finished measurement; NaN where something could not be measured
+  identification::Recording rows;  ///< none when nothing was recorded, or not asked for
+  identification::Recording
+      results;  ///< a row for each finished measurement; NaN where something could not be measured
 };
 
 /// One line of experiment.toml.
@@ -48,7 +49,7 @@ MeasuredExperiment read_experiment(const std::filesystem::path& directory, const
 class Trace {
  public:
   /// Rows `first` to before `last`, of which there is one at least; no more than about `points` values.
-  Trace(const sim::Recording& rows, std::size_t measurement, std::size_t first, std::size_t last,
+  Trace(const identification::Recording& rows, std::size_t measurement, std::size_t first, std::size_t last,
         std::size_t points);
 
   std::size_t measurement() const noexcept { return measurement_; }  ///< counted from 0
@@ -62,7 +63,7 @@ class Trace {
  private:
   std::vector<double> means(std::span<const double> values, double less) const;
 
-  const sim::Recording& rows_;
+  const identification::Recording& rows_;
   std::size_t measurement_;
   std::size_t first_;
   std::size_t last_;

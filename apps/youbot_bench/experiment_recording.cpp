@@ -212,7 +212,8 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
       });
 }
 
-std::vector<Column> ExperimentRecording::choose_columns(const sim::experiments::RecordedCommands& commands) {
+std::vector<Column> ExperimentRecording::choose_columns(
+    const identification::experiments::RecordedCommands& commands) {
   std::vector<Column> columns{{"time_s", 6}};
   const auto add = [&](const char* name, int decimals, ExperimentRecord::Value value) {
     columns.push_back({name, decimals});

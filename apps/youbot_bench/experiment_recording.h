@@ -16,7 +16,7 @@
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
 #include "hal/joint.h"
-#include "sim/experiments/joint_experiment.h"
+#include "identification/experiments/joint_experiment.h"
 
 namespace youbot_bench {
 
@@ -39,7 +39,7 @@ struct ExperimentRecord {
   Kind kind = Kind::kRow;
   int measurement = 0;
   double time_s = 0.0;
-  std::array<std::array<double, sim::experiments::kMaxResults>, hal::kMaxJoints> values{};
+  std::array<std::array<double, identification::experiments::kMaxResults>, hal::kMaxJoints> values{};
 };
 
 /// `DIR/EXPERIMENT/JOINT.csv` (rows), `DIR/RESULT/JOINT.csv` (results, when the experiment has some),
@@ -60,7 +60,7 @@ class ExperimentRecording {
     std::string experiment;
     std::string result;  ///< as "steady-state-map"
     std::vector<std::string> joints{};
-    sim::experiments::RecordedCommands commands{};
+    identification::experiments::RecordedCommands commands{};
     std::vector<std::string> result_columns{};
     std::vector<std::string> not_measured{};  ///< for each of them, JointExperiment::not_measured()
     double rate_Hz = 1000.0;
@@ -103,7 +103,8 @@ class ExperimentRecording {
   File open(const std::filesystem::path& path, const std::vector<apps::RecordingFile::Comment>& comments,
             const std::vector<apps::RecordingFile::Column>& columns,
             const std::function<bool(std::span<const double>, int)>& keep);
-  std::vector<apps::RecordingFile::Column> choose_columns(const sim::experiments::RecordedCommands& commands);
+  std::vector<apps::RecordingFile::Column> choose_columns(
+      const identification::experiments::RecordedCommands& commands);
   /// No more measurements count than `path` has rows, which must be of the same times.
   void count_finished(const std::filesystem::path& path,
                       const std::vector<apps::RecordingFile::Column>& columns);

@@ -15,9 +15,9 @@
 #include "apps/youbot_bench/progress.h"
 #include "hal/seconds.h"
 #include "hal/setup_error.h"
-#include "sim/experiments/low_pass.h"
-#include "sim/experiments/parameter.h"
-#include "sim/experiments/rehearsal.h"
+#include "identification/experiments/low_pass.h"
+#include "identification/experiments/parameter.h"
+#include "identification/experiments/rehearsal.h"
 
 namespace youbot_bench {
 namespace {
@@ -68,8 +68,8 @@ void fit_to_end_stops(const ExperimentPlan& plan, const ExperimentOptions& optio
     if (!all[joint.index].range.limited()) continue;
     const double period_s = seconds(options.period);
     const auto rehearsed = plan.make(all[joint.index], period_s);
-    const sim::experiments::Demand demand =
-        sim::experiments::rehearse(*rehearsed, first_measurement, period_s);
+    const identification::experiments::Demand demand =
+        identification::experiments::rehearse(*rehearsed, first_measurement, period_s);
     joint.fit.emplace(JointFit::Plan{.experiment = plan.name,
                                      .demand = demand,
                                      .max_travel_rad = options.max_travel_rad,
@@ -80,11 +80,11 @@ void fit_to_end_stops(const ExperimentPlan& plan, const ExperimentOptions& optio
 
 /// Else a measurement would not only tell of itself, but of what came before, too.
 void require_memory_shorter_than(double settle_s, double cutoff_rad_per_s) {
-  const double memory_s = sim::experiments::kForgotten / cutoff_rad_per_s;
+  const double memory_s = identification::experiments::kForgotten / cutoff_rad_per_s;
   if (settle_s < memory_s)
     throw std::invalid_argument("the filter of the velocity remembers " +
-                                sim::experiments::number_text(memory_s) + " s, but only " +
-                                sim::experiments::number_text(settle_s) +
+                                identification::experiments::number_text(memory_s) + " s, but only " +
+                                identification::experiments::number_text(settle_s) +
                                 " s are waited before a measurement: raise --settle, --rest or "
                                 "--filter-cutoff");
 }
@@ -164,7 +164,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
     joints.push_back({index, plan.make(robot.joints()[index], period_s)});
     description.joints.push_back(robot.joints()[index].name);
   }
-  const sim::experiments::JointExperiment& first = *joints.front().experiment;
+  const identification::experiments::JointExperiment& first = *joints.front().experiment;
   description.commands = first.recorded_commands();
   description.result_columns.assign(first.result_columns().begin(), first.result_columns().end());
   for (std::size_t i = 0; i < first.result_columns().size(); ++i)

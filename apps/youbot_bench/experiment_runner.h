@@ -15,7 +15,7 @@
 #include "control/plausibility/checks.h"
 #include "hal/clock.h"
 #include "hal/robot.h"
-#include "sim/experiments/joint_experiment.h"
+#include "identification/experiments/joint_experiment.h"
 
 namespace youbot_bench {
 
@@ -24,7 +24,8 @@ struct ExperimentPlan {
   std::string name;    ///< "steady-state": also the directory of the recording
   std::string result;  ///< "steady-state-map": likewise, of the results
   /// Setup: the experiment for one joint. @throws std::invalid_argument.
-  std::function<std::unique_ptr<sim::experiments::JointExperiment>(const hal::JointInfo&, double period_s)>
+  std::function<std::unique_ptr<identification::experiments::JointExperiment>(const hal::JointInfo&,
+                                                                              double period_s)>
       make;
   std::string configuration;  ///< TOML text that makes it again; stored beside the recording
 };

@@ -36,27 +36,27 @@
 #include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "apps/youbot_bench/progress.h"
-#include "control/friction/any_law.h"
-#include "control/friction/law_compensator.h"
-#include "control/friction/sliding_table.h"
 #include "hal/axis_scale.h"
 #include "hal/youbot_axes.h"
-#include "sim/effects/dissipation.h"
-#include "sim/effects/resistance.h"
-#include "sim/experiments/compensation.h"
-#include "sim/experiments/dahl.h"
-#include "sim/experiments/parameter.h"
-#include "sim/experiments/reversals.h"
-#include "sim/experiments/staircase.h"
-#include "sim/experiments/steady_state.h"
-#include "sim/experiments/stick_slip.h"
-#include "sim/experiments/torque_ramp.h"
-#include "sim/experiments/torque_wave.h"
+#include "identification/experiments/compensation.h"
+#include "identification/experiments/dahl.h"
+#include "identification/experiments/parameter.h"
+#include "identification/experiments/reversals.h"
+#include "identification/experiments/staircase.h"
+#include "identification/experiments/steady_state.h"
+#include "identification/experiments/stick_slip.h"
+#include "identification/experiments/torque_ramp.h"
+#include "identification/experiments/torque_wave.h"
+#include "model/effects/dissipation.h"
+#include "model/effects/resistance.h"
+#include "model/friction/any_law.h"
+#include "model/friction/law_compensator.h"
+#include "model/friction/sliding_table.h"
 
 namespace youbot_bench {
 
-using sim::experiments::JointExperiment;
-using sim::experiments::Parameter;
+using identification::experiments::JointExperiment;
+using identification::experiments::Parameter;
 
 /// What all experiments have; the defaults of some depend on the experiment. Not in the anonymous namespace:
 /// it is a member of ExperimentCommand, and g++ warns about that in a unity build.
@@ -155,15 +155,15 @@ double encoder_step_rad(const std::string& joint) {
   return hal::AxisScale(constants).position_resolution_rad();
 }
 
-using sim::experiments::CompensationConfig;
-using sim::experiments::DahlConfig;
-using sim::experiments::MultisineConfig;
-using sim::experiments::PreslidingConfig;
-using sim::experiments::ReversalsConfig;
-using sim::experiments::StaircaseConfig;
-using sim::experiments::SteadyStateConfig;
-using sim::experiments::StickSlipConfig;
-using sim::experiments::TorqueRampConfig;
+using identification::experiments::CompensationConfig;
+using identification::experiments::DahlConfig;
+using identification::experiments::MultisineConfig;
+using identification::experiments::PreslidingConfig;
+using identification::experiments::ReversalsConfig;
+using identification::experiments::StaircaseConfig;
+using identification::experiments::SteadyStateConfig;
+using identification::experiments::StickSlipConfig;
+using identification::experiments::TorqueRampConfig;
 
 /// Files where they are found again, from wherever the experiment is resumed.
 template <typename Config>
@@ -171,25 +171,25 @@ void make_paths_absolute(Config& /*config*/) {}
 
 using Made = std::unique_ptr<JointExperiment>;
 Made make(const SteadyStateConfig& config, const std::string& /*joint*/, double period_s) {
-  return std::make_unique<sim::experiments::SteadyState>(config, period_s);
+  return std::make_unique<identification::experiments::SteadyState>(config, period_s);
 }
 Made make(const TorqueRampConfig& config, const std::string& joint, double period_s) {
-  return std::make_unique<sim::experiments::TorqueRamp>(config, encoder_step_rad(joint), period_s);
+  return std::make_unique<identification::experiments::TorqueRamp>(config, encoder_step_rad(joint), period_s);
 }
 Made make(const DahlConfig& config, const std::string& /*joint*/, double /*period_s*/) {
-  return std::make_unique<sim::experiments::Dahl>(config);
+  return std::make_unique<identification::experiments::Dahl>(config);
 }
 Made make(const PreslidingConfig& config, const std::string& /*joint*/, double period_s) {
-  return std::make_unique<sim::experiments::TorqueWave>(config, period_s);
+  return std::make_unique<identification::experiments::TorqueWave>(config, period_s);
 }
 Made make(const MultisineConfig& config, const std::string& /*joint*/, double period_s) {
-  return std::make_unique<sim::experiments::TorqueWave>(config, period_s);
+  return std::make_unique<identification::experiments::TorqueWave>(config, period_s);
 }
 Made make(const StickSlipConfig& config, const std::string& /*joint*/, double /*period_s*/) {
-  return std::make_unique<sim::experiments::StickSlip>(config);
+  return std::make_unique<identification::experiments::StickSlip>(config);
 }
 bool is_law(const std::string& name) {
-  return std::ranges::any_of(control::friction::law_descriptions(),
+  return std::ranges::any_of(model::friction::law_descriptions(),
                              [&](const auto& law) { return law.name == name; });
 }
 
@@ -199,28 +199,27 @@ void make_paths_absolute(CompensationConfig& config) {
 }
 
 /// What the compensator believes.
-control::friction::SlidingTable compensated_friction(const std::string& compensator, int wheel) {
-  if (compensator.empty()) return control::friction::wheel_table(wheel);
-  if (is_law(compensator)) return control::friction::law_table(control::friction::make_law(compensator));
+model::friction::SlidingTable compensated_friction(const std::string& compensator, int wheel) {
+  if (compensator.empty()) return model::friction::wheel_table(wheel);
+  if (is_law(compensator)) return model::friction::law_table(model::friction::make_law(compensator));
   if (!std::filesystem::exists(compensator))
     throw std::invalid_argument("--compensator: " + compensator +
                                 " is neither a file nor a law; identify --help lists the laws");
-  const sim::effects::DriveModel model = apps::read_drive_model(compensator);
-  if (const std::string why = apps::driving_friction(model, sim::effects::kUsualTopSpeed_rad_per_s);
+  const model::effects::DriveModel model = apps::read_drive_model(compensator);
+  if (const std::string why = apps::driving_friction(model, model::effects::kUsualTopSpeed_rad_per_s);
       !why.empty())
     throw std::invalid_argument("--compensator: " + compensator + ": " + why);
-  return sim::effects::resistance_of(model).sliding;
+  return model::effects::resistance_of(model).sliding;
 }
 
 /// Against the curve that was measured on this wheel. The observer blends from rest on.
-double passive_gain_of(const CompensationConfig& config, const control::friction::SlidingTable& friction,
+double passive_gain_of(const CompensationConfig& config, const model::friction::SlidingTable& friction,
                        int wheel) {
-  const control::friction::LawCompensator help(friction,
-                                               {.margin = std::min(config.margin, 0.999),
-                                                .blend_speed_rad_per_s = config.blend_speed_rad_per_s,
-                                                .quiet_speed_rad_per_s = 0});
-  return control::friction::max_passive_gain(
-      control::friction::make_law("measured_wheel", {{"wheel", static_cast<double>(wheel)}}), help);
+  const model::friction::LawCompensator help(friction, {.margin = std::min(config.margin, 0.999),
+                                                        .blend_speed_rad_per_s = config.blend_speed_rad_per_s,
+                                                        .quiet_speed_rad_per_s = 0});
+  return model::friction::max_passive_gain(
+      model::friction::make_law("measured_wheel", {{"wheel", static_cast<double>(wheel)}}), help);
 }
 
 Made make(const CompensationConfig& config, const std::string& joint, double period_s) {
@@ -228,15 +227,16 @@ Made make(const CompensationConfig& config, const std::string& joint, double per
     throw std::invalid_argument("compensation: no friction curve was measured for " + joint +
                                 ", only for wheel-1 to wheel-4");
   const int wheel = joint.back() - '0';
-  control::friction::SlidingTable friction = compensated_friction(config.compensator, wheel);
+  model::friction::SlidingTable friction = compensated_friction(config.compensator, wheel);
   const double gain = passive_gain_of(config, friction, wheel);
-  return std::make_unique<sim::experiments::Compensation>(config, std::move(friction), gain, period_s);
+  return std::make_unique<identification::experiments::Compensation>(config, std::move(friction), gain,
+                                                                     period_s);
 }
 Made make(const StaircaseConfig& config, const std::string& /*joint*/, double /*period_s*/) {
-  return std::make_unique<sim::experiments::Staircase>(config);
+  return std::make_unique<identification::experiments::Staircase>(config);
 }
 Made make(const ReversalsConfig& config, const std::string& /*joint*/, double /*period_s*/) {
-  return std::make_unique<sim::experiments::Reversals>(config);
+  return std::make_unique<identification::experiments::Reversals>(config);
 }
 
 }  // namespace
@@ -413,7 +413,7 @@ int ExperimentCommand::run() {
     load(config_file_);
   take_given(common_);
   take_given_parameters();
-  common_ = sim::experiments::checked(common_);
+  common_ = identification::experiments::checked(common_);
   if (!kind_.empty()) ethercat_.kind = apps::ethercat_kind(kind_);
 
   const bool simulated = apps::is_simulated(common_.robot);

@@ -18,17 +18,17 @@
 #include "apps/common/whole_file.h"
 #include "apps/youbot_bench/identify_report.h"
 #include "apps/youbot_bench/model_writer.h"
-#include "sim/effects/dissipation.h"
-#include "sim/identify/model_choice.h"
-#include "sim/identify/moving_fit.h"
-#include "sim/identify/presliding_fit.h"
-#include "sim/identify/static_fit.h"
-#include "sim/identify/static_map.h"
+#include "identification/fit/model_choice.h"
+#include "identification/fit/moving_fit.h"
+#include "identification/fit/presliding_fit.h"
+#include "identification/fit/static_fit.h"
+#include "identification/fit/static_map.h"
+#include "model/effects/dissipation.h"
 
 namespace youbot_bench {
 namespace {
 
-namespace fits = sim::identify;
+namespace fits = identification::fit;
 using fits::Estimate;
 
 /// On the terminal, unless nobody wants to know.
@@ -70,8 +70,8 @@ std::string decision_of(const fits::ChoiceStep& step) {
          (step.drives ? ", friction would drive the joint" : "");
 }
 
-sim::Recording read(const std::filesystem::path& path,
-                    apps::NotMeasured not_measured = apps::NotMeasured::kRefused) {
+identification::Recording read(const std::filesystem::path& path,
+                               apps::NotMeasured not_measured = apps::NotMeasured::kRefused) {
   apps::ReadRecording read = apps::read_recording(path, not_measured);
   for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
   return std::move(read.recording);
@@ -94,7 +94,7 @@ fits::StaticForm form_of(std::string_view text) {
       throw std::invalid_argument("--law: '" + std::string(term) +
                                   "' is no term; there are offset, asymmetry and quadratic");
   }
-  static_cast<void>(control::friction::law_description(form.law));  // throws with the list
+  static_cast<void>(model::friction::law_description(form.law));  // throws with the list
   return form;
 }
 
@@ -117,7 +117,7 @@ std::vector<std::filesystem::path> maps_at(const std::filesystem::path& path) {
 /// All recordings of one drive.
 struct Rig {
   IdentifiedRig identified;
-  std::vector<sim::Recording> maps{};
+  std::vector<identification::Recording> maps{};
 };
 
 /// The one of this name, added when it is not there yet.
@@ -201,7 +201,7 @@ fits::StaticFit identify_map(const Teller& tell, IdentificationEvidence& evidenc
   fits::StaticFitOptions options;
   if (law == "auto") {
     const fits::ModelChoice& choice = evidence.choice.emplace(
-        fits::choose_model(map, {.top_speed_rad_per_s = sim::effects::kUsualTopSpeed_rad_per_s}));
+        fits::choose_model(map, {.top_speed_rad_per_s = model::effects::kUsualTopSpeed_rad_per_s}));
     form = choice.form;
     options.left_out = choice.outliers;
     tell("choice of terms, leave-one-speed-out error without and with each:\n");
@@ -227,8 +227,8 @@ fits::StaticFit identify_map(const Teller& tell, IdentificationEvidence& evidenc
 }
 
 /// The sliding friction that a pre-sliding fit stands on.
-control::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
-  control::friction::Kfm::Parameters parameters;
+model::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
+  model::friction::Kfm::Parameters parameters;
   const auto take = [&fit](std::string_view name, double& value) {
     const bool there = std::any_of(fit.parameters.begin(), fit.parameters.end(),
                                    [&](const Estimate& e) { return e.name == name && !std::isnan(e.value); });
@@ -248,15 +248,16 @@ control::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
 /// A law that drives is none, and what compensates it drives too.
 void require_braking(const IdentifiedModel& model) {
   const std::string why =
-      apps::driving_friction(drive_model_of(model), sim::effects::kUsualTopSpeed_rad_per_s);
+      apps::driving_friction(drive_model_of(model), model::effects::kUsualTopSpeed_rad_per_s);
   if (!why.empty())
     throw std::invalid_argument(
         "no model of " + model.name + " is written: " + why +
         "; take the terms --law auto finds, or a map with speeds up to those the joint is used at");
 }
 
-void identify_rig(const Teller& tell, Rig& rig, const std::optional<sim::Recording>& moving,
-                  const std::optional<sim::Recording>& presliding, const IdentifyOptions& options) {
+void identify_rig(const Teller& tell, Rig& rig, const std::optional<identification::Recording>& moving,
+                  const std::optional<identification::Recording>& presliding,
+                  const IdentifyOptions& options) {
   auto& [model, evidence] = rig.identified;
   model.inertia_kg_m2 = options.inertia_kg_m2;
   if (!rig.maps.empty()) {
@@ -319,13 +320,13 @@ void identify(const IdentifyOptions& options) {
   std::vector<Rig> rigs;
   for (const auto& named : options.maps)
     for (const auto& path : maps_at(named)) {
-      sim::Recording map = read(path, apps::NotMeasured::kTaken);
+      identification::Recording map = read(path, apps::NotMeasured::kTaken);
       Rig& rig = rig_named(rigs, map.rig);
       rig.identified.model.evidence.push_back("sliding friction from " + path.filename().string());
       rig.maps.push_back(std::move(map));
     }
   const auto read_beside = [&rigs](const std::filesystem::path& path, const std::string& what) {
-    std::optional<sim::Recording> recording;
+    std::optional<identification::Recording> recording;
     if (path.empty()) return recording;
     recording = read(path);
     Rig& rig = rig_named(rigs, recording->rig);
@@ -333,8 +334,8 @@ void identify(const IdentifyOptions& options) {
     rig.identified.model.evidence.push_back(what + " from " + path.filename().string());
     return recording;
   };
-  const std::optional<sim::Recording> moving = read_beside(options.moving, "motion");
-  const std::optional<sim::Recording> presliding = read_beside(options.presliding, "pre-sliding");
+  const std::optional<identification::Recording> moving = read_beside(options.moving, "motion");
+  const std::optional<identification::Recording> presliding = read_beside(options.presliding, "pre-sliding");
   require_directory_names(rigs);
   const auto directory_of = [&](const IdentifiedRig& rig) {
     return rigs.size() > 1 ? options.out / rig.model.name : options.out;

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/identify/static_map.h"
+#include "identification/fit/static_map.h"
 
 namespace youbot_bench {
 
@@ -17,7 +17,7 @@ struct IdentifyOptions {
   /// "auto" chooses the terms; else a friction law, with "+offset", "+asymmetry" or "+quadratic" as wanted.
   std::string law = "auto";
   std::optional<double> inertia_kg_m2{};
-  sim::identify::SpeedRange speeds{};  ///< of the maps, that the law is fitted to
+  identification::fit::SpeedRange speeds{};  ///< of the maps, that the law is fitted to
   std::filesystem::path out{};
   bool quiet = false;
 };

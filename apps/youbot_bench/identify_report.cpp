@@ -14,7 +14,7 @@
 namespace youbot_bench {
 namespace {
 
-namespace fits = sim::identify;
+namespace fits = identification::fit;
 using report::Series;
 
 constexpr int kCurvePoints = 200;  // each direction

@@ -6,16 +6,16 @@
 #include <vector>
 
 #include "apps/youbot_bench/model_writer.h"
-#include "sim/identify/model_choice.h"
-#include "sim/identify/static_map.h"
+#include "identification/fit/model_choice.h"
+#include "identification/fit/static_map.h"
 
 namespace youbot_bench {
 
 /// What a report of an identification shows beyond the model itself.
 struct IdentificationEvidence {
-  sim::identify::StaticMap map{};                        ///< empty without one
-  std::vector<sim::identify::MapPoint> not_asked_for{};  ///< taken from the map before the fit
-  std::optional<sim::identify::ModelChoice> choice{};    ///< when the terms were chosen from the data
+  identification::fit::StaticMap map{};                        ///< empty without one
+  std::vector<identification::fit::MapPoint> not_asked_for{};  ///< taken from the map before the fit
+  std::optional<identification::fit::ModelChoice> choice{};    ///< when the terms were chosen from the data
 };
 
 struct IdentifiedRig {

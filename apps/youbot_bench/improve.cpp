@@ -93,7 +93,7 @@ struct Stopped {};
 youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
   const fs::path directory = out / wheel_name(wheel);
   apps::make_output_directory(directory);
-  sim::effects::DriveModel model = apps::known_wheel_model();
+  model::effects::DriveModel model = apps::known_wheel_model();
   model.name = wheel_name(wheel);
   apps::write_whole_file(directory / "base.toml", apps::drive_model_text(model));
   youbot_gap::GapOptions search{.inputs = {.model = directory / "base.toml"}, .out = directory};

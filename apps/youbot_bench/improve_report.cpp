@@ -20,14 +20,14 @@ namespace {
 /// "stribeck", "torque offset or direction asymmetry and cogging", "nothing".
 std::string named_by(const youbot_gap::Findings& findings) {
   std::vector<std::string> names;
-  for (const sim::gap::FoundEffect& found : findings.result.effects)
+  for (const identification::gap::FoundEffect& found : findings.result.effects)
     names.push_back(youbot_gap::name_with_rivals(found));
   return apps::list_text(names);
 }
 
 bool names(const youbot_gap::Findings& findings, std::string_view effect) {
-  return std::ranges::any_of(findings.result.effects, [&](const sim::gap::FoundEffect& found) {
-    return sim::effects::name_of(found.effect) == effect ||
+  return std::ranges::any_of(findings.result.effects, [&](const identification::gap::FoundEffect& found) {
+    return model::effects::name_of(found.effect) == effect ||
            std::ranges::find(found.equivalent, effect) != found.equivalent.end();
   });
 }
@@ -178,9 +178,9 @@ std::string search_table(const Improvement& improvement) {
   std::string text = fmt::format("{:<9}{:<18}{:<{}}  {:<22}{}\n", "drive", "verdict", "named", width,
                                  "gap, held out, N·m", "noise, N·m");
   for (const youbot_gap::Findings& findings : improvement.wheels) {
-    const sim::gap::Result& result = findings.result;
+    const identification::gap::Result& result = findings.result;
     text += fmt::format("{:<9}{:<18}{:<{}}  {:<22}{:.2g}\n", findings.drive,
-                        sim::gap::verdict_name(result.verdict), named_by(findings), width,
+                        identification::gap::verdict_name(result.verdict), named_by(findings), width,
                         fmt::format("{:.2g} -> {:.2g}", result.gap_before_Nm, result.gap_after_Nm),
                         result.noise_floor_Nm);
   }
@@ -214,7 +214,7 @@ std::string improvement_text(const Improvement& improvement) {
 }
 
 std::string reveal_text(const Improvement& improvement, const apps::HiddenEffect& hidden) {
-  const std::string_view effect = sim::effects::name_of(hidden.effect());
+  const std::string_view effect = model::effects::name_of(hidden.effect());
   const auto right = std::ranges::count_if(
       improvement.wheels, [&](const youbot_gap::Findings& findings) { return names(findings, effect); });
   return fmt::format("Hidden was {}; named on {} of {}.\n", hidden.reveal(), right,
@@ -234,9 +234,9 @@ report::Page improvement_page(const Improvement& improvement, const std::string&
   page.text(driving_text(improvement));
   std::vector<report::Row> rows;
   for (const youbot_gap::Findings& findings : improvement.wheels) {
-    const sim::gap::Result& result = findings.result;
-    rows.push_back({findings.drive, std::string(sim::gap::verdict_name(result.verdict)), named_by(findings),
-                    result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm});
+    const identification::gap::Result& result = findings.result;
+    rows.push_back({findings.drive, std::string(identification::gap::verdict_name(result.verdict)),
+                    named_by(findings), result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm});
   }
   if (!rows.empty())
     page.table(

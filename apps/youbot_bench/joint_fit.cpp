@@ -27,7 +27,7 @@ JointFit::JointFit(const Plan& plan, std::span<const hal::JointInfo> joints, std
       joint_(joint),
       torque_limit_Nm_(std::min(info_.torque_limit_Nm, info_.rated_torque_Nm)),
       weight_(joints, joint) {
-  const sim::experiments::Demand& demand = plan.demand;
+  const identification::experiments::Demand& demand = plan.demand;
   const auto refuse = [&](const std::string& why) {
     throw std::invalid_argument("--joint " + info_.name + ": " + plan.experiment + " " + why);
   };

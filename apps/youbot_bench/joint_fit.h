@@ -8,7 +8,7 @@
 
 #include "apps/youbot_bench/arm_weight.h"
 #include "hal/robot.h"
-#include "sim/experiments/rehearsal.h"
+#include "identification/experiments/rehearsal.h"
 
 namespace youbot_bench {
 
@@ -34,7 +34,7 @@ class JointFit {
  public:
   struct Plan {
     std::string experiment;
-    sim::experiments::Demand demand;
+    identification::experiments::Demand demand;
     double max_travel_rad = 0.0;  ///< where it is stopped, from where it began; 0: nowhere
     std::optional<double>
         start_rad{};  ///< where the joint is taken first; otherwise it begins where it stands

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sim/experiments/rehearsal.h"
+#include "identification/experiments/rehearsal.h"
 
 namespace youbot_bench {
 namespace {
@@ -35,7 +35,7 @@ JointGuard::JointGuard(const hal::JointInfo& joint, double period_s) noexcept
       period_s_(period_s),
       torque_(kTorqueCutoff_rad_per_s, period_s) {}
 
-JointGuard::Trip JointGuard::watch(const sim::experiments::Reading& reading,
+JointGuard::Trip JointGuard::watch(const identification::experiments::Reading& reading,
                                    const hal::JointCommand& command) noexcept {
   torque_.step(reading.torque_Nm);
   if (near_stop(reading)) return Trip::kNearStop;
@@ -43,15 +43,16 @@ JointGuard::Trip JointGuard::watch(const sim::experiments::Reading& reading,
   return blocked(reading, command) ? Trip::kBlocked : Trip::kNone;
 }
 
-bool JointGuard::near_stop(const sim::experiments::Reading& reading) const noexcept {
+bool JointGuard::near_stop(const identification::experiments::Reading& reading) const noexcept {
   const double speed = reading.velocity_rad_per_s;
-  const double coasting_rad = sim::experiments::stopping_distance_rad(std::abs(speed)) + kStopMargin_rad;
+  const double coasting_rad =
+      identification::experiments::stopping_distance_rad(std::abs(speed)) + kStopMargin_rad;
   if (speed > kResting_rad_per_s) return reading.position_rad + coasting_rad > range_.upper_rad;
   if (speed < -kResting_rad_per_s) return reading.position_rad - coasting_rad < range_.lower_rad;
   return false;
 }
 
-bool JointGuard::blocked(const sim::experiments::Reading& reading,
+bool JointGuard::blocked(const identification::experiments::Reading& reading,
                          const hal::JointCommand& command) noexcept {
   const bool by_velocity = command.mode == hal::CommandMode::kVelocity;
   const double wanted = std::abs(command.target);

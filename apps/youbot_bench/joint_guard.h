@@ -4,8 +4,8 @@
 #include <cstdint>
 
 #include "hal/robot.h"
-#include "sim/experiments/joint_experiment.h"
-#include "sim/experiments/low_pass.h"
+#include "identification/experiments/joint_experiment.h"
+#include "identification/experiments/low_pass.h"
 
 namespace youbot_bench {
 
@@ -22,19 +22,20 @@ class JointGuard {
   JointGuard(const hal::JointInfo& joint, double period_s) noexcept;
 
   /// Each cycle of a measurement, with the command that has acted.
-  Trip watch(const sim::experiments::Reading& reading, const hal::JointCommand& command) noexcept;
+  Trip watch(const identification::experiments::Reading& reading, const hal::JointCommand& command) noexcept;
   /// Low-passed, as it is judged.
   double torque_Nm() const noexcept { return torque_.value(); }
 
  private:
-  bool near_stop(const sim::experiments::Reading& reading) const noexcept;
-  bool blocked(const sim::experiments::Reading& reading, const hal::JointCommand& command) noexcept;
+  bool near_stop(const identification::experiments::Reading& reading) const noexcept;
+  bool blocked(const identification::experiments::Reading& reading,
+               const hal::JointCommand& command) noexcept;
 
   hal::JointRange range_;
   double rated_torque_Nm_;
   double blocked_torque_Nm_;
   double period_s_;
-  sim::experiments::LowPass torque_;
+  identification::experiments::LowPass torque_;
   double pushed_hard_s_ = 0.0;  // without turning
   double asked_to_turn_s_ = 0.0;
 };

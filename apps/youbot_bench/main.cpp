@@ -21,7 +21,7 @@
 #include "apps/youbot_bench/scan.h"
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
-#include "control/friction/any_law.h"
+#include "model/friction/any_law.h"
 
 namespace {
 
@@ -30,7 +30,7 @@ using apps::finite_range;
 /// "coulomb, viscous, …"
 std::string law_names() {
   std::string names;
-  for (const auto& law : control::friction::law_descriptions())
+  for (const auto& law : model::friction::law_descriptions())
     (names += names.empty() ? "" : ", ") += law.name;
   return names;
 }

@@ -11,12 +11,12 @@
 #include <utility>
 
 #include "apps/common/drive_model_file.h"
-#include "sim/effects/any_effect.h"
+#include "model/effects/any_effect.h"
 
 namespace youbot_bench {
 namespace {
 
-using sim::identify::Estimate;
+using identification::fit::Estimate;
 
 struct Entry {
   std::string_view parameter;
@@ -57,7 +57,7 @@ const Estimate* find(std::span<const Estimate> estimates, std::string_view name)
 
 /// What the text of the file is made of.
 struct Contents {
-  sim::effects::DriveModel model{};
+  model::effects::DriveModel model{};
   std::vector<std::string> header{};
   std::vector<apps::EffectRemarks> remarks{};
 };
@@ -65,8 +65,8 @@ struct Contents {
 /// Adds an effect when all of its parameters are there, else the reasons to the header. An exponent that was
 /// given counts with the others.
 void add_effect(std::string_view effect, std::span<const Estimate> estimates, Contents& contents) {
-  const auto& described = sim::effects::effect_description(effect).parameters;
-  std::vector<sim::effects::NamedValue> values;
+  const auto& described = model::effects::effect_description(effect).parameters;
+  std::vector<model::effects::NamedValue> values;
   apps::EffectRemarks remarks;
   remarks.parameters.resize(described.size());
   bool fitted = false;
@@ -83,14 +83,14 @@ void add_effect(std::string_view effect, std::span<const Estimate> estimates, Co
     std::string remark =
         estimate->ok() ? fmt::format("95 %: {:.7g} to {:.7g}", estimate->lower, estimate->upper) : "given";
     if (!entry.remark.empty()) remark += "; " + std::string(entry.remark);
-    const auto at = std::ranges::find(described, entry.key, &sim::effects::ParameterDescription::name);
+    const auto at = std::ranges::find(described, entry.key, &model::effects::ParameterDescription::name);
     remarks.parameters[static_cast<std::size_t>(at - described.begin())] = remark;
     values.push_back({entry.key, rounded(estimate->value)});
     fitted |= estimate->ok();
   }
   if (!fitted || !complete) return;
   try {
-    contents.model.effects.push_back(sim::effects::make_effect(effect, values));
+    contents.model.effects.push_back(model::effects::make_effect(effect, values));
     contents.remarks.push_back(std::move(remarks));
   } catch (const std::invalid_argument& error) {  // a law may allow what no drive has
     contents.header.push_back("left out: " + std::string(error.what()));
@@ -128,6 +128,6 @@ std::string model_text(const IdentifiedModel& model) {
   return apps::drive_model_text(contents.model, contents.header, contents.remarks);
 }
 
-sim::effects::DriveModel drive_model_of(const IdentifiedModel& model) { return contents_of(model).model; }
+model::effects::DriveModel drive_model_of(const IdentifiedModel& model) { return contents_of(model).model; }
 
 }  // namespace youbot_bench

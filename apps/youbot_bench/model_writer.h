@@ -5,31 +5,31 @@
 #include <string>
 #include <vector>
 
-#include "sim/effects/drive_model.h"
-#include "sim/identify/static_fit.h"
-#include "sim/identify/statistics.h"
+#include "identification/fit/static_fit.h"
+#include "identification/fit/statistics.h"
+#include "model/effects/drive_model.h"
 
 namespace youbot_bench {
 
 /// Written where nothing tells it, as a file without an inertia is none: a youBot's wheel with its motor.
-inline constexpr double kAssumedInertia_kg_m2 = sim::effects::Mechanics{}.inertia_kg_m2;
+inline constexpr double kAssumedInertia_kg_m2 = model::effects::Mechanics{}.inertia_kg_m2;
 
 struct IdentifiedModel {
   std::string name;                       ///< of the rig
   std::optional<double> inertia_kg_m2{};  ///< known or identified; else assumed, which a comment says
   std::vector<std::string> evidence{};    ///< comment lines at the top
-  std::optional<sim::identify::StaticFit> sliding{};
-  std::vector<sim::identify::Estimate> moving{};      ///< coulomb_Nm, viscous_…: used when there is no map
-  std::vector<sim::identify::Estimate> presliding{};  ///< stiffness_…, damping_…
+  std::optional<identification::fit::StaticFit> sliding{};
+  std::vector<identification::fit::Estimate> moving{};  ///< coulomb_Nm, viscous_…: used when there is no map
+  std::vector<identification::fit::Estimate> presliding{};  ///< stiffness_…, damping_…
 };
 
 /// Its value was set by the user: it counts, without an interval.
-bool is_given(const sim::identify::Estimate& estimate);
+bool is_given(const identification::fit::Estimate& estimate);
 
 /// The text of the file, which loads. Only what was identified becomes an effect; what was not is named in a
 /// comment.
 std::string model_text(const IdentifiedModel& model);
 /// What is read from that file.
-sim::effects::DriveModel drive_model_of(const IdentifiedModel& model);
+model::effects::DriveModel drive_model_of(const IdentifiedModel& model);
 
 }  // namespace youbot_bench

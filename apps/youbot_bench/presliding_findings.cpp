@@ -9,6 +9,7 @@
 #include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
+#include "identification/fit/statistics.h"
 
 namespace youbot_bench {
 namespace {
@@ -102,8 +103,8 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
       displacement.series.push_back(moved);
       presliding.series.push_back(loop);
     }
-    const double stiffness = apps::mean_of(result(joint, "stiffness_slope_Nm_per_rad")).mean;
-    const double step_rad = apps::mean_of(magnitudes(result(joint, "first_step_rad"))).mean;
+    const double stiffness = identification::fit::mean_of(result(joint, "stiffness_slope_Nm_per_rad")).mean;
+    const double step_rad = identification::fit::mean_of(magnitudes(result(joint, "first_step_rad"))).mean;
     if (std::isfinite(stiffness)) {
       presliding.series.push_back(slope("", stiffness, kSlopeReachSteps * step_rad, look));
       steps_rad.push_back(step_rad);
@@ -114,16 +115,18 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
       };
       const std::vector<double> ramps = those("direction");
       if (ramps.empty()) continue;
-      const apps::MeanOf breakaway = apps::mean_of(those("breakaway_command_Nm"));
+      const identification::fit::MeanOf breakaway =
+          identification::fit::mean_of(those("breakaway_command_Nm"));
       all_held = all_held && breakaway.values < 1;
       breakaways_Nm.push_back(std::abs(breakaway.mean));
       findings.table.rows.push_back(
           {joint.name, std::string(direction > 0 ? "forward" : "backward"), static_cast<double>(ramps.size()),
-           breakaway.mean, breakaway.ci95, apps::mean_of(those("breakaway_measured_Nm")).mean,
-           apps::mean_of(those("first_step_rad")).mean, apps::mean_of(those("torque_command_Nm")).mean,
-           apps::mean_of(those("stiffness_command_Nm_per_rad")).mean,
-           apps::mean_of(those("stiffness_slope_Nm_per_rad")).mean,
-           apps::mean_of(those("damping_command_Nm_s_per_rad")).mean});
+           breakaway.mean, breakaway.ci95, identification::fit::mean_of(those("breakaway_measured_Nm")).mean,
+           identification::fit::mean_of(those("first_step_rad")).mean,
+           identification::fit::mean_of(those("torque_command_Nm")).mean,
+           identification::fit::mean_of(those("stiffness_command_Nm_per_rad")).mean,
+           identification::fit::mean_of(those("stiffness_slope_Nm_per_rad")).mean,
+           identification::fit::mean_of(those("damping_command_Nm_s_per_rad")).mean});
     }
   }
   if (!broke_at.x.empty()) {
@@ -187,9 +190,10 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
     }
     const std::vector<double> by_command = result(joint, "stiffness_command_Nm_per_rad");
     const std::vector<double> by_measured = result(joint, "stiffness_measured_Nm_per_rad");
-    const double stiffness = apps::mean_of(by_command).mean;
+    const double stiffness = identification::fit::mean_of(by_command).mean;
     stiffnesses.push_back(stiffness);
-    if (std::abs(apps::mean_of(by_measured).mean - stiffness) > kFarApart * std::abs(stiffness))
+    if (std::abs(identification::fit::mean_of(by_measured).mean - stiffness) >
+        kFarApart * std::abs(stiffness))
       spoiled.push_back(joint.name);
     for (std::size_t i = 0; i < by_command.size(); ++i)
       findings.table.rows.push_back({joint.name, static_cast<double>(i + 1), by_command[i], by_measured[i],

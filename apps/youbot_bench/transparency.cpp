@@ -24,7 +24,7 @@
 namespace youbot_bench {
 namespace {
 
-namespace two_port = sim::two_port;
+namespace two_port = identification::two_port;
 using control::TeleopPhase;
 using Eigen::Vector3d;
 using std::chrono::nanoseconds;

@@ -3,8 +3,8 @@
 ///
 /// The hand's force on the simulated pen is swept by many sines at once, about the place where the operator
 /// has just taken over: with nothing at the tip, then with a known spring there. From velocity and force at
-/// either end comes the two-port's hybrid matrix (sim/two_port/hybrid_matrix.h), and from that its measures.
-/// Both ends are told in the robot's directions (W), N and m/s. All in virtual time.
+/// either end comes the two-port's hybrid matrix (identification/two_port/hybrid_matrix.h), and from that its
+/// measures. Both ends are told in the robot's directions (W), N and m/s. All in virtual time.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -17,10 +17,10 @@
 #include "apps/common/open_robot.h"
 #include "control/teleoperation.h"
 #include "hal/clock.h"
+#include "identification/two_port/excitation.h"
+#include "identification/two_port/hybrid_matrix.h"
+#include "identification/two_port/measures.h"
 #include "sim/hand.h"
-#include "sim/two_port/excitation.h"
-#include "sim/two_port/hybrid_matrix.h"
-#include "sim/two_port/measures.h"
 
 namespace youbot_bench {
 
@@ -40,7 +40,7 @@ struct TransparencyPlan {
   int axis = 0;  ///< of W: 0 forward, 1 left, 2 up
   /// Large enough to keep joints and wheels sliding, small enough for the pen to stay inside rate control's
   /// boundary.
-  sim::two_port::ExcitationShape excitation{
+  identification::two_port::ExcitationShape excitation{
       .period_s = 10.0, .lowest_Hz = 0.3, .highest_Hz = 15.0, .lines = 28, .peak_N = 2.4};
   int realizations = 4;            ///< each has one period to settle, and one that counts
   double tether_N_per_m = 1000.0;  ///< the known spring and damper at the tip
@@ -59,9 +59,9 @@ sim::HandParameters soft_hand();
 
 struct TransparencyResult {
   TransparencyCondition condition;
-  std::vector<sim::two_port::HybridPoint> points;
+  std::vector<identification::two_port::HybridPoint> points;
   /// Empty with fewer than three points that are ok.
-  std::optional<sim::two_port::TwoPortMeasures> measures;
+  std::optional<identification::two_port::TwoPortMeasures> measures;
   std::string fault;  ///< what ended teleoperation early; empty: nothing
   // Of the cycles that were measured.
   double passive_share = 0.0;  ///< the energy tank changed the force on the hand
@@ -89,7 +89,7 @@ struct TransparencyOptions {
   std::vector<double> stiffness_N_per_m{200.0, 700.0};
   std::vector<std::string> feedback{"position-error", "none"};
   std::string axis = "x";
-  sim::two_port::ExcitationShape excitation = TransparencyPlan{}.excitation;
+  identification::two_port::ExcitationShape excitation = TransparencyPlan{}.excitation;
   int realizations = TransparencyPlan{}.realizations;
   std::string out{};  ///< directory for a CSV file of each condition, and report.html
   bool quiet = false;

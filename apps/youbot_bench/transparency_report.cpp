@@ -18,7 +18,7 @@
 namespace youbot_bench {
 namespace {
 
-namespace two_port = sim::two_port;
+namespace two_port = identification::two_port;
 using two_port::HybridPoint;
 using Results = std::vector<TransparencyResult>;
 

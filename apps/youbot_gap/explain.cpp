@@ -38,11 +38,11 @@ Findings write_findings(const Inputs& inputs, const GapOptions& options,
                     .data = {},
                     .seed = options.seed,
                     .result = {}};
-  for (const sim::gap::Source& source : inputs.data) findings.data.push_back(source.name);
-  sim::gap::Options search;
+  for (const identification::gap::Source& source : inputs.data) findings.data.push_back(source.name);
+  identification::gap::Options search;
   search.seed = options.seed;
   search.progress = progress;
-  findings.result = sim::gap::analyse(inputs.model, inputs.data, inputs.held_out, search);
+  findings.result = identification::gap::analyse(inputs.model, inputs.data, inputs.held_out, search);
   made.keep();
 
   const std::string texts[] = {improved_model_text(findings), gap_report(findings).html(),

@@ -19,7 +19,7 @@ struct GapOptions {
 };
 
 /// Writes `out`/model.toml, report.html and gap.json about `inputs`, which were read from the paths in
-/// `options`; each whole or not at all. Prints nothing. `progress`: see sim::gap::Options.
+/// `options`; each whole or not at all. Prints nothing. `progress`: see identification::gap::Options.
 /// @throws std::invalid_argument when the directory cannot be used, or the data cannot carry the question;
 ///         std::runtime_error when a file cannot be written.
 Findings write_findings(const Inputs& inputs, const GapOptions& options,

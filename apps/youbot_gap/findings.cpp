@@ -16,8 +16,8 @@ namespace youbot_gap {
 namespace {
 
 using apps::number_text;
-using sim::gap::FoundEffect;
-using sim::gap::Verdict;
+using identification::gap::FoundEffect;
+using identification::gap::Verdict;
 
 constexpr double kWorthTelling = 1.05;  // a gap that is this many times another one
 
@@ -35,8 +35,9 @@ std::string names_of(std::span<const FoundEffect> effects) {
 }
 
 /// Where most of what is left is: "time 3.1 to 3.8 s of 3.csv".
-std::string strongest_unexplained(const sim::gap::Result& result) {
-  const auto strongest = std::ranges::max_element(result.unexplained, {}, &sim::gap::Unexplained::share);
+std::string strongest_unexplained(const identification::gap::Result& result) {
+  const auto strongest =
+      std::ranges::max_element(result.unexplained, {}, &identification::gap::Unexplained::share);
   return strongest == result.unexplained.end() ? "" : where_text(strongest->where);
 }
 
@@ -48,7 +49,7 @@ std::string effect_words(std::string_view type) {
   return words;
 }
 
-std::string where_text(const sim::gap::Where& where) {
+std::string where_text(const identification::gap::Where& where) {
   std::string text;
   if (!where.coordinate.empty()) {
     const apps::Quantity quantity = apps::quantity_of(where.coordinate);
@@ -62,7 +63,7 @@ std::string where_text(const sim::gap::Where& where) {
   return text;
 }
 
-std::string interval_text(const sim::identify::Estimate& estimate) {
+std::string interval_text(const identification::fit::Estimate& estimate) {
   if (!estimate.ok()) return "not identifiable: " + estimate.not_identifiable;
   return fmt::format("95 %: {:.4g} to {:.4g}", estimate.lower, estimate.upper);
 }
@@ -74,13 +75,13 @@ std::string evidence_text(const FoundEffect& found) {
 }
 
 std::string name_with_rivals(const FoundEffect& found) {
-  std::string name = effect_words(sim::effects::name_of(found.effect));
+  std::string name = effect_words(model::effects::name_of(found.effect));
   for (const std::string& rival : found.equivalent) name += " or " + effect_words(rival);
   return name;
 }
 
 std::string headline(const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
+  const identification::gap::Result& result = findings.result;
   const std::string before = torque_text(result.gap_before_Nm);
   const std::string after = torque_text(result.gap_after_Nm);
   const std::string noise = torque_text(result.noise_floor_Nm);
@@ -105,7 +106,7 @@ std::string headline(const Findings& findings) {
 }
 
 std::vector<std::string> next_steps(const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
+  const identification::gap::Result& result = findings.result;
   std::vector<std::string> steps;
   for (const FoundEffect& found : result.effects)
     if (!found.deciding_experiment.empty())
@@ -134,7 +135,7 @@ std::vector<std::string> next_steps(const Findings& findings) {
 }
 
 std::vector<Refitted> refitted_parameters(const Findings& findings) {
-  const std::vector<sim::effects::AnyEffect>& effects = findings.base.effects;
+  const std::vector<model::effects::AnyEffect>& effects = findings.base.effects;
   std::vector<Refitted> all;
   std::map<std::pair<std::string, std::string>, int> seen;  // several effects may be of one type
   for (const auto& [type, estimate] : findings.result.refitted) {
@@ -147,9 +148,9 @@ std::vector<Refitted> refitted_parameters(const Findings& findings) {
     } else {
       int earlier = seen[{type, estimate.name}]++;
       for (std::size_t i = 0; i < effects.size() && refitted.effect == effects.size(); ++i)
-        if (sim::effects::name_of(effects[i]) == type && earlier-- == 0) refitted.effect = i;
+        if (model::effects::name_of(effects[i]) == type && earlier-- == 0) refitted.effect = i;
       if (refitted.effect < effects.size())
-        refitted.before = sim::effects::parameter_of(effects[refitted.effect], estimate.name);
+        refitted.before = model::effects::parameter_of(effects[refitted.effect], estimate.name);
     }
     all.push_back(std::move(refitted));
   }

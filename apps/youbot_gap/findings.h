@@ -6,30 +6,30 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/effects/drive_model.h"
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
+#include "model/effects/drive_model.h"
 
 namespace youbot_gap {
 
 struct Findings {
-  sim::effects::DriveModel base;  ///< as it was given
+  model::effects::DriveModel base;  ///< as it was given
   std::string base_path;
   std::string drive;              ///< how titles call the rig
   std::vector<std::string> data;  ///< names of the recordings searched
   std::uint64_t seed = 1;
-  sim::gap::Result result;
+  identification::gap::Result result;
 };
 
 /// "direction_asymmetry" → "direction asymmetry".
 std::string effect_words(std::string_view type);
 /// "velocity -0.5 to 0.5 rad/s", "time 3.1 to 3.8 s of 3.csv"; empty without a coordinate.
-std::string where_text(const sim::gap::Where& where);
+std::string where_text(const identification::gap::Where& where);
 /// "95 %: 0.081 to 0.085", or why there is no interval.
-std::string interval_text(const sim::identify::Estimate& estimate);
+std::string interval_text(const identification::fit::Estimate& estimate);
 /// "takes away 92 % of the squared held-out residual, better in 31 of 32 blocks, p = 0.004"
-std::string evidence_text(const sim::gap::FoundEffect& found);
+std::string evidence_text(const identification::gap::FoundEffect& found);
 /// "stribeck", "stribeck or cogging" with what the data cannot tell from it.
-std::string name_with_rivals(const sim::gap::FoundEffect& found);
+std::string name_with_rivals(const identification::gap::FoundEffect& found);
 
 /// The verdict and the gap in one line that stands alone.
 std::string headline(const Findings& findings);
@@ -40,7 +40,7 @@ std::vector<std::string> next_steps(const Findings& findings);
 struct Refitted {
   std::size_t effect = 0;  ///< index in the model; its count of effects for the model's own, such as inertia
   double before = 0;       ///< NaN when the given model has none such
-  sim::identify::Estimate after{};
+  identification::fit::Estimate after{};
   std::string effect_type{};
 };
 /// In the order of the result.

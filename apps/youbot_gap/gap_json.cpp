@@ -11,9 +11,9 @@ namespace youbot_gap {
 namespace {
 
 using Json = nlohmann::ordered_json;
-using sim::identify::Estimate;
+using identification::fit::Estimate;
 
-Json json_of(const sim::gap::Where& where) {
+Json json_of(const identification::gap::Where& where) {
   Json json{{"coordinate", where.coordinate}, {"from", where.from}, {"to", where.to}};
   if (!where.recording.empty()) json["recording"] = where.recording;
   return json;
@@ -27,12 +27,12 @@ Json json_of(const Estimate& estimate, double value, double lower, double upper)
   return json;
 }
 
-Json parameters_of(const sim::gap::FoundEffect& found) {
+Json parameters_of(const identification::gap::FoundEffect& found) {
   Json json = Json::object();
   for (const auto& parameter :
-       sim::effects::effect_description(sim::effects::name_of(found.effect)).parameters) {
+       model::effects::effect_description(model::effects::name_of(found.effect)).parameters) {
     const auto estimate = std::ranges::find(found.parameters, parameter.name, &Estimate::name);
-    const double value = sim::effects::parameter_of(found.effect, parameter.name);
+    const double value = model::effects::parameter_of(found.effect, parameter.name);
     json[std::string(parameter.name)] =
         estimate != found.parameters.end()
             ? json_of(*estimate, value, parameter.lower, parameter.upper)
@@ -42,8 +42,8 @@ Json parameters_of(const sim::gap::FoundEffect& found) {
   return json;
 }
 
-Json json_of(const sim::gap::FoundEffect& found) {
-  return {{"type", sim::effects::name_of(found.effect)},
+Json json_of(const identification::gap::FoundEffect& found) {
+  return {{"type", model::effects::name_of(found.effect)},
           {"where", json_of(found.where)},
           {"evidence",
            {{"held_out_gain", found.held_out_gain},
@@ -67,9 +67,9 @@ void require_finite(const Json& json, const std::string& path) {
 }  // namespace
 
 std::string gap_json(const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
+  const identification::gap::Result& result = findings.result;
   Json json{{"format", "youbot-gap/1"},
-            {"verdict", sim::gap::verdict_name(result.verdict)},
+            {"verdict", identification::gap::verdict_name(result.verdict)},
             {"diagnosis", Json::array()},
             {"noise_floor_Nm", result.noise_floor_Nm},
             {"held_out", result.held_out},
@@ -94,7 +94,7 @@ std::string gap_json(const Findings& findings) {
     json["gap"]["shrink"] = {{"value", result.shrink->share},
                              {"ci95", {result.shrink->lower, result.shrink->upper}}};
   json["gap"]["recordings"] = Json::array();
-  for (const sim::gap::RecordingGap& gap : result.recordings) {
+  for (const identification::gap::RecordingGap& gap : result.recordings) {
     const Json shares{{"nrmse", {{"before", gap.nrmse_before}, {"after", gap.nrmse_after}}},
                       {"vaf", {{"before", gap.vaf_before}, {"after", gap.vaf_after}}}};
     if (gap.recording.empty()) {
@@ -105,7 +105,7 @@ std::string gap_json(const Findings& findings) {
     own.update(shares);
     json["gap"]["recordings"].push_back(std::move(own));
   }
-  for (const sim::gap::Diagnosis& seen : result.diagnosis)
+  for (const identification::gap::Diagnosis& seen : result.diagnosis)
     json["diagnosis"].push_back(
         {{"recording", seen.recording}, {"column", seen.column}, {"found", seen.found}, {"done", seen.done}});
   // A model that simulates to infinity still predicts the torque.
@@ -114,12 +114,13 @@ std::string gap_json(const Findings& findings) {
                           {"unit", "rad/s"},
                           {"before", result.simulation_before},
                           {"after", result.simulation_after}};
-  for (const sim::gap::FoundEffect& found : result.effects) json["effects"].push_back(json_of(found));
-  for (const sim::gap::RejectedEffect& rejected : result.rejected)
+  for (const identification::gap::FoundEffect& found : result.effects)
+    json["effects"].push_back(json_of(found));
+  for (const identification::gap::RejectedEffect& rejected : result.rejected)
     if (std::isfinite(rejected.gap_after))
       json["rejected"].push_back(
           {{"type", rejected.type}, {"gap_after", rejected.gap_after}, {"reason", rejected.reason}});
-  for (const sim::gap::Unexplained& unexplained : result.unexplained)
+  for (const identification::gap::Unexplained& unexplained : result.unexplained)
     json["unexplained"].push_back({{"where", json_of(unexplained.where)}, {"share", unexplained.share}});
   for (const Refitted& refitted : refitted_parameters(findings))
     if (std::isfinite(refitted.before) && refitted.after.ok())

@@ -11,9 +11,9 @@
 namespace youbot_gap {
 namespace {
 
-using sim::effects::EffectDescription;
-using sim::gap::FoundEffect;
-using sim::identify::Estimate;
+using identification::fit::Estimate;
+using identification::gap::FoundEffect;
+using model::effects::EffectDescription;
 
 /// One remark behind each parameter of an effect, from the estimates by their names.
 void remark(apps::EffectRemarks& remarks, const EffectDescription& effect, const std::string& parameter,
@@ -39,14 +39,14 @@ std::vector<std::string> evidence(const FoundEffect& found) {
 }
 
 std::vector<std::string> header(const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
+  const identification::gap::Result& result = findings.result;
   std::vector<std::string> lines{
       "written by youbot-gap " + std::string(apps::build_version()),
       fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
       "searched: " + apps::list_text(findings.data), "held out: " + apps::list_text(result.held_out),
       fmt::format("verdict: {}; held-out gap {:.4g} -> {:.4g} N·m, noise floor {:.4g} N·m",
-                  sim::gap::verdict_name(result.verdict), result.gap_before_Nm, result.gap_after_Nm,
-                  result.noise_floor_Nm)};
+                  identification::gap::verdict_name(result.verdict), result.gap_before_Nm,
+                  result.gap_after_Nm, result.noise_floor_Nm)};
   for (const Refitted& refitted : refitted_parameters(findings))
     if (refitted.after.name == "inertia_kg_m2")
       lines.push_back(
@@ -57,17 +57,18 @@ std::vector<std::string> header(const Findings& findings) {
 }  // namespace
 
 std::string improved_model_text(const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
+  const identification::gap::Result& result = findings.result;
   const std::size_t given = findings.base.effects.size();
   std::vector<apps::EffectRemarks> remarks(result.model.effects.size());
   for (const Refitted& refitted : refitted_parameters(findings))
     if (refitted.effect < given)
-      remark(remarks[refitted.effect], sim::effects::effect_description(refitted.effect_type),
+      remark(remarks[refitted.effect], model::effects::effect_description(refitted.effect_type),
              refitted.after.name,
              fmt::format("was {:.6g}; {}", refitted.before, interval_text(refitted.after)));
   std::vector<bool> remarked(remarks.size(), false);
   for (const FoundEffect& found : result.effects) {
-    const EffectDescription& effect = sim::effects::effect_description(sim::effects::name_of(found.effect));
+    const EffectDescription& effect =
+        model::effects::effect_description(model::effects::name_of(found.effect));
     // Several may be of one type; actuator effects stand elsewhere in the model than among those found.
     std::size_t i = given;
     while (i < remarks.size() && (remarked[i] || result.model.effects[i].index() != found.effect.index()))

@@ -63,7 +63,7 @@ report::Plot steps_plot(const std::vector<double>& gap_Nm, double noise_floor_Nm
           .note = "Down to the dashed line there is something to explain."};
 }
 
-report::Plot friction_plot(const sim::gap::FrictionCurve& curve) {
+report::Plot friction_plot(const identification::gap::FrictionCurve& curve) {
   report::Plot plot{.title = "Friction against velocity",
                     .x = {"velocity", "rad/s"},
                     .y = {"friction torque", "N·m"},
@@ -86,9 +86,9 @@ report::Plot friction_plot(const sim::gap::FrictionCurve& curve) {
   return plot;
 }
 
-std::vector<report::Plot> residual_plots(const sim::gap::Result& result) {
+std::vector<report::Plot> residual_plots(const identification::gap::Result& result) {
   std::vector<report::Plot> plots;
-  for (const sim::gap::ResidualMap& map : result.maps) {
+  for (const identification::gap::ResidualMap& map : result.maps) {
     if (map.at.empty()) continue;
     report::Plot plot{.title = "Left over against " + quantity_of(map.coordinate).name,
                       .x = axis_of(map.coordinate),
@@ -114,9 +114,9 @@ std::vector<report::Plot> residual_plots(const sim::gap::Result& result) {
   return plots;
 }
 
-std::vector<report::Plot> trace_plots(const sim::gap::Result& result) {
+std::vector<report::Plot> trace_plots(const identification::gap::Result& result) {
   std::vector<report::Plot> plots;
-  for (const sim::gap::Trace& trace : result.traces) {
+  for (const identification::gap::Trace& trace : result.traces) {
     if (trace.time_s.empty()) continue;
     plots.push_back(
         {.title = "Velocity in " + trace.recording + ", " + number_text(trace.time_s.front()) + " to " +

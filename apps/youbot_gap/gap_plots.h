@@ -5,15 +5,15 @@
 #include <vector>
 
 #include "apps/report/report.h"
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
 
 namespace youbot_gap {
 
 /// The gap after each step, above the noise floor.
 report::Plot steps_plot(const std::vector<double>& gap_Nm, double noise_floor_Nm);
 /// Without series when there is no curve.
-report::Plot friction_plot(const sim::gap::FrictionCurve& curve);
-std::vector<report::Plot> residual_plots(const sim::gap::Result& result);
-std::vector<report::Plot> trace_plots(const sim::gap::Result& result);
+report::Plot friction_plot(const identification::gap::FrictionCurve& curve);
+std::vector<report::Plot> residual_plots(const identification::gap::Result& result);
+std::vector<report::Plot> trace_plots(const identification::gap::Result& result);
 
 }  // namespace youbot_gap

@@ -16,21 +16,21 @@ namespace {
 using apps::number_text;
 using apps::Quantity;
 using apps::quantity_of;
-using sim::identify::Estimate;
+using identification::fit::Estimate;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 void add_diagnosis(report::Page& page, const Findings& findings) {
   if (findings.result.diagnosis.empty()) return;
   std::vector<report::Row> rows;
-  for (const sim::gap::Diagnosis& seen : findings.result.diagnosis)
+  for (const identification::gap::Diagnosis& seen : findings.result.diagnosis)
     rows.push_back({seen.recording, seen.column, seen.found, seen.done});
   page.table({{"recording"}, {"column"}, {"what was found"}, {"what was done"}}, rows,
              "The recordings, before anything was explained with them");
 }
 
 void add_summary(report::Page& page, const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
+  const identification::gap::Result& result = findings.result;
   for (const std::string& step : next_steps(findings)) page.text("Next: " + step);
   page.text(
       "The gap is the torque that the model does not predict, rms on held-out data: recordings or "
@@ -48,7 +48,7 @@ void add_summary(report::Page& page, const Findings& findings) {
   };
   add("the model as given", result.gap_before_Nm);
   add("its parameters refitted", result.gap_base_Nm);
-  for (const sim::gap::FoundEffect& found : result.effects)
+  for (const identification::gap::FoundEffect& found : result.effects)
     add("with " + name_with_rivals(found), found.gap_after);
   if (!result.effects.empty() && result.gap_after_Nm != result.effects.back().gap_after)
     add("all refitted together", result.gap_after_Nm);
@@ -70,24 +70,24 @@ std::string joined(const std::vector<std::string>& names) {
 }
 
 void add_found(report::Page& page, const Findings& findings) {
-  const std::vector<sim::gap::FoundEffect>& effects = findings.result.effects;
+  const std::vector<identification::gap::FoundEffect>& effects = findings.result.effects;
   if (effects.empty()) return;
   page.heading("What was missing");
   std::vector<report::Row> rows;
   std::vector<report::Row> parameters;
   std::vector<report::Row> rivals;
-  for (const sim::gap::FoundEffect& found : effects) {
-    const std::string_view type = sim::effects::name_of(found.effect);
+  for (const identification::gap::FoundEffect& found : effects) {
+    const std::string_view type = model::effects::name_of(found.effect);
     const std::string name = effect_words(type);
-    rows.push_back({name, std::string(sim::effects::effect_description(type).shows), where_text(found.where),
-                    found.gap_before, found.gap_after, 100 * found.held_out_gain,
+    rows.push_back({name, std::string(model::effects::effect_description(type).shows),
+                    where_text(found.where), found.gap_before, found.gap_after, 100 * found.held_out_gain,
                     std::to_string(found.blocks_improved) + " of " + std::to_string(found.blocks),
                     number_text(found.p_value)});
     for (const Estimate& estimate : found.parameters) {
       const Quantity quantity = quantity_of(estimate.name);
       const double value = std::isfinite(estimate.value)
                                ? estimate.value
-                               : sim::effects::parameter_of(found.effect, estimate.name);
+                               : model::effects::parameter_of(found.effect, estimate.name);
       parameters.push_back({name, quantity.name, value, estimate.ok() ? estimate.lower : kNone,
                             estimate.ok() ? estimate.upper : kNone, quantity.unit,
                             estimate.not_identifiable});
@@ -132,12 +132,12 @@ void add_plots(report::Page& page, const Findings& findings) {
 }
 
 void add_rejected(report::Page& page, const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
+  const identification::gap::Result& result = findings.result;
   if (result.rejected.empty()) return;
   std::vector<report::Row> rows;
-  for (const sim::gap::RejectedEffect& rejected : result.rejected)
+  for (const identification::gap::RejectedEffect& rejected : result.rejected)
     rows.push_back({effect_words(rejected.type),
-                    std::string(sim::effects::effect_description(rejected.type).shows), rejected.gap_after,
+                    std::string(model::effects::effect_description(rejected.type).shows), rejected.gap_after,
                     100 * (1 - rejected.gap_after / result.gap_after_Nm), rejected.reason});
   page.heading("What was tried in vain");
   page.text("Added to the final model, none of these takes away enough of the " +
@@ -149,7 +149,7 @@ void add_rejected(report::Page& page, const Findings& findings) {
 void add_unexplained(report::Page& page, const Findings& findings) {
   if (findings.result.unexplained.empty()) return;
   std::vector<report::Row> rows;
-  for (const sim::gap::Unexplained& unexplained : findings.result.unexplained)
+  for (const identification::gap::Unexplained& unexplained : findings.result.unexplained)
     rows.push_back({where_text(unexplained.where), 100 * unexplained.share});
   page.heading("What stays unexplained");
   page.table({{"where"}, {"share of the squared residual", "%", 1}}, rows,

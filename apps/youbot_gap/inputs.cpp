@@ -97,7 +97,8 @@ std::vector<std::string> short_names(const std::vector<fs::path>& paths) {
 }
 
 /// The one rig of all recordings that name theirs.
-std::string common_rig(const std::vector<sim::gap::Source>& sources, const std::vector<fs::path>& paths) {
+std::string common_rig(const std::vector<identification::gap::Source>& sources,
+                       const std::vector<fs::path>& paths) {
   std::string rig;
   std::size_t named = 0;
   for (std::size_t i = 0; i < sources.size(); ++i) {
@@ -134,7 +135,7 @@ Inputs read_inputs(const InputPaths& paths) {
   };
   collect([&] { inputs.model = apps::read_drive_model(paths.model); });
   const std::vector<std::string> names = short_names(files);
-  std::vector<sim::gap::Source> sources;
+  std::vector<identification::gap::Source> sources;
   for (std::size_t i = 0; i < files.size(); ++i)
     collect([&] {
       apps::ReadRecording read = apps::read_recording(files[i]);

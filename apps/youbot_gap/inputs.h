@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/effects/drive_model.h"
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
+#include "model/effects/drive_model.h"
 
 namespace youbot_gap {
 
@@ -17,10 +17,10 @@ struct InputPaths {
 };
 
 struct Inputs {
-  sim::effects::DriveModel model;
+  model::effects::DriveModel model;
   std::string rig;  ///< of the recordings, empty when none says so
-  std::vector<sim::gap::Source> data;
-  std::vector<sim::gap::Source> held_out;
+  std::vector<identification::gap::Source> data;
+  std::vector<identification::gap::Source> held_out;
   std::vector<std::string> warnings;
 };
 

@@ -9,9 +9,9 @@ namespace youbot_gap {
 namespace {
 
 /// "static torque 0.083 N·m (0.081 to 0.085), …"
-std::string parameters_text(const sim::gap::FoundEffect& found) {
+std::string parameters_text(const identification::gap::FoundEffect& found) {
   std::string text;
-  for (const sim::identify::Estimate& estimate : found.parameters) {
+  for (const identification::fit::Estimate& estimate : found.parameters) {
     const apps::Quantity quantity = apps::quantity_of(estimate.name);
     text += text.empty() ? "" : ", ";
     if (estimate.ok())
@@ -23,7 +23,7 @@ std::string parameters_text(const sim::gap::FoundEffect& found) {
   return text;
 }
 
-std::string effect_text(const sim::gap::FoundEffect& found) {
+std::string effect_text(const identification::gap::FoundEffect& found) {
   std::string text = "  + " + name_with_rivals(found);
   if (const std::string parameters = parameters_text(found); !parameters.empty()) text += ": " + parameters;
   text += "; " + evidence_text(found);
@@ -32,10 +32,10 @@ std::string effect_text(const sim::gap::FoundEffect& found) {
 }
 
 /// What a reader would miss: those that would leave less of the gap.
-std::string rejected_text(const sim::gap::Result& result) {
+std::string rejected_text(const identification::gap::Result& result) {
   constexpr double kWorthMentioning = 0.99;
   std::string text;
-  for (const sim::gap::RejectedEffect& rejected : result.rejected)
+  for (const identification::gap::RejectedEffect& rejected : result.rejected)
     if (rejected.gap_after < kWorthMentioning * result.gap_after_Nm)
       text += fmt::format("  - {} not added, though the gap would be {:.3g} N·m: {}\n",
                           effect_words(rejected.type), rejected.gap_after, rejected.reason);
@@ -43,9 +43,9 @@ std::string rejected_text(const sim::gap::Result& result) {
 }
 
 /// The gap as a share of the torque, and by how much it is smaller.
-std::string shrink_text(const sim::gap::Result& result) {
+std::string shrink_text(const identification::gap::Result& result) {
   if (result.recordings.empty()) return {};
-  const sim::gap::RecordingGap& all = result.recordings.back();
+  const identification::gap::RecordingGap& all = result.recordings.back();
   std::string text = fmt::format("of the torque's standard deviation: {:.2g} % -> {:.2g} %",
                                  100 * all.nrmse_before, 100 * all.nrmse_after);
   if (result.shrink)
@@ -57,9 +57,10 @@ std::string shrink_text(const sim::gap::Result& result) {
 }  // namespace
 
 std::string summary_text(const Findings& findings) {
-  const sim::gap::Result& result = findings.result;
-  std::string text = fmt::format("{}: {}\n", findings.drive, sim::gap::verdict_name(result.verdict));
-  for (const sim::gap::Diagnosis& seen : result.diagnosis)
+  const identification::gap::Result& result = findings.result;
+  std::string text =
+      fmt::format("{}: {}\n", findings.drive, identification::gap::verdict_name(result.verdict));
+  for (const identification::gap::Diagnosis& seen : result.diagnosis)
     text += fmt::format("  # {}: {} {}: {}\n", seen.recording, seen.column, seen.found, seen.done);
   text += fmt::format(
       "gap {:.3g} -> {:.3g} N·m on held-out data, noise floor {:.3g} N·m ({:.3g} N·m with the given model's "
@@ -67,9 +68,9 @@ std::string summary_text(const Findings& findings) {
       result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
   text += shrink_text(result);
   text += fmt::format("held out: {}\n", apps::list_text(result.held_out));
-  for (const sim::gap::FoundEffect& found : result.effects) text += effect_text(found);
+  for (const identification::gap::FoundEffect& found : result.effects) text += effect_text(found);
   text += rejected_text(result);
-  for (const sim::gap::Unexplained& unexplained : result.unexplained)
+  for (const identification::gap::Unexplained& unexplained : result.unexplained)
     text += fmt::format("  ? {}: {:.0f} % of the squared residual, unexplained\n",
                         where_text(unexplained.where), 100 * unexplained.share);
   for (const std::string& note : result.notes) text += "  ! " + note + "\n";

@@ -19,7 +19,7 @@
 #include "apps/common/scene_config.h"
 #include "apps/common/toml_reader.h"
 #include "apps/youbotd/teleop_config.h"
-#include "sim/effects/resistance.h"
+#include "model/effects/resistance.h"
 
 namespace youbotd {
 namespace {
@@ -134,9 +134,9 @@ bool leaves(const std::filesystem::path& folder, const std::filesystem::path& na
 }
 
 /// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
-std::optional<sim::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
-                                                   const std::filesystem::path& folder,
-                                                   const std::string& name) {
+std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
+                                                     const std::filesystem::path& folder,
+                                                     const std::string& name) {
   if (table.is_set(key) && leaves(folder, name)) {
     table.refuse(key,
                  "names a file outside the configuration's folder, which only the file itself may: " + name);
@@ -162,7 +162,7 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
   if (names.size() != 4)
     return table.refuse(
         kKey, "should have a drive model for each of the 4 wheels, found " + std::to_string(names.size()));
-  std::vector<control::JointResistance> wheels;
+  std::vector<model::JointResistance> wheels;
   for (const std::string& name : names) {
     const auto model = read_model(table, kKey, folder, name);
     if (!model) continue;
@@ -171,7 +171,7 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
                    "names a drive model that cannot be compensated up to 'limits.wheel_speed_rad_per_s': " +
                        (folder / name).string() + ": " + why);
     else
-      wheels.push_back(sim::effects::resistance_of(*model));
+      wheels.push_back(model::effects::resistance_of(*model));
   }
   if (wheels.size() == 4) controller.wheels = {wheels[0], wheels[1], wheels[2], wheels[3]};
 }

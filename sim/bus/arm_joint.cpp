@@ -44,7 +44,7 @@ DriveParameters arm_drive_parameters(const ArmJointData& data) {
   return p;
 }
 
-control::friction::SlidingTable arm_friction(const ArmJointData& data) {
+model::friction::SlidingTable arm_friction(const ArmJointData& data) {
   return {
       [&data](double velocity) { return data.coulomb_Nm + data.viscous_Nm_s_per_rad * std::abs(velocity); },
       {}};

@@ -5,7 +5,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "control/friction/sliding_table.h"
+#include "model/friction/sliding_table.h"
 #include "sim/bus/axis_data.h"
 #include "sim/bus/board_drive.h"
 #include "sim/drive.h"
@@ -15,7 +15,7 @@ namespace sim::bus {
 
 /// Motor, gear, sensors and the controller's loops, tuned for the joint's own load inertia.
 DriveParameters arm_drive_parameters(const ArmJointData& data);
-control::friction::SlidingTable arm_friction(const ArmJointData& data);
+model::friction::SlidingTable arm_friction(const ArmJointData& data);
 
 /// A geared drive with Coulomb and viscous friction and a constant load inertia; no gravity, no coupling. The
 /// end stops are damped springs that only push, stiff against the drive: 3 A of motor current press joint 1

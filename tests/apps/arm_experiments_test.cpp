@@ -21,18 +21,18 @@
 #include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_runner.h"
-#include "control/friction/any_law.h"
-#include "control/friction/law_compensator.h"
-#include "control/friction/sliding_table.h"
 #include "hal/youbot_axes.h"
-#include "sim/experiments/compensation.h"
-#include "sim/experiments/dahl.h"
-#include "sim/experiments/reversals.h"
-#include "sim/experiments/staircase.h"
-#include "sim/experiments/steady_state.h"
-#include "sim/experiments/stick_slip.h"
-#include "sim/experiments/torque_ramp.h"
-#include "sim/experiments/torque_wave.h"
+#include "identification/experiments/compensation.h"
+#include "identification/experiments/dahl.h"
+#include "identification/experiments/reversals.h"
+#include "identification/experiments/staircase.h"
+#include "identification/experiments/steady_state.h"
+#include "identification/experiments/stick_slip.h"
+#include "identification/experiments/torque_ramp.h"
+#include "identification/experiments/torque_wave.h"
+#include "model/friction/any_law.h"
+#include "model/friction/law_compensator.h"
+#include "model/friction/sliding_table.h"
 #include "sim/mobile_manipulator.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/built_paths.h"
@@ -45,7 +45,7 @@ namespace youbot_bench {
 namespace arm_experiments_test {
 
 using namespace std::chrono_literals;
-namespace ex = sim::experiments;
+namespace ex = identification::experiments;
 namespace fs = std::filesystem;
 using Make = std::function<std::unique_ptr<ex::JointExperiment>(const hal::JointInfo&, double period_s)>;
 
@@ -242,7 +242,7 @@ std::vector<Experiment> for_arms() {
        [](const auto&, double period_s) {
          return std::make_unique<ex::Compensation>(
              ex::CompensationConfig{.push_Nm = 0.9, .torque_limit_Nm = 0.9, .duration_s = 4, .rest_s = 0.5},
-             control::friction::law_table(control::friction::make_law("coulomb")), 1.0, period_s);
+             model::friction::law_table(model::friction::make_law("coulomb")), 1.0, period_s);
        },
        0.5},
       {"staircase",  // drives joint 5 against the limit of its travel
@@ -390,7 +390,7 @@ TEST_F(ArmExperiment, WhatFitsIsMeasured) {
     if (joint != 1 && joint != 5) continue;  // the others bear weight, too
     const fs::path file = map.directory / "steady-state-result" / ("arm-" + std::to_string(joint) + ".csv");
     const sim::bus::ArmJointData& data = sim::bus::kArmJointData[static_cast<std::size_t>(joint - 1)];
-    // Below 0.3 rad/s the simulated friction stays what it is there (control/friction/sliding_table.h).
+    // Below 0.3 rad/s the simulated friction stays what it is there (model/friction/sliding_table.h).
     const double friction_Nm = data.coulomb_Nm + 0.3 * data.viscous_Nm_s_per_rad;
     const apps::ReadRecording read = apps::read_recording(file, apps::NotMeasured::kTaken);
     for (std::size_t i = 0; i < read.recording.rows(); ++i) {

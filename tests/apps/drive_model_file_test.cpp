@@ -12,8 +12,8 @@
 namespace apps {
 namespace drive_model_file_test {
 
-using sim::effects::DriveModel;
-using sim::effects::make_effect;
+using model::effects::DriveModel;
+using model::effects::make_effect;
 
 class DriveModelFile : public testing::Test {
  protected:
@@ -58,7 +58,7 @@ TEST_F(DriveModelFile, EveryEffectReadsBackToTheLastDigit) {
                    .encoder_ticks_per_rev = 4096,
                    .torque_noise_Nm = 1.0 / 3,
                    .effects = {}};
-  for (const auto& description : sim::effects::effect_descriptions())
+  for (const auto& description : model::effects::effect_descriptions())
     model.effects.push_back(make_effect(description.name));
   const DriveModel again = read(
       drive_model_text(model, std::vector<std::string>{"made by a test\nin two lines"},
@@ -69,7 +69,7 @@ TEST_F(DriveModelFile, EveryEffectReadsBackToTheLastDigit) {
   ASSERT_EQ(again.effects.size(), model.effects.size());
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     ASSERT_EQ(again.effects[i].index(), model.effects[i].index());
-    for (const auto& parameter : sim::effects::effect_descriptions()[i].parameters)
+    for (const auto& parameter : model::effects::effect_descriptions()[i].parameters)
       EXPECT_EQ(parameter_of(again.effects[i], parameter.name),
                 parameter_of(model.effects[i], parameter.name));
   }

@@ -18,7 +18,8 @@
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/experiment_runner.h"
-#include "sim/experiments/torque_ramp.h"
+#include "identification/experiments/torque_ramp.h"
+#include "identification/fit/statistics.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
@@ -68,8 +69,8 @@ class ExperimentReport : public ::testing::Test {
                            .result = "torque-ramp-result",
                            .make =
                                [repeats](const hal::JointInfo&, double period_s) {
-                                 return std::make_unique<sim::experiments::TorqueRamp>(
-                                     sim::experiments::TorqueRampConfig{
+                                 return std::make_unique<identification::experiments::TorqueRamp>(
+                                     identification::experiments::TorqueRampConfig{
                                          .rest_s = 1, .rate_Nm_per_s = 0.0155, .repeats = repeats},
                                      6.08e-5, period_s);
                                },
@@ -212,11 +213,12 @@ TEST(Wording, RangesLeaveOutWhatIsNoNumber) {
 }
 
 TEST(Wording, MeansHaveTheirInterval) {
-  const apps::MeanOf mean = apps::mean_of(std::array{1.0, 2.0, std::nan(""), 3.0});
+  const identification::fit::MeanOf mean =
+      identification::fit::mean_of(std::array{1.0, 2.0, std::nan(""), 3.0});
   EXPECT_DOUBLE_EQ(mean.mean, 2.0);
   EXPECT_NEAR(mean.ci95, 4.3027 / std::sqrt(3.0), 1e-3);  // t(0.975; 2) = 4.3027
-  EXPECT_TRUE(std::isnan(apps::mean_of(std::array{1.0}).ci95));
-  EXPECT_TRUE(std::isnan(apps::mean_of({}).mean));
+  EXPECT_TRUE(std::isnan(identification::fit::mean_of(std::array{1.0}).ci95));
+  EXPECT_TRUE(std::isnan(identification::fit::mean_of({}).mean));
 }
 
 TEST(Wording, UnitsAreTakenFromTheNames) {

@@ -233,7 +233,7 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
   EXPECT_TRUE(says(result.output, "energy given to the hand")) << result.output;
   EXPECT_TRUE(std::filesystem::exists(out + "/report.html"));
 
-  const sim::Recording recording = apps::read_recording(out + "/haptic.csv").recording;
+  const identification::Recording recording = apps::read_recording(out + "/haptic.csv").recording;
   const std::span<const double> time_s = recording.column("time_s");
   const std::span<const double> y_m = recording.column("position_y_m");
   const std::span<const double> force_N = recording.column("force_y_N");

@@ -10,7 +10,7 @@
 #include <string_view>
 
 #include "apps/common/drive_model_file.h"
-#include "sim/effects/effect_chain.h"
+#include "model/effects/effect_chain.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -44,10 +44,10 @@ TEST(HiddenEffect, SeedsDrawSeveralKindsInDifferentSizesAndAlwaysOneEffect) {
   for (std::uint64_t seed = 0; seed < kSeeds; ++seed) {
     const HiddenEffect hidden(seed);
     ASSERT_EQ(hidden.wheel_model().effects.size(), known + 1);
-    kinds.insert(std::string(sim::effects::name_of(hidden.effect())));
+    kinds.insert(std::string(model::effects::name_of(hidden.effect())));
     models.insert(drive_model_text(hidden.wheel_model()));
     // The wheels can still be turned: friction stays positive at all speeds of the base.
-    const sim::effects::EffectChain chain(hidden.wheel_model().effects);
+    const model::effects::EffectChain chain(hidden.wheel_model().effects);
     for (double speed = 0; speed < 10; speed += 0.1)
       for (const double direction : {-1.0, 1.0}) {
         EXPECT_GT(chain.level_Nm(speed, direction, 1e4, 0), 0.01) << hidden.reveal();
@@ -120,7 +120,7 @@ TEST_F(HiddenEffectCommands, NothingSaysWhatItIsBeforeSomebodyAsks) {
     if (entry.is_regular_file()) everything += text_of(entry.path());
   // What else goes by an effect's name: the robot's inertia, an experiment, a key of [ethercat].
   const std::set<std::string_view> other_meanings{"inertia", "presliding", "unsigned_current"};
-  for (const sim::effects::EffectDescription& effect : sim::effects::effect_descriptions())
+  for (const model::effects::EffectDescription& effect : model::effects::effect_descriptions())
     if (!other_meanings.contains(effect.name)) {
       EXPECT_EQ(everything.find(effect.name), std::string::npos) << effect.name;
     }

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "apps/common/recording_reader.h"
-#include "sim/identify/static_fit.h"
-#include "sim/identify/static_map.h"
+#include "identification/fit/static_fit.h"
+#include "identification/fit/static_map.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -81,15 +81,16 @@ TEST_F(HiddenTruth, SlidingFrictionComesBackWithinItsIntervalsAndFivePercent) {
   // Four wheels: the same truth, each with its own noise.
   int covered = 0;
   for (int wheel = 1; wheel <= 4; ++wheel) {
-    const std::vector<sim::Recording> recordings = {
+    const std::vector<identification::Recording> recordings = {
         apps::read_recording(
             fs::path(out()) / "steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv"),
             apps::NotMeasured::kTaken)
             .recording};
-    const sim::identify::StaticFit fit = sim::identify::fit_static(sim::identify::static_map(recordings), {});
+    const identification::fit::StaticFit fit =
+        identification::fit::fit_static(identification::fit::static_map(recordings), {});
     ASSERT_TRUE(fit.ok());
     for (const Truth& truth : kTruth) {
-      const sim::identify::Estimate& found = fit.parameter(truth.parameter);
+      const identification::fit::Estimate& found = fit.parameter(truth.parameter);
       ASSERT_TRUE(found.ok()) << truth.parameter << ": " << found.not_identifiable;
       EXPECT_NEAR(found.value, truth.value, 0.05 * truth.value)
           << "wheel " << wheel << " " << truth.parameter;

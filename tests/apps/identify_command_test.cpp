@@ -9,7 +9,7 @@
 #include <string>
 
 #include "apps/common/drive_model_file.h"
-#include "control/friction/wheel_curve.h"
+#include "model/friction/wheel_curve.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
 #include "tests/support/run_command.h"
@@ -24,7 +24,7 @@ class IdentifyCommand : public testing::Test {
   std::string write(const std::string& name, const std::string& text) const {
     return directory_.write(name, text).string();
   }
-  static std::string map_text(const sim::identify::StaticMap& map) {
+  static std::string map_text(const identification::fit::StaticMap& map) {
     std::ostringstream text;
     text.precision(9);
     text << "# youbot recording v1\n# rig: " << map.rig << "\n# experiment: steady-state-map\n"
@@ -54,10 +54,10 @@ class IdentifyCommand : public testing::Test {
   }
   std::string model() const { return text_of(directory_ / "out" / "model.toml"); }
   /// The model file, which loads wherever one is asked for and makes sense.
-  sim::effects::DriveModel drive_model() const {
-    sim::effects::DriveModel model = apps::read_drive_model(directory_ / "out" / "model.toml");
-    const auto* const coulomb = model.find<sim::effects::Coulomb>();
-    if (const auto* const stribeck = model.find<sim::effects::Stribeck>()) {
+  model::effects::DriveModel drive_model() const {
+    model::effects::DriveModel model = apps::read_drive_model(directory_ / "out" / "model.toml");
+    const auto* const coulomb = model.find<model::effects::Coulomb>();
+    if (const auto* const stribeck = model.find<model::effects::Stribeck>()) {
       const double coulomb_Nm = coulomb != nullptr ? coulomb->parameters().torque_Nm : 0;
       EXPECT_GE(stribeck->parameters().static_torque_Nm, coulomb_Nm) << this->model();
     }
@@ -76,7 +76,7 @@ TEST_F(IdentifyCommand, WritesAStribeckEffectForThePlainScrewOnly) {
   EXPECT_NE(model().find("type = \"stribeck\""), std::string::npos) << model();
   EXPECT_NE(model().find("type = \"torque_offset\""), std::string::npos);
   // Nothing tells the inertia, without which a file is no model.
-  EXPECT_EQ(drive_model().inertia_kg_m2, sim::effects::DriveModel{}.inertia_kg_m2);
+  EXPECT_EQ(drive_model().inertia_kg_m2, model::effects::DriveModel{}.inertia_kg_m2);
   EXPECT_NE(model().find("# inertia_kg_m2 is assumed"), std::string::npos) << model();
   EXPECT_TRUE(said("0.0112 kg·m², assumed")) << output_;
 
@@ -97,7 +97,7 @@ TEST_F(IdentifyCommand, FitsTheLawThatIsAskedFor) {
 
 TEST_F(IdentifyCommand, FrictionThatRisesFromRestGivesAModelWithoutAStaticTorqueBelowCoulomb) {
   // What fitted the measured wheels best when a Stribeck term was allowed to be a hollow.
-  sim::identify::StaticMap map{"wheel-1", {}};
+  identification::fit::StaticMap map{"wheel-1", {}};
   for (int i = 1; i <= 40; ++i) {
     const double speed = 0.2 * i;
     map.points.push_back({speed, 0.19 - 0.14 * std::exp(-speed * speed / 41) + 1e-4 * (i * 7 % 5 - 2), 2e-4});
@@ -123,10 +123,10 @@ TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
                 (directory_ / "multisine/wheel-1.csv").string()),
             0)
       << output_;
-  const sim::effects::DriveModel model = drive_model();
+  const model::effects::DriveModel model = drive_model();
   for (const char* effect : {"coulomb", "viscous", "stribeck"})
     EXPECT_TRUE(std::ranges::any_of(model.effects,
-                                    [&](const auto& any) { return sim::effects::name_of(any) == effect; }))
+                                    [&](const auto& any) { return model::effects::name_of(any) == effect; }))
         << effect << "\n"
         << this->model();
   EXPECT_NEAR(model.inertia_kg_m2, 0.0107, 0.0005);
@@ -141,13 +141,13 @@ TEST_F(IdentifyCommand, ReadmesChainOnTheMeasuredWheelsEndsInADip) {
 
 TEST_F(IdentifyCommand, ASlowMapGivesALawThatBrakesAndSaysHowFarItWasMeasured) {
   // Up to 0.5 rad/s the measured wheel looks like a parabola as well, which would drive from 1 rad/s on.
-  sim::identify::StaticMap map{"wheel-1", {}};
+  identification::fit::StaticMap map{"wheel-1", {}};
   for (int i = 1; i <= 10; ++i)
-    map.points.push_back({0.05 * i, control::friction::wheel_curve_Nm(1, 0.05 * i), 5e-5});
+    map.points.push_back({0.05 * i, model::friction::wheel_curve_Nm(1, 0.05 * i), 5e-5});
   const std::string file = write("slow.csv", map_text(map));
   EXPECT_EQ(run("--map " + file), 0) << output_;
   EXPECT_TRUE(std::ranges::none_of(drive_model().effects, [](const auto& any) {
-    return sim::effects::name_of(any) == "quadratic_drag";
+    return model::effects::name_of(any) == "quadratic_drag";
   })) << model();
   EXPECT_NE(model().find("# friction measured from 0.05 to 0.5 rad/s: beyond, this model is a guess"),
             std::string::npos)
@@ -192,7 +192,7 @@ TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {
 
 TEST_F(IdentifyCommand, LeavesOutTheSpeedsItIsToldToAndSaysWhich) {
   // Coulomb and viscous friction but for a dip between 1 and 4 rad/s.
-  sim::identify::StaticMap map{"wheel-1", {}};
+  identification::fit::StaticMap map{"wheel-1", {}};
   for (int i = 1; i <= 16; ++i)
     for (const double sign : {1.0, -1.0}) {
       const double speed = 0.4 * i;
@@ -258,7 +258,7 @@ TEST_F(IdentifyCommand, RefusesWhatDoesNotFitTogether) {
 }
 
 TEST_F(IdentifyCommand, GoesFromMapMotionAndPreslidingToOneModel) {
-  sim::identify::StaticMap map{"wheel-1", {}};
+  identification::fit::StaticMap map{"wheel-1", {}};
   for (int i = 1; i <= 10; ++i)
     for (const double sign : {1.0, -1.0})
       map.points.push_back(

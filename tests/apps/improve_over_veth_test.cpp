@@ -54,7 +54,7 @@ class ImproveOverVeth : public testing::Test {
 
 TEST_F(ImproveOverVeth, WhatTheRobotHidesIsNamedAndTheBaseDrivesCloserToItsPath) {
   const auto hidden = apps::HiddenEffect(8).wheel_model();
-  const auto* const truth = hidden.find<sim::effects::Cogging>();
+  const auto* const truth = hidden.find<model::effects::Cogging>();
   ASSERT_NE(truth, nullptr);
   const support::Simulator simulator(namespaces_, "--robot base --lock-step --hidden-effect 8");
   ASSERT_TRUE(simulator.ready());
@@ -66,7 +66,7 @@ TEST_F(ImproveOverVeth, WhatTheRobotHidesIsNamedAndTheBaseDrivesCloserToItsPath)
   EXPECT_EQ(findings.at("effects").at(0).at("type"), "cogging");
   EXPECT_LT(findings.at("gap").at("after"), 0.2 * findings.at("gap").at("before").get<double>());
   const auto model = apps::read_drive_model(out_ / "wheel-1/model.toml");
-  const auto* const found = model.find<sim::effects::Cogging>();
+  const auto* const found = model.find<model::effects::Cogging>();
   ASSERT_NE(found, nullptr);
   EXPECT_NEAR(found->parameters().amplitude_Nm, truth->parameters().amplitude_Nm,
               0.05 * truth->parameters().amplitude_Nm);

@@ -39,9 +39,9 @@ class Improve : public testing::Test {
 /// What any seed must do whose effect a compensator can act on.
 void expect_better(const Improvement& improvement, std::string_view effect) {
   ASSERT_EQ(improvement.wheels.size(), 1U);
-  const sim::gap::Result& result = improvement.wheels.front().result;
+  const identification::gap::Result& result = improvement.wheels.front().result;
   ASSERT_FALSE(result.effects.empty());
-  EXPECT_EQ(sim::effects::name_of(result.effects.front().effect), effect);
+  EXPECT_EQ(model::effects::name_of(result.effects.front().effect), effect);
   EXPECT_LT(result.gap_after_Nm, 0.2 * result.gap_before_Nm);
   // Closer to the path, and most of what the effect did to the drive is gone.
   EXPECT_TRUE(less(path_error_m(improvement.improved), path_error_m(improvement.base)))
@@ -54,7 +54,7 @@ void expect_better(const Improvement& improvement, std::string_view effect) {
 }
 
 TEST_F(Improve, ACoggingIsFoundCompensatedAndDrivenBetter) {
-  ASSERT_EQ(sim::effects::name_of(apps::HiddenEffect(8).effect()), "cogging");
+  ASSERT_EQ(model::effects::name_of(apps::HiddenEffect(8).effect()), "cogging");
   expect_better(chain(8), "cogging");
   for (const char* file : {"wheel-1/base.toml", "wheel-1/gap.json", "wheel-1/report.html",
                            "youbotd-base.toml", "youbotd-improved.toml", "recordings/reversals/wheel-4.csv"})
@@ -63,7 +63,7 @@ TEST_F(Improve, ACoggingIsFoundCompensatedAndDrivenBetter) {
 
 TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
   const apps::HiddenEffect hidden(3);
-  const auto* const truth = hidden.wheel_model().find<sim::effects::Imbalance>();
+  const auto* const truth = hidden.wheel_model().find<model::effects::Imbalance>();
   ASSERT_NE(truth, nullptr);
   const support::CommandResult result = run("--wheel 1 --hidden-effect 3");
   const std::string& output = result.output;
@@ -76,13 +76,13 @@ TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
   EXPECT_TRUE(fs::exists(directory_ / "report.html"));
 
   const auto model = apps::read_drive_model(directory_ / "wheel-1/model.toml");
-  const auto* const found = model.find<sim::effects::Imbalance>();
+  const auto* const found = model.find<model::effects::Imbalance>();
   ASSERT_NE(found, nullptr);
   EXPECT_NEAR(found->parameters().torque_Nm, truth->parameters().torque_Nm,
               0.05 * truth->parameters().torque_Nm);
   // A second time there is a run already, which is not replaced.
   EXPECT_EQ(run("--wheel 1 --hidden-effect 3").exit_code, 2);
-  EXPECT_TRUE(apps::read_drive_model(directory_ / "wheel-1/model.toml").find<sim::effects::Imbalance>());
+  EXPECT_TRUE(apps::read_drive_model(directory_ / "wheel-1/model.toml").find<model::effects::Imbalance>());
 }
 
 TEST_F(Improve, WhatIsInADirectoryAlreadyIsNotWrittenOver) {

@@ -12,7 +12,7 @@ namespace joint_guard_test {
 
 constexpr double kPeriod_s = 1e-3;
 using Trip = JointGuard::Trip;
-using sim::experiments::Reading;
+using identification::experiments::Reading;
 
 JointGuard guard_of(std::size_t arm_joint) {
   return {hal::joint_info("arm-" + std::to_string(arm_joint + 1), hal::kArmAxes[arm_joint]), kPeriod_s};

@@ -29,7 +29,7 @@
 namespace transparency_test {
 
 using Complex = std::complex<double>;
-using sim::two_port::HybridPoint;
+using identification::two_port::HybridPoint;
 using youbot_bench::Feedback;
 using youbot_bench::TransparencyCondition;
 using youbot_bench::TransparencyPlan;

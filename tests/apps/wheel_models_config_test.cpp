@@ -47,7 +47,7 @@ TEST_F(WheelModels, StandRelativeToTheConfigurationAndReplaceTheMeasuredCurves) 
                                    "[compensation]\nmodels = [\"models/good.toml\", \"models/good.toml\", "
                                    "\"models/good.toml\", \"models/good.toml\"]\n"));
   ASSERT_TRUE(config.cycle.controller.wheels.has_value());
-  for (const control::JointResistance& wheel : *config.cycle.controller.wheels)
+  for (const model::JointResistance& wheel : *config.cycle.controller.wheels)
     EXPECT_NEAR(wheel.sliding.level_Nm(-2), 0.055 + 0.015 * 2, 1e-9);
   EXPECT_FALSE(load_config(directory_.write("plain.toml", "")).cycle.controller.wheels.has_value());
 }

@@ -20,10 +20,10 @@
 #include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_runner.h"
-#include "control/friction/wheel_curve.h"
-#include "sim/experiments/staircase.h"
-#include "sim/experiments/steady_state.h"
-#include "sim/experiments/torque_ramp.h"
+#include "identification/experiments/staircase.h"
+#include "identification/experiments/steady_state.h"
+#include "identification/experiments/torque_ramp.h"
+#include "model/friction/wheel_curve.h"
 #include "sim/joint_sensors.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/built_paths.h"
@@ -94,23 +94,24 @@ class BenchExperiment : public ::testing::Test {
 
   /// A map at these velocities, 3 s each, of all wheels.
   static ExperimentPlan map_at(std::vector<double> velocities) {
-    return {.name = "steady-state",
-            .result = "steady-state-map",
-            .make =
-                [velocities](const hal::JointInfo&, double period_s) {
-                  return std::make_unique<sim::experiments::SteadyState>(
-                      sim::experiments::SteadyStateConfig{.settle_s = 1, .measure_s = 2, .extra_s = 0},
-                      velocities, period_s);
-                },
-            .configuration = "experiment = \"steady-state\"\n"};
+    return {
+        .name = "steady-state",
+        .result = "steady-state-map",
+        .make =
+            [velocities](const hal::JointInfo&, double period_s) {
+              return std::make_unique<identification::experiments::SteadyState>(
+                  identification::experiments::SteadyStateConfig{.settle_s = 1, .measure_s = 2, .extra_s = 0},
+                  velocities, period_s);
+            },
+        .configuration = "experiment = \"steady-state\"\n"};
   }
   /// Likewise, slow ramps of torque with two measurements for each of `repeats`.
-  static ExperimentPlan ramps(sim::experiments::TorqueRampConfig config) {
+  static ExperimentPlan ramps(identification::experiments::TorqueRampConfig config) {
     return {.name = "torque-ramp",
             .result = "torque-ramp-result",
             .make =
                 [config](const hal::JointInfo&, double period_s) {
-                  return std::make_unique<sim::experiments::TorqueRamp>(
+                  return std::make_unique<identification::experiments::TorqueRamp>(
                       config, sim::SensorParameters{}.position_resolution_rad, period_s);
                 },
             .configuration = "experiment = \"torque-ramp\"\n"};
@@ -188,8 +189,8 @@ TEST_F(BenchExperiment, TheMapAgreesWithThePublishedWheelCurves) {
       EXPECT_NEAR(row[1], velocity, 0.01);
       // Half a count of the current, 8.7e-4 N·m, beside the interval; the mean speed is not quite the
       // nominal.
-      const double off_Nm = control::friction::wheel_curve_Nm(static_cast<int>(wheel), row[1]) -
-                            control::friction::wheel_curve_Nm(static_cast<int>(wheel), velocity);
+      const double off_Nm = model::friction::wheel_curve_Nm(static_cast<int>(wheel), row[1]) -
+                            model::friction::wheel_curve_Nm(static_cast<int>(wheel), velocity);
       EXPECT_NEAR(row[2], torque_Nm + off_Nm, row[3] + 4.4e-4) << "wheel " << wheel << " at " << velocity;
       EXPECT_LT(row[3], 1e-3);
     }
@@ -264,7 +265,7 @@ TEST_F(BenchExperiment, InterruptedAndResumedItHasTheSameMeasurementsAsInOneGo) 
 TEST_F(BenchExperiment, TheMeasurementThatIsMadeAgainAfterAnInterruptionForgetsIt) {
   // The shortest time to settle that the filters allow, and speeds so far apart that what came before would
   // show: before an interruption the wheel turns the other way, after it it stands.
-  sim::experiments::SteadyStateConfig config{.settle_s = 1, .measure_s = 2, .extra_s = 0};
+  identification::experiments::SteadyStateConfig config{.settle_s = 1, .measure_s = 2, .extra_s = 0};
   const std::vector<double> velocities{4.0, -4.0, 8.0, -1.0};
   run_whole_and_in_parts(map_at(velocities), 4000);  // into the second
   for (int wheel = 1; wheel <= 4; ++wheel) {
@@ -280,7 +281,7 @@ TEST_F(BenchExperiment, TheMeasurementThatIsMadeAgainAfterAnInterruptionForgetsI
   }
 
   config.settle_s = 0.1;
-  EXPECT_THROW(sim::experiments::SteadyState(config, velocities, 1e-3), std::invalid_argument)
+  EXPECT_THROW(identification::experiments::SteadyState(config, velocities, 1e-3), std::invalid_argument)
       << "the low-pass on the torque remembers for longer";
   options = {.directory = directory / "slow-filter", .virtual_time = true, .quiet = true};
   options.filter_cutoff_rad_per_s = 5;
@@ -526,19 +527,20 @@ TEST_F(BenchExperiment, RunsOnOneChosenJointAndRefusesOneThatIsNotThere) {
 TEST_F(BenchExperiment, RowsOfATorqueExperimentShowTheCommandThatActsFromThenOn) {
   options.record_rate_Hz = 1000;
   std::vector<double> sent;
-  (void)run({.name = "staircase",
-             .result = "",
-             .make =
-                 [](const hal::JointInfo&, double) {
-                   return std::make_unique<sim::experiments::Staircase>(
-                       sim::experiments::StaircaseConfig{.step = 0.02, .highest = 0.04, .hold_s = 0.05});
-                 },
-             .configuration = ""},
-            [&](std::uint64_t, const hal::RobotCommand& command, hal::CycleStatus status) {
-              if (command.enable && command.joints[0].mode == hal::CommandMode::kTorque)
-                sent.push_back(command.joints[0].target);
-              return status;
-            });
+  (void)run(
+      {.name = "staircase",
+       .result = "",
+       .make =
+           [](const hal::JointInfo&, double) {
+             return std::make_unique<identification::experiments::Staircase>(
+                 identification::experiments::StaircaseConfig{.step = 0.02, .highest = 0.04, .hold_s = 0.05});
+           },
+       .configuration = ""},
+      [&](std::uint64_t, const hal::RobotCommand& command, hal::CycleStatus status) {
+        if (command.enable && command.joints[0].mode == hal::CommandMode::kTorque)
+          sent.push_back(command.joints[0].target);
+        return status;
+      });
   const Rows recorded = rows(options.directory / "staircase/wheel-1.csv");
   ASSERT_GT(recorded.size(), 400U);
   // The first exchange with the drives enabled comes before the first row.
@@ -739,7 +741,7 @@ TEST_F(BenchCommand, TheWireRobotGivesTheSameMap) {
   const Rows measured = rows(map(1));
   ASSERT_EQ(measured.size(), 13U);
   for (const auto& row : measured)  // half a second: the velocity loop has not quite settled
-    EXPECT_NEAR(row[2], control::friction::wheel_curve_Nm(1, row[1]), 0.02) << row[4];
+    EXPECT_NEAR(row[2], model::friction::wheel_curve_Nm(1, row[1]), 0.02) << row[4];
 }
 
 }  // namespace youbot_bench_experiments_test

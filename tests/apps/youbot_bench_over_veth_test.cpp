@@ -263,7 +263,8 @@ TEST_F(BenchExperimentOverVeth, ATorqueRampLeavesReadableRecordingsAndStoppedMot
   }
   ASSERT_EQ(result.exit_code, 0) << result.output;
 
-  const sim::Recording rows = apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording;
+  const identification::Recording rows =
+      apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording;
   EXPECT_EQ(rows.rig, "wheel-3");
   EXPECT_GT(rows.rows(), 400U);
   EXPECT_GT(std::ranges::max(rows.column("torque_command_Nm")), 0.05);

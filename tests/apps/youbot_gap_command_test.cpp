@@ -125,7 +125,7 @@ void expect_contract(const json& gap) {
   expect_number(gap.at("gap").at("before"), "before");
   expect_number(gap.at("gap").at("after"), "after");
   for (const json& effect : gap.at("effects")) {
-    EXPECT_NO_THROW(sim::effects::effect_description(effect.at("type").get<std::string>()));
+    EXPECT_NO_THROW(model::effects::effect_description(effect.at("type").get<std::string>()));
     expect_where(effect.at("where"));
     expect_number(effect.at("evidence").at("held_out_gain"), "held_out_gain");
     EXPECT_NE(effect.at("evidence").at("blocks_improved").get<std::string>().find('/'), std::string::npos);
@@ -175,10 +175,10 @@ TEST_F(GapCommand, NamesTheMissingEffectInModelReportNumbersAndWords) {
   EXPECT_EQ(gap.at("effects").at(0).at("type"), "viscous") << gap;
   EXPECT_LT(gap.at("gap").at("after"), 0.3 * gap.at("gap").at("before").get<double>());
 
-  const sim::effects::DriveModel model = apps::read_drive_model(directory_ / "out" / "model.toml");
+  const model::effects::DriveModel model = apps::read_drive_model(directory_ / "out" / "model.toml");
   EXPECT_EQ(model.name, "wheel-1");
   ASSERT_GE(model.effects.size(), 2U);
-  EXPECT_NEAR(sim::effects::parameter_of(model.effects.at(1), "coefficient_Nm_s_per_rad"), 0.0125, 0.0006);
+  EXPECT_NEAR(model::effects::parameter_of(model.effects.at(1), "coefficient_Nm_s_per_rad"), 0.0125, 0.0006);
   const std::string text = text_of("out/model.toml");
   EXPECT_NE(text.find("# added by youbot-gap: takes away "), std::string::npos) << text;
   EXPECT_NE(text.find("# was 0.045; 95 %: "), std::string::npos) << text;

@@ -6,9 +6,9 @@
 #include "apps/common/open_robot.h"
 #include "apps/youbotd/cycle.h"
 #include "control/base_controller.h"
-#include "control/friction/wheel_curve.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
+#include "model/friction/wheel_curve.h"
 #include "sim/base.h"
 #include "tests/bench/quantiles.h"
 
@@ -21,7 +21,7 @@ void WheelCurveAsPublished(benchmark::State& state) {
   state.SetLabel("wheel curve as published");
   double velocity = -10;
   for (auto _ : state) {
-    benchmark::DoNotOptimize(control::friction::wheel_curve_Nm(1, velocity));
+    benchmark::DoNotOptimize(model::friction::wheel_curve_Nm(1, velocity));
     velocity = velocity > 10 ? -10 : velocity + 0.01;
   }
 }
@@ -29,7 +29,7 @@ BENCHMARK(WheelCurveAsPublished);
 
 void WheelCurveFromTable(benchmark::State& state) {
   state.SetLabel("wheel curve from the table");
-  const control::friction::SlidingTable table = control::friction::wheel_table(1);
+  const model::friction::SlidingTable table = model::friction::wheel_table(1);
   double velocity = -10;
   for (auto _ : state) {
     benchmark::DoNotOptimize(table.level_Nm(velocity));

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <string>
 
-#include "control/friction/any_law.h"
-#include "control/friction/law_compensator.h"
+#include "model/friction/any_law.h"
+#include "model/friction/law_compensator.h"
 
 namespace friction_bench {
 
-using control::friction::AnyLaw;
-using control::friction::State;
+using model::friction::AnyLaw;
+using model::friction::State;
 
 constexpr std::size_t kPeriod = 4096;
 
@@ -40,7 +40,7 @@ void step_of(benchmark::State& state, const AnyLaw& law) {
 
 /// All ten elements.
 AnyLaw with_ten_elements(const char* name) {
-  AnyLaw law = control::friction::make_law(name);
+  AnyLaw law = model::friction::make_law(name);
   for (int i = 1; i <= 10; ++i)
     law = law.with("share_" + std::to_string(i), 0.1)
               .with("stiffness_" + std::to_string(i) + "_Nm_per_rad", 250.0 / (i + 1));
@@ -48,7 +48,7 @@ AnyLaw with_ten_elements(const char* name) {
 }
 
 void CompensationFromLaw(benchmark::State& state) {
-  const control::friction::LawCompensator compensator(control::friction::make_law("lugre"), {});
+  const model::friction::LawCompensator compensator(model::friction::make_law("lugre"), {});
   double velocity = -5;
   for (auto _ : state) {
     benchmark::DoNotOptimize(compensator.from_measured_Nm(velocity));
@@ -58,9 +58,9 @@ void CompensationFromLaw(benchmark::State& state) {
 BENCHMARK(CompensationFromLaw);
 
 const bool kRegistered = [] {
-  for (const auto& description : control::friction::law_descriptions())
+  for (const auto& description : model::friction::law_descriptions())
     benchmark::RegisterBenchmark(("FrictionLaw/" + std::string(description.name)).c_str(), step_of,
-                                 control::friction::make_law(description.name));
+                                 model::friction::make_law(description.name));
   for (const char* name : {"leuven", "gms"})
     benchmark::RegisterBenchmark(("FrictionLaw/" + std::string(name) + "_ten_elements").c_str(), step_of,
                                  with_ten_elements(name));

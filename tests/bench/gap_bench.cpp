@@ -16,11 +16,11 @@ void GapSearch(benchmark::State& state) {
   gap_test::Case gap_case =
       gap_test::make_case({gap_test::CaseKind::kPair, {kStribeck, kCogging}, 4, 7}, seconds / kMeanLength_s);
   for (auto _ : state) {
-    const sim::gap::Result result = sim::gap::analyse(gap_case.base, gap_case.data, {});
+    const identification::gap::Result result = identification::gap::analyse(gap_case.base, gap_case.data, {});
     if (result.effects.size() < 2) state.SkipWithError("does not find what is hidden");
   }
   double samples = 0;
-  for (const sim::gap::Source& source : gap_case.data)
+  for (const identification::gap::Source& source : gap_case.data)
     samples += static_cast<double>(source.recording.rows());
   state.SetLabel("youbot-gap: five recordings of " + std::to_string(state.range(0)) +
                  " s at 1 kHz, two hidden effects");

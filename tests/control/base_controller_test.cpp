@@ -9,7 +9,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "control/friction/wheel_curve.h"
+#include "model/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace base_controller_test {
@@ -171,8 +171,8 @@ TEST(BaseController, AtRestCompensationAddsTheBreakAwayTorqueOfEachWheel) {
   for (int i = 0; i < 4; ++i) {
     double published_peak_Nm = 0;
     for (int n = 1; n <= 3000; ++n)
-      published_peak_Nm = std::max(published_peak_Nm,
-                                   std::abs(control::friction::wheel_curve_Nm(i + 1, signs[i] * 1e-4 * n)));
+      published_peak_Nm =
+          std::max(published_peak_Nm, std::abs(model::friction::wheel_curve_Nm(i + 1, signs[i] * 1e-4 * n)));
     // The compensator's table may miss the tip of the peak by half a spacing of 0.02 rad/s.
     EXPECT_NEAR(signs[i] * torque_Nm[i], 0.02375 + 0.9 * published_peak_Nm, 0.9 * 0.5 * 0.01)
         << "wheel " << i + 1;
@@ -230,14 +230,14 @@ TEST(BaseController, RefusesBadConfigurations) {
     expect_refused([bad](BaseController::Config& c) { c.compensator.margin = bad; });
     expect_refused([bad](BaseController::Config& c) { c.observer.filter.period_s = bad; });
   }
-  const auto expect_wheel_refused = [&](const control::JointResistance& wheel) {
+  const auto expect_wheel_refused = [&](const model::JointResistance& wheel) {
     expect_refused([&wheel](BaseController::Config& c) {
-      const control::JointResistance good{.sliding = control::friction::wheel_table(1)};
+      const model::JointResistance good{.sliding = model::friction::wheel_table(1)};
       c.wheels = {good, good, wheel, good};
     });
   };
   // A torque limit of 2.4 N·m.
-  const control::friction::SlidingTable table = control::friction::wheel_table(1);
+  const model::friction::SlidingTable table = model::friction::wheel_table(1);
   expect_wheel_refused({.sliding = table.scaled(50)});
   expect_wheel_refused({.sliding = table, .position = {.constant_Nm = -2.5}});
   expect_wheel_refused({.sliding = table, .position = {.harmonics = {{1.5, 1, 0}, {-1.0, 12, 0}}}});

@@ -139,7 +139,7 @@ TEST(BaseDrive, RefusesLimitsBelowZeroAndWheelsThatItCannotTurn) {
     for (const BaseDrive::Config& config : {force, moment, torque})
       EXPECT_THROW(BaseDrive{config}, std::invalid_argument);
   }
-  const control::JointResistance easy{.sliding = {[](double) { return 0.05; }, {}}};
+  const model::JointResistance easy{.sliding = {[](double) { return 0.05; }, {}}};
   BaseDrive::Config config = bare();
   config.torque_limit_Nm = 0.1;
   config.wheels.emplace(std::array{easy, easy, easy, easy});

@@ -16,7 +16,7 @@
 #include "apps/youbotd/base_recording.h"
 #include "apps/youbotd/cycle_record.h"
 #include "control/teleoperation.h"
-#include "sim/effects/any_effect.h"
+#include "model/effects/any_effect.h"
 #include "tests/documents/commands.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
@@ -65,7 +65,8 @@ TEST_F(FileFormats, TheExampleOfARecordingIsOne) {
 }
 
 TEST_F(FileFormats, TheExampleOfADriveModelIsOne) {
-  const sim::effects::DriveModel model = apps::read_drive_model(example("format = \"youbot-drive-model/1\""));
+  const model::effects::DriveModel model =
+      apps::read_drive_model(example("format = \"youbot-drive-model/1\""));
   EXPECT_EQ(model.name, "wheel-1");
   EXPECT_EQ(model.effects.size(), 2U);
 }
@@ -81,7 +82,7 @@ TEST_F(FileFormats, TheExampleOfAFaultScriptIsOne) {
 
 TEST_F(FileFormats, EveryEffectIsThereWithItsParameters) {
   const std::string text = document();
-  for (const sim::effects::EffectDescription& effect : sim::effects::effect_descriptions()) {
+  for (const model::effects::EffectDescription& effect : model::effects::effect_descriptions()) {
     const std::string row = row_of(text, std::string(effect.name));
     EXPECT_FALSE(row.empty()) << effect.name;
     for (const auto& parameter : effect.parameters)

@@ -6,14 +6,14 @@
 
 #include "apps/common/drive_model_file.h"
 #include "apps/common/toml_reader.h"
-#include "sim/effects/resistance.h"
+#include "model/effects/resistance.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {
 
 using fuzz::require;
-using sim::effects::DriveModel;
+using model::effects::DriveModel;
 
 constexpr double kTopSpeed_rad_per_s = 12;
 
@@ -25,8 +25,8 @@ void check_ranges(const DriveModel& model) {
   if (model.encoder_ticks_per_rev)
     require(std::isfinite(*model.encoder_ticks_per_rev) && *model.encoder_ticks_per_rev >= 1);
   if (model.torque_noise_Nm) require(std::isfinite(*model.torque_noise_Nm) && *model.torque_noise_Nm >= 0);
-  for (const sim::effects::AnyEffect& effect : model.effects)
-    for (const auto& parameter : sim::effects::effect_description(name_of(effect)).parameters)
+  for (const model::effects::AnyEffect& effect : model.effects)
+    for (const auto& parameter : model::effects::effect_description(name_of(effect)).parameters)
       within(parameter_of(effect, parameter.name), parameter.lower, parameter.upper);
 }
 
@@ -34,7 +34,7 @@ void check_ranges(const DriveModel& model) {
 void check_compensation(const DriveModel& model) {
   if (!apps::driving_friction(model, kTopSpeed_rad_per_s).empty()) return;
   try {
-    const control::JointResistance resistance = sim::effects::resistance_of(model);
+    const model::JointResistance resistance = model::effects::resistance_of(model);
     for (double speed = 0; speed <= kTopSpeed_rad_per_s; speed += 0.5)
       for (const double direction : {1.0, -1.0}) {
         const double level_Nm = resistance.sliding.level_Nm(std::copysign(speed, direction));
@@ -60,9 +60,9 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
   // One of each effect with the values it begins with.
   DriveModel all{
       .name = "wheel-1", .inertia_kg_m2 = 0.0112, .encoder_ticks_per_rev = 4096, .torque_noise_Nm = 1e-3};
-  for (const sim::effects::EffectDescription& effect : sim::effects::effect_descriptions()) {
+  for (const model::effects::EffectDescription& effect : model::effects::effect_descriptions()) {
     DriveModel one{.name = "wheel-1", .inertia_kg_m2 = 0.0112};
-    one.effects.push_back(sim::effects::make_effect(effect.name));
+    one.effects.push_back(model::effects::make_effect(effect.name));
     all.effects.push_back(one.effects.front());
     seeds.push_back(bytes_of(apps::drive_model_text(one)));
   }

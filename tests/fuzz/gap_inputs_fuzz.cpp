@@ -38,7 +38,7 @@ std::string recording(const std::string& rig, double period_s) {
 }
 
 /// Rows that can be worked on in a bounded time.
-void check(const sim::gap::Source& source) {
+void check(const identification::gap::Source& source) {
   constexpr double kLongestStep_s = 1;
   require(source.recording.rows() > 0);
   const auto time_s = source.recording.column("time_s");

@@ -1,5 +1,5 @@
 // Rows of torque command and measured torque: what is late in them, and what only is written that way.
-#include "sim/gap/actuator_channel.h"
+#include "identification/gap/actuator_channel.h"
 
 #include <gtest/gtest.h>
 
@@ -11,8 +11,8 @@
 
 namespace actuator_channel_test {
 
-using sim::gap::actuator_channel;
-using sim::gap::Signals;
+using identification::gap::actuator_channel;
+using identification::gap::Signals;
 
 /// Three sines at 100 Hz, measured some rows later.
 Signals rows_late(std::size_t rows) {
@@ -44,8 +44,8 @@ TEST(GapActuatorChannel, MoreThanARowIsADelay) {
   for (const std::size_t rows : {2, 5}) {
     const auto findings = actuator_channel({rows_late(rows)}, {}, {});
     ASSERT_EQ(findings.effects.size(), 1U) << rows;
-    EXPECT_EQ(sim::effects::name_of(findings.effects[0].effect), "transport_delay");
-    EXPECT_NEAR(sim::effects::parameter_of(findings.effects[0].effect, "delay_s"),
+    EXPECT_EQ(model::effects::name_of(findings.effects[0].effect), "transport_delay");
+    EXPECT_NEAR(model::effects::parameter_of(findings.effects[0].effect, "delay_s"),
                 1e-2 * static_cast<double>(rows - 1), 2e-3)
         << "a row's torque answers the row before";
   }

@@ -1,5 +1,5 @@
 // What is delivered is never worse than what was given, on data that judged it.
-#include "sim/gap/delivery.h"
+#include "identification/gap/delivery.h"
 
 #include <gtest/gtest.h>
 
@@ -11,14 +11,14 @@
 #include <string>
 #include <vector>
 
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
 
 namespace delivery_test {
 
-using sim::effects::make_effect;
-using sim::gap::analyse;
-using sim::gap::Result;
-using sim::gap::Source;
+using identification::gap::analyse;
+using identification::gap::Result;
+using identification::gap::Source;
+using model::effects::make_effect;
 
 constexpr double kPeriod_s = 2e-3;
 constexpr double kInertia_kg_m2 = 0.011;
@@ -26,7 +26,7 @@ constexpr double kCoulomb_Nm = 0.3;
 constexpr double kViscous = 0.02;
 constexpr double kStribeckVelocity = 0.387;
 
-sim::effects::DriveModel given() {
+model::effects::DriveModel given() {
   return {.name = "axis",
           .inertia_kg_m2 = kInertia_kg_m2,
           .effects = {make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
@@ -61,10 +61,10 @@ Source fast_motion(const std::string& name, unsigned seed, double side,
   return source;
 }
 
-double value_of(const sim::effects::DriveModel& model, const std::string& effect,
+double value_of(const model::effects::DriveModel& model, const std::string& effect,
                 const std::string& parameter) {
   for (const auto& any : model.effects)
-    if (sim::effects::name_of(any) == effect) return sim::effects::parameter_of(any, parameter);
+    if (model::effects::name_of(any) == effect) return model::effects::parameter_of(any, parameter);
   ADD_FAILURE() << "no " << effect;
   return 0;
 }
@@ -80,7 +80,7 @@ TEST(Delivery, AParameterThatTheDataDoNotAskAboutKeepsItsValue) {
 }
 
 TEST(Delivery, AParameterThatIsWrongIsMended) {
-  sim::effects::DriveModel wrong = given();
+  model::effects::DriveModel wrong = given();
   wrong.effects[1] = make_effect("viscous", {{"coefficient_Nm_s_per_rad", 1.3 * kViscous}});
   const Source data[] = {fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
   const Source held_out[] = {fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};

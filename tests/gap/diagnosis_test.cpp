@@ -1,5 +1,5 @@
 // Recordings as they come out of real loggers: what is wrong with them is seen before anything is explained.
-#include "sim/gap/diagnosis.h"
+#include "identification/gap/diagnosis.h"
 
 #include <gtest/gtest.h>
 
@@ -14,9 +14,9 @@
 
 namespace diagnosis_test {
 
-using sim::gap::diagnose;
-using sim::gap::Diagnosed;
-using sim::gap::Source;
+using identification::gap::diagnose;
+using identification::gap::Diagnosed;
+using identification::gap::Source;
 
 constexpr double kPeriod_s = 2e-3;
 constexpr double kInertia_kg_m2 = 0.011;
@@ -24,11 +24,11 @@ constexpr double kCoulomb_Nm = 0.3;
 constexpr double kViscous = 0.02;
 constexpr double kTick_rad = 2 * std::numbers::pi / 16384;
 
-sim::effects::DriveModel base() {
+model::effects::DriveModel base() {
   return {.name = "axis",
           .inertia_kg_m2 = kInertia_kg_m2,
-          .effects = {sim::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
-                      sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", kViscous}})}};
+          .effects = {model::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
+                      model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", kViscous}})}};
 }
 
 /// A swing with a rise in speed, both directions: torque by Newton and friction, with noise, and encoder
@@ -57,7 +57,7 @@ Source healthy(double duration_s = 20) {
 }
 
 std::vector<double>& column(Source& source, const std::string& name) {
-  return std::ranges::find(source.recording.columns, name, &sim::Recording::Column::name)->values;
+  return std::ranges::find(source.recording.columns, name, &identification::Recording::Column::name)->values;
 }
 void scale(Source& source, const std::string& name, double factor) {
   for (double& value : column(source, name)) value *= factor;
@@ -234,7 +234,7 @@ TEST(Diagnosis, UnitsShowInTheInertiaAndFrictionThatTheyImply) {
 TEST(Diagnosis, AModelThatIsWrongByAnyOtherFactorIsNoUnit) {
   for (const double factor : {0.1, 0.3, 3.0, 10.0, 100.0, 1000.0}) {
     SCOPED_TRACE(factor);
-    sim::effects::DriveModel wrong = base();
+    model::effects::DriveModel wrong = base();
     wrong.inertia_kg_m2 *= factor;
     EXPECT_EQ(noticed(diagnose({healthy()}, wrong)), "");
   }

@@ -11,7 +11,7 @@
 namespace gap_test {
 namespace {
 
-using sim::effects::make_effect;
+using model::effects::make_effect;
 
 constexpr int kMostPasses = 6;
 constexpr double kSizeTolerance = 0.05;
@@ -167,8 +167,8 @@ std::vector<Simulated> simulate_all(const Drive& drive, const std::vector<Run>& 
   return result;
 }
 
-std::vector<sim::gap::Source> sources(std::vector<Simulated> runs, std::string_view prefix) {
-  std::vector<sim::gap::Source> result;
+std::vector<identification::gap::Source> sources(std::vector<Simulated> runs, std::string_view prefix) {
+  std::vector<identification::gap::Source> result;
   for (Simulated& run : runs) {
     const std::string name = std::string(prefix) + run.recording.experiment + ".csv";
     result.push_back({name, std::move(run.recording)});
@@ -332,7 +332,7 @@ Case make_case(const CaseSpec& spec, double length) {
   // What a data sheet and an earlier fit would say. A missing inertia is missing from the true one.
   const bool off = chance.uniform(0, 1) < 0.5;
   const auto known = [&](double value) { return off ? value * (1 + 0.02 * chance.sign()) : value; };
-  sim::effects::DriveModel& base = result.base;
+  model::effects::DriveModel& base = result.base;
   base.name = "hidden";
   base.inertia_kg_m2 =
       is_hidden(spec, Hidden::kInertia) ? drive.plant.inertia_kg_m2 : known(drive.plant.inertia_kg_m2);

@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/effects/drive_model.h"
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
+#include "model/effects/drive_model.h"
 #include "tests/gap/hidden_experiment.h"
 
 namespace gap_test {
@@ -34,9 +34,9 @@ struct TrueParameter {
 struct Case {
   CaseSpec spec;
   Drive drive;
-  sim::effects::DriveModel base;
-  std::vector<sim::gap::Source> data;
-  std::vector<sim::gap::Source> held_out;
+  model::effects::DriveModel base;
+  std::vector<identification::gap::Source> data;
+  std::vector<identification::gap::Source> held_out;
   std::vector<double> sizes;              ///< as they became, in the order of spec.hidden
   std::vector<TrueParameter> parameters;  ///< those that mean the same in plant and library
   double least_size() const;

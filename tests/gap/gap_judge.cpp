@@ -12,26 +12,28 @@ namespace {
 
 constexpr std::size_t kLargestSet = 2;
 
-bool stands_for(const sim::gap::FoundEffect& found, std::string_view truth) {
-  if (sim::effects::name_of(found.effect) == truth) return true;
+bool stands_for(const identification::gap::FoundEffect& found, std::string_view truth) {
+  if (model::effects::name_of(found.effect) == truth) return true;
   const auto& rivals = found.equivalent;
   return 1 + rivals.size() <= kLargestSet && std::find(rivals.begin(), rivals.end(), truth) != rivals.end();
 }
 
 /// Alone or among two: the truth within a larger set says nothing.
-bool is_decided(const sim::gap::FoundEffect& found) { return 1 + found.equivalent.size() <= kLargestSet; }
+bool is_decided(const identification::gap::FoundEffect& found) {
+  return 1 + found.equivalent.size() <= kLargestSet;
+}
 
 void add_once(std::vector<std::string>& names, std::string_view name) {
   if (std::find(names.begin(), names.end(), name) == names.end()) names.emplace_back(name);
 }
 
-void check_parameters(const Case& gap_case, const sim::gap::Result& result, Judgement& judgement) {
+void check_parameters(const Case& gap_case, const identification::gap::Result& result, Judgement& judgement) {
   for (const TrueParameter& truth : gap_case.parameters) {
     // A second ripple of the same type is another harmonic: the nearest one is meant.
-    const sim::identify::Estimate* nearest = nullptr;
-    for (const sim::gap::FoundEffect& found : result.effects) {
-      if (sim::effects::name_of(found.effect) != truth.effect) continue;
-      for (const sim::identify::Estimate& estimate : found.parameters) {
+    const identification::fit::Estimate* nearest = nullptr;
+    for (const identification::gap::FoundEffect& found : result.effects) {
+      if (model::effects::name_of(found.effect) != truth.effect) continue;
+      for (const identification::fit::Estimate& estimate : found.parameters) {
         if (estimate.name != truth.parameter || !estimate.ok()) continue;
         if (nearest == nullptr ||
             std::abs(estimate.value - truth.value) < std::abs(nearest->value - truth.value))
@@ -54,7 +56,8 @@ void check_parameters(const Case& gap_case, const sim::gap::Result& result, Judg
 
 /// Whatever is missing beside them. Not where what is hidden has a share in them: a drift is cold or warm,
 /// other curves of friction end at another level, and a brush that sticks is friction.
-void check_base_parameters(const Case& gap_case, const sim::gap::Result& result, Judgement& judgement) {
+void check_base_parameters(const Case& gap_case, const identification::gap::Result& result,
+                           Judgement& judgement) {
   const Plant& plant = gap_case.drive.plant;
   const auto hides = [&](Hidden hidden) {
     return std::ranges::find(gap_case.spec.hidden, hidden) != gap_case.spec.hidden.end();
@@ -95,10 +98,10 @@ Judgement judge(const Case& gap_case) {
   if (gap_case.spec.kind != CaseKind::kOutside)
     for (const Hidden hidden : gap_case.spec.hidden) truths.emplace_back(name_of(hidden));
 
-  sim::gap::Result result;
+  identification::gap::Result result;
   const auto start = std::chrono::steady_clock::now();
   try {
-    result = sim::gap::analyse(gap_case.base, gap_case.data, gap_case.held_out);
+    result = identification::gap::analyse(gap_case.base, gap_case.data, gap_case.held_out);
   } catch (const std::exception& error) {
     judgement.failure = error.what();
   }
@@ -108,7 +111,7 @@ Judgement judge(const Case& gap_case) {
   judgement.floor_Nm = result.noise_floor_Nm;
   judgement.gap_before_Nm = result.gap_before_Nm;
   judgement.gap_after_Nm = result.gap_after_Nm;
-  for (const sim::gap::FoundEffect& found : result.effects) {
+  for (const identification::gap::FoundEffect& found : result.effects) {
     bool right = false;
     for (const std::string& truth : truths) {
       if (!is_decided(found) || !stands_for(found, truth)) continue;
@@ -116,8 +119,8 @@ Judgement judge(const Case& gap_case) {
       right = true;
     }
     if (right) continue;
-    add_once(judgement.named, sim::effects::name_of(found.effect));
-    add_once(judgement.extra, sim::effects::name_of(found.effect));
+    add_once(judgement.named, model::effects::name_of(found.effect));
+    add_once(judgement.extra, model::effects::name_of(found.effect));
   }
   for (const std::string& truth : truths) {
     if (std::find(judgement.named.begin(), judgement.named.end(), truth) == judgement.named.end())

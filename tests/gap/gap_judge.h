@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
 #include "tests/gap/gap_cases.h"
 
 namespace gap_test {
@@ -14,7 +14,7 @@ namespace gap_test {
 struct Judgement {
   CaseSpec spec;
   double least_size = 0;
-  sim::gap::Verdict verdict = sim::gap::Verdict::kNoGap;
+  identification::gap::Verdict verdict = identification::gap::Verdict::kNoGap;
   std::vector<std::string> named{};   ///< the true name where it counts as right, else the search's own
   std::vector<std::string> missed{};  ///< true effects without a name
   std::vector<std::string> extra{};   ///< names without a true effect

@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "sim/effects/any_effect.h"
+#include "model/effects/any_effect.h"
 #include "tests/bench/figures.h"
 #include "tests/gap/gap_cases.h"
 #include "tests/gap/gap_judge.h"
@@ -59,7 +59,7 @@ void print_case(const Judgement& judgement) {
   std::printf("%5llu %-7s %-38s %5.1f  %-18s %-38s gap %.5f -> %.5f floor %.5f (sensor %.5f) %5.1f s%s\n",
               static_cast<unsigned long long>(judgement.spec.seed),
               std::string(name_of(judgement.spec.kind)).c_str(), judgement.spec.name().c_str(),
-              judgement.least_size, std::string(sim::gap::verdict_name(judgement.verdict)).c_str(),
+              judgement.least_size, std::string(identification::gap::verdict_name(judgement.verdict)).c_str(),
               joined(judgement.named).c_str(), judgement.gap_before_Nm, judgement.gap_after_Nm,
               judgement.floor_Nm, judgement.true_floor_Nm, judgement.search_s,
               judgement.right() ? "" : "  WRONG");
@@ -93,7 +93,8 @@ std::vector<Judgement> run(const std::vector<CaseSpec>& cases, const Arguments& 
 /// Rows: what is in the data. Columns: what was named, a dot for never.
 void print_confusion(const std::vector<Judgement>& judgements) {
   std::vector<std::string> columns;
-  for (const auto& description : sim::effects::effect_descriptions()) columns.emplace_back(description.name);
+  for (const auto& description : model::effects::effect_descriptions())
+    columns.emplace_back(description.name);
   columns.emplace_back(kNobody);
   std::vector<std::string> rows;  // in the order of the list
   std::map<std::string, std::map<std::string, int>> counts;
@@ -155,7 +156,7 @@ bool reached(const char* what, const Share& share, bool at_least, double target)
 bool print_targets(const std::vector<Judgement>& judgements) {
   Share nothing, single, pairs, triples, outside, closed, inside, base_inside, base_inside_outside;
   Share small, overlooked, alarms;
-  std::map<sim::gap::Verdict, int> verdicts;
+  std::map<identification::gap::Verdict, int> verdicts;
   std::vector<double> floor_ratios;
   double seconds = 0;
   int failures = 0;
@@ -164,7 +165,7 @@ bool print_targets(const std::vector<Judgement>& judgements) {
     switch (judgement.spec.kind) {
       case CaseKind::kNone:
         nothing.count(named);
-        alarms.count(judgement.verdict != sim::gap::Verdict::kNoGap);
+        alarms.count(judgement.verdict != identification::gap::Verdict::kNoGap);
         break;
       case CaseKind::kSingle:
         (judgement.least_size >= kStrong ? single : small).count(judgement.right());
@@ -173,10 +174,11 @@ bool print_targets(const std::vector<Judgement>& judgements) {
       case CaseKind::kTriple: triples.count(judgement.right()); break;
       case CaseKind::kOutside:
         outside.count(named);
-        if (judgement.least_size >= kStrong) overlooked.count(judgement.verdict == sim::gap::Verdict::kNoGap);
+        if (judgement.least_size >= kStrong)
+          overlooked.count(judgement.verdict == identification::gap::Verdict::kNoGap);
         break;
     }
-    if (judgement.verdict == sim::gap::Verdict::kExplained)
+    if (judgement.verdict == identification::gap::Verdict::kExplained)
       closed.count(judgement.gap_after_Nm <= 1.2 * judgement.floor_Nm);
     inside.part += judgement.parameters_inside;
     inside.whole += judgement.parameters;
@@ -192,7 +194,7 @@ bool print_targets(const std::vector<Judgement>& judgements) {
 
   std::printf("\nverdicts:");
   for (const auto& [verdict, count] : verdicts)
-    std::printf("  %s %d", std::string(sim::gap::verdict_name(verdict)).c_str(), count);
+    std::printf("  %s %d", std::string(identification::gap::verdict_name(verdict)).c_str(), count);
   std::printf("\nnoise floor in the search's band, of that of the torque samples: %.2f, %.2f to %.2f\n",
               floor_ratios[floor_ratios.size() / 2], floor_ratios.front(), floor_ratios.back());
   std::printf("small single effects named right: %d of %d; all of three effects: %d of %d\n", small.part,

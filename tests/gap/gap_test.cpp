@@ -1,5 +1,5 @@
 // A few of the cases of gap_proof, with shorter recordings, on every change; gap_proof has the whole list.
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
 
 #include <gtest/gtest.h>
 
@@ -16,7 +16,8 @@ namespace gap_test {
 constexpr double kLength = 0.4;  // of the recordings: 47 s in five, and twice 6 s held out
 
 std::string words(const Judgement& judgement) {
-  std::string result = judgement.spec.name() + ": " + std::string(sim::gap::verdict_name(judgement.verdict));
+  std::string result =
+      judgement.spec.name() + ": " + std::string(identification::gap::verdict_name(judgement.verdict));
   for (const std::string& name : judgement.named) result += ", named " + name;
   return result + (judgement.failure.empty() ? "" : ", failed: " + judgement.failure);
 }
@@ -59,7 +60,7 @@ TEST(Gap, OneMissingEffectIsNamed) {
   const std::vector<Judgement> judgements = judged(cases);
   expect_at_most(1, judgements, [](const Judgement& judgement) { return !judgement.right(); });
   expect_at_most(0, judgements, [](const Judgement& judgement) {
-    return judgement.verdict == sim::gap::Verdict::kExplained &&
+    return judgement.verdict == identification::gap::Verdict::kExplained &&
            judgement.gap_after_Nm > 1.2 * judgement.floor_Nm;
   });
 }
@@ -98,8 +99,9 @@ TEST(Gap, WhatIsNoEffectOfTheLibraryIsNotCalledOne) {
                                                     {CaseKind::kOutside, {kStickingBrush}, 5, 53}});
   expect_at_most(0, judgements, [](const Judgement& judgement) { return !judgement.named.empty(); });
   // And it is not overlooked.
-  expect_at_most(0, judgements,
-                 [](const Judgement& judgement) { return judgement.verdict == sim::gap::Verdict::kNoGap; });
+  expect_at_most(0, judgements, [](const Judgement& judgement) {
+    return judgement.verdict == identification::gap::Verdict::kNoGap;
+  });
 }
 
 }  // namespace gap_test

@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/effects/any_effect.h"
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
+#include "model/effects/any_effect.h"
 
 namespace held_torque_test {
 
@@ -23,7 +23,7 @@ enum class Torque : std::uint8_t { kMeasured, kCommanded };
 
 /// A rotor in grease, pushed by a sum of sines that is held for a period each and acts `late_periods` later.
 /// A row's command acts from its time on; its measured torque is the one before.
-sim::gap::Source rotor(double period_s, Torque torque, std::uint64_t seed, int late_periods = 0) {
+identification::gap::Source rotor(double period_s, Torque torque, std::uint64_t seed, int late_periods = 0) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> phase(0, 2 * std::numbers::pi);
@@ -59,7 +59,7 @@ sim::gap::Source rotor(double period_s, Torque torque, std::uint64_t seed, int l
     position += settled * period_s + (velocity - settled) * (1 - kept) / rate;
     velocity = settled + (velocity - settled) * kept;
   }
-  sim::gap::Source source{.name = "rotor-" + std::to_string(seed) + ".csv", .recording = {}};
+  identification::gap::Source source{.name = "rotor-" + std::to_string(seed) + ".csv", .recording = {}};
   source.recording.rig = "rotor";
   source.recording.columns = {{"time_s", std::move(time_s)}, {"position_rad", std::move(position_rad)}};
   if (torque == Torque::kMeasured)
@@ -69,20 +69,21 @@ sim::gap::Source rotor(double period_s, Torque torque, std::uint64_t seed, int l
   return source;
 }
 
-sim::gap::Result analysed(double period_s, Torque torque, int late_periods = 0) {
-  const sim::effects::DriveModel base{.name = "rotor",
-                                      .inertia_kg_m2 = kInertia_kg_m2,
-                                      .effects = {sim::effects::make_effect(
-                                          "viscous", {{"coefficient_Nm_s_per_rad", kViscous_Nm_s_per_rad}})}};
-  return sim::gap::analyse(
+identification::gap::Result analysed(double period_s, Torque torque, int late_periods = 0) {
+  const model::effects::DriveModel base{
+      .name = "rotor",
+      .inertia_kg_m2 = kInertia_kg_m2,
+      .effects = {
+          model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", kViscous_Nm_s_per_rad}})}};
+  return identification::gap::analyse(
       base, std::vector{rotor(period_s, torque, 1, late_periods), rotor(period_s, torque, 2, late_periods)},
       std::vector{rotor(period_s, torque, 3, late_periods)}, {});
 }
 
-std::string named(const sim::gap::Result& result) {
+std::string named(const identification::gap::Result& result) {
   std::string names;
-  for (const sim::gap::FoundEffect& found : result.effects)
-    names += (names.empty() ? "" : " ") + std::string(sim::effects::name_of(found.effect));
+  for (const identification::gap::FoundEffect& found : result.effects)
+    names += (names.empty() ? "" : " ") + std::string(model::effects::name_of(found.effect));
   return names;
 }
 
@@ -97,9 +98,9 @@ TEST_P(HeldTorque, CommandedNothingIsMissing) {
 }
 
 TEST_P(HeldTorque, CommandedADelayIsAsLongAsItIs) {
-  const sim::gap::Result result = analysed(GetParam(), Torque::kCommanded, 3);
+  const identification::gap::Result result = analysed(GetParam(), Torque::kCommanded, 3);
   ASSERT_EQ(named(result), "transport_delay");
-  EXPECT_NEAR(sim::effects::parameter_of(result.effects.front().effect, "delay_s"), 3 * GetParam(),
+  EXPECT_NEAR(model::effects::parameter_of(result.effects.front().effect, "delay_s"), 3 * GetParam(),
               0.05 * GetParam());
 }
 

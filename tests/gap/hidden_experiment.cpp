@@ -200,7 +200,7 @@ Simulated simulate(const Drive& drive, const Run& run) {
   result.friction_heat_J = plant.friction_heat_J();
   result.kinetic_J = plant.kinetic_J();
 
-  sim::Recording& recording = result.recording;
+  identification::Recording& recording = result.recording;
   recording.rig = "hidden";
   recording.experiment = name_of(run.experiment);
   recording.sample_rate_Hz = 1 / kSample_s;

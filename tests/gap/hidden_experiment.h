@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "sim/recording.h"
+#include "identification/recording.h"
 #include "tests/gap/hidden_plant.h"
 
 namespace gap_test {
@@ -36,7 +36,7 @@ struct Run {
 };
 
 struct Simulated {
-  sim::Recording recording;
+  identification::Recording recording;
   std::vector<double> torque_Nm;                       ///< the motor's, without what the sensor does
   std::array<double, kHiddenKinds> contribution_Nm{};  ///< rms
   double motor_work_J = 0;

@@ -1,4 +1,4 @@
-#include "sim/gap/parallel.h"
+#include "identification/gap/parallel.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace sim::gap {
+namespace identification::gap {
 namespace parallel_test {
 
 TEST(InParallel, DoesEachPieceOnce) {
@@ -37,4 +37,4 @@ TEST(InParallel, PassesOnWhatAPieceThrowsWhenNoThreadRunsAnyMore) {
 }
 
 }  // namespace parallel_test
-}  // namespace sim::gap
+}  // namespace identification::gap

@@ -14,7 +14,7 @@
 #include "apps/common/drive_model_file.h"
 #include "apps/youbot_gap/explain.h"
 #include "apps/youbot_gap/inputs.h"
-#include "sim/effects/effect_chain.h"
+#include "model/effects/effect_chain.h"
 #include "tests/gap/real/converted_drive.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
@@ -66,9 +66,9 @@ class RealData : public testing::Test {
   /// Torque of the model that was written, sliding at a constant velocity in the middle of a run.
   double sliding_Nm(double velocity_rad_per_s) const {
     constexpr double kMiddle_s = 6;
-    const sim::effects::EffectChain chain(model_.effects);
+    const model::effects::EffectChain chain(model_.effects);
     const double direction = velocity_rad_per_s < 0 ? -1 : 1;
-    const auto* const offset = model_.find<sim::effects::TorqueOffset>();
+    const auto* const offset = model_.find<model::effects::TorqueOffset>();
     return direction * chain.level_Nm(std::abs(velocity_rad_per_s), direction, kMiddle_s, 0) +
            (offset != nullptr ? offset->parameters().torque_Nm : 0);
   }
@@ -85,7 +85,7 @@ class RealData : public testing::Test {
 
   support::TemporaryDirectory directory_;
   json gap_;
-  sim::effects::DriveModel model_;
+  model::effects::DriveModel model_;
 };
 
 TEST_F(RealData, APlainLeadScrewTurnsHarderOneWayAndHasAStribeckCurve) {
@@ -133,7 +133,7 @@ TEST_F(RealData, OmniWheelsLostTheSignOfTheirCurrentAndAnswerLate) {
     EXPECT_NEAR(delay.at("value"), 0.09, 0.03);
     EXPECT_LT(delay.at("ci95").at(0), 0.09);
     EXPECT_GT(delay.at("ci95").at(1), 0.09);
-    const auto* const coulomb = model_.find<sim::effects::Coulomb>();
+    const auto* const coulomb = model_.find<model::effects::Coulomb>();
     ASSERT_NE(coulomb, nullptr);
     EXPECT_NEAR(coulomb->parameters().torque_Nm / kGear, kPeerCoulomb_Nm[motor - 1],
                 0.2 * kPeerCoulomb_Nm[motor - 1]);
@@ -148,8 +148,8 @@ TEST_F(RealData, AnOutrunnerCogs) {
   // Held-position map a_4: the largest harmonics, and 7.5 mN·m/A.
   const auto amplitude_A = [&](double per_turn) {
     double most = 0;
-    for (const sim::effects::AnyEffect& effect : model_.effects)
-      if (const auto* const cogging = std::get_if<sim::effects::Cogging>(&effect))
+    for (const model::effects::AnyEffect& effect : model_.effects)
+      if (const auto* const cogging = std::get_if<model::effects::Cogging>(&effect))
         if (std::abs(cogging->parameters().periods_per_rev - per_turn) < 0.02 * per_turn)
           most = std::max(most, cogging->parameters().amplitude_Nm / 7.5e-3);
     return most;

@@ -1,4 +1,4 @@
-#include "sim/gap/shrink.h"
+#include "identification/gap/shrink.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 namespace gap_test {
 namespace {
 
-using sim::gap::HeldOutRows;
-using sim::gap::Shrink;
+using identification::gap::HeldOutRows;
+using identification::gap::Shrink;
 
 HeldOutRows rows_of(std::size_t recordings, Eigen::Index each) {
   HeldOutRows rows;
@@ -34,7 +34,7 @@ TEST(Shrink, OfHalfTheResidualEverywhereIsHalfWithoutDoubt) {
   HeldOutRows rows = rows_of(3, 200);
   rows.before_Nm = coloured(600, 0.5, random);
   rows.after_Nm = 0.5 * rows.before_Nm;
-  const Shrink shrink = sim::gap::shrink_of(rows, 1);
+  const Shrink shrink = identification::gap::shrink_of(rows, 1);
   EXPECT_NEAR(shrink.share, 0.5, 1e-12);
   EXPECT_NEAR(shrink.lower, 0.5, 1e-12);
   EXPECT_NEAR(shrink.upper, 0.5, 1e-12);
@@ -44,7 +44,7 @@ TEST(Shrink, OfAGapThatGrewIsBelowZero) {
   HeldOutRows rows = rows_of(1, 100);
   rows.before_Nm.setConstant(0.1);
   rows.after_Nm.setConstant(0.15);
-  EXPECT_NEAR(sim::gap::shrink_of(rows, 1).share, -0.5, 1e-12);
+  EXPECT_NEAR(identification::gap::shrink_of(rows, 1).share, -0.5, 1e-12);
 }
 
 // Before: an effect and noise. After: noise. Each of the noise coloured, so that rows are not independent.
@@ -57,7 +57,7 @@ TEST(Shrink, HasAnIntervalThatHoldsTheTruthAsOftenAsItSays) {
     HeldOutRows rows = rows_of(5, 400);
     rows.after_Nm = 0.5 * coloured(2000, 0.7, random);
     rows.before_Nm = rows.after_Nm + coloured(2000, 0.7, random);
-    const Shrink shrink = sim::gap::shrink_of(rows, static_cast<std::uint64_t>(n));
+    const Shrink shrink = identification::gap::shrink_of(rows, static_cast<std::uint64_t>(n));
     held += shrink.lower <= truth && truth <= shrink.upper ? 1 : 0;
   }
   EXPECT_GE(held, 0.91 * kDraws);
@@ -69,7 +69,7 @@ TEST(RecordingGaps, AreSharesOfTheTorqueOfEachRecordingAndOfAll) {
   rows.torque_Nm << 3, -3, 5, -1;  // standard deviations 3 and 3
   rows.before_Nm << 0.3, -0.3, 0.6, 0.6;
   rows.after_Nm << 0.0, 0.0, 0.3, -0.3;
-  const auto gaps = sim::gap::recording_gaps(rows, {"a.csv", "b.csv"});
+  const auto gaps = identification::gap::recording_gaps(rows, {"a.csv", "b.csv"});
   ASSERT_EQ(gaps.size(), 3U);
   EXPECT_EQ(gaps[0].recording, "a.csv");
   EXPECT_NEAR(gaps[0].before_Nm, 0.3, 1e-12);

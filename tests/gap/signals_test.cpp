@@ -1,5 +1,5 @@
 // Recordings as laboratories make them: uneven times, several rates, coarse sensors, holes.
-#include "sim/gap/signals.h"
+#include "identification/gap/signals.h"
 
 #include <gtest/gtest.h>
 
@@ -13,13 +13,13 @@
 
 namespace signals_test {
 
-using sim::gap::Band;
-using sim::gap::choose_band;
-using sim::gap::make_signals;
-using sim::gap::Signals;
-using sim::gap::Source;
+using identification::gap::Band;
+using identification::gap::choose_band;
+using identification::gap::make_signals;
+using identification::gap::Signals;
+using identification::gap::Source;
 
-const sim::effects::DriveModel kBase{.name = "wheel", .inertia_kg_m2 = 0.01};
+const model::effects::DriveModel kBase{.name = "wheel", .inertia_kg_m2 = 0.01};
 
 double sine(double t) { return std::sin(2 * t); }
 

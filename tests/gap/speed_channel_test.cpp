@@ -1,5 +1,5 @@
 // Drives with a speed loop of their own: what is late in it, and what only is slow.
-#include "sim/gap/speed_channel.h"
+#include "identification/gap/speed_channel.h"
 
 #include <gtest/gtest.h>
 
@@ -8,19 +8,19 @@
 #include <random>
 #include <vector>
 
-#include "sim/gap/signals.h"
+#include "identification/gap/signals.h"
 
 namespace speed_channel_test {
 
-using sim::gap::Signals;
-using sim::gap::speed_command_delay;
+using identification::gap::Signals;
+using identification::gap::speed_command_delay;
 
 constexpr double kPeriod_s = 0.03;
 
-const sim::effects::DriveModel kBase{
+const model::effects::DriveModel kBase{
     .name = "wheel",
     .inertia_kg_m2 = 0.01,
-    .effects = {sim::effects::make_effect("coulomb", {{"torque_Nm", 0.05}})}};
+    .effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.05}})}};
 
 /// Steps to other speeds every few seconds, followed with droop, friction and a lag of two first orders.
 Signals steps(double delay_s, double lag1_s, double lag2_s, unsigned seed = 1) {
@@ -55,7 +55,7 @@ TEST(GapSpeedChannel, FindsTheDelayOfASpeedCommand) {
   for (const double delay_s : {0.06, 0.1, 0.2}) {
     const auto found = speed_command_delay({steps(delay_s, 0.05, 0.01)}, kBase, {});
     ASSERT_TRUE(found) << delay_s;
-    EXPECT_EQ(sim::effects::name_of(found->effect), "transport_delay");
+    EXPECT_EQ(model::effects::name_of(found->effect), "transport_delay");
     ASSERT_EQ(found->parameters.size(), 1U);
     EXPECT_NEAR(found->parameters[0].value, delay_s, 0.7 * kPeriod_s);
     EXPECT_LE(found->parameters[0].lower, delay_s + 0.2 * kPeriod_s);
@@ -73,8 +73,8 @@ TEST(GapSpeedChannel, ALagIsNoDelay) {
 
 TEST(GapSpeedChannel, SaysNothingWhereItIsNotAsked) {
   Signals s = steps(0.1, 0.05, 0.01);
-  sim::effects::DriveModel knows = kBase;
-  knows.effects.push_back(sim::effects::make_effect("transport_delay", {{"delay_s", 0.1}}));
+  model::effects::DriveModel knows = kBase;
+  knows.effects.push_back(model::effects::make_effect("transport_delay", {{"delay_s", 0.1}}));
   EXPECT_FALSE(speed_command_delay({s}, knows, {}));
   EXPECT_FALSE(speed_command_delay({}, kBase, {}));
   Signals constant = s;

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "sim/effects/any_effect.h"
-#include "sim/gap/gap.h"
+#include "identification/gap/gap.h"
+#include "model/effects/any_effect.h"
 
 namespace unknown_cause_test {
 
@@ -22,7 +22,7 @@ constexpr double kPeriod_s = 2e-3;
 constexpr double kStep_s = 2e-5;
 
 /// A sum of sines, or steps up and down, for half a minute. `rubs`: that share.
-sim::gap::Source recording(double rubs, bool steps, std::uint64_t seed) {
+identification::gap::Source recording(double rubs, bool steps, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -31,7 +31,7 @@ sim::gap::Source recording(double rubs, bool steps, std::uint64_t seed) {
   std::vector<double> levels(30);
   for (double& level : levels) level = 0.2 * uniform(random);
 
-  sim::gap::Source source{.name = "gear-" + std::to_string(seed) + ".csv", .recording = {}};
+  identification::gap::Source source{.name = "gear-" + std::to_string(seed) + ".csv", .recording = {}};
   source.recording.rig = "gear";
   source.recording.columns = {
       {"time_s", {}}, {"torque_command_Nm", {}}, {"torque_measured_Nm", {}}, {"position_rad", {}}};
@@ -65,20 +65,20 @@ sim::gap::Source recording(double rubs, bool steps, std::uint64_t seed) {
 class UnknownCause : public testing::TestWithParam<double> {};
 
 TEST_P(UnknownCause, AGearThatRubsByWhatItTransmitsIsNotCalledAnythingElse) {
-  const sim::effects::DriveModel base{
+  const model::effects::DriveModel base{
       .name = "gear",
       .inertia_kg_m2 = kInertia_kg_m2,
       .effects = {
-          sim::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
-          sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", kViscous_Nm_s_per_rad}})}};
-  const sim::gap::Result result =
-      sim::gap::analyse(base, std::vector{recording(GetParam(), false, 1), recording(GetParam(), true, 2)},
-                        std::vector{recording(GetParam(), false, 3), recording(GetParam(), true, 4)}, {});
+          model::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
+          model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", kViscous_Nm_s_per_rad}})}};
+  const identification::gap::Result result = identification::gap::analyse(
+      base, std::vector{recording(GetParam(), false, 1), recording(GetParam(), true, 2)},
+      std::vector{recording(GetParam(), false, 3), recording(GetParam(), true, 4)}, {});
   std::string named;
-  for (const sim::gap::FoundEffect& found : result.effects)
-    named += std::string(sim::effects::name_of(found.effect)) + " ";
+  for (const identification::gap::FoundEffect& found : result.effects)
+    named += std::string(model::effects::name_of(found.effect)) + " ";
   EXPECT_EQ(named, "");
-  EXPECT_EQ(result.verdict, sim::gap::Verdict::kUnexplained);
+  EXPECT_EQ(result.verdict, identification::gap::Verdict::kUnexplained);
 }
 
 INSTANTIATE_TEST_SUITE_P(Shares, UnknownCause, testing::Values(0.2, 0.3, 0.5));

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "control/planar.h"
-#include "sim/gap/parallel.h"
+#include "identification/gap/parallel.h"
 #include "tests/apps/sensor_rigs.h"
 
 namespace sensor_campaign {
@@ -258,13 +258,13 @@ std::vector<Detection> detect(const std::vector<DetectionCase>& cases, std::uint
   }
   std::vector<std::pair<const Start, std::vector<Truth>>*> starts;
   for (auto& course : courses) starts.push_back(&course);
-  sim::gap::in_parallel(starts.size(), [&](std::size_t i) {
+  identification::gap::in_parallel(starts.size(), [&](std::size_t i) {
     const Start& start = starts[i]->first;
     starts[i]->second = start.arm ? true_course<ArmRun>(start, seed) : true_course<BaseRun>(start, seed);
   });
 
   std::vector<Detection> each(work.size());
-  sim::gap::in_parallel(work.size(), [&](std::size_t i) {
+  identification::gap::in_parallel(work.size(), [&](std::size_t i) {
     const DetectionCase& row = cases[work[i].row];
     const Start& start = work[i].start;
     const std::vector<Truth>& course = courses.at(start);

@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "hal/seconds.h"
-#include "sim/gap/parallel.h"
+#include "identification/gap/parallel.h"
 #include "tests/apps/sensor_rigs.h"
 
 namespace sensor_campaign {
@@ -245,7 +245,7 @@ std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string
   const auto pieces = static_cast<std::size_t>(std::ceil(each_s / kPiece_s));
   const double piece_s = std::max(each_s / static_cast<double>(pieces), 2 * kShortestPiece_s);
   std::vector<SoakResult> each(chosen.size() * pieces);
-  sim::gap::in_parallel(each.size(), [&](std::size_t i) {
+  identification::gap::in_parallel(each.size(), [&](std::size_t i) {
     const std::uint32_t scenario = chosen[i % chosen.size()];
     const auto piece = static_cast<std::uint32_t>(i / chosen.size());
     each[i] = run_piece(all[scenario], piece_s, {seed, scenario, piece});

@@ -13,7 +13,7 @@
 
 #include "control/base_controller.h"
 #include "control/base_odometry.h"
-#include "control/friction/wheel_curve.h"
+#include "model/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace base_test {
@@ -71,7 +71,7 @@ void set_rolling(Base& base, const PlanarVector& twist_B) {
 double published_peak_Nm(int wheel) {
   double peak_Nm = 0;
   for (int i = 1; i <= 3000; ++i)
-    peak_Nm = std::max(peak_Nm, control::friction::wheel_curve_Nm(wheel, 1e-4 * i));
+    peak_Nm = std::max(peak_Nm, model::friction::wheel_curve_Nm(wheel, 1e-4 * i));
   return peak_Nm;
 }
 
@@ -81,11 +81,11 @@ struct Held {
   double last_m_per_s = 0;
   double last_m = 0;
 };
-Held held(const control::JointResistance& believed) {
+Held held(const model::JointResistance& believed) {
   BaseParameters parameters = noiseless();
   parameters.model.emplace();
-  parameters.model->effects = {sim::effects::make_effect("coulomb", {{"torque_Nm", 0.055}}),
-                               sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.015}})};
+  parameters.model->effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.055}}),
+                               model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.015}})};
   Base base(parameters);
   control::BaseController::Config config;
   config.wheels = {believed, believed, believed, believed};
@@ -109,16 +109,16 @@ Held held(const control::JointResistance& believed) {
 
 TEST(Base, ACompensationFarTooStrongOrWrongNeverDrivesTheBaseAway) {
   const auto table = [](double factor) {
-    return control::friction::SlidingTable(
+    return model::friction::SlidingTable(
         [factor](double v) { return factor * (std::copysign(0.055, v) + 0.015 * v); }, {0.02, 10.0, 0.0});
   };
   // As it is, thrice as strong, and with a steady torque that is not there, of thrice the commanded limit.
-  const control::JointResistance models[] = {
+  const model::JointResistance models[] = {
       {.sliding = table(1)},
       {.sliding = table(3)},
       {.sliding = table(1), .position = {.constant_Nm = 0.18}},
       {.sliding = table(1), .position = {.harmonics = {{0.18, 12, 0.3}}}}};
-  for (const control::JointResistance& model : models) {
+  for (const model::JointResistance& model : models) {
     const Held result = held(model);
     EXPECT_LT(result.fastest_m_per_s, 0.31) << &model - models;
     EXPECT_LT(result.last_m_per_s, 0.02) << &model - models;
@@ -174,7 +174,7 @@ TEST(Base, InTheAirItsWheelsHaveTheFrictionThatWasMeasuredThere) {
   base.advance(commands, true, 3s);
   for (int i = 0; i < 4; ++i)
     EXPECT_NEAR(base.wheel(i).friction_torque_Nm(),
-                control::friction::wheel_curve_Nm(i + 1, commands[static_cast<std::size_t>(i)].target), 4e-5)
+                model::friction::wheel_curve_Nm(i + 1, commands[static_cast<std::size_t>(i)].target), 4e-5)
         << "wheel " << i + 1;
 }
 
@@ -329,7 +329,7 @@ TEST(Base, LosesWhatItsWheelsAndRollersTake) {
       for (int i = 0; i < 4; ++i) {
         const double w = base.wheel(i).velocity_rad_per_s();
         drives_J += 1e-3 * w * parameters.loaded_friction_scale[static_cast<std::size_t>(i)] *
-                    control::friction::wheel_curve_Nm(i + 1, w);
+                    model::friction::wheel_curve_Nm(i + 1, w);
       }
       rollers_J += 1e-3 * 0.004 * 29.5 * 9.81 * std::sqrt(2.0) * std::abs(base.twist()[1]);
       coast(base, 1);

@@ -8,14 +8,14 @@
 #include <numbers>
 #include <vector>
 
-#include "control/friction/wheel_curve.h"
+#include "model/friction/wheel_curve.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace drive_test {
 
-using control::friction::SlidingTable;
-using control::friction::wheel_curve_Nm;
 using hal::JointCommand;
+using model::friction::SlidingTable;
+using model::friction::wheel_curve_Nm;
 using sim::Drive;
 using sim::DriveParameters;
 
@@ -32,7 +32,7 @@ DriveParameters noiseless() {
   return parameters;
 }
 Drive wheel(int number, const DriveParameters& parameters = noiseless()) {
-  return {parameters, control::friction::wheel_table(number, {.spacing_rad_per_s = 0.005}), 1};
+  return {parameters, model::friction::wheel_table(number, {.spacing_rad_per_s = 0.005}), 1};
 }
 Drive frictionless(const DriveParameters& parameters = noiseless()) {
   return {parameters, SlidingTable([](double) { return 0.0; }, {}), 1};

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "control/friction/wheel_curve.h"
+#include "model/friction/wheel_curve.h"
 
 namespace mecanum_wheels_test {
 
@@ -88,7 +88,7 @@ TEST(MecanumWheels, BrakeABodyThatRollsOnThemByTheirFriction) {
   double friction_N = 0;
   for (int i = 0; i < 4; ++i)
     friction_N += parameters.loaded_friction_scale[static_cast<std::size_t>(i)] *
-                  std::abs(control::friction::wheel_curve_Nm(i + 1, (i % 2 ? 1 : -1) * 0.3 / kRadius_m)) /
+                  std::abs(model::friction::wheel_curve_Nm(i + 1, (i % 2 ? 1 : -1) * 0.3 / kRadius_m)) /
                   kRadius_m;
   EXPECT_NEAR(braking_B[0], -friction_N, 0.01 * friction_N);
 }

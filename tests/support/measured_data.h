@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "sim/identify/static_map.h"
+#include "identification/fit/static_map.h"
 #include "tests/support/built_paths.h"
 
 namespace test_support {
@@ -33,7 +33,7 @@ inline std::vector<std::vector<std::string>> csv_rows(const std::string& path) {
 
 /// The mean of each run of a screw drive, as the peers in its README took it. The interval comes from ten
 /// stretches of the run, since its samples are not independent.
-inline sim::identify::StaticMap screw_drive_map(int drive) {
+inline identification::fit::StaticMap screw_drive_map(int drive) {
   struct Run {
     std::vector<double> velocity;
     std::vector<double> torque;
@@ -50,7 +50,7 @@ inline sim::identify::StaticMap screw_drive_map(int drive) {
     for (std::size_t i = from; i < to; ++i) sum += values[i];
     return sum / static_cast<double>(to - from);
   };
-  sim::identify::StaticMap map{"tro2021-drive-" + std::to_string(drive), {}};
+  identification::fit::StaticMap map{"tro2021-drive-" + std::to_string(drive), {}};
   for (const auto& [label, run] : runs) {
     constexpr std::size_t kStretches = 10;
     const std::size_t n = run.torque.size();

@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-void write_recording(const sim::Recording& recording, const fs::path& path) {
+void write_recording(const identification::Recording& recording, const fs::path& path) {
   std::vector<apps::RecordingFile::Comment> comments{{"rig", recording.rig},
                                                      {"experiment", recording.experiment}};
   for (const auto& [key, value] : recording.comments) comments.push_back({key, value});

@@ -5,20 +5,20 @@
 #include <string>
 #include <vector>
 
-#include "sim/effects/drive_model.h"
-#include "sim/recording.h"
+#include "identification/recording.h"
+#include "model/effects/drive_model.h"
 
 namespace real_recordings {
 
 struct ConvertedRecording {
   std::string file;  ///< name, with .csv
-  sim::Recording recording;
+  identification::Recording recording;
 };
 
 /// Joint side, SI. The model is what a laboratory has before it looks at the data: inertia, Coulomb and
 /// viscous friction as published or from data sheets, and a weight that was put on.
 struct ConvertedDrive {
-  sim::effects::DriveModel base;     ///< its name is that of the rig and of the directory
+  model::effects::DriveModel base;   ///< its name is that of the rig and of the directory
   std::vector<std::string> remarks;  ///< where its numbers come from; comments of the model file
   std::vector<ConvertedRecording> data;
   std::vector<ConvertedRecording> held_out{};  ///< empty: the analysis sets aside what it likes

@@ -27,9 +27,9 @@ ConvertedDrive omni_wheel(const std::filesystem::path& folder, int motor) {
   ConvertedDrive result;
   result.base.name = "omni-wheel-" + std::to_string(motor);
   result.base.inertia_kg_m2 = kInertia_kg_m2 * kGear * kGear;
-  result.base.effects = {sim::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm * kGear}}),
-                         sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad",
-                                                                kViscous_Nm_s_per_rad * kGear * kGear}})};
+  result.base.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm * kGear}}),
+                         model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad",
+                                                                  kViscous_Nm_s_per_rad * kGear * kGear}})};
   result.remarks = {
       "Wheel side of a 16:1 gear. Inertia, Coulomb and viscous friction: where the source's own fit",
       "began."};

@@ -27,8 +27,8 @@ ConvertedDrive outrunner(const std::filesystem::path& folder) {
   result.base.inertia_kg_m2 = kTorqueConstant_Nm_per_A / kAcceleration_rad_per_s2_per_A;
   result.base.encoder_ticks_per_rev = kCounts;
   result.base.effects = {
-      sim::effects::make_effect("coulomb", {{"torque_Nm", kFriction_A * kTorqueConstant_Nm_per_A}}),
-      sim::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 1e-5}})};
+      model::effects::make_effect("coulomb", {{"torque_Nm", kFriction_A * kTorqueConstant_Nm_per_A}}),
+      model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 1e-5}})};
   result.remarks = {
       "0.3 A of friction as the source expects; 7.5 mN m/A, from its cogging",
       "of 0.4 A or 3 mN m; inertia from its spin-ups, 262 rad/s2 an ampere. The viscous coefficient",

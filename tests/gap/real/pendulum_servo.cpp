@@ -36,11 +36,11 @@ ConvertedDrive pendulum_servo(const std::filesystem::path& folder) {
   result.base.inertia_kg_m2 = kArmature_kg_m2 + kMass_kg * kLength_m * kLength_m;
   result.base.encoder_ticks_per_rev = kCounts;
   result.base.effects = {
-      sim::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
-      sim::effects::make_effect(
+      model::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}}),
+      model::effects::make_effect(
           "viscous",
           {{"coefficient_Nm_s_per_rad", kViscous_Nm_s_per_rad + kTorquePerVolt * kTorqueConstant_Nm_per_A}}),
-      sim::effects::make_effect("imbalance", {{"torque_Nm", kMass_kg * kGravity_m_per_s2 * kLength_m}})};
+      model::effects::make_effect("imbalance", {{"torque_Nm", kMass_kg * kGravity_m_per_s2 * kLength_m}})};
   result.remarks = {"Output side. The weight and its lever, and armature, Coulomb and viscous friction as",
                     "published; the viscous coefficient holds the motor's back-EMF, kt^2/R, too, because the",
                     "recordings give the torque that the voltage would make at rest."};

@@ -30,9 +30,9 @@ ConvertedDrive screw_drive(const std::filesystem::path& folder, int drive) {
   result.base.name = rig;
   result.base.inertia_kg_m2 = kInputInertia_kg_m2 + kMovingMass_kg[drive - 1] * lead_per_rad * lead_per_rad;
   result.base.effects = {
-      sim::effects::make_effect("coulomb", {{"torque_Nm", kSupportBreakaway_Nm[drive - 1]}}),
-      sim::effects::make_effect("viscous",
-                                {{"coefficient_Nm_s_per_rad", kSupportViscous_Nm_s_per_rad[drive - 1]}})};
+      model::effects::make_effect("coulomb", {{"torque_Nm", kSupportBreakaway_Nm[drive - 1]}}),
+      model::effects::make_effect("viscous",
+                                  {{"coefficient_Nm_s_per_rad", kSupportViscous_Nm_s_per_rad[drive - 1]}})};
   result.remarks = {
       "Motor side of a lead screw. Inertia: input 2.186e-6 kg m2 and the moving mass through the",
       "2 mm lead; friction: the support bearings only, as published. What the nut adds is left",

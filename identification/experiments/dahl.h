@@ -1,0 +1,86 @@
+/// @file
+/// The loop of torque against displacement below stiction (thesis 2.5.2, figures 19 and 20).
+#pragma once
+#include <array>
+#include <cstdint>
+
+#include "identification/experiments/joint_experiment.h"
+#include "identification/experiments/parameter.h"
+
+namespace identification::experiments {
+
+struct DahlConfig {
+  double amplitude_Nm = 0.045;  ///< below what the weakest wheel breaks away at, 0.058
+  double frequency_Hz = 0.1;
+  int cycles = 10;      ///< 7 to 10 are representative (thesis)
+  double centre = 0.5;  ///< the slope is taken where the torque is below this share of the amplitude
+  double rest_s = 2.0;
+  int repeats = 1;
+
+  template <typename Visitor>
+  void visit(Visitor&& v) {
+    v(Parameter{"amplitude_Nm", "of the sine; keep below stiction", 1e-4, 20}, amplitude_Nm);
+    v(Parameter{"frequency_Hz", "of the sine", 1e-3, 10}, frequency_Hz);
+    v(Parameter{"cycles", "of the sine, the first of which only settles", 2, 1000}, cycles);
+    v(Parameter{"centre", "share of the amplitude over which the slope is taken", 0.05, 1}, centre);
+    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
+    v(Parameter{"repeats", "times the whole", 1, 1000}, repeats);
+  }
+};
+
+/// Least squares y ≈ a + b·x, one pass. Cycle: add().
+class SlopeFit {
+ public:
+  void add(double x, double y) noexcept {
+    ++count_;
+    const double off = x - mean_x_;
+    mean_x_ += off / static_cast<double>(count_);
+    mean_y_ += (y - mean_y_) / static_cast<double>(count_);
+    squares_ += off * (x - mean_x_);
+    products_ += off * (y - mean_y_);
+  }
+  double squares() const noexcept { return squares_; }
+  double products() const noexcept { return products_; }
+
+ private:
+  std::int64_t count_ = 0;
+  double mean_x_ = 0.0;
+  double mean_y_ = 0.0;
+  double squares_ = 0.0;
+  double products_ = 0.0;
+};
+
+/// σ0 is the slope of torque over displacement at the centre of the loop, both fitted against the command,
+/// which has no noise, and each branch with an offset of its own, so that the loop's width is no slope:
+///   σ0 = (dτ/dc) / (dx/dc)
+/// once with the torque as commanded (dτ/dc = 1) and once as measured. Where the motor delivers a constant
+/// offset in place of small commands the two differ, which tells that the loop is spoiled (thesis, figure
+/// 20).
+class Dahl final : public JointExperiment {
+ public:
+  explicit Dahl(const DahlConfig& config) : config_(checked(config)) {}
+
+  RecordedCommands recorded_commands() const noexcept override { return {.torque = true}; }
+  int measurement_count() const noexcept override { return config_.repeats; }
+  double duration_s(int measurement) const noexcept override;
+  void begin(int measurement, const Reading& reading) noexcept override;
+  SetPoint step(const Reading& reading) noexcept override;
+  bool finished() const noexcept override { return finished_; }
+  std::span<const char* const> result_columns() const noexcept override;
+  void write_result(std::span<double> values) const noexcept override;
+  std::string not_measured(std::size_t column) const override;
+
+ private:
+  struct Branch {
+    SlopeFit displacement;
+    SlopeFit torque;
+  };
+  DahlConfig config_;
+  std::array<Branch, 2> branches_;  // torque rising, falling
+  double origin_rad_ = 0.0;
+  double lowest_rad_ = 0.0;
+  double highest_rad_ = 0.0;
+  bool finished_ = false;
+};
+
+}  // namespace identification::experiments

@@ -1,0 +1,86 @@
+/// @file
+/// A periodic torque, played without control: `presliding` below stiction (thesis 2.5.2, figure 23) and
+/// `multisine` above it.
+#pragma once
+#include <string>
+
+#include "identification/experiments/joint_experiment.h"
+#include "identification/experiments/multisine.h"
+#include "identification/experiments/parameter.h"
+
+namespace identification::experiments {
+
+struct PreslidingConfig {
+  std::string waveform = "multisine";  ///< or "sine", at the lowest frequency
+  double peak_Nm = 0.04;               ///< below what the weakest wheel breaks away at, 0.058
+  double lowest_Hz = 0.1;
+  double highest_Hz = 5.0;
+  double period_s = 10.0;
+  double rest_s = 2.0;
+  int periods = 5;
+  int repeats = 1;
+
+  template <typename Visitor>
+  void visit(Visitor&& v) {
+    v(Parameter{"waveform", "multisine, or sine at the lowest frequency"}, waveform);
+    v(Parameter{"peak_Nm", "largest torque; keep below stiction", 1e-4, 20}, peak_Nm);
+    v(Parameter{"lowest_Hz", "lowest frequency", 1e-3, 100}, lowest_Hz);
+    v(Parameter{"highest_Hz", "highest frequency", 1e-3, 100}, highest_Hz);
+    v(Parameter{"period_s", "after which the signal repeats", 0.1, 600}, period_s);
+    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
+    v(Parameter{"periods", "in a row", 1, 1000}, periods);
+    v(Parameter{"repeats", "times the whole", 1, 1000}, repeats);
+  }
+};
+
+struct MultisineConfig {
+  double peak_Nm = 0.3;  ///< the weakest wheel then turns at up to 9 rad/s
+  double lowest_Hz = 0.1;
+  double highest_Hz = 5.0;
+  double period_s = 10.0;
+  double rest_s = 2.0;
+  int periods = 6;
+  int repeats = 1;
+
+  template <typename Visitor>
+  void visit(Visitor&& v) {
+    v(Parameter{"peak_Nm", "largest torque", 1e-4, 20}, peak_Nm);
+    v(Parameter{"lowest_Hz", "lowest frequency", 1e-3, 100}, lowest_Hz);
+    v(Parameter{"highest_Hz", "highest frequency", 1e-3, 100}, highest_Hz);
+    v(Parameter{"period_s", "after which the signal repeats", 0.1, 600}, period_s);
+    v(Parameter{"rest_s", "without torque before", 0, 600}, rest_s);
+    v(Parameter{"periods", "in a row", 1, 1000}, periods);
+    v(Parameter{"repeats", "times the whole", 1, 1000}, repeats);
+  }
+};
+
+/// One measurement: rest, then the periods. The recording is the result; the summary tells whether a
+/// pre-sliding test stayed one.
+class TorqueWave final : public JointExperiment {
+ public:
+  TorqueWave(const PreslidingConfig& config, double period_s);
+  TorqueWave(const MultisineConfig& config, double period_s);
+
+  const Multisine& wave() const noexcept { return wave_; }
+
+  RecordedCommands recorded_commands() const noexcept override { return {.torque = true}; }
+  int measurement_count() const noexcept override { return repeats_; }
+  double duration_s(int measurement) const noexcept override;
+  void begin(int measurement, const Reading& reading) noexcept override;
+  SetPoint step(const Reading& reading) noexcept override;
+  bool finished() const noexcept override { return finished_; }
+  std::span<const char* const> result_columns() const noexcept override;
+  void write_result(std::span<double> values) const noexcept override;
+
+ private:
+  Multisine wave_;
+  double rest_s_;
+  double played_s_;
+  int repeats_;
+  double origin_rad_ = 0.0;
+  double largest_rad_ = 0.0;
+  double last_rad_ = 0.0;
+  bool finished_ = false;
+};
+
+}  // namespace identification::experiments

@@ -1,0 +1,41 @@
+/// @file
+/// Inertia and sliding friction together, from a joint that moves.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "identification/fit/statistics.h"
+#include "identification/recording.h"
+
+namespace identification::fit {
+
+struct MovingFitOptions {
+  double cutoff_rad_per_s = 125;  ///< of the filter that makes velocity and acceleration of the position
+  double slowest_rad_per_s = 0;   ///< slower samples are left out; 0: a fiftieth of the fastest
+  bool torque_offset = true;      ///< fitted, when both directions are there
+};
+
+struct MovingFit {
+  /// inertia_kg_m2, coulomb_Nm, viscous_Nm_s_per_rad, torque_offset_Nm; more may come
+  std::vector<Estimate> parameters;
+  double relative_error_percent = 0;  ///< of the filtered torque, samples used
+  std::size_t used = 0;               ///< samples
+  double condition = 0;
+  std::vector<std::string> verdicts;
+
+  /// @throws std::invalid_argument when there is no such parameter
+  const Estimate& parameter(std::string_view name) const;
+};
+
+/// Least squares of  τ = J·a + Fc·sgn(v) + σ2·v + τ0  with torque_measured_Nm (torque_command_Nm without it)
+/// and position_rad. Position and torque pass the same control::StateVariableFilter, twice, so that both lag
+/// alike. Left out are the start of the recording, slow samples and those so close to a reversal that the
+/// filter mixes both signs of friction. Intervals allow for residuals that are correlated over time. A
+/// parameter that the motion does not excite gets a reason instead of a number: without acceleration there is
+/// no inertia, at one speed no viscous friction, in one direction no offset. Neither has friction that comes
+/// out below zero a number.
+/// @throws std::invalid_argument when columns or an even sample rate are missing, or nothing moves.
+MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options = {});
+
+}  // namespace identification::fit

@@ -1,0 +1,47 @@
+/// @file
+/// Stiffness and damping of the contact, from torques that do not break it away.
+#pragma once
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "identification/fit/statistics.h"
+#include "identification/recording.h"
+#include "model/friction/kfm.h"
+
+namespace identification::fit {
+
+struct PreslidingFitOptions {
+  double inertia_kg_m2 = 0;                    ///< known, positive
+  model::friction::Kfm::Parameters sliding{};  ///< known, of a steady-state map
+  /// Of the encoder; 0: the smallest step the positions take.
+  double resolution_rad = 0;
+};
+
+struct PreslidingFit {
+  /// stiffness_Nm_per_rad (σ0), damping_Nm_s_per_rad (σ1), torque_offset_Nm (Fg), position_offset_rad (y0)
+  std::vector<Estimate> parameters;
+  double rms_error_rad = 0;           ///< simulated against measured position
+  double relative_error_percent = 0;  ///< of the position about its mean
+  std::vector<std::string> verdicts;
+
+  /// @throws std::invalid_argument when there is no such parameter
+  const Estimate& parameter(std::string_view name) const;
+};
+
+/// Free simulation of  J·dv/dt = τ − F_LuGre(v) − Fg,  x(0) = y0, from rest and relaxed, fitted to
+/// position_rad from several starts [thesis 2.5.2]. τ is torque_measured_Nm, without it torque_command_Nm; it
+/// holds until the next row. Intervals allow for residuals that are correlated over time.
+///
+/// No number but the reason when
+/// - the torque never reverses (σ0 and σ1 show where the velocity does),
+/// - the delivered torque is not the commanded one, or jumps over small values, by more than a tenth of the
+///   static friction: what is missing is what would show σ0 and σ1 (the thesis' 0.03 N·m motor offset),
+/// - the position moves by fewer than 20 steps of the encoder,
+/// - for σ1 alone: its interval spans more than a factor of four, or a tenth or ten times of it leaves less
+///   than 5 % more: the motion does not excite it.
+/// @throws std::invalid_argument for a missing column, an uneven sample rate or an inertia that is not
+/// positive.
+PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOptions& options);
+
+}  // namespace identification::fit

@@ -1,0 +1,658 @@
+#include "identification/fit/static_fit.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <set>
+#include <span>
+#include <stdexcept>
+
+#include "identification/fit/least_squares.h"
+#include "model/friction/dissipation.h"
+
+namespace identification::fit {
+namespace {
+
+using model::friction::AnyLaw;
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kMostExtra = 1e4;  // N·m and per power of rad/s, as the laws' own bounds
+
+std::string four_digits(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.4g", value);
+  return text;
+}
+
+/// One parameter of the form: where it is, what it may be, whether it is fitted.
+struct Slot {
+  std::string name;
+  double lower = -kMostExtra;
+  double upper = kMostExtra;
+  double initial = 0;
+  std::string fixed_because{};  ///< empty: free
+};
+
+/// The form as numbers: all parameters → torque.
+class Model {
+ public:
+  explicit Model(const StaticForm& form) : law_(form.law) {
+    const auto& description = model::friction::law_description(form.law);
+    for (const auto& row : description.parameters)
+      slots_.push_back({std::string(row.name), row.lower, row.upper, row.initial});
+    law_parameters_ = slots_.size();
+    for (const auto& [name, value] : form.fixed) {
+      Slot* const found = slot(name);
+      if (found == nullptr)
+        throw std::invalid_argument("static fit: " + form.law + " has no parameter " + name);
+      model::friction::require_within(form.law, name, value, found->lower, found->upper);
+      found->initial = value;
+      found->fixed_because = "given, not fitted";
+    }
+    coulomb_ = index("coulomb_Nm");
+    static_ = index("static_Nm");
+    if (form.torque_offset) slots_.push_back({std::string(kTorqueOffsetName)});
+    if (form.viscous_asymmetry) slots_.push_back({std::string(kViscousAsymmetryName)});
+    if (form.quadratic) slots_.push_back({std::string(kQuadraticName)});
+  }
+
+  std::vector<Slot>& slots() { return slots_; }
+  const std::vector<Slot>& slots() const { return slots_; }
+  Slot* slot(std::string_view name) {
+    const auto found =
+        std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.name == name; });
+    return found == slots_.end() ? nullptr : &*found;
+  }
+  std::optional<std::size_t> index(std::string_view name) const {
+    for (std::size_t i = 0; i < slots_.size(); ++i)
+      if (slots_[i].name == name) return i;
+    return std::nullopt;
+  }
+  std::size_t law_parameters() const { return law_parameters_; }
+  /// Friction at rest is not below that of sliding: where it would be, there is no Stribeck effect and both
+  /// are one. Whether that was so.
+  bool level_off(std::vector<double>& values) const {
+    if (!coulomb_ || !static_ || !slots_[*static_].fixed_because.empty()) return false;
+    if (values[*static_] > values[*coulomb_]) return false;
+    values[*static_] = values[*coulomb_];
+    return true;
+  }
+
+  AnyLaw law(std::span<const double> values) const {
+    return model::friction::make_law_from_values(law_, values.first(law_parameters_));
+  }
+  double extra_Nm(std::span<const double> values, double v) const {
+    double torque = 0;
+    for (std::size_t i = law_parameters_; i < slots_.size(); ++i) {
+      if (slots_[i].name == kTorqueOffsetName) torque += values[i];
+      if (slots_[i].name == kViscousAsymmetryName) torque += values[i] * std::abs(v);
+      if (slots_[i].name == kQuadraticName) torque += values[i] * v * std::abs(v);
+    }
+    return torque;
+  }
+
+ private:
+  std::string law_;
+  std::vector<Slot> slots_;
+  std::size_t law_parameters_ = 0;
+  std::optional<std::size_t> coulomb_;
+  std::optional<std::size_t> static_;
+};
+
+struct Point {
+  std::size_t index;  // in the map
+  double v;
+  double tau;
+  double variance;  // measured
+};
+
+class Fitter {
+ public:
+  Fitter(const StaticMap& map, const StaticForm& form, const StaticFitOptions& options)
+      : map_(map), options_(options), model_(form) {
+    fit_.form = form;
+    fit_.leave_one_out_percent = std::numeric_limits<double>::quiet_NaN();
+    for (std::size_t i = 0; i < map.points.size(); ++i) {
+      const MapPoint& p = map.points[i];
+      if (!std::isfinite(p.velocity_rad_per_s) || p.velocity_rad_per_s == 0 || !std::isfinite(p.torque_Nm) ||
+          !(p.torque_ci95_Nm >= 0 && std::isfinite(p.torque_ci95_Nm)))
+        throw std::invalid_argument("static fit: point " + std::to_string(i + 1) +
+                                    " of the map is at rest or not a number");
+      const double sigma = p.torque_ci95_Nm / 1.96;
+      used_.push_back({i, p.velocity_rad_per_s, p.torque_Nm, sigma * sigma});
+      largest_Nm_ = std::max(largest_Nm_, std::abs(p.torque_Nm));
+    }
+    every_point_ = used_;
+    // What double precision leaves of a torque; also where a map is exact.
+    least_variance_ = std::max(largest_Nm_ * largest_Nm_ * 1e-18, 1e-40);
+  }
+
+  StaticFit fit() {
+    fix_what_the_map_cannot_show();
+    if (!enough_speeds()) return std::move(fit_);
+    starts_ = make_starts();
+    if (options_.exclude_outliers) exclude_outliers();
+    if (options_.left_out) leave_out_the_given();
+    solve_with_scatter();
+    // A profile that finds a lower sum of squares has left a local minimum.
+    for (int attempt = 0; attempt < 4; ++attempt) {
+      better_ = solution_;
+      fit_.parameters.clear();
+      describe();
+      if (!(better_.cost < solution_.cost * (1 - 1e-6) - 1e-9)) break;
+      solution_ = minimise(problem(used_, 0), {better_.parameters});
+    }
+    judge_stribeck();
+    if (options_.leave_one_out) leave_one_out();
+    return std::move(fit_);
+  }
+
+ private:
+  std::vector<double> all_values(const Eigen::VectorXd& free) const {
+    std::vector<double> values = base_;
+    for (std::size_t k = 0; k < free_.size(); ++k) values[free_[k]] = free[static_cast<Eigen::Index>(k)];
+    model_.level_off(values);
+    return values;
+  }
+  double scatter_variance() const { return scatter_ * scatter_; }
+  double sigma(const Point& p) const {
+    return std::sqrt(std::max(p.variance + scatter_variance(), least_variance_));
+  }
+
+  LeastSquaresProblem problem(const std::vector<Point>& points, double huber) const {
+    LeastSquaresProblem result;
+    result.residuals = points.size();
+    const auto count = static_cast<Eigen::Index>(free_.size());
+    result.lower.resize(count);
+    result.upper.resize(count);
+    result.scale.resize(count);
+    const std::vector<Slot>& slots = model_.slots();
+    for (Eigen::Index k = 0; k < count; ++k) {
+      const Slot& slot = slots[free_[static_cast<std::size_t>(k)]];
+      result.lower[k] = slot.lower;
+      result.upper[k] = slot.upper;
+      result.scale[k] = slot.name.find("Nm") != slot.name.npos ? largest_Nm_ / std::max(1.0, fastest_) : 1e-3;
+    }
+    result.huber = huber;
+    result.evaluate = [this, &points](const Eigen::VectorXd& free, Eigen::VectorXd& residuals) {
+      const std::vector<double> values = all_values(free);
+      const AnyLaw law = model_.law(values);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const double torque = law.steady_Nm(points[i].v) + model_.extra_Nm(values, points[i].v);
+        residuals[static_cast<Eigen::Index>(i)] = (torque - points[i].tau) / sigma(points[i]);
+      }
+    };
+    return result;
+  }
+
+  void fix_what_the_map_cannot_show() {
+    double slowest = kInfinity;
+    bool forward = false;
+    bool backward = false;
+    for (const Point& p : used_) {
+      (p.v > 0 ? forward : backward) = true;
+      slowest = std::min(slowest, std::abs(p.v));
+      fastest_ = std::max(fastest_, std::abs(p.v));
+    }
+    slowest_ = slowest;
+    auto& slots = model_.slots();
+    if (!forward || !backward)
+      for (const std::string_view name : {kTorqueOffsetName, kViscousAsymmetryName})
+        if (Slot* const slot = model_.slot(name)) {
+          slot->initial = 0;
+          slot->fixed_because = "only one direction was measured";
+        }
+    for (const Slot& slot : slots) base_.push_back(std::clamp(slot.initial, slot.lower, slot.upper));
+    // A parameter that changes no point, wherever the others are, belongs to another experiment.
+    for (std::size_t i = 0; i < slots.size(); ++i) {
+      if (!slots[i].fixed_because.empty()) continue;
+      std::vector<double> moved = base_;
+      bool matters = false;
+      for (const double factor : {0.5, 0.99, 1.01, 2.0, 10.0}) {
+        moved[i] =
+            std::clamp(base_[i] == 0 ? factor - 0.75 : base_[i] * factor, slots[i].lower, slots[i].upper);
+        try {
+          const AnyLaw before = model_.law(base_);
+          const AnyLaw after = model_.law(moved);
+          for (const Point& p : used_)
+            matters |= before.steady_Nm(p.v) + model_.extra_Nm(base_, p.v) !=
+                       after.steady_Nm(p.v) + model_.extra_Nm(moved, p.v);
+        } catch (const std::invalid_argument&) {  // such as the number of a wheel
+          slots[i].fixed_because = "takes certain values only and is not fitted";
+          matters = true;
+          break;
+        }
+      }
+      if (!matters) slots[i].fixed_because = "a map of sliding speeds does not depend on it";
+    }
+    for (std::size_t i = 0; i < slots.size(); ++i)
+      if (slots[i].fixed_because.empty()) free_.push_back(i);
+  }
+
+  bool enough_speeds() {
+    std::set<long> magnitudes;
+    for (const Point& p : used_) magnitudes.insert(std::lround(std::log(std::abs(p.v)) / 0.005));
+    const std::size_t speeds = speeds_of(map_).size();
+    std::size_t even = 0;  // parameters that only different magnitudes can tell apart
+    for (const std::size_t k : free_)
+      even += model_.slots()[k].name != kTorqueOffsetName && model_.slots()[k].name != kViscousAsymmetryName
+                  ? 1
+                  : 0;
+    const bool enough = speeds > free_.size() && magnitudes.size() >= even;
+    if (enough) return true;
+    const std::string why = "too few speeds: " + std::to_string(speeds) + " (" +
+                            std::to_string(magnitudes.size()) + " without sign) for " +
+                            std::to_string(free_.size()) + " parameters";
+    fit_.verdicts.push_back(why + "; measure more or fit a simpler law");
+    for (const Slot& slot : model_.slots())
+      fit_.parameters.push_back(
+          {.name = slot.name, .not_identifiable = slot.fixed_because.empty() ? why : slot.fixed_because});
+    return false;
+  }
+
+  std::vector<Eigen::VectorXd> make_starts() {
+    // By the names the laws share: a Stribeck velocity somewhere in the map, levels from its two ends.
+    double low = 0;
+    double high = 0;
+    double top = 0;
+    for (const Point& p : used_) {
+      const double level = std::abs(p.tau);
+      if (std::abs(p.v) <= 1.01 * slowest_) low = std::max(low, level);
+      if (std::abs(p.v) >= 0.99 * fastest_) top = std::max(top, level);
+      high = std::max(high, level);
+    }
+    double least = high;
+    for (const Point& p : used_) least = std::min(least, std::abs(p.tau));
+    std::vector<Eigen::VectorXd> starts;
+    const int steps = model_.index("stribeck_velocity_rad_per_s") ? 6 : 1;
+    for (int step = 0; step < steps; ++step)
+      for (const double exponent : {1.0, 2.0}) {
+        std::vector<double> values = base_;
+        const auto set = [&](std::string_view name, double value) {
+          if (const auto i = model_.index(name); i && model_.slots()[*i].fixed_because.empty())
+            values[*i] = std::clamp(value, model_.slots()[*i].lower, model_.slots()[*i].upper);
+        };
+        set("coulomb_Nm", 0.9 * least);
+        set("static_Nm", 1.2 * low);
+        set("stribeck_exponent", exponent);
+        set("viscous_Nm_s_per_rad", std::max(0.0, top - least) / fastest_);
+        set("stribeck_velocity_rad_per_s", slowest_ * std::pow(fastest_ / slowest_, step / 6.0 + 0.05));
+        Eigen::VectorXd start(static_cast<Eigen::Index>(free_.size()));
+        for (std::size_t k = 0; k < free_.size(); ++k) start[static_cast<Eigen::Index>(k)] = values[free_[k]];
+        starts.push_back(start);
+        if (!model_.index("stribeck_exponent")) break;
+      }
+    return starts;
+  }
+
+  /// The scatter at which `size` of the residuals [N·m], divided by their sigma, is 1; 0 when it is less
+  /// than that without any.
+  template <class Size>
+  double scatter_for(const Eigen::VectorXd& residuals_Nm, const Size& size) const {
+    const auto excess = [&](double scatter) {
+      Eigen::VectorXd scaled = residuals_Nm;
+      for (std::size_t i = 0; i < used_.size(); ++i)
+        scaled[static_cast<Eigen::Index>(i)] /=
+            std::sqrt(std::max(used_[i].variance + scatter * scatter, least_variance_));
+      return size(scaled) - 1;
+    };
+    if (excess(0) <= 0) return 0;
+    double below = 0;
+    double above = std::max(residuals_Nm.cwiseAbs().maxCoeff(), std::sqrt(least_variance_)) * 10;
+    for (int i = 0; i < 60; ++i) {
+      const double middle = 0.5 * (below + above);
+      (excess(middle) > 0 ? below : above) = middle;
+    }
+    return above;
+  }
+  Eigen::VectorXd residuals_Nm(const LeastSquaresSolution& solution) const {
+    Eigen::VectorXd result = solution.residuals;
+    for (std::size_t i = 0; i < used_.size(); ++i) result[static_cast<Eigen::Index>(i)] *= sigma(used_[i]);
+    return result;
+  }
+
+  double degrees_of_freedom() const {
+    return std::max(1.0, static_cast<double>(used_.size()) - static_cast<double>(free_.size()));
+  }
+
+  void exclude_outliers() {
+    const std::vector<Point> all = used_;
+    const double n = static_cast<double>(all.size());
+    const double share = std::sqrt(n / degrees_of_freedom());
+    scatter_ = 0.1 * largest_Nm_;
+    LeastSquaresSolution solution = minimise(problem(used_, 1.5), starts_);
+    for (int i = 0; i < 8; ++i) {
+      scatter_ = scatter_for(residuals_Nm(solution), [&](const Eigen::VectorXd& r) {
+        return share * robust_sigma(std::vector<double>(r.begin(), r.end()));
+      });
+      solution = minimise(problem(used_, 1.5), {solution.parameters});
+    }
+    std::vector<Eigen::VectorXd> again = starts_;
+    again.push_back(solution.parameters);
+    solution = minimise(problem(used_, 1.5), again);
+
+    // Both that the median of few residuals is uncertain and that the worst of many is looked at.
+    const double limit = student_quantile(1 - 0.005 / n, std::max(3.0, degrees_of_freedom()));
+    std::vector<Point> kept;
+    std::vector<std::size_t> left_out;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const double off = std::abs(solution.residuals[static_cast<Eigen::Index>(i)]);
+      if (off > limit)
+        left_out.push_back(all[i].index);
+      else
+        kept.push_back(all[i]);
+    }
+    if (left_out.empty()) return;
+    if (const std::string where = misfit(solution.residuals, limit); !where.empty()) {
+      fit_.verdicts.push_back("the law does not describe this map " + where +
+                              (options_.left_out ? "" : "; no point was left out"));
+      return;
+    }
+    if (5 * left_out.size() > all.size() || kept.size() <= free_.size()) {
+      fit_.verdicts.push_back("the law does not describe this map: " + std::to_string(left_out.size()) +
+                              " of " + std::to_string(all.size()) + " points are far off" +
+                              (options_.left_out ? "" : "; none was left out"));
+      return;
+    }
+    fit_.outliers = std::move(left_out);
+    used_ = std::move(kept);
+  }
+
+  /// Instead of those found, of which only what they say of the law stays.
+  void leave_out_the_given() {
+    scatter_ = 0;
+    fit_.outliers = *options_.left_out;
+    used_.clear();
+    for (std::size_t i = 0; i < every_point_.size(); ++i)
+      if (std::ranges::find(fit_.outliers, i) == fit_.outliers.end()) used_.push_back(every_point_[i]);
+  }
+
+  /// Three neighbouring speeds off to the same side are no chance; where they are, or empty.
+  std::string misfit(const Eigen::VectorXd& residuals, double limit) const {
+    std::vector<std::size_t> order(used_.size());
+    std::iota(order.begin(), order.end(), std::size_t{0});
+    std::sort(order.begin(), order.end(),
+              [&](std::size_t a, std::size_t b) { return used_[a].v < used_[b].v; });
+    std::string where;
+    for (std::size_t from = 0, to = 0; from < order.size(); from = to) {
+      const auto side = [&](std::size_t k) {
+        const double r = residuals[static_cast<Eigen::Index>(order[k])];
+        return std::abs(r) > limit ? std::copysign(1.0, r) : 0.0;
+      };
+      for (to = from + 1; to < order.size() && side(to) == side(from);) ++to;
+      if (side(from) == 0 || to - from < 3) continue;
+      where += (where.empty() ? "from " : ", from ") + four_digits(used_[order[from]].v) + " to " +
+               four_digits(used_[order[to - 1]].v) + " rad/s";
+    }
+    return where;
+  }
+
+  void solve_with_scatter() {
+    scatter_ = std::max(scatter_, 1e-3 * largest_Nm_);
+    solution_ = minimise(problem(used_, 0), starts_);
+    const double dof = degrees_of_freedom();
+    for (int i = 0; i < 5; ++i) {
+      const double before = scatter_;
+      scatter_ = scatter_for(residuals_Nm(solution_),
+                             [&](const Eigen::VectorXd& r) { return r.squaredNorm() / dof; });
+      solution_ = minimise(problem(used_, 0), {solution_.parameters});
+      if (std::abs(scatter_ - before) <= 1e-3 * before) break;
+    }
+  }
+
+  void describe() {
+    fit_.values = all_values(solution_.parameters);
+    fit_.scatter_Nm = scatter_;
+    fit_.condition = condition_number(solution_.jacobian);
+    Eigen::VectorXd measured(solution_.residuals.size());
+    for (std::size_t i = 0; i < used_.size(); ++i) measured[static_cast<Eigen::Index>(i)] = used_[i].tau;
+    fit_.relative_error_percent = relative_error_percent(measured, measured + residuals_Nm(solution_));
+
+    const auto& slots = model_.slots();
+    const double t = scatter_ > 0 ? student_975(degrees_of_freedom()) : student_975(1e9);
+    const Eigen::MatrixXd covariance = normal_inverse(solution_.jacobian);
+    const LeastSquaresProblem whole = problem(used_, 0);
+    const double size = measured_size();
+    for (std::size_t k = 0, next = 0; k < slots.size(); ++k) {
+      Estimate estimate{.name = slots[k].name, .value = fit_.values[k]};
+      if (!slots[k].fixed_because.empty()) {
+        estimate.not_identifiable = slots[k].fixed_because;
+        fit_.parameters.push_back(std::move(estimate));
+        continue;
+      }
+      const auto column = static_cast<Eigen::Index>(next++);
+      const double half = t * std::sqrt(std::max(0.0, covariance(column, column)));
+      estimate.lower = std::max(slots[k].lower, estimate.value - half);
+      estimate.upper = std::min(slots[k].upper, estimate.value + half);
+      if (!(half * solution_.jacobian.col(column).norm() < size)) {
+        estimate.not_identifiable = "this map cannot separate it from the other terms";
+      } else if (options_.profile && (is_curved() || estimate.value - 1.5 * half < slots[k].lower)) {
+        estimate.lower = profile_end(whole, covariance, column, -1, half, t);
+        estimate.upper = profile_end(whole, covariance, column, +1, half, t);
+        if (estimate.upper >= slots[k].upper)
+          estimate.not_identifiable = "any value above " + four_digits(estimate.lower) + " fits this map";
+      }
+      fit_.parameters.push_back(std::move(estimate));
+    }
+  }
+
+  /// Of the torques in standard deviations: a term that may be larger than the whole map is not determined.
+  double measured_size() const {
+    double square = 0;
+    for (const Point& p : used_) square += p.tau * p.tau / (sigma(p) * sigma(p));
+    return std::sqrt(square);
+  }
+  /// Not linear in its parameters.
+  bool is_curved() const {
+    for (const std::size_t k : free_) {
+      const std::string& name = model_.slots()[k].name;
+      if (name != "coulomb_Nm" && name != "viscous_Nm_s_per_rad" && name != kTorqueOffsetName &&
+          name != kViscousAsymmetryName && name != kQuadraticName)
+        return true;
+    }
+    return false;
+  }
+
+  /// Where, going to one side, the sum of squares has risen by t² with all others refitted.
+  double profile_end(const LeastSquaresProblem& whole, const Eigen::MatrixXd& covariance, Eigen::Index column,
+                     int side, double half, double t) {
+    const double start = solution_.parameters[column];
+    const double bound = side > 0 ? whole.upper[column] : whole.lower[column];
+    const Eigen::VectorXd along = covariance.col(column) / covariance(column, column);
+    Eigen::VectorXd near = solution_.parameters;
+    const auto rise = [&](double value) {
+      LeastSquaresProblem pinned = whole;
+      pinned.lower[column] = pinned.upper[column] = value;
+      // From the last point, moving the others as the covariance says.
+      const LeastSquaresSolution found =
+          minimise_without(pinned, column, near + (value - near[column]) * along);
+      near = found.parameters;
+      if (found.cost < better_.cost) better_ = found;
+      return 2 * (found.cost - solution_.cost) - t * t;
+    };
+    double inside = start;
+    double step = std::isfinite(half) && half > 0 ? 0.4 * half : 0.1 * std::abs(start) + 1e-12;
+    double outside = start;
+    for (int i = 0; i<40; ++i, step *= i> 2 ? 2.0 : 1.0) {
+      outside = side > 0 ? std::min(inside + step, bound) : std::max(inside - step, bound);
+      if (rise(outside) > 0) break;
+      if (outside == bound) return bound;
+      inside = outside;
+    }
+    for (int i = 0; i < 8; ++i) {
+      const double middle = 0.5 * (inside + outside);
+      (rise(middle) > 0 ? outside : inside) = middle;
+    }
+    return 0.5 * (inside + outside);
+  }
+  /// `pinned` with the parameter of `column` taken out of the search.
+  static LeastSquaresSolution minimise_without(const LeastSquaresProblem& pinned, Eigen::Index column,
+                                               const Eigen::VectorXd& from) {
+    const Eigen::Index rest = from.size() - 1;
+    const auto without = [&](const Eigen::VectorXd& v) {
+      Eigen::VectorXd result(rest);
+      result << v.head(column), v.tail(rest - column);
+      return result;
+    };
+    const auto with = [&pinned, column, rest](const Eigen::VectorXd& v) {
+      Eigen::VectorXd result(rest + 1);
+      result << v.head(column), pinned.lower[column], v.tail(rest - column);
+      return result;
+    };
+    LeastSquaresProblem smaller;
+    smaller.residuals = pinned.residuals;
+    smaller.lower = without(pinned.lower);
+    smaller.upper = without(pinned.upper);
+    smaller.scale = without(pinned.scale);
+    smaller.evaluate = [&](const Eigen::VectorXd& v, Eigen::VectorXd& r) { pinned.evaluate(with(v), r); };
+    LeastSquaresSolution solution = minimise(smaller, {without(from)});
+    solution.parameters = with(solution.parameters);
+    return solution;
+  }
+
+  Estimate* estimate(std::string_view name) {
+    const auto i = model_.index(name);
+    return i && model_.slots()[*i].fixed_because.empty() ? &fit_.parameters[*i] : nullptr;
+  }
+  void judge_stribeck() {
+    const auto velocity = model_.index("stribeck_velocity_rad_per_s");
+    const auto coulomb = model_.index("coulomb_Nm");
+    const auto peak = model_.index("static_Nm");
+    if (!velocity || !coulomb || !peak) return;
+    const double vs = fit_.values[*velocity];
+    std::set<long> below;
+    std::set<long> above;
+    for (const Point& p : used_) {
+      const double speed = std::abs(p.v);
+      if (speed <= vs) below.insert(std::lround(std::log(speed) / 0.005));
+      if (speed >= 1.5 * vs) above.insert(std::lround(std::log(speed) / 0.005));
+    }
+    std::string why;
+    if (std::vector<double> values = fit_.values; model_.level_off(values))
+      why = "friction does not fall as the joint begins to slide: there is no Stribeck effect";
+    else if (!stribeck_matters())
+      why = "without a Stribeck term the map is described as well";
+    else if (below.empty())
+      why = "no speed below the Stribeck velocity: the slowest is " + four_digits(slowest_) +
+            ", it is about " + four_digits(vs) + " rad/s";
+    const auto refuse = [&](std::string_view name, const std::string& reason) {
+      if (Estimate* const found = estimate(name); found != nullptr && found->ok())
+        found->not_identifiable = reason;
+    };
+    if (!why.empty()) {
+      fit_.verdicts.push_back(why);
+      for (const std::string_view name : {"static_Nm", "stribeck_velocity_rad_per_s", "stribeck_exponent"})
+        refuse(name, why);
+    } else if (above.empty()) {
+      why = "no speed well above the Stribeck velocity: the fastest is " + four_digits(fastest_) +
+            ", it is about " + four_digits(vs) + " rad/s";
+      fit_.verdicts.push_back(why);
+      for (const std::string_view name :
+           {"coulomb_Nm", "viscous_Nm_s_per_rad", "stribeck_velocity_rad_per_s"})
+        refuse(name, why);
+    }
+    for (const std::string_view name : {"stribeck_velocity_rad_per_s", "stribeck_exponent"})
+      if (Estimate* const found = estimate(name);
+          found != nullptr && found->ok() && found->upper > 10 * found->lower)
+        found->not_identifiable =
+            "this map allows anything from " + four_digits(found->lower) + " to " + four_digits(found->upper);
+  }
+  /// Whether the level at rest differs from that of sliding by more than chance, whatever the shape between
+  /// them: the sum of squares without it, against what three free parameters gain by chance in 1 of 20 maps.
+  bool stribeck_matters() {
+    const auto peak = estimate("static_Nm");
+    if (peak == nullptr) return true;
+    const LeastSquaresProblem whole = problem(used_, 0);
+    // Coulomb level for both, by evaluating with static = coulomb.
+    const std::size_t c = *model_.index("coulomb_Nm");
+    const std::size_t s = *model_.index("static_Nm");
+    LeastSquaresProblem level = whole;
+    level.evaluate = [&](const Eigen::VectorXd& free, Eigen::VectorXd& residuals) {
+      Eigen::VectorXd same = free;
+      double value = fit_.values[c];
+      for (std::size_t k = 0; k < free_.size(); ++k)
+        if (free_[k] == c) value = free[static_cast<Eigen::Index>(k)];
+      for (std::size_t k = 0; k < free_.size(); ++k)
+        if (free_[k] == s) same[static_cast<Eigen::Index>(k)] = value;
+      whole.evaluate(same, residuals);
+    };
+    const double rise = 2 * (minimise(level, {solution_.parameters}).cost - solution_.cost);
+    return rise > 7.81;  // chi-squared, 3 degrees of freedom, 95 %
+  }
+
+  void leave_one_out() {
+    std::vector<bool> out(map_.points.size(), false);
+    for (const std::size_t i : fit_.outliers) out[i] = true;
+    Eigen::VectorXd measured = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(map_.points.size()));
+    Eigen::VectorXd predicted = measured;
+    for (const std::vector<std::size_t>& speed : speeds_of(map_)) {
+      std::vector<Point> rest;
+      for (const Point& p : used_)
+        if (std::find(speed.begin(), speed.end(), p.index) == speed.end()) rest.push_back(p);
+      if (rest.size() == used_.size()) continue;  // all of them outliers
+      const std::vector<double> values =
+          all_values(minimise(problem(rest, 0), {solution_.parameters}).parameters);
+      const AnyLaw law = model_.law(values);
+      for (const std::size_t i : speed) {
+        if (out[i]) continue;
+        const double v = map_.points[i].velocity_rad_per_s;
+        measured[static_cast<Eigen::Index>(i)] = map_.points[i].torque_Nm;
+        predicted[static_cast<Eigen::Index>(i)] = law.steady_Nm(v) + model_.extra_Nm(values, v);
+      }
+    }
+    fit_.leave_one_out_percent = relative_error_percent(measured, predicted);
+  }
+
+  const StaticMap& map_;
+  const StaticFitOptions& options_;
+  Model model_;
+  StaticFit fit_;
+  std::vector<Point> used_;
+  std::vector<Point> every_point_;
+  std::vector<double> base_;       // all parameters; the free ones at their initial values
+  std::vector<std::size_t> free_;  // which are fitted
+  double scatter_ = 0;
+  double largest_Nm_ = 0;
+  double least_variance_ = 0;
+  double slowest_ = 0;
+  double fastest_ = 0;
+  std::vector<Eigen::VectorXd> starts_;
+  LeastSquaresSolution solution_;
+  LeastSquaresSolution better_;  // the best any profile came by
+};
+
+}  // namespace
+
+std::string form_name(const StaticForm& form) {
+  return form.law + (form.torque_offset ? " + torque offset" : "") +
+         (form.viscous_asymmetry ? " + viscous asymmetry" : "") + (form.quadratic ? " + quadratic" : "");
+}
+
+double StaticFit::torque_Nm(double velocity_rad_per_s) const {
+  if (!ok()) throw std::logic_error("static fit: nothing was fitted");
+  const Model model(form);
+  return model.law(values).steady_Nm(velocity_rad_per_s) + model.extra_Nm(values, velocity_rad_per_s);
+}
+
+const Estimate& StaticFit::parameter(std::string_view name) const {
+  const auto found =
+      std::find_if(parameters.begin(), parameters.end(), [&](const Estimate& e) { return e.name == name; });
+  if (found == parameters.end())
+    throw std::invalid_argument("static fit: " + form_name(form) + " has no parameter " + std::string(name));
+  return *found;
+}
+
+std::optional<double> driving_velocity_rad_per_s(const StaticFit& fit, double top_speed_rad_per_s) {
+  const double offset_Nm = fit.form.torque_offset ? fit.parameter(kTorqueOffsetName).value : 0;
+  return model::friction::driving_velocity_rad_per_s(
+      [&](double velocity) { return fit.torque_Nm(velocity) - offset_Nm; }, top_speed_rad_per_s);
+}
+
+StaticFit fit_static(const StaticMap& map, const StaticForm& form, const StaticFitOptions& options) {
+  return Fitter(map, form, options).fit();
+}
+
+}  // namespace identification::fit

@@ -1,0 +1,341 @@
+#include "identification/gap/actuator_channel.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string_view>
+
+#include "identification/fit/statistics.h"
+#include "identification/gap/sign_test.h"
+#include "identification/gap/speed_channel.h"
+#include "identification/gap/zero_phase.h"
+#include "model/effects/effect_chain.h"
+
+namespace identification::gap {
+namespace {
+
+/// Of the squared misfit between command and measured torque; less is not worth a name.
+constexpr double kLeastGain = 0.1;
+/// A row may hold the torque from before its command: up to so many sample periods are no delay.
+constexpr double kLeastPeriods = 1.5;
+/// Pieces of this length, this many at most: the actuator is the same everywhere.
+constexpr double kPiece_s = 1.0;
+constexpr std::size_t kMostPieces = 80;
+/// What a piece's delay line and lag do not know yet.
+constexpr double kSettle_s = 0.1;
+
+/// The hypothesis of one simple actuator: what was commanded, through the effects, through a lag, plus a
+/// constant.
+struct Actuator {
+  double threshold_Nm = 0;
+  double delay_s = 0;
+  double lag_s = 0;
+  double offset_Nm = 0;
+};
+
+model::effects::ParameterDescription range_of(std::string_view effect, std::string_view parameter) {
+  const auto parameters = model::effects::effect_description(effect).parameters;
+  return *std::ranges::find(parameters, parameter, &model::effects::ParameterDescription::name);
+}
+
+std::vector<double> delivered(const Signals& s, const model::effects::DriveModel& base,
+                              const Actuator& actuator) {
+  std::vector<model::effects::AnyEffect> effects = base.effects;
+  if (actuator.threshold_Nm > 0)
+    effects.push_back(
+        model::effects::make_effect("torque_deadband", {{"threshold_Nm", actuator.threshold_Nm}}));
+  if (actuator.delay_s > 0)
+    effects.push_back(model::effects::make_effect(
+        "transport_delay", {{"delay_s", std::min(actuator.delay_s, model::effects::DelayLine::kLongest_s)}}));
+  model::effects::EffectChain chain(effects);
+  std::vector<double> result;
+  result.reserve(s.raw_command_Nm.size());
+  double state = s.raw_command_Nm.empty() ? 0 : s.raw_command_Nm.front();
+  const double follow = actuator.lag_s > 0 ? -std::expm1(-s.raw_period_s / actuator.lag_s) : 1;
+  for (const double command : s.raw_command_Nm) {
+    state += follow * (chain.deliver(command, s.raw_period_s) - state);
+    result.push_back(state + actuator.offset_Nm);
+  }
+  return result;
+}
+
+std::size_t settled(const Signals& piece) {
+  return std::min(piece.raw_command_Nm.size() / 4, static_cast<std::size_t>(kSettle_s / piece.raw_period_s));
+}
+
+/// Sum of squared misfit of each piece, once it has settled.
+std::vector<double> misfit(const std::vector<Signals>& pieces, const model::effects::DriveModel& base,
+                           const Actuator& actuator) {
+  std::vector<double> squares;
+  for (const Signals& s : pieces) {
+    const std::vector<double> predicted = delivered(s, base, actuator);
+    double square = 0;
+    for (std::size_t i = settled(s); i < predicted.size(); ++i) {
+      const double error = s.raw_measured_Nm[i] - predicted[i];
+      square += error * error;
+    }
+    squares.push_back(square);
+  }
+  return squares;
+}
+
+/// Stretches of the recordings in which the command does something, evenly spread.
+std::vector<Signals> pieces_of(const std::vector<Signals>& signals) {
+  std::vector<Signals> pieces;
+  for (const Signals& s : signals) {
+    const auto length = static_cast<std::size_t>(std::max(20.0, kPiece_s / s.raw_period_s));
+    for (std::size_t first = 0; first + length <= s.raw_measured_Nm.size(); first += length) {
+      const auto cut = [&](const std::vector<double>& values) {
+        const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
+        return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(length));
+      };
+      Signals piece;
+      piece.raw_period_s = s.raw_period_s;
+      piece.raw_command_Nm = cut(s.raw_command_Nm);
+      piece.raw_measured_Nm = cut(s.raw_measured_Nm);
+      pieces.push_back(std::move(piece));
+    }
+  }
+  if (pieces.size() <= kMostPieces) return pieces;
+  std::vector<Signals> chosen;
+  for (std::size_t i = 0; i < kMostPieces; ++i) chosen.push_back(pieces[i * pieces.size() / kMostPieces]);
+  return chosen;
+}
+
+double sum(const std::vector<double>& values) {
+  double total = 0;
+  for (const double value : values) total += value;
+  return total;
+}
+
+/// The value with the least misfit: a grid, then golden section around its best point.
+double least(const std::vector<double>& grid, const std::function<double(double)>& cost) {
+  std::size_t best = 0;
+  double lowest = cost(grid[0]);
+  for (std::size_t i = 1; i < grid.size(); ++i) {
+    const double value = cost(grid[i]);
+    if (value < lowest) {
+      lowest = value;
+      best = i;
+    }
+  }
+  constexpr double kGolden = 0.6180339887;
+  double a = grid[best > 0 ? best - 1 : 0];
+  double b = grid[std::min(best + 1, grid.size() - 1)];
+  double left = b - kGolden * (b - a);
+  double right = a + kGolden * (b - a);
+  double cost_left = cost(left);
+  double cost_right = cost(right);
+  for (int i = 0; i < 14; ++i) {
+    if (cost_left < cost_right) {
+      b = right;
+      right = left;
+      cost_right = cost_left;
+      cost_left = cost(left = b - kGolden * (b - a));
+    } else {
+      a = left;
+      left = right;
+      cost_left = cost_right;
+      cost_right = cost(right = a + kGolden * (b - a));
+    }
+  }
+  return 0.5 * (a + b);
+}
+
+std::vector<double> linear(double from, double to, int count) {
+  std::vector<double> grid;
+  for (int i = 0; i < count; ++i) grid.push_back(from + (to - from) * i / (count - 1));
+  return grid;
+}
+
+fit::Estimate estimate(const char* name, double value, double half_width) {
+  return {.name = name, .value = value, .lower = value - half_width, .upper = value + half_width};
+}
+
+/// Half the 95 % interval, from groups of pieces that are fitted each alone.
+double half_width(const std::vector<Signals>& pieces,
+                  const std::function<double(const std::vector<Signals>&)>& fit) {
+  constexpr std::size_t kGroups = 6;
+  double mean = 0;
+  double square = 0;
+  for (std::size_t group = 0; group < kGroups; ++group) {
+    std::vector<Signals> own;
+    for (std::size_t i = group; i < pieces.size(); i += kGroups) own.push_back(pieces[i]);
+    if (own.empty()) return std::numeric_limits<double>::infinity();
+    const double value = fit(own);
+    mean += value / kGroups;
+    square += value * value / kGroups;
+  }
+  const double sigma = std::sqrt(std::max(0.0, square - mean * mean) / (kGroups - 1));
+  return fit::student_975(kGroups - 1) * sigma;
+}
+
+}  // namespace
+
+ActuatorFindings actuator_channel(const std::vector<Signals>& all, const model::effects::DriveModel& base,
+                                  const Options& options) {
+  ActuatorFindings findings;
+  const std::vector<Signals> signals = pieces_of(all);
+  double largest = 0;
+  double period_s = 0;
+  for (const Signals& s : signals) {
+    period_s = std::max(period_s, s.raw_period_s);
+    for (const double command : s.raw_command_Nm) largest = std::max(largest, std::abs(command));
+  }
+  if (signals.empty() || largest == 0) {
+    if (auto delay = speed_command_delay(all, base, options)) findings.effects.push_back(std::move(*delay));
+    return findings;
+  }
+
+  std::size_t samples = 0;
+  for (const Signals& s : signals) samples += s.raw_command_Nm.size() - settled(s);
+  const auto rms = [&](const std::vector<double>& blocks) {
+    return std::sqrt(sum(blocks) / static_cast<double>(samples));
+  };
+  const auto cost = [&](const Actuator& a) { return sum(misfit(signals, base, a)); };
+
+  Actuator actuator;
+  const auto fit_lag = [&](Actuator a) {
+    a.lag_s = least(linear(0, 10 * std::max(period_s, 1e-3), 12), [&](double lag) {
+      Actuator b = a;
+      b.lag_s = lag;
+      return cost(b);
+    });
+    if (cost(a) < 1.001 * cost(Actuator{a.threshold_Nm, a.delay_s, 0, a.offset_Nm})) return a;
+    a.lag_s = 0;
+    return a;
+  };
+  actuator = fit_lag(actuator);
+  bool delayed = false;
+  if (!base.find<model::effects::TransportDelay>()) {
+    const Actuator next_row = fit_lag({.delay_s = period_s});
+    if (cost(next_row) < (1 - kLeastGain) * cost(actuator)) actuator = next_row;
+  }
+
+  const bool has_deadband = base.find<model::effects::TorqueDeadband>() != nullptr;
+  // Nor where a few rows are longer than any delay that is looked for.
+  const bool has_delay = base.find<model::effects::TransportDelay>() != nullptr ||
+                         kLeastPeriods * period_s >= model::effects::DelayLine::kLongest_s;
+  for (int round = 0; round < 3; ++round) {
+    const std::vector<double> now = misfit(signals, base, actuator);
+    struct Try {
+      const char* name;
+      Actuator actuator;
+      std::vector<double> blocks;
+    };
+    std::optional<Try> best;
+    const auto consider = [&](const char* name, const Actuator& a) {
+      std::vector<double> blocks = misfit(signals, base, a);
+      if (!best || sum(blocks) < sum(best->blocks)) best = Try{name, a, std::move(blocks)};
+    };
+    const double most = std::min(0.9 * largest, range_of("torque_deadband", "threshold_Nm").upper);
+    if (!has_deadband && actuator.threshold_Nm == 0 && most > 0.01 * largest) {
+      const auto fit = [&](const std::vector<Signals>& part) {
+        return least(linear(0.01 * largest, most, 30), [&](double x) {
+          Actuator b = actuator;
+          b.threshold_Nm = x;
+          return sum(misfit(part, base, b));
+        });
+      };
+      Actuator a = actuator;
+      a.threshold_Nm = fit(signals);
+      consider("torque_deadband", a);
+    }
+    if (!has_delay && !delayed) {
+      Actuator a = actuator;
+      a.delay_s = least(linear(period_s, std::min(0.4, 50 * period_s), 50), [&](double x) {
+        Actuator b = actuator;
+        b.lag_s = 0;
+        b.delay_s = x;
+        return cost(b);
+      });
+      a.lag_s = 0;
+      if (a.delay_s >= kLeastPeriods * period_s) consider("transport_delay", fit_lag(a));
+    }
+    if (actuator.offset_Nm == 0) {
+      double mean = 0;
+      for (const Signals& s : signals) {
+        const std::vector<double> predicted = delivered(s, base, actuator);
+        for (std::size_t i = settled(s); i < predicted.size(); ++i)
+          mean += s.raw_measured_Nm[i] - predicted[i];
+      }
+      Actuator a = actuator;
+      a.offset_Nm = mean / static_cast<double>(samples);
+      const auto allowed = range_of("torque_offset", "torque_Nm");
+      if (-a.offset_Nm >= allowed.lower && -a.offset_Nm <= allowed.upper) consider("torque_offset", a);
+    }
+    if (!best) break;
+    const double gain = 1 - sum(best->blocks) / sum(now);
+    const double chance = chance_of(now, best->blocks);
+    if (gain < kLeastGain || chance > options.false_positive_rate) break;
+    FoundEffect found{
+        .effect = model::effects::make_effect("torque_offset"), .where = {}, .held_out_gain = gain};
+    const Actuator chosen = best->actuator;
+    if (best->name == std::string_view("torque_deadband")) {
+      found.effect = model::effects::make_effect("torque_deadband", {{"threshold_Nm", chosen.threshold_Nm}});
+      found.where = {
+          .coordinate = "torque_command_Nm", .from = -chosen.threshold_Nm, .to = chosen.threshold_Nm};
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        return least(linear(0.5 * chosen.threshold_Nm, 1.5 * chosen.threshold_Nm, 11), [&](double x) {
+          Actuator b = chosen;
+          b.threshold_Nm = x;
+          return sum(misfit(part, base, b));
+        });
+      });
+      found.parameters = {
+          estimate("threshold_Nm", chosen.threshold_Nm, std::max(half, 0.002 * chosen.threshold_Nm))};
+    } else if (best->name == std::string_view("transport_delay")) {
+      // A row's measured torque answers the row before; a recorder that keeps both of one instant makes it a
+      // period more, which the interval has room for.
+      const double delay_s = chosen.delay_s - period_s;
+      found.effect = model::effects::make_effect("transport_delay", {{"delay_s", delay_s}});
+      found.where = {.coordinate = "frequency_Hz", .from = 0, .to = 0.5 / period_s};
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        return least(linear(std::max(0.0, chosen.delay_s - 3 * period_s), chosen.delay_s + 3 * period_s, 13),
+                     [&](double x) {
+                       Actuator b = chosen;
+                       b.delay_s = x;
+                       return sum(misfit(part, base, b));
+                     });
+      });
+      found.parameters = {estimate("delay_s", delay_s, std::max(half, 0.5 * period_s))};
+      found.parameters.front().upper += period_s;
+    } else {
+      found.effect = model::effects::make_effect("torque_offset", {{"torque_Nm", -chosen.offset_Nm}});
+      found.where = {.coordinate = "torque_command_Nm", .from = -largest, .to = largest};
+      const double half = half_width(signals, [&](const std::vector<Signals>& part) {
+        double mean = 0;
+        double n = 0;
+        Actuator b = chosen;
+        b.offset_Nm = 0;
+        for (const Signals& s : part) {
+          const std::vector<double> predicted = delivered(s, base, b);
+          for (std::size_t i = settled(s); i < predicted.size(); ++i)
+            mean += s.raw_measured_Nm[i] - predicted[i];
+          n += static_cast<double>(predicted.size() - settled(s));
+        }
+        return -mean / n;
+      });
+      found.parameters = {estimate("torque_Nm", -chosen.offset_Nm, half)};
+    }
+    found.gap_before = rms(now);
+    found.gap_after = rms(best->blocks);
+    found.blocks = static_cast<int>(now.size());
+    for (std::size_t b = 0; b < now.size(); ++b) found.blocks_improved += best->blocks[b] < now[b] ? 1 : 0;
+    found.p_value = chance;
+    findings.effects.push_back(std::move(found));
+    delayed = delayed || best->name == std::string_view("transport_delay");
+    actuator = chosen;
+  }
+  for (const Signals& s : all) {
+    if (s.raw_measured_Nm.empty()) continue;
+    std::vector<double> left = delivered(s, base, actuator);
+    for (std::size_t i = 0; i < left.size(); ++i) left[i] = s.raw_measured_Nm[i] - left[i];
+    findings.left_Nm.push_back(std::move(left));
+  }
+  return findings;
+}
+
+}  // namespace identification::gap

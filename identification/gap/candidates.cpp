@@ -1,0 +1,455 @@
+#include "identification/gap/candidates.h"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <unsupported/Eigen/FFT>
+#include <utility>
+
+#include "identification/gap/parallel.h"
+
+namespace identification::gap {
+namespace {
+
+using model::effects::AnyEffect;
+using model::effects::NamedValue;
+using Samples = std::vector<double>;
+
+constexpr double kTwoPi = 2 * std::numbers::pi;
+
+/// value(i) at each sample.
+template <class Value>
+Samples each(const Signals& s, const Value& value) {
+  Samples result(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) result[i] = value(i);
+  return result;
+}
+
+/// Friction-like columns: direction times a function of speed.
+template <class Level>
+auto friction_column(const Level& level) {
+  return [level](const Signals& s) {
+    return each(s, [&](std::size_t i) { return s.direction[i] * level(std::abs(s.velocity_rad_per_s[i])); });
+  };
+}
+
+std::vector<double> geometric(double from, double to, int count) {
+  std::vector<double> values;
+  for (int i = 0; i < count; ++i)
+    values.push_back(from * std::pow(to / from, count > 1 ? static_cast<double>(i) / (count - 1) : 0));
+  return values;
+}
+
+FittedModel plus(const FittedModel& fitted, std::string_view effect, std::vector<NamedValue> values) {
+  // A fit may end a hair outside of what an effect allows.
+  for (NamedValue& value : values)
+    for (const auto& parameter : model::effects::effect_description(effect).parameters)
+      if (parameter.name == value.name)
+        value.value = std::clamp(value.value, parameter.lower, parameter.upper);
+  FittedModel result = fitted;
+  result.model.effects.push_back(model::effects::make_effect(effect, values));
+  return result;
+}
+
+bool allowed(std::string_view effect, std::string_view name, double value) {
+  return std::ranges::any_of(
+      model::effects::effect_description(effect).parameters, [&](const auto& parameter) {
+        return parameter.name == name && parameter.lower <= value && value <= parameter.upper;
+      });
+}
+
+double coulomb_Nm(const FittedModel& fitted) {
+  const auto* coulomb = fitted.model.find<model::effects::Coulomb>();
+  return coulomb ? coulomb->parameters().torque_Nm : 0;
+}
+
+struct Reach {
+  double slowest, fastest;  // |v| of the rows, nearly: 1 % and 99 % points
+  double position_span;     // most that one recording covers
+  double longest_s;
+  double band_rad_per_s;
+};
+Reach reach_of(const Rows& rows) {
+  Eigen::VectorXd speed = rows.means([](const Signals& s) { return s.velocity_rad_per_s; }).cwiseAbs();
+  std::vector<double> sorted(speed.data(), speed.data() + speed.size());
+  std::ranges::sort(sorted);
+  Reach reach{};
+  if (!sorted.empty()) {
+    reach.slowest = sorted[sorted.size() / 100];
+    reach.fastest = sorted[sorted.size() - 1 - sorted.size() / 100];
+  }
+  for (const Signals& s : rows.signals()) {
+    const auto [low, high] = std::ranges::minmax_element(s.position_rad);
+    reach.position_span = std::max(reach.position_span, *high - *low);
+    reach.longest_s = std::max(reach.longest_s, s.running_s.back());
+    reach.band_rad_per_s = kTwoPi * s.band_Hz;
+  }
+  return reach;
+}
+
+class Builder {
+ public:
+  Builder(const FittedModel& fitted, const Rows& rows)
+      : fitted_(fitted), rows_(rows), reach_(reach_of(rows)) {
+    for (const Signals& s : rows.signals()) modelled_Nm_.push_back(predicted_torque_Nm(fitted.model, s));
+  }
+
+  template <class E>
+  bool has() const {
+    return fitted_.model.find<E>() != nullptr;
+  }
+  /// The column there will be.
+  Eigen::Index column(const std::function<Samples(const Signals&)>& quantity) {
+    quantities_.push_back(quantity);
+    return static_cast<Eigen::Index>(quantities_.size()) - 1;
+  }
+  void add(Candidate candidate) { candidates_.push_back(std::move(candidate)); }
+
+  void friction();
+  void direction();
+  void drift();
+  void position();
+  void mechanics();
+  void actuator();
+
+  Dictionary finish() {
+    Dictionary dictionary;
+    dictionary.columns.resize(rows_.count(), static_cast<Eigen::Index>(quantities_.size()));
+    in_parallel(quantities_.size(), [&](std::size_t i) {
+      dictionary.columns.col(static_cast<Eigen::Index>(i)) = rows_.column(quantities_[i]);
+    });
+    dictionary.candidates = std::move(candidates_);
+    return dictionary;
+  }
+
+ private:
+  const FittedModel& fitted_;
+  const Rows& rows_;
+  Reach reach_;
+  std::vector<Samples> modelled_Nm_;  // of each recording, as the model is
+  std::vector<std::function<Samples(const Signals&)>> quantities_;
+  std::vector<Candidate> candidates_;
+};
+
+constexpr Bounds kNotNegative{.lower = 0};
+/// For shapes that have no amplitude of their own.
+constexpr Bounds kAsItIs{.lower = 0.7, .upper = 1.3};
+/// Of inertia and friction, behind a gap or spring.
+constexpr Bounds kPossibleShare{.lower = 0.01, .upper = 0.95};
+constexpr double kTrialShare = 0.3;
+constexpr double kTrialDampingRatio = 0.05;
+
+void Builder::friction() {
+  if (!has<model::effects::Coulomb>())
+    add({"coulomb",
+         {column(friction_column([](double) { return 1.0; }))},
+         {kNotNegative},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(f, "coulomb", {{"torque_Nm", a[0]}});
+         }});
+  if (!has<model::effects::Viscous>())
+    add({"viscous",
+         {column(friction_column([](double v) { return v; }))},
+         {kNotNegative},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(f, "viscous", {{"coefficient_Nm_s_per_rad", a[0]}});
+         }});
+  if (!has<model::effects::QuadraticDrag>())
+    add({"quadratic_drag",
+         {column(friction_column([](double v) { return v * v; }))},
+         {Bounds{}},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(f, "quadratic_drag", {{"coefficient_Nm_s2_per_rad2", a[0]}});
+         }});
+  if (!has<model::effects::Stribeck>()) {
+    for (const double velocity :
+         geometric(std::max(reach_.slowest, 0.01 * reach_.fastest), 0.4 * reach_.fastest, 9)) {
+      for (const double exponent : {1.0, 2.0}) {
+        const auto shape = [=](double v) { return model::effects::Stribeck::shape(v, velocity, exponent); };
+        add({"stribeck",
+             {column(friction_column(shape))},
+             {kNotNegative},
+             [=](const FittedModel& f, const Eigen::VectorXd& a) {
+               return plus(f, "stribeck",
+                           {{"static_torque_Nm", coulomb_Nm(f) + a[0]},
+                            {"velocity_rad_per_s", velocity},
+                            {"exponent", exponent}});
+             }});
+      }
+    }
+  }
+  if (!has<model::effects::MidspeedDip>()) {
+    for (const double centre : geometric(0.05, 0.65, 9)) {
+      for (const double width : {0.25 * centre, 0.45 * centre, 0.8 * centre}) {
+        const double at = centre * reach_.fastest;
+        const double wide = width * reach_.fastest;
+        add({"midspeed_dip",
+             {column(friction_column(
+                 [=](double v) { return -model::effects::MidspeedDip::shape(v, at, wide); }))},
+             {kNotNegative},
+             [=](const FittedModel& f, const Eigen::VectorXd& a) {
+               return plus(f, "midspeed_dip",
+                           {{"depth_Nm", a[0]}, {"centre_rad_per_s", at}, {"width_rad_per_s", wide}});
+             }});
+      }
+    }
+  }
+}
+
+void Builder::direction() {
+  const bool offset = has<model::effects::TorqueOffset>();
+  const bool asymmetry = has<model::effects::DirectionAsymmetry>();
+  if (offset && asymmetry) return;
+  const Eigen::Index constant = column([](const Signals& s) { return Samples(s.size(), 1.0); });
+  if (!offset && !asymmetry)
+    add({"torque_offset", {constant}, {Bounds{}}, [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(f, "torque_offset", {{"torque_Nm", a[0]}});
+         }});
+  if (!asymmetry) {
+    const Eigen::Index speed = column([](const Signals& s) {
+      return each(s, [&](std::size_t i) { return std::abs(s.velocity_rad_per_s[i]); });
+    });
+    if (offset)
+      // What was called an offset and grows with speed was an asymmetry.
+      add({"direction_asymmetry", {speed}, {Bounds{}}, [](const FittedModel& f, const Eigen::VectorXd& a) {
+             FittedModel without = f;
+             double constant_Nm = 0;
+             std::erase_if(without.model.effects, [&](const AnyEffect& effect) {
+               const auto* found = std::get_if<model::effects::TorqueOffset>(&effect);
+               if (found) constant_Nm = found->parameters().torque_Nm;
+               return found != nullptr;
+             });
+             return plus(without, "direction_asymmetry",
+                         {{"coulomb_Nm", constant_Nm}, {"viscous_Nm_s_per_rad", a[0]}});
+           }});
+    else
+      add({"direction_asymmetry",
+           {constant, speed},
+           {Bounds{}, Bounds{}},
+           [](const FittedModel& f, const Eigen::VectorXd& a) {
+             return plus(f, "direction_asymmetry", {{"coulomb_Nm", a[0]}, {"viscous_Nm_s_per_rad", a[1]}});
+           }});
+  }
+}
+
+void Builder::drift() {
+  if (has<model::effects::ThermalDrift>()) return;
+  for (const double share : {0.15, 0.5, 2.0}) {
+    const double constant_s = std::clamp(share * reach_.longest_s, 1.0, 1e5);
+    const auto warm = [=](const Signals& s, std::size_t i) {
+      return model::effects::ThermalDrift::shape(s.running_s[i], constant_s);
+    };
+    const Eigen::Index sliding = column([=](const Signals& s) {
+      return each(s, [&](std::size_t i) { return s.direction[i] * warm(s, i); });
+    });
+    const Eigen::Index viscous = column([=](const Signals& s) {
+      return each(s, [&](std::size_t i) { return warm(s, i) * s.velocity_rad_per_s[i]; });
+    });
+    add({"thermal_drift",
+         {sliding, viscous},
+         {Bounds{}, Bounds{}},
+         [=](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(f, "thermal_drift",
+                       {{"coulomb_change_Nm", a[0]},
+                        {"viscous_change_Nm_s_per_rad", a[1]},
+                        {"time_constant_s", constant_s}});
+         }});
+  }
+}
+
+void Builder::position() {
+  if (!has<model::effects::Imbalance>() && reach_.position_span > 1) {
+    const auto sine = column(
+        [](const Signals& s) { return each(s, [&](std::size_t i) { return std::sin(s.position_rad[i]); }); });
+    const auto cosine = column(
+        [](const Signals& s) { return each(s, [&](std::size_t i) { return std::cos(s.position_rad[i]); }); });
+    add({"imbalance",
+         {sine, cosine},
+         {Bounds{}, Bounds{}},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(
+               f, "imbalance",
+               {{"torque_Nm", std::hypot(a[0], a[1])}, {"rest_position_rad", std::atan2(-a[1], a[0])}});
+         }});
+  }
+  const auto* imbalance = fitted_.model.find<model::effects::Imbalance>();
+  if (imbalance && !has<model::effects::LoadFriction>()) {
+    const model::effects::Imbalance load = *imbalance;
+    add({"load_friction",
+         {column([=](const Signals& s) {
+           return each(
+               s, [&](std::size_t i) { return s.direction[i] * std::abs(load.load_Nm(s.position_rad[i])); });
+         })},
+         {Bounds{0, 2}},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           return plus(f, "load_friction", {{"share", a[0]}});
+         }});
+  }
+}
+
+void Builder::mechanics() {
+  const double inertia = fitted_.model.inertia_kg_m2;
+  if (!has<model::effects::Inertia>())
+    add({"inertia",
+         {column([](const Signals& s) { return s.acceleration_rad_per_s2; })},
+         {Bounds{-kMostInertiaLess * inertia, kMostInertiaMore * inertia}},
+         [](const FittedModel& f, const Eigen::VectorXd& a) {
+           FittedModel given = f;
+           given.model.inertia_kg_m2 = f.given_inertia_kg_m2;
+           return plus(given, "inertia",
+                       {{"difference_kg_m2", a[0] + f.model.inertia_kg_m2 - f.given_inertia_kg_m2}});
+         }});
+  // What the model says with an effect less what it says without, over `amount` of it.
+  const auto difference = [&](const AnyEffect& effect, double amount) {
+    return column([this, effect, amount](const Signals& s) {
+      FittedModel more = fitted_;
+      more.model.effects.push_back(effect);
+      const Samples with = predicted_torque_Nm(more.model, s);
+      const Samples& without = modelled_Nm_[static_cast<std::size_t>(&s - rows_.signals().data())];
+      return each(s, [&](std::size_t i) { return (with[i] - without[i]) / amount; });
+    });
+  };
+  if (const double level = coulomb_Nm(fitted_); !has<model::effects::Presliding>() && level > 0) {
+    // From a few samples' travel at the slowest speeds to what would be called a gap.
+    for (const double bent : geometric(2e-4, 0.1, 9)) {
+      if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
+      const AnyEffect presliding =
+          model::effects::make_effect("presliding", {{"stiffness_Nm_per_rad", level / bent}});
+      add({"presliding",
+           {difference(presliding, 1)},
+           {kAsItIs},
+           [=](const FittedModel& f, const Eigen::VectorXd&) {
+             return plus(f, "presliding", {{"stiffness_Nm_per_rad", level / bent}});
+           }});
+    }
+  }
+  if (!has<model::effects::Backlash>() && !has<model::effects::Elasticity>()) {
+    // Of a load behind it: its share is left to fit. What pulls at the load bends that a little.
+    for (const double gap : geometric(1e-3, 0.2, 13)) {
+      const auto with = [=](double share) {
+        return model::effects::make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}});
+      };
+      add({"backlash",
+           {difference(with(kTrialShare), kTrialShare)},
+           {kPossibleShare},
+           [=](const FittedModel& f, const Eigen::VectorXd& a) {
+             return plus(f, "backlash", {{"gap_rad", gap}, {"load_share", a[0]}});
+           }});
+    }
+    for (const double resonance : geometric(0.15 * reach_.band_rad_per_s, 2 * reach_.band_rad_per_s, 13)) {
+      const auto with = [=](double share) {
+        const double load_inertia = share * inertia;
+        return std::vector<NamedValue>{
+            {"stiffness_Nm_per_rad", load_inertia * resonance * resonance},
+            {"damping_Nm_s_per_rad", 2 * kTrialDampingRatio * load_inertia * resonance},
+            {"load_share", share}};
+      };
+      if (!allowed("elasticity", "stiffness_Nm_per_rad", with(kPossibleShare.lower).front().value)) continue;
+      add({"elasticity",
+           {difference(model::effects::make_effect("elasticity", with(kTrialShare)), kTrialShare)},
+           {kPossibleShare},
+           [=](const FittedModel& f, const Eigen::VectorXd& a) {
+             return plus(f, "elasticity", with(a[0]));
+           }});
+    }
+  }
+}
+
+void Builder::actuator() {
+  // With a measured torque these are a channel of their own.
+  if (!std::ranges::all_of(rows_.signals(), &Signals::torque_is_command)) return;
+  double largest = 0;
+  double shortest_s = 1;
+  for (const Signals& s : rows_.signals()) {
+    for (const double command : s.raw_command_Nm) largest = std::max(largest, std::abs(command));
+    shortest_s = std::min(shortest_s, s.raw_period_s);
+  }
+  const auto beyond = [this](const AnyEffect& effect) {
+    return column([effect](const Signals& s) {
+      Samples result = delivered_beyond_command_Nm({.effects = {effect}}, s);
+      for (double& value : result) value = -value;
+      return result;
+    });
+  };
+  const auto by_value = [&](std::string_view effect, std::string_view parameter, double value) {
+    add({effect,
+         {beyond(model::effects::make_effect(effect, {{parameter, value}}))},
+         {kAsItIs},
+         [=](const FittedModel& f, const Eigen::VectorXd&) {
+           FittedModel as_commanded = f;
+           if (effect == "transport_delay") as_commanded.lag_s = as_commanded.smoothing_s2 = 0;
+           return plus(as_commanded, effect, {{parameter, value}});
+         }});
+  };
+  if (!has<model::effects::TorqueDeadband>() && largest > 0)
+    for (const double threshold : geometric(0.02 * largest, 0.8 * largest, 12))
+      by_value("torque_deadband", "threshold_Nm", threshold);
+  if (!has<model::effects::TransportDelay>() && shortest_s < 0.5 * model::effects::DelayLine::kLongest_s)
+    for (const double delay : geometric(shortest_s, std::min(0.4, 60 * shortest_s), 12))
+      by_value("transport_delay", "delay_s", delay);
+}
+
+}  // namespace
+
+Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows) {
+  Builder builder(fitted, rows);
+  builder.friction();
+  builder.direction();
+  builder.drift();
+  builder.position();
+  builder.mechanics();
+  builder.actuator();
+  return builder.finish();
+}
+
+double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::VectorXd& position_rad) {
+  constexpr Eigen::Index kBins = 1 << 16;
+  constexpr double kMostPeriods = 400;
+  constexpr double kLeastTurns = 2;  // of the ripple
+  if (residual.size() < 16) return 0;
+  const double low = position_rad.minCoeff();
+  const double span = position_rad.maxCoeff() - low;
+  if (!(span > 0)) return 0;
+  const double bin = std::max(span / (0.5 * kBins), kTwoPi / (4 * kMostPeriods));
+  std::vector<double> sum(kBins, 0);
+  for (Eigen::Index i = 0; i < residual.size(); ++i)
+    sum[static_cast<std::size_t>((position_rad[i] - low) / bin)] += residual[i];
+  std::vector<std::complex<double>> spectrum;
+  thread_local Eigen::FFT<double> fft;  // keeps its tables while the thread lives
+  fft.fwd(spectrum, sum);
+  double best = 0;
+  double most = 0;
+  for (std::size_t k = 1; k < spectrum.size() / 2; ++k) {
+    const double periods = static_cast<double>(k) * kTwoPi / (static_cast<double>(kBins) * bin);
+    if (periods < 1.5 || periods > kMostPeriods || periods * span < kLeastTurns * kTwoPi) continue;
+    const double power = std::norm(spectrum[k]);
+    if (power > most) {
+      most = power;
+      best = periods;
+    }
+  }
+  return best;
+}
+
+Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,
+                               const Eigen::VectorXd& velocity_rad_per_s, double band_Hz) {
+  Eigen::MatrixXd columns(position_rad.size(), 2);
+  for (Eigen::Index i = 0; i < position_rad.size(); ++i) {
+    // What the band leaves of it at this speed.
+    const double over = periods_per_rev * velocity_rad_per_s[i] / (kTwoPi * band_Hz);
+    const double gain = 1 / (1 + over * over * over * over);
+    columns(i, 0) = gain * std::sin(periods_per_rev * position_rad[i]);
+    columns(i, 1) = gain * std::cos(periods_per_rev * position_rad[i]);
+  }
+  return columns;
+}
+
+FittedModel with_ripple(const FittedModel& fitted, double periods_per_rev, double sine_Nm, double cosine_Nm) {
+  return plus(fitted, "cogging",
+              {{"amplitude_Nm", std::hypot(sine_Nm, cosine_Nm)},
+               {"periods_per_rev", periods_per_rev},
+               {"phase_rad", std::atan2(cosine_Nm, sine_Nm)}});
+}
+
+}  // namespace identification::gap

@@ -1,0 +1,209 @@
+#include "identification/gap/confirmation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace identification::gap {
+namespace {
+
+/// Steps of the encoder that a gap has to be wide.
+constexpr double kLeastSteps = 2;
+/// Times the squared noise floor; below, what is left over is noise.
+constexpr double kAboveNoise = 1.5;
+/// Of the squared held-out residual, what an effect has to take away,
+constexpr double kWorthwhileGain = 0.02;
+/// and of what of it is above the noise, one whose size may as well be zero.
+constexpr double kMuch = 0.3;
+
+/// Share of its size by which an effect may differ from one half of the data to the other, unless that is no
+/// more than so many standard deviations.
+constexpr double kSameSize = 0.25;
+constexpr double kSureToDiffer = 4;
+constexpr std::size_t kConstancyBlocks = 40;
+
+/// What an effect is zero or nothing by; some have two.
+struct Size {
+  std::string_view effect;
+  std::string_view parameter;
+};
+constexpr Size kStribeck{"stribeck", "static_torque_Nm"};
+constexpr std::array kSizes{
+    Size{"coulomb", "torque_Nm"},
+    Size{"viscous", "coefficient_Nm_s_per_rad"},
+    Size{"quadratic_drag", "coefficient_Nm_s2_per_rad2"},
+    kStribeck,
+    Size{"midspeed_dip", "depth_Nm"},
+    Size{"torque_offset", "torque_Nm"},
+    Size{"direction_asymmetry", "coulomb_Nm"},
+    Size{"direction_asymmetry", "viscous_Nm_s_per_rad"},
+    Size{"thermal_drift", "coulomb_change_Nm"},
+    Size{"thermal_drift", "viscous_change_Nm_s_per_rad"},
+    Size{"imbalance", "torque_Nm"},
+    Size{"load_friction", "share"},
+    Size{"cogging", "amplitude_Nm"},
+    Size{"inertia", "difference_kg_m2"},
+    Size{"presliding", "stiffness_Nm_per_rad"},
+    Size{"backlash", "gap_rad"},
+    Size{"elasticity", "stiffness_Nm_per_rad"},
+    Size{"torque_deadband", "threshold_Nm"},
+    Size{"transport_delay", "delay_s"},
+};
+/// The value of `size` at which there is no such effect.
+double none_at(const Size& size, const model::effects::DriveModel& model) {
+  const auto* coulomb = model.find<model::effects::Coulomb>();
+  return size.effect == "stribeck" && coulomb != nullptr ? coulomb->parameters().torque_Nm : 0;
+}
+
+class Confirmation {
+ public:
+  Confirmation(SearchResult& result, const Judged& judged) : result_(result), judged_(judged) { judge(); }
+
+  /// The reason to take the i-th addition away; empty: it stays.
+  std::string reason_against(std::size_t i, const FittedModel& without) const {
+    const std::string_view effect = result_.added[i].effect;
+    const double square_without = square(without);
+    if (effect == "backlash" && parameter(i, "gap_rad").value < kLeastSteps * judged_.resolution_rad)
+      return "its gap is narrower than two steps of the encoder";
+    if (effect == "stribeck" &&
+        parameter(i, "static_torque_Nm").value < none_at(kStribeck, result_.fitted.model))
+      return "its static torque is below the Coulomb friction, which is another shape";
+    if (effect == "inertia" && !is_constant(i))
+      return "it is not the same while driving and braking, or at small and large torques";
+    if (is_another_harmonic(i)) return "";
+    // Where nothing but noise is left over, it is noise, too, what two models differ by on held-out
+    // recordings.
+    const double noise = judged_.noise_floor_Nm * judged_.noise_floor_Nm;
+    const bool judges = judged_.own_recordings && square_ > kAboveNoise * noise;
+    const double share = (square_without - square_) / (square_without - noise);
+    if (judges && square_without < (1 + kWorthwhileGain) * square_)
+      return "the held-out recordings are predicted hardly better with it";
+    if (!may_be_none(i)) return "";
+    if (judges && share < kMuch) return "its size may as well be zero, and most is left over with it, too";
+    if (gives(effect) && gives_otherwise(i))
+      return "its size may as well be zero, and something else that gives is in the model";
+    return "";
+  }
+
+  /// The i-th is an elasticity or a backlash, and the data does not say how much of it.
+  bool is_either(std::size_t i) const {
+    const std::string_view effect = result_.added[i].effect;
+    return (effect == "elasticity" || effect == "backlash") && may_be_none(i);
+  }
+
+  /// Of the result as it is now.
+  void judge() {
+    square_ = square(result_.fitted);
+    free_ = free_parameters(result_.fitted, judged_.rows);
+    estimates_ = estimates(result_.fitted, judged_.rows, judged_.training.rows);
+  }
+
+ private:
+  /// Mean square of what a model leaves of the held-out rows.
+  double square(const FittedModel& fitted) const {
+    const Eigen::VectorXd left = judged_.rows.torque_Nm() - predicted_rows(fitted, judged_.rows);
+    return left(judged_.held_out).squaredNorm() / static_cast<double>(judged_.held_out.size());
+  }
+  const fit::Estimate& parameter(std::size_t i, std::string_view name) const {
+    const std::size_t effect = *place_of_added(result_, i);
+    for (std::size_t k = 0; k < free_.size(); ++k)
+      if (free_[k].kind == FreeParameter::Kind::kEffect && free_[k].effect == effect && free_[k].name == name)
+        return estimates_[k];
+    static const fit::Estimate kUnknown;
+    return kUnknown;
+  }
+  /// Whether the i-th has one size for all rows: one that differs between driving and braking, or between
+  /// small and large torques, stands for something else.
+  bool is_constant(std::size_t i) const {
+    const std::vector<Eigen::Index>& use = judged_.training.rows;
+    FittedModel without = result_.fitted;
+    without.model.effects.erase(without.model.effects.begin() +
+                                static_cast<std::ptrdiff_t>(*place_of_added(result_, i)));
+    const Eigen::VectorXd predicted = predicted_rows(result_.fitted, judged_.rows);
+    const Eigen::VectorXd own = (predicted - predicted_rows(without, judged_.rows))(use);
+    const Eigen::VectorXd residual = (judged_.rows.torque_Nm() - predicted)(use);
+    const Eigen::MatrixXd jacobian =
+        prediction_jacobian(result_.fitted, judged_.rows, free_)(use, Eigen::all);
+    const Eigen::VectorXd torque = judged_.rows.torque_Nm()(use);
+    const Eigen::VectorXd velocity =
+        judged_.rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(use);
+    const Eigen::VectorXd size = torque.cwiseAbs();
+    const double median = fit::median({size.data(), size.data() + size.size()});
+    const Eigen::ArrayXd driving = (torque.array() * velocity.array() > 0).cast<double>();
+    const Eigen::ArrayXd strong = (size.array() > median).cast<double>();
+    Eigen::MatrixXd columns(jacobian.rows(), jacobian.cols() + 1);
+    for (const Eigen::ArrayXd& part : {driving, strong}) {
+      columns << jacobian, (own.array() * part).matrix();
+      const Eigen::VectorXd fitted = fit::normal_inverse(columns) * (columns.transpose() * residual);
+      const Eigen::MatrixXd covariance =
+          fit::block_covariance(columns, residual - columns * fitted, kConstancyBlocks);
+      const Eigen::Index last = jacobian.cols();
+      if (std::abs(fitted[last]) > kSameSize &&
+          std::abs(fitted[last]) > kSureToDiffer * std::sqrt(covariance(last, last)))
+        return false;
+    }
+    return true;
+  }
+  bool may_be_none(std::size_t i) const {
+    return std::ranges::all_of(kSizes, [&](const Size& size) {
+      if (size.effect != result_.added[i].effect) return true;
+      const fit::Estimate& estimate = parameter(i, size.parameter);
+      const double none = none_at(size, result_.fitted.model);
+      return estimate.lower <= none && none <= estimate.upper;
+    });
+  }
+  /// Of a cogging that holds: one cause has several.
+  bool is_another_harmonic(std::size_t i) const {
+    const auto is_cogging = [](const Added& added) { return added.effect == "cogging"; };
+    return is_cogging(result_.added[i]) &&
+           std::any_of(result_.added.begin(), result_.added.begin() + static_cast<std::ptrdiff_t>(i),
+                       is_cogging);
+  }
+  bool gives_otherwise(std::size_t i) const {
+    const std::size_t own = *place_of_added(result_, i);
+    const std::vector<model::effects::AnyEffect>& effects = result_.fitted.model.effects;
+    for (std::size_t k = 0; k < effects.size(); ++k)
+      if (k != own && gives(model::effects::name_of(effects[k]))) return true;
+    return false;
+  }
+
+  SearchResult& result_;
+  const Judged& judged_;
+  double square_ = 0;  // that of the result
+  std::vector<FreeParameter> free_;
+  std::vector<fit::Estimate> estimates_;
+};
+
+}  // namespace
+
+bool gives(std::string_view effect) noexcept {
+  return effect == "presliding" || effect == "backlash" || effect == "elasticity";
+}
+
+void confirm(SearchResult& result, const Judged& judged) {
+  Confirmation confirmation(result, judged);
+  for (std::size_t i = result.added.size(); i-- > 0;) {
+    std::optional<FittedModel> without = without_added(result, i, judged.rows, judged.training);
+    if (!without) continue;
+    const std::string reason = confirmation.reason_against(i, *without);
+    if (reason.empty()) continue;
+    const Added dropped = result.added[i];
+    result.rejected.push_back({std::string(dropped.effect), dropped.gain, reason});
+    result.fitted = std::move(*without);
+    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+    confirmation.judge();
+    i = result.added.size();  // what stays may have become necessary, or needless
+  }
+  for (std::size_t i = 0; i < result.added.size(); ++i) {
+    Added& added = result.added[i];
+    if (!place_of_added(result, i) || !confirmation.is_either(i)) continue;
+    const std::string other = added.effect == "elasticity" ? "backlash" : "elasticity";
+    if (std::ranges::find(added.equivalent, other) == added.equivalent.end())
+      added.equivalent.push_back(other);
+  }
+}
+
+}  // namespace identification::gap

@@ -1,0 +1,187 @@
+#include "identification/gap/delivery.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "identification/gap/block_comparison.h"
+#include "identification/gap/free_simulation.h"
+#include "identification/gap/parallel.h"
+
+namespace identification::gap {
+namespace {
+
+constexpr std::size_t kDeliveryBlocks = 20;
+/// Standard errors: a difference above is more than uncertainty.
+constexpr double kWorse = 2;
+/// A given value is left for another one that does better by this: about what three standard deviations of a
+/// parameter make.
+constexpr double kAsked = 1.5;
+/// Share of the square below which two models do alike, however sure the difference is.
+constexpr double kAlike = 0.01;
+/// The same where one of them keeps a given value that the data do not ask to change.
+constexpr double kAlikeIfGiven = 0.05;
+constexpr double kMostOfIt = 0.5;
+
+double total(const std::vector<double>& squares) {
+  double sum = 0;
+  for (const double square : squares) sum += square;
+  return sum;
+}
+
+/// Squares of what one model leaves of the held-out data.
+struct Score {
+  std::vector<double> torque;      ///< by block
+  std::vector<double> simulation;  ///< by window
+};
+
+class HeldOut {
+ public:
+  explicit HeldOut(const Judged& judged)
+      : judged_(judged), windows_(windows_of(judged.rows, judged.held_out)) {}
+
+  Score score(const FittedModel& fitted) const {
+    Score result;
+    result.torque = blocks(fitted, judged_.held_out);
+    result.simulation.resize(windows_.size());
+    in_parallel(windows_.size(), [&](std::size_t i) {
+      const Signals& s = judged_.rows.signals()[windows_[i].recording];
+      const double square = squared_error(simulated_velocity(fitted.model, s, windows_[i]), s, windows_[i]);
+      result.simulation[i] = std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
+    });
+    return result;
+  }
+  /// Squares of the torque residual over `rows`, by blocks of them.
+  std::vector<double> blocks(const FittedModel& fitted, const std::vector<Eigen::Index>& rows) const {
+    const Eigen::VectorXd left = (judged_.rows.torque_Nm() - predicted_rows(fitted, judged_.rows))(rows);
+    std::vector<double> squares(kDeliveryBlocks, 0);
+    for (Eigen::Index i = 0; i < left.size(); ++i)
+      squares[static_cast<std::size_t>(i) * kDeliveryBlocks / rows.size()] += left[i] * left[i];
+    return squares;
+  }
+
+ private:
+  const Judged& judged_;
+  std::vector<Window> windows_;
+};
+
+bool is_worse(const std::vector<double>& than, const std::vector<double>& candidate, double alike) {
+  return total(candidate) > (1 + alike) * total(than) && decisiveness(candidate, than) > kWorse;
+}
+/// Neither simulates better nor takes away most of the torque that is left over.
+bool is_doubtful(const Score& than, const Score& candidate) {
+  return total(candidate.simulation) >= total(than.simulation) &&
+         total(candidate.torque) > kMostOfIt * total(than.torque);
+}
+/// What is worse about a candidate; empty: nothing.
+std::string worse_at(const Score& than, const Score& candidate, double alike = kAlike) {
+  if (is_worse(than.torque, candidate.torque, alike)) return "predicts the torque of the held-out data worse";
+  if (is_worse(than.simulation, candidate.simulation, alike)) return "simulates the held-out data worse";
+  return "";
+}
+
+/// Which effect of the given model the delivered one has at `effect`; the added ones come after those.
+class GivenPlaces {
+ public:
+  GivenPlaces(const model::effects::DriveModel& given, const model::effects::DriveModel& final) {
+    const bool replaced =
+        given.find<model::effects::TorqueOffset>() && !final.find<model::effects::TorqueOffset>();
+    for (std::size_t i = 0; i < given.effects.size(); ++i)
+      if (!replaced || !std::holds_alternative<model::effects::TorqueOffset>(given.effects[i]))
+        places_.push_back(i);
+  }
+  std::optional<std::size_t> of(std::size_t effect) const {
+    return effect < places_.size() ? std::optional(places_[effect]) : std::nullopt;
+  }
+
+ private:
+  std::vector<std::size_t> places_;
+};
+
+bool is_same(const FreeParameter& a, const FreeParameter& b) {
+  return a.kind == b.kind && a.effect == b.effect && a.name == b.name;
+}
+
+/// The given value of a parameter; none for what the search added and for the torque's way into the
+/// recording.
+std::optional<double> given_value(const FreeParameter& p, const FittedModel& given,
+                                  const GivenPlaces& places) {
+  if (p.kind == FreeParameter::Kind::kInertia) return given.model.inertia_kg_m2;
+  if (p.kind != FreeParameter::Kind::kEffect) return {};
+  const auto place = places.of(p.effect);
+  if (!place) return {};
+  return model::effects::parameter_of(given.model.effects[*place], p.name);
+}
+
+/// `fitted` with these at their given values, the others refined.
+FittedModel with_given(const FittedModel& fitted, const std::vector<FreeParameter>& fixed,
+                       const FittedModel& given, const GivenPlaces& places, const Judged& judged) {
+  FittedModel start = fitted;
+  for (const FreeParameter& p : fixed) start = with_value(start, p, *given_value(p, given, places));
+  return refined(start, judged.rows, judged.training.rows, [&](const FreeParameter& p) {
+    return std::ranges::none_of(fixed, [&](const FreeParameter& f) { return is_same(f, p); });
+  });
+}
+
+std::vector<FreeParameter> given_parameters(const FittedModel& fitted, const FittedModel& given,
+                                            const GivenPlaces& places, const Rows& rows) {
+  std::vector<FreeParameter> list = free_parameters(fitted, rows);
+  std::erase_if(list, [&](const FreeParameter& p) { return !given_value(p, given, places); });
+  return list;
+}
+
+}  // namespace
+
+std::vector<std::string> deliver(SearchResult& result, const FittedModel& given, const Judged& judged) {
+  const HeldOut held_out(judged);
+  Score score = held_out.score(result.fitted);
+  for (std::size_t i = result.added.size(); i-- > 0;) {
+    const std::optional<FittedModel> without = without_added(result, i, judged.rows, judged.training);
+    if (!without) continue;
+    Score bare = held_out.score(*without);
+    std::string reason = worse_at(bare, score);
+    if (!reason.empty()) reason = "with it the model " + reason;
+    if (reason.empty() && gives(result.added[i].effect) && is_doubtful(bare, score))
+      reason = "with it the held-out data are simulated no better, and most of the gap stays";
+    if (reason.empty()) continue;
+    result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain, reason});
+    result.fitted = *without;
+    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+    score = std::move(bare);
+  }
+
+  const GivenPlaces places(given.model, result.fitted.model);
+  std::vector<FreeParameter> own = given_parameters(result.fitted, given, places, judged.rows);
+  const FittedModel unfitted = with_given(result.fitted, own, given, places, judged);
+  Score as_given = held_out.score(unfitted);
+  if (const std::string worse = worse_at(as_given, score); !worse.empty()) {
+    result.fitted = unfitted;
+    return {"The given model's own parameters keep their values: refitted, the model " + worse + "."};
+  }
+
+  // Those that moved least in proportion first.
+  std::ranges::sort(own, {}, [&](const FreeParameter& p) {
+    return std::abs(p.value - *given_value(p, given, places)) / p.scale;
+  });
+  std::vector<FreeParameter> fixed;
+  std::vector<double> searched = held_out.blocks(result.fitted, judged.training.rows);
+  for (const FreeParameter& p : own) {
+    std::vector<FreeParameter> trial = fixed;
+    trial.push_back(p);
+    const FittedModel kept = with_given(result.fitted, trial, given, places, judged);
+    const std::vector<double> left = held_out.blocks(kept, judged.training.rows);
+    if (decisiveness(left, searched) > kAsked) continue;
+    Score candidate = held_out.score(kept);
+    if (!worse_at(score, candidate, kAlikeIfGiven).empty()) continue;
+    result.fitted = kept;
+    searched = left;
+    score = std::move(candidate);
+    fixed = std::move(trial);
+  }
+  return {};
+}
+
+}  // namespace identification::gap

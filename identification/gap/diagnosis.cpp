@@ -1,0 +1,43 @@
+#include "identification/gap/diagnosis.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <set>
+#include <utility>
+
+#include "identification/gap/repairs.h"
+#include "identification/gap/units.h"
+
+namespace identification::gap {
+namespace {
+
+/// Cuts in rows of a recording, as those of its remaining rows.
+std::set<std::size_t> among(const std::vector<std::size_t>& rows, const std::set<std::size_t>& cuts) {
+  std::set<std::size_t> result;
+  for (const std::size_t cut : cuts) {
+    const auto at = std::ranges::lower_bound(rows, cut) - rows.begin();
+    result.insert(static_cast<std::size_t>(at));
+  }
+  return result;
+}
+
+}  // namespace
+
+Diagnosed diagnose(std::vector<Source> sources, const model::effects::DriveModel& base) {
+  Diagnosed result;
+  for (Source& source : sources) {
+    drop_dead_columns(source, result.diagnosis);
+    const std::set<std::size_t> jumps = mend_position(source, result.diagnosis);
+    interpolate_torque_spikes(source, result.diagnosis);
+    mark_saturation(source, result.diagnosis);
+    const std::vector<std::size_t> rows = fresh_rows(source, result.diagnosis);
+    if (rows.size() < source.recording.rows()) source = with_rows(source, rows);
+    for (Source& part : divided(source, among(rows, jumps), result.diagnosis)) {
+      check_units(part, base, result.diagnosis);
+      result.sources.push_back(std::move(part));
+    }
+  }
+  return result;
+}
+
+}  // namespace identification::gap

@@ -1,0 +1,265 @@
+#include "identification/gap/fitted_model.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <string>
+
+#include "identification/gap/parallel.h"
+
+namespace identification::gap {
+namespace {
+
+using model::effects::AnyEffect;
+
+/// Groups whose residuals count as independent of each other's: stretches of time, and ranges of speed or
+/// acceleration.
+constexpr std::size_t kTimeGroups = 40;
+constexpr std::size_t kMotionGroups = 20;
+/// A parameter whose whole plausible range changes the prediction by less than this share of the residual is
+/// not seen.
+constexpr double kUnseen = 1e-6;
+/// Of a parameter's scale, to differentiate by.
+constexpr double kWidestStep = 0.03;
+constexpr int kMostNarrowings = 4;
+/// Difference of the slopes to both sides, of their sum, that is straight enough.
+constexpr double kStraight = 0.3;
+constexpr int kMostRounds = 20;
+constexpr double kAtBound = 1e-3;
+
+AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
+  const auto& described = model::effects::effect_descriptions()[effect.index()];
+  std::vector<model::effects::NamedValue> values;
+  for (const auto& parameter : described.parameters)
+    values.push_back({parameter.name,
+                      parameter.name == name ? value : model::effects::parameter_of(effect, parameter.name)});
+  return model::effects::make_effect(described.name, values);
+}
+
+/// Whether a fit was stopped by a bound that is no natural one, as zero is.
+bool at_the_end(const FreeParameter& p) {
+  if (p.kind != FreeParameter::Kind::kEffect) return false;
+  return (p.lower > 0 && p.value <= (1 + kAtBound) * p.lower) ||
+         (p.upper > 0 && p.value >= (1 - kAtBound) * p.upper);
+}
+
+/// A sensor that lags reports less of what rises: what was there is reported + lag·rate, which is exact for a
+/// first-order lag; + smoothing·bend, which is half the square of a pure delay, a 24th of that of a mean's
+/// length.
+Eigen::VectorXd lag_column(const Rows& rows) {
+  return -rows.column([](const Signals& s) { return s.torque_rate_Nm_per_s; });
+}
+Eigen::VectorXd smoothing_column(const Rows& rows) {
+  return -rows.column([](const Signals& s) { return s.torque_bend_Nm_per_s2; });
+}
+
+/// How the prediction changes with one parameter, by differences: over a wide step, for what counts in
+/// events, such as a gap, narrower where the prediction bends within it.
+Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreeParameter& p,
+                      const Eigen::VectorXd& here) {
+  Eigen::VectorXd straightest = Eigen::VectorXd::Zero(rows.count());
+  double least_bend = std::numeric_limits<double>::infinity();
+  double h = kWidestStep * p.scale;
+  for (int attempt = 0; attempt < kMostNarrowings && least_bend > kStraight; ++attempt, h *= 0.1) {
+    const double above = std::min(p.value + h, p.upper);
+    const double below = std::max(p.value - h, p.lower);
+    if (!(above > below)) break;
+    const Eigen::VectorXd up = predicted_rows(with_value(fitted, p, above), rows) - here;
+    const Eigen::VectorXd down = here - predicted_rows(with_value(fitted, p, below), rows);
+    const double length = (up + down).norm();
+    const bool one_sided = above == p.value || below == p.value;
+    const double bend = !(length > 0) ? std::numeric_limits<double>::max()
+                        : one_sided   ? 0
+                                      : (up - down).norm() / length;
+    if (bend >= least_bend) continue;
+    least_bend = bend;
+    straightest = (up + down) / (above - below);
+  }
+  return straightest;
+}
+
+/// Groups of rows, equally many in each, by what they are ordered by.
+std::vector<std::size_t> groups_by(const Eigen::VectorXd& order, std::size_t groups) {
+  const auto rows = static_cast<std::size_t>(order.size());
+  std::vector<Eigen::Index> sorted(rows);
+  std::iota(sorted.begin(), sorted.end(), 0);
+  std::ranges::stable_sort(sorted, {}, [&](Eigen::Index i) { return order[i]; });
+  std::vector<std::size_t> group(rows);
+  for (std::size_t i = 0; i < rows; ++i) group[static_cast<std::size_t>(sorted[i])] = i * groups / rows;
+  return group;
+}
+
+/// Half the 95 % interval of each parameter.
+Eigen::VectorXd half_widths_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
+                               const Rows& rows, const std::vector<Eigen::Index>& use) {
+  Eigen::VectorXd widest = Eigen::VectorXd::Zero(jacobian.cols());
+  const auto consider = [&](const Eigen::VectorXd& order, std::size_t groups) {
+    const Eigen::MatrixXd covariance =
+        fit::group_covariance(jacobian, residual, groups_by(order, groups), groups);
+    const double t = fit::student_975(static_cast<double>(groups - 1));
+    widest = widest.cwiseMax(t * covariance.diagonal().cwiseMax(0).cwiseSqrt());
+  };
+  const auto count = static_cast<Eigen::Index>(use.size());
+  consider(Eigen::VectorXd::LinSpaced(count, 0, 1), kTimeGroups);
+  consider(rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(use), kMotionGroups);
+  consider(rows.means([](const Signals& s) { return s.acceleration_rad_per_s2; })(use), kMotionGroups);
+  return widest;
+}
+
+}  // namespace
+
+std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows) {
+  std::vector<FreeParameter> list;
+  const double given = fitted.given_inertia_kg_m2;
+  if (fitted.model.find<model::effects::Inertia>() == nullptr)
+    list.push_back({FreeParameter::Kind::kInertia, 0, "inertia_kg_m2", fitted.model.inertia_kg_m2,
+                    (1 - kInertiaTolerance) * given, (1 + kInertiaTolerance) * given, given});
+  const bool measured = std::ranges::none_of(rows.signals(), &Signals::torque_is_command);
+  double period_s = 0;
+  for (const Signals& s : rows.signals()) period_s = std::max(period_s, s.raw_period_s);
+  if (measured || fitted.model.find<model::effects::TransportDelay>() == nullptr) {
+    const double lead_s =
+        measured ? std::min(period_s, kLongestLead_s) : std::max(0.5 * period_s, kCurrentLoop_s);
+    const double lag_s = measured ? kLongestLag_s : 0.5 * period_s;
+    list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, lag_s, 1e-3});
+    if (const double square_s2 = period_s * period_s; period_s <= kLongestPeriod_s)
+      list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
+                      kLeastSmoothing * square_s2,
+                      std::max(kMostSmoothing * square_s2, kTorqueFilter_s * kTorqueFilter_s), square_s2});
+  }
+  for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
+    const AnyEffect& effect = fitted.model.effects[i];
+    for (const auto& parameter : model::effects::effect_descriptions()[effect.index()].parameters) {
+      const double value = model::effects::parameter_of(effect, parameter.name);
+      const double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
+      FreeParameter free{
+          FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
+          scale > 0 ? scale : 1e-3};
+      if (std::holds_alternative<model::effects::Inertia>(effect)) {
+        free.lower = std::max(free.lower, -kMostInertiaLess * given);
+        free.upper = std::min(free.upper, kMostInertiaMore * given);
+      }
+      list.push_back(free);
+    }
+  }
+  return list;
+}
+
+FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter, double value) {
+  FittedModel result = fitted;
+  const double bounded = std::clamp(value, parameter.lower, parameter.upper);
+  switch (parameter.kind) {
+    case FreeParameter::Kind::kInertia: result.model.inertia_kg_m2 = bounded; break;
+    case FreeParameter::Kind::kLag: result.lag_s = bounded; break;
+    case FreeParameter::Kind::kSmoothing: result.smoothing_s2 = bounded; break;
+    case FreeParameter::Kind::kEffect:
+      result.model.effects[parameter.effect] =
+          changed(fitted.model.effects[parameter.effect], parameter.name, bounded);
+      break;
+  }
+  return result;
+}
+
+Eigen::VectorXd predicted_rows(const FittedModel& fitted, const Rows& rows) {
+  Eigen::VectorXd result =
+      rows.column([&](const Signals& s) { return predicted_torque_Nm(fitted.model, s); });
+  if (fitted.lag_s != 0) result += fitted.lag_s * lag_column(rows);
+  if (fitted.smoothing_s2 != 0) result += fitted.smoothing_s2 * smoothing_column(rows);
+  return result;
+}
+
+Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
+                                    const std::vector<FreeParameter>& parameters) {
+  Eigen::MatrixXd jacobian(rows.count(), static_cast<Eigen::Index>(parameters.size()));
+  const Eigen::VectorXd here = predicted_rows(fitted, rows);
+  in_parallel(parameters.size(), [&](std::size_t k) {
+    const FreeParameter& p = parameters[k];
+    jacobian.col(static_cast<Eigen::Index>(k)) = p.kind == FreeParameter::Kind::kLag ? lag_column(rows)
+                                                 : p.kind == FreeParameter::Kind::kSmoothing
+                                                     ? smoothing_column(rows)
+                                                     : slope(fitted, rows, p, here);
+  });
+  return jacobian;
+}
+
+FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use,
+                    const std::function<bool(const FreeParameter&)>& is_free) {
+  FittedModel current = fitted;
+  // Gauss-Newton with a trust region by halving: few rounds, each one Jacobian.
+  Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(current, rows))(use);
+  double cost = residual.squaredNorm();
+  double damping = 1e-6;
+  for (int round = 0; round < kMostRounds; ++round) {
+    std::vector<FreeParameter> parameters = free_parameters(current, rows);
+    if (is_free) std::erase_if(parameters, [&](const FreeParameter& p) { return !is_free(p); });
+    const Eigen::MatrixXd jacobian = prediction_jacobian(current, rows, parameters)(use, Eigen::all);
+    const Eigen::MatrixXd gram = jacobian.transpose() * jacobian;
+    const Eigen::VectorXd slope = jacobian.transpose() * residual;
+    const double before = cost;
+    bool improved = false;
+    for (int attempt = 0; attempt < 5 && !improved; ++attempt) {
+      Eigen::VectorXd unit = gram.diagonal().cwiseSqrt();
+      for (Eigen::Index i = 0; i < unit.size(); ++i) unit[i] = unit[i] > 0 ? 1 / unit[i] : 0;
+      Eigen::MatrixXd g = unit.asDiagonal() * gram * unit.asDiagonal();
+      g.diagonal().array() += damping;
+      const Eigen::VectorXd step = unit.cwiseProduct(g.ldlt().solve(unit.cwiseProduct(slope)));
+      FittedModel moved = current;
+      for (std::size_t k = 0; k < parameters.size(); ++k) {
+        const FreeParameter& p = parameters[k];
+        // A shape may not run away in one step.
+        const double most =
+            p.kind == FreeParameter::Kind::kEffect ? std::max(std::abs(p.value), p.scale) : 1e9;
+        moved = with_value(moved, p,
+                           p.value + std::clamp(step[static_cast<Eigen::Index>(k)], -0.5 * most, 0.5 * most));
+      }
+      Eigen::VectorXd trial = (rows.torque_Nm() - predicted_rows(moved, rows))(use);
+      const double trial_cost = trial.squaredNorm();
+      if (trial_cost < cost) {
+        current = moved;
+        residual = std::move(trial);
+        cost = trial_cost;
+        improved = true;
+        damping = std::max(damping * 0.1, 1e-9);
+      } else {
+        damping = std::max(damping * 30, 1e-4);
+      }
+    }
+    if (!improved || before - cost < 1e-4 * before) break;
+  }
+  return current;
+}
+
+std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
+                                     const std::vector<Eigen::Index>& use) {
+  const std::vector<FreeParameter> parameters = free_parameters(fitted, rows);
+  const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(use, Eigen::all);
+  const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(use);
+  std::vector<Eigen::Index> seen;
+  for (Eigen::Index k = 0; k < jacobian.cols(); ++k) {
+    const double effect = jacobian.col(k).norm() * parameters[static_cast<std::size_t>(k)].scale;
+    if (effect > kUnseen * residual.norm()) seen.push_back(k);
+  }
+  const Eigen::VectorXd half_widths = half_widths_of(jacobian(Eigen::all, seen), residual, rows, use);
+  std::vector<fit::Estimate> result;
+  for (const FreeParameter& p : parameters) {
+    fit::Estimate estimate{.name = std::string(p.name), .value = p.value};
+    const auto at = static_cast<Eigen::Index>(result.size());
+    const auto found = std::ranges::find(seen, at);
+    if (found == seen.end()) {
+      estimate.not_identifiable = "this data does not depend on it";
+    } else {
+      const double half = half_widths[found - seen.begin()];
+      estimate.lower = p.value - half;
+      estimate.upper = p.value + half;
+      if (at_the_end(p)) estimate.not_identifiable = "the fit runs to the end of the range it may have";
+      if (!(half < 10 * std::max(std::abs(p.value), p.scale)))
+        estimate.not_identifiable = "its interval is wider than ten times its value";
+    }
+    result.push_back(std::move(estimate));
+  }
+  return result;
+}
+
+}  // namespace identification::gap

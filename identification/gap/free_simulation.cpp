@@ -1,0 +1,68 @@
+#include "identification/gap/free_simulation.h"
+
+#include <cmath>
+#include <utility>
+
+#include "sim/model_drive.h"
+
+namespace identification::gap {
+namespace {
+
+constexpr double kWindow_s = 1.0;
+constexpr std::size_t kMostWindows = 60;
+constexpr std::size_t kLeastOfWindow = 4;
+/// Steps of the simulation in one of the signals.
+constexpr int kSubsteps = 20;
+
+model::effects::DriveModel without_actuator(model::effects::DriveModel model) {
+  std::erase_if(model.effects, [](const model::effects::AnyEffect& effect) {
+    return std::holds_alternative<model::effects::TorqueDeadband>(effect) ||
+           std::holds_alternative<model::effects::TransportDelay>(effect);
+  });
+  return model;
+}
+
+}  // namespace
+
+std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>& use) {
+  std::vector<Window> windows;
+  for (const Eigen::Index row : use) {
+    const std::size_t recording = rows.recording(row);
+    const Signals& s = rows.signals()[recording];
+    const auto length = static_cast<std::size_t>(kWindow_s / s.period_s);
+    const auto first =
+        static_cast<std::size_t>(std::llround((rows.time_s(row) - s.time_s.front()) / s.period_s));
+    if (length < kLeastOfWindow || first + length > s.size()) continue;
+    if (!windows.empty() && windows.back().recording == recording &&
+        first < windows.back().first + windows.back().length)
+      continue;
+    windows.push_back({recording, first, length});
+  }
+  if (windows.size() <= kMostWindows) return windows;
+  std::vector<Window> spread;
+  for (std::size_t i = 0; i < kMostWindows; ++i) spread.push_back(windows[i * windows.size() / kMostWindows]);
+  return spread;
+}
+
+std::vector<double> simulated_velocity(const model::effects::DriveModel& model, const Signals& s,
+                                       const Window& window) {
+  ModelDrive drive(s.torque_is_command ? model : without_actuator(model), s.period_s, kSubsteps);
+  drive.set_position(s.position_rad[window.first]);
+  drive.set_velocity(s.velocity_rad_per_s[window.first]);
+  drive.set_running(s.running_s[window.first]);
+  std::vector<double> velocity;
+  for (std::size_t i = window.first; i < window.first + window.length; ++i) {
+    velocity.push_back(drive.velocity_rad_per_s());
+    drive.step(s.torque_Nm[i]);
+  }
+  return velocity;
+}
+
+double squared_error(const std::vector<double>& simulated_rad_per_s, const Signals& s, const Window& window) {
+  double square = 0;
+  for (std::size_t i = 0; i < window.length; ++i)
+    square += std::pow(simulated_rad_per_s[i] - s.velocity_rad_per_s[window.first + i], 2);
+  return square;
+}
+
+}  // namespace identification::gap

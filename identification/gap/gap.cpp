@@ -1,0 +1,421 @@
+#include "identification/gap/gap.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <numeric>
+#include <set>
+#include <stdexcept>
+
+#include "identification/gap/actuator_channel.h"
+#include "identification/gap/blind_spots.h"
+#include "identification/gap/confirmation.h"
+#include "identification/gap/delivery.h"
+#include "identification/gap/diagnosis.h"
+#include "identification/gap/fitted_model.h"
+#include "identification/gap/implied_drive.h"
+#include "identification/gap/lost_sign.h"
+#include "identification/gap/noise_floor.h"
+#include "identification/gap/rest_channel.h"
+#include "identification/gap/search.h"
+#include "identification/gap/sign_test.h"
+#include "identification/gap/signals.h"
+#include "identification/gap/structure.h"
+#include "identification/gap/views.h"
+#include "identification/gap/wording.h"
+
+namespace identification::gap {
+namespace {
+
+using Indices = std::vector<Eigen::Index>;
+
+constexpr int kBlocks = 32;
+constexpr Eigen::Index kLeastRows = 160;
+/// The stretch of each recording that is set aside when nothing else is: 65 % to 85 % of its time.
+constexpr double kSetAsideFrom = 0.65;
+constexpr double kSetAsideTo = 0.85;
+/// Explained: what is left is noise.
+constexpr double kAtTheFloor = 1.2;
+/// So far above the floor nothing is noise, even if nothing predicts it.
+constexpr double kNoise = 2;
+/// Share of the squared residual of a burst that is worth a line.
+constexpr double kLeastBurst = 0.02;
+/// An effect has to take away this much of the noise floor to be worth a name.
+constexpr double kLeastOfNoise = 0.5;
+
+double rms(const Eigen::VectorXd& residual, const Indices& use) {
+  return use.empty() ? 0 : std::sqrt(residual(use).squaredNorm() / static_cast<double>(use.size()));
+}
+
+void require_one_rig(std::span<const Source> data, std::span<const Source> held_out) {
+  std::string rig;
+  std::string first;
+  for (const auto& group : {data, held_out}) {
+    for (const Source& source : group) {
+      if (source.recording.rig.empty()) continue;
+      if (!rig.empty() && source.recording.rig != rig)
+        throw std::invalid_argument(source.name + ": is of rig " + source.recording.rig + ", but " + first +
+                                    " of rig " + rig + "; one model describes one rig");
+      rig = source.recording.rig;
+      first = source.name;
+    }
+  }
+}
+
+struct Split {
+  Training training;
+  Indices held_out;
+};
+
+Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const std::vector<bool>& burst,
+            const Band& band) {
+  Split result;
+  Indices train;
+  for (Eigen::Index i = 0; i < rows.count(); ++i) {
+    const std::size_t recording = rows.recording(i);
+    const Signals& s = rows.signals()[recording];
+    const double at = (rows.time_s(i) - s.time_s.front()) / (s.time_s.back() - s.time_s.front());
+    const bool held = recording >= data_recordings || (set_aside && at >= kSetAsideFrom && at < kSetAsideTo);
+    if (held)
+      result.held_out.push_back(i);
+    else if (!burst[static_cast<std::size_t>(i)])
+      train.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(train.size());
+  if (count < kLeastRows || result.held_out.empty())
+    throw std::invalid_argument(
+        "the recordings are too short to hold anything out: above " + short_number(band.slowest_rad_per_s) +
+        " rad/s, from which on position_rad tells motion from rest, there are " + std::to_string(count) +
+        " stretches of " + short_number(0.5 / band.cutoff_Hz) + " s to search in, of " +
+        std::to_string(kLeastRows) + " at least, and " + std::to_string(result.held_out.size()) +
+        " to check with; record a staircase in both directions of half a minute or more, or with a finer "
+        "encoder");
+  for (Eigen::Index i = 0; i < count; ++i)
+    result.training.block.push_back(static_cast<int>(i * kBlocks / count));
+  result.training.rows = std::move(train);
+  return result;
+}
+
+std::string deciding_experiment(std::string_view effect, const std::vector<std::string>& equivalent) {
+  std::set<std::string_view> all(equivalent.begin(), equivalent.end());
+  all.insert(effect);
+  const auto has = [&](std::string_view name) { return all.contains(name); };
+  if (equivalent.empty()) return "";
+  if (has("torque_offset") && has("direction_asymmetry"))
+    return "measure both directions over the whole range of speed: an offset stays the same, an asymmetry of "
+           "viscous friction grows; constant parts cannot be told apart by motion";
+  if (has("backlash") && has("presliding"))
+    return "presliding: small torque sines at rest; a gap gives way freely, a contact like a spring";
+  if (has("inertia") || has("elasticity"))
+    return "multisine: a sweep of torque over frequency; an inertia acts alike at all of them, a spring at "
+           "one";
+  if (has("thermal_drift"))
+    return "the same staircase at the beginning and at the end of half an hour of motion";
+  if (has("stribeck") || has("midspeed_dip") || has("quadratic_drag") || has("viscous") || has("coulomb"))
+    return "steady-state: more constant speeds, close to each other where the curve bends, in both "
+           "directions";
+  if (has("cogging") || has("imbalance")) return "staircase: a slow constant speed over several turns";
+  return "multisine and staircase, longer";
+}
+
+std::vector<fit::Estimate> parameters_of(const model::effects::AnyEffect* effect, const FittedModel& fitted,
+                                         const Rows& rows, const std::vector<fit::Estimate>& all) {
+  // Estimates come in the order of the free parameters.
+  std::vector<fit::Estimate> own;
+  const auto parameters = free_parameters(fitted, rows);
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    if (parameters[k].kind != FreeParameter::Kind::kEffect) continue;
+    if (&fitted.model.effects[parameters[k].effect] == effect) own.push_back(all[k]);
+  }
+  return own;
+}
+
+const model::effects::AnyEffect* find_effect(const model::effects::DriveModel& model, std::string_view name,
+                                             std::size_t skip) {
+  for (const model::effects::AnyEffect& effect : model.effects) {
+    if (model::effects::name_of(effect) != name) continue;
+    if (skip-- == 0) return &effect;
+  }
+  return nullptr;
+}
+
+/// What is left at no place in particular, all over the band, and bursts, each with its time, after what has
+/// structure; most first. `left` is the residual of all rows.
+std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::VectorXd& left,
+                                   const Rows& rows, const std::vector<bool>& burst, double gap_Nm,
+                                   double floor_Nm) {
+  if (found.empty() && gap_Nm > kNoise * floor_Nm)
+    found.push_back({.where = {.coordinate = "frequency_Hz", .from = 0, .to = rows.signals().front().band_Hz},
+                     .share = 1 - std::pow(floor_Nm / gap_Nm, 2)});
+  const double all_square = left.squaredNorm();
+  const auto in_burst = [&](Eigen::Index i) { return burst[static_cast<std::size_t>(i)]; };
+  for (Eigen::Index i = 0; i < rows.count();) {
+    Eigen::Index to = i;
+    while (to < rows.count() && in_burst(to) && rows.recording(to) == rows.recording(i)) ++to;
+    if (to == i) {
+      ++i;
+      continue;
+    }
+    const double square = left.segment(i, to - i).squaredNorm();
+    const double mean = square / static_cast<double>(to - i);
+    if (square >= kLeastBurst * all_square && mean > 9 * floor_Nm * floor_Nm)
+      found.push_back({.where = {.coordinate = "time_s",
+                                 .from = rows.time_s(i),
+                                 .to = rows.time_s(to - 1),
+                                 .recording = rows.signals()[rows.recording(i)].name},
+                       .share = square / all_square});
+    i = to;
+  }
+  std::ranges::sort(found, std::greater{}, &Unexplained::share);
+  return found;
+}
+
+/// Of the given model's effects, how many begin the final one: an offset may have become an asymmetry.
+std::size_t effects_kept(const model::effects::DriveModel& base, const model::effects::DriveModel& final) {
+  const bool replaced =
+      base.find<model::effects::TorqueOffset>() && !final.find<model::effects::TorqueOffset>();
+  return base.effects.size() - (replaced ? 1 : 0);
+}
+
+/// The search began with another inertia than the given model's: the model keeps that, and the difference is
+/// an effect like any other. `before` and `after`: what the given model leaves of all rows, and what it does
+/// with that inertia, refitted.
+void name_inertia(Result& result, const model::effects::DriveModel& base, const Eigen::VectorXd& before,
+                  const Eigen::VectorXd& after, const Training& training, const Indices& held_out) {
+  double difference = result.model.inertia_kg_m2 - base.inertia_kg_m2;
+  std::erase_if(result.model.effects, [&](const model::effects::AnyEffect& effect) {
+    const auto* const more = std::get_if<model::effects::Inertia>(&effect);
+    if (more != nullptr) difference += more->parameters().difference_kg_m2;
+    return more != nullptr;
+  });
+  std::erase_if(result.effects,
+                [](const FoundEffect& found) { return model::effects::name_of(found.effect) == "inertia"; });
+  const auto own = std::ranges::find_if(
+      result.refitted, [](const auto& parameter) { return parameter.second.name == "inertia_kg_m2"; });
+  FoundEffect found{.effect = model::effects::make_effect("inertia", {{"difference_kg_m2", difference}}),
+                    .where = {.coordinate = "acceleration_rad_per_s2"}};
+  if (own != result.refitted.end()) {
+    fit::Estimate estimate = own->second;
+    estimate.name = "difference_kg_m2";
+    for (double* value : {&estimate.value, &estimate.lower, &estimate.upper}) *value -= base.inertia_kg_m2;
+    found.parameters = {estimate};
+    result.refitted.erase(own);
+  }
+  std::vector<double> squares_before(kBlocks, 0);
+  std::vector<double> squares_after(kBlocks, 0);
+  for (std::size_t i = 0; i < training.rows.size(); ++i) {
+    const auto block = static_cast<std::size_t>(training.block[i]);
+    squares_before[block] += before[training.rows[i]] * before[training.rows[i]];
+    squares_after[block] += after[training.rows[i]] * after[training.rows[i]];
+  }
+  found.blocks = kBlocks;
+  for (std::size_t b = 0; b < squares_before.size(); ++b)
+    found.blocks_improved += squares_after[b] < squares_before[b] ? 1 : 0;
+  found.p_value = chance_of(squares_before, squares_after);
+  found.gap_before = rms(before, held_out);
+  found.gap_after = rms(after, held_out);
+  found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
+  result.model.inertia_kg_m2 = base.inertia_kg_m2;
+  result.model.effects.push_back(found.effect);
+  result.effects.insert(result.effects.begin(), std::move(found));
+}
+
+HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const Eigen::VectorXd& after,
+                          const Indices& held_out) {
+  HeldOutRows result{.recording = {},
+                     .torque_Nm = rows.torque_Nm()(held_out),
+                     .before_Nm = before(held_out),
+                     .after_Nm = after(held_out)};
+  for (const Eigen::Index row : held_out) result.recording.push_back(rows.recording(row));
+  return result;
+}
+
+/// The recordings that were given for it, or the stretches that were set aside.
+std::vector<std::string> held_out_names(const std::vector<Signals>& signals,
+                                        std::span<const Source> held_out) {
+  std::vector<std::string> names;
+  for (const Source& source : held_out) names.push_back(source.name);
+  if (!names.empty()) return names;
+  for (const Signals& s : signals) {
+    const auto at = [&](double share) {
+      const std::string text =
+          std::to_string(s.time_s.front() + share * (s.time_s.back() - s.time_s.front()));
+      return text.substr(0, text.find('.') + 3);
+    };
+    names.push_back(s.name + ", " + at(kSetAsideFrom) + " s to " + at(kSetAsideTo) + " s");
+  }
+  return names;
+}
+
+}  // namespace
+
+std::string_view verdict_name(Verdict verdict) noexcept {
+  switch (verdict) {
+    case Verdict::kNoGap: return "no gap";
+    case Verdict::kExplained: return "explained";
+    case Verdict::kPartlyExplained: return "partly explained";
+    case Verdict::kAmbiguous: return "ambiguous";
+    case Verdict::kUnexplained: return "unexplained";
+  }
+  return "";
+}
+
+Result analyse(const model::effects::DriveModel& base, std::span<const Source> all_data,
+               std::span<const Source> all_held_out, const Options& options) {
+  const auto progress = [&](std::string_view what, double done) {
+    if (options.progress) options.progress(what, done);
+  };
+  if (all_data.empty()) throw std::invalid_argument("no recordings");
+  require_one_rig(all_data, all_held_out);
+  progress("preparing the recordings", 0);
+  Result result;
+  Diagnosed looked = diagnose({all_data.begin(), all_data.end()}, base);
+  Diagnosed looked_held_out = diagnose({all_held_out.begin(), all_held_out.end()}, base);
+  result.diagnosis = std::move(looked.diagnosis);
+  std::ranges::move(looked_held_out.diagnosis, std::back_inserter(result.diagnosis));
+  const std::vector<Source>& data = looked.sources;
+  const std::vector<Source>& held_out = looked_held_out.sources;
+  std::vector<Source> sources = data;
+  sources.insert(sources.end(), held_out.begin(), held_out.end());
+
+  const std::optional<LostSign> sign = lost_sign(sources, data.size(), base, options);
+  if (sign) sources = sign->sources;
+  // What the search begins with.
+  model::effects::DriveModel start = base;
+  const std::optional<double> inertia = another_inertia(std::span(sources).first(data.size()), base);
+  if (inertia && !base.find<model::effects::Inertia>()) start.inertia_kg_m2 = *inertia;
+  const Band band = choose_band(sources, start);
+  std::vector<Signals> signals;
+  for (const Source& source : sources) signals.push_back(make_signals(source, band));
+  const Rows rows(signals);
+
+  // The actuator first: what was delivered decides what the rest is compared with.
+  const std::vector<Signals> searched(signals.begin(),
+                                      signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
+  const ActuatorFindings actuator = actuator_channel(searched, base, options);
+
+  FittedModel given{.model = start, .given_inertia_kg_m2 = start.inertia_kg_m2};
+  const std::vector<bool> burst = bursts(given, rows);
+  Split parts = split(rows, data.size(), held_out.empty(), burst, band);
+  result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, start);
+  parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
+  // Bursts have their own say below: they are not in what the gap is measured on.
+  Indices quiet;
+  for (const Eigen::Index i : parts.held_out)
+    if (!burst[static_cast<std::size_t>(i)]) quiet.push_back(i);
+  if (quiet.empty()) quiet = parts.held_out;
+  SearchResult searching = search(given, rows, parts.training, options);
+  const Judged judged{
+      rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad};
+  confirm(searching, judged);
+  std::vector<std::string> taken_back = deliver(searching, given, judged);
+
+  progress("looking for what is left", 0.92);
+  const FittedModel& final = searching.fitted;
+  const RestFindings rest = rest_channel(searched, final.model, band, options);
+  result.notes = std::move(taken_back);
+  std::ranges::move(blind_spots(searched, rest.rests), std::back_inserter(result.notes));
+  const FittedModel refitted = refined(given, rows, parts.training.rows);
+  const auto residual = [&](const FittedModel& fitted) -> Eigen::VectorXd {
+    return rows.torque_Nm() - predicted_rows(fitted, rows);
+  };
+  const Eigen::VectorXd left = residual(final);
+  result.band_Hz = band.cutoff_Hz;
+  FittedModel as_given = given;
+  as_given.model = base;
+  as_given.lag_s = final.lag_s;
+  as_given.smoothing_s2 = final.smoothing_s2;
+  result.gap_before_Nm = rms(residual(as_given), quiet);
+  result.gap_base_Nm = rms(residual(refitted), quiet);
+  result.gap_after_Nm = rms(left, quiet);
+  const HeldOutRows compared = held_out_rows(rows, residual(as_given), left, quiet);
+  if (!sign || !sign->found) result.shrink = shrink_of(compared, options.seed);
+  std::vector<std::string> names;
+  for (const Signals& s : signals) names.push_back(s.name);
+  result.recordings = recording_gaps(compared, names);
+  result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst,
+                                 result.gap_after_Nm, result.noise_floor_Nm);
+
+  result.model = final.model;
+  const std::vector<fit::Estimate> all = estimates(final, rows, parts.training.rows);
+  const auto free = free_parameters(final, rows);
+  const std::size_t of_base = effects_kept(base, final.model);
+  for (std::size_t k = 0; k < free.size(); ++k) {
+    if (free[k].kind == FreeParameter::Kind::kInertia) result.refitted.emplace_back("", all[k]);
+    if (free[k].kind == FreeParameter::Kind::kEffect && free[k].effect < of_base)
+      result.refitted.emplace_back(model::effects::name_of(final.model.effects[free[k].effect]), all[k]);
+  }
+  if (sign && sign->found) {
+    result.gap_before_Nm = std::max(result.gap_before_Nm, sign->found->gap_before);
+    result.model.effects.push_back(sign->found->effect);
+    result.effects.push_back(*sign->found);
+  }
+  for (const FoundEffect& found : actuator.effects) {
+    result.model.effects.push_back(found.effect);
+    result.effects.push_back(found);
+  }
+  std::set<std::string> named;
+  for (std::size_t n = 0; n < searching.added.size(); ++n) {
+    const Added& added = searching.added[n];
+    std::size_t earlier = 0;
+    for (std::size_t m = 0; m < n; ++m) earlier += searching.added[m].effect == added.effect ? 1 : 0;
+    for (const model::effects::AnyEffect& effect : base.effects)
+      earlier += model::effects::name_of(effect) == added.effect ? 1 : 0;
+    const model::effects::AnyEffect* effect = find_effect(final.model, added.effect, earlier);
+    if (effect == nullptr) continue;
+    FoundEffect found{
+        .effect = *effect,
+        .where =
+            where_of(added.effect, predicted_rows(added.after, rows) - predicted_rows(added.before, rows),
+                     rows, parts.training.rows)};
+    found.held_out_gain = added.gain;
+    found.blocks = added.blocks;
+    found.blocks_improved = added.blocks_improved;
+    found.p_value = added.p_value;
+    found.gap_before = rms(residual(added.before), quiet);
+    found.gap_after = rms(residual(added.after), quiet);
+    found.equivalent = added.equivalent;
+    found.deciding_experiment = deciding_experiment(added.effect, added.equivalent);
+    found.parameters = parameters_of(effect, final, rows, all);
+    named.emplace(added.effect);
+    result.effects.push_back(std::move(found));
+  }
+  // Unless what gives at rest was found in motion already.
+  if (rest.presliding && !result.model.find<model::effects::Presliding>() &&
+      !result.model.find<model::effects::Elasticity>() && !result.model.find<model::effects::Backlash>()) {
+    result.model.effects.push_back(rest.presliding->effect);
+    result.effects.push_back(*rest.presliding);
+    named.emplace(model::effects::name_of(rest.presliding->effect));
+  }
+  for (const auto& [type, gain, reason] : searching.rejected)
+    if (!named.contains(type))
+      result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
+
+  if (start.inertia_kg_m2 != base.inertia_kg_m2)
+    name_inertia(result, base, residual(as_given), residual(refitted), parts.training, quiet);
+
+  progress("simulating", 0.96);
+  const Simulated simulated = simulate(base, final.model, signals, rows, quiet);
+  result.simulation_before = simulated.before_rad_per_s;
+  result.simulation_after = simulated.after_rad_per_s;
+  result.traces = simulated.traces;
+  result.maps = residual_maps(as_given, final, rows, quiet);
+  result.curve = friction_curve(given, final, rows);
+  result.held_out = held_out_names(signals, held_out);
+  const bool ambiguous =
+      std::ranges::any_of(result.effects, [](const FoundEffect& e) { return !e.equivalent.empty(); });
+  const bool at_floor =
+      result.gap_after_Nm <= kAtTheFloor * result.noise_floor_Nm && result.unexplained.empty();
+  if (result.effects.empty())
+    result.verdict = result.unexplained.empty() ? Verdict::kNoGap : Verdict::kUnexplained;
+  else if (!at_floor)
+    result.verdict = Verdict::kPartlyExplained;
+  else
+    result.verdict = ambiguous ? Verdict::kAmbiguous : Verdict::kExplained;
+  progress("done", 1);
+  return result;
+}
+
+}  // namespace identification::gap

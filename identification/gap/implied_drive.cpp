@@ -1,0 +1,117 @@
+#include "identification/gap/implied_drive.h"
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+
+#include "identification/fit/statistics.h"
+#include "identification/gap/zero_phase.h"
+
+namespace identification::gap {
+namespace {
+
+constexpr double kSmooth_Hz = 5;
+constexpr double kOfSampleRate = 0.1;
+constexpr std::size_t kLeastRowsToFit = 200;
+/// Of the fastest: below, friction need not follow the sign of the velocity.
+constexpr double kMoving = 0.05;
+constexpr std::size_t kFitBlocks = 20;
+/// Standard deviations from zero from which on a sign is certain.
+constexpr double kCertain = 5;
+/// Of what goes otherwise with the motion, what the acceleration has to take away. A speed loop that answers
+/// a ripple of the torque looks like an inertia, too, but drives all the time.
+constexpr double kLeastInertiaShare = 0.8;
+constexpr double kAnother = 5;
+constexpr double kAgreement = 1.5;
+
+}  // namespace
+
+double smooth_Hz(double period_s) { return std::min(kSmooth_Hz, kOfSampleRate / period_s); }
+
+SmoothMotion smooth_motion_of(const Source& source) {
+  const Recording& recording = source.recording;
+  const auto time_s = recording.column("time_s");
+  SmoothMotion motion;
+  motion.period_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
+  const double cutoff_Hz = smooth_Hz(motion.period_s);
+  if (recording.has("position_rad")) {
+    motion.position_rad = zero_phase(recording.column("position_rad"), motion.period_s, cutoff_Hz);
+    motion.velocity_rad_per_s = derivative(motion.position_rad, motion.period_s);
+  } else if (recording.has("velocity_rad_per_s")) {
+    motion.velocity_rad_per_s =
+        zero_phase(recording.column("velocity_rad_per_s"), motion.period_s, cutoff_Hz);
+  }
+  return motion;
+}
+
+std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion& motion,
+                                       Quadrants quadrants) {
+  const Recording& recording = source.recording;
+  const char* const name = recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm";
+  if (!recording.has(name) || motion.velocity_rad_per_s.empty()) return {};
+  const std::vector<double> torque =
+      zero_phase(recording.column(name), motion.period_s, smooth_Hz(motion.period_s));
+  const std::vector<double>& velocity = motion.velocity_rad_per_s;
+  const std::vector<double> acceleration = derivative(velocity, motion.period_s);
+  double fastest = 0;
+  for (const double v : velocity) fastest = std::max(fastest, std::abs(v));
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < velocity.size(); ++i)
+    if (std::abs(velocity[i]) > kMoving * fastest &&
+        (quadrants == Quadrants::kAll || torque[i] * velocity[i] < 0))
+      rows.push_back(i);
+  if (rows.size() < kLeastRowsToFit) return {};
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  Eigen::MatrixXd columns(count, 4);
+  Eigen::VectorXd target(count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const std::size_t i = rows[static_cast<std::size_t>(k)];
+    columns.row(k) << acceleration[i], std::copysign(1, velocity[i]), velocity[i], 1;
+    target[k] = torque[i];
+  }
+  const Eigen::MatrixXd inverse = fit::normal_inverse(columns);
+  const Eigen::VectorXd fitted = inverse * (columns.transpose() * target);
+  const Eigen::MatrixXd covariance = fit::block_covariance(columns, target - columns * fitted, kFitBlocks);
+  const auto others = columns.rightCols(3);
+  const double left = (target - columns * fitted).squaredNorm();
+  const double left_without =
+      (target - others * (fit::normal_inverse(others) * (others.transpose() * target))).squaredNorm();
+  return ImpliedDrive{.inertia_kg_m2 = fitted[0],
+                      .inertia_sigma = std::sqrt(covariance(0, 0)),
+                      .inertia_share = left_without > 0 ? 1 - left / left_without : 0,
+                      .coulomb_Nm = fitted[1],
+                      .coulomb_sigma = std::sqrt(covariance(1, 1))};
+}
+
+bool ImpliedDrive::inertia_is_sure() const noexcept {
+  return std::abs(inertia_kg_m2) > kCertain * inertia_sigma;
+}
+bool ImpliedDrive::friction_is_sure() const noexcept {
+  return std::abs(coulomb_Nm) > kCertain * coulomb_sigma;
+}
+
+std::optional<double> another_inertia(std::span<const Source> sources,
+                                      const model::effects::DriveModel& base) {
+  std::vector<double> found;
+  bool braked = false;
+  for (const Source& source : sources) {
+    const SmoothMotion motion = smooth_motion_of(source);
+    for (const Quadrants quadrants : {Quadrants::kAll, Quadrants::kBraking}) {
+      const auto implied = implied_by(source, motion, quadrants);
+      const bool sure = implied && implied->inertia_is_sure() && implied->inertia_share > kLeastInertiaShare;
+      if (sure) found.push_back(implied->inertia_kg_m2);
+      if (!sure && quadrants == Quadrants::kAll) break;
+      braked = braked || (sure && quadrants == Quadrants::kBraking);
+    }
+  }
+  if (found.empty() || base.inertia_kg_m2 <= 0) return {};
+  const double inertia = fit::median(found);
+  const double factor = inertia / base.inertia_kg_m2;
+  const bool agreed = std::ranges::all_of(
+      found, [&](double j) { return j > inertia / kAgreement && j < kAgreement * inertia; });
+  if (!braked || !agreed || inertia <= 0 || (factor < kAnother && factor > 1 / kAnother)) return {};
+  return inertia;
+}
+
+}  // namespace identification::gap

@@ -1,0 +1,149 @@
+#include "identification/gap/prediction.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "identification/gap/load_side.h"
+#include "identification/gap/zero_phase.h"
+#include "model/effects/effect_chain.h"
+
+namespace identification::gap {
+namespace {
+
+/// Where a recording begins and ends the filters have only half of what they need: so many periods of the
+/// band's edge count for nothing.
+constexpr double kEdgePeriods = 1;
+/// So many periods of the band's edge away, a sample has a millionth of the weight of a near one.
+constexpr double kReachPeriods = 3;
+/// Share of the time that is none.
+constexpr double kNever = 1e-6;
+
+/// Friction that is carried by a bristle of stiffness σ0 between the levels of the two directions, or follows
+/// the sign of the velocity without one.
+std::vector<double> friction(const model::effects::EffectChain& chain,
+                             const model::effects::DriveModel& model, const Signals& s,
+                             const std::vector<double>& load) {
+  const auto* contact = model.find<model::effects::Presliding>();
+  const double stiffness = contact ? contact->parameters().stiffness_Nm_per_rad : 0;
+  std::vector<double> result(s.size());
+  double spring_Nm = 0;
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    const double v = s.velocity_rad_per_s[i];
+    const double carried = std::abs(load[i]);
+    if (contact == nullptr) {
+      const double forward = 0.5 + 0.5 * s.direction[i];
+      if (forward > kNever) result[i] += forward * chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
+      if (1 - forward > kNever)
+        result[i] -= (1 - forward) * chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
+      continue;
+    }
+    const double forward = chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
+    const double backward = chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
+    const double moved = i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
+    spring_Nm = std::clamp(spring_Nm + stiffness * moved, -backward, forward);
+    result[i] = spring_Nm;
+  }
+  return result;
+}
+
+}  // namespace
+
+std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel& model, const Signals& s) {
+  model::effects::EffectChain chain(model.effects);
+  std::vector<double> beyond;
+  beyond.reserve(s.raw_command_Nm.size());
+  for (const double command : s.raw_command_Nm)
+    beyond.push_back(chain.deliver(command, s.raw_period_s) - command);
+  if (beyond.empty()) return std::vector<double>(s.size());
+  const std::vector<double> smooth = steep_zero_phase(at_samples(beyond), s.raw_period_s, s.filter_Hz);
+  const auto step = static_cast<std::size_t>(std::llround(s.period_s / s.raw_period_s));
+  std::vector<double> result;
+  for (std::size_t i = 0; i < smooth.size(); i += step) result.push_back(smooth[i]);
+  return result;
+}
+
+std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s) {
+  const model::effects::EffectChain chain(model.effects);
+  const model::effects::Mechanics mechanics = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
+  std::vector<double> load(s.size());
+  for (std::size_t i = 0; i < s.size(); ++i) load[i] = chain.load_Nm(s.position_rad[i]);
+  std::vector<double> torque = friction(chain, model, s, load);
+  const double inertia = mechanics.inertia_kg_m2;
+  for (std::size_t i = 0; i < s.size(); ++i) torque[i] += inertia * s.acceleration_rad_per_s2[i];
+  if (mechanics.two_masses()) {
+    const std::vector<double> behind = load_side_Nm(mechanics, chain, s, load);
+    for (std::size_t i = 0; i < s.size(); ++i) torque[i] += mechanics.load_share * (behind[i] - torque[i]);
+  } else {
+    for (std::size_t i = 0; i < s.size(); ++i) torque[i] += load[i];
+  }
+  if (s.torque_is_command) {
+    const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
+    for (std::size_t i = 0; i < s.size(); ++i) torque[i] -= beyond[i];
+  }
+  return torque;
+}
+
+Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {
+  if (signals.empty()) return;
+  const double band_Hz = signals.front().band_Hz;
+  const double period_s = signals.front().period_s;
+  const auto samples_in = [&](double periods) {
+    return static_cast<std::size_t>(std::max(1LL, std::llround(periods / (band_Hz * period_s))));
+  };
+  length_ = samples_in(0.5);
+  reach_ = samples_in(kReachPeriods);
+  // What a filter without phase makes of a box is also what weighs the samples of a filtered mean.
+  std::vector<double> box(2 * reach_ + length_);
+  std::fill_n(box.begin() + static_cast<std::ptrdiff_t>(reach_), length_, 1 / static_cast<double>(length_));
+  const std::vector<double> weights = zero_phase(box, period_s, band_Hz);
+  filter_ = Eigen::Map<const Eigen::VectorXd>(weights.data(), static_cast<Eigen::Index>(weights.size()));
+
+  const auto edge = static_cast<std::size_t>(kEdgePeriods / (band_Hz * period_s));
+  for (std::size_t r = 0; r < signals.size(); ++r) {
+    for (std::size_t first = edge; first + length_ + edge <= signals[r].size(); first += length_) {
+      double moving = 0;
+      for (std::size_t i = first; i < first + length_; ++i) moving += signals[r].moving[i];
+      if (moving * 2 >= static_cast<double>(length_)) at_.push_back({r, first});
+    }
+  }
+  torque_Nm_ = column([](const Signals& s) { return s.torque_Nm; });
+}
+
+Eigen::VectorXd Rows::weighted(const std::function<std::vector<double>(const Signals&)>& samples,
+                               const Eigen::VectorXd& weights, std::size_t reach) const {
+  Eigen::VectorXd result(count());
+  std::size_t recording = signals_->size();
+  std::vector<double> values;
+  for (Eigen::Index row = 0; row < count(); ++row) {
+    const At& at = at_[static_cast<std::size_t>(row)];
+    if (at.recording != recording)
+      values = with_mirrored_ends(samples((*signals_)[recording = at.recording]), reach);
+    result[row] = weights.dot(Eigen::Map<const Eigen::VectorXd>(&values[at.first], weights.size()));
+  }
+  return result;
+}
+
+Eigen::VectorXd Rows::column(const std::function<std::vector<double>(const Signals&)>& quantity) const {
+  const auto masked = [&](const Signals& s) {
+    std::vector<double> values = quantity(s);
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] *= s.moving[i];
+    return values;
+  };
+  return weighted(masked, filter_, reach_);
+}
+
+Eigen::VectorXd Rows::means(const std::function<std::vector<double>(const Signals&)>& quantity) const {
+  const auto length = static_cast<Eigen::Index>(length_);
+  return weighted(quantity, Eigen::VectorXd::Constant(length, 1 / static_cast<double>(length_)), 0);
+}
+
+double Rows::length_s() const {
+  return signals_->empty() ? 0 : static_cast<double>(length_) * signals_->front().period_s;
+}
+
+double Rows::time_s(Eigen::Index row) const {
+  const At& at = at_[static_cast<std::size_t>(row)];
+  return (*signals_)[at.recording].time_s[at.first];
+}
+
+}  // namespace identification::gap

@@ -1,0 +1,62 @@
+/// @file
+/// The torque a drive model says was needed for a motion that was measured.
+#pragma once
+#include <Eigen/Core>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include "identification/gap/signals.h"
+#include "model/effects/drive_model.h"
+
+namespace identification::gap {
+
+/// Inverse dynamics at each sample of `signals`, before mask and filter:
+///   τ = J·a + friction(v, its history) + load(θ)
+/// with what backlash and elasticity change in it. Where the torque is only known as commanded, the command
+/// that it takes, actuator effects included.
+std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& signals);
+
+/// What the actuator effects of `model` add to the command, at the samples of `signals`, filtered.
+std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel& model,
+                                                const Signals& signals);
+
+/// Rows in which data and predictions are compared: means over stretches of half a period of the band's edge,
+/// where the joint moves at least half of the time.
+class Rows {
+ public:
+  explicit Rows(const std::vector<Signals>& signals);
+
+  Eigen::Index count() const noexcept { return static_cast<Eigen::Index>(at_.size()); }
+  /// Of the torque itself.
+  const Eigen::VectorXd& torque_Nm() const noexcept { return torque_Nm_; }
+  /// Of a quantity at each sample, put through the same mask and filter as the torque.
+  Eigen::VectorXd column(const std::function<std::vector<double>(const Signals&)>& quantity) const;
+  /// Of a quantity as it is: for maps.
+  Eigen::VectorXd means(const std::function<std::vector<double>(const Signals&)>& quantity) const;
+
+  std::size_t recording(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].recording; }
+  double time_s(Eigen::Index row) const;
+  double length_s() const;  ///< of one row, the same in all recordings
+  /// Which row of its recording it would be if none were left out.
+  std::size_t slot(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].first / length_; }
+  const std::vector<Signals>& signals() const noexcept { return *signals_; }
+
+ private:
+  struct At {
+    std::size_t recording;
+    std::size_t first;  // sample
+  };
+  /// Row by row, the samples around it by their weights, of which `reach` lie before its first.
+  Eigen::VectorXd weighted(const std::function<std::vector<double>(const Signals&)>& samples,
+                           const Eigen::VectorXd& weights, std::size_t reach) const;
+
+  const std::vector<Signals>* signals_;
+  std::size_t length_ = 1;  // samples per row
+  std::vector<At> at_;
+  std::size_t reach_ = 0;
+  Eigen::VectorXd filter_;  // weights of samples in the mean over a row of what the filter lets through
+  Eigen::VectorXd torque_Nm_;
+};
+
+}  // namespace identification::gap

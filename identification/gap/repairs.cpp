@@ -1,0 +1,424 @@
+#include "identification/gap/repairs.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "identification/fit/statistics.h"
+#include "identification/gap/signals.h"
+#include "identification/gap/wording.h"
+
+namespace identification::gap {
+namespace {
+
+/// Rows that a piece needs to say anything.
+constexpr std::size_t kLeastRowsOfPart = 100;
+/// A step of time of so many usual ones is bridged by interpolation: half a period of the widest band.
+constexpr double kBridgedPeriods = 5;
+/// From this share on, bridged holes are worth a line.
+constexpr double kManyHoles = 1e-3;
+/// Distance from the median of five neighbours, in standard deviations of that distance and in usual values.
+constexpr double kSpikeSigmas = 8;
+constexpr double kSpikeOverUsual = 2;
+constexpr double kMostSpikes = 0.01;
+constexpr std::size_t kLongestSpike = 3;
+/// Distance of a step of position from that of its neighbours.
+constexpr double kJumpSigmas = 50;
+constexpr double kJumpResolutions = 8;
+constexpr double kJumpOverUsual = 5;
+constexpr double kMostJumps = 0.005;
+/// Share of the values that are the end of a sensor's range, and how many times the next value.
+constexpr double kLeastSaturated = 0.003;
+constexpr std::size_t kFarMore = 5;
+/// How close to a whole turn a jump is one.
+constexpr double kWholeTurn = 0.02;
+/// A held value goes on by several times what the sensor resolves; a coarse one by one step.
+constexpr double kHeldResolutions = 3;
+/// A velocity that leads this far, while the position says nothing moves, contradicts it.
+constexpr double kWay_rad = 0.1;
+
+std::vector<double>* column_of(Source& source, std::string_view name) {
+  for (Recording::Column& column : source.recording.columns)
+    if (column.name == name) return &column.values;
+  return nullptr;
+}
+
+void remove(Source& source, std::string_view name) {
+  std::erase_if(source.recording.columns, [name](const Recording::Column& c) { return c.name == name; });
+}
+
+bool is_constant(std::span<const double> values) {
+  return std::ranges::adjacent_find(values, std::ranges::not_equal_to()) == values.end();
+}
+
+/// The value below which a share of them lies.
+double quantile(std::vector<double> values, double share) {
+  if (values.empty()) return 0;
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::ranges::nth_element(values, at);
+  return *at;
+}
+
+std::vector<double> magnitudes(std::span<const double> values) {
+  std::vector<double> result;
+  result.reserve(values.size());
+  for (const double value : values) result.push_back(std::abs(value));
+  return result;
+}
+
+std::vector<double> steps_of(std::span<const double> values) {
+  std::vector<double> steps;
+  steps.reserve(values.size());
+  for (std::size_t i = 1; i < values.size(); ++i) steps.push_back(values[i] - values[i - 1]);
+  return steps;
+}
+
+/// Of each value and the two before and after it; fewer at the ends.
+std::vector<double> medians_of_five(std::span<const double> values) {
+  std::vector<double> result;
+  result.reserve(values.size());
+  std::array<double, 5> window{};
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const std::size_t first = i < 2 ? 0 : i - 2;
+    const std::size_t count = std::min(values.size(), i + 3) - first;
+    std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(first), count, window.begin());
+    const auto middle = window.begin() + static_cast<std::ptrdiff_t>(count / 2);
+    std::nth_element(window.begin(), middle, window.begin() + static_cast<std::ptrdiff_t>(count));
+    result.push_back(*middle);
+  }
+  return result;
+}
+
+/// The smallest change there is, but for one in a hundred; 0 without any.
+double least_change(std::span<const double> steps) {
+  std::vector<double> changes;
+  for (const double step : steps)
+    if (step != 0) changes.push_back(std::abs(step));
+  return quantile(std::move(changes), 0.01);
+}
+
+std::string share_text(std::size_t count, std::size_t all) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), " (%.2g %%)",
+                100 * static_cast<double>(count) / static_cast<double>(all));
+  return std::to_string(count) + text.data();
+}
+
+/// Values at `from` to `to` − 1 on the line between their neighbours.
+void interpolate(std::vector<double>& values, std::span<const double> time_s, std::size_t from,
+                 std::size_t to) {
+  const double rise = (values[to] - values[from - 1]) / (time_s[to] - time_s[from - 1]);
+  for (std::size_t i = from; i < to; ++i)
+    values[i] = values[from - 1] + rise * (time_s[i] - time_s[from - 1]);
+}
+
+/// Where consecutive values are marked: first and behind the last.
+struct Stretch {
+  std::size_t from;
+  std::size_t to;
+};
+std::vector<Stretch> runs_of(const std::vector<bool>& marked) {
+  std::vector<Stretch> runs;
+  for (std::size_t i = 0; i < marked.size(); ++i) {
+    if (!marked[i]) continue;
+    std::size_t to = i;
+    while (to < marked.size() && marked[to]) ++to;
+    runs.push_back({i, to});
+    i = to;
+  }
+  return runs;
+}
+
+/// Rows for which a value usually stays the same where it changes at all; 1 for a fresh one in each row.
+std::size_t held_rows(std::span<const double> values) {
+  const std::vector<double> steps = steps_of(values);
+  std::vector<double> lengths;
+  std::vector<double> changes;
+  std::size_t since = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    if (steps[i] == 0) continue;
+    lengths.push_back(static_cast<double>(i + 1 - since));
+    changes.push_back(std::abs(steps[i]));
+    since = i + 1;
+  }
+  if (changes.size() < 2) return 1;
+  const double resolution = least_change(steps);
+  if (fit::median(changes) < kHeldResolutions * resolution) return 1;
+  return static_cast<std::size_t>(fit::median(lengths));
+}
+
+}  // namespace
+
+void drop_dead_columns(Source& source, Diagnoses& diagnoses) {
+  const auto drop = [&](const char* name, const std::string& found, const std::string& done) {
+    remove(source, name);
+    diagnoses.push_back({source.name, name, found, done});
+  };
+  if (const auto* measured = column_of(source, "torque_measured_Nm");
+      measured != nullptr && is_constant(*measured)) {
+    const auto* command = column_of(source, "torque_command_Nm");
+    const std::string found = "is " + short_number(measured->front()) + " in every row";
+    if (command == nullptr || is_constant(*command))
+      throw std::invalid_argument(
+          path_of(source) + ": torque_measured_Nm " + found +
+          ": the torque or current was not recorded; look at the sensor's channel and "
+          "scale, and record again");
+    drop("torque_measured_Nm", found, "left out: the command counts");
+  }
+  const auto* position = column_of(source, "position_rad");
+  const auto* velocity = column_of(source, "velocity_rad_per_s");
+  if (position == nullptr || velocity == nullptr) return;
+  if (is_constant(*position)) {
+    const auto time_s = source.recording.column("time_s");
+    double way = 0;
+    for (std::size_t i = 1; i < time_s.size(); ++i)
+      way += std::abs((*velocity)[i]) * (time_s[i] - time_s[i - 1]);
+    if (way > kWay_rad)
+      drop("position_rad", "does not change, though the velocity leads over " + short_number(way) + " rad",
+           "left out: the velocity counts");
+  } else if (is_constant(*velocity) && velocity->front() == 0) {
+    drop("velocity_rad_per_s", "is 0 in every row, though the position changes",
+         "left out: the position counts");
+  }
+}
+
+std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {
+  std::vector<double>* const position = column_of(source, "position_rad");
+  if (position == nullptr || position->size() < kLeastRowsOfPart) return {};
+  const auto time_s = source.recording.column("time_s");
+  const std::vector<double> steps = steps_of(*position);
+  std::vector<double> speeds;
+  for (std::size_t i = 0; i < steps.size(); ++i) speeds.push_back(steps[i] / (time_s[i + 1] - time_s[i]));
+  const std::vector<double> usual = medians_of_five(speeds);
+  std::vector<double> beyond;
+  for (std::size_t i = 0; i < steps.size(); ++i)
+    beyond.push_back(steps[i] - usual[i] * (time_s[i + 1] - time_s[i]));
+  const double least =
+      std::max({kJumpSigmas * fit::robust_sigma(beyond), kJumpResolutions * least_change(steps),
+                kJumpOverUsual * quantile(magnitudes(steps), 1 - kMostJumps)});
+  const double longest_s = kBridgedPeriods * fit::median(steps_of(time_s));
+  std::vector<std::size_t> jumps;
+  for (std::size_t i = 0; i < beyond.size(); ++i)
+    if (std::abs(beyond[i]) > least && least > 0 && time_s[i + 1] - time_s[i] <= longest_s)
+      jumps.push_back(i);
+  if (jumps.empty()) return {};
+
+  constexpr double kTurn = 2 * std::numbers::pi;
+  std::set<std::size_t> cuts;
+  std::size_t turns = 0;
+  std::size_t strays = 0;
+  double offset = 0;
+  std::size_t next = 0;
+  double largest = 0;
+  for (std::size_t k = 0; k < jumps.size(); ++k) {
+    const std::size_t i = jumps[k];
+    const double jump = beyond[i];
+    if (std::abs(std::abs(jump) - kTurn) < kWholeTurn * kTurn) {
+      for (; next <= i; ++next) (*position)[next] += offset;
+      offset -= std::copysign(kTurn, jump);
+      ++turns;
+      continue;
+    }
+    const bool comes_back = k + 1 < jumps.size() && jumps[k + 1] == i + 1 && i + 2 < position->size() &&
+                            std::abs(jump + beyond[i + 1]) < 0.2 * std::abs(jump);
+    if (comes_back) {
+      interpolate(*position, time_s, i + 1, i + 2);
+      ++strays;
+      ++k;
+    } else {
+      cuts.insert(i + 1);
+      largest = std::max(largest, std::abs(jump));
+    }
+  }
+  for (; next < position->size(); ++next) (*position)[next] += offset;
+  if (turns > 0)
+    diagnoses.push_back({source.name, "position_rad",
+                         "jumps by a whole turn " + std::to_string(turns) + " times", "unwrapped"});
+  if (strays > 0)
+    diagnoses.push_back({source.name, "position_rad",
+                         share_text(strays, position->size()) + " of the values are off the way",
+                         "interpolated"});
+  if (!cuts.empty())
+    diagnoses.push_back({source.name, "position_rad",
+                         "jumps " + std::to_string(cuts.size()) + " times, by up to " +
+                             short_number(largest) + " rad, further than the motion goes from row to row",
+                         "divided there"});
+  return cuts;
+}
+
+void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
+  std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
+  if (torque == nullptr || torque->size() < kLeastRowsOfPart) return;
+  // Wide enough for the longest spike that counts as one to leave no trace in it.
+  std::vector<double> smooth = medians_of_five(*torque);
+  std::vector<double> beyond;
+  for (std::size_t i = 0; i < torque->size(); ++i) beyond.push_back((*torque)[i] - smooth[i]);
+  const double usual = quantile(magnitudes(*torque), 1 - kMostSpikes);
+  const double least = kSpikeOverUsual * usual;
+  const double sigma = fit::robust_sigma(beyond);
+  std::vector<bool> spike(torque->size(), false);
+  double largest = 0;
+  for (std::size_t i = 1; i + 1 < torque->size(); ++i)
+    spike[i] = std::abs((*torque)[i]) > least && least > 0 &&
+               (std::abs(beyond[i]) > kSpikeSigmas * sigma || std::abs(smooth[i]) > least);
+  const auto time_s = source.recording.column("time_s");
+  std::size_t mended = 0;
+  for (const Stretch& run : runs_of(spike)) {
+    if (run.to - run.from > kLongestSpike || run.to >= torque->size() || run.from == 0) continue;
+    for (std::size_t i = run.from; i < run.to; ++i) largest = std::max(largest, std::abs((*torque)[i]));
+    interpolate(*torque, time_s, run.from, run.to);
+    mended += run.to - run.from;
+  }
+  if (mended > 0)
+    diagnoses.push_back({source.name, "torque_measured_Nm",
+                         share_text(mended, torque->size()) + " of the values are spikes, up to " +
+                             short_number(largest) + " N·m, while 99 % stay below " + short_number(usual) +
+                             " N·m",
+                         "interpolated"});
+}
+
+void mark_saturation(Source& source, Diagnoses& diagnoses) {
+  const std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
+  if (torque == nullptr || torque->size() < kLeastRowsOfPart) return;
+  std::vector<double> values = *torque;
+  std::ranges::sort(values);
+  // A sensor's range ends in a value that is there far more often than the next one.
+  const auto count = [&](double value) {
+    const auto [first, last] = std::equal_range(values.begin(), values.end(), value);
+    return static_cast<std::size_t>(last - first);
+  };
+  const auto beside = [&](bool top) {
+    const auto [first, last] =
+        std::equal_range(values.begin(), values.end(), top ? values.back() : values.front());
+    if (top) return first == values.begin() ? values.front() : *(first - 1);
+    return last == values.end() ? values.back() : *last;
+  };
+  std::vector<double> saturated(torque->size(), 0);
+  std::size_t marked = 0;
+  double end_Nm = 0;
+  for (const bool top : {false, true}) {
+    const double end = top ? values.back() : values.front();
+    const std::size_t there = count(end);
+    if (beside(top) == end ||
+        static_cast<double>(there) < kLeastSaturated * static_cast<double>(values.size()) ||
+        there < kFarMore * count(beside(top)))
+      continue;
+    for (std::size_t i = 0; i < torque->size(); ++i)
+      if ((*torque)[i] == end) saturated[i] = 1;
+    marked += there;
+    end_Nm = end;
+  }
+  if (marked == 0) return;
+  diagnoses.push_back({source.name, "torque_measured_Nm",
+                       share_text(marked, torque->size()) +
+                           " of the values are the end of the sensor's range, " +
+                           short_number(std::abs(end_Nm)) + " N·m: it is saturated there",
+                       "left out"});
+  source.recording.columns.push_back({kSaturated, std::move(saturated)});
+}
+
+std::vector<std::size_t> fresh_rows(const Source& source, Diagnoses& diagnoses) {
+  std::string_view slowest;
+  std::size_t held = 1;
+  for (const char* name : {"torque_measured_Nm", "position_rad", "velocity_rad_per_s"}) {
+    if (!source.recording.has(name)) continue;
+    if (name == std::string_view("velocity_rad_per_s") && source.recording.has("position_rad")) continue;
+    const std::size_t rows = held_rows(source.recording.column(name));
+    if (rows > held) {
+      held = rows;
+      slowest = name;
+    }
+  }
+  std::vector<std::size_t> rows;
+  if (held == 1) {
+    rows.resize(source.recording.rows());
+    std::iota(rows.begin(), rows.end(), std::size_t{0});
+    return rows;
+  }
+  const auto values = source.recording.column(slowest);
+  std::size_t last = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    if (values[i] == values[i - 1] && i - last < held) continue;
+    rows.push_back(i);
+    last = i;
+  }
+  diagnoses.push_back({source.name, std::string(slowest),
+                       "is held: a fresh value comes every " + std::to_string(held) + " rows",
+                       "only rows with a fresh value are used"});
+  return rows;
+}
+
+Source with_rows(const Source& source, const std::vector<std::size_t>& rows) {
+  Source result = source;
+  for (std::size_t c = 0; c < source.recording.columns.size(); ++c) {
+    std::vector<double>& values = result.recording.columns[c].values;
+    values.clear();
+    values.reserve(rows.size());
+    for (const std::size_t row : rows) values.push_back(source.recording.columns[c].values[row]);
+  }
+  return result;
+}
+
+std::vector<Source> divided(const Source& source, const std::set<std::size_t>& cuts, Diagnoses& diagnoses) {
+  const auto time_s = source.recording.column("time_s");
+  const std::vector<double> steps = steps_of(time_s);
+  if (steps.empty()) return {source};
+  const double usual = fit::median(steps);
+  std::set<std::size_t> all = cuts;
+  std::size_t late = 0;
+  std::size_t holes = 0;
+  double longest = 0;
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    late += steps[i] > 1.5 * usual ? 1 : 0;
+    if (steps[i] <= kBridgedPeriods * usual) continue;
+    ++holes;
+    longest = std::max(longest, steps[i]);
+    all.insert(i + 1);
+  }
+  if (late - holes > static_cast<std::size_t>(kManyHoles * static_cast<double>(steps.size())))
+    diagnoses.push_back({source.name, "time_s",
+                         share_text(late - holes, steps.size()) +
+                             " of the rows come late, or rows before them "
+                             "are missing",
+                         "interpolated"});
+  if (all.empty()) return {source};
+  if (holes > 0)
+    diagnoses.push_back({source.name, "time_s",
+                         std::to_string(holes) + " holes of up to " + short_number(longest) + " s",
+                         "divided there"});
+  std::vector<Source> parts;
+  std::size_t lost = 0;
+  std::size_t from = 0;
+  all.insert(time_s.size());
+  for (const std::size_t to : all) {
+    if (to - from >= kLeastRowsOfPart) {
+      std::vector<std::size_t> rows(to - from);
+      std::iota(rows.begin(), rows.end(), from);
+      Source part = with_rows(source, rows);
+      part.name += ", " + short_number(time_s[from]) + " s to " + short_number(time_s[to - 1]) + " s";
+      part.running_from_s = source.running_from_s.value_or(time_s.front());
+      parts.push_back(std::move(part));
+    } else {
+      lost += to - from;
+    }
+    from = to;
+  }
+  if (parts.empty())
+    throw std::invalid_argument(path_of(source) + ": " + std::to_string(all.size() - 1) +
+                                " holes in time_s or jumps of position_rad leave no part of " +
+                                std::to_string(kLeastRowsOfPart) + " rows; record again");
+  if (lost > 0)
+    diagnoses.push_back({source.name, "time_s",
+                         share_text(lost, time_s.size()) + " of the rows are in parts too short to use",
+                         "left out"});
+  return parts;
+}
+
+}  // namespace identification::gap

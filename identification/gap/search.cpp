@@ -1,0 +1,353 @@
+#include "identification/gap/search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <span>
+
+#include "identification/gap/block_comparison.h"
+#include "identification/gap/candidates.h"
+#include "identification/gap/chance_data.h"
+#include "identification/gap/parallel.h"
+#include "identification/gap/regression.h"
+
+namespace identification::gap {
+namespace {
+
+constexpr int kFolds = 8;
+constexpr int kMostEffects = 8;
+/// Rivals this close to the best are refined before a name is given.
+constexpr double kRival = 0.5;
+/// A difference between rivals counts when it is this many standard errors over the blocks.
+constexpr double kDecisive = 2.5;
+/// So must be the gain of the winner over none.
+constexpr double kSure = 2;
+constexpr double kMuch = 0.2;
+/// Parameters more than the simplest that does as well.
+constexpr std::size_t kMuchFreer = 2;
+/// A rival gains this share of what the best one does.
+constexpr double kAsGood = 0.8;
+/// Chance data stops when as many searches have gained more: the answer is no.
+constexpr int kEnoughExceedances = 6;
+/// Looked at between two such counts, whatever the number of cores.
+constexpr std::size_t kDrawsAtOnce = 16;
+
+using Indices = std::vector<Eigen::Index>;
+
+Indices range(Eigen::Index from, Eigen::Index to) {
+  Indices result(static_cast<std::size_t>(to - from));
+  std::iota(result.begin(), result.end(), from);
+  return result;
+}
+
+/// What a linear step may do to each parameter.
+std::vector<Bounds> step_bounds(const std::vector<FreeParameter>& parameters) {
+  std::vector<Bounds> bounds;
+  for (const FreeParameter& p : parameters) bounds.push_back({p.lower - p.value, p.upper - p.value});
+  return bounds;
+}
+
+/// How a model does on blocks it was not fitted to, its parameters free.
+BlockRegression::Fit score(const FittedModel& fitted, const Rows& rows, const Training& training) {
+  const auto parameters = free_parameters(fitted, rows);
+  const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(training.rows, Eigen::all);
+  const BlockRegression regression(jacobian, training.block, kFolds);
+  const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
+  return regression.fit(regression.target(residual), range(0, jacobian.cols()), step_bounds(parameters));
+}
+
+/// One round: the model as it is against every candidate.
+class Round {
+ public:
+  Round(const FittedModel& fitted, const Rows& rows, const Training& training)
+      : fitted_(fitted), rows_(rows), training_(training), dictionary_(make_dictionary(fitted, rows)) {
+    parameters_ = free_parameters(fitted, rows);
+    jacobian_ = prediction_jacobian(fitted, rows, parameters_)(training.rows, Eigen::all);
+    base_columns_ = range(0, jacobian_.cols());
+    base_bounds_ = step_bounds(parameters_);
+    columns_.resize(jacobian_.rows(), jacobian_.cols() + dictionary_.columns.cols());
+    columns_ << jacobian_, dictionary_.columns(training.rows, Eigen::all);
+    dictionary_.columns.resize(0, 0);  // large, and not needed any more
+    regression_.emplace(columns_, training.block, kFolds);
+    residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
+    position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);
+    velocity_ = rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(training.rows);
+    target_ = regression_->target(residual_);
+    base_ = regression_->fit(target_, base_columns_, base_bounds_);
+    left_ = residual_ - jacobian_ * base_.coefficients;
+    least_left_ = left_;
+  }
+
+  struct Outcome {
+    std::string_view effect;
+    double gain = 0;
+    FittedModel model;  ///< not refined
+  };
+
+  /// The best shape of each effect, best effect first.
+  std::vector<Outcome> outcomes() {
+    std::map<std::string_view, Outcome> best;
+    for (const Candidate& candidate : dictionary_.candidates) {
+      const BlockRegression::Fit fit =
+          regression_->fit(target_, columns_of(candidate), bounds_of(candidate.bounds));
+      const double gain = 1 - fit.held_out / base_.held_out;
+      remember(gain, columns_(Eigen::all, columns_of(candidate)) * fit.coefficients);
+      Outcome& known = best[candidate.effect];
+      if (!known.effect.empty() && gain <= known.gain) continue;
+      const auto amplitudes = fit.coefficients.tail(static_cast<Eigen::Index>(candidate.columns.size()));
+      known = {candidate.effect, gain, candidate.add(moved(fit.coefficients), amplitudes)};
+    }
+    if (const double periods = ripple_periods_per_rev(left_, position_); periods > 0) {
+      const auto [gain, steps, fitted] = ripple(periods, residual_, base_.held_out);
+      remember(gain, fitted);
+      const Eigen::Vector2d amplitudes = steps.tail<2>();
+      best["cogging"] = {"cogging", gain, with_ripple(moved(steps), periods, amplitudes[0], amplitudes[1])};
+    }
+    std::vector<Outcome> result;
+    for (auto& [name, outcome] : best) result.push_back(std::move(outcome));
+    std::ranges::sort(result, std::greater{}, &Outcome::gain);
+    return result;
+  }
+
+  /// How often chance data lets the search gain `gain` or more.
+  double p_value(double gain, const Options& options) {
+    // What the best hypothesis leaves: else its own effect would be taken for noise that has to be beaten.
+    ChanceData chance(least_left_, options.seed);
+    int exceeded = 0;
+    int done = 0;
+    while (done < options.repetitions && exceeded < kEnoughExceedances) {
+      std::vector<Eigen::VectorXd> draws;
+      for (; draws.size() < kDrawsAtOnce && done < options.repetitions; ++done)
+        draws.push_back(chance.draw());
+      std::vector<int> exceeds(draws.size(), 0);
+      in_parallel(draws.size(), [&](std::size_t i) { exceeds[i] = most_gain(draws[i]) >= gain ? 1 : 0; });
+      exceeded += std::accumulate(exceeds.begin(), exceeds.end(), 0);
+    }
+    return (1.0 + exceeded) / (1.0 + done);
+  }
+
+  const BlockRegression::Fit& base() const noexcept { return base_; }
+
+ private:
+  /// The model with the linear step that goes with a candidate: where refining it begins.
+  FittedModel moved(const Eigen::VectorXd& steps) const {
+    FittedModel result = fitted_;
+    for (std::size_t k = 0; k < parameters_.size(); ++k)
+      result = with_value(result, parameters_[k], parameters_[k].value + steps[static_cast<Eigen::Index>(k)]);
+    return result;
+  }
+  Indices columns_of(const Candidate& candidate) const {
+    Indices columns = base_columns_;
+    for (const Eigen::Index column : candidate.columns) columns.push_back(jacobian_.cols() + column);
+    return columns;
+  }
+  std::vector<Bounds> bounds_of(std::span<const Bounds> own) const {
+    std::vector<Bounds> bounds = base_bounds_;
+    bounds.insert(bounds.end(), own.begin(), own.end());
+    return bounds;
+  }
+  /// What the best hypothesis gains on a target.
+  double most_gain(const Eigen::VectorXd& values) const {
+    const BlockRegression::Target target = regression_->target(values);
+    const double base = regression_->held_out(target, base_columns_, base_bounds_);
+    double most = 0;
+    for (const Candidate& candidate : dictionary_.candidates)
+      most = std::max(
+          most, 1 - regression_->held_out(target, columns_of(candidate), bounds_of(candidate.bounds)) / base);
+    const double periods = ripple_periods_per_rev(values, position_);
+    return periods > 0 ? std::max(most, ripple(periods, values, base).gain) : most;
+  }
+  void remember(double gain, const Eigen::VectorXd& fitted) {
+    if (gain <= most_gain_) return;
+    most_gain_ = gain;
+    least_left_ = residual_ - fitted;
+  }
+
+  struct Ripple {
+    double gain;
+    Eigen::VectorXd steps;  // of the model's own parameters, then sine and cosine
+    Eigen::VectorXd fitted;
+  };
+  Ripple ripple(double periods, const Eigen::VectorXd& target, double base_held_out) const {
+    Eigen::MatrixXd columns(jacobian_.rows(), jacobian_.cols() + 2);
+    columns << jacobian_, ripple_columns(periods, position_, velocity_, rows_.signals().front().band_Hz);
+    const BlockRegression regression(columns, training_.block, kFolds);
+    const BlockRegression::Fit fit = regression.fit(regression.target(target), range(0, columns.cols()),
+                                                    bounds_of(std::vector<Bounds>(2)));
+    return {1 - fit.held_out / base_held_out, fit.coefficients, columns * fit.coefficients};
+  }
+
+  const FittedModel& fitted_;
+  const Rows& rows_;
+  const Training& training_;
+  Dictionary dictionary_;
+  std::vector<FreeParameter> parameters_;
+  Eigen::MatrixXd jacobian_;
+  Eigen::MatrixXd columns_;
+  Indices base_columns_;
+  std::vector<Bounds> base_bounds_;
+  std::optional<BlockRegression> regression_;
+  BlockRegression::Target target_;
+  Eigen::VectorXd residual_;
+  Eigen::VectorXd position_;
+  Eigen::VectorXd velocity_;
+  BlockRegression::Fit base_;
+  Eigen::VectorXd left_;        // of the model as it is, refitted
+  Eigen::VectorXd least_left_;  // of the best hypothesis so far
+  double most_gain_ = 0;
+};
+
+struct Rival {
+  std::string_view effect;
+  FittedModel model;
+  BlockRegression::Fit fit;
+  std::size_t parameters;
+};
+
+/// Whether one model predicts left-out blocks better than another, and not by luck in a few of them.
+bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& better) {
+  std::size_t improved = 0;
+  for (std::size_t b = 0; b < worse.held_out_of.size(); ++b)
+    improved += better.held_out_of[b] < worse.held_out_of[b] ? 1 : 0;
+  if (2 * improved <= worse.held_out_of.size()) return false;
+  if (decisiveness(worse.held_out_of, better.held_out_of) >= kSure) return true;
+  // A few large blocks make the mean uncertain: then nearly all of them have to agree, on much.
+  return 5 * improved >= 4 * worse.held_out_of.size() && 1 - better.held_out / worse.held_out >= kMuch;
+}
+
+/// The winner first, then those the blocks do not tell from it; none when no gain is sure.
+std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const BlockRegression::Fit& base,
+                           const Rows& rows, const Training& training, double least_gain) {
+  std::vector<Rival> rivals;
+  double most = 0;  // of those that hold
+  for (const Round::Outcome& outcome : outcomes) {
+    if (outcome.gain < std::max(kRival * most, least_gain)) break;
+    FittedModel model = refined(outcome.model, rows, training.rows);
+    BlockRegression::Fit fit = score(model, rows, training);
+    if (!is_sure(base, fit)) continue;
+    const std::size_t parameters = free_parameters(model, rows).size();
+    most = std::max(most, 1 - fit.held_out / base.held_out);
+    rivals.push_back({outcome.effect, std::move(model), std::move(fit), parameters});
+  }
+  if (rivals.empty()) return rivals;
+  std::ranges::sort(rivals, {}, [](const Rival& r) { return r.fit.held_out; });
+  const BlockRegression::Fit best = rivals.front().fit;
+  std::erase_if(rivals, [&](const Rival& r) {
+    return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best.held_out) ||
+           decisiveness(r.fit.held_out_of, best.held_out_of) > kDecisive;
+  });
+  // Of those that do as well, the simplest gives its name; a shape that is free in much more is no rival to
+  // it.
+  std::ranges::stable_sort(rivals, {}, &Rival::parameters);
+  const std::size_t simplest = rivals.front().parameters;
+  std::erase_if(rivals, [&](const Rival& r) { return r.parameters >= simplest + kMuchFreer; });
+  return rivals;
+}
+
+/// Effects that were added and are no longer missed leave the model.
+void drop_idle(SearchResult& result, const Rows& rows, const Training& training, double least_gain) {
+  for (std::size_t i = 0; i + 1 < result.added.size();) {
+    const std::optional<FittedModel> without = without_added(result, i, rows, training);
+    if (without) {
+      const BlockRegression::Fit with = score(result.fitted, rows, training);
+      const BlockRegression::Fit bare = score(*without, rows, training);
+      if (1 - with.held_out / bare.held_out >= least_gain && is_sure(bare, with)) {
+        ++i;
+        continue;
+      }
+      result.fitted = *without;
+    }
+    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+  }
+}
+
+/// "0.42"
+std::string short_text(double value) {
+  std::array<char, 24> text{};
+  std::snprintf(text.data(), text.size(), "%.2g", value);
+  return text.data();
+}
+
+/// Why the search ended without this one: the first criterion that it did not meet.
+std::string reason_against(const Round::Outcome& outcome, const BlockRegression::Fit& base, int step,
+                           double p, double least_square, const Options& options) {
+  if (outcome.gain <= 0) return "predicts left-out stretches no better";
+  if (outcome.gain < options.least_gain)
+    return "takes away less than " + short_text(100 * options.least_gain) + " % of the squared residual";
+  if (step >= kMostEffects) return "as many effects as the search adds were found before it";
+  if (outcome.gain * base.held_out < least_square) return "takes away less than the noise floor lets tell";
+  if (p > options.false_positive_rate)
+    return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
+           short_text(options.false_positive_rate);
+  return "its gain is not sure: made by too few of the left-out stretches";
+}
+
+void report(const Options& options, std::string_view what, double done) {
+  if (options.progress) options.progress(what, done);
+}
+
+}  // namespace
+
+std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i) {
+  const auto same = [&](const Added& other) { return other.effect == result.added[i].effect; };
+  const auto here = result.added.begin() + static_cast<std::ptrdiff_t>(i);
+  auto later = std::count_if(here, result.added.end(), same);  // itself among them
+  const std::vector<model::effects::AnyEffect>& effects = result.fitted.model.effects;
+  for (std::size_t at = effects.size(); at-- > 0;)
+    if (model::effects::name_of(effects[at]) == result.added[i].effect && --later == 0) return at;
+  return {};
+}
+
+std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
+                                         const Training& training) {
+  const std::optional<std::size_t> at = place_of_added(result, i);
+  if (!at) return {};
+  FittedModel without = result.fitted;
+  without.model.effects.erase(without.model.effects.begin() + static_cast<std::ptrdiff_t>(*at));
+  if (result.added[i].effect == "inertia") without.model.inertia_kg_m2 = without.given_inertia_kg_m2;
+  return refined(without, rows, training.rows);
+}
+
+SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
+                    const Options& options) {
+  SearchResult result;
+  report(options, "refitting the model's own parameters", 0.1);
+  result.fitted = refined(start, rows, training.rows);
+  const double least_square =
+      training.least_Nm * training.least_Nm * static_cast<double>(training.rows.size());
+  for (int step = 0;; ++step) {
+    report(options, "trying effects", 0.1 + 0.8 * step / (step + 2.0));
+    Round round(result.fitted, rows, training);
+    const std::vector<Round::Outcome> outcomes = round.outcomes();
+    const bool worth = step < kMostEffects && !outcomes.empty() &&
+                       outcomes.front().gain >= options.least_gain &&
+                       outcomes.front().gain * round.base().held_out >= least_square;
+    const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
+    const std::vector<Rival> rivals =
+        worth && p <= options.false_positive_rate
+            ? contest(outcomes, round.base(), rows, training, options.least_gain)
+            : std::vector<Rival>();
+    if (rivals.empty()) {
+      for (const Round::Outcome& outcome : outcomes)
+        result.rejected.push_back({std::string(outcome.effect), std::max(0.0, outcome.gain),
+                                   reason_against(outcome, round.base(), step, p, least_square, options)});
+      return result;
+    }
+    const Rival& winner = rivals.front();
+    Added added{.effect = winner.effect, .before = result.fitted, .after = winner.model, .p_value = p};
+    added.gain = 1 - winner.fit.held_out / round.base().held_out;
+    added.blocks = static_cast<int>(winner.fit.held_out_of.size());
+    for (std::size_t b = 0; b < winner.fit.held_out_of.size(); ++b)
+      added.blocks_improved += winner.fit.held_out_of[b] < round.base().held_out_of[b] ? 1 : 0;
+    for (std::size_t i = 1; i < rivals.size(); ++i) added.equivalent.emplace_back(rivals[i].effect);
+    result.fitted = winner.model;
+    result.added.push_back(std::move(added));
+    drop_idle(result, rows, training, options.least_gain);
+  }
+}
+
+}  // namespace identification::gap

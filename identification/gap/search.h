@@ -1,0 +1,59 @@
+/// @file
+/// Which effects of the library the data asks for, one by one.
+#pragma once
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "identification/gap/fitted_model.h"
+#include "identification/gap/gap.h"
+
+namespace identification::gap {
+
+/// The rows a search may look at, in blocks that are left out as wholes.
+struct Training {
+  std::vector<Eigen::Index> rows;
+  std::vector<int> block;  ///< of each of these
+  double least_Nm = 0;     ///< rms that an effect has to take away to be worth a name
+};
+
+struct Added {
+  std::string_view effect;
+  FittedModel before;
+  FittedModel after;
+  double gain = 0;  ///< share of the squared held-out residual
+  int blocks_improved = 0;
+  int blocks = 0;
+  double p_value = 1;
+  std::vector<std::string> equivalent{};
+};
+struct SearchResult {
+  FittedModel fitted;
+  std::vector<Added> added;
+  struct Rejected {
+    std::string effect;
+    double gain;  ///< share of the squared residual that it would still take away
+    std::string reason;
+  };
+  std::vector<Rejected> rejected;  ///< effects that are not in it
+};
+
+/// Begins with the given model, whose parameters are refitted with every hypothesis, and adds the effect that
+/// predicts the left-out blocks best, as long as its gain is more than chance gives the whole search: the
+/// same search on the model's own residuals, cut into stretches that are put elsewhere with a random sign,
+/// which keeps their colour and destroys what they had to do with the motion. After each addition, effects
+/// that no longer gain leave.
+SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
+                    const Options& options);
+
+/// Which effect of the model the i-th addition is: of its type, those of the given model come first, then in
+/// the order in which they were added. None when another one that contains it has replaced it.
+std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i);
+/// The model without the i-th addition, refitted; none when another one has replaced that.
+std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
+                                         const Training& training);
+
+}  // namespace identification::gap

@@ -1,0 +1,356 @@
+#include "identification/gap/signals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <span>
+#include <stdexcept>
+
+#include "identification/fit/statistics.h"
+#include "identification/gap/wording.h"
+#include "identification/gap/zero_phase.h"
+
+namespace identification::gap {
+namespace {
+
+constexpr double kWidestBand_Hz = 25;
+/// Samples per period of the band's edge that are kept.
+constexpr double kOversampling = 20;
+/// Cutoff of the signals' filter over the band, as far as the sample rate allows.
+constexpr double kFilterOverBand = 6;
+constexpr double kMostOfSampleRate = 0.25;
+/// In periods of the filter's edge: so near to a standstill the filter mixes in the torque that held the
+/// joint.
+constexpr double kFromStandstill = 0.25;
+constexpr double kFromSaturation = 1;
+
+/// Encoder noise may reach this share of the torque when the torque sensor is quieter.
+constexpr double kAllowedNoiseShare = 0.01;
+constexpr std::size_t kLeastSamples = 100;
+/// Times within this share of a period are even.
+constexpr double kEven = 0.02;
+
+[[noreturn]] void refuse(const Source& source, const std::string& why) {
+  throw std::invalid_argument(path_of(source) + ": " + why);
+}
+
+/// Mean step of a recording.
+double period_of(const Source& source) {
+  const std::span<const double> time = source.recording.column("time_s");
+  if (time.size() < kLeastSamples)
+    refuse(source, "has " + std::to_string(time.size()) + " rows, too few to tell motion from; " +
+                       std::to_string(kLeastSamples) + " are the least; record a staircase or multisine");
+  return (time.back() - time.front()) / static_cast<double>(time.size() - 1);
+}
+
+enum class Between : std::uint8_t { kLine, kCurve };
+
+/// Lines between samples at rising times, or cubics whose slopes are those of parabolas through three
+/// samples: motion has no corners, and twice differentiated they would show. The ends hold.
+std::vector<double> interpolated(std::span<const double> time_s, std::span<const double> values,
+                                 double period_s, std::size_t count, Between between) {
+  const std::size_t last = values.size() - 1;
+  const auto secant = [&](std::size_t i) {
+    return (values[i + 1] - values[i]) / (time_s[i + 1] - time_s[i]);
+  };
+  const auto slope = [&](std::size_t i) {
+    if (i == 0) return secant(0);
+    if (i == last) return secant(last - 1);
+    const double before = time_s[i] - time_s[i - 1];
+    const double after = time_s[i + 1] - time_s[i];
+    return (secant(i - 1) * after + secant(i) * before) / (before + after);
+  };
+  std::vector<double> result;
+  result.reserve(count);
+  std::size_t next = 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    const double t = time_s.front() + static_cast<double>(k) * period_s;
+    while (next < last && time_s[next] < t) ++next;
+    const double step = time_s[next] - time_s[next - 1];
+    const double x = std::clamp((t - time_s[next - 1]) / step, 0.0, 1.0);
+    const double line = values[next - 1] + x * (values[next] - values[next - 1]);
+    const double rise = values[next] - values[next - 1];
+    const double bend =
+        between == Between::kLine
+            ? 0
+            : x * (1 - x) * ((1 - x) * (step * slope(next - 1) - rise) - x * (step * slope(next) - rise));
+    result.push_back(line + bend);
+  }
+  return result;
+}
+
+bool is_even(std::span<const double> time_s, double period_s) {
+  for (std::size_t i = 0; i < time_s.size(); ++i)
+    if (std::abs(time_s[i] - time_s.front() - static_cast<double>(i) * period_s) > kEven * period_s)
+      return false;
+  return true;
+}
+
+/// Whether a motion is smoother where the times put it than at even steps. Where samples are even and only
+/// what wrote the times was late, it is not.
+bool times_are_right(std::span<const double> time_s, std::span<const double> motion) {
+  double at_times = 0;
+  double at_even = 0;
+  for (std::size_t i = 1; i + 1 < motion.size(); ++i) {
+    const double share = (time_s[i] - time_s[i - 1]) / (time_s[i + 1] - time_s[i - 1]);
+    const double rise = motion[i + 1] - motion[i - 1];
+    at_times += std::pow(motion[i] - motion[i - 1] - share * rise, 2);
+    at_even += std::pow(motion[i] - motion[i - 1] - 0.5 * rise, 2);
+  }
+  return at_times <= at_even;
+}
+
+/// A column at even times, `period_s` apart; as it is when its samples are even.
+std::vector<double> evened(std::span<const double> time_s, std::span<const double> values, double period_s,
+                           Between between) {
+  if (is_even(time_s, period_s)) return {values.begin(), values.end()};
+  return interpolated(time_s, values, period_s, values.size(), between);
+}
+
+/// At the recording's own times.
+std::vector<double> position_of(const Source& source) {
+  const Recording& recording = source.recording;
+  if (recording.has("position_rad")) {
+    const auto column = recording.column("position_rad");
+    return {column.begin(), column.end()};
+  }
+  if (!recording.has("velocity_rad_per_s"))
+    refuse(source, "has no position_rad (nor velocity_rad_per_s); nothing can be said about motion");
+  const auto time = recording.column("time_s");
+  const auto velocity = recording.column("velocity_rad_per_s");
+  std::vector<double> position(velocity.size());
+  for (std::size_t i = 1; i < position.size(); ++i)
+    position[i] = position[i - 1] + 0.5 * (velocity[i] + velocity[i - 1]) * (time[i] - time[i - 1]);
+  return position;
+}
+
+/// When the samples were taken: as the file says, unless that makes the motion rougher than even steps do.
+std::vector<double> sampled_at(const Source& source, double period_s) {
+  const Recording& recording = source.recording;
+  const auto stated = recording.column("time_s");
+  std::vector<double> times(stated.begin(), stated.end());
+  const char* const motion = recording.has("position_rad") ? "position_rad" : "velocity_rad_per_s";
+  if (is_even(stated, period_s) || !recording.has(motion) ||
+      times_are_right(stated, recording.column(motion)))
+    return times;
+  for (std::size_t i = 0; i < times.size(); ++i)
+    times[i] = stated.front() + static_cast<double>(i) * period_s;
+  return times;
+}
+
+std::span<const double> torque_of(const Source& source) {
+  for (const char* name : {"torque_measured_Nm", "torque_command_Nm"})
+    if (source.recording.has(name)) return source.recording.column(name);
+  refuse(source, "has neither torque_measured_Nm nor torque_command_Nm");
+}
+
+/// Share of the way from `a` to `b` that lies above zero.
+double share_above_zero(double a, double b) {
+  if (a >= 0 && b >= 0) return 1;
+  if (a <= 0 && b <= 0) return 0;
+  return std::max(a, b) / std::abs(a - b);
+}
+
+/// Mean sign over half a period to both sides of each sample: between two of them the velocity turns where a
+/// line between them does, not at the next one.
+std::vector<double> mean_signs(const std::vector<double>& velocity) {
+  std::vector<double> result;
+  result.reserve(velocity.size());
+  for (std::size_t i = 0; i < velocity.size(); ++i) {
+    const double v = velocity[i];
+    const double before = 0.5 * (v + velocity[i > 0 ? i - 1 : i]);
+    const double after = 0.5 * (v + velocity[std::min(i + 1, velocity.size() - 1)]);
+    result.push_back(share_above_zero(before, v) + share_above_zero(v, after) - 1);
+  }
+  return result;
+}
+
+/// Sets to 0 what lies within `margin` samples of where `apart` says so.
+template <class Apart>
+void leave_out(std::vector<double>& weights, std::size_t margin, const Apart& apart) {
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    if (!apart(i)) continue;
+    const std::size_t from = i - std::min(i, margin);
+    const std::size_t to = std::min(i + margin + 1, weights.size());
+    std::fill(weights.begin() + static_cast<std::ptrdiff_t>(from),
+              weights.begin() + static_cast<std::ptrdiff_t>(to), 0.0);
+  }
+}
+
+/// The smallest step that values take, robustly: the encoder's or sensor's resolution; 0 when continuous.
+double resolution(std::span<const double> values) {
+  double smallest = std::numeric_limits<double>::infinity();
+  std::size_t steps = 0;
+  std::size_t equal = 0;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double step = std::abs(values[i] - values[i - 1]);
+    if (step == 0) {
+      ++equal;
+    } else {
+      ++steps;
+      smallest = std::min(smallest, step);
+    }
+  }
+  return steps > 0 && equal > steps / 1000 ? smallest : 0;
+}
+
+/// Of sample to sample noise, from second differences: a smooth signal leaves none.
+double sample_sigma(std::span<const double> values) {
+  std::vector<double> differences;
+  for (std::size_t i = 2; i < values.size(); ++i)
+    differences.push_back(values[i] - 2 * values[i - 1] + values[i - 2]);
+  return fit::robust_sigma(std::move(differences)) / std::sqrt(6.0);
+}
+
+double rms(std::span<const double> values) {
+  double square = 0;
+  for (const double value : values) square += value * value;
+  return std::sqrt(square / static_cast<double>(std::max<std::size_t>(1, values.size())));
+}
+
+std::vector<double> every(std::span<const double> values, std::size_t step) {
+  std::vector<double> kept;
+  for (std::size_t i = 0; i < values.size(); i += step) kept.push_back(values[i]);
+  return kept;
+}
+
+}  // namespace
+
+Band choose_band(const std::vector<Source>& sources, const model::effects::DriveModel& base) {
+  Band band;
+  std::vector<double> densities;  // sigma·√T: what filters leave of noise does not depend on the rate
+  std::vector<double> torques;
+  std::vector<double> resolutions;
+  double fastest = 0;
+  bool moves = false;
+  for (const Source& source : sources) {
+    const double period_s = period_of(source);
+    band.raw_period_s = std::max(band.raw_period_s, period_s);
+    const std::vector<double> position = position_of(source);
+    resolutions.push_back(resolution(position));
+    const auto torque = torque_of(source);
+    densities.push_back(std::hypot(sample_sigma(torque), resolution(torque) / std::sqrt(12.0)) *
+                        std::sqrt(period_s));
+    torques.push_back(rms(torque));
+    const std::vector<double> even =
+        evened(sampled_at(source, period_s), position, period_s, Between::kCurve);
+    const std::vector<double> smooth =
+        derivative(zero_phase(even, period_s, std::min(5.0, 0.1 / period_s)), period_s);
+    for (const double v : smooth) fastest = std::max(fastest, std::abs(v));
+  }
+  band.resolution_rad = fit::median(resolutions);
+  if (base.encoder_ticks_per_rev) band.resolution_rad = 2 * std::numbers::pi / *base.encoder_ticks_per_rev;
+  band.torque_sigma_Nm = fit::median(densities) / std::sqrt(band.raw_period_s);
+  // Steps of q at rate 1/T are white noise of q/√12; twice differentiated and low-passed at ω it has about
+  // q/√12·ω²·√(2·f·T/5), the torque √(2·f·T) of its own.
+  const double q = band.resolution_rad / std::sqrt(12.0);
+  const double allowed = std::max(band.torque_sigma_Nm, kAllowedNoiseShare * fit::median(torques));
+  band.cutoff_Hz = std::min(kWidestBand_Hz, 0.1 / band.raw_period_s);
+  while (band.cutoff_Hz > 2) {
+    const double omega = 2 * std::numbers::pi * band.cutoff_Hz;
+    if (base.inertia_kg_m2 * q * omega * omega / std::sqrt(5.0) <= allowed) break;
+    band.cutoff_Hz *= 0.9;
+  }
+  band.slowest_rad_per_s =
+      std::max(4 * kFilterOverBand * band.resolution_rad * band.cutoff_Hz, 1e-3 * fastest);
+  const double least = band.resolution_rad > 0 ? 20 * band.resolution_rad : 1e-9;
+  for (const Source& source : sources) {
+    const std::vector<double> position = position_of(source);
+    const auto [low, high] = std::minmax_element(position.begin(), position.end());
+    moves = moves || *high - *low > least;
+  }
+  if (!moves) {
+    std::string paths;
+    for (const Source& source : sources) paths += (paths.empty() ? "" : ", ") + path_of(source);
+    throw std::invalid_argument(
+        paths +
+        ": no recording moves: friction and inertia show only in motion; record a staircase or "
+        "multisine");
+  }
+  return band;
+}
+
+std::vector<double> at_samples(std::span<const double> held) {
+  std::vector<double> result(held.begin(), held.end());
+  for (std::size_t i = held.size(); i-- > 1;) result[i] = 0.5 * (held[i - 1] + held[i]);
+  return result;
+}
+
+Signals make_signals(const Source& source, const Band& band) {
+  const Recording& recording = source.recording;
+  const double own_period_s = period_of(source);
+  const std::vector<double> time = sampled_at(source, own_period_s);
+  Signals s;
+  s.name = source.name;
+  // The recordings' own rates, where they are the same.
+  const bool slower = band.raw_period_s > (1 + 1e-3) * own_period_s;
+  s.raw_period_s = slower ? band.raw_period_s : own_period_s;
+  s.band_Hz = band.cutoff_Hz;
+  s.filter_Hz = std::min(kFilterOverBand * band.cutoff_Hz, kMostOfSampleRate / band.raw_period_s);
+  const auto step = static_cast<std::size_t>(
+      std::max(1.0, std::floor(1 / (kOversampling * band.cutoff_Hz * band.raw_period_s))));
+  s.period_s = s.raw_period_s * static_cast<double>(step);
+
+  // What is measured bends; a command jumps.
+  const auto even = [&](std::span<const double> values, Between between = Between::kLine) {
+    return evened(time, values, own_period_s, between);
+  };
+  // From even values at the recording's own rate to the common one.
+  std::vector<double> own_times;
+  for (std::size_t i = 0; i < time.size(); ++i)
+    own_times.push_back(time.front() + static_cast<double>(i) * own_period_s);
+  const auto count = static_cast<std::size_t>((time.back() - time.front()) / s.raw_period_s * (1 + 1e-9)) + 1;
+  const auto common = [&](std::vector<double> values, Between between = Between::kLine) {
+    return slower ? interpolated(own_times, values, s.raw_period_s, count, between) : values;
+  };
+  const auto kept = [&](std::vector<double> values) {
+    return every(common(std::move(values), Between::kCurve), step);
+  };
+  const std::vector<double> as_measured = even(position_of(source), Between::kCurve);
+  s.raw_position_rad = common(as_measured, Between::kCurve);
+  const std::vector<double> position = steep_zero_phase(as_measured, own_period_s, s.filter_Hz);
+  const std::vector<double> velocity = derivative(position, own_period_s);
+  const std::vector<double> acceleration = derivative(velocity, own_period_s);
+  s.time_s = kept(own_times);
+  for (const double t : s.time_s) s.running_s.push_back(t - source.running_from_s.value_or(time.front()));
+  s.position_rad = kept(position);
+  s.velocity_rad_per_s = kept(velocity);
+  s.acceleration_rad_per_s2 = kept(acceleration);
+  s.direction = kept(steep_zero_phase(mean_signs(velocity), own_period_s, s.filter_Hz));
+  const auto samples = [&](double periods) {
+    return static_cast<std::size_t>(std::lround(periods / (s.filter_Hz * s.period_s)));
+  };
+  s.moving.assign(s.velocity_rad_per_s.size(), 1.0);
+  leave_out(s.moving, samples(kFromStandstill),
+            [&](std::size_t i) { return std::abs(s.velocity_rad_per_s[i]) <= band.slowest_rad_per_s; });
+  if (recording.has(kSaturated)) {
+    const std::vector<double> saturated = kept(even(recording.column(kSaturated)));
+    leave_out(s.moving, samples(kFromSaturation), [&](std::size_t i) { return saturated[i] > 0; });
+  }
+  s.raw_torque_Nm = common(even(torque_of(source)));
+  s.torque_is_command = !recording.has("torque_measured_Nm");
+  const std::vector<double> raw_torque = even(torque_of(source));
+  const std::vector<double> torque =
+      steep_zero_phase(s.torque_is_command ? at_samples(raw_torque) : raw_torque, own_period_s, s.filter_Hz);
+  s.torque_Nm = kept(torque);
+  const std::vector<double> torque_rate = derivative(torque, own_period_s);
+  s.torque_rate_Nm_per_s = kept(torque_rate);
+  s.torque_bend_Nm_per_s2 = kept(derivative(torque_rate, own_period_s));
+  if (recording.has("torque_command_Nm")) {
+    s.raw_command_Nm = common(even(recording.column("torque_command_Nm")));
+    if (!s.torque_is_command) {
+      s.raw_measured_Nm = common(even(recording.column("torque_measured_Nm")));
+    }
+  }
+  if (recording.has("velocity_command_rad_per_s")) {
+    s.raw_velocity_command_rad_per_s = common(even(recording.column("velocity_command_rad_per_s")));
+    s.raw_velocity_rad_per_s = recording.has("velocity_rad_per_s")
+                                   ? common(even(recording.column("velocity_rad_per_s")))
+                                   : common(derivative(even(position_of(source)), own_period_s));
+  }
+  return s;
+}
+
+}  // namespace identification::gap

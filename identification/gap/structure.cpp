@@ -1,0 +1,207 @@
+#include "identification/gap/structure.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <complex>
+#include <functional>
+#include <numbers>
+#include <numeric>
+#include <string>
+#include <unsupported/Eigen/FFT>
+
+#include "identification/gap/candidates.h"
+#include "identification/gap/chance_data.h"
+#include "identification/gap/regression.h"
+
+namespace identification::gap {
+namespace {
+
+constexpr int kStructureFolds = 8;
+constexpr double kBurstWindow_s = 0.3;
+/// Squared residual of a stretch over that of a usual one.
+constexpr double kBurst = 12;
+/// Of the squared residual; less is not worth a line.
+constexpr double kLeastStructure = 0.05;
+
+using Samples = std::vector<double>;
+
+/// Triangles that add up to one: any piecewise linear function of `x` between its 1 % and 99 % points.
+Eigen::MatrixXd hats(const Eigen::VectorXd& x, int count) {
+  std::vector<double> sorted(x.data(), x.data() + x.size());
+  std::ranges::sort(sorted);
+  const double low = sorted[sorted.size() / 100];
+  const double high = sorted[sorted.size() - 1 - sorted.size() / 100];
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(x.size(), count);
+  if (!(high > low)) return result;
+  for (Eigen::Index i = 0; i < x.size(); ++i) {
+    const double at = std::clamp((x[i] - low) / (high - low), 0.0, 1.0) * (count - 1);
+    const auto k = std::min(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(count) - 2);
+    const double share = at - static_cast<double>(k);
+    result(i, k) = 1 - share;
+    result(i, k + 1) = share;
+  }
+  return result;
+}
+
+struct Coordinate {
+  const char* name;
+  std::function<Samples(const Signals&)> value;
+  int nodes;
+  bool by_direction;  ///< its function changes sign with the direction of motion
+};
+
+std::vector<Coordinate> coordinates() {
+  return {{"velocity_rad_per_s", [](const Signals& s) { return s.velocity_rad_per_s; }, 14, false},
+          {"acceleration_rad_per_s2", [](const Signals& s) { return s.acceleration_rad_per_s2; }, 9, false},
+          {"position_rad", [](const Signals& s) { return s.position_rad; }, 24, false},
+          {"time_since_reversal_s", since_reversal_s, 8, true},
+          {"running_time_s", [](const Signals& s) { return s.running_s; }, 8, true}};
+}
+
+/// The frequency in time at which the residual repeats most, over all recordings; 0 when none can be told.
+double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::vector<Eigen::Index>& use) {
+  constexpr std::size_t kLeastBins = 1 << 13;
+  std::size_t bins = kLeastBins;
+  for (const Eigen::Index row : use) bins = std::max(bins, std::bit_ceil(rows.slot(row) + 1));
+  std::vector<double> power(bins / 2, 0);
+  for (std::size_t recording = 0; recording < rows.signals().size(); ++recording) {
+    std::vector<double> series(bins, 0);
+    for (std::size_t i = 0; i < use.size(); ++i)
+      if (rows.recording(use[i]) == recording)
+        series[rows.slot(use[i])] = residual[static_cast<Eigen::Index>(i)];
+    std::vector<std::complex<double>> spectrum;
+    Eigen::FFT<double> fft;
+    fft.fwd(spectrum, series);
+    for (std::size_t k = 0; k < power.size(); ++k) power[k] += std::norm(spectrum[k]);
+  }
+  // Slower than a few seconds is drift, which has its own coordinate.
+  const double length_s = static_cast<double>(bins) * rows.length_s();
+  const auto slowest = std::max<std::size_t>(1, static_cast<std::size_t>(0.3 * length_s));
+  if (slowest >= power.size()) return 0;
+  const auto best = std::max_element(power.begin() + static_cast<std::ptrdiff_t>(slowest), power.end());
+  return static_cast<double>(best - power.begin()) / length_s;
+}
+
+/// A sine and cosine of time for each recording, whose phases have nothing to do with each other.
+Eigen::MatrixXd cycle_columns(double frequency_Hz, const Rows& rows, const std::vector<Eigen::Index>& use) {
+  const auto recordings = static_cast<Eigen::Index>(rows.signals().size());
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(use.size()), 2 * recordings);
+  for (std::size_t i = 0; i < use.size(); ++i) {
+    const double angle = 2 * std::numbers::pi * frequency_Hz * rows.time_s(use[i]);
+    const auto column = 2 * static_cast<Eigen::Index>(rows.recording(use[i]));
+    columns(static_cast<Eigen::Index>(i), column) = std::sin(angle);
+    columns(static_cast<Eigen::Index>(i), column + 1) = std::cos(angle);
+  }
+  return columns;
+}
+
+double gain_of(const Eigen::MatrixXd& columns, const std::vector<int>& block, const Eigen::VectorXd& target) {
+  const BlockRegression regression(columns, block, kStructureFolds);
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  const std::vector<Bounds> bounds(all.size());
+  return 1 - regression.held_out(regression.target(target), all, bounds) / target.squaredNorm();
+}
+
+}  // namespace
+
+std::vector<double> since_reversal_s(const Signals& s) {
+  Samples result(s.size());
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    const bool reversed = s.velocity_rad_per_s[i] * s.velocity_rad_per_s[i - 1] <= 0;
+    result[i] = reversed ? 0 : result[i - 1] + s.period_s;
+  }
+  return result;
+}
+
+std::vector<bool> bursts(const FittedModel& fitted, const Rows& rows) {
+  const Dictionary dictionary = make_dictionary(fitted, rows);
+  const auto parameters = free_parameters(fitted, rows);
+  Eigen::MatrixXd all(rows.count(), dictionary.columns.cols() + static_cast<Eigen::Index>(parameters.size()));
+  all << dictionary.columns, prediction_jacobian(fitted, rows, parameters);
+  Eigen::MatrixXd gram = all.transpose() * all;
+  const Eigen::VectorXd unit = gram.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse();
+  gram = unit.asDiagonal() * gram * unit.asDiagonal();
+  gram.diagonal().array() += 1e-4;
+  const Eigen::VectorXd residual = rows.torque_Nm() - predicted_rows(fitted, rows);
+  const Eigen::VectorXd left =
+      residual - all * unit.cwiseProduct(gram.ldlt().solve(unit.cwiseProduct(all.transpose() * residual)));
+
+  const Eigen::VectorXd since = rows.means(since_reversal_s);
+  std::vector<bool> marked(static_cast<std::size_t>(rows.count()), false);
+  const double row_s = 0.5 / rows.signals().front().band_Hz;
+  const auto window = std::max<Eigen::Index>(3, std::llround(kBurstWindow_s / row_s));
+  if (rows.count() < 4 * window) return marked;
+  std::vector<double> energies;
+  for (Eigen::Index at = 0; at + window <= rows.count(); at += window)
+    energies.push_back(left.segment(at, window).squaredNorm());
+  std::vector<double> sorted = energies;
+  std::ranges::sort(sorted);
+  const double usual = sorted[sorted.size() / 2];
+  for (std::size_t w = 0; w < energies.size(); ++w) {
+    const Eigen::Index at = static_cast<Eigen::Index>(w) * window;
+    if (energies[w] < kBurst * usual || since.segment(at, window).minCoeff() < kBurstWindow_s) continue;
+    const Eigen::Index from = std::max<Eigen::Index>(0, at - window);
+    const Eigen::Index to = std::min(rows.count(), at + 2 * window);
+    for (Eigen::Index i = from; i < to; ++i)
+      if (rows.recording(i) == rows.recording(at)) marked[static_cast<std::size_t>(i)] = true;
+  }
+  return marked;
+}
+
+std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, const Training& training,
+                                   const Options& options) {
+  std::vector<Unexplained> found;
+  const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
+  const Eigen::VectorXd direction =
+      rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(training.rows).cwiseSign();
+  const auto significant = [&](double gain,
+                               const std::function<double(const Eigen::VectorXd&)>& search_again) {
+    if (gain < kLeastStructure) return false;
+    ChanceData chance(residual, options.seed + 1);
+    for (int i = 0; i < options.repetitions; ++i)
+      if (search_again(chance.draw()) >= gain) return false;
+    return true;
+  };
+  for (const Coordinate& coordinate : coordinates()) {
+    const Eigen::VectorXd x = rows.means(coordinate.value)(training.rows);
+    Eigen::MatrixXd columns = hats(x, coordinate.nodes);
+    if (coordinate.by_direction) columns = direction.asDiagonal() * columns;
+    const BlockRegression regression(columns, training.block, kStructureFolds);
+    std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
+    std::iota(all.begin(), all.end(), Eigen::Index{0});
+    const std::vector<Bounds> bounds(all.size());
+    const auto gain = [&](const Eigen::VectorXd& target) {
+      return 1 - regression.held_out(regression.target(target), all, bounds) / target.squaredNorm();
+    };
+    const double own = gain(residual);
+    if (!significant(own, gain)) continue;
+    const Eigen::VectorXd shape =
+        columns * regression.fit(regression.target(residual), all, bounds).coefficients;
+    const double most = shape.cwiseAbs().maxCoeff();
+    Unexplained piece{.where = {.coordinate = coordinate.name, .from = x.maxCoeff(), .to = x.minCoeff()},
+                      .share = own};
+    for (Eigen::Index i = 0; i < x.size(); ++i) {
+      if (std::abs(shape[i]) < 0.5 * most) continue;
+      piece.where.from = std::min(piece.where.from, x[i]);
+      piece.where.to = std::max(piece.where.to, x[i]);
+    }
+    found.push_back(std::move(piece));
+  }
+  const auto cycle_gain = [&](const Eigen::VectorXd& target) {
+    if (cycle_Hz(target, rows, training.rows) == 0) return 0.0;
+    return gain_of(cycle_columns(cycle_Hz(target, rows, training.rows), rows, training.rows), training.block,
+                   target);
+  };
+  if (const double own = cycle_gain(residual); significant(own, cycle_gain)) {
+    const double frequency_Hz = cycle_Hz(residual, rows, training.rows);
+    found.push_back(
+        {.where = {.coordinate = "frequency_Hz", .from = frequency_Hz, .to = frequency_Hz}, .share = own});
+  }
+  std::ranges::sort(found, std::greater{}, &Unexplained::share);
+  return found;
+}
+
+}  // namespace identification::gap

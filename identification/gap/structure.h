@@ -1,0 +1,27 @@
+/// @file
+/// Whether what no effect explains is noise.
+#pragma once
+#include <Eigen/Core>
+#include <vector>
+
+#include "identification/gap/fitted_model.h"
+#include "identification/gap/gap.h"
+#include "identification/gap/search.h"
+
+namespace identification::gap {
+
+/// Rows in short stretches where far more is left over than elsewhere although every column of the library
+/// was free to explain it: somebody pushed, something slipped. Stretches with a reversal in them do not
+/// count.
+std::vector<bool> bursts(const FittedModel& fitted, const Rows& rows);
+
+/// Smooth functions of one coordinate at a time (velocity, acceleration, position, time since reversal,
+/// running time, and a cycle in time) that predict left-out blocks of the residual better
+/// than chance: structure that is there, whatever its cause.
+std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, const Training& training,
+                                   const Options& options);
+
+/// Seconds since the velocity last changed sign, at each sample.
+std::vector<double> since_reversal_s(const Signals& signals);
+
+}  // namespace identification::gap

@@ -1,0 +1,58 @@
+/// @file
+/// An effect chosen at run time: by name, with parameters by name.
+#pragma once
+#include <span>
+#include <string_view>
+#include <utility>
+#include <variant>
+
+#include "model/effects/backlash.h"
+#include "model/effects/cogging.h"
+#include "model/effects/coulomb.h"
+#include "model/effects/direction_asymmetry.h"
+#include "model/effects/effect.h"
+#include "model/effects/elasticity.h"
+#include "model/effects/imbalance.h"
+#include "model/effects/inertia.h"
+#include "model/effects/load_friction.h"
+#include "model/effects/midspeed_dip.h"
+#include "model/effects/presliding.h"
+#include "model/effects/quadratic_drag.h"
+#include "model/effects/stribeck.h"
+#include "model/effects/thermal_drift.h"
+#include "model/effects/torque_deadband.h"
+#include "model/effects/torque_offset.h"
+#include "model/effects/transport_delay.h"
+#include "model/effects/unsigned_current.h"
+#include "model/effects/viscous.h"
+#include "model/friction/any_law.h"
+
+namespace model::effects {
+
+using AnyEffect = std::variant<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
+                               LoadFriction, ThermalDrift, Presliding, Cogging, Imbalance, Inertia, Backlash,
+                               Elasticity, TorqueOffset, TorqueDeadband, TransportDelay, UnsignedCurrent>;
+
+using model::friction::NamedValue;
+using model::friction::ParameterDescription;
+
+struct EffectDescription {
+  std::string_view name;
+  std::string_view shows;  ///< how it shows in measured data
+  std::span<const ParameterDescription> parameters;
+};
+/// All effects, in the order of AnyEffect. Lives as long as the program.
+std::span<const EffectDescription> effect_descriptions();
+/// @throws std::invalid_argument listing the effects there are.
+const EffectDescription& effect_description(std::string_view effect);
+
+std::string_view name_of(const AnyEffect& effect) noexcept;
+/// @throws std::invalid_argument listing the effect's parameters when `parameter` is none of them.
+double parameter_of(const AnyEffect& effect, std::string_view parameter);
+
+/// What is not named keeps its default. @throws std::invalid_argument listing what exists when the effect or
+/// a parameter is unknown, or naming a parameter that is out of bounds.
+AnyEffect make_effect(std::string_view effect, std::span<const NamedValue> values);
+AnyEffect make_effect(std::string_view effect, std::initializer_list<NamedValue> values = {});
+
+}  // namespace model::effects

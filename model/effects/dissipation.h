@@ -1,0 +1,19 @@
+/// @file
+/// Whether the friction of a drive model brakes.
+#pragma once
+#include <optional>
+
+#include "model/effects/drive_model.h"
+
+namespace model::effects {
+
+/// Above this a youBot's wheel is stopped unless a configuration says otherwise.
+inline constexpr double kUsualTopSpeed_rad_per_s = 12.0;
+
+/// The velocity nearest to rest, up to the top speed in either direction, at which the effects that are
+/// friction would together drive the joint, cold or warm. A simulated drive has no friction there, and what
+/// compensates such a model is wrong at all speeds beyond. See
+/// model::friction::driving_velocity_rad_per_s().
+std::optional<double> driving_velocity_rad_per_s(const DriveModel& model, double top_speed_rad_per_s);
+
+}  // namespace model::effects

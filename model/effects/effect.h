@@ -1,0 +1,99 @@
+/// @file
+/// What every effect of a drive looks like from outside.
+///
+/// A drive is a chain:  command → actuator → delivered torque → J·a = τ − friction − load → transmission →
+/// sensor → measured.  An effect is one physical thing that happens somewhere on it: a small type with
+/// parameters, and the one function by which it acts there,
+///
+///   deliver(DelayLine&, torque, dt)  the actuator gives another torque than commanded
+///   level_Nm(Sliding)                adds to the sliding friction: positive takes more torque
+///   load_Nm(position)                a torque against positive motion that depends on where the joint is
+///   arrange(Mechanics&)              changes masses, springs and gaps
+///   report_Nm(torque)                the sensor reports another torque than delivered
+///
+/// and a sentence on how it shows in measured data. Everything is joint side and SI. Simulation, fits and the
+/// search for what is missing use the same types.
+#pragma once
+#include <array>
+#include <concepts>
+#include <string_view>
+
+#include "model/effects/delay_line.h"
+#include "model/friction/law.h"
+
+namespace model::effects {
+
+using model::friction::member;
+using model::friction::ParameterInfo;
+
+/// A joint that slides, as friction sees it.
+struct Sliding {
+  double speed_rad_per_s = 0;  ///< >= 0
+  double direction = 1;        ///< +1 or -1
+  double running_s = 0;        ///< since the drive was started cold
+  double coulomb_Nm = 0;       ///< sum of the coulomb effects
+  double load_Nm = 0;          ///< what the transmission carries besides friction, its magnitude
+};
+
+/// Masses and springs of the drive. One mass, unless there is a gap or a spring.
+struct Mechanics {
+  double inertia_kg_m2 = 0.0112;
+  double stiffness_Nm_per_rad = 0;  ///< of the friction contact (σ0); 0: as stiff as the step allows
+  double damping_Nm_s_per_rad = 0;  ///< of the friction contact (σ1), while it sticks
+  double backlash_rad = 0;          ///< free travel between motor and load
+  double shaft_Nm_per_rad = 0;      ///< spring between motor and load; 0: rigid
+  double shaft_Nm_s_per_rad = 0;    ///< its damping
+  double load_share = 0;            ///< of inertia and friction, behind gap and spring
+  bool two_masses() const noexcept { return backlash_rad > 0 || shaft_Nm_per_rad > 0; }
+};
+
+// Version 14 of clang-format takes the arrows apart.
+// clang-format off
+template <class E>
+concept ActsOnActuator = requires(const E& e, DelayLine& line, double x) { { e.deliver(line, x, x) } noexcept -> std::same_as<double>; };
+template <class E>
+concept ActsOnFriction = requires(const E& e, const Sliding& s) { { e.level_Nm(s) } noexcept -> std::same_as<double>; };
+template <class E>
+concept ActsOnPosition = requires(const E& e, double x) { { e.load_Nm(x) } noexcept -> std::same_as<double>; };
+template <class E>
+concept ActsOnMechanics = requires(const E& e, Mechanics& m) { { e.arrange(m) } noexcept -> std::same_as<void>; };
+template <class E>
+concept ActsOnSensor = requires(const E& e, double x) { { e.report_Nm(x) } noexcept -> std::same_as<double>; };
+
+template <class E>
+concept Effect =
+    requires(const E& e) {
+      typename E::Parameters;
+      { E::kName } -> std::convertible_to<std::string_view>;
+      { E::kShows } -> std::convertible_to<std::string_view>;
+      { E::kParameters.size() };
+      { e.parameters() } noexcept -> std::same_as<const typename E::Parameters&>;
+    } && std::constructible_from<E, const typename E::Parameters&> &&
+    (ActsOnActuator<E> || ActsOnFriction<E> || ActsOnPosition<E> || ActsOnMechanics<E> || ActsOnSensor<E>);
+// clang-format on
+
+/// @throws std::invalid_argument naming effect, parameter, value and bounds, unless lower <= value <= upper.
+void require_within(std::string_view effect, std::string_view parameter, double value, double lower,
+                    double upper);
+
+/// What all effects have in common: parameters that are within their bounds.
+template <class E, class P>
+class WithParameters {
+ public:
+  using Parameters = P;
+  /// @throws std::invalid_argument as require_within()
+  explicit WithParameters(const P& parameters) : parameters_(parameters) {
+    for (const auto& info : E::kParameters)
+      require_within(E::kName, info.name, info.of(parameters), info.lower, info.upper);
+  }
+  const P& parameters() const noexcept { return parameters_; }
+
+ protected:
+  P parameters_;
+};
+
+// From the pivot of an instrument to a crane's slew ring.
+inline constexpr double kMostTorque_Nm = 1e4;
+inline constexpr double kMostSpeed_rad_per_s = 1e4;
+
+}  // namespace model::effects

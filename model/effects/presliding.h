@@ -1,0 +1,33 @@
+/// @file
+/// The friction contact gives like a spring before it breaks away.
+#pragma once
+#include <array>
+
+#include "model/effects/effect.h"
+
+namespace model::effects {
+
+struct PreslidingParameters {
+  double stiffness_Nm_per_rad = 250;  ///< σ0
+  double damping_Nm_s_per_rad = 0;    ///< σ1, while it sticks
+};
+
+/// σ0 and σ1 of the bristle.
+class Presliding : public WithParameters<Presliding, PreslidingParameters> {
+ public:
+  static constexpr std::string_view kName = "presliding";
+  static constexpr std::string_view kShows =
+      "the joint moves a little, and back, under torques that do not break it away; friction turns over a "
+      "distance after a reversal";
+  static constexpr auto kParameters = std::to_array<ParameterInfo<PreslidingParameters>>(
+      {{"stiffness_Nm_per_rad", member<&PreslidingParameters::stiffness_Nm_per_rad>, 1e-6, 1e8},
+       {"damping_Nm_s_per_rad", member<&PreslidingParameters::damping_Nm_s_per_rad>, 0, 1e5}});
+  using WithParameters::WithParameters;
+
+  void arrange(Mechanics& mechanics) const noexcept {
+    mechanics.stiffness_Nm_per_rad = parameters_.stiffness_Nm_per_rad;
+    mechanics.damping_Nm_s_per_rad = parameters_.damping_Nm_s_per_rad;
+  }
+};
+
+}  // namespace model::effects

@@ -1,0 +1,51 @@
+#include "model/effects/resistance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <type_traits>
+
+#include "model/effects/effect_chain.h"
+#include "model/friction/law_compensator.h"
+
+namespace model::effects {
+namespace {
+
+void add(model::PositionTorque& torque, const TorqueOffset& offset) {
+  torque.constant_Nm += offset.parameters().torque_Nm;
+}
+void add(model::PositionTorque& torque, const Imbalance& imbalance) {
+  const ImbalanceParameters& p = imbalance.parameters();
+  torque.harmonics.push_back({p.torque_Nm, 1, -p.rest_position_rad});
+}
+void add(model::PositionTorque& torque, const Cogging& cogging) {
+  const CoggingParameters& p = cogging.parameters();
+  torque.harmonics.push_back({p.amplitude_Nm, p.periods_per_rev, p.phase_rad});
+}
+
+}  // namespace
+
+model::JointResistance resistance_of(const DriveModel& model) {
+  const EffectChain effects(model.effects);
+  const auto sliding_Nm = [&effects](double velocity_rad_per_s) {
+    const double direction = std::copysign(1.0, velocity_rad_per_s);
+    const auto after = [&](double running_s) {
+      return effects.level_Nm(std::abs(velocity_rad_per_s), direction, running_s, 0);
+    };
+    return direction * std::min(after(0), after(std::numeric_limits<double>::infinity()));
+  };
+  model::JointResistance resistance{.sliding = {sliding_Nm, model::friction::kLawGrid}};
+  for (const AnyEffect& any : model.effects)
+    std::visit(
+        [&resistance](const auto& effect) {
+          using E = std::decay_t<decltype(effect)>;
+          if constexpr (ActsOnPosition<E>) add(resistance.position, effect);
+          if constexpr (std::is_same_v<E, TorqueDeadband>)
+            resistance.least_torque_Nm =
+                std::max(resistance.least_torque_Nm, effect.parameters().threshold_Nm);
+        },
+        any);
+  return resistance;
+}
+
+}  // namespace model::effects

@@ -1,0 +1,68 @@
+#include "model/friction/bristle.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace model::friction {
+namespace {
+
+/// 2³¹ − 1: products fit an integer, and every state of the generator is exact in a double.
+constexpr std::uint64_t kModulus = 2147483647;
+constexpr std::uint64_t kFirstSeed = 20120704;
+constexpr double kReachesFollowed = 2;
+constexpr int kMostBreaks = 20;  // on such a way two or three are usual, and twenty have a chance of 1/19!
+
+/// Evenly distributed in (0, 1). Park and Miller's generator with the multiplier 48271.
+double draw(double& generator) noexcept {
+  std::uint64_t number = generator >= 1 && generator < static_cast<double>(kModulus)
+                             ? static_cast<std::uint64_t>(generator)
+                             : kFirstSeed;
+  number = number * 48271 % kModulus;
+  generator = static_cast<double>(number);
+  return generator / static_cast<double>(kModulus);
+}
+
+}  // namespace
+
+double Bristle::step(State& state, const Contact& contact, double dt_s) const noexcept {
+  if (!usable(contact, dt_s)) return 0.0;
+  const double direction = std::copysign(1.0, contact.velocity_rad_per_s);
+  const double way = std::abs(contact.velocity_rad_per_s) * dt_s;
+  const double reach = parameters_.reach_rad;
+  double sum = 0.0;  // of deflections along the motion
+  for (std::size_t i = 0; i < kBristles; ++i) {
+    double deflection = direction * state.x[i];
+    if (way > kReachesFollowed * reach) {
+      sum += reach / 3;
+      deflection = reach * (2 * std::sqrt(draw(state.x[kBristles])) - 1);
+    } else {
+      double left = way;
+      double work = 0.0;  // per stiffness
+      int breaks = 0;
+      for (; deflection + left >= reach && breaks < kMostBreaks; ++breaks) {
+        work += 0.5 * (reach * reach - deflection * deflection);
+        left -= reach - deflection;
+        deflection = reach * (2 * draw(state.x[kBristles]) - 1);
+      }
+      left = std::min(left, reach - deflection);
+      work += left * (deflection + 0.5 * left);
+      deflection += left;
+      sum += breaks > 0 && way > 0 ? work / way : deflection;
+    }
+    state.x[i] = direction * deflection;
+  }
+  return direction * parameters_.stiffness_Nm_per_rad / static_cast<double>(kBristles) * sum;
+}
+
+double Bristle::steady_Nm(double velocity_rad_per_s) const noexcept {
+  return std::copysign(parameters_.stiffness_Nm_per_rad * parameters_.reach_rad / 3, velocity_rad_per_s);
+}
+
+double Bristle::stored_energy_J(const State& state) const noexcept {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < kBristles; ++i) sum += state.x[i] * state.x[i];
+  return 0.5 * parameters_.stiffness_Nm_per_rad / static_cast<double>(kBristles) * sum;
+}
+
+}  // namespace model::friction

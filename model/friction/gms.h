@@ -1,0 +1,65 @@
+/// @file
+/// The generalised Maxwell-slip law: springs in parallel, each slipping by itself.
+#pragma once
+#include <array>
+#include <cmath>
+
+#include "model/friction/maxwell_elements.h"
+#include "model/friction/parameter_rows.h"
+#include "model/friction/stribeck_curve.h"
+
+namespace model::friction {
+
+/// element i sticks:  dFᵢ/dt = kᵢ·v   until |Fᵢ| = νᵢ·s(v)
+///           slips:   dFᵢ/dt = sgn(v)·C·(νᵢ − |Fᵢ|/s(v))   until v is zero or turns round
+/// F = Σ Fᵢ + σ2·v,  Σ νᵢ = 1
+/// [V. Lampaert, F. Al-Bender, J. Swevers 2003; F. Al-Bender, V. Lampaert, J. Swevers, Chaos 14, 2004]
+/// A step is exact for constant velocity, slip within it included: νᵢ·s is where a slipping element rests, so
+/// one that gets there stays, and one that slips follows the exponential with time constant s/C. Stable
+/// coupled to J as coupled_step_limit_s() of Σkᵢ and σ2. Closed inner loops, no drift below the first slip.
+/// Where s depends on speed the law as published is not passive: what slips is drawn from one νᵢ·s(v) to
+/// another at the rate C and not by the joint's way, and a reversal hands back what the spring then seems to
+/// hold. With Fs = Fc it is passive.
+/// State: Fᵢ [N·m], which elements slip (a bit each), direction of the last motion.
+class Gms {
+ public:
+  static constexpr std::string_view kName = "gms";
+  struct Parameters {             // defaults: wheel 1 below 1 rad/s, thesis table 4 and 2.5.2; C: 50 ms at Fc
+    double coulomb_Nm = 0.03718;  ///< Fc
+    double static_Nm = 0.08976;   ///< Fs
+    double stribeck_velocity_rad_per_s = 0.1516;                                                   ///< vs
+    double stribeck_exponent = 1.047;                                                              ///< δ
+    double attraction_Nm_per_s = 0.75;                                                             ///< C
+    double viscous_Nm_s_per_rad = 0.01898;                                                         ///< σ2
+    MaxwellElements::Values stiffness_Nm_per_rad = MaxwellElements::kDefaultStiffness_Nm_per_rad;  ///< kᵢ
+    MaxwellElements::Values share = MaxwellElements::kDefaultShare;                                ///< νᵢ
+  };
+  static constexpr auto kParameters =
+      rows::joined(std::to_array<ParameterInfo<Parameters>>(
+                       {rows::coulomb<Parameters>(),
+                        rows::static_torque<Parameters>(),
+                        rows::stribeck_velocity<Parameters>(),
+                        rows::stribeck_exponent<Parameters>(),
+                        {"attraction_Nm_per_s", member<&Parameters::attraction_Nm_per_s>, 1e-9, 1e9},
+                        rows::viscous<Parameters>()}),
+                   rows::elements<Parameters>());
+
+  /// @throws std::invalid_argument as checked(), or when no element has a share.
+  explicit Gms(const Parameters& parameters);
+  const Parameters& parameters() const noexcept { return parameters_; }
+
+  double step(State& state, const Contact& contact, double dt_s) const noexcept;
+  double steady_Nm(double velocity_rad_per_s) const noexcept;
+  double stored_energy_J(const State& state) const noexcept { return elements_.energy_J(state.x.data()); }
+  double max_step_s(double inertia_kg_m2) const noexcept {
+    return coupled_step_limit_s(elements_.total_stiffness_Nm_per_rad(), parameters_.viscous_Nm_s_per_rad,
+                                inertia_kg_m2);
+  }
+
+ private:
+  Parameters parameters_;
+  StribeckCurve curve_;
+  MaxwellElements elements_;
+};
+
+}  // namespace model::friction

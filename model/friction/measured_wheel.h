@@ -1,0 +1,41 @@
+/// @file
+/// The four measured wheel curves as a friction law.
+#pragma once
+#include <array>
+
+#include "model/friction/parameter_rows.h"
+#include "model/friction/sliding_table.h"
+
+namespace model::friction {
+
+/// F = scale·curve(v)·sgn(v), from a table 0.005 rad/s fine (what it changes of the published curve:
+/// SlidingTable);  at v = 0 as much of the applied torque as break-away holds. The one law that differs
+/// between directions. Stateless; rest is an exact zero, as for Coulomb. Beyond 10 rad/s the level is held,
+/// so max_step_s() follows from the steepest rise within.
+/// Construction allocates the table, and so does a copy; a step does not.
+class MeasuredWheel {
+ public:
+  static constexpr std::string_view kName = "measured_wheel";
+  struct Parameters {
+    double wheel = 1;  ///< 1 to 4, whole
+    double scale = 1;  ///< 1: wheels off the ground, as measured; loaded wheels are 1.1 to 1.3
+  };
+  static constexpr auto kParameters = std::to_array<ParameterInfo<Parameters>>(
+      {{"wheel", member<&Parameters::wheel>, 1, 4}, {"scale", member<&Parameters::scale>, 0, 100}});
+
+  /// @throws std::invalid_argument as checked(), or when the wheel is not a whole number.
+  explicit MeasuredWheel(const Parameters& parameters);
+  const Parameters& parameters() const noexcept { return parameters_; }
+
+  double step(State& state, const Contact& contact, double dt_s) const noexcept;
+  bool holds(const Contact& contact) const noexcept;
+  double steady_Nm(double velocity_rad_per_s) const noexcept;
+  double max_step_s(double inertia_kg_m2) const noexcept;
+
+ private:
+  Parameters parameters_;
+  SlidingTable table_;
+  double steepest_Nm_s_per_rad_;
+};
+
+}  // namespace model::friction

@@ -1,0 +1,31 @@
+/// @file
+/// A torque that depends on where the joint is.
+#pragma once
+#include <cmath>
+#include <vector>
+
+namespace model {
+
+/// T(θ) = T0 + Σ A·sin(N·θ + φ), positive against positive motion: an offset, a weight off the axis (N = 1),
+/// magnets, slots and teeth. θ is the position that the drive reports, so that this holds as long as its
+/// encoder keeps its zero: the youBot's wheels lose theirs when the power goes.
+struct PositionTorque {
+  struct Harmonic {
+    double amplitude_Nm = 0;     ///< A
+    double periods_per_rev = 1;  ///< N, of the joint
+    double phase_rad = 0;        ///< φ
+  };
+  double constant_Nm = 0;  ///< T0
+  std::vector<Harmonic> harmonics{};
+
+  /// Cycle.
+  double at_Nm(double position_rad) const noexcept {
+    double torque_Nm = constant_Nm;
+    for (const Harmonic& harmonic : harmonics)
+      torque_Nm +=
+          harmonic.amplitude_Nm * std::sin(harmonic.periods_per_rev * position_rad + harmonic.phase_rad);
+    return torque_Nm;
+  }
+};
+
+}  // namespace model

@@ -1,0 +1,82 @@
+/// Every shape that the search tries stands for the model that it would become.
+#include "identification/gap/candidates.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+namespace identification::gap {
+namespace gap_candidates_test {
+
+constexpr double kRate_Hz = 1000;
+
+/// A motion with several frequencies, with reversals and fast enough for everything.
+Source motion(bool commanded_only) {
+  Source source{.name = "multisine.csv", .recording = {}};
+  std::vector<double> time, torque, position;
+  for (int i = 0; i < 12000; ++i) {
+    const double t = i / kRate_Hz;
+    time.push_back(t);
+    position.push_back(2 * std::sin(2.1 * t) + 0.6 * std::sin(7.7 * t) + 0.02 * std::sin(40 * t));
+    torque.push_back(0.05 * std::sin(2.1 * t) + 0.04 * std::sin(9 * t));
+  }
+  source.recording.columns = {{"time_s", time},
+                              {commanded_only ? "torque_command_Nm" : "torque_measured_Nm", torque},
+                              {"position_rad", position}};
+  return source;
+}
+
+double between(const Bounds& bounds, double wish) { return std::clamp(wish, bounds.lower, bounds.upper); }
+
+/// Columns times amplitudes are what the model predicts more with the effect than without it.
+void expect_columns_are_the_effects(const FittedModel& fitted, const Rows& rows,
+                                    std::set<std::string_view>& seen) {
+  const Dictionary dictionary = make_dictionary(fitted, rows);
+  const Eigen::VectorXd without = predicted_rows(fitted, rows);
+  for (const Candidate& candidate : dictionary.candidates) {
+    seen.insert(candidate.effect);
+    // The only amplitude that bends what it scales, beside a load: taken where the column was made.
+    const bool by_share = candidate.effect == "backlash" || candidate.effect == "elasticity";
+    Eigen::VectorXd amplitudes(static_cast<Eigen::Index>(candidate.columns.size()));
+    Eigen::VectorXd said = Eigen::VectorXd::Zero(rows.count());
+    for (std::size_t k = 0; k < candidate.columns.size(); ++k) {
+      const auto at = static_cast<Eigen::Index>(k);
+      const Bounds& bounds = candidate.bounds[k];
+      // Small against Coulomb friction, so that no level is cut at zero; in the middle where there is one.
+      amplitudes[at] = by_share                                          ? 0.3
+                       : std::isfinite(bounds.upper) && bounds.lower > 0 ? 0.5 * (bounds.lower + bounds.upper)
+                                                                         : between(bounds, 2e-4);
+      said += amplitudes[at] * dictionary.columns.col(candidate.columns[k]);
+    }
+    EXPECT_GT(said.norm(), 0) << candidate.effect;
+    const Eigen::VectorXd done = predicted_rows(candidate.add(fitted, amplitudes), rows) - without;
+    EXPECT_LE((done - said).norm(), 0.02 * said.norm() + 1e-9) << candidate.effect;
+  }
+}
+
+TEST(Candidates, TheirColumnsAreWhatTheEffectsDo) {
+  FittedModel fitted{.model = {.name = "bench", .inertia_kg_m2 = 0.01}, .given_inertia_kg_m2 = 0.01};
+  std::set<std::string_view> seen;
+  for (const bool commanded_only : {false, true}) {
+    const Source source = motion(commanded_only);
+    fitted.model.effects = {effects::make_effect("coulomb", {{"torque_Nm", 0.05}}),
+                            effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.01}})};
+    const Band band = choose_band({source}, fitted.model);
+    const std::vector<Signals> signals = {make_signals(source, band)};
+    const Rows rows(signals);
+    ASSERT_GT(rows.count(), 200);
+    expect_columns_are_the_effects(fitted, rows, seen);
+    // Some only make sense once another is there.
+    fitted.model.effects.push_back(effects::make_effect("imbalance", {{"torque_Nm", 0.02}}));
+    expect_columns_are_the_effects(fitted, rows, seen);
+  }
+  for (const char* effect : {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset",
+                             "direction_asymmetry", "thermal_drift", "imbalance", "load_friction", "inertia",
+                             "presliding", "backlash", "elasticity", "torque_deadband", "transport_delay"})
+    EXPECT_TRUE(seen.contains(effect)) << effect;
+}
+
+}  // namespace gap_candidates_test
+}  // namespace identification::gap

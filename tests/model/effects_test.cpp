@@ -1,0 +1,248 @@
+// Each effect by what it does to a drive, against its definition and closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/effects/any_effect.h"
+#include "model/effects/drive_model.h"
+#include "model/effects/effect_chain.h"
+#include "sim/model_drive.h"
+#include "tests/support/no_alloc_guard.h"
+
+namespace model::effects {
+namespace effects_test {
+
+constexpr double kPi = std::numbers::pi;
+
+EffectChain chain(std::vector<AnyEffect> effects) { return EffectChain(effects); }
+
+double level(const std::vector<AnyEffect>& effects, double speed, double direction = 1, double running_s = 0,
+             double load_Nm = 0) {
+  return chain(effects).level_Nm(speed, direction, running_s, load_Nm);
+}
+
+std::string message_of(std::string_view effect, std::vector<NamedValue> values) {
+  try {
+    (void)make_effect(effect, values);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Effects, TheLibraryHasEveryNameOfTheContract) {
+  for (const char* name :
+       {"coulomb", "viscous", "stribeck", "direction_asymmetry", "midspeed_dip", "quadratic_drag",
+        "presliding", "cogging", "imbalance", "inertia", "backlash", "elasticity", "thermal_drift",
+        "torque_offset", "torque_deadband", "transport_delay", "unsigned_current"}) {
+    EXPECT_EQ(name_of(make_effect(name)), name);
+    EXPECT_FALSE(effect_description(name).shows.empty()) << name;
+  }
+}
+
+TEST(Effects, WhatDoesNotExistIsNamedWithWhatDoes) {
+  EXPECT_NE(message_of("stiction", {}).find("there are coulomb, viscous, stribeck"), std::string::npos);
+  EXPECT_NE(message_of("coulomb", {{"torque", 1}}).find("it has torque_Nm"), std::string::npos);
+  EXPECT_NE(message_of("coulomb", {{"torque_Nm", -1}}).find("is not within 0"), std::string::npos);
+  EXPECT_NE(message_of("coulomb", {{"torque_Nm", std::nan("")}}).find("torque_Nm"), std::string::npos);
+  EXPECT_NE(message_of("unsigned_current", {{"gain", 1}}).find("it has none"), std::string::npos);
+}
+
+TEST(Effects, ParametersComeBackAsTheyWentIn) {
+  for (const EffectDescription& description : effect_descriptions()) {
+    std::vector<NamedValue> values;
+    for (const ParameterDescription& parameter : description.parameters)
+      values.push_back({parameter.name, 0.5 * parameter.initial + 0.5 * std::min(parameter.upper, 2.0)});
+    const AnyEffect effect = make_effect(description.name, values);
+    for (const NamedValue& value : values)
+      EXPECT_EQ(parameter_of(effect, value.name), value.value) << description.name;
+  }
+}
+
+// Table 4 of the thesis: Fc 0.03718, Fs 0.08976 N·m, vs 0.1516 rad/s, δ 1.047, σ2 0.01898 N·m·s/rad.
+TEST(Effects, CoulombStribeckAndViscousMakeTheKineticFrictionModel) {
+  const std::vector<AnyEffect> wheel = {
+      make_effect("coulomb", {{"torque_Nm", 0.03718}}),
+      make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.01898}}),
+      make_effect("stribeck",
+                  {{"static_torque_Nm", 0.08976}, {"velocity_rad_per_s", 0.1516}, {"exponent", 1.047}})};
+  EXPECT_DOUBLE_EQ(level(wheel, 0), 0.08976);
+  EXPECT_NEAR(level(wheel, 0.1516), 0.03718 + (0.08976 - 0.03718) / std::numbers::e + 0.01898 * 0.1516,
+              1e-12);
+  EXPECT_NEAR(level(wheel, 10), 0.03718 + 0.1898, 1e-12);
+}
+
+TEST(Effects, AnAsymmetryIsHalfTheDifferenceBetweenTheDirections) {
+  const std::vector<AnyEffect> drive = {
+      make_effect("coulomb", {{"torque_Nm", 0.04}}),
+      make_effect("direction_asymmetry", {{"coulomb_Nm", 0.005}, {"viscous_Nm_s_per_rad", 0.001}})};
+  EXPECT_NEAR(level(drive, 2, +1) - level(drive, 2, -1), 2 * (0.005 + 0.002), 1e-12);
+  EXPECT_NEAR(0.5 * (level(drive, 2, +1) + level(drive, 2, -1)), 0.04, 1e-12);
+}
+
+TEST(Effects, ADipTakesItsDepthInItsMiddleAndNothingFarAway) {
+  const std::vector<AnyEffect> drive = {
+      make_effect("coulomb", {{"torque_Nm", 0.04}}),
+      make_effect("midspeed_dip", {{"depth_Nm", 0.01}, {"centre_rad_per_s", 2.5}, {"width_rad_per_s", 0.5}})};
+  EXPECT_DOUBLE_EQ(level(drive, 2.5), 0.03);
+  EXPECT_NEAR(level(drive, 0), 0.04, 1e-9);
+  EXPECT_NEAR(level(drive, 5), 0.04, 1e-9);
+}
+
+TEST(Effects, FrictionNeverPushes) {
+  EXPECT_EQ(level({make_effect("quadratic_drag", {{"coefficient_Nm_s2_per_rad2", -1}})}, 3), 0);
+}
+
+TEST(Effects, WarmthArrivesWithItsTimeConstant) {
+  const std::vector<AnyEffect> drive = {
+      make_effect("coulomb", {{"torque_Nm", 0.04}}),
+      make_effect("thermal_drift", {{"coulomb_change_Nm", -0.01}, {"time_constant_s", 30}})};
+  EXPECT_DOUBLE_EQ(level(drive, 1, 1, 0), 0.04);
+  EXPECT_NEAR(level(drive, 1, 1, 30), 0.04 - 0.01 * (1 - 1 / std::numbers::e), 1e-12);
+  EXPECT_NEAR(level(drive, 1, 1, 1000), 0.03, 1e-12);
+}
+
+TEST(Effects, LoadFrictionIsAShareOfWhatTheGearCarries) {
+  EXPECT_DOUBLE_EQ(level({make_effect("load_friction", {{"share", 0.1}})}, 1, 1, 0, 0.5), 0.05);
+}
+
+TEST(Effects, PositionTorquesRepeatAsOftenAsTheySay) {
+  const EffectChain drive =
+      chain({make_effect("cogging", {{"amplitude_Nm", 0.01}, {"periods_per_rev", 7}, {"phase_rad", 0.3}}),
+             make_effect("imbalance", {{"torque_Nm", 0.02}, {"rest_position_rad", 0.5}})});
+  for (const double theta : {-3.0, 0.0, 0.7, 12.0})
+    EXPECT_NEAR(drive.load_Nm(theta), 0.01 * std::sin(7 * theta + 0.3) + 0.02 * std::sin(theta - 0.5), 1e-15);
+  // It hangs at its rest position: pulled back from both sides.
+  const EffectChain weight =
+      chain({make_effect("imbalance", {{"torque_Nm", 0.02}, {"rest_position_rad", 0.5}})});
+  EXPECT_GT(weight.load_Nm(0.6), 0);
+  EXPECT_LT(weight.load_Nm(0.4), 0);
+}
+
+TEST(Effects, SmallCommandsAreDeliveredAtTheThreshold) {
+  EffectChain drive = chain({make_effect("torque_deadband", {{"threshold_Nm", 0.03}})});
+  EXPECT_EQ(drive.deliver(0.01, 1e-3), 0.03);
+  EXPECT_EQ(drive.deliver(-0.01, 1e-3), -0.03);
+  EXPECT_EQ(drive.deliver(0.05, 1e-3), 0.05);
+  EXPECT_EQ(drive.deliver(0, 1e-3), 0);
+}
+
+TEST(Effects, ADelayDeliversEachCommandThatMuchLater) {
+  EffectChain drive = chain({make_effect("transport_delay", {{"delay_s", 0.0125}})});
+  std::vector<double> delivered;
+  for (int i = 0; i < 40; ++i) delivered.push_back(drive.deliver(i, 1e-3));
+  EXPECT_EQ(delivered[11], 0);
+  EXPECT_NEAR(delivered[30], 17.5, 1e-12);  // half way between two commands
+}
+
+TEST(Effects, ALostSignLeavesTheMagnitude) {
+  const EffectChain sensor = chain({make_effect("unsigned_current")});
+  EXPECT_EQ(sensor.report_Nm(-0.2), 0.2);
+  EXPECT_EQ(sensor.report_Nm(0.2), 0.2);
+}
+
+TEST(Effects, NoInertiaIsNoDrive) {
+  EXPECT_THROW(
+      (void)chain({make_effect("inertia", {{"difference_kg_m2", -0.02}})}).arranged({.inertia_kg_m2 = 0.01}),
+      std::invalid_argument);
+}
+
+DriveModel model(std::vector<AnyEffect> effects, double inertia = 0.01) {
+  return {.name = "test", .inertia_kg_m2 = inertia, .effects = std::move(effects)};
+}
+
+/// Simulated seconds at 1 kHz under `torque(t)`.
+template <class Torque>
+void run(ModelDrive& drive, double seconds, const Torque& torque) {
+  for (int i = 0; i < static_cast<int>(std::lround(seconds * 1000)); ++i) drive.step(torque(i * 1e-3));
+}
+
+TEST(ModelDrive, AccelerationIsTorqueOverInertiaDifferenceIncluded) {
+  ModelDrive drive(model({make_effect("inertia", {{"difference_kg_m2", 0.005}})}), 1e-3);
+  run(drive, 1.0, [](double) { return 0.03; });
+  EXPECT_NEAR(drive.velocity_rad_per_s(), 0.03 / 0.015, 1e-9);
+}
+
+TEST(ModelDrive, ItRestsBelowBreakAwayAndSlidesAboveIt) {
+  const DriveModel wheel =
+      model({make_effect("coulomb", {{"torque_Nm", 0.04}}),
+             make_effect("stribeck", {{"static_torque_Nm", 0.08}, {"velocity_rad_per_s", 0.1}})});
+  ModelDrive below(wheel, 1e-3);
+  run(below, 2.0, [](double t) { return 0.079 * std::min(t, 1.0); });
+  EXPECT_LT(std::abs(below.position_rad()), 1e-4);
+  EXPECT_NEAR(below.velocity_rad_per_s(), 0, 1e-9);
+  ModelDrive above(wheel, 1e-3);
+  run(above, 2.0, [](double) { return 0.081; });
+  // Free of the Stribeck peak, J·dv/dt = τ − Fc.
+  EXPECT_NEAR(above.velocity_rad_per_s(), (0.081 - 0.04) / 0.01 * 2, 1.0);
+}
+
+TEST(ModelDrive, TheContactGivesLikeItsSpring) {
+  ModelDrive drive(
+      model({make_effect("coulomb", {{"torque_Nm", 0.08}}),
+             make_effect("presliding", {{"stiffness_Nm_per_rad", 250}, {"damping_Nm_s_per_rad", 0.3}})}),
+      1e-3);
+  run(drive, 3.0, [](double t) { return 0.05 * std::min(t, 1.0); });
+  EXPECT_NEAR(drive.position_rad(), 0.05 / 250, 1e-6);
+}
+
+// Two masses on a spring, free: they swing against each other with ω² = k·(1/Jm + 1/Jl).
+TEST(ModelDrive, ASpringSwingsAtItsResonance) {
+  const double stiffness = 100;
+  const double share = 0.3;
+  const double inertia = 0.01;
+  ModelDrive drive(
+      model({make_effect("elasticity", {{"stiffness_Nm_per_rad", stiffness}, {"load_share", share}})},
+            inertia),
+      1e-4, 4);
+  drive.step(5.0);  // a knock
+  std::vector<double> crossings;
+  double last = 0;
+  const double mean = 5.0 * 1e-4 / inertia;  // what momentum is left with
+  for (int i = 1; i < 4000; ++i) {
+    drive.step(0);
+    const double swing = drive.velocity_rad_per_s() - mean;
+    if (last < 0 && swing >= 0) crossings.push_back(i * 1e-4 - 1e-4 * swing / (swing - last));
+    last = swing;
+  }
+  ASSERT_GT(crossings.size(), 5U);
+  const double period = (crossings.back() - crossings.front()) / static_cast<double>(crossings.size() - 1);
+  const double expected = std::sqrt(stiffness / inertia * (1 / (1 - share) + 1 / share));
+  EXPECT_NEAR(2 * kPi / period, expected, 0.01 * expected);
+}
+
+// The motor alone accelerates through the gap, then both masses.
+TEST(ModelDrive, AGapIsCrossedWithTheMotorsInertiaAlone) {
+  const double share = 0.4;
+  const double gap = 0.05;
+  const double torque = 0.02;
+  const double inertia = 0.01;
+  ModelDrive drive(model({make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}})}, inertia), 1e-4,
+                   4);
+  // It begins in the middle of the gap.
+  const double crossing_s = std::sqrt(gap * (1 - share) * inertia / torque);
+  for (int i = 0; i < static_cast<int>(0.9 * crossing_s / 1e-4); ++i) drive.step(torque);
+  EXPECT_NEAR(drive.velocity_rad_per_s(), torque / ((1 - share) * inertia) * 0.9 * crossing_s, 0.01);
+  for (int i = 0; i < 20000; ++i) drive.step(torque);
+  // Momentum: all that was pushed in is in both masses now.
+  const double pushed = torque * (std::floor(0.9 * crossing_s / 1e-4) + 20000) * 1e-4;
+  EXPECT_NEAR(drive.velocity_rad_per_s(), pushed / inertia, 0.02 * pushed / inertia);
+}
+
+TEST(ModelDrive, SteppingNeitherAllocatesNorLocks) {
+  if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns malloc";
+  std::vector<AnyEffect> all;
+  for (const EffectDescription& description : effect_descriptions())
+    all.push_back(make_effect(description.name));
+  ModelDrive drive(model(all), 1e-3);
+  const support::NoAllocGuard guard;
+  for (int i = 0; i < 100; ++i) drive.step(0.1);
+  EXPECT_EQ(guard.violations(), 0);
+}
+
+}  // namespace effects_test
+}  // namespace model::effects
