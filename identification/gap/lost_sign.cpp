@@ -23,7 +23,7 @@ constexpr double kTail = 0.005;
 constexpr double kDip = 0.05;
 /// and a motion goes both ways from this share on.
 constexpr double kBothWays = 0.1;
-constexpr double kSmooth_Hz = 10;
+constexpr double kShapeSmooth_Hz = 10;
 
 struct Range {
   double low;
@@ -77,7 +77,7 @@ std::vector<double> direction(const Recording& recording) {
     if (name != std::string_view("position_rad")) return {column.begin(), column.end()};
     const auto time = recording.column("time_s");
     const double period_s = (time.back() - time.front()) / static_cast<double>(time.size() - 1);
-    return derivative(zero_phase(column, period_s, std::min(kSmooth_Hz, 0.1 / period_s)), period_s);
+    return derivative(zero_phase(column, period_s, std::min(kShapeSmooth_Hz, 0.1 / period_s)), period_s);
   }
   return std::vector<double>(recording.rows(), 1.0);
 }
