@@ -17,7 +17,8 @@ void EmulatedWire::send(std::span<const std::uint8_t> frame) noexcept {
   std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> bytes;
   const FrameFate fate = player_.begin_frame(now());
   if (frame.size() > bytes.size() || fate.request_lost) return;
-  std::ranges::copy(frame, bytes.begin());
+  // In one piece: g++ 12 makes a loop over bytes of std::ranges::copy.
+  std::copy(frame.begin(), frame.end(), bytes.begin());
   const std::span<std::uint8_t> reply = std::span(bytes).first(frame.size());
   if (!bus_.process(reply) || fate.reply_lost) return;
   const nanoseconds due = now() + (timed_ ? bus_.round_trip(frame.size()) : nanoseconds(0)) + fate.delay;
@@ -39,7 +40,7 @@ void EmulatedWire::enqueue(std::span<const std::uint8_t> frame, nanoseconds due)
   std::rotate(place, end, end + 1);  // the slot of one that has gone
   place->due = due;
   place->size = frame.size();
-  std::ranges::copy(frame, slots_[place->slot].begin());
+  std::copy(frame.begin(), frame.end(), slots_[place->slot].begin());
 }
 
 std::optional<nanoseconds> EmulatedWire::next_reply() const noexcept {

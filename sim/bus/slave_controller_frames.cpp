@@ -145,7 +145,7 @@ unsigned SlaveController::logical(std::uint32_t address, std::span<std::uint8_t>
   for (auto fmmu = fmmus_.rbegin(); access.reads && fmmu != fmmus_.rend(); ++fmmu) {
     const MappedBits bits = fmmu->reads() ? fmmu->match(address, data.size()) : MappedBits{};
     if (bits.count == 0) continue;
-    if (access.writes && !std::exchange(kept, true)) std::ranges::copy(data, incoming.begin());
+    if (access.writes && !std::exchange(kept, true)) std::copy(data.begin(), data.end(), incoming.begin());
     if (bits.whole_bytes()) {
       any_read |= read(bits.physical_byte(), data.subspan(bits.first / 8, bits.count / 8));
     } else if (read(bits.physical_byte(), std::span(own).first(bits.physical_bytes()))) {
