@@ -74,12 +74,18 @@ char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
   const auto digits = static_cast<std::uint64_t>(scaled + 0.5);
   if (std::abs(scaled - static_cast<double>(digits)) > kCertainly) return nullptr;
   const std::uint64_t power = kWholePowers[static_cast<std::size_t>(decimals)];
+  auto whole = static_cast<std::uint64_t>(std::abs(value));
+  std::uint64_t part = digits - whole * power;
+  if (part == power) {  // rounded up
+    ++whole;
+    part = 0;
+  }
   if (std::signbit(value)) *out++ = '-';
-  out = std::to_chars(out, end, digits / power).ptr;
+  out = std::to_chars(out, end, whole).ptr;
   if (decimals == 0) return out;
   // A one before the decimals keeps their leading zeros; the point takes its place.
   char* const point = out;
-  out = std::to_chars(out, end, power + digits % power).ptr;
+  out = std::to_chars(out, end, power + part).ptr;
   *point = '.';
   return out;
 }
@@ -211,7 +217,9 @@ void RecordingFile::flush() noexcept {
     const auto [bytes, error_number] = write_all(fd_, rows);
     const auto reached = rows.first(bytes);
     const auto after_last_row = std::find(reached.rbegin(), reached.rend(), '\n').base();
-    rows_kept = static_cast<std::uint64_t>(std::count(reached.begin(), after_last_row, '\n'));
+    rows_kept = error_number == 0
+                    ? buffered_rows_
+                    : static_cast<std::uint64_t>(std::count(reached.begin(), after_last_row, '\n'));
     file_bytes_ += after_last_row - reached.begin();
     if (error_number != 0) {
       note(Step::kWrite, error_number);
