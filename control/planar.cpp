@@ -17,9 +17,7 @@ PlanarPose moved_by(const PlanarPose& X_WB, const PlanarVector& displacement_B) 
 }
 
 PlanarVector rotated(const PlanarVector& v, double angle_rad) noexcept {
-  const double c = std::cos(angle_rad);
-  const double s = std::sin(angle_rad);
-  return {c * v[0] - s * v[1], s * v[0] + c * v[1], v[2]};
+  return rotated(v, std::cos(angle_rad), std::sin(angle_rad));
 }
 
 }  // namespace control

@@ -1,5 +1,6 @@
 #include "sim/mecanum_wheels.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -21,6 +22,8 @@ constexpr std::array<double, 4> kForward{-1, 1, -1, 1};
 constexpr std::array<double, 4> kLean{-1, 1, 1, -1};
 constexpr std::array<double, 4> kAhead{1, 1, -1, -1};
 constexpr std::array<double, 4> kLeft{1, -1, 1, -1};
+/// What differs between the wheels, computed for all at once: roots and divisions are most of a step.
+using EachWheel = Eigen::Array4d;
 
 void require_positive(double value, const char* name) {
   if (!(std::isfinite(value) && value > 0))
@@ -95,29 +98,34 @@ void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
     return;
   }
   const double r = parameters_.geometry.wheel_radius_m;
-  const double half_length = parameters_.geometry.wheelbase_m / 2;
-  const double half_width = parameters_.geometry.track_m / 2;
-  // The grip acts along (1, c)/√2; its x component carries the 1/√2 of that direction.
+  const EachWheel forward(kForward.data());
+  const EachWheel lean(kLean.data());
+  const EachWheel x = EachWheel(kAhead.data()) * (parameters_.geometry.wheelbase_m / 2);
+  const EachWheel y = EachWheel(kLeft.data()) * (parameters_.geometry.track_m / 2);
+  const EachWheel hub_x = twist_B[0] - twist_B[2] * y;
+  const EachWheel hub_y = twist_B[1] + twist_B[2] * x;
+  EachWheel speed;
+  std::ranges::transform(wheels_, speed.begin(), &Drive::velocity_rad_per_s);
+  const EachWheel surface_x = forward * r * speed;
+  // Along the roller's axis the wheel grips. The grip acts along (1, c)/√2; its x component carries the 1/√2
+  // of that direction.
+  const EachWheel slip = surface_x - (hub_x + lean * hub_y);
   const double grip_bound_N = parameters_.roller_grip * wheel_load_N_ / std::sqrt(2.0);
-
+  EachWheel grip_N;
   for (std::size_t i = 0; i < kCount; ++i) {
-    const double x = kAhead[i] * half_length;
-    const double y = kLeft[i] * half_width;
-    const double hub_x = twist_B[0] - twist_B[2] * y;
-    const double hub_y = twist_B[1] + twist_B[2] * x;
-    const double surface_x = kForward[i] * r * wheels_[i].velocity_rad_per_s();
-    // Along the roller's axis the wheel grips ...
-    const double slip = surface_x - (hub_x + kLean[i] * hub_y);
-    const double grip_N = grips_[i].step(slip, parameters_.grip_scale[i] * grip_bound_N, step_s);
-    // ... across it the roller rolls: (−c, 1)/√2 is the way it does.
-    const double rolling = (kLean[i] * (surface_x - hub_x) + hub_y) / std::sqrt(2.0);
-    const double resistance_N = -parameters_.roller_resistance * wheel_load_N_ * rolling /
-                                std::sqrt(rolling * rolling + kRollingFade_m_per_s * kRollingFade_m_per_s);
-    const double force_x = grip_N - kLean[i] * resistance_N / std::sqrt(2.0);
-    const double force_y = kLean[i] * grip_N + resistance_N / std::sqrt(2.0);
-    wrench_B += control::PlanarVector(force_x, force_y, x * force_y - y * force_x);
-    wheels_[i].step(kForward[i] * r * force_x, step_s);
+    const auto wheel = static_cast<Eigen::Index>(i);
+    grip_N[wheel] = grips_[i].step(slip[wheel], parameters_.grip_scale[i] * grip_bound_N, step_s);
   }
+  // Across it the roller rolls: (−c, 1)/√2 is the way it does.
+  const EachWheel rolling = (lean * (surface_x - hub_x) + hub_y) / std::sqrt(2.0);
+  const EachWheel resistance_N = -parameters_.roller_resistance * wheel_load_N_ * rolling /
+                                 (rolling * rolling + kRollingFade_m_per_s * kRollingFade_m_per_s).sqrt();
+  const EachWheel force_x = grip_N - lean * resistance_N / std::sqrt(2.0);
+  const EachWheel force_y = lean * grip_N + resistance_N / std::sqrt(2.0);
+  const EachWheel moment = x * force_y - y * force_x;
+  for (int i = 0; i < kCount; ++i) wrench_B += control::PlanarVector(force_x[i], force_y[i], moment[i]);
+  const EachWheel load_Nm = forward * r * force_x;
+  for (std::size_t i = 0; i < kCount; ++i) wheels_[i].step(load_Nm[static_cast<Eigen::Index>(i)], step_s);
 }
 
 void MecanumWheels::set_on_ground(bool on_ground) noexcept {

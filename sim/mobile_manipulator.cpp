@@ -130,8 +130,10 @@ void MobileManipulator::step(double step_s) noexcept {
 
   control::ChainVector torque = held_.tip_jacobian.transpose() * (contact_W_N + push_W_N_) - held_.bias_Nm;
   control::PlanarVector wrench_B = control::PlanarVector::Zero();
-  wheels_.step(twist(), step_s, wrench_B);
-  torque.head<kBaseAxes>() += control::rotated(wrench_B, q_[2]);
+  const double cosine = std::cos(q_[2]);
+  const double sine = std::sin(q_[2]);
+  wheels_.step(control::rotated(v_.head<kBaseAxes>(), cosine, -sine), step_s, wrench_B);
+  torque.head<kBaseAxes>() += control::rotated(wrench_B, cosine, sine);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const auto axis = static_cast<Eigen::Index>(kBaseAxes + i);
     torque[axis] += joints_[i].step(q_[axis], v_[axis], step_s);

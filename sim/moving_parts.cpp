@@ -42,6 +42,7 @@ MovingParts::MovingParts(const model::effects::Mechanics& mechanics,
 
 double MovingParts::level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept {
   const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
+  if (effects_.empty()) return curve_Nm;
   return curve_Nm + effects_.level_Nm(speed_rad_per_s, direction, running_s_, carried_Nm);
 }
 
@@ -69,7 +70,7 @@ double MovingParts::shaft_torque_Nm() const noexcept {
 }
 
 void MovingParts::step(double motor_torque_Nm, double load_Nm, double step_s) noexcept {
-  const double carried_Nm = effects_.load_Nm(position_rad()) + load_Nm;
+  const double carried_Nm = effects_.empty() ? load_Nm : effects_.load_Nm(position_rad()) + load_Nm;
   running_s_ += step_s;
   if (!mechanics_.two_masses()) {
     friction_torque_Nm_ = move(motor_, motor_torque_Nm - carried_Nm, std::abs(carried_Nm), step_s);

@@ -64,22 +64,30 @@ std::size_t longest_value_chars(const std::optional<int>& decimals) {
 /// where the scaling's own error cannot change how it rounds. Null where it could.
 char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
   constexpr std::array<double, 10> kPowers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
+  constexpr std::array<std::uint64_t, 10> kWholePowers{
+      1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000, 1'000'000'000};
   constexpr double kLargest = 1e12;     // doubles are 1e-4 apart there
   constexpr double kCertainly = 0.499;  // from the nearest integer
   if (decimals >= static_cast<int>(kPowers.size())) return nullptr;
   const double scaled = std::abs(value) * kPowers[static_cast<std::size_t>(decimals)];
   if (!(scaled < kLargest)) return nullptr;
-  auto digits = static_cast<std::uint64_t>(std::llround(scaled));
+  const auto digits = static_cast<std::uint64_t>(scaled + 0.5);
   if (std::abs(scaled - static_cast<double>(digits)) > kCertainly) return nullptr;
-  std::array<char, 24> text;  // from behind, with a zero before the point
-  char* const last = text.data() + text.size();
-  char* first = last;
-  for (int place = 0; place <= decimals || digits != 0; ++place, digits /= 10) {
-    if (place == decimals && decimals > 0) *--first = '.';
-    *--first = static_cast<char>('0' + digits % 10);
+  const std::uint64_t power = kWholePowers[static_cast<std::size_t>(decimals)];
+  auto whole = static_cast<std::uint64_t>(std::abs(value));
+  std::uint64_t part = digits - whole * power;
+  if (part == power) {  // rounded up
+    ++whole;
+    part = 0;
   }
-  if (std::signbit(value)) *--first = '-';
-  return end - out < last - first ? nullptr : std::copy(first, last, out);
+  if (std::signbit(value)) *out++ = '-';
+  out = std::to_chars(out, end, whole).ptr;
+  if (decimals == 0) return out;
+  // A one before the decimals keeps their leading zeros; the point takes its place.
+  char* const point = out;
+  out = std::to_chars(out, end, power + part).ptr;
+  *point = '.';
+  return out;
 }
 
 /// The caller has made room for longest_value_chars().
@@ -209,7 +217,9 @@ void RecordingFile::flush() noexcept {
     const auto [bytes, error_number] = write_all(fd_, rows);
     const auto reached = rows.first(bytes);
     const auto after_last_row = std::find(reached.rbegin(), reached.rend(), '\n').base();
-    rows_kept = static_cast<std::uint64_t>(std::count(reached.begin(), after_last_row, '\n'));
+    rows_kept = error_number == 0
+                    ? buffered_rows_
+                    : static_cast<std::uint64_t>(std::count(reached.begin(), after_last_row, '\n'));
     file_bytes_ += after_last_row - reached.begin();
     if (error_number != 0) {
       note(Step::kWrite, error_number);

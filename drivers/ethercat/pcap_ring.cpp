@@ -37,6 +37,7 @@ constexpr std::size_t kLongestOption = 1000;  // a length field has 16 bits
 class Block {
  public:
   explicit Block(std::uint32_t type) {
+    bytes_.reserve(kMaxFrameBytes + 64);  // at once, for a packet and its options
     add(type);
     add(std::uint32_t{0});  // length, known at the end
   }

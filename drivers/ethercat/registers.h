@@ -24,6 +24,8 @@ inline constexpr std::uint16_t kPdiControl = 0x0140;
 
 inline constexpr std::uint16_t kEventMask = 0x0200;
 inline constexpr std::uint16_t kEventRequest = 0x0210;
+inline constexpr std::uint16_t kDlStatusEvent = 0x0004;  ///< in the event request
+inline constexpr std::uint16_t kAlStatusEvent = 0x0008;
 
 inline constexpr std::uint16_t kRxErrorCounters = 0x0300;         ///< per port: invalid frame, RX error
 inline constexpr std::uint16_t kForwardedErrorCounters = 0x0308;  ///< per port

@@ -88,10 +88,13 @@ Transceiver::Match Transceiver::examine(std::span<std::uint8_t> frame) noexcept 
 }
 
 bool Transceiver::is_foreign(std::span<const std::uint8_t> frame) noexcept {
+  const MacAddress& own = writer_.source();
+  const auto bytes = frame.subspan<kSourceMacOffset, std::tuple_size_v<MacAddress>>();
+  const auto first = static_cast<std::uint8_t>(bytes[0] & ~kReturnedBit);
+  if (first == own[0] && std::equal(bytes.begin() + 1, bytes.end(), own.begin() + 1)) return false;
   MacAddress source;
-  std::copy_n(frame.begin() + kSourceMacOffset, source.size(), source.begin());
-  source[0] &= static_cast<std::uint8_t>(~kReturnedBit);
-  if (source == writer_.source()) return false;
+  std::copy(bytes.begin(), bytes.end(), source.begin());
+  source[0] = first;
   ++counters_.foreign;
   other_master_.note_frame(source, link_.now());
   return true;

@@ -16,6 +16,7 @@ class EffectChain {
   EffectChain() = default;
   explicit EffectChain(std::span<const AnyEffect> effects);
 
+  bool empty() const noexcept { return effects_.empty(); }
   /// The torque the actuator delivers for a command, once per controller period of `interval_s`.
   double deliver(double command_Nm, double interval_s) noexcept;
   /// Sliding friction at `speed_rad_per_s` >= 0 in `direction`, what takes torque from the motion; not below

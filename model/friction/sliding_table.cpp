@@ -45,15 +45,6 @@ SlidingTable::SlidingTable(const std::function<double(double)>& law_Nm, const Gr
   backward_ = sample_branch(law_Nm, -1.0, grid, static_cast<std::size_t>(intervals));
 }
 
-double SlidingTable::level_Nm(double velocity_rad_per_s) const noexcept {
-  const std::vector<double>& branch = std::signbit(velocity_rad_per_s) ? backward_ : forward_;
-  const double position = std::abs(velocity_rad_per_s) * inverse_spacing_;
-  if (!(position < last_)) return branch.back();  // not a number ends here too
-  const auto below = static_cast<std::size_t>(position);
-  const double fraction = position - static_cast<double>(below);
-  return branch[below] + fraction * (branch[below + 1] - branch[below]);
-}
-
 double SlidingTable::breakaway_Nm(double direction) const noexcept {
   return std::signbit(direction) ? backward_.front() : forward_.front();
 }

@@ -1,6 +1,8 @@
 /// @file
 /// How strong friction is against velocity, as a table that costs a look-up and is continuous everywhere.
 #pragma once
+#include <cmath>
+#include <cstddef>
 #include <functional>
 #include <vector>
 
@@ -24,7 +26,14 @@ class SlidingTable {
   SlidingTable(const std::function<double(double velocity_rad_per_s)>& law_Nm, const Grid& grid);
 
   /// Never negative. The sign of `velocity_rad_per_s` (of zero too) chooses the branch.
-  double level_Nm(double velocity_rad_per_s) const noexcept;
+  double level_Nm(double velocity_rad_per_s) const noexcept {
+    const std::vector<double>& branch = std::signbit(velocity_rad_per_s) ? backward_ : forward_;
+    const double position = std::abs(velocity_rad_per_s) * inverse_spacing_;
+    if (!(position < last_)) return branch.back();  // not a number ends here too
+    const auto below = static_cast<std::size_t>(position);
+    const double fraction = position - static_cast<double>(below);
+    return branch[below] + fraction * (branch[below + 1] - branch[below]);
+  }
   /// The level at rest for motion that would start in the direction of the sign of `direction`.
   double breakaway_Nm(double direction) const noexcept;
 

@@ -3,7 +3,6 @@
 #include <utility>
 
 #include "drivers/ethercat/frame.h"
-#include "sim/bus/passing_frame.h"
 
 namespace sim::bus {
 namespace {
@@ -29,8 +28,8 @@ bool EmulatedBus::process(std::span<std::uint8_t> frame) noexcept {
   // Forced open without a link. As it is now: this frame's own writes come into force behind it.
   const bool falls_out = nodes_[slaves - 1].slave->controller().port_open(1);
 
-  PassingFrame passing(frame);
-  bool good = passing.valid();
+  passing_.look_at(frame);
+  bool good = passing_.valid();
   for (std::size_t i = 0; i < slaves; ++i) {
     EmulatedSlave& slave = *nodes_[i].slave;
     if (nodes_[i].damaged_frames > 0) {
@@ -43,7 +42,7 @@ bool EmulatedBus::process(std::span<std::uint8_t> frame) noexcept {
       slave.controller().count_invalid_frame(0, true);
     }
     slave.controller().begin_frame(times_at(i, slaves));
-    for (Datagram& datagram : passing.datagrams()) slave.controller().process(datagram);
+    for (Datagram& datagram : passing_.datagrams()) slave.controller().process(datagram);
     slave.end_frame(good);
   }
   for (std::size_t i = 0; !good && i + 1 < slaves; ++i) {  // marked by now, it comes back through all of them

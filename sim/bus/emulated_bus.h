@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/bus/emulated_slave.h"
+#include "sim/bus/passing_frame.h"
 
 namespace sim::bus {
 
@@ -57,6 +58,7 @@ class EmulatedBus {
 
   std::vector<Node> nodes_;
   std::chrono::nanoseconds now_{};
+  PassingFrame passing_;
 };
 
 }  // namespace sim::bus

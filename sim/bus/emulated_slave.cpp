@@ -157,7 +157,6 @@ void EmulatedSlave::serve_mailbox() noexcept {
   if (controller_.repeat_requested(*mailbox_in_) && mailbox_.repeat(in))
     controller_.acknowledge_repeat(*mailbox_in_);
   mailbox_.hand_out(in);
-  controller_.update_manager_status();
 }
 
 void EmulatedSlave::deliver_outputs() noexcept {
@@ -174,7 +173,6 @@ void EmulatedSlave::refresh_inputs() noexcept {
   std::ranges::fill(buffer, std::uint8_t{0});
   application_->inputs(buffer);
   manager.firmware_publish();
-  controller_.update_manager_status();
 }
 
 }  // namespace sim::bus

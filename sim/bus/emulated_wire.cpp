@@ -1,7 +1,6 @@
 #include "sim/bus/emulated_wire.h"
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
 
 namespace sim::bus {
@@ -10,6 +9,7 @@ using std::chrono::nanoseconds;
 
 EmulatedWire::EmulatedWire(EmulatedBus& bus, WireOptions options)
     : bus_(bus), player_(bus, std::move(options.faults)), timed_(options.timed), start_(bus.now()) {
+  for (std::size_t slot = 0; slot < replies_.size(); ++slot) replies_[slot].slot = slot;
   player_.run_until(now());
 }
 
@@ -17,7 +17,8 @@ void EmulatedWire::send(std::span<const std::uint8_t> frame) noexcept {
   std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> bytes;
   const FrameFate fate = player_.begin_frame(now());
   if (frame.size() > bytes.size() || fate.request_lost) return;
-  std::ranges::copy(frame, bytes.begin());
+  // In one piece: g++ 12 makes a loop over bytes of std::ranges::copy.
+  std::copy(frame.begin(), frame.end(), bytes.begin());
   const std::span<std::uint8_t> reply = std::span(bytes).first(frame.size());
   if (!bus_.process(reply) || fate.reply_lost) return;
   const nanoseconds due = now() + (timed_ ? bus_.round_trip(frame.size()) : nanoseconds(0)) + fate.delay;
@@ -28,41 +29,31 @@ void EmulatedWire::send(std::span<const std::uint8_t> frame) noexcept {
 
 void EmulatedWire::enqueue(std::span<const std::uint8_t> frame, nanoseconds due) noexcept {
   if (frame.empty()) return;
-  Reply* const free = std::ranges::find(replies_, std::size_t{0}, &Reply::size);
-  if (free == replies_.end()) {
+  if (under_way_ == replies_.size()) {
     ++dropped_;
     return;
   }
-  std::ranges::copy(frame, free->bytes.begin());
-  free->size = frame.size();
-  free->due = due;
-  free->order = sent_++;
-}
-
-EmulatedWire::Reply* EmulatedWire::first() noexcept {
-  Reply* found = nullptr;
-  for (Reply& reply : replies_) {
-    if (reply.size == 0) continue;
-    if (found == nullptr || std::tie(reply.due, reply.order) < std::tie(found->due, found->order))
-      found = &reply;
-  }
-  return found;
+  // Behind those due at the same time.
+  const auto end = replies_.begin() + static_cast<std::ptrdiff_t>(under_way_++);
+  const auto place = std::upper_bound(replies_.begin(), end, due,
+                                      [](nanoseconds time, const Reply& reply) { return time < reply.due; });
+  std::rotate(place, end, end + 1);  // the slot of one that has gone
+  place->due = due;
+  place->size = frame.size();
+  std::copy(frame.begin(), frame.end(), slots_[place->slot].begin());
 }
 
 std::optional<nanoseconds> EmulatedWire::next_reply() const noexcept {
-  std::optional<nanoseconds> next;
-  for (const Reply& reply : replies_) {
-    if (reply.size != 0) next = next ? std::min(*next, reply.due) : reply.due;
-  }
-  return next;
+  return under_way_ > 0 ? std::optional(replies_.front().due) : std::nullopt;
 }
 
 std::size_t EmulatedWire::receive(std::span<std::uint8_t> buffer) noexcept {
-  Reply* const reply = first();
-  if (reply == nullptr || reply->due > now()) return 0;
-  const std::size_t size = std::min(buffer.size(), reply->size);
-  std::copy_n(reply->bytes.begin(), size, buffer.begin());
-  reply->size = 0;
+  if (under_way_ == 0 || replies_.front().due > now()) return 0;
+  const Reply& reply = replies_.front();
+  const std::size_t size = std::min(buffer.size(), reply.size);
+  std::copy_n(slots_[reply.slot].begin(), size, buffer.begin());
+  std::rotate(replies_.begin(), replies_.begin() + 1,
+              replies_.begin() + static_cast<std::ptrdiff_t>(under_way_--));
   return size;
 }
 

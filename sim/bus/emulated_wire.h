@@ -46,21 +46,20 @@ class EmulatedWire {
 
  private:
   struct Reply {
-    std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> bytes{};
-    std::size_t size = 0;  // 0: free
     std::chrono::nanoseconds due{};
-    std::uint64_t order = 0;
+    std::size_t size = 0;
+    std::size_t slot = 0;  // where its bytes are
   };
 
   void enqueue(std::span<const std::uint8_t> frame, std::chrono::nanoseconds due) noexcept;
-  Reply* first() noexcept;
 
   EmulatedBus& bus_;
   FaultPlayer player_;
   const bool timed_;
   const std::chrono::nanoseconds start_;
-  std::array<Reply, kCapacity> replies_{};
-  std::uint64_t sent_ = 0;
+  std::array<Reply, kCapacity> replies_{};  // under way, as they come; behind them free slots
+  std::size_t under_way_ = 0;
+  std::array<std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes>, kCapacity> slots_{};
   std::uint64_t dropped_ = 0;
 };
 

@@ -24,7 +24,9 @@ unsigned ether_type(std::span<const std::uint8_t> frame, std::size_t at) noexcep
 
 }  // namespace
 
-PassingFrame::PassingFrame(std::span<std::uint8_t> frame) noexcept {
+void PassingFrame::look_at(std::span<std::uint8_t> frame) noexcept {
+  count_ = 0;
+  valid_ = false;
   if (frame.size() > drivers::ethercat::kMaxFrameBytes) return;
   std::size_t at = kEtherTypeOffset;
   if (ether_type(frame, at) == kVlanTag) at += kVlanTagBytes;

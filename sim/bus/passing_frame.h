@@ -20,8 +20,12 @@ namespace sim::bus {
 /// - So is a frame of another EtherType or type, of which nothing is processed.
 class PassingFrame {
  public:
-  /// Views into `frame`, which outlives this.
-  explicit PassingFrame(std::span<std::uint8_t> frame) noexcept;
+  PassingFrame() = default;
+  explicit PassingFrame(std::span<std::uint8_t> frame) noexcept { look_at(frame); }
+
+  /// Instead of what it looked at before. Its datagrams are views into `frame`, which outlives them. Their
+  /// room takes longer to clear than a frame to pass: who sees many frames keeps one of these.
+  void look_at(std::span<std::uint8_t> frame) noexcept;
 
   std::span<drivers::ethercat::Datagram> datagrams() noexcept { return std::span(datagrams_).first(count_); }
   /// False: the controller spoils the check sequence.

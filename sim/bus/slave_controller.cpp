@@ -15,9 +15,6 @@ constexpr std::uint8_t kEt1100 = 0x11;
 constexpr std::uint8_t kPorts0And1AreMii = 0x0F;
 constexpr std::uint16_t kClock64 = 0x000C;  // features: distributed clock, 64 bits wide
 
-constexpr std::uint16_t kDlStatusEvent = 0x0004;  // in the event request
-constexpr std::uint16_t kAlStatusEvent = 0x0008;
-
 // Loop control of a port in DL control.
 constexpr unsigned kAutoClose = 1;  // differs from "auto" only in how a link that comes back is reopened
 constexpr unsigned kForcedOpen = 2;
@@ -75,7 +72,6 @@ void SlaveController::reset(nanoseconds now) noexcept {
     set<std::uint8_t>(reg::kDcSystemTimeFilter, 4);
     set<std::uint8_t>(reg::kDcSystemTimeFilter + 1, 12);
   }
-  update_manager_status();
   links_ = {};
   update_dl_status();
   set<std::uint16_t>(reg::kEventRequest, 0);
@@ -130,7 +126,7 @@ void SlaveController::update_dl_status() noexcept {
   }
   if (status == get<std::uint16_t>(reg::kDlStatus)) return;
   set(reg::kDlStatus, static_cast<std::uint16_t>(status));
-  registers_[reg::kEventRequest] |= kDlStatusEvent;
+  registers_[reg::kEventRequest] |= reg::kDlStatusEvent;
 }
 
 void SlaveController::count_invalid_frame(std::size_t port, bool marked) noexcept {
@@ -152,7 +148,7 @@ void SlaveController::set_al_status(std::uint16_t status, std::uint16_t code) no
   if (status == get<std::uint16_t>(reg::kAlStatus) && code == get<std::uint16_t>(reg::kAlStatusCode)) return;
   set(reg::kAlStatus, status);
   set(reg::kAlStatusCode, code);
-  registers_[reg::kEventRequest] |= kAlStatusEvent;
+  registers_[reg::kEventRequest] |= reg::kAlStatusEvent;
 }
 
 std::span<const std::uint8_t> SlaveController::manager_registers() const noexcept {
@@ -168,7 +164,6 @@ void SlaveController::set_deactivated(std::size_t manager, bool deactivated) noe
   std::uint8_t& pdi = registers_[reg::kSyncManager + manager * reg::kSyncManagerBytes + reg::kSyncManagerPdi];
   pdi = static_cast<std::uint8_t>(deactivated ? pdi | 0x01 : pdi & ~0x01);
   configure_manager(manager);
-  update_manager_status();
 }
 
 bool SlaveController::repeat_requested(std::size_t manager) const noexcept {
@@ -179,16 +174,6 @@ bool SlaveController::repeat_requested(std::size_t manager) const noexcept {
 void SlaveController::acknowledge_repeat(std::size_t manager) noexcept {
   registers_[reg::kSyncManager + manager * reg::kSyncManagerBytes + reg::kSyncManagerPdi] ^=
       reg::kRepeatAcknowledge;
-}
-
-void SlaveController::update_manager_status() noexcept {
-  unsigned events = get<std::uint16_t>(reg::kEventRequest) & (kDlStatusEvent | kAlStatusEvent);
-  for (std::size_t i = 0; i < managers_.size(); ++i) {
-    const std::uint8_t status = managers_[i].guarding() ? managers_[i].status() : std::uint8_t{0x30};
-    registers_[reg::kSyncManager + i * reg::kSyncManagerBytes + reg::kSyncManagerStatus] = status;
-    if (i < 8 && (status & 0x03) != 0) events |= 0x10U << i;
-  }
-  set(reg::kEventRequest, static_cast<std::uint16_t>(events));
 }
 
 }  // namespace sim::bus

@@ -94,8 +94,6 @@ class SlaveController {
   void acknowledge_repeat(std::size_t manager) noexcept;
   bool repeat_requested(std::size_t manager) const noexcept;
   SyncManager& manager(std::size_t index) noexcept { return managers_[index]; }
-  /// After reading or writing sync managers.
-  void update_manager_status() noexcept;
   std::span<const std::uint8_t> manager_registers() const noexcept;
   std::span<const Fmmu> fmmus() const noexcept { return fmmus_; }
   std::uint32_t memory_end() const noexcept;
@@ -114,6 +112,7 @@ class SlaveController {
   }
   void increment(std::uint16_t address) noexcept;
   void update_dl_status() noexcept;
+  void update_manager_status() noexcept;
 
   unsigned physical(std::uint16_t address, std::span<std::uint8_t> data, Access access,
                     bool broadcast) noexcept;

@@ -60,6 +60,19 @@ void SlaveController::begin_frame(const FrameTimes& times) noexcept {
   times_ = times;
   journal_writes_ = journal_used_ = 0;
   dl_status_read_ = al_status_read_ = false;
+  update_manager_status();
+}
+
+// Only frames read it, so that it is brought up to date as they begin: nothing that changes it takes effect
+// before they end.
+void SlaveController::update_manager_status() noexcept {
+  unsigned events = get<std::uint16_t>(reg::kEventRequest) & (reg::kDlStatusEvent | reg::kAlStatusEvent);
+  for (std::size_t i = 0; i < managers_.size(); ++i) {
+    const std::uint8_t status = managers_[i].guarding() ? managers_[i].status() : std::uint8_t{0x30};
+    registers_[reg::kSyncManager + i * reg::kSyncManagerBytes + reg::kSyncManagerStatus] = status;
+    if (i < 8 && (status & 0x03) != 0) events |= 0x10U << i;
+  }
+  set(reg::kEventRequest, static_cast<std::uint16_t>(events));
 }
 
 void SlaveController::process(Datagram& datagram) noexcept {
@@ -132,7 +145,7 @@ unsigned SlaveController::logical(std::uint32_t address, std::span<std::uint8_t>
   for (auto fmmu = fmmus_.rbegin(); access.reads && fmmu != fmmus_.rend(); ++fmmu) {
     const MappedBits bits = fmmu->reads() ? fmmu->match(address, data.size()) : MappedBits{};
     if (bits.count == 0) continue;
-    if (access.writes && !std::exchange(kept, true)) std::ranges::copy(data, incoming.begin());
+    if (access.writes && !std::exchange(kept, true)) std::copy(data.begin(), data.end(), incoming.begin());
     if (bits.whole_bytes()) {
       any_read |= read(bits.physical_byte(), data.subspan(bits.first / 8, bits.count / 8));
     } else if (read(bits.physical_byte(), std::span(own).first(bits.physical_bytes()))) {
@@ -270,8 +283,10 @@ FrameEvents SlaveController::end_frame(bool good) noexcept {
   }
   if (good) {
     // Reading a status clears its event (section II, 0x0210).
-    if (dl_status_read_) registers_[reg::kEventRequest] &= static_cast<std::uint8_t>(~0x04U);
-    if (al_status_read_) registers_[reg::kEventRequest] &= static_cast<std::uint8_t>(~0x08U);
+    if (dl_status_read_)
+      registers_[reg::kEventRequest] &= static_cast<std::uint8_t>(~unsigned{reg::kDlStatusEvent});
+    if (al_status_read_)
+      registers_[reg::kEventRequest] &= static_cast<std::uint8_t>(~unsigned{reg::kAlStatusEvent});
     std::span<const std::uint8_t> bytes(journal_bytes_);
     for (const RegisterWrite& write : std::span(journal_).first(journal_writes_)) {
       commit(write.address, bytes.first(write.length), events);
@@ -279,7 +294,6 @@ FrameEvents SlaveController::end_frame(bool good) noexcept {
     }
   }
   journal_writes_ = journal_used_ = 0;
-  update_manager_status();
   return events;
 }
 

@@ -1,4 +1,5 @@
 // fault_campaign: the whole daemon under random faults in emulated time; `./dev faults` runs it.
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -311,6 +312,10 @@ int run(const Arguments& arguments) {
   // Fault reports go where temporary files live: not among the user's own.
   const support::TemporaryDirectory temporary;
   require(setenv("TMPDIR", temporary.path().c_str(), 1) == 0, "setenv");
+  // What one daemon gives back the next one takes: rings of megabytes, which else are mapped and cleared
+  // again.
+  mallopt(M_MMAP_THRESHOLD, 1 << 30);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
   // The limit on files is one of the faults; a write beyond it fails with EFBIG.
   std::signal(SIGXFSZ, SIG_IGN);
   return arguments.each_kind ? run_each_kind(arguments) : run_campaign(arguments);

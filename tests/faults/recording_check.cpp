@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <limits>
+#include <utility>
 
 namespace faults {
 namespace {
@@ -167,16 +168,14 @@ void TrueMotion::compare_file(const std::filesystem::path& file, nanoseconds fir
       if (!samples_are_true && column.quantity != Quantity::kTank) continue;
       const double value = number(row[column.index]);
       const bool command = column.quantity == Quantity::kCommand;
+      const double held = command ? std::exchange(reading.commands[column.joint], value) : value;
       if (command && rows == 0) continue;
-      const double held = command ? reading.commands[column.index] : value;
       if (!is_true(column, held, reading, now))
         return problems.push_back(name + "at " + std::string(row[0]) + " s " + std::string(column.name) +
                                   " was not " + std::to_string(held) +
                                   (command ? " since the row before" : ""));
     }
     reading.last = now;
-    reading.commands.clear();
-    for (const std::string_view cell : row) reading.commands.push_back(number(cell));
   }
   if (samples_are_true && rows == 0 && first_cycle.count() >= 0) problems.push_back(name + "no rows");
 }

@@ -58,7 +58,7 @@ class TrueMotion {
     bool arm_in_torque_mode = false;
     Window last{};  // of the row before
     bool arm_was_in_torque_mode = false;
-    std::vector<double> commands{};  // of the row before, by column
+    std::array<double, kJoints> commands{};  // of the row before
     std::array<std::optional<double>, kJoints> first_rad{};
     std::array<bool, kJoints> obeyed{};
   };
