@@ -3,8 +3,11 @@
 ///
 ///     gap_proof --threads 2
 ///     gap_proof --only cogging --verbose
+///
+/// Beside it, two fits of all effects at once to the same data.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdio>
@@ -18,6 +21,7 @@
 
 #include "model/effects/any_effect.h"
 #include "tests/bench/figures.h"
+#include "tests/gap/baselines.h"
 #include "tests/gap/gap_cases.h"
 #include "tests/gap/gap_judge.h"
 
@@ -68,14 +72,23 @@ void print_case(const Judgement& judgement) {
   std::fflush(stdout);
 }
 
-std::vector<Judgement> run(const std::vector<CaseSpec>& cases, const Arguments& arguments) {
-  std::vector<Judgement> judgements(cases.size());
+/// The search's answers, and those of the baselines to the same cases.
+struct Answers {
+  std::vector<Judgement> judgements;
+  std::vector<BaselineAnswers> baselines;
+};
+
+Answers run(const std::vector<CaseSpec>& cases, const Arguments& arguments) {
+  Answers answers{std::vector<Judgement>(cases.size()), std::vector<BaselineAnswers>(cases.size())};
+  std::vector<Judgement>& judgements = answers.judgements;
   std::atomic<std::size_t> next{0};
   std::size_t done = 0;
   std::mutex printing;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++) {
-      judgements[i] = judge(make_case(cases[i]));
+      const Case made = make_case(cases[i]);
+      judgements[i] = judge(made);
+      answers.baselines[i] = baseline_answers(made);
       const std::lock_guard lock(printing);
       ++done;
       if (arguments.verbose)
@@ -87,7 +100,7 @@ std::vector<Judgement> run(const std::vector<CaseSpec>& cases, const Arguments& 
   std::vector<std::thread> threads;
   for (unsigned i = 0; i < arguments.threads; ++i) threads.emplace_back(work);
   for (std::thread& thread : threads) thread.join();
-  return judgements;
+  return answers;
 }
 
 /// Rows: what is in the data. Columns: what was named, a dot for never.
@@ -141,6 +154,79 @@ struct Share {
   }
   double value() const { return whole > 0 ? static_cast<double>(part) / whole : 0; }
 };
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// What naming one effect after the other, and abstaining, buys: beside two ways to fit all at once.
+void print_baselines(const Answers& answers) {
+  struct Row {
+    const char* what;
+    std::array<Share, 3> share{};
+  };
+  Row nothing{"nothing missing, and something named"};
+  Row single{"one effect of three noise floors or more, named right and alone"};
+  Row pairs{"two effects, both named right and nothing else"};
+  Row outside{"outside the library, and named"};
+  std::array<std::vector<double>, 3> gaps;
+  std::array<double, 3> names{};
+  double count = 0;
+  for (std::size_t i = 0; i < answers.judgements.size(); ++i) {
+    const Judgement& judgement = answers.judgements[i];
+    const BaselineAnswers& baselines = answers.baselines[i];
+    const CaseKind kind = judgement.spec.kind;
+    if (kind != CaseKind::kOutside && !baselines.could_name_all) continue;
+    const bool alarm = kind == CaseKind::kNone || kind == CaseKind::kOutside;
+    const std::array<bool, 3> named{!judgement.named.empty(), !baselines.sparse.named.empty(),
+                                    !baselines.all_parameters.named.empty()};
+    const std::array<bool, 3> right{judgement.right(), is_right(baselines.sparse, judgement.spec),
+                                    is_right(baselines.all_parameters, judgement.spec)};
+    Row* const row = kind == CaseKind::kNone                                        ? &nothing
+                     : kind == CaseKind::kOutside                                   ? &outside
+                     : kind == CaseKind::kPair                                      ? &pairs
+                     : kind == CaseKind::kSingle && judgement.least_size >= kStrong ? &single
+                                                                                    : nullptr;
+    for (std::size_t k = 0; row != nullptr && k < named.size(); ++k)
+      row->share[k].count(alarm ? named[k] : right[k]);
+    if (alarm) continue;
+    const std::array<double, 3> gap{judgement.gap_after_Nm, baselines.sparse.gap_after_Nm,
+                                    baselines.all_parameters.gap_after_Nm};
+    for (std::size_t k = 0; k < gap.size(); ++k) gaps[k].push_back(gap[k] / judgement.floor_Nm);
+    names[0] += static_cast<double>(judgement.named.size());
+    names[1] += static_cast<double>(baselines.sparse.named.size());
+    names[2] += static_cast<double>(baselines.all_parameters.named.size());
+    ++count;
+  }
+  std::printf("\n%-66s %12s %12s %12s\n", "Beside two fits without a search, of the same rows and columns",
+              "youbot-gap", "sparse", "all at once");
+  for (const Row* const row : {&nothing, &single, &pairs, &outside}) {
+    std::printf("%-66s", row->what);
+    for (const Share& share : row->share) std::printf(" %5d of %3d", share.part, share.whole);
+    std::printf("\n");
+  }
+  const auto print_values = [](const char* what, const std::array<double, 3>& values) {
+    std::printf("%-66s", what);
+    for (const double value : values) std::printf(" %12.2f", value);
+    std::printf("\n");
+  };
+  if (count == 0) return;
+  print_values("names a drive, where effects of the library are missing",
+               {names[0] / count, names[1] / count, names[2] / count});
+  print_values("gap left of held-out recordings there, noise floors, median",
+               {median(gaps[0]), median(gaps[1]), median(gaps[2])});
+  const char* const how = "gap_proof: youbot-gap, sparse regression, all parameters at once";
+  for (const Row* const row : {&nothing, &single, &pairs, &outside}) {
+    std::string figure;
+    for (const Share& share : row->share)
+      figure +=
+          (figure.empty() ? "" : "; ") + std::to_string(share.part) + " of " + std::to_string(share.whole);
+    bench::add_figure(std::string("side by side on hidden drives: ") + row->what, figure, how);
+  }
+}
 
 bool reached(const char* what, const Share& share, bool at_least, double target) {
   bench::add_figure(std::string("youbot-gap on hidden drives: ") + what,
@@ -236,9 +322,10 @@ int prove(int argc, char** argv) {
     std::fprintf(stderr, "gap_proof: no case of kind or effect %s\n", arguments.only.c_str());
     return 2;
   }
-  const std::vector<Judgement> judgements = run(cases, arguments);
-  print_confusion(judgements);
-  return print_targets(judgements) ? 0 : 1;
+  const Answers answers = run(cases, arguments);
+  print_confusion(answers.judgements);
+  print_baselines(answers);
+  return print_targets(answers.judgements) ? 0 : 1;
 }
 
 }  // namespace
