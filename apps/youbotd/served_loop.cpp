@@ -1,5 +1,7 @@
 #include "apps/youbotd/served_loop.h"
 
+#include <utility>
+
 namespace youbotd {
 
 void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
@@ -13,7 +15,10 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
 void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   if (orders_channel_.take(orders_)) last_order_ = now;
   told_.heard = orders_.serial;
-  const bool heard = last_order_ && now - *last_order_ <= silence_;
+  // As of the step before: what this loop itself slept through is no silence of others, and a run that stops
+  // for it says so, because it sees the pause before it is called off.
+  const std::chrono::nanoseconds awake = std::exchange(last_step_, now);
+  const bool heard = last_order_ && awake - *last_order_ <= silence_;
   const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
     run_ = orders_.run;

@@ -69,6 +69,7 @@ class ServedLoop {
   hal::NewestValue<Told> told_channel_;
   Orders orders_;
   std::optional<std::chrono::nanoseconds> last_order_;
+  std::chrono::nanoseconds last_step_{};
   Run* run_ = nullptr;        // the one under way
   std::uint64_t number_ = 0;  // its number
   Told told_;

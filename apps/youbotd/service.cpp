@@ -71,6 +71,8 @@ void Service::attend() {
   if (attended_ && now - *attended_ > kLongHoldUp) {
     held_up_ = now - *attended_;
     fresh_from_ = now + kBacklog;
+    spdlog::warn("youbotd stood still for {:.1f} s: orders that waited as long start nothing",
+                 std::chrono::duration<double>(held_up_).count());
   }
   attended_ = now;
 }

@@ -152,6 +152,18 @@ TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
   EXPECT_STREQ(told.progress.phase, "off") << "it does not begin again by itself";
 }
 
+TEST_F(ServedLoopTest, WhatTheLoopItselfSleptThroughIsNoSilenceOfOthers) {
+  const Orders orders = begin();
+  now += 10 * kSilence;
+  cycle();
+  EXPECT_FALSE(run.stopping) << "the run is to see the pause before it is called off";
+  loop.order(orders);
+  cycle(10);
+  EXPECT_FALSE(run.stopping) << "both slept";
+  cycle(static_cast<int>(kSilence / 1ms) + 2);
+  EXPECT_TRUE(run.stopping);
+}
+
 /// Counts who touches it.
 class CountedMaster final : public hal::HapticDevice {
  public:
