@@ -25,11 +25,13 @@ void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
     number_ = orders_.number;
     told_.master = {};
     told_.master_left = false;
+    told_.unheard = false;
     if (capture_ != nullptr) capture_->resume();
   } else if (run_ == nullptr && orders_.run != nullptr && orders_.number > number_) {
     told_.ended = number_ = orders_.number;  // called off before it began
   }
   if (run_ == nullptr) return;
+  told_.unheard = told_.unheard || (!heard && !ending_ && !orders_.stop && !orders_.off);
   if (heard && orders_.off)
     run_->switch_off();
   else if (!wanted)

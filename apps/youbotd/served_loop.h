@@ -27,6 +27,7 @@ struct Told {
   std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed; what is told is as new as they
   std::uint64_t cycles = 0;
   std::uint64_t ended = 0;   ///< number of the last run that is over
+  bool unheard = false;      ///< that one, or the one under way, comes to rest because no orders came
   Progress progress;         ///< of the run under way
   hal::CycleStatus robot{};  ///< while there is none
   hal::HapticStatus master{};

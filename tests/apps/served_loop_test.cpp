@@ -128,6 +128,7 @@ TEST_F(ServedLoopTest, StopBringsToRestAndOffSwitchesOff) {
   cycle();
   EXPECT_TRUE(run.off);
   EXPECT_EQ(told.ended, 1U);
+  EXPECT_FALSE(told.unheard);
 }
 
 TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
@@ -147,6 +148,7 @@ TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
   EXPECT_TRUE(run.stopping);
   cycle(10);
   EXPECT_EQ(told.ended, 1U);
+  EXPECT_TRUE(told.unheard) << "so that the reason has a name";
   loop.order(orders);
   cycle(10);
   EXPECT_STREQ(told.progress.phase, "off") << "it does not begin again by itself";
