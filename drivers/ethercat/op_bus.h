@@ -197,9 +197,10 @@ class OpBus {
   std::vector<Entry> entries_;  // of the frame under way; capacity fixed
   std::chrono::nanoseconds sent_at_{};
   bool sent_ = false;
-  bool suspicious_ = true;    // look at every slave
-  std::size_t turn_ = 0;      // whose supervision and service comes first
-  bool image_whole_ = false;  // the single LRW had its full counter
+  bool suspicious_ = true;                              // look at every slave
+  std::size_t turn_ = 0;                                // whose supervision and service comes first
+  bool image_whole_ = false;                            // the single LRW had its full counter
+  std::optional<std::chrono::nanoseconds> last_clean_;  // when all were in OP
   bool broadcast_clean_ = false;
   std::uint16_t most_answering_ = 0;  // slaves, to a broadcast, since the start
   unsigned cycles_to_counters_ = 0;
