@@ -214,6 +214,7 @@ class EthercatRobot final : public Robot {
   void prepare() noexcept;
   void switch_off(bool by_operator) noexcept;
   void stop_grippers() noexcept;
+  nanoseconds time_by_frames() const noexcept;
   void copy_state() noexcept;
   const RobotState& newest_state() const noexcept;
 
@@ -236,7 +237,9 @@ class EthercatRobot final : public Robot {
   bool sampled_ = false;
   // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
   bool simulation_gone_ = false;
-  bool simulated_ = false;  // by youbot-sim, as its EEPROMs say
+  bool simulated_ = false;       // by youbot-sim, as its EEPROMs say
+  bool goes_by_frames_ = false;  // simulated in lock-step, and the clock is the machine's
+  nanoseconds begin_{};          // of the simulation's time, by the clock
   const int tolerated_cycles_;
   int excused_cycles_ = 0;  // if they have no answer
   int bad_cycles_ = 0;
@@ -270,6 +273,8 @@ void EthercatRobot::activate() {
       setup.broadcast_write(ethercat::kLiftedAddress, lifted);
     }
     simulated_ = first_without(ethercat::kSimulatedMark, setup.slaves()) == nullptr;
+    goes_by_frames_ =
+        !options_.lock_step && first_without(ethercat::kLockStepMark, setup.slaves()) == nullptr;
     excused_cycles_ = excused_cycles(options_, period_, simulated_);
     // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
     // slave, and the slave would move again without a new enable.
@@ -291,6 +296,7 @@ void EthercatRobot::activate() {
   bad_cycles_ = unanswered_cycles_ = 0;
   losses_.clear();
   counted_ = bus_->counters();
+  begin_ = clock_.now() - time_by_frames();
   latched_ = {};
 }
 
@@ -375,9 +381,13 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 
   for (std::size_t i = 0; i < drives_.size(); ++i)
     drives_[i].drive(command.joints[i], enabled_ && sampled_, bus_->outputs(drives_[i].slave()));
-  bus_->send(clock_.now());
-  const nanoseconds stamp = clock_.now();
+  nanoseconds earliest = clock_.now();
+  bus_->send(earliest);
+  nanoseconds stamp = clock_.now();
   const ethercat::CycleResult result = bus_->receive();
+  nanoseconds latest = std::max(clock_.now() - result.answer_age, stamp);
+  if (simulated_) stamp = latest;  // it goes on until just before it answers
+  if (goes_by_frames_) earliest = stamp = latest = begin_ + time_by_frames();
   simulation_gone_ = options_.lock_step && !result.answered;
 
   bool all_fresh = true;
@@ -395,6 +405,8 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
 
   if (all_fresh) {
     sample.stamp = stamp;
+    sample.earliest = earliest;
+    sample.latest = latest;
     for (std::size_t i = 0; i < drives_.size(); ++i) sample.joints[i] = drives_[i].sample();
   }
   for (std::size_t i = 0; i < grippers_.size(); ++i) {
@@ -406,6 +418,12 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   copy_state();
   states_->publish(state_);
   return latched_;
+}
+
+/// On the machine's clock a simulation in lock-step still goes by the frames that it is sent.
+nanoseconds EthercatRobot::time_by_frames() const noexcept {
+  const ethercat::FrameCounters& frames = bus_->counters();
+  return static_cast<std::int64_t>(frames.sent - frames.not_sent) * ethercat::kLockStepPeriod;
 }
 
 /// Cycle, after the first time: everything has its size by then.

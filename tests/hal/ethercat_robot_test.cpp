@@ -916,6 +916,26 @@ TEST(EthercatRobot, ASamplesStampIsWhenItsFrameHadBeenSent) {
   for (int n = 0; n < 10; ++n) {
     ASSERT_TRUE(rig.step().ok());
     EXPECT_EQ(rig.sample.stamp, link->sent_at);
+    // The boards had it somewhere between.
+    EXPECT_EQ(rig.sample.earliest, link->sent_at - 300us);
+    EXPECT_EQ(rig.sample.latest, link->sent_at + 400us);
+  }
+}
+
+/// On a clock as the machine's, on which the loop is late.
+TEST(EthercatRobot, ASimulationInLockStepGoesByItsFramesAndNotByTheClock) {
+  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  bus.mark = drivers::ethercat::kLockStepMark;
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  rig.robot->activate();
+  rig.enable();
+  for (const auto late : {0ms, 0ms, 10ms, 0ms, 30ms, 1ms}) {
+    const std::chrono::nanoseconds before = rig.sample.stamp;
+    rig.clock.sleep_until(rig.clock.now() + late);
+    ASSERT_TRUE(rig.step().ok());
+    EXPECT_EQ(rig.sample.stamp - before, 1ms);
+    EXPECT_EQ(rig.sample.earliest, rig.sample.stamp);
+    EXPECT_EQ(rig.sample.latest, rig.sample.stamp);
   }
 }
 
