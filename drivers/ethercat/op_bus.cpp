@@ -155,6 +155,7 @@ CycleResult OpBus::receive() noexcept {
   result_.answered = sent_ && transceiver_->receive(options_.frame_timeout);
   if (result_.answered) {
     diagnostics_.round_trips().add(transceiver_->round_trip());
+    result_.answer_age = transceiver_->answer_age();
     FrameReader answer = transceiver_->answer();
     Datagram datagram;
     for (const Entry& entry : entries_)

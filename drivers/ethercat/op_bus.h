@@ -43,6 +43,7 @@ struct SlaveHealth {
 struct CycleResult {
   bool answered = false;  ///< the frame came back
   bool all_operational = false;
+  std::chrono::nanoseconds answer_age{};  ///< so long it had been there, unfetched
   std::uint16_t working_counter = 0;
   std::uint16_t expected_working_counter = 0;
 };
