@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <iterator>
+#include <utility>
 
 #include "apps/common/made_paths.h"
 #include "apps/common/output_directory.h"
@@ -28,7 +29,7 @@ std::string drive_name(const Inputs& inputs) {
 
 }  // namespace
 
-Findings write_findings(const Inputs& inputs, const GapOptions& options,
+Findings write_findings(Inputs inputs, const GapOptions& options,
                         const std::function<void(std::string_view, double)>& progress) {
   apps::require_no_results(options.out, {std::begin(kFiles), std::end(kFiles)});
   apps::MadePaths made(apps::make_output_directory(options.out));
@@ -42,7 +43,8 @@ Findings write_findings(const Inputs& inputs, const GapOptions& options,
   identification::gap::Options search;
   search.seed = options.seed;
   search.progress = progress;
-  findings.result = identification::gap::analyse(inputs.model, inputs.data, inputs.held_out, search);
+  findings.result =
+      identification::gap::analyse(inputs.model, std::move(inputs.data), std::move(inputs.held_out), search);
   made.keep();
 
   const std::string texts[] = {improved_model_text(findings), gap_report(findings).html(),

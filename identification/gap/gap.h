@@ -136,10 +136,12 @@ struct Options {
 };
 
 /// Deterministic for a seed, whatever the number of cores, all of which it uses.
-/// `held_out` may be empty: then blocks of `data` are set aside, and the result says which.
+/// `held_out` may be empty: then blocks of `data` are set aside, and the result says which. Recordings that
+/// are moved here are not copied. Of very long ones some excerpts are analysed, which the diagnosis says
+/// (excerpts.h).
 /// @throws std::invalid_argument saying which experiment is missing when the data cannot carry the question:
 ///         nothing moves, recordings too short to hold anything out, rigs that differ, columns missing.
-Result analyse(const model::effects::DriveModel& base, std::span<const Source> data,
-               std::span<const Source> held_out, const Options& options = {});
+Result analyse(const model::effects::DriveModel& base, std::vector<Source> data, std::vector<Source> held_out,
+               const Options& options = {});
 
 }  // namespace identification::gap
