@@ -55,11 +55,12 @@ Findings write_findings(Inputs inputs, const GapOptions& options,
 }
 
 void explain_gap(const GapOptions& options) {
-  const Inputs inputs = read_inputs(options.inputs);
-  for (const std::string& warning : inputs.warnings) spdlog::warn("{}", warning);
   apps::ProgressLine progress("youbot-gap", options.quiet);
-  const Findings findings = write_findings(
-      inputs, options, [&progress](std::string_view what, double done) { progress.show(what, done); });
+  const auto show = [&progress](std::string_view what, double done) { progress.show(what, done); };
+  Inputs inputs = read_inputs(options.inputs, show);
+  if (!inputs.warnings.empty()) progress.finish();
+  for (const std::string& warning : inputs.warnings) spdlog::warn("{}", warning);
+  const Findings findings = write_findings(std::move(inputs), options, show);
   progress.finish();
   if (options.quiet) return;
   std::fputs(summary_text(findings).c_str(), stdout);

@@ -11,13 +11,6 @@
 
 namespace identification::gap {
 
-/// More rows, or samples of what the widest band keeps, say no more about a drive: their number makes every
-/// interval narrower than what the model lacks makes it wide. Fewer are all analysed.
-struct Enough {
-  std::size_t rows = 2'000'000;
-  std::size_t samples = 1'000'000;
-};
-
 /// Rows of one recording.
 struct Excerpt {
   std::size_t source;  ///< index
@@ -32,7 +25,7 @@ struct Excerpt {
 /// measured on them is what all rows would give.
 std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band& band,
                                      const std::function<bool(std::size_t source, double share)>& judges,
-                                     const Enough& enough = {});
+                                     const Enough& enough);
 
 /// Each made ready; those of one recording carry its number and where it begins and ends.
 std::vector<Signals> signals_of(std::span<const Source> sources, std::span<const Excerpt> excerpts,

@@ -274,7 +274,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   };
   if (all_data.empty()) throw std::invalid_argument("no recordings");
   require_one_rig(all_data, all_held_out);
-  progress("preparing the recordings", 0);
+  progress("looking for damage in the recordings", 0);
   Result result;
   Diagnosed looked = diagnose(std::move(all_data), base);
   Diagnosed looked_held_out = diagnose(std::move(all_held_out), base);
@@ -286,6 +286,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   const std::span<const Source> data = std::span(sources).first(data_count);
   const std::span<const Source> held_out = std::span(sources).subspan(data_count);
 
+  progress("preparing the recordings", 0.04);
   std::optional<LostSign> sign = lost_sign(sources, data.size(), base, options);
   if (sign) sources = std::move(sign->sources);
   // What the search begins with.
@@ -296,7 +297,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   const auto judges = [&](std::size_t source, double share) {
     return source >= data_count || (held_out.empty() && is_set_aside(share));
   };
-  const std::vector<Excerpt> excerpts = chosen_excerpts(sources, band, judges);
+  const std::vector<Excerpt> excerpts = chosen_excerpts(sources, band, judges, options.enough);
   std::ranges::move(left_out(sources, excerpts), std::back_inserter(result.diagnosis));
   const std::vector<Signals> signals = signals_of(sources, excerpts, band);
   const Rows rows(signals);
@@ -321,6 +322,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   SearchResult searching = search(given, rows, parts.training, options);
   const Judged judged{
       rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad};
+  progress("holding the answer against held-out data", 0.86);
   confirm(searching, judged);
   std::vector<std::string> taken_back = deliver(searching, given, judged);
 

@@ -153,8 +153,8 @@ std::optional<LostSign> lost_sign(const std::vector<Source>& sources, std::size_
       sources, [](const Source& source) { return source.recording.has("torque_command_Nm"); });
   const Band band = choose_band(sources, base);
   // Of both the same.
-  const std::vector<Excerpt> excerpts =
-      chosen_excerpts(std::span(sources).first(data), band, [](std::size_t, double) { return false; });
+  const std::vector<Excerpt> excerpts = chosen_excerpts(
+      std::span(sources).first(data), band, [](std::size_t, double) { return false; }, options.enough);
   const auto misfit = [&](const std::vector<Source>& all) {
     const std::span<const Source> searched = std::span(all).first(data);
     return commanded ? misfit_of_command(searched) : misfit_of_model(searched, excerpts, band, base);
