@@ -283,12 +283,12 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   std::vector<Source> sources = std::move(looked.sources);
   const std::size_t data_count = sources.size();
   std::ranges::move(looked_held_out.sources, std::back_inserter(sources));
-  const std::span<const Source> data = std::span(sources).first(data_count);
-  const std::span<const Source> held_out = std::span(sources).subspan(data_count);
 
   progress("preparing the recordings", 0.04);
-  std::optional<LostSign> sign = lost_sign(sources, data.size(), base, options);
+  std::optional<LostSign> sign = lost_sign(sources, data_count, base, options);
   if (sign) sources = std::move(sign->sources);
+  const std::span<const Source> data = std::span(sources).first(data_count);
+  const std::span<const Source> held_out = std::span(sources).subspan(data_count);
   // What the search begins with.
   model::effects::DriveModel start = base;
   const std::optional<double> inertia = another_inertia(data, base);
