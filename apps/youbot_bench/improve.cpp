@@ -119,7 +119,7 @@ std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, apps::P
   }
   for (Search& search : searches)
     search.findings = std::async(std::launch::async, [&search] {
-      return youbot_gap::write_findings(search.inputs, search.options,
+      return youbot_gap::write_findings(std::move(search.inputs), search.options,
                                         [&search](std::string_view, double done) {
                                           if (apps::stop_requested) throw Stopped();
                                           search.done = done;

@@ -46,9 +46,8 @@ Coverage coverage_of(std::span<const Signals> signals) {
   for (const Signals& s : signals)
     for (const double v : s.velocity_rad_per_s) fastest = std::max(fastest, std::abs(v));
   Coverage c;
+  c.angle_rad = widest_span_rad(signals);
   for (const Signals& s : signals) {
-    const auto [low, high] = std::ranges::minmax(s.position_rad);
-    c.angle_rad = std::max(c.angle_rad, high - low);
     c.longest_s = std::max(c.longest_s, s.running_s.back());
     c.torque_commanded = c.torque_commanded || !s.raw_command_Nm.empty();
     c.speed_commanded = c.speed_commanded || !s.raw_velocity_command_rad_per_s.empty();

@@ -14,6 +14,7 @@
 #include "identification/gap/confirmation.h"
 #include "identification/gap/delivery.h"
 #include "identification/gap/diagnosis.h"
+#include "identification/gap/excerpts.h"
 #include "identification/gap/fitted_model.h"
 #include "identification/gap/implied_drive.h"
 #include "identification/gap/lost_sign.h"
@@ -69,15 +70,16 @@ struct Split {
   Indices held_out;
 };
 
+bool is_set_aside(double share) { return share >= kSetAsideFrom && share < kSetAsideTo; }
+
 Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const std::vector<bool>& burst,
             const Band& band) {
   Split result;
   Indices train;
   for (Eigen::Index i = 0; i < rows.count(); ++i) {
-    const std::size_t recording = rows.recording(i);
-    const Signals& s = rows.signals()[recording];
-    const double at = (rows.time_s(i) - s.time_s.front()) / (s.time_s.back() - s.time_s.front());
-    const bool held = recording >= data_recordings || (set_aside && at >= kSetAsideFrom && at < kSetAsideTo);
+    const Signals& s = rows.signals()[rows.recording(i)];
+    const double at = (rows.time_s(i) - s.recorded_from_s) / (s.recorded_to_s - s.recorded_from_s);
+    const bool held = s.source >= data_recordings || (set_aside && is_set_aside(at));
     if (held)
       result.held_out.push_back(i);
     else if (!burst[static_cast<std::size_t>(i)])
@@ -228,7 +230,8 @@ HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const
                      .torque_Nm = rows.torque_Nm()(held_out),
                      .before_Nm = before(held_out),
                      .after_Nm = after(held_out)};
-  for (const Eigen::Index row : held_out) result.recording.push_back(rows.recording(row));
+  for (const Eigen::Index row : held_out)
+    result.recording.push_back(rows.signals()[rows.recording(row)].source);
   return result;
 }
 
@@ -238,10 +241,12 @@ std::vector<std::string> held_out_names(const std::vector<Signals>& signals,
   std::vector<std::string> names;
   for (const Source& source : held_out) names.push_back(source.name);
   if (!names.empty()) return names;
-  for (const Signals& s : signals) {
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    const Signals& s = signals[i];
+    if (i > 0 && s.source == signals[i - 1].source) continue;
     const auto at = [&](double share) {
       const std::string text =
-          std::to_string(s.time_s.front() + share * (s.time_s.back() - s.time_s.front()));
+          std::to_string(s.recorded_from_s + share * (s.recorded_to_s - s.recorded_from_s));
       return text.substr(0, text.find('.') + 3);
     };
     names.push_back(s.name + ", " + at(kSetAsideFrom) + " s to " + at(kSetAsideTo) + " s");
@@ -262,38 +267,46 @@ std::string_view verdict_name(Verdict verdict) noexcept {
   return "";
 }
 
-Result analyse(const model::effects::DriveModel& base, std::span<const Source> all_data,
-               std::span<const Source> all_held_out, const Options& options) {
+Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_data,
+               std::vector<Source> all_held_out, const Options& options) {
   const auto progress = [&](std::string_view what, double done) {
     if (options.progress) options.progress(what, done);
   };
   if (all_data.empty()) throw std::invalid_argument("no recordings");
   require_one_rig(all_data, all_held_out);
-  progress("preparing the recordings", 0);
+  progress("looking for damage in the recordings", 0);
   Result result;
-  Diagnosed looked = diagnose({all_data.begin(), all_data.end()}, base);
-  Diagnosed looked_held_out = diagnose({all_held_out.begin(), all_held_out.end()}, base);
+  Diagnosed looked = diagnose(std::move(all_data), base);
+  Diagnosed looked_held_out = diagnose(std::move(all_held_out), base);
   result.diagnosis = std::move(looked.diagnosis);
   std::ranges::move(looked_held_out.diagnosis, std::back_inserter(result.diagnosis));
-  const std::vector<Source>& data = looked.sources;
-  const std::vector<Source>& held_out = looked_held_out.sources;
-  std::vector<Source> sources = data;
-  sources.insert(sources.end(), held_out.begin(), held_out.end());
+  std::vector<Source> sources = std::move(looked.sources);
+  const std::size_t data_count = sources.size();
+  std::ranges::move(looked_held_out.sources, std::back_inserter(sources));
 
-  const std::optional<LostSign> sign = lost_sign(sources, data.size(), base, options);
-  if (sign) sources = sign->sources;
+  progress("preparing the recordings", 0.04);
+  std::optional<LostSign> sign = lost_sign(sources, data_count, base, options);
+  if (sign) sources = std::move(sign->sources);
+  const std::span<const Source> data = std::span(sources).first(data_count);
+  const std::span<const Source> held_out = std::span(sources).subspan(data_count);
   // What the search begins with.
   model::effects::DriveModel start = base;
-  const std::optional<double> inertia = another_inertia(std::span(sources).first(data.size()), base);
+  const std::optional<double> inertia = another_inertia(data, base);
   if (inertia && !base.find<model::effects::Inertia>()) start.inertia_kg_m2 = *inertia;
   const Band band = choose_band(sources, start);
-  std::vector<Signals> signals;
-  for (const Source& source : sources) signals.push_back(make_signals(source, band));
+  const auto judges = [&](std::size_t source, double share) {
+    return source >= data_count || (held_out.empty() && is_set_aside(share));
+  };
+  const std::vector<Excerpt> excerpts = chosen_excerpts(sources, band, judges, options.enough);
+  std::ranges::move(left_out(sources, excerpts), std::back_inserter(result.diagnosis));
+  const std::vector<Signals> signals = signals_of(sources, excerpts, band);
   const Rows rows(signals);
 
   // The actuator first: what was delivered decides what the rest is compared with.
-  const std::vector<Signals> searched(signals.begin(),
-                                      signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
+  const auto searched_count =
+      std::ranges::count_if(signals, [&](const Signals& s) { return s.source < data_count; });
+  const std::span<const Signals> searched =
+      std::span(signals).first(static_cast<std::size_t>(searched_count));
   const ActuatorFindings actuator = actuator_channel(searched, base, options);
 
   FittedModel given{.model = start, .given_inertia_kg_m2 = start.inertia_kg_m2};
@@ -309,6 +322,7 @@ Result analyse(const model::effects::DriveModel& base, std::span<const Source> a
   SearchResult searching = search(given, rows, parts.training, options);
   const Judged judged{
       rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad};
+  progress("holding the answer against held-out data", 0.86);
   confirm(searching, judged);
   std::vector<std::string> taken_back = deliver(searching, given, judged);
 
@@ -333,7 +347,7 @@ Result analyse(const model::effects::DriveModel& base, std::span<const Source> a
   const HeldOutRows compared = held_out_rows(rows, residual(as_given), left, quiet);
   if (!sign || !sign->found) result.shrink = shrink_of(compared, options.seed);
   std::vector<std::string> names;
-  for (const Signals& s : signals) names.push_back(s.name);
+  for (const Source& source : sources) names.push_back(source.name);
   result.recordings = recording_gaps(compared, names);
   result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst,
                                  result.gap_after_Nm, result.noise_floor_Nm);

@@ -1,6 +1,7 @@
 /// @file
 /// Finds where a drive model and measured data disagree, names what is missing, adds it and measures again.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -126,20 +127,30 @@ struct Result {
   FrictionCurve curve;
 };
 
+/// More rows, or samples of what the widest band keeps, say no more about a drive: what a model lacks makes
+/// its intervals wide long before their number makes them narrow. Fewer are all analysed.
+struct Enough {
+  std::size_t rows = 2'000'000;
+  std::size_t samples = 1'000'000;
+};
+
 struct Options {
   double false_positive_rate = 0.01;  ///< of the whole search, per effect added
   int repetitions = 99;               ///< of the search on chance data
   double least_gain = 0.02;  ///< share of the squared residual below which an effect is not worth a name
   std::uint64_t seed = 1;
+  Enough enough{};
   /// Called now and then with what is being done and how much of the whole analysis is done, 0 to 1.
   std::function<void(std::string_view what, double done)> progress{};
 };
 
 /// Deterministic for a seed, whatever the number of cores, all of which it uses.
-/// `held_out` may be empty: then blocks of `data` are set aside, and the result says which.
+/// `held_out` may be empty: then blocks of `data` are set aside, and the result says which. Recordings that
+/// are moved here are not copied. Of very long ones some excerpts are analysed, which the diagnosis says
+/// (excerpts.h).
 /// @throws std::invalid_argument saying which experiment is missing when the data cannot carry the question:
 ///         nothing moves, recordings too short to hold anything out, rigs that differ, columns missing.
-Result analyse(const model::effects::DriveModel& base, std::span<const Source> data,
-               std::span<const Source> held_out, const Options& options = {});
+Result analyse(const model::effects::DriveModel& base, std::vector<Source> data, std::vector<Source> held_out,
+               const Options& options = {});
 
 }  // namespace identification::gap

@@ -320,13 +320,18 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
   const double least_square =
       training.least_Nm * training.least_Nm * static_cast<double>(training.rows.size());
   for (int step = 0;; ++step) {
-    report(options, "trying effects", 0.1 + 0.8 * step / (step + 2.0));
+    const auto passed = [step](double of_step) {
+      return 0.1 + 0.8 * (step + of_step) / (step + of_step + 2);
+    };
+    report(options, "trying effects", passed(0));
     Round round(result.fitted, rows, training);
     const std::vector<Round::Outcome> outcomes = round.outcomes();
     const bool worth = step < kMostEffects && !outcomes.empty() &&
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
+    report(options, "trying the same on chance data", passed(0.2));
     const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
+    report(options, "fitting rivals", passed(0.4));
     const std::vector<Rival> rivals =
         worth && p <= options.false_positive_rate
             ? contest(outcomes, round.base(), rows, training, options.least_gain)

@@ -150,6 +150,38 @@ class Plan {
   double acceleration_ = 20;
 };
 
+/// A drive on a test bench, which commands it run after run.
+class Bench {
+ public:
+  Bench(const Drive& drive, const Run& first)
+      : drive_(drive), plant_(drive.plant, drive.effects, drive.sensors, first.seed, first.running_s) {}
+
+  /// take(time since its begin, command) after each sample.
+  template <class Take>
+  void perform(const Run& run, const Take& take) {
+    Plan plan(drive_.plant, drive_.effects, run);
+    VelocityLoop loop(drive_.plant);
+    const auto rows = std::llround(run.duration_s / kSample_s);
+    bool was_by_velocity = true;
+    for (long long k = 0; k < rows; ++k) {
+      const double now_s = static_cast<double>(k) * kSample_s;
+      double command = plan.torque_Nm(now_s);
+      const bool by_velocity = plan.by_velocity(now_s);
+      if (by_velocity && !was_by_velocity) loop = VelocityLoop(drive_.plant);
+      was_by_velocity = by_velocity;
+      if (by_velocity)
+        command += loop.torque_Nm(plan.velocity_rad_per_s(now_s), plant_.measured_position_rad());
+      plant_.step(command);
+      take(now_s, command);
+    }
+  }
+  const HiddenPlant& plant() const { return plant_; }
+
+ private:
+  const Drive& drive_;
+  HiddenPlant plant_;
+};
+
 }  // namespace
 
 std::string_view name_of(Experiment experiment) {
@@ -165,37 +197,25 @@ std::string_view name_of(Experiment experiment) {
 }
 
 Simulated simulate(const Drive& drive, const Run& run) {
-  HiddenPlant plant(drive.plant, drive.effects, drive.sensors, run.seed, run.running_s);
-  Plan plan(drive.plant, drive.effects, run);
-  VelocityLoop loop(drive.plant);
-
-  const auto rows = static_cast<std::size_t>(std::llround(run.duration_s / kSample_s));
-  std::vector<double> time_s(rows);
-  std::vector<double> command_Nm(rows);
-  std::vector<double> torque_Nm(rows);
-  std::vector<double> position_rad(rows);
+  Bench bench(drive, run);
+  const HiddenPlant& plant = bench.plant();
+  std::vector<double> time_s;
+  std::vector<double> command_Nm;
+  std::vector<double> torque_Nm;
+  std::vector<double> position_rad;
   Simulated result;
-  result.torque_Nm.resize(rows);
   std::array<double, kHiddenKinds> squares{};
-  bool was_by_velocity = true;
-  for (std::size_t k = 0; k < rows; ++k) {
-    const double now_s = static_cast<double>(k) * kSample_s;
-    double command = plan.torque_Nm(now_s);
-    const bool by_velocity = plan.by_velocity(now_s);
-    if (by_velocity && !was_by_velocity) loop = VelocityLoop(drive.plant);
-    was_by_velocity = by_velocity;
-    if (by_velocity) command += loop.torque_Nm(plan.velocity_rad_per_s(now_s), plant.measured_position_rad());
-    plant.step(command);
-    time_s[k] = now_s;
-    command_Nm[k] = command;
-    torque_Nm[k] = plant.measured_torque_Nm();
-    position_rad[k] = plant.measured_position_rad();
-    result.torque_Nm[k] = plant.torque_Nm();
+  bench.perform(run, [&](double now_s, double command) {
+    time_s.push_back(now_s);
+    command_Nm.push_back(command);
+    torque_Nm.push_back(plant.measured_torque_Nm());
+    position_rad.push_back(plant.measured_position_rad());
+    result.torque_Nm.push_back(plant.torque_Nm());
     for (std::size_t kind = 0; kind < kHiddenKinds; ++kind)
       squares[kind] += plant.contributions_Nm()[kind] * plant.contributions_Nm()[kind];
-  }
+  });
   for (std::size_t kind = 0; kind < kHiddenKinds; ++kind)
-    result.contribution_Nm[kind] = std::sqrt(squares[kind] / static_cast<double>(rows));
+    result.contribution_Nm[kind] = std::sqrt(squares[kind] / static_cast<double>(time_s.size()));
   result.motor_work_J = plant.motor_work_J();
   result.friction_heat_J = plant.friction_heat_J();
   result.kinetic_J = plant.kinetic_J();
@@ -211,6 +231,18 @@ Simulated simulate(const Drive& drive, const Run& run) {
                        {"torque_measured_Nm", std::move(torque_Nm)},
                        {"position_rad", std::move(position_rad)}};
   return result;
+}
+
+void simulate(const Drive& drive, std::span<const Run> runs, const std::function<void(const Row&)>& take) {
+  Bench bench(drive, runs.front());
+  double begin_s = 0;
+  for (const Run& run : runs) {
+    bench.perform(run, [&](double now_s, double command) {
+      take({begin_s + now_s, command, bench.plant().measured_torque_Nm(),
+            bench.plant().measured_position_rad()});
+    });
+    begin_s += run.duration_s;
+  }
 }
 
 double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind) {

@@ -4,6 +4,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -45,6 +47,16 @@ struct Simulated {
 };
 /// Row k: a command from its time on, and what the sensors saw within the millisecond that it held.
 Simulated simulate(const Drive& drive, const Run& run);
+
+struct Row {
+  double time_s;
+  double command_Nm;
+  double measured_Nm;
+  double position_rad;
+};
+/// One run after another on a drive that goes on turning, row by row: for recordings of any length. Plant and
+/// its noise are of the first run's seed.
+void simulate(const Drive& drive, std::span<const Run> runs, const std::function<void(const Row&)>& take);
 
 /// rms over several, weighted by their lengths.
 double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind);
