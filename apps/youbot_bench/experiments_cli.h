@@ -1,5 +1,5 @@
 /// @file
-/// The experiments as subcommands: their options, configuration files and summaries.
+/// The experiments as subcommands: their options.
 #pragma once
 #include <memory>
 #include <vector>
@@ -7,10 +7,6 @@
 namespace CLI {  // NOLINT(readability-identifier-naming): the library calls itself so
 class App;
 }
-
-namespace apps {
-class TomlTable;
-}  // namespace apps
 
 namespace youbot_bench {
 
@@ -38,8 +34,5 @@ class ExperimentCommands {
  private:
   std::vector<std::unique_ptr<ExperimentCommand>> commands_;
 };
-
-/// `root` may be an experiment.toml; what it has of an experiment is none of the caller's business.
-void leave_to_experiments(apps::TomlTable& root);
 
 }  // namespace youbot_bench

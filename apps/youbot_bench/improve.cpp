@@ -2,8 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <CLI/CLI.hpp>
-#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -11,8 +9,6 @@
 #include <cstdio>
 #include <deque>
 #include <future>
-#include <initializer_list>
-#include <iterator>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
@@ -28,7 +24,7 @@
 #include "apps/common/toml_reader.h"
 #include "apps/common/whole_file.h"
 #include "apps/youbot_bench/confirm.h"
-#include "apps/youbot_bench/experiments_cli.h"
+#include "apps/youbot_bench/experiment_request.h"
 #include "apps/youbot_bench/improve_report.h"
 #include "apps/youbot_gap/explain.h"
 #include "apps/youbotd/config.h"
@@ -39,21 +35,20 @@ namespace youbot_bench {
 namespace {
 
 namespace fs = std::filesystem;
-using Words = std::vector<std::string>;
 
 /// Shares of the whole work.
 constexpr double kRecorded = 0.2;
 constexpr double kExplained = 0.9;
 
-/// What a lab would type, so that the data carries the question: speeds held in both directions, everything
-/// at once, slowly through break-away, below it, and reversals from fast to slow.
-const std::array<Words, 5>& experiments() {
-  static const std::array<Words, 5> kExperiments{
-      Words{"staircase", "--quantity", "velocity", "--step", "0.8", "--highest", "8", "--hold", "0.7"},
-      Words{"multisine", "--periods", "3", "--highest", "1.5"},
-      Words{"torque-ramp", "--rate", "0.03", "--rest", "1", "--repeats", "3"},
-      Words{"presliding", "--periods", "1"}, Words{"reversals"}};
-  return kExperiments;
+/// What a lab would measure, so that the data carries the question: speeds held in both directions,
+/// everything at once, slowly through break-away, below it, and reversals from fast to slow.
+std::vector<ExperimentRequest> experiments() {
+  using namespace identification::experiments;
+  return {
+      experiment_request(StaircaseConfig{.quantity = "velocity", .step = 0.8, .highest = 8, .hold_s = 0.7}),
+      experiment_request(MultisineConfig{.highest_Hz = 1.5, .periods = 3}),
+      experiment_request(TorqueRampConfig{.rest_s = 1, .rate_Nm_per_s = 0.03, .repeats = 3}),
+      experiment_request(PreslidingConfig{.periods = 1}), experiment_request(ReversalsConfig{})};
 }
 
 std::string wheel_name(int wheel) { return "wheel-" + std::to_string(wheel); }
@@ -63,21 +58,18 @@ std::vector<int> explained_wheels(const ImproveOptions& options) {
   return {1, 2, 3, 4};
 }
 
-void record(const Words& experiment, const ImproveOptions& options) {
-  Words words = experiment;
-  const auto add = [&words](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
-  add({"--quiet", "--robot", options.robot, "--out", (options.out / "recordings").string()});
-  if (options.hidden_effect) add({"--hidden-effect", std::to_string(*options.hidden_effect)});
-  if (!options.config.empty()) add({"--config", options.config.string()});
-  if (options.virtual_time) add({"--virtual-time"});
-  if (options.allow_non_real_time) add({"--allow-non-rt"});
-  if (!apps::is_simulated(options.robot)) add({"--yes"});  // which improve() has asked already
-  std::ranges::reverse(words);                             // as the parser takes them
-  CLI::App app;
-  ExperimentCommands commands(app);
-  app.parse(std::move(words));
-  if (commands.run() != apps::kExitOk)
-    throw hal::SetupError("youbot-bench", "record the experiment " + experiment.front(), "see above");
+void record(ExperimentRequest experiment, const ImproveOptions& options) {
+  if (!options.config.empty()) read_experiment(options.config, experiment);
+  experiment.settings.robot = options.robot;
+  if (options.hidden_effect) experiment.settings.hidden_effect = static_cast<int>(*options.hidden_effect);
+  experiment.directory = options.out / "recordings";
+  experiment.virtual_time = options.virtual_time;
+  experiment.allow_non_real_time = options.allow_non_real_time;
+  experiment.yes = true;  // improve() has asked
+  experiment.quiet = true;
+  const std::string name = experiment.name;
+  if (run_experiment(std::move(experiment)) != apps::kExitOk)
+    throw hal::SetupError("youbot-bench", "record the experiment " + name, "see above");
 }
 
 /// In virtual time nothing but a simulation moves.
@@ -97,8 +89,8 @@ youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
   model.name = wheel_name(wheel);
   apps::write_whole_file(directory / "base.toml", apps::drive_model_text(model));
   youbot_gap::GapOptions search{.inputs = {.model = directory / "base.toml"}, .out = directory};
-  for (const Words& experiment : experiments())
-    search.inputs.data.push_back(out / "recordings" / experiment.front() / (wheel_name(wheel) + ".csv"));
+  for (const ExperimentRequest& experiment : experiments())
+    search.inputs.data.push_back(out / "recordings" / experiment.name / (wheel_name(wheel) + ".csv"));
   return search;
 }
 
@@ -266,11 +258,12 @@ bool measure(const ImproveOptions& options, apps::ProgressLine& progress, Improv
              .answer = "off the ground",
              .otherwise = "Lift the wheels off the ground and add --stage measure --yes"});
   double done = 0;
-  for (const Words& experiment : experiments()) {
-    progress.show("recording " + experiment.front(), done);
+  const std::vector<ExperimentRequest> all = experiments();
+  for (const ExperimentRequest& experiment : all) {
+    progress.show(std::string("recording ") + experiment.name, done);
     record(experiment, options);
     if (apps::stop_requested) return false;
-    done += kRecorded / static_cast<double>(experiments().size());
+    done += kRecorded / static_cast<double>(all.size());
   }
   try {
     improvement.wheels = explain(options, progress);

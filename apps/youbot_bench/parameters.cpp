@@ -13,7 +13,7 @@
 #include "apps/common/shared_tables.h"
 #include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/bus.h"
-#include "apps/youbot_bench/experiments_cli.h"
+#include "apps/youbot_bench/experiment_request.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "drivers/tmcl/client.h"
 #include "drivers/tmcl/status_flags.h"
