@@ -21,6 +21,7 @@
 #include "apps/youbot_bench/scan.h"
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
+#include "identification/fit/static_fit.h"
 #include "model/friction/any_law.h"
 
 namespace {
@@ -31,7 +32,7 @@ using apps::finite_range;
 std::string law_names() {
   std::string names;
   for (const auto& law : model::friction::law_descriptions())
-    (names += names.empty() ? "" : ", ") += law.name;
+    if (identification::fit::form_of_law(law)) (names += names.empty() ? "" : ", ") += law.name;
   return names;
 }
 

@@ -96,6 +96,29 @@ double parameter_of(const AnyEffect& effect, std::string_view parameter) {
       effect);
 }
 
+std::vector<double> values_of(const AnyEffect& effect) {
+  return std::visit(
+      [](const auto& e) {
+        std::vector<double> values;
+        for (const auto& info : std::decay_t<decltype(e)>::kParameters)
+          values.push_back(info.of(e.parameters()));
+        return values;
+      },
+      effect);
+}
+
+AnyEffect with_values(const AnyEffect& effect, std::span<const double> values) {
+  return std::visit(
+      [&](const auto& e) {
+        using E = std::decay_t<decltype(e)>;
+        typename E::Parameters parameters = e.parameters();
+        auto value = values.begin();
+        for (const auto& info : E::kParameters) info.in(parameters) = *value++;
+        return AnyEffect(E(parameters));
+      },
+      effect);
+}
+
 AnyEffect make_effect(std::string_view effect, std::span<const NamedValue> values) {
   (void)effect_description(effect);
   std::optional<AnyEffect> result;

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "model/effects/backlash.h"
 #include "model/effects/cogging.h"
@@ -49,6 +50,11 @@ const EffectDescription& effect_description(std::string_view effect);
 std::string_view name_of(const AnyEffect& effect) noexcept;
 /// @throws std::invalid_argument listing the effect's parameters when `parameter` is none of them.
 double parameter_of(const AnyEffect& effect, std::string_view parameter);
+
+/// Its parameters, in the order of its description.
+std::vector<double> values_of(const AnyEffect& effect);
+/// The same effect with these parameters. @throws std::invalid_argument when one is out of bounds.
+AnyEffect with_values(const AnyEffect& effect, std::span<const double> values);
 
 /// What is not named keeps its default. @throws std::invalid_argument listing what exists when the effect or
 /// a parameter is unknown, or naming a parameter that is out of bounds.

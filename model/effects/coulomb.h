@@ -18,6 +18,7 @@ class Coulomb : public WithParameters<Coulomb, CoulombParameters> {
       "a constant torque against the motion, at every speed, that changes sign with direction";
   static constexpr auto kParameters = std::to_array<ParameterInfo<CoulombParameters>>(
       {{"torque_Nm", member<&CoulombParameters::torque_Nm>, 0, kMostTorque_Nm}});
+  static constexpr auto kAmplitudes = std::to_array<std::string_view>({"torque_Nm"});
   using WithParameters::WithParameters;
 
   double level_Nm(const Sliding& /*sliding*/) const noexcept { return parameters_.torque_Nm; }

@@ -22,6 +22,7 @@ class DirectionAsymmetry : public WithParameters<DirectionAsymmetry, DirectionAs
   static constexpr auto kParameters = std::to_array<ParameterInfo<DirectionAsymmetryParameters>>(
       {{"coulomb_Nm", member<&DirectionAsymmetryParameters::coulomb_Nm>, -kMostTorque_Nm, kMostTorque_Nm},
        {"viscous_Nm_s_per_rad", member<&DirectionAsymmetryParameters::viscous_Nm_s_per_rad>, -1e4, 1e4}});
+  static constexpr auto kAmplitudes = std::to_array<std::string_view>({"coulomb_Nm", "viscous_Nm_s_per_rad"});
   using WithParameters::WithParameters;
 
   double level_Nm(const Sliding& sliding) const noexcept {

@@ -19,6 +19,7 @@ class QuadraticDrag : public WithParameters<QuadraticDrag, QuadraticDragParamete
   static constexpr auto kParameters = std::to_array<ParameterInfo<QuadraticDragParameters>>(
       {{"coefficient_Nm_s2_per_rad2", member<&QuadraticDragParameters::coefficient_Nm_s2_per_rad2>, -1e4,
         1e4}});
+  static constexpr auto kAmplitudes = std::to_array<std::string_view>({"coefficient_Nm_s2_per_rad2"});
   using WithParameters::WithParameters;
 
   double level_Nm(const Sliding& sliding) const noexcept {

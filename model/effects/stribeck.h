@@ -2,9 +2,9 @@
 /// Friction that is higher at rest and falls as the joint begins to slide.
 #pragma once
 #include <array>
-#include <cmath>
 
 #include "model/effects/effect.h"
+#include "model/friction/stribeck_curve.h"
 
 namespace model::effects {
 
@@ -24,6 +24,7 @@ class Stribeck : public WithParameters<Stribeck, StribeckParameters> {
       {{"static_torque_Nm", member<&StribeckParameters::static_torque_Nm>, 0, kMostTorque_Nm},
        {"velocity_rad_per_s", member<&StribeckParameters::velocity_rad_per_s>, 1e-4, kMostSpeed_rad_per_s},
        {"exponent", member<&StribeckParameters::exponent>, 0.3, 4}});
+  static constexpr auto kAmplitudes = std::to_array<std::string_view>({"static_torque_Nm"});
   using WithParameters::WithParameters;
 
   double level_Nm(const Sliding& sliding) const noexcept {
@@ -32,8 +33,7 @@ class Stribeck : public WithParameters<Stribeck, StribeckParameters> {
   }
   /// 1 at rest, towards 0 at speed.
   static double shape(double speed_rad_per_s, double velocity_rad_per_s, double exponent) noexcept {
-    const double ratio = speed_rad_per_s / velocity_rad_per_s;
-    return std::exp(-(exponent == 2 ? ratio * ratio : std::pow(ratio, exponent)));
+    return model::friction::stribeck_share(speed_rad_per_s / velocity_rad_per_s, exponent);
   }
 };
 

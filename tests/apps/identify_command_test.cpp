@@ -89,7 +89,7 @@ TEST_F(IdentifyCommand, WritesAStribeckEffectForThePlainScrewOnly) {
 TEST_F(IdentifyCommand, FitsTheLawThatIsAskedFor) {
   const std::string map = write("1.csv", map_text(test_support::screw_drive_map(1)));
   EXPECT_EQ(run("--law kfm+offset+asymmetry --map " + map), 0) << output_;
-  EXPECT_TRUE(said("kfm + torque offset + viscous asymmetry")) << output_;
+  EXPECT_TRUE(said("coulomb + viscous + stribeck + torque offset + direction asymmetry")) << output_;
   EXPECT_EQ(run("--law nonsense --map " + map), 2);
   EXPECT_TRUE(said("there is no friction law nonsense")) << output_;
   EXPECT_EQ(run("--law kfm+sugar --map " + map), 2);
