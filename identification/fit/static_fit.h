@@ -1,7 +1,6 @@
 /// @file
 /// Fits effects to a steady-state map, and says which of its parameters the map decides.
 #pragma once
-#include <compare>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -19,7 +18,11 @@ namespace identification::fit {
 struct EffectParameter {
   std::string_view effect;
   std::string_view name;
-  friend auto operator<=>(const EffectParameter&, const EffectParameter&) = default;
+  friend bool operator==(const EffectParameter&, const EffectParameter&) = default;
+  friend bool operator<(const EffectParameter& a, const EffectParameter& b) {
+    const int order = a.effect.compare(b.effect);
+    return order != 0 ? order < 0 : a.name.compare(b.name) < 0;
+  }
 };
 
 /// Those that show in a map.
