@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -13,7 +14,6 @@
 #include <variant>
 
 #include "apps/common/ethercat_config.h"
-#include "apps/common/exit_code.h"
 #include "apps/common/finite_range.h"
 #include "apps/common/quantity.h"
 #include "apps/youbot_bench/experiment_request.h"
@@ -41,7 +41,7 @@ class ExperimentCommand {
   ExperimentCommand(const ExperimentCommand&) = delete;
   ExperimentCommand& operator=(const ExperimentCommand&) = delete;
 
-  bool chosen() const { return command_->parsed(); }
+  CLI::App* app() const { return command_; }
   int run();
 
  private:
@@ -141,23 +141,13 @@ int ExperimentCommand::run() {
   return run_experiment(request_);
 }
 
-ExperimentCommands::ExperimentCommands(CLI::App& app) {
-  for (ExperimentRequest& request : experiment_requests())
-    commands_.push_back(std::make_unique<ExperimentCommand>(app, std::move(request)));
-}
-
-ExperimentCommands::~ExperimentCommands() = default;
-
-bool ExperimentCommands::chosen() const {
-  for (const auto& command : commands_)
-    if (command->chosen()) return true;
-  return false;
-}
-
-int ExperimentCommands::run() {
-  for (const auto& command : commands_)
-    if (command->chosen()) return command->run();
-  return apps::kExitUsage;
+std::vector<Subcommand> add_experiments(CLI::App& app) {
+  std::vector<Subcommand> all;
+  for (ExperimentRequest& request : experiment_requests()) {
+    const auto command = std::make_shared<ExperimentCommand>(app, std::move(request));
+    all.push_back({command->app(), [command] { return command->run(); }});
+  }
+  return all;
 }
 
 }  // namespace youbot_bench

@@ -2,16 +2,20 @@
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "apps/common/drive_model_file.h"
+#include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/recording_reader.h"
 #include "apps/common/whole_file.h"
@@ -23,6 +27,7 @@
 #include "identification/fit/static_fit.h"
 #include "identification/fit/static_map.h"
 #include "model/effects/dissipation.h"
+#include "model/friction/any_law.h"
 
 namespace youbot_bench {
 namespace {
@@ -272,6 +277,14 @@ void identify_rig(const Teller& tell, Rig& rig, const std::optional<identificati
   require_braking(model);
 }
 
+/// "coulomb, viscous, …"
+std::string law_names() {
+  std::string names;
+  for (const auto& law : model::friction::law_descriptions())
+    if (identification::fit::form_of_law(law)) (names += names.empty() ? "" : ", ") += law.name;
+  return names;
+}
+
 }  // namespace
 
 void identify(const IdentifyOptions& options) {
@@ -336,6 +349,39 @@ void identify(const IdentifyOptions& options) {
   }
   write_identify_report(identified, options.out);
   tell("report: {}\n", (options.out / "report.html").string());
+}
+
+Subcommand add_identify(CLI::App& app) {
+  const auto options = std::make_shared<IdentifyOptions>();
+  CLI::App* const command = app.add_subcommand(
+      "identify", "fit a drive model to recordings; says so where they do not determine a parameter");
+  command->add_option("--map", options->maps, "steady-state maps, one row per speed, or directories of them");
+  command->add_option("--moving", options->moving, "recording with changing velocity: inertia, friction");
+  command->add_option("--presliding", options->presliding,
+                      "recording below break-away: stiffness and damping; with --map and the inertia");
+  command
+      ->add_option("--law", options->law,
+                   "fitted to a map: auto, which chooses the terms, or one of " + law_names() +
+                       ", with +offset, +asymmetry, +quadratic as wanted")
+      ->capture_default_str();
+  command
+      ->add_option("--speeds-above", options->speeds.above_rad_per_s,
+                   "fit the map's speeds from this one on, rad/s")
+      ->check(apps::finite_range(0, 1e6))
+      ->capture_default_str();
+  command
+      ->add_option("--speeds-below", options->speeds.below_rad_per_s,
+                   "fit the map's speeds up to this one, rad/s; when less than --speeds-above, what "
+                   "lies between is left out")
+      ->check(apps::finite_range(0, 1e6));
+  command->add_option("--inertia", options->inertia_kg_m2, "kg·m², joint side, when it is known")
+      ->check(apps::finite_range(1e-12, 1e6));
+  command->add_option("--out", options->out, "directory for model.toml and report.html")->required();
+  command->add_flag("--quiet", options->quiet, "print problems only");
+  return {command, [options] {
+            identify(*options);
+            return apps::kExitOk;
+          }};
 }
 
 }  // namespace youbot_bench

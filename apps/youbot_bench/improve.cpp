@@ -1,20 +1,26 @@
 #include "apps/youbot_bench/improve.h"
 
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
 
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <deque>
 #include <future>
+#include <map>
+#include <memory>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <utility>
 
 #include "apps/common/drive_model_file.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/open_robot.h"
 #include "apps/common/output_directory.h"
@@ -335,6 +341,57 @@ int improve(const ImproveOptions& options) {
   }
   if (!options.quiet) std::fputs(text.c_str(), stdout);
   return apps::kExitOk;
+}
+
+Subcommand add_improve(CLI::App& app) {
+  using Stage = ImproveOptions::Stage;
+  const auto options = std::make_shared<ImproveOptions>();
+  CLI::App* const command =
+      app.add_subcommand("improve",
+                         "find what the model of the wheels lacks, compensate it and drive better: "
+                         "experiments, search, demo. ON A ROBOT THIS MOVES A MACHINE");
+  command->footer(
+      "On a real robot the wheels turn first, lifted off the ground; then the base drives the demo path and "
+      "its mirror image, twice, each from where it stands: keep 4 m by 4 m free, or carry it back. It asks "
+      "on the terminal before each; without one, --stage measure --yes and --stage drive --yes, set down in "
+      "between. Its path error is that of the wheels' odometry.\n"
+      "A simulation in lock-step (youbot-sim --lock-step) is lifted and set down by this program.\n"
+      "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, 4 stopped by a "
+      "fault.");
+  command
+      ->add_option("--hidden-effect", options->hidden_effect,
+                   "seed that draws the effect of the simulated robot in this program")
+      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed));
+  command->add_option("--robot", options->robot, "ethercat:IFACE: a robot or youbot-sim, with what it has");
+  command->add_option("--config", options->config, "youbotd's TOML file for that robot; none: the demo's");
+  command->add_option("--stage", options->stage, "measure, with the wheels off the ground, or drive, on it")
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, Stage>{{"measure", Stage::kMeasure}, {"drive", Stage::kDrive}})
+                      .description("measure or drive"));
+  command->add_flag("--virtual-time", options->virtual_time,
+                    "as fast as both ends can; youbot-sim --lock-step and nothing else");
+  command->add_flag("--allow-non-rt", options->allow_non_real_time,
+                    "go on when the system refuses real-time scheduling or memory locking");
+  command->add_flag("--yes", options->yes, "with --stage: the robot may move, do not ask");
+  command->add_option("--out", options->out, "directory for recordings, models and reports")->required();
+  command
+      ->add_option("--wheel", options->wheel,
+                   "explain this one and take its model for all; none: each wheel gets its own")
+      ->check(apps::finite_range(1, 4));
+  command->add_flag("--quiet", options->quiet, "print problems only");
+  return {command, [options] { return improve(*options); }};
+}
+
+Subcommand add_reveal(CLI::App& app) {
+  const auto seed = std::make_shared<std::uint64_t>(0);
+  CLI::App* const command = app.add_subcommand("reveal", "tell what --hidden-effect SEED hides; for the end");
+  command->add_option("--hidden-effect", *seed, "the seed")
+      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed))
+      ->required();
+  return {command, [seed] {
+            std::printf("%s\n", apps::HiddenEffect(*seed).reveal().c_str());
+            return apps::kExitOk;
+          }};
 }
 
 }  // namespace youbot_bench
