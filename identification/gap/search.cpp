@@ -9,10 +9,10 @@
 #include <optional>
 #include <span>
 
+#include "identification/chance.h"
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/candidates.h"
 #include "identification/gap/chance_data.h"
-#include "identification/gap/parallel.h"
 #include "identification/gap/regression.h"
 
 namespace identification::gap {
@@ -31,11 +31,6 @@ constexpr double kMuch = 0.2;
 constexpr std::size_t kMuchFreer = 2;
 /// A rival gains this share of what the best one does.
 constexpr double kAsGood = 0.8;
-/// Chance data stops when as many searches have gained more: the answer is no.
-constexpr int kEnoughExceedances = 6;
-/// Looked at between two such counts, whatever the number of cores.
-constexpr std::size_t kDrawsAtOnce = 16;
-
 using Indices = std::vector<Eigen::Index>;
 
 Indices range(Eigen::Index from, Eigen::Index to) {
@@ -117,17 +112,10 @@ class Round {
   double p_value(double gain, const Options& options) {
     // What the best hypothesis leaves: else its own effect would be taken for noise that has to be beaten.
     ChanceData chance(least_left_, options.seed);
-    int exceeded = 0;
-    int done = 0;
-    while (done < options.repetitions && exceeded < kEnoughExceedances) {
-      std::vector<Eigen::VectorXd> draws;
-      for (; draws.size() < kDrawsAtOnce && done < options.repetitions; ++done)
-        draws.push_back(chance.draw());
-      std::vector<int> exceeds(draws.size(), 0);
-      in_parallel(draws.size(), [&](std::size_t i) { exceeds[i] = most_gain(draws[i]) >= gain ? 1 : 0; });
-      exceeded += std::accumulate(exceeds.begin(), exceeds.end(), 0);
-    }
-    return (1.0 + exceeded) / (1.0 + done);
+    return ChanceTest{.draw = [&chance] { return chance.draw(); },
+                      .most_gain = [this](const Eigen::VectorXd& draw) { return most_gain(draw); },
+                      .repetitions = options.repetitions}
+        .p_value(gain);
   }
 
   const BlockRegression::Fit& base() const noexcept { return base_; }
