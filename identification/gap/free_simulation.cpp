@@ -46,7 +46,7 @@ std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>
 
 std::vector<double> simulated_velocity(const model::effects::DriveModel& model, const Signals& s,
                                        const Window& window) {
-  ModelDrive drive(s.torque_is_command ? model : without_actuator(model), s.period_s, kSubsteps);
+  sim::ModelDrive drive(s.torque_is_command ? model : without_actuator(model), s.period_s, kSubsteps);
   drive.set_position(s.position_rad[window.first]);
   drive.set_velocity(s.velocity_rad_per_s[window.first]);
   drive.set_running(s.running_s[window.first]);

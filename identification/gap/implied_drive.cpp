@@ -11,7 +11,7 @@
 namespace identification::gap {
 namespace {
 
-constexpr double kSmooth_Hz = 5;
+constexpr double kMotionSmooth_Hz = 5;
 constexpr double kOfSampleRate = 0.1;
 constexpr std::size_t kLeastRowsToFit = 200;
 /// Of the fastest: below, friction need not follow the sign of the velocity.
@@ -27,7 +27,7 @@ constexpr double kAgreement = 1.5;
 
 }  // namespace
 
-double smooth_Hz(double period_s) { return std::min(kSmooth_Hz, kOfSampleRate / period_s); }
+double smooth_Hz(double period_s) { return std::min(kMotionSmooth_Hz, kOfSampleRate / period_s); }
 
 SmoothMotion smooth_motion_of(const Source& source) {
   const Recording& recording = source.recording;
