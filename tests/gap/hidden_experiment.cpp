@@ -58,10 +58,12 @@ class VelocityLoop {
 /// What an experiment wants at a time; the motion is asked for by velocity, by torque or by both.
 class Plan {
  public:
-  Plan(const Plant& plant, const HiddenEffects& effects, const Run& run)
-      : plant_(plant), run_(run), chance_(run.seed ^ 0xE8Cu) {
-    // Somebody at the bench has seen where it breaks away.
-    breakaway_Nm_ = plant.coulomb_Nm + effects.stribeck_Nm;
+  Plan(const Drive& drive, const Run& run)
+      : plant_(drive.plant),
+        run_(run),
+        chance_(run.seed ^ 0xE8Cu),
+        breakaway_Nm_(run.breakaway_Nm > 0 ? run.breakaway_Nm : breakaway_Nm(drive)) {
+    const Plant& plant = plant_;
     for (double hz = 0.13; hz < 5; hz *= 1.55 * chance_.uniform(0.95, 1.05))
       motion_.push_back({0.4 * run.top_rad_per_s * std::pow(hz / 0.13, -0.6), 2 * kPi * hz, angle()});
     for (double hz = 6; hz < 60; hz *= 1.5 * chance_.uniform(0.95, 1.05))
@@ -152,6 +154,8 @@ class Plan {
 
 }  // namespace
 
+double breakaway_Nm(const Drive& drive) { return drive.plant.coulomb_Nm + drive.effects.stribeck_Nm; }
+
 std::string_view name_of(Experiment experiment) {
   switch (experiment) {
     case Experiment::kStaircase: return "staircase";
@@ -166,7 +170,7 @@ std::string_view name_of(Experiment experiment) {
 
 Simulated simulate(const Drive& drive, const Run& run) {
   HiddenPlant plant(drive.plant, drive.effects, drive.sensors, run.seed, run.running_s);
-  Plan plan(drive.plant, drive.effects, run);
+  Plan plan(drive, run);
   VelocityLoop loop(drive.plant);
 
   const auto rows = static_cast<std::size_t>(std::llround(run.duration_s / kSample_s));

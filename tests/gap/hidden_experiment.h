@@ -27,12 +27,15 @@ struct Drive {
   HiddenEffects effects;
   Sensors sensors;
 };
+double breakaway_Nm(const Drive& drive);
 struct Run {
   Experiment experiment = Experiment::kStaircase;
   double duration_s = 20;
   double top_rad_per_s = 8;
   std::uint64_t seed = 1;
   double running_s = 0;  ///< warm-up before it
+  /// Where the bench believes that the joint breaks away; 0: where it does.
+  double breakaway_Nm = 0;
 };
 
 struct Simulated {
