@@ -121,14 +121,6 @@ std::optional<double> start_of(const CommonConfig& config) {
   return start_rad;
 }
 
-/// "settle_s" → "--settle", "max_speed_rad_per_s" → "--max-speed".
-std::pair<std::string, std::string> option_and_unit(std::string_view key) {
-  const apps::Quantity quantity = apps::quantity_of(key);
-  std::string option = "--" + (quantity.name == "joints" ? "joint" : quantity.name);
-  std::ranges::replace(option, ' ', '-');
-  return {option, quantity.unit};
-}
-
 template <typename Value>
 std::string toml_text(const Value& value) {
   if constexpr (std::is_same_v<Value, std::string>)
@@ -287,7 +279,8 @@ class ExperimentCommand {
   /// What is given is kept until the file was read, over which it stands.
   template <typename Value>
   void add(const Parameter& parameter, const Value& value) {
-    const auto [option, unit] = option_and_unit(parameter.key);
+    const std::string option = apps::option_name(parameter.key);
+    const std::string unit = apps::quantity_of(parameter.key).unit;
     const std::string help = parameter.help + (unit.empty() ? "" : ", " + unit);
     CLI::Option* added = nullptr;
     if constexpr (std::is_same_v<Value, std::string>) {

@@ -217,6 +217,47 @@ Simulated simulate(const Drive& drive, const Run& run) {
   return result;
 }
 
+identification::Recording carry_out(const Drive& drive,
+                                    identification::experiments::JointExperiment& experiment,
+                                    std::uint64_t seed) {
+  HiddenPlant plant(drive.plant, drive.effects, drive.sensors, seed);
+  VelocityLoop loop(drive.plant);
+  std::vector<double> time_s;
+  std::vector<double> command_Nm;
+  std::vector<double> torque_Nm;
+  std::vector<double> position_rad;
+  identification::experiments::Reading reading{.position_rad = plant.measured_position_rad(),
+                                               .command_Nm = 0};
+  for (int measurement = 0; measurement < experiment.measurement_count(); ++measurement) {
+    reading.time_s = 0;
+    experiment.begin(measurement, reading);
+    while (!experiment.finished()) {
+      const hal::JointCommand wanted = experiment.step(reading).command;
+      const double torque = loop.torque_Nm(wanted.target, plant.measured_position_rad());
+      const double command = wanted.mode == hal::CommandMode::kTorque ? wanted.target : torque;
+      plant.step(command);
+      time_s.push_back(static_cast<double>(time_s.size()) * kSample_s);
+      command_Nm.push_back(command);
+      torque_Nm.push_back(plant.measured_torque_Nm());
+      position_rad.push_back(plant.measured_position_rad());
+      reading = {.time_s = reading.time_s + kSample_s,
+                 .position_rad = position_rad.back(),
+                 .velocity_rad_per_s = plant.velocity_rad_per_s(),
+                 .torque_Nm = torque_Nm.back(),
+                 .command_Nm = command};
+    }
+  }
+  identification::Recording recording;
+  recording.rig = "hidden";
+  recording.experiment = "deciding";
+  recording.sample_rate_Hz = 1 / kSample_s;
+  recording.columns = {{"time_s", std::move(time_s)},
+                       {"torque_command_Nm", std::move(command_Nm)},
+                       {"torque_measured_Nm", std::move(torque_Nm)},
+                       {"position_rad", std::move(position_rad)}};
+  return recording;
+}
+
 double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind) {
   double squares = 0;
   double rows = 0;

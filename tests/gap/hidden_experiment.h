@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "identification/experiments/joint_experiment.h"
 #include "identification/recording.h"
 #include "tests/gap/hidden_plant.h"
 
@@ -48,6 +49,11 @@ struct Simulated {
 };
 /// Row k: a command from its time on, and what the sensors saw within the millisecond that it held.
 Simulated simulate(const Drive& drive, const Run& run);
+
+/// The same for an experiment of the library, whose velocity commands a loop of the bench follows.
+identification::Recording carry_out(const Drive& drive,
+                                    identification::experiments::JointExperiment& experiment,
+                                    std::uint64_t seed);
 
 /// rms over several, weighted by their lengths.
 double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind);
