@@ -29,7 +29,7 @@ constexpr double kStiffness_Nm_per_rad = 250;  // the simulated drive's, thesis 
 /// One simulated wheel as the bench sees it.
 class Rig {
  public:
-  explicit Rig(int wheel = 1, const DriveParameters& parameters = {})
+  explicit Rig(int wheel = 1, const sim::DriveParameters& parameters = {})
       : drive_(parameters, model::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005}), 1),
         filter_({}) {}
 
@@ -60,13 +60,13 @@ class Rig {
     experiment.write_result(result);
     return result;
   }
-  Drive& drive() { return drive_; }
+  sim::Drive& drive() { return drive_; }
 
   std::vector<double> commands;
   std::vector<double> speeds;
 
  private:
-  Drive drive_;
+  sim::Drive drive_;
   control::StateVariableFilter filter_;
 };
 
@@ -82,14 +82,14 @@ TEST(TorqueRamp, FormulasGiveTheNumbersOfTheThesis) {
 
 TEST(TorqueRamp, FindsStiffnessAndBreakAwayOfTheSimulatedWheelBothWays) {
   Rig rig;
-  TorqueRamp experiment({.repeats = 1}, SensorParameters{}.position_resolution_rad, kPeriod_s);
+  TorqueRamp experiment({.repeats = 1}, sim::SensorParameters{}.position_resolution_rad, kPeriod_s);
   ASSERT_EQ(experiment.measurement_count(), 2);
   for (int measurement = 0; measurement < 2; ++measurement) {
     const double direction = measurement == 0 ? 1.0 : -1.0;
     const std::vector<double> result = rig.run(experiment, measurement);
     EXPECT_EQ(result[0], direction);
     // One encoder step, whose edge may be anywhere within a step's torque, 0.0152 N·m.
-    EXPECT_NEAR(result[1], direction * SensorParameters{}.position_resolution_rad, 1e-9);
+    EXPECT_NEAR(result[1], direction * sim::SensorParameters{}.position_resolution_rad, 1e-9);
     EXPECT_GT(direction * result[2], 0.0);
     EXPECT_LT(direction * result[2], 0.0155);
     EXPECT_NEAR(result[3], result[2], 2e-3);  // sensor noise behind the low-pass

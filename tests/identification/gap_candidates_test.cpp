@@ -61,15 +61,15 @@ TEST(Candidates, TheirColumnsAreWhatTheEffectsDo) {
   std::set<std::string_view> seen;
   for (const bool commanded_only : {false, true}) {
     const Source source = motion(commanded_only);
-    fitted.model.effects = {effects::make_effect("coulomb", {{"torque_Nm", 0.05}}),
-                            effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.01}})};
+    fitted.model.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.05}}),
+                            model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.01}})};
     const Band band = choose_band({source}, fitted.model);
     const std::vector<Signals> signals = {make_signals(source, band)};
     const Rows rows(signals);
     ASSERT_GT(rows.count(), 200);
     expect_columns_are_the_effects(fitted, rows, seen);
     // Some only make sense once another is there.
-    fitted.model.effects.push_back(effects::make_effect("imbalance", {{"torque_Nm", 0.02}}));
+    fitted.model.effects.push_back(model::effects::make_effect("imbalance", {{"torque_Nm", 0.02}}));
     expect_columns_are_the_effects(fitted, rows, seen);
   }
   for (const char* effect : {"quadratic_drag", "stribeck", "midspeed_dip", "torque_offset",

@@ -33,17 +33,18 @@ Signals sine(double amplitude_rad, double w) {
       [=](double t) { return amplitude_rad * w * std::cos(w * t); });
 }
 
-effects::EffectChain rubbing(double coulomb_Nm) {
+model::effects::EffectChain rubbing(double coulomb_Nm) {
   if (coulomb_Nm == 0) return {};
-  const effects::AnyEffect coulomb = effects::make_effect("coulomb", {{"torque_Nm", coulomb_Nm}});
-  return effects::EffectChain({&coulomb, 1});
+  const model::effects::AnyEffect coulomb =
+      model::effects::make_effect("coulomb", {{"torque_Nm", coulomb_Nm}});
+  return model::effects::EffectChain({&coulomb, 1});
 }
 
 // J·ω²·A/(1 − (ω/ω0)²), undamped, far from resonance.
 TEST(LoadSide, ASpringAsksForMoreThanARigidShaftBelowItsResonanceAndForLessAbove) {
   const double w0 = 40;
   const double share = 0.3;
-  const effects::Mechanics mechanics{
+  const model::effects::Mechanics mechanics{
       .inertia_kg_m2 = kInertia, .shaft_Nm_per_rad = share * kInertia * w0 * w0, .load_share = share};
   for (const double w : {10.0, 80.0}) {
     const std::vector<double> torque = load_side_Nm(mechanics, rubbing(0), sine(1, w), kNoPull);
@@ -57,10 +58,10 @@ TEST(LoadSide, ASpringAsksForMoreThanARigidShaftBelowItsResonanceAndForLessAbove
 
 TEST(LoadSide, AStrongDamperAndAStiffShaftStayFinite) {
   for (const double stiffness : {0.1, 1e8}) {
-    const effects::Mechanics mechanics{.inertia_kg_m2 = kInertia,
-                                       .shaft_Nm_per_rad = stiffness,
-                                       .shaft_Nm_s_per_rad = 1e3,
-                                       .load_share = 0.3};
+    const model::effects::Mechanics mechanics{.inertia_kg_m2 = kInertia,
+                                              .shaft_Nm_per_rad = stiffness,
+                                              .shaft_Nm_s_per_rad = 1e3,
+                                              .load_share = 0.3};
     const Signals s = sine(1, 10);
     const std::vector<double> torque = load_side_Nm(mechanics, rubbing(0), s, kNoPull);
     // Either way the load goes with the motor.
@@ -71,7 +72,8 @@ TEST(LoadSide, AStrongDamperAndAStiffShaftStayFinite) {
 }
 
 TEST(LoadSide, BehindNoGapToSpeakOfTheLoadIsRigid) {
-  const effects::Mechanics mechanics{.inertia_kg_m2 = kInertia, .backlash_rad = 1e-9, .load_share = 0.3};
+  const model::effects::Mechanics mechanics{
+      .inertia_kg_m2 = kInertia, .backlash_rad = 1e-9, .load_share = 0.3};
   const double w = 10;
   const Signals s = sine(1, w);
   const std::vector<double> torque = load_side_Nm(mechanics, rubbing(0.05), s, kNoPull);
@@ -87,7 +89,7 @@ TEST(LoadSide, BehindNoGapToSpeakOfTheLoadIsRigid) {
 // the gap, and then takes the friction.
 TEST(LoadSide, ALoadThatStopsByItselfWaitsForTheOtherFlank) {
   const double gap = 0.1;
-  const effects::Mechanics mechanics{.inertia_kg_m2 = 1e-6, .backlash_rad = gap, .load_share = 0.3};
+  const model::effects::Mechanics mechanics{.inertia_kg_m2 = 1e-6, .backlash_rad = gap, .load_share = 0.3};
   const Signals s = driven(
       2, [](double t) { return t < 1 ? t : 2 - t; }, [](double t) { return t < 1 ? 1.0 : -1.0; });
   const std::vector<double> torque = load_side_Nm(mechanics, rubbing(0.05), s, kNoPull);
@@ -107,7 +109,8 @@ TEST(LoadSide, ALoadThatStopsByItselfWaitsForTheOtherFlank) {
 // and is stopped there: its momentum, once.
 TEST(LoadSide, ALoadCoastsThroughTheGapAndGivesItsMomentumAtTheEnd) {
   const double gap = 0.1;
-  const effects::Mechanics mechanics{.inertia_kg_m2 = kInertia, .backlash_rad = gap, .load_share = 0.3};
+  const model::effects::Mechanics mechanics{
+      .inertia_kg_m2 = kInertia, .backlash_rad = gap, .load_share = 0.3};
   const Signals s = driven(
       2, [](double t) { return std::min(t, 1.0); }, [](double t) { return t < 1 ? 1.0 : 0.0; });
   const std::vector<double> torque = load_side_Nm(mechanics, rubbing(0), s, kNoPull);
@@ -126,7 +129,8 @@ TEST(LoadSide, ALoadCoastsThroughTheGapAndGivesItsMomentumAtTheEnd) {
 // the whole weight; without the weight the load floats in the middle of a motion as small as this.
 TEST(LoadSide, AWeightHoldsTheGapShut) {
   const double share = 0.3;
-  const effects::Mechanics mechanics{.inertia_kg_m2 = kInertia, .backlash_rad = 0.1, .load_share = share};
+  const model::effects::Mechanics mechanics{
+      .inertia_kg_m2 = kInertia, .backlash_rad = 0.1, .load_share = share};
   const Signals s = sine(0.04, 5);
   const double weight_Nm = 2 * share * kInertia * 0.04 * 25;  // twice what the motion takes
   const std::vector<double> held =

@@ -163,7 +163,7 @@ Source commanded(double threshold_Nm, int delay_samples, bool lose_sign) {
 }
 
 ActuatorFindings findings(const Source& source) {
-  const effects::DriveModel base{.name = "bench"};
+  const model::effects::DriveModel base{.name = "bench"};
   const Band band = choose_band({source}, base);
   return actuator_channel({make_signals(source, band)}, base, {});
 }
@@ -175,11 +175,11 @@ TEST(ActuatorChannel, APerfectActuatorLacksNothing) {
 TEST(ActuatorChannel, FindsThresholdAndDelay) {
   const ActuatorFindings threshold = findings(commanded(0.03, 0, false));
   ASSERT_EQ(threshold.effects.size(), 1U);
-  EXPECT_EQ(effects::name_of(threshold.effects[0].effect), "torque_deadband");
+  EXPECT_EQ(model::effects::name_of(threshold.effects[0].effect), "torque_deadband");
   EXPECT_NEAR(threshold.effects[0].parameters.at(0).value, 0.03, 3e-4);
   const ActuatorFindings delay = findings(commanded(0, 12, false));
   ASSERT_EQ(delay.effects.size(), 1U);
-  EXPECT_EQ(effects::name_of(delay.effects[0].effect), "transport_delay");
+  EXPECT_EQ(model::effects::name_of(delay.effects[0].effect), "transport_delay");
   EXPECT_NEAR(delay.effects[0].parameters.at(0).value, 0.011, 5e-4) << "from the row that answers on";
 }
 

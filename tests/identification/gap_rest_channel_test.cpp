@@ -32,8 +32,8 @@ std::optional<FoundEffect> found(const std::function<double(double torque_Nm)>& 
     position.push_back(std::floor(at / kTick_rad) * kTick_rad);
   }
   source.recording.columns = {{"time_s", time}, {"torque_measured_Nm", torque}, {"position_rad", position}};
-  effects::DriveModel base{.name = "bench", .encoder_ticks_per_rev = 104000};
-  base.effects = {effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}})};
+  model::effects::DriveModel base{.name = "bench", .encoder_ticks_per_rev = 104000};
+  base.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", kCoulomb_Nm}})};
   const Band band = choose_band({source}, base);
   return rest_channel(std::vector<Signals>{make_signals(source, band)}, base, band, {}).presliding;
 }
@@ -42,8 +42,8 @@ TEST(RestChannel, AContactThatGivesThreeTicksIsMeasured) {
   const double stiffness = kCoulomb_Nm / (3 * kTick_rad);
   const auto presliding = found([=](double torque) { return torque / stiffness; });
   ASSERT_TRUE(presliding);
-  EXPECT_EQ(effects::name_of(presliding->effect), "presliding");
-  const identify::Estimate& estimate = presliding->parameters.at(0);
+  EXPECT_EQ(model::effects::name_of(presliding->effect), "presliding");
+  const fit::Estimate& estimate = presliding->parameters.at(0);
   EXPECT_NEAR(estimate.value, stiffness, 0.08 * stiffness);
   EXPECT_LT(estimate.lower, estimate.value);
   EXPECT_GT(estimate.upper, estimate.value);

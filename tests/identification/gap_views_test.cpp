@@ -34,7 +34,7 @@ Source one_way(double seconds) {
 TEST(Views, TheSpectrumOfTheResidualHoldsAllOfItsPower) {
   const Source source = one_way(400);
   FittedModel model{.model = {.name = "bench", .inertia_kg_m2 = 1e-6}, .given_inertia_kg_m2 = 1e-6};
-  model.model.effects = {effects::make_effect("coulomb", {{"torque_Nm", 0.05}})};
+  model.model.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.05}})};
   const Band band = choose_band({source}, model.model);
   const std::vector<Signals> signals = {make_signals(source, band)};
   const Rows rows(signals);

@@ -157,12 +157,12 @@ DriveModel model(std::vector<AnyEffect> effects, double inertia = 0.01) {
 
 /// Simulated seconds at 1 kHz under `torque(t)`.
 template <class Torque>
-void run(ModelDrive& drive, double seconds, const Torque& torque) {
+void run(sim::ModelDrive& drive, double seconds, const Torque& torque) {
   for (int i = 0; i < static_cast<int>(std::lround(seconds * 1000)); ++i) drive.step(torque(i * 1e-3));
 }
 
 TEST(ModelDrive, AccelerationIsTorqueOverInertiaDifferenceIncluded) {
-  ModelDrive drive(model({make_effect("inertia", {{"difference_kg_m2", 0.005}})}), 1e-3);
+  sim::ModelDrive drive(model({make_effect("inertia", {{"difference_kg_m2", 0.005}})}), 1e-3);
   run(drive, 1.0, [](double) { return 0.03; });
   EXPECT_NEAR(drive.velocity_rad_per_s(), 0.03 / 0.015, 1e-9);
 }
@@ -171,18 +171,18 @@ TEST(ModelDrive, ItRestsBelowBreakAwayAndSlidesAboveIt) {
   const DriveModel wheel =
       model({make_effect("coulomb", {{"torque_Nm", 0.04}}),
              make_effect("stribeck", {{"static_torque_Nm", 0.08}, {"velocity_rad_per_s", 0.1}})});
-  ModelDrive below(wheel, 1e-3);
+  sim::ModelDrive below(wheel, 1e-3);
   run(below, 2.0, [](double t) { return 0.079 * std::min(t, 1.0); });
   EXPECT_LT(std::abs(below.position_rad()), 1e-4);
   EXPECT_NEAR(below.velocity_rad_per_s(), 0, 1e-9);
-  ModelDrive above(wheel, 1e-3);
+  sim::ModelDrive above(wheel, 1e-3);
   run(above, 2.0, [](double) { return 0.081; });
   // Free of the Stribeck peak, J·dv/dt = τ − Fc.
   EXPECT_NEAR(above.velocity_rad_per_s(), (0.081 - 0.04) / 0.01 * 2, 1.0);
 }
 
 TEST(ModelDrive, TheContactGivesLikeItsSpring) {
-  ModelDrive drive(
+  sim::ModelDrive drive(
       model({make_effect("coulomb", {{"torque_Nm", 0.08}}),
              make_effect("presliding", {{"stiffness_Nm_per_rad", 250}, {"damping_Nm_s_per_rad", 0.3}})}),
       1e-3);
@@ -195,7 +195,7 @@ TEST(ModelDrive, ASpringSwingsAtItsResonance) {
   const double stiffness = 100;
   const double share = 0.3;
   const double inertia = 0.01;
-  ModelDrive drive(
+  sim::ModelDrive drive(
       model({make_effect("elasticity", {{"stiffness_Nm_per_rad", stiffness}, {"load_share", share}})},
             inertia),
       1e-4, 4);
@@ -221,8 +221,8 @@ TEST(ModelDrive, AGapIsCrossedWithTheMotorsInertiaAlone) {
   const double gap = 0.05;
   const double torque = 0.02;
   const double inertia = 0.01;
-  ModelDrive drive(model({make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}})}, inertia), 1e-4,
-                   4);
+  sim::ModelDrive drive(model({make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}})}, inertia),
+                        1e-4, 4);
   // It begins in the middle of the gap.
   const double crossing_s = std::sqrt(gap * (1 - share) * inertia / torque);
   for (int i = 0; i < static_cast<int>(0.9 * crossing_s / 1e-4); ++i) drive.step(torque);
@@ -238,7 +238,7 @@ TEST(ModelDrive, SteppingNeitherAllocatesNorLocks) {
   std::vector<AnyEffect> all;
   for (const EffectDescription& description : effect_descriptions())
     all.push_back(make_effect(description.name));
-  ModelDrive drive(model(all), 1e-3);
+  sim::ModelDrive drive(model(all), 1e-3);
   const support::NoAllocGuard guard;
   for (int i = 0; i < 100; ++i) drive.step(0.1);
   EXPECT_EQ(guard.violations(), 0);

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/control/friction_joint.h"
+#include "tests/model/friction_joint.h"
 
 namespace friction_armstrong_test {
 

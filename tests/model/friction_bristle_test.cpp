@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "model/friction/reset_integrator.h"
-#include "tests/control/friction_joint.h"
+#include "tests/model/friction_joint.h"
 
 namespace friction_bristle_test {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "model/friction/any_law.h"
-#include "tests/control/friction_joint.h"
+#include "tests/model/friction_joint.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace friction_law_test {

@@ -12,7 +12,7 @@
 
 #include "model/friction/elasto_plastic.h"
 #include "model/friction/kfm.h"
-#include "tests/control/friction_joint.h"
+#include "tests/model/friction_joint.h"
 
 namespace friction_lugre_test {
 

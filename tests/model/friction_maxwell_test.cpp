@@ -9,7 +9,7 @@
 #include "model/friction/kfm.h"
 #include "model/friction/leuven.h"
 #include "model/friction/lugre.h"
-#include "tests/control/friction_joint.h"
+#include "tests/model/friction_joint.h"
 
 namespace friction_maxwell_test {
 

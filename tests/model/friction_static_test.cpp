@@ -9,7 +9,7 @@
 #include "model/friction/stiction.h"
 #include "model/friction/viscous.h"
 #include "model/friction/wheel_curve.h"
-#include "tests/control/friction_joint.h"
+#include "tests/model/friction_joint.h"
 
 namespace friction_static_test {
 

@@ -9,7 +9,7 @@
 
 #include "control/friction_compensator.h"
 #include "control/friction_observer.h"
-#include "tests/control/friction_joint.h"
+#include "tests/model/friction_joint.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace law_compensator_test {
