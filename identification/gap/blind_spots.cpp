@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace identification::gap {
 namespace {
@@ -69,29 +70,37 @@ Coverage coverage_of(std::span<const Signals> signals) {
 
 /// Share of the Coulomb torque that an effect often is.
 constexpr double kOften = 0.3;
+constexpr double kUsualCoulomb_Nm = 0.05;
+/// Of the encoder, which a joint gives at a reversal.
+constexpr double kSteps = 20;
+constexpr double kFalls_rad_per_s = 0.3;
+constexpr double kWarm_s = 20;
+constexpr double kSpring_Hz = 20;
+/// Share of the inertia that the spring carries.
+constexpr double kLoad = 0.2;
 
 }  // namespace
 
 model::effects::AnyEffect usual_effect(std::string_view effect, const model::effects::DriveModel& model,
                                        double resolution_rad) {
   const auto* friction = model.find<model::effects::Coulomb>();
-  const double coulomb_Nm = friction != nullptr ? friction->parameters().torque_Nm : 0.05;
+  const double coulomb_Nm = friction != nullptr ? friction->parameters().torque_Nm : kUsualCoulomb_Nm;
   const double amount_Nm = kOften * coulomb_Nm;
-  const double give_rad = 20 * resolution_rad;
+  const double give_rad = kSteps * resolution_rad;
+  const double rad_per_s = 2 * std::numbers::pi * kSpring_Hz;
+  std::vector<model::effects::NamedValue> values{{"torque_Nm", amount_Nm}};
   if (effect == "stribeck")
-    return model::effects::make_effect(
-        effect, {{"static_torque_Nm", coulomb_Nm + amount_Nm}, {"velocity_rad_per_s", 0.3}});
-  if (effect == "thermal_drift")
-    return model::effects::make_effect(effect, {{"coulomb_change_Nm", -amount_Nm}, {"time_constant_s", 20}});
-  if (effect == "presliding")
-    return model::effects::make_effect(effect, {{"stiffness_Nm_per_rad", coulomb_Nm / give_rad}});
-  if (effect == "backlash") return model::effects::make_effect(effect, {{"gap_rad", give_rad}});
-  if (effect == "elasticity") {
-    constexpr double kSlow_rad_per_s = 2 * 3.14159 * 20;
-    return model::effects::make_effect(
-        effect, {{"stiffness_Nm_per_rad", 0.2 * model.inertia_kg_m2 * kSlow_rad_per_s * kSlow_rad_per_s}});
-  }
-  return model::effects::make_effect(effect, {{"torque_Nm", amount_Nm}});
+    values = {{"static_torque_Nm", coulomb_Nm + amount_Nm}, {"velocity_rad_per_s", kFalls_rad_per_s}};
+  if (effect == "thermal_drift") values = {{"coulomb_change_Nm", -amount_Nm}, {"time_constant_s", kWarm_s}};
+  if (effect == "presliding") values = {{"stiffness_Nm_per_rad", coulomb_Nm / give_rad}};
+  if (effect == "backlash") values = {{"gap_rad", give_rad}};
+  if (effect == "elasticity")
+    values = {{"stiffness_Nm_per_rad", kLoad * model.inertia_kg_m2 * rad_per_s * rad_per_s}};
+  for (model::effects::NamedValue& value : values)
+    for (const auto& parameter : model::effects::effect_description(effect).parameters)
+      if (parameter.name == value.name)
+        value.value = std::clamp(value.value, parameter.lower, parameter.upper);
+  return model::effects::make_effect(effect, values);
 }
 
 std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests) {

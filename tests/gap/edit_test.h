@@ -14,8 +14,14 @@ namespace gap_test {
 /// gap on the drive that has lost it.
 struct Edit {
   std::string effect;
-  double gap_Nm = 0;    ///< that the edited model leaves of the edited drive's recordings
-  double never_Nm = 0;  ///< that is left of a drive which never had the effect
+  double gap_Nm = 0;       ///< that the edited model leaves of the edited drive's recordings
+  double never_Nm = 0;     ///< that is left of a drive which never had the effect: the noise floor
+  double refitted_Nm = 0;  ///< that the edited model leaves when it may follow the edited drive
+  /// Its parameters then agree with the delivered ones, all within the 95 % intervals of both.
+  bool parameters_agree = false;
+
+  bool at_the_floor() const;
+  /// At the floor, or off it by no more than the delivered parameters are uncertain by their own intervals.
   bool passed() const;
 };
 

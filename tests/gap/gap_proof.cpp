@@ -65,8 +65,11 @@ void print_case(const Judgement& judgement) {
               judgement.floor_Nm, judgement.true_floor_Nm, judgement.search_s,
               judgement.right() ? "" : "  WRONG");
   for (const Edit& edit : judgement.edits)
-    std::printf("      without %s: gap %.5f, floor %.5f%s\n", edit.effect.c_str(), edit.gap_Nm, edit.never_Nm,
-                edit.passed() ? "" : "  EDIT FAILED");
+    std::printf("      without %s: gap %.5f, floor %.5f, refitted %.5f%s\n", edit.effect.c_str(), edit.gap_Nm,
+                edit.never_Nm, edit.refitted_Nm,
+                edit.at_the_floor() ? ""
+                : edit.passed()     ? ", within its intervals"
+                                    : "  EDIT FAILED");
   for (const std::string& words : judgement.parameters_outside) std::printf("      %s\n", words.c_str());
   if (!judgement.failure.empty()) std::printf("      failed: %s\n", judgement.failure.c_str());
   std::fflush(stdout);
@@ -158,7 +161,8 @@ bool reached(const char* what, const Share& share, bool at_least, double target)
 }
 
 bool print_targets(const std::vector<Judgement>& judgements) {
-  Share nothing, single, pairs, triples, outside, closed, edited, inside, base_inside, base_inside_outside;
+  Share nothing, single, pairs, triples, outside, closed, edited, at_floor, inside, base_inside,
+      base_inside_outside;
   Share small, overlooked, alarms;
   std::map<identification::gap::Verdict, int> verdicts;
   std::vector<double> floor_ratios;
@@ -183,7 +187,10 @@ bool print_targets(const std::vector<Judgement>& judgements) {
         break;
     }
     if (judgement.verdict == identification::gap::Verdict::kExplained && !judgement.edits.empty())
-      edited.count(std::ranges::all_of(judgement.edits, &Edit::passed));
+      edited.count(std::ranges::all_of(judgement.edits, [](const Edit& edit) { return edit.passed(); }));
+    if (!judgement.edits.empty())
+      at_floor.count(
+          std::ranges::all_of(judgement.edits, [](const Edit& edit) { return edit.at_the_floor(); }));
     if (judgement.verdict == identification::gap::Verdict::kExplained)
       closed.count(judgement.gap_after_Nm <= 1.2 * judgement.floor_Nm);
     inside.part += judgement.parameters_inside;
@@ -208,6 +215,8 @@ bool print_targets(const std::vector<Judgement>& judgements) {
   std::printf(
       "no gap, though something outside the library is there: %d of %d; a gap, though nothing is: %d of %d\n",
       overlooked.part, overlooked.whole, alarms.part, alarms.whole);
+  std::printf("edit test passed at the noise floor, with no look at intervals: %d of %d\n", at_floor.part,
+              at_floor.whole);
   std::printf("search: %.2f s a case\n\n", seconds / static_cast<double>(judgements.size()));
   bench::add_figure("youbot-gap on hidden drives: one search",
                     bench::number_text(seconds / static_cast<double>(judgements.size())) + " s",

@@ -9,6 +9,22 @@
 
 namespace gap_second {
 
+namespace {
+
+/// Whether all that both have an interval of has a value that is in both.
+bool agree(const Answer& delivered, const Answer& edited) {
+  bool any = false;
+  for (const auto& [parameter, after] : edited.intervals) {
+    const auto known = delivered.intervals.find(parameter);
+    if (known == delivered.intervals.end()) continue;
+    if (after.second < known->second.first || after.first > known->second.second) return false;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
+
 std::string without_effect(const std::string& model, const std::string& effect, int given) {
   const std::string head = "[[effect]]";
   std::string kept;
@@ -43,7 +59,7 @@ std::vector<Edit> edit_tests(const std::string& program, const Case& drawn, cons
     const Answer again = ask(program, files, place, longest_s);
     edits.push_back({named.type,
                      again.exit_code == 0 ? again.gap_before_Nm : std::numeric_limits<double>::quiet_NaN(),
-                     again.floor_Nm});
+                     again.floor_Nm, again.gap_refitted_Nm, agree(answer, again)});
   }
   return edits;
 }

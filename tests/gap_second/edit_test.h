@@ -13,9 +13,14 @@ namespace gap_second {
 
 struct Edit {
   std::string effect;
-  double gap_Nm = 0.0;    ///< not a number where the program refused the new recordings
-  double floor_Nm = 0.0;  ///< the noise of a drive that never had the effect
-  bool passed() const { return gap_Nm <= 1.2 * floor_Nm; }  ///< what "explained" stands for, too
+  double gap_Nm = 0.0;            ///< not a number where the program refused the new recordings
+  double floor_Nm = 0.0;          ///< the noise of a drive that never had the effect
+  double refitted_Nm = 0.0;       ///< what the edited model leaves when it may follow
+  bool parameters_agree = false;  ///< then, within the 95 % intervals of both
+  /// At the floor, as "explained" stands for, or off it by no more than its own intervals.
+  bool passed() const {
+    return gap_Nm <= 1.2 * floor_Nm || (refitted_Nm <= 1.2 * floor_Nm && parameters_agree);
+  }
 };
 
 /// The text of a drive model without the effects of a type, but for as many as `given` of the first of them.
