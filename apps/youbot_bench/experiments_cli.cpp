@@ -22,18 +22,6 @@ namespace youbot_bench {
 
 using identification::experiments::Parameter;
 
-namespace {
-
-/// "settle_s" → "--settle", "max_speed_rad_per_s" → "--max-speed".
-std::pair<std::string, std::string> option_and_unit(std::string_view key) {
-  const apps::Quantity quantity = apps::quantity_of(key);
-  std::string option = "--" + (quantity.name == "joints" ? "joint" : quantity.name);
-  std::ranges::replace(option, ' ', '-');
-  return {option, quantity.unit};
-}
-
-}  // namespace
-
 /// One subcommand: what the command line said, until it is run.
 class ExperimentCommand {
  public:
@@ -96,7 +84,8 @@ ExperimentCommand::ExperimentCommand(CLI::App& app, ExperimentRequest request)
 /// What is given is kept until the file was read, over which it stands.
 template <typename Value>
 void ExperimentCommand::add(const Parameter& parameter, const Value& value) {
-  const auto [option, unit] = option_and_unit(parameter.key);
+  const std::string option = apps::option_name(parameter.key);
+  const std::string unit = apps::quantity_of(parameter.key).unit;
   const std::string help = parameter.help + (unit.empty() ? "" : ", " + unit);
   CLI::Option* added = nullptr;
   if constexpr (std::is_same_v<Value, std::string>) {

@@ -18,8 +18,10 @@
 #include "identification/gap/fitted_model.h"
 #include "identification/gap/implied_drive.h"
 #include "identification/gap/lost_sign.h"
+#include "identification/gap/next_experiment.h"
 #include "identification/gap/noise_floor.h"
 #include "identification/gap/rest_channel.h"
+#include "identification/gap/rivals.h"
 #include "identification/gap/search.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/signals.h"
@@ -100,28 +102,6 @@ Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const
   return result;
 }
 
-std::string deciding_experiment(std::string_view effect, const std::vector<std::string>& equivalent) {
-  std::set<std::string_view> all(equivalent.begin(), equivalent.end());
-  all.insert(effect);
-  const auto has = [&](std::string_view name) { return all.contains(name); };
-  if (equivalent.empty()) return "";
-  if (has("torque_offset") && has("direction_asymmetry"))
-    return "measure both directions over the whole range of speed: an offset stays the same, an asymmetry of "
-           "viscous friction grows; constant parts cannot be told apart by motion";
-  if (has("backlash") && has("presliding"))
-    return "presliding: small torque sines at rest; a gap gives way freely, a contact like a spring";
-  if (has("inertia") || has("elasticity"))
-    return "multisine: a sweep of torque over frequency; an inertia acts alike at all of them, a spring at "
-           "one";
-  if (has("thermal_drift"))
-    return "the same staircase at the beginning and at the end of half an hour of motion";
-  if (has("stribeck") || has("midspeed_dip") || has("quadratic_drag") || has("viscous") || has("coulomb"))
-    return "steady-state: more constant speeds, close to each other where the curve bends, in both "
-           "directions";
-  if (has("cogging") || has("imbalance")) return "staircase: a slow constant speed over several turns";
-  return "multisine and staircase, longer";
-}
-
 std::vector<fit::Estimate> parameters_of(const model::effects::AnyEffect* effect, const FittedModel& fitted,
                                          const Rows& rows, const std::vector<fit::Estimate>& all) {
   // Estimates come in the order of the free parameters.
@@ -179,6 +159,50 @@ std::size_t effects_kept(const model::effects::DriveModel& base, const model::ef
   const bool replaced =
       base.find<model::effects::TorqueOffset>() && !final.find<model::effects::TorqueOffset>();
   return base.effects.size() - (replaced ? 1 : 0);
+}
+
+FittedModel with(FittedModel fitted, const model::effects::AnyEffect& effect) {
+  fitted.model.effects.push_back(effect);
+  return fitted;
+}
+
+/// What stands for presliding at rest when it is a spring.
+model::effects::AnyEffect spring_like(const model::effects::AnyEffect& presliding) {
+  return model::effects::make_effect(
+      "elasticity",
+      {{"stiffness_Nm_per_rad", model::effects::parameter_of(presliding, "stiffness_Nm_per_rad")}});
+}
+
+/// Looks for the experiments that would decide what the data leave open: between names, and what they could
+/// not have shown. `rivals`: of each found effect, models with another one in its place.
+void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& rivals, const FittedModel& final,
+               std::span<const Signals> searched, const AtHand& at_hand) {
+  std::vector<std::vector<Pair>> questions;
+  std::vector<std::optional<NextExperiment>*> answers;
+  for (std::size_t i = 0; i < rivals.size(); ++i) {
+    if (rivals[i].empty()) continue;
+    const bool in_model = model::effects::name_of(result.effects[i].effect) != "presliding" ||
+                          final.model.find<model::effects::Presliding>() != nullptr;
+    const FittedModel truth = in_model ? final : with(final, result.effects[i].effect);
+    questions.emplace_back();
+    for (const FittedModel& rival : rivals[i]) questions.back().push_back({truth, rival});
+    answers.push_back(&result.effects[i].decided_by);
+  }
+  for (BlindSpot& spot : result.blind_spots) {
+    std::erase_if(spot.effects, [&](const std::string& effect) {
+      return find_effect(final.model, effect, 0) != nullptr;  // it is known
+    });
+    if (spot.effects.empty()) continue;
+    questions.emplace_back();
+    for (const std::string& effect : spot.effects)
+      questions.back().push_back(
+          {with(final, usual_effect(effect, final.model, at_hand.band.resolution_rad)), final});
+    answers.push_back(&spot.shown_by);
+  }
+  result.limits = limits_of(searched);
+  const std::vector<std::optional<NextExperiment>> found =
+      next_experiments(final.model, questions, at_hand, result.limits);
+  for (std::size_t i = 0; i < found.size(); ++i) *answers[i] = found[i];
 }
 
 /// The search began with another inertia than the given model's: the model keeps that, and the difference is
@@ -325,12 +349,13 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   progress("holding the answer against held-out data", 0.86);
   confirm(searching, judged);
   std::vector<std::string> taken_back = deliver(searching, given, judged);
+  weigh_rivals(searching, rows, parts.training, options);
 
   progress("looking for what is left", 0.92);
   const FittedModel& final = searching.fitted;
   const RestFindings rest = rest_channel(searched, final.model, band, options);
   result.notes = std::move(taken_back);
-  std::ranges::move(blind_spots(searched, rest.rests), std::back_inserter(result.notes));
+  result.blind_spots = blind_spots(searched, rest.rests);
   const FittedModel refitted = refined(given, rows, parts.training.rows);
   const auto residual = [&](const FittedModel& fitted) -> Eigen::VectorXd {
     return rows.torque_Nm() - predicted_rows(fitted, rows);
@@ -371,6 +396,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     result.effects.push_back(found);
   }
   std::set<std::string> named;
+  std::vector<std::vector<FittedModel>> rivals;  // of each found effect
   for (std::size_t n = 0; n < searching.added.size(); ++n) {
     const Added& added = searching.added[n];
     std::size_t earlier = 0;
@@ -390,8 +416,13 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     found.p_value = added.p_value;
     found.gap_before = rms(residual(added.before), quiet);
     found.gap_after = rms(residual(added.after), quiet);
-    found.equivalent = added.equivalent;
-    found.deciding_experiment = deciding_experiment(added.effect, added.equivalent);
+    rivals.resize(result.effects.size() + 1);
+    for (const RivalModel& rival : added.rivals) {
+      rivals.back().push_back(rival.model);
+      if (found.wins.empty()) found.wins.push_back(added.wins);
+      found.equivalent.push_back(rival.effect);
+      found.wins.push_back(rival.wins);
+    }
     found.parameters = parameters_of(effect, final, rows, all);
     named.emplace(added.effect);
     result.effects.push_back(std::move(found));
@@ -401,12 +432,18 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
       !result.model.find<model::effects::Elasticity>() && !result.model.find<model::effects::Backlash>()) {
     result.model.effects.push_back(rest.presliding->effect);
     result.effects.push_back(*rest.presliding);
+    rivals.resize(result.effects.size());
+    if (!rest.presliding->equivalent.empty())
+      rivals.back().push_back(with(final, spring_like(rest.presliding->effect)));
     named.emplace(model::effects::name_of(rest.presliding->effect));
   }
   for (const auto& [type, gain, reason] : searching.rejected)
     if (!named.contains(type))
       result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
 
+  progress("looking for the next experiment", 0.94);
+  plan_next(result, rivals, final, searched,
+            {rows, parts.training.rows, band, std::max(result.gap_after_Nm, result.noise_floor_Nm)});
   if (start.inertia_kg_m2 != base.inertia_kg_m2)
     name_inertia(result, base, residual(as_given), residual(refitted), parts.training, quiet);
 

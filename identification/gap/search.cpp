@@ -13,6 +13,7 @@
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/candidates.h"
 #include "identification/gap/chance_data.h"
+#include "identification/gap/noise_draws.h"
 #include "identification/gap/regression.h"
 
 namespace identification::gap {
@@ -22,9 +23,7 @@ constexpr int kFolds = 8;
 constexpr int kMostEffects = 8;
 /// Rivals this close to the best are refined before a name is given.
 constexpr double kRival = 0.5;
-/// A difference between rivals counts when it is this many standard errors over the blocks.
-constexpr double kDecisive = 2.5;
-/// So must be the gain of the winner over none.
+/// The gain of the winner over none counts when it is this many standard errors over the blocks.
 constexpr double kSure = 2;
 constexpr double kMuch = 0.2;
 /// Parameters more than the simplest that does as well.
@@ -207,13 +206,13 @@ bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& bett
   return 5 * improved >= 4 * worse.held_out_of.size() && 1 - better.held_out / worse.held_out >= kMuch;
 }
 
-/// The winner first, then those the blocks do not tell from it; none when no gain is sure.
+/// The winner first, then those that would have won some draws of the noise; none when no gain is sure.
 std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const BlockRegression::Fit& base,
-                           const Rows& rows, const Training& training, double least_gain) {
+                           const Rows& rows, const Training& training, const Options& options) {
   std::vector<Rival> rivals;
   double most = 0;  // of those that hold
   for (const Round::Outcome& outcome : outcomes) {
-    if (outcome.gain < std::max(kRival * most, least_gain)) break;
+    if (outcome.gain < std::max(kRival * most, options.least_gain)) break;
     FittedModel model = refined(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
@@ -223,11 +222,15 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
   }
   if (rivals.empty()) return rivals;
   std::ranges::sort(rivals, {}, [](const Rival& r) { return r.fit.held_out; });
-  const BlockRegression::Fit best = rivals.front().fit;
+  const double best = rivals.front().fit.held_out;
   std::erase_if(rivals, [&](const Rival& r) {
-    return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best.held_out) ||
-           decisiveness(r.fit.held_out_of, best.held_out_of) > kDecisive;
+    return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best);
   });
+  std::vector<std::vector<double>> squares;
+  for (const Rival& rival : rivals) squares.push_back(rival.fit.held_out_of);
+  const std::vector<int> wins = draws_won(squares, options.seed);
+  for (std::size_t i = rivals.size(); i-- > 0;)
+    if (wins[i] == 0) rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(i));
   // Of those that do as well, the simplest gives its name; a shape that is free in much more is no rival to
   // it.
   std::ranges::stable_sort(rivals, {}, &Rival::parameters);
@@ -300,6 +303,20 @@ std::optional<FittedModel> without_added(const SearchResult& result, std::size_t
   return refined(without, rows, training.rows);
 }
 
+std::vector<RivalModel> with_one_of(const FittedModel& without, const std::vector<std::string>& effects,
+                                    const Rows& rows, const Training& training) {
+  std::vector<RivalModel> rivals;
+  Round round(without, rows, training);
+  for (const Round::Outcome& outcome : round.outcomes())
+    if (std::ranges::find(effects, outcome.effect) != effects.end())
+      rivals.push_back({std::string(outcome.effect), refined(outcome.model, rows, training.rows)});
+  return rivals;
+}
+
+std::vector<double> left_out_squares(const FittedModel& fitted, const Rows& rows, const Training& training) {
+  return score(fitted, rows, training).held_out_of;
+}
+
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options) {
   SearchResult result;
@@ -320,10 +337,9 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     report(options, "trying the same on chance data", passed(0.2));
     const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
     report(options, "fitting rivals", passed(0.4));
-    const std::vector<Rival> rivals =
-        worth && p <= options.false_positive_rate
-            ? contest(outcomes, round.base(), rows, training, options.least_gain)
-            : std::vector<Rival>();
+    const std::vector<Rival> rivals = worth && p <= options.false_positive_rate
+                                          ? contest(outcomes, round.base(), rows, training, options)
+                                          : std::vector<Rival>();
     if (rivals.empty()) {
       for (const Round::Outcome& outcome : outcomes)
         result.rejected.push_back({std::string(outcome.effect), std::max(0.0, outcome.gain),
@@ -336,7 +352,8 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     added.blocks = static_cast<int>(winner.fit.held_out_of.size());
     for (std::size_t b = 0; b < winner.fit.held_out_of.size(); ++b)
       added.blocks_improved += winner.fit.held_out_of[b] < round.base().held_out_of[b] ? 1 : 0;
-    for (std::size_t i = 1; i < rivals.size(); ++i) added.equivalent.emplace_back(rivals[i].effect);
+    for (std::size_t i = 1; i < rivals.size(); ++i)
+      added.rivals.push_back({.effect = std::string(rivals[i].effect)});
     result.fitted = winner.model;
     result.added.push_back(std::move(added));
     drop_idle(result, rows, training, options.least_gain);

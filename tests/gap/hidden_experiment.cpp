@@ -58,10 +58,12 @@ class VelocityLoop {
 /// What an experiment wants at a time; the motion is asked for by velocity, by torque or by both.
 class Plan {
  public:
-  Plan(const Plant& plant, const HiddenEffects& effects, const Run& run)
-      : plant_(plant), run_(run), chance_(run.seed ^ 0xE8Cu) {
-    // Somebody at the bench has seen where it breaks away.
-    breakaway_Nm_ = plant.coulomb_Nm + effects.stribeck_Nm;
+  Plan(const Drive& drive, const Run& run)
+      : plant_(drive.plant),
+        run_(run),
+        chance_(run.seed ^ 0xE8Cu),
+        breakaway_Nm_(run.breakaway_Nm > 0 ? run.breakaway_Nm : breakaway_Nm(drive)) {
+    const Plant& plant = plant_;
     for (double hz = 0.13; hz < 5; hz *= 1.55 * chance_.uniform(0.95, 1.05))
       motion_.push_back({0.4 * run.top_rad_per_s * std::pow(hz / 0.13, -0.6), 2 * kPi * hz, angle()});
     for (double hz = 6; hz < 60; hz *= 1.5 * chance_.uniform(0.95, 1.05))
@@ -159,7 +161,7 @@ class Bench {
   /// take(time since its begin, command) after each sample.
   template <class Take>
   void perform(const Run& run, const Take& take) {
-    Plan plan(drive_.plant, drive_.effects, run);
+    Plan plan(drive_, run);
     VelocityLoop loop(drive_.plant);
     const auto rows = std::llround(run.duration_s / kSample_s);
     bool was_by_velocity = true;
@@ -183,6 +185,8 @@ class Bench {
 };
 
 }  // namespace
+
+double breakaway_Nm(const Drive& drive) { return drive.plant.coulomb_Nm + drive.effects.stribeck_Nm; }
 
 std::string_view name_of(Experiment experiment) {
   switch (experiment) {
@@ -243,6 +247,47 @@ void simulate(const Drive& drive, std::span<const Run> runs, const std::function
     });
     begin_s += run.duration_s;
   }
+}
+
+identification::Recording carry_out(const Drive& drive,
+                                    identification::experiments::JointExperiment& experiment,
+                                    std::uint64_t seed) {
+  HiddenPlant plant(drive.plant, drive.effects, drive.sensors, seed);
+  VelocityLoop loop(drive.plant);
+  std::vector<double> time_s;
+  std::vector<double> command_Nm;
+  std::vector<double> torque_Nm;
+  std::vector<double> position_rad;
+  identification::experiments::Reading reading{.position_rad = plant.measured_position_rad(),
+                                               .command_Nm = 0};
+  for (int measurement = 0; measurement < experiment.measurement_count(); ++measurement) {
+    reading.time_s = 0;
+    experiment.begin(measurement, reading);
+    while (!experiment.finished()) {
+      const hal::JointCommand wanted = experiment.step(reading).command;
+      const double torque = loop.torque_Nm(wanted.target, plant.measured_position_rad());
+      const double command = wanted.mode == hal::CommandMode::kTorque ? wanted.target : torque;
+      plant.step(command);
+      time_s.push_back(static_cast<double>(time_s.size()) * kSample_s);
+      command_Nm.push_back(command);
+      torque_Nm.push_back(plant.measured_torque_Nm());
+      position_rad.push_back(plant.measured_position_rad());
+      reading = {.time_s = reading.time_s + kSample_s,
+                 .position_rad = position_rad.back(),
+                 .velocity_rad_per_s = plant.velocity_rad_per_s(),
+                 .torque_Nm = torque_Nm.back(),
+                 .command_Nm = command};
+    }
+  }
+  identification::Recording recording;
+  recording.rig = "hidden";
+  recording.experiment = "deciding";
+  recording.sample_rate_Hz = 1 / kSample_s;
+  recording.columns = {{"time_s", std::move(time_s)},
+                       {"torque_command_Nm", std::move(command_Nm)},
+                       {"torque_measured_Nm", std::move(torque_Nm)},
+                       {"position_rad", std::move(position_rad)}};
+  return recording;
 }
 
 double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind) {
