@@ -120,12 +120,12 @@ void interpolate(std::vector<double>& values, std::span<const double> time_s, st
 }
 
 /// Where consecutive values are marked: first and behind the last.
-struct Stretch {
+struct MarkedRun {
   std::size_t from;
   std::size_t to;
 };
-std::vector<Stretch> runs_of(const std::vector<bool>& marked) {
-  std::vector<Stretch> runs;
+std::vector<MarkedRun> runs_of(const std::vector<bool>& marked) {
+  std::vector<MarkedRun> runs;
   for (std::size_t i = 0; i < marked.size(); ++i) {
     if (!marked[i]) continue;
     std::size_t to = i;
@@ -270,7 +270,7 @@ void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
                (std::abs(beyond[i]) > kSpikeSigmas * sigma || std::abs(smooth[i]) > least);
   const auto time_s = source.recording.column("time_s");
   std::size_t mended = 0;
-  for (const Stretch& run : runs_of(spike)) {
+  for (const MarkedRun& run : runs_of(spike)) {
     if (run.to - run.from > kLongestSpike || run.to >= torque->size() || run.from == 0) continue;
     for (std::size_t i = run.from; i < run.to; ++i) largest = std::max(largest, std::abs((*torque)[i]));
     interpolate(*torque, time_s, run.from, run.to);
@@ -396,7 +396,7 @@ std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Di
     diagnoses.push_back({source.name, "time_s",
                          std::to_string(holes) + " holes of up to " + short_number(longest) + " s",
                          "divided there"});
-  std::vector<Stretch> kept;
+  std::vector<MarkedRun> kept;
   std::size_t lost = 0;
   std::size_t from = 0;
   all.insert(time_s.size());
@@ -407,7 +407,7 @@ std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Di
       lost += to - from;
     from = to;
   }
-  for (const Stretch& stretch : kept)
+  for (const MarkedRun& stretch : kept)
     parts.push_back({.name = source.name + ", " + short_number(time_s[stretch.from]) + " s to " +
                              short_number(time_s[stretch.to - 1]) + " s",
                      .recording = {.rig = source.recording.rig,
