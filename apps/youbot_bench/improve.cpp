@@ -49,12 +49,12 @@ constexpr double kExplained = 0.9;
 /// What a lab would measure, so that the data carries the question: speeds held in both directions,
 /// everything at once, slowly through break-away, below it, and reversals from fast to slow.
 std::vector<ExperimentRequest> experiments() {
-  using namespace identification::experiments;
-  return {
-      experiment_request(StaircaseConfig{.quantity = "velocity", .step = 0.8, .highest = 8, .hold_s = 0.7}),
-      experiment_request(MultisineConfig{.highest_Hz = 1.5, .periods = 3}),
-      experiment_request(TorqueRampConfig{.rest_s = 1, .rate_Nm_per_s = 0.03, .repeats = 3}),
-      experiment_request(PreslidingConfig{.periods = 1}), experiment_request(ReversalsConfig{})};
+  namespace of = identification::experiments;
+  return {experiment_request(
+              of::StaircaseConfig{.quantity = "velocity", .step = 0.8, .highest = 8, .hold_s = 0.7}),
+          experiment_request(of::MultisineConfig{.highest_Hz = 1.5, .periods = 3}),
+          experiment_request(of::TorqueRampConfig{.rest_s = 1, .rate_Nm_per_s = 0.03, .repeats = 3}),
+          experiment_request(of::PreslidingConfig{.periods = 1}), experiment_request(of::ReversalsConfig{})};
 }
 
 std::string wheel_name(int wheel) { return "wheel-" + std::to_string(wheel); }

@@ -15,19 +15,29 @@
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
 
-// NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
-int main(int argc, char** argv) {
-  using namespace youbot_bench;
-  CLI::App app("Looks at a youBot's bus and measures its drives.", "youbot-bench");
-  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 a fault.");
-  app.require_subcommand(1);
+namespace youbot_bench {
+namespace {
+
+std::vector<Subcommand> add_all(CLI::App& app) {
   std::vector<Subcommand> commands{add_curve(app),       add_scan(app),      add_parameters(app),
                                    add_diagnose(app),    add_usb_probe(app), add_haptic_hold(app),
                                    add_transparency(app)};
   for (const Subcommand& experiment : add_experiments(app)) commands.push_back(experiment);
   commands.insert(commands.end(), {add_identify(app), add_improve(app), add_reveal(app)});
+  return commands;
+}
+
+}  // namespace
+}  // namespace youbot_bench
+
+// NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
+int main(int argc, char** argv) {
+  CLI::App app("Looks at a youBot's bus and measures its drives.", "youbot-bench");
+  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 a fault.");
+  app.require_subcommand(1);
+  const std::vector<youbot_bench::Subcommand> commands = youbot_bench::add_all(app);
   return apps::run_app(app, argc, argv, [&commands] {
-    for (const Subcommand& command : commands)
+    for (const youbot_bench::Subcommand& command : commands)
       if (command.app->parsed()) return command.run();
     return apps::kExitUsage;
   });
