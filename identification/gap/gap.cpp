@@ -410,12 +410,13 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
         .where =
             where_of(added.effect, predicted_rows(added.after, rows) - predicted_rows(added.before, rows),
                      rows, parts.training.rows)};
-    found.held_out_gain = added.gain;
     found.blocks = added.blocks;
     found.blocks_improved = added.blocks_improved;
     found.p_value = added.p_value;
+    // Of the held-out data themselves, not of the stretches that the search left out of its own.
     found.gap_before = rms(residual(added.before), quiet);
     found.gap_after = rms(residual(added.after), quiet);
+    found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
     rivals.resize(result.effects.size() + 1);
     for (const RivalModel& rival : added.rivals) {
       rivals.back().push_back(rival.model);
