@@ -71,7 +71,8 @@ char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
   if (decimals >= static_cast<int>(kPowers.size())) return nullptr;
   const double scaled = std::abs(value) * kPowers[static_cast<std::size_t>(decimals)];
   if (!(scaled < kLargest)) return nullptr;
-  const auto digits = static_cast<std::uint64_t>(scaled + 0.5);
+  const double half_above = scaled + 0.5;  // what rounds wrongly is left to std::to_chars below
+  const auto digits = static_cast<std::uint64_t>(half_above);
   if (std::abs(scaled - static_cast<double>(digits)) > kCertainly) return nullptr;
   const std::uint64_t power = kWholePowers[static_cast<std::size_t>(decimals)];
   auto whole = static_cast<std::uint64_t>(std::abs(value));
