@@ -44,11 +44,19 @@ std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>
   return spread;
 }
 
-std::vector<double> simulated_velocity(const model::effects::DriveModel& model, const Signals& s,
-                                       const Window& window) {
-  sim::ModelDrive drive(s.torque_is_command ? model : without_actuator(model), s.period_s, kSubsteps);
+FreeSimulation::FreeSimulation(const model::effects::DriveModel& model, const Signals& signals)
+    : model_(signals.torque_is_command ? model : without_actuator(model)), signals_(signals) {
+  if (model.find<model::effects::Backlash>() != nullptr) load_ = load_side_of(model, signals);
+}
+
+std::vector<double> FreeSimulation::velocity(const Window& window) const {
+  const Signals& s = signals_;
+  sim::ModelDrive drive(model_, s.period_s, kSubsteps);
   drive.set_position(s.position_rad[window.first]);
   drive.set_velocity(s.velocity_rad_per_s[window.first]);
+  if (load_)
+    drive.set_load(s.position_rad[window.first] - load_->twist_rad[window.first],
+                   load_->velocity_rad_per_s[window.first]);
   drive.set_running(s.running_s[window.first]);
   std::vector<double> velocity;
   for (std::size_t i = window.first; i < window.first + window.length; ++i) {

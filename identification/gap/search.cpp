@@ -12,6 +12,7 @@
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/candidates.h"
 #include "identification/gap/chance_data.h"
+#include "identification/gap/exploration.h"
 #include "identification/gap/parallel.h"
 #include "identification/gap/regression.h"
 
@@ -226,7 +227,7 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
   double most = 0;  // of those that hold
   for (const Round::Outcome& outcome : outcomes) {
     if (outcome.gain < std::max(kRival * most, least_gain)) break;
-    FittedModel model = refined(outcome.model, rows, training.rows);
+    FittedModel model = refined_widely(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
     const std::size_t parameters = free_parameters(model, rows).size();
