@@ -305,6 +305,7 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
   }
   const nanoseconds now = clock_.now();
   take_in(drive_->receive());
+  const nanoseconds received = clock_.now();
 
   if (!command.enable) latched_ = {};
   if (latched_.ok()) latched_ = check(command);
@@ -322,7 +323,8 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
   drive_->send(output_, now);
 
   if (drive_->position_is_fresh()) {
-    sample.stamp = drive_->stamp();
+    sample.stamp = sample.earliest = drive_->stamp();
+    sample.latest = received;
     sample.joints[0] = units_.sample(drive_->input(), output_, position_ticks_);
     sample.joints[0].homed = options_.range_is_stated && !range_is_lost_;
   }

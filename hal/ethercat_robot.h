@@ -70,6 +70,9 @@ struct EthercatOptions {
 ///   arm too many, and its gripper, are left off in PRE-OP, and notes() says so.
 /// - A sample's stamp is taken as soon as its frame has been sent: then it passes the boards, and they put in
 ///   what they measured last. How long the frame took to make, or its answer to fetch, is not in it.
+///   youbot-sim lets its robot go on until just before it answers, however late that is: there the stamp is
+///   when the answer was there. A simulation in lock-step goes by its frames, a millisecond each, and so do
+///   the stamps.
 /// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded, finds the
 ///   commutation where needed (with firmware 2.0 the joints move a little) and homes the arms if that is
 ///   wanted. `sample.enabled` is true once all drives obey; that may take seconds. They hold still until such

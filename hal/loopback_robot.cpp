@@ -52,7 +52,7 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   }
 
   RobotSample measured;
-  measured.stamp = clock_.now();
+  measured.stamp = measured.earliest = measured.latest = clock_.now();
   catch_up(measured.stamp);
   plant_.measure(std::span(measured.joints).first(joints_.size()));
 

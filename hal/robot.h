@@ -44,8 +44,13 @@ struct RobotCommand {
 };
 
 struct RobotSample {
-  std::chrono::nanoseconds stamp{};  ///< of the clock the robot was made with; when the values were taken
-  bool enabled = false;              ///< drives obey commands
+  /// Of the clock the robot was made with; when the values were taken, as well as is known.
+  std::chrono::nanoseconds stamp{};
+  /// For certain between these two. On a bus that is quick they lie apart by what a frame takes; where a busy
+  /// machine holds up one of its ends, by that hold-up.
+  std::chrono::nanoseconds earliest{};
+  std::chrono::nanoseconds latest{};
+  bool enabled = false;  ///< drives obey commands
   std::array<JointSample, kMaxJoints> joints{};
   std::array<GripperSample, kMaxGrippers> grippers{};
 };

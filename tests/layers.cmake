@@ -7,7 +7,7 @@ cmake_minimum_required(VERSION 3.25)
 set(plain_values "hal/(plant|joint|hand_plant|seconds)\\.h$|drivers/.*(_wire|/frame|/registers|/lock_step|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port)\\.h$")
 set(rules
   "^drivers/[^/]+$"     "^drivers/[^/]+$"
-  "^drivers/ethercat/"  "^drivers/(ethercat/|(interface_lock|latency_histogram|uninterrupted)\\.h)"
+  "^drivers/ethercat/"  "^drivers/(ethercat/|(interface_lock|latency_histogram|packet_age|uninterrupted)\\.h)"
   "^drivers/tmcl/"      "^drivers/"
   "^drivers/can/"       "^drivers/(can/|(interface_lock|setup_error|uninterrupted)\\.h)"
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"

@@ -38,4 +38,11 @@ Quantity quantity_of(std::string_view name_with_unit) {
   return quantity;
 }
 
+std::string option_name(std::string_view name_with_unit) {
+  const std::string name = quantity_of(name_with_unit).name;
+  std::string option = "--" + (name == "joints" ? "joint" : name);
+  std::ranges::replace(option, ' ', '-');
+  return option;
+}
+
 }  // namespace apps

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "apps/common/regular_file.h"
+#include "apps/common/lines.h"
 
 namespace apps {
 namespace {
@@ -94,16 +94,18 @@ bool parse_number(std::string_view text, double& value) {
 
 class Reader {
  public:
-  Reader(std::string_view text, const std::string& name, NotMeasured not_measured)
-      : left_(text), name_(name), not_measured_(not_measured) {}
+  Reader(Lines lines, const std::string& name, NotMeasured not_measured)
+      : lines_(std::move(lines)), name_(name), not_measured_(not_measured) {}
 
   ReadRecording read() {
-    if (left_.starts_with("\xEF\xBB\xBF")) left_.remove_prefix(3);
-    if (left_.empty()) fail(0, "the file is empty; a recording begins with '# youbot recording v1'");
     std::string_view line;
     bool whole = true;
-    bool have_line = false;
-    while ((have_line = next_line(line, whole)) && (line.starts_with('#') || line.empty()))
+    bool have_line = next_line(line, whole);
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (have_line && line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
+    if (!have_line || (line.empty() && !whole))
+      fail(0, "the file is empty; a recording begins with '# youbot recording v1'");
+    for (; have_line && (line.starts_with('#') || line.empty()); have_line = next_line(line, whole))
       read_comment(line);
     if (!have_line) {
       problem(line_, "no row of column names; it follows the '#' lines: time_s,torque_command_Nm,…");
@@ -118,14 +120,9 @@ class Reader {
 
  private:
   bool next_line(std::string_view& line, bool& whole) {
-    if (left_.empty()) return false;
-    ++line_;
-    const std::size_t end = left_.find('\n');
-    whole = end != left_.npos;
-    line = left_.substr(0, end);
-    left_.remove_prefix(whole ? end + 1 : left_.size());
-    if (line.ends_with('\r')) line.remove_suffix(1);
-    return true;
+    const bool there = lines_.next(line, whole);
+    line_ += there ? 1 : 0;
+    return there;
   }
 
   void read_comment(std::string_view line) {
@@ -230,15 +227,20 @@ class Reader {
     std::vector<identification::Recording::Column>& columns = result_.recording.columns;
     std::vector<double> row(columns.size());
     result_.first_row_line = line_ + 1;
-    for (auto& column : columns) column.values.reserve(left_.size() / (8 * columns.size()) + 1);
+    for (auto& column : columns) column.values.reserve(lines_.left_bytes() / (8 * columns.size()) + 1);
     std::string_view line;
     bool whole = true;
+    std::size_t blank = 0;  // lines, which may stand at the end
     while (next_line(line, whole)) {
+      if (line.empty() && (whole || blank > 0)) {
+        ++blank;
+        continue;
+      }
+      for (line_ -= blank; blank > 0; --blank, ++line_) read_row({}, row);
       if (!whole) {
         warn(line_, "the last line is torn (no line end) and was left out");
         return;
       }
-      if (line.empty() && left_.find_first_not_of("\r\n") == left_.npos) return;  // blank lines at the end
       if (!read_row(line, row)) continue;
       for (std::size_t i = 0; i < row.size(); ++i) columns[i].values.push_back(row[i]);
     }
@@ -341,7 +343,7 @@ class Reader {
     throw RecordingError(std::move(problems_));
   }
 
-  std::string_view left_;
+  Lines lines_;
   const std::string& name_;
   NotMeasured not_measured_;
   std::map<std::string, std::string, std::less<>> reasons_;  // of what is not measured, by column
@@ -360,7 +362,7 @@ class Reader {
 }  // namespace
 
 ReadRecording parse_recording(std::string_view text, const std::string& name, NotMeasured not_measured) {
-  return Reader(text, name, not_measured).read();
+  return Reader(Lines(text), name, not_measured).read();
 }
 
 ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_measured) {
@@ -374,13 +376,14 @@ ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_
       !error && bytes > kMaxRecordingBytes)
     throw RecordingError({path.string() + ": has " + std::to_string(bytes) + " bytes, but at most " +
                           std::to_string(kMaxRecordingBytes) + " are read; split it"});
-  std::string text;
   try {
-    text = read_regular_file(path, kMaxRecordingBytes);
+    const RegularFile file(path);
+    return Reader(Lines(file, kMaxRecordingBytes), path.string(), not_measured).read();
+  } catch (const RecordingError&) {
+    throw;
   } catch (const std::runtime_error& why) {
     throw RecordingError({path.string() + ": " + why.what()});
   }
-  return parse_recording(text, path.string(), not_measured);
 }
 
 }  // namespace apps

@@ -12,43 +12,33 @@
 #include "drivers/uninterrupted.h"
 
 namespace apps {
-namespace {
-
-class OpenFile {
- public:
-  /// O_NONBLOCK: a pipe without a writer is not waited for.
-  explicit OpenFile(const std::filesystem::path& path) {
-    fd_ = drivers::uninterrupted(
-        [&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); });
-    if (fd_ < 0) throw std::runtime_error("cannot be opened: " + std::generic_category().message(errno));
+// O_NONBLOCK: a pipe without a writer is not waited for.
+RegularFile::RegularFile(const std::filesystem::path& path)
+    : fd_(drivers::uninterrupted(
+          [&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); })) {
+  if (fd_ < 0) throw std::runtime_error("cannot be opened: " + std::generic_category().message(errno));
+  struct stat status {};
+  std::string refused;
+  if (::fstat(fd_, &status) != 0) refused = "cannot be examined: " + std::generic_category().message(errno);
+  if (refused.empty() && S_ISDIR(status.st_mode)) refused = "is a directory, expected a file";
+  if (refused.empty() && !S_ISREG(status.st_mode)) refused = "is a device or pipe, expected a file";
+  if (!refused.empty()) {
+    ::close(fd_);
+    throw std::runtime_error(refused);
   }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
-  ~OpenFile() { ::close(fd_); }
+  size_bytes_ = static_cast<std::size_t>(status.st_size);
+}
 
-  void require_regular() const {
-    struct stat status {};
-    if (::fstat(fd_, &status) != 0)
-      throw std::runtime_error("cannot be examined: " + std::generic_category().message(errno));
-    if (S_ISDIR(status.st_mode)) throw std::runtime_error("is a directory, expected a file");
-    if (!S_ISREG(status.st_mode)) throw std::runtime_error("is a device or pipe, expected a file");
-  }
-  /// Bytes read; 0 at the end.
-  std::size_t read(char* buffer, std::size_t size) const {
-    const ssize_t count = drivers::uninterrupted([&] { return ::read(fd_, buffer, size); });
-    if (count < 0) throw std::runtime_error("cannot be read: " + std::generic_category().message(errno));
-    return static_cast<std::size_t>(count);
-  }
+RegularFile::~RegularFile() { ::close(fd_); }
 
- private:
-  int fd_ = -1;
-};
-
-}  // namespace
+std::size_t RegularFile::read(char* buffer, std::size_t size) const {
+  const ssize_t count = drivers::uninterrupted([&] { return ::read(fd_, buffer, size); });
+  if (count < 0) throw std::runtime_error("cannot be read: " + std::generic_category().message(errno));
+  return static_cast<std::size_t>(count);
+}
 
 std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes) {
-  const OpenFile file(path);
-  file.require_regular();
+  const RegularFile file(path);
   // The size is not asked for: files of the kernel say 0, and others may grow.
   std::string text;
   for (std::size_t used = 0;;) {

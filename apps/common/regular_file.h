@@ -6,6 +6,26 @@
 
 namespace apps {
 
+/// Set-up. A file of which no more than a piece has to be in memory. What is not regular is refused as below.
+/// @throws std::runtime_error with the reason, without the path.
+class RegularFile {
+ public:
+  explicit RegularFile(const std::filesystem::path& path);
+  RegularFile(const RegularFile&) = delete;
+  RegularFile& operator=(const RegularFile&) = delete;
+  ~RegularFile();
+
+  std::size_t size_bytes() const noexcept {
+    return size_bytes_;
+  }  ///< as it was opened; a file of the kernel: 0
+  /// Bytes read; 0 at the end.
+  std::size_t read(char* buffer, std::size_t size) const;
+
+ private:
+  int fd_ = -1;
+  std::size_t size_bytes_ = 0;
+};
+
 /// Set-up. The whole text of a regular file of at most `limit_bytes`. Anything else of that name, such as a
 /// pipe, a device or a file of the kernel that has no end, is refused and never waited for.
 /// @throws std::runtime_error with the reason, without the path.

@@ -21,4 +21,8 @@ struct Bus {
 /// @throws std::invalid_argument for a robot without such a bus, drivers::ethercat::BusError.
 Bus open_bus(const std::string& robot);
 
+/// Of --robot, where it is a bus.
+inline constexpr const char* kBusHelp =
+    "ethercat:IFACE, or wire: an emulated base with an arm; loopback and can:IFACE have no EtherCAT bus";
+
 }  // namespace youbot_bench

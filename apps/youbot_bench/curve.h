@@ -2,6 +2,8 @@
 /// `youbot-bench curve`: the measured wheel curve as a table.
 #pragma once
 
+#include "apps/youbot_bench/subcommand.h"
+
 namespace youbot_bench {
 
 struct CurveOptions {
@@ -14,5 +16,7 @@ struct CurveOptions {
 
 /// Prints `velocity_rad_per_s,torque_Nm` to standard output. @throws std::invalid_argument.
 void print_curve(const CurveOptions& options);
+
+Subcommand add_curve(CLI::App& app);
 
 }  // namespace youbot_bench

@@ -1,9 +1,17 @@
 #include "apps/youbot_bench/diagnose.h"
 
+#include <CLI/CLI.hpp>
+
 #include <cstdio>
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
+#include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
+#include "apps/common/stop_on_signals.h"
+#include "apps/youbot_bench/bus.h"
 #include "drivers/ethercat/pcap_ring.h"
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/latency_histogram.h"
@@ -93,6 +101,26 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
                      frames.not_sent == 0;
   if (sound) std::printf("nothing wrong was found\n");
   return sound;
+}
+
+Subcommand add_diagnose(CLI::App& app) {
+  const auto robot = std::make_shared<std::string>();
+  const auto options = std::make_shared<DiagnoseOptions>();
+  CLI::App* const command = app.add_subcommand(
+      "diagnose", "cycle the bus with the motors stopped and tell how frames, slaves and cables fare");
+  command->add_option("--robot", *robot, kBusHelp)->required();
+  command->add_option("--duration", options->duration_s, "seconds")
+      ->check(apps::finite_range(0.1, 1e6))
+      ->capture_default_str();
+  command->add_option("--capture", options->capture,
+                      "pcapng file for the last second of frames, for Wireshark");
+  command->add_flag("--quiet", options->quiet, "no progress");
+  return {command, [robot, options] {
+            const Bus bus = open_bus(*robot);
+            apps::stop_on_signals();
+            const bool sound = print_diagnosis(*bus.link, *bus.clock, *options, apps::stop_requested);
+            return sound ? apps::kExitOk : apps::kExitFault;
+          }};
 }
 
 }  // namespace youbot_bench

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <string>
 
+#include "apps/youbot_bench/subcommand.h"
+
 namespace drivers::ethercat {
 class Link;
 }
@@ -26,5 +28,7 @@ struct DiagnoseOptions {
 /// be written.
 bool print_diagnosis(drivers::ethercat::Link& link, hal::Clock& clock, const DiagnoseOptions& options,
                      const std::atomic<bool>& stop);
+
+Subcommand add_diagnose(CLI::App& app);
 
 }  // namespace youbot_bench

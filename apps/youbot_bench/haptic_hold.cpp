@@ -1,6 +1,7 @@
 #include "apps/youbot_bench/haptic_hold.h"
 
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <chrono>
@@ -15,6 +16,7 @@
 
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/made_paths.h"
 #include "apps/common/open_haptic.h"
 #include "apps/common/output_directory.h"
@@ -23,6 +25,7 @@
 #include "apps/common/recording_file.h"
 #include "apps/common/robot_session.h"
 #include "apps/common/shared_tables.h"
+#include "apps/common/stop_on_signals.h"
 #include "apps/common/toml_reader.h"
 #include "apps/report/report.h"
 #include "control/point_spring.h"
@@ -428,6 +431,38 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
   spdlog::error("{}: stopped by a fault: {}", opened.device->info().name,
                 opened.device->describe(outcome.fault));
   return apps::kExitFault;
+}
+
+Subcommand add_haptic_hold(CLI::App& app) {
+  const auto options = std::make_shared<HapticHoldOptions>();
+  CLI::App* const command = app.add_subcommand(
+      "haptic-hold", "hold a haptic master's pen at a point by springs. THIS PUSHES ON A HAND");
+  command->add_option("--haptic", options->haptic,
+                      "loopback, force-dimension, falcon, spacemouse; none: the file's, else loopback");
+  command->add_option("--config", options->config, "TOML file with a [haptic] table");
+  command->add_option("--stiffness", options->stiffness_N_per_m, "N/m")
+      ->check(apps::finite_range(0.0, kMostHoldStiffness_N_per_m))
+      ->capture_default_str();
+  command->add_option("--damping", options->damping_N_s_per_m, "N·s/m")
+      ->check(apps::finite_range(0.0, kMostHoldDamping_N_s_per_m))
+      ->capture_default_str();
+  command
+      ->add_option("--point", options->point_m,
+                   "x y z in m, from the device's origin: x towards the user, y to the right, z up")
+      ->check(apps::finite_range(-0.2, 0.2))
+      ->capture_default_str();
+  command->add_option("--duration", options->duration_s, "seconds")
+      ->check(apps::finite_range(0.1, 3600.0))
+      ->capture_default_str();
+  command->add_option("--out", options->out, "directory for haptic.csv and report.html");
+  command->add_flag("--virtual-time", options->virtual_time, "as fast as the machine allows (loopback)");
+  command->add_flag("--allow-non-rt", options->allow_non_real_time,
+                    "go on when the system refuses real-time scheduling or memory locking");
+  command->add_flag("--quiet", options->quiet, "print problems only");
+  return {command, [options] {
+            apps::stop_on_signals();
+            return haptic_hold(*options, apps::stop_requested);
+          }};
 }
 
 }  // namespace youbot_bench

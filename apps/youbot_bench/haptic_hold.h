@@ -6,6 +6,8 @@
 #include <atomic>
 #include <string>
 
+#include "apps/youbot_bench/subcommand.h"
+
 namespace youbot_bench {
 
 struct HapticHoldOptions {
@@ -29,5 +31,7 @@ inline constexpr double kMostHoldDamping_N_s_per_m = 20.0;
 /// somebody pulls the pen away and lets it go, over and over.
 /// @throws apps::ConfigError, std::invalid_argument, hal::SetupError.
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop);
+
+Subcommand add_haptic_hold(CLI::App& app);
 
 }  // namespace youbot_bench

@@ -2,18 +2,21 @@
 
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 #include <string_view>
 #include <utility>
 
 #include "apps/common/drive_model_file.h"
+#include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/output_directory.h"
-#include "apps/common/quantity.h"
 #include "apps/common/recording_reader.h"
 #include "apps/common/whole_file.h"
 #include "apps/youbot_bench/identify_report.h"
@@ -24,6 +27,7 @@
 #include "identification/fit/static_fit.h"
 #include "identification/fit/static_map.h"
 #include "model/effects/dissipation.h"
+#include "model/friction/any_law.h"
 
 namespace youbot_bench {
 namespace {
@@ -45,16 +49,16 @@ class Teller {
 };
 
 void print_estimates(const Teller& tell, const std::vector<Estimate>& estimates) {
-  tell("  {:<20} {:>12}   {:<26} {}\n", "parameter", "value", "95 % interval", "unit");
+  tell("  {:<27} {:>12}   {:<26} {}\n", "parameter", "value", "95 % interval", "unit");
   for (const Estimate& estimate : estimates) {
-    const auto [name, unit] = apps::quantity_of(estimate.name);
+    const auto [name, unit] = quantity_of(estimate);
     const bool given = is_given(estimate);
     const std::string value = estimate.ok() || given ? fmt::format("{:.5g}", estimate.value) : "-";
     if (estimate.ok())
-      tell("  {:<20} {:>12}   {:<26} {}\n", name, value,
+      tell("  {:<27} {:>12}   {:<26} {}\n", name, value,
            fmt::format("{:.5g} … {:.5g}", estimate.lower, estimate.upper), unit);
     else
-      tell("  {:<20} {:>12}   {}{}\n", name, value,
+      tell("  {:<27} {:>12}   {}{}\n", name, value,
            given ? "" : "not identifiable: ", estimate.not_identifiable);
   }
 }
@@ -75,27 +79,6 @@ identification::Recording read(const std::filesystem::path& path,
   apps::ReadRecording read = apps::read_recording(path, not_measured);
   for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
   return std::move(read.recording);
-}
-
-/// "kfm+offset" → the form.
-fits::StaticForm form_of(std::string_view text) {
-  const std::size_t plus = text.find('+');
-  fits::StaticForm form{.law = std::string(text.substr(0, plus))};
-  while (text.find('+') != text.npos) {
-    text.remove_prefix(text.find('+') + 1);
-    const std::string_view term = text.substr(0, text.find('+'));
-    if (term == "offset")
-      form.torque_offset = true;
-    else if (term == "asymmetry")
-      form.viscous_asymmetry = true;
-    else if (term == "quadratic")
-      form.quadratic = true;
-    else
-      throw std::invalid_argument("--law: '" + std::string(term) +
-                                  "' is no term; there are offset, asymmetry and quadratic");
-  }
-  static_cast<void>(model::friction::law_description(form.law));  // throws with the list
-  return form;
 }
 
 /// The maps that `path` names: itself, or those in a directory, also one that an experiment has written to.
@@ -210,7 +193,7 @@ fits::StaticFit identify_map(const Teller& tell, IdentificationEvidence& evidenc
            step.held_out_before_percent, step.held_out_after_percent, step.p_value, decision_of(step));
     print_verdicts(tell, choice.verdicts);
   } else {
-    form = form_of(law);
+    form = fits::form_named(law);
   }
   fits::StaticFit fit = fits::fit_static(map, form, options);
   tell("sliding: {}, {} points of {}\n", fits::form_name(form), map.points.size(),
@@ -228,20 +211,19 @@ fits::StaticFit identify_map(const Teller& tell, IdentificationEvidence& evidenc
 
 /// The sliding friction that a pre-sliding fit stands on.
 model::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
-  model::friction::Kfm::Parameters parameters;
-  const auto take = [&fit](std::string_view name, double& value) {
-    const bool there = std::any_of(fit.parameters.begin(), fit.parameters.end(),
-                                   [&](const Estimate& e) { return e.name == name && !std::isnan(e.value); });
-    if (there) value = fit.parameter(name).value;
-    return there;
-  };
-  if (!fit.ok() || !take("coulomb_Nm", parameters.coulomb_Nm))
+  const model::effects::DriveModel model{.effects = fit.effects};
+  const auto* const coulomb = model.find<model::effects::Coulomb>();
+  if (coulomb == nullptr)
     throw std::invalid_argument("--presliding: the map gave no Coulomb friction to stand on");
-  take("viscous_Nm_s_per_rad", parameters.viscous_Nm_s_per_rad);
-  const bool peak = take("stribeck_velocity_rad_per_s", parameters.stribeck_velocity_rad_per_s) &&
-                    take("static_Nm", parameters.static_Nm);
-  take("stribeck_exponent", parameters.stribeck_exponent);
-  if (!peak) parameters.static_Nm = parameters.coulomb_Nm;
+  model::friction::Kfm::Parameters parameters;
+  parameters.coulomb_Nm = parameters.static_Nm = coulomb->parameters().torque_Nm;
+  const auto* const viscous = model.find<model::effects::Viscous>();
+  parameters.viscous_Nm_s_per_rad = viscous != nullptr ? viscous->parameters().coefficient_Nm_s_per_rad : 0;
+  if (const auto* const stribeck = model.find<model::effects::Stribeck>()) {
+    parameters.static_Nm = stribeck->parameters().static_torque_Nm;
+    parameters.stribeck_velocity_rad_per_s = stribeck->parameters().velocity_rad_per_s;
+    parameters.stribeck_exponent = stribeck->parameters().exponent;
+  }
   return parameters;
 }
 
@@ -273,8 +255,9 @@ void identify_rig(const Teller& tell, Rig& rig, const std::optional<identificati
     tell("  error {:.2f} %, condition {:.3g}\n", fit.relative_error_percent, fit.condition);
     print_verdicts(tell, fit.verdicts);
     model.moving = fit.parameters;
-    if (!model.inertia_kg_m2 && fit.parameter("inertia_kg_m2").ok())
-      model.inertia_kg_m2 = fit.parameter("inertia_kg_m2").value;
+    if (const Estimate& inertia = fits::estimate_of(fit.parameters, "", "inertia_kg_m2");
+        !model.inertia_kg_m2 && inertia.ok())
+      model.inertia_kg_m2 = inertia.value;
   }
   if (presliding) {
     if (!model.inertia_kg_m2)
@@ -294,6 +277,14 @@ void identify_rig(const Teller& tell, Rig& rig, const std::optional<identificati
   require_braking(model);
 }
 
+/// "coulomb, viscous, …"
+std::string law_names() {
+  std::string names;
+  for (const auto& law : model::friction::law_descriptions())
+    if (identification::fit::form_of_law(law)) (names += names.empty() ? "" : ", ") += law.name;
+  return names;
+}
+
 }  // namespace
 
 void identify(const IdentifyOptions& options) {
@@ -306,7 +297,7 @@ void identify(const IdentifyOptions& options) {
         "--presliding: needs the inertia; give --inertia or a recording with --moving");
   if (options.inertia_kg_m2 && !(*options.inertia_kg_m2 > 0 && std::isfinite(*options.inertia_kg_m2)))
     throw std::invalid_argument("--inertia: must be a positive number of kg·m²");
-  if (options.law != "auto") static_cast<void>(form_of(options.law));
+  if (options.law != "auto") static_cast<void>(fits::form_named(options.law));
   if (options.law != "auto" && options.maps.empty())
     throw std::invalid_argument(
         "--law: is fitted to a map, give it with --map; --moving fits Coulomb and viscous friction only");
@@ -358,6 +349,39 @@ void identify(const IdentifyOptions& options) {
   }
   write_identify_report(identified, options.out);
   tell("report: {}\n", (options.out / "report.html").string());
+}
+
+Subcommand add_identify(CLI::App& app) {
+  const auto options = std::make_shared<IdentifyOptions>();
+  CLI::App* const command = app.add_subcommand(
+      "identify", "fit a drive model to recordings; says so where they do not determine a parameter");
+  command->add_option("--map", options->maps, "steady-state maps, one row per speed, or directories of them");
+  command->add_option("--moving", options->moving, "recording with changing velocity: inertia, friction");
+  command->add_option("--presliding", options->presliding,
+                      "recording below break-away: stiffness and damping; with --map and the inertia");
+  command
+      ->add_option("--law", options->law,
+                   "fitted to a map: auto, which chooses the terms, or one of " + law_names() +
+                       ", with +offset, +asymmetry, +quadratic as wanted")
+      ->capture_default_str();
+  command
+      ->add_option("--speeds-above", options->speeds.above_rad_per_s,
+                   "fit the map's speeds from this one on, rad/s")
+      ->check(apps::finite_range(0, 1e6))
+      ->capture_default_str();
+  command
+      ->add_option("--speeds-below", options->speeds.below_rad_per_s,
+                   "fit the map's speeds up to this one, rad/s; when less than --speeds-above, what "
+                   "lies between is left out")
+      ->check(apps::finite_range(0, 1e6));
+  command->add_option("--inertia", options->inertia_kg_m2, "kg·m², joint side, when it is known")
+      ->check(apps::finite_range(1e-12, 1e6));
+  command->add_option("--out", options->out, "directory for model.toml and report.html")->required();
+  command->add_flag("--quiet", options->quiet, "print problems only");
+  return {command, [options] {
+            identify(*options);
+            return apps::kExitOk;
+          }};
 }
 
 }  // namespace youbot_bench

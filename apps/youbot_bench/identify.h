@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/youbot_bench/subcommand.h"
 #include "identification/fit/static_map.h"
 
 namespace youbot_bench {
@@ -28,5 +29,7 @@ struct IdentifyOptions {
 /// together, an unknown law, one that would drive the joint or an older model in `out`; hal::SetupError when
 /// the files cannot be written.
 void identify(const IdentifyOptions& options);
+
+Subcommand add_identify(CLI::App& app);
 
 }  // namespace youbot_bench

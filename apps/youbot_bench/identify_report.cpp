@@ -111,7 +111,7 @@ void add_choice(report::Page& page, std::span<const IdentifiedRig> rigs) {
   for (const auto& [model, evidence] : rigs) {
     if (!evidence.choice) continue;
     for (const fits::ChoiceStep& step : evidence.choice->steps)
-      rows.push_back({model.name, std::string(fits::term_name(step.term)), step.held_out_before_percent,
+      rows.push_back({model.name, fits::term_name(step.term), step.held_out_before_percent,
                       step.held_out_after_percent, step.p_value,
                       std::string(step.added     ? "added"
                                   : step.removal ? "taken out"
@@ -133,7 +133,7 @@ void add_parameters(report::Page& page, std::span<const IdentifiedRig> rigs, Est
   std::vector<report::Row> rows;
   for (const auto& [model, evidence] : rigs)
     for (const fits::Estimate& estimate : estimates_of(model)) {
-      const apps::Quantity quantity = apps::quantity_of(estimate.name);
+      const apps::Quantity quantity = quantity_of(estimate);
       const bool known = estimate.ok() || is_given(estimate);
       rows.push_back({model.name, quantity.name, known ? estimate.value : kUnknown,
                       estimate.ok() ? estimate.lower : kUnknown, estimate.ok() ? estimate.upper : kUnknown,
@@ -149,12 +149,13 @@ std::vector<fits::Estimate> sliding_estimates(const IdentifiedModel& model) {
 }
 
 /// "Coulomb friction 0.0451 to 0.06 N·m", of the drives for which it was identified; else nothing.
-std::string found(std::span<const IdentifiedRig> rigs, const std::string& what, std::string_view parameter) {
+std::string found(std::span<const IdentifiedRig> rigs, const std::string& what, std::string_view effect,
+                  std::string_view parameter) {
   std::vector<double> values;
   for (const auto& [model, evidence] : rigs)
     for (const auto& estimates : {sliding_estimates(model), model.moving, model.presliding})
-      for (const fits::Estimate& estimate : estimates)
-        if (estimate.name == parameter && estimate.ok()) values.push_back(estimate.value);
+      if (const fits::Estimate* const estimate = fits::find_estimate(estimates, effect, parameter))
+        if (estimate->ok()) values.push_back(estimate->value);
   return values.empty() ? "" : what + " " + apps::range_text(values, apps::quantity_of(parameter).unit);
 }
 
@@ -162,9 +163,10 @@ std::string title_of(std::span<const IdentifiedRig> rigs) {
   std::vector<std::string> names;
   for (const auto& [model, evidence] : rigs) names.push_back(model.name);
   std::string findings;
-  for (const std::string& finding :
-       {found(rigs, "Coulomb friction", "coulomb_Nm"), found(rigs, "viscous", "viscous_Nm_s_per_rad"),
-        found(rigs, "inertia", "inertia_kg_m2"), found(rigs, "bristle stiffness", "stiffness_Nm_per_rad")})
+  for (const std::string& finding : {found(rigs, "Coulomb friction", "coulomb", "torque_Nm"),
+                                     found(rigs, "viscous", "viscous", "coefficient_Nm_s_per_rad"),
+                                     found(rigs, "inertia", "", "inertia_kg_m2"),
+                                     found(rigs, "bristle stiffness", "presliding", "stiffness_Nm_per_rad")})
     if (!finding.empty()) findings += (findings.empty() ? ": " : ", ") + finding;
   return "Drive model of " + apps::list_text(names) + (findings.empty() ? ": nothing identified" : findings);
 }

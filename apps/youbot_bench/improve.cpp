@@ -1,24 +1,26 @@
 #include "apps/youbot_bench/improve.h"
 
 #include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
-#include <algorithm>
+
 #include <array>
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <deque>
 #include <future>
-#include <initializer_list>
-#include <iterator>
+#include <map>
+#include <memory>
 #include <stdexcept>
+#include <string>
 #include <string_view>
 #include <utility>
 
 #include "apps/common/drive_model_file.h"
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/open_robot.h"
 #include "apps/common/output_directory.h"
@@ -28,7 +30,7 @@
 #include "apps/common/toml_reader.h"
 #include "apps/common/whole_file.h"
 #include "apps/youbot_bench/confirm.h"
-#include "apps/youbot_bench/experiments_cli.h"
+#include "apps/youbot_bench/experiment_request.h"
 #include "apps/youbot_bench/improve_report.h"
 #include "apps/youbot_gap/explain.h"
 #include "apps/youbotd/config.h"
@@ -39,21 +41,20 @@ namespace youbot_bench {
 namespace {
 
 namespace fs = std::filesystem;
-using Words = std::vector<std::string>;
 
 /// Shares of the whole work.
 constexpr double kRecorded = 0.2;
 constexpr double kExplained = 0.9;
 
-/// What a lab would type, so that the data carries the question: speeds held in both directions, everything
-/// at once, slowly through break-away, below it, and reversals from fast to slow.
-const std::array<Words, 5>& experiments() {
-  static const std::array<Words, 5> kExperiments{
-      Words{"staircase", "--quantity", "velocity", "--step", "0.8", "--highest", "8", "--hold", "0.7"},
-      Words{"multisine", "--periods", "3", "--highest", "1.5"},
-      Words{"torque-ramp", "--rate", "0.03", "--rest", "1", "--repeats", "3"},
-      Words{"presliding", "--periods", "1"}, Words{"reversals"}};
-  return kExperiments;
+/// What a lab would measure, so that the data carries the question: speeds held in both directions,
+/// everything at once, slowly through break-away, below it, and reversals from fast to slow.
+std::vector<ExperimentRequest> experiments() {
+  namespace of = identification::experiments;
+  return {experiment_request(
+              of::StaircaseConfig{.quantity = "velocity", .step = 0.8, .highest = 8, .hold_s = 0.7}),
+          experiment_request(of::MultisineConfig{.highest_Hz = 1.5, .periods = 3}),
+          experiment_request(of::TorqueRampConfig{.rest_s = 1, .rate_Nm_per_s = 0.03, .repeats = 3}),
+          experiment_request(of::PreslidingConfig{.periods = 1}), experiment_request(of::ReversalsConfig{})};
 }
 
 std::string wheel_name(int wheel) { return "wheel-" + std::to_string(wheel); }
@@ -63,21 +64,18 @@ std::vector<int> explained_wheels(const ImproveOptions& options) {
   return {1, 2, 3, 4};
 }
 
-void record(const Words& experiment, const ImproveOptions& options) {
-  Words words = experiment;
-  const auto add = [&words](std::initializer_list<std::string> more) { words.insert(words.end(), more); };
-  add({"--quiet", "--robot", options.robot, "--out", (options.out / "recordings").string()});
-  if (options.hidden_effect) add({"--hidden-effect", std::to_string(*options.hidden_effect)});
-  if (!options.config.empty()) add({"--config", options.config.string()});
-  if (options.virtual_time) add({"--virtual-time"});
-  if (options.allow_non_real_time) add({"--allow-non-rt"});
-  if (!apps::is_simulated(options.robot)) add({"--yes"});  // which improve() has asked already
-  std::ranges::reverse(words);                             // as the parser takes them
-  CLI::App app;
-  ExperimentCommands commands(app);
-  app.parse(std::move(words));
-  if (commands.run() != apps::kExitOk)
-    throw hal::SetupError("youbot-bench", "record the experiment " + experiment.front(), "see above");
+void record(ExperimentRequest experiment, const ImproveOptions& options) {
+  if (!options.config.empty()) read_experiment(options.config, experiment);
+  experiment.settings.robot = options.robot;
+  if (options.hidden_effect) experiment.settings.hidden_effect = static_cast<int>(*options.hidden_effect);
+  experiment.directory = options.out / "recordings";
+  experiment.virtual_time = options.virtual_time;
+  experiment.allow_non_real_time = options.allow_non_real_time;
+  experiment.yes = true;  // improve() has asked
+  experiment.quiet = true;
+  const std::string name = experiment.name;
+  if (run_experiment(std::move(experiment)) != apps::kExitOk)
+    throw hal::SetupError("youbot-bench", "record the experiment " + name, "see above");
 }
 
 /// In virtual time nothing but a simulation moves.
@@ -97,8 +95,8 @@ youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
   model.name = wheel_name(wheel);
   apps::write_whole_file(directory / "base.toml", apps::drive_model_text(model));
   youbot_gap::GapOptions search{.inputs = {.model = directory / "base.toml"}, .out = directory};
-  for (const Words& experiment : experiments())
-    search.inputs.data.push_back(out / "recordings" / experiment.front() / (wheel_name(wheel) + ".csv"));
+  for (const ExperimentRequest& experiment : experiments())
+    search.inputs.data.push_back(out / "recordings" / experiment.name / (wheel_name(wheel) + ".csv"));
   return search;
 }
 
@@ -119,7 +117,7 @@ std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, apps::P
   }
   for (Search& search : searches)
     search.findings = std::async(std::launch::async, [&search] {
-      return youbot_gap::write_findings(search.inputs, search.options,
+      return youbot_gap::write_findings(std::move(search.inputs), search.options,
                                         [&search](std::string_view, double done) {
                                           if (apps::stop_requested) throw Stopped();
                                           search.done = done;
@@ -266,11 +264,12 @@ bool measure(const ImproveOptions& options, apps::ProgressLine& progress, Improv
              .answer = "off the ground",
              .otherwise = "Lift the wheels off the ground and add --stage measure --yes"});
   double done = 0;
-  for (const Words& experiment : experiments()) {
-    progress.show("recording " + experiment.front(), done);
+  const std::vector<ExperimentRequest> all = experiments();
+  for (const ExperimentRequest& experiment : all) {
+    progress.show(std::string("recording ") + experiment.name, done);
     record(experiment, options);
     if (apps::stop_requested) return false;
-    done += kRecorded / static_cast<double>(experiments().size());
+    done += kRecorded / static_cast<double>(all.size());
   }
   try {
     improvement.wheels = explain(options, progress);
@@ -342,6 +341,57 @@ int improve(const ImproveOptions& options) {
   }
   if (!options.quiet) std::fputs(text.c_str(), stdout);
   return apps::kExitOk;
+}
+
+Subcommand add_improve(CLI::App& app) {
+  using Stage = ImproveOptions::Stage;
+  const auto options = std::make_shared<ImproveOptions>();
+  CLI::App* const command =
+      app.add_subcommand("improve",
+                         "find what the model of the wheels lacks, compensate it and drive better: "
+                         "experiments, search, demo. ON A ROBOT THIS MOVES A MACHINE");
+  command->footer(
+      "On a real robot the wheels turn first, lifted off the ground; then the base drives the demo path and "
+      "its mirror image, twice, each from where it stands: keep 4 m by 4 m free, or carry it back. It asks "
+      "on the terminal before each; without one, --stage measure --yes and --stage drive --yes, set down in "
+      "between. Its path error is that of the wheels' odometry.\n"
+      "A simulation in lock-step (youbot-sim --lock-step) is lifted and set down by this program.\n"
+      "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, 4 stopped by a "
+      "fault.");
+  command
+      ->add_option("--hidden-effect", options->hidden_effect,
+                   "seed that draws the effect of the simulated robot in this program")
+      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed));
+  command->add_option("--robot", options->robot, "ethercat:IFACE: a robot or youbot-sim, with what it has");
+  command->add_option("--config", options->config, "youbotd's TOML file for that robot; none: the demo's");
+  command->add_option("--stage", options->stage, "measure, with the wheels off the ground, or drive, on it")
+      ->transform(CLI::CheckedTransformer(
+                      std::map<std::string, Stage>{{"measure", Stage::kMeasure}, {"drive", Stage::kDrive}})
+                      .description("measure or drive"));
+  command->add_flag("--virtual-time", options->virtual_time,
+                    "as fast as both ends can; youbot-sim --lock-step and nothing else");
+  command->add_flag("--allow-non-rt", options->allow_non_real_time,
+                    "go on when the system refuses real-time scheduling or memory locking");
+  command->add_flag("--yes", options->yes, "with --stage: the robot may move, do not ask");
+  command->add_option("--out", options->out, "directory for recordings, models and reports")->required();
+  command
+      ->add_option("--wheel", options->wheel,
+                   "explain this one and take its model for all; none: each wheel gets its own")
+      ->check(apps::finite_range(1, 4));
+  command->add_flag("--quiet", options->quiet, "print problems only");
+  return {command, [options] { return improve(*options); }};
+}
+
+Subcommand add_reveal(CLI::App& app) {
+  const auto seed = std::make_shared<std::uint64_t>(0);
+  CLI::App* const command = app.add_subcommand("reveal", "tell what --hidden-effect SEED hides; for the end");
+  command->add_option("--hidden-effect", *seed, "the seed")
+      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed))
+      ->required();
+  return {command, [seed] {
+            std::printf("%s\n", apps::HiddenEffect(*seed).reveal().c_str());
+            return apps::kExitOk;
+          }};
 }
 
 }  // namespace youbot_bench

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/youbot_bench/subcommand.h"
 #include "apps/youbot_gap/findings.h"
 #include "apps/youbotd/session.h"
 #include "control/planar.h"
@@ -67,5 +68,9 @@ int improve(const ImproveOptions& options);
 /// The same without a word on standard output, and without report.html. Empty `wheels` or summaries when it
 /// was asked to stop, and after a drive that was stopped by a fault.
 Improvement run_chain(const ImproveOptions& options);
+
+Subcommand add_improve(CLI::App& app);
+/// `reveal`: what --hidden-effect SEED hides.
+Subcommand add_reveal(CLI::App& app);
 
 }  // namespace youbot_bench

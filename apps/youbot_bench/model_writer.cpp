@@ -18,26 +18,13 @@ namespace {
 
 using identification::fit::Estimate;
 
-struct Entry {
-  std::string_view parameter;
-  std::string_view effect;
-  std::string_view key;
-  std::string_view remark;
-};
-/// In the order of the file; entries of one effect together.
-constexpr auto kEntries = std::to_array<Entry>({
-    {"coulomb_Nm", "coulomb", "torque_Nm", ""},
-    {"viscous_Nm_s_per_rad", "viscous", "coefficient_Nm_s_per_rad", ""},
-    {"static_Nm", "stribeck", "static_torque_Nm", ""},
-    {"stribeck_velocity_rad_per_s", "stribeck", "velocity_rad_per_s", ""},
-    {"stribeck_exponent", "stribeck", "exponent", ""},
-    {"torque_offset_Nm", "torque_offset", "torque_Nm",
-     "or Coulomb friction that differs by direction: the same in sliding"},
-    {"viscous_asymmetry_Nm_s_per_rad", "direction_asymmetry", "viscous_Nm_s_per_rad", "half the difference"},
-    {"quadratic_Nm_s2_per_rad2", "quadratic_drag", "coefficient_Nm_s2_per_rad2", ""},
-    {"stiffness_Nm_per_rad", "presliding", "stiffness_Nm_per_rad", ""},
-    {"damping_Nm_s_per_rad", "presliding", "damping_Nm_s_per_rad", ""},
-});
+/// What a reader of the file has to know of a parameter.
+std::string_view remark_on(const Estimate& estimate) {
+  if (estimate.effect == "torque_offset")
+    return "; or Coulomb friction that differs by direction: the same in sliding";
+  if (estimate.effect == "direction_asymmetry") return "; half the difference";
+  return "";
+}
 
 /// Seven digits: the last that an identification can mean.
 double rounded(double value) {
@@ -49,12 +36,6 @@ double rounded(double value) {
   return result;
 }
 
-const Estimate* find(std::span<const Estimate> estimates, std::string_view name) {
-  const auto found =
-      std::find_if(estimates.begin(), estimates.end(), [&](const Estimate& e) { return e.name == name; });
-  return found == estimates.end() ? nullptr : &*found;
-}
-
 /// What the text of the file is made of.
 struct Contents {
   model::effects::DriveModel model{};
@@ -64,35 +45,33 @@ struct Contents {
 
 /// Adds an effect when all of its parameters are there, else the reasons to the header. An exponent that was
 /// given counts with the others.
-void add_effect(std::string_view effect, std::span<const Estimate> estimates, Contents& contents) {
+void add_effect(std::span<const Estimate> estimates, Contents& contents) {
+  const std::string& effect = estimates.front().effect;
   const auto& described = model::effects::effect_description(effect).parameters;
   std::vector<model::effects::NamedValue> values;
   apps::EffectRemarks remarks;
   remarks.parameters.resize(described.size());
   bool fitted = false;
   bool complete = true;
-  for (const Entry& entry : kEntries) {
-    if (entry.effect != effect) continue;
-    const Estimate* const estimate = find(estimates, entry.parameter);
-    if (estimate == nullptr) continue;
-    if (!estimate->ok() && !is_given(*estimate)) {
-      contents.header.push_back("not identifiable: " + estimate->name + ": " + estimate->not_identifiable);
+  for (const Estimate& estimate : estimates) {
+    if (!estimate.ok() && !is_given(estimate)) {
+      contents.header.push_back("not identifiable: " + estimate.title() + ": " + estimate.not_identifiable);
       complete = false;
       continue;
     }
-    std::string remark =
-        estimate->ok() ? fmt::format("95 %: {:.7g} to {:.7g}", estimate->lower, estimate->upper) : "given";
-    if (!entry.remark.empty()) remark += "; " + std::string(entry.remark);
-    const auto at = std::ranges::find(described, entry.key, &model::effects::ParameterDescription::name);
-    remarks.parameters[static_cast<std::size_t>(at - described.begin())] = remark;
-    values.push_back({entry.key, rounded(estimate->value)});
-    fitted |= estimate->ok();
+    const auto at = std::ranges::find(described, estimate.name, &model::effects::ParameterDescription::name);
+    remarks.parameters[static_cast<std::size_t>(at - described.begin())] =
+        estimate.ok()
+            ? fmt::format("95 %: {:.7g} to {:.7g}{}", estimate.lower, estimate.upper, remark_on(estimate))
+            : estimate.not_identifiable.substr(0, estimate.not_identifiable.find(','));
+    values.push_back({at->name, rounded(estimate.value)});
+    fitted |= estimate.ok();
   }
   if (!fitted || !complete) return;
   try {
     contents.model.effects.push_back(model::effects::make_effect(effect, values));
     contents.remarks.push_back(std::move(remarks));
-  } catch (const std::invalid_argument& error) {  // a law may allow what no drive has
+  } catch (const std::invalid_argument& error) {  // a contact may come out stiffer than any drive's
     contents.header.push_back("left out: " + std::string(error.what()));
   }
 }
@@ -108,18 +87,30 @@ Contents contents_of(const IdentifiedModel& model) {
         "--inertia");
 
   std::vector<Estimate> estimates = model.sliding ? model.sliding->parameters : model.moving;
+  if (!model.presliding.empty())  // a map says nothing of it
+    std::erase_if(estimates, [](const Estimate& estimate) { return estimate.effect == "presliding"; });
   for (const Estimate& estimate : model.presliding)
-    if (find(estimates, estimate.name) == nullptr) estimates.push_back(estimate);
-  std::string_view last;
-  for (const Entry& entry : kEntries) {
-    if (entry.effect == last) continue;
-    last = entry.effect;
-    add_effect(entry.effect, estimates, contents);
+    if (identification::fit::find_estimate(estimates, estimate.effect, estimate.name) == nullptr)
+      estimates.push_back(estimate);
+  std::erase_if(estimates, [](const Estimate& estimate) { return estimate.effect.empty(); });
+  for (std::span<const Estimate> rest = estimates; !rest.empty();) {
+    const auto next = std::ranges::find_if(
+        rest, [&](const Estimate& estimate) { return estimate.effect != rest.front().effect; });
+    const auto count = static_cast<std::size_t>(next - rest.begin());
+    add_effect(rest.first(count), contents);
+    rest = rest.subspan(count);
   }
   return contents;
 }
 
 }  // namespace
+
+apps::Quantity quantity_of(const Estimate& estimate) {
+  apps::Quantity quantity = apps::quantity_of(estimate.title());
+  if (!estimate.effect.empty() && model::effects::effect_description(estimate.effect).parameters.size() == 1)
+    quantity.name = apps::quantity_of(estimate.effect).name;
+  return quantity;
+}
 
 bool is_given(const Estimate& estimate) { return estimate.not_identifiable.starts_with("given"); }
 

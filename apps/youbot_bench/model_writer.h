@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/quantity.h"
 #include "identification/fit/static_fit.h"
 #include "identification/fit/statistics.h"
 #include "model/effects/drive_model.h"
@@ -19,10 +20,12 @@ struct IdentifiedModel {
   std::optional<double> inertia_kg_m2{};  ///< known or identified; else assumed, which a comment says
   std::vector<std::string> evidence{};    ///< comment lines at the top
   std::optional<identification::fit::StaticFit> sliding{};
-  std::vector<identification::fit::Estimate> moving{};  ///< coulomb_Nm, viscous_…: used when there is no map
-  std::vector<identification::fit::Estimate> presliding{};  ///< stiffness_…, damping_…
+  std::vector<identification::fit::Estimate> moving{};  ///< used when there is no map
+  std::vector<identification::fit::Estimate> presliding{};
 };
 
+/// "coulomb", "stribeck velocity" and the unit: the effect alone where it has but one parameter.
+apps::Quantity quantity_of(const identification::fit::Estimate& estimate);
 /// Its value was set by the user: it counts, without an interval.
 bool is_given(const identification::fit::Estimate& estimate);
 

@@ -1,19 +1,23 @@
 #include "apps/youbot_bench/parameters.h"
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "apps/common/can_config.h"
+#include "apps/common/exit_code.h"
 #include "apps/common/open_robot.h"
 #include "apps/common/shared_tables.h"
 #include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/bus.h"
-#include "apps/youbot_bench/experiments_cli.h"
+#include "apps/youbot_bench/experiment_request.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "drivers/tmcl/client.h"
 #include "drivers/tmcl/status_flags.h"
@@ -184,6 +188,37 @@ void write_parameters(std::span<Controller> controllers, std::span<const NewPara
       if (writing)
         for (const NewParameter& setting : settings) write(client, controller, setting, store);
     }
+}
+
+Subcommand add_parameters(CLI::App& app) {
+  const auto options = std::make_shared<ParametersOptions>();
+  CLI::App* const command = app.add_subcommand(
+      "parameters",
+      "print all axis parameters of all motor controllers, or set some; takes the bus to PRE-OP");
+  command
+      ->add_option("--robot", options->robot,
+                   "ethercat:IFACE, can:IFACE, or wire: an emulated base with an arm; loopback has none")
+      ->required();
+  command->add_option("--config", options->config,
+                      "TOML file whose [can] says what is on can:IFACE, an experiment.toml too");
+  command
+      ->add_option("--joint", options->joints,
+                   "wheel-1, arm-5, …; slave-2 on a bus that is no complete youBot; none: all")
+      ->delimiter(',');
+  CLI::Option* const set =
+      command
+          ->add_option(
+              "--set", options->settings,
+              "NAME=VALUE, written to --joint and read back; until the drive loses its power. Not while "
+              "the motor turns or is held, nor what the manufacturer's password protects")
+          ->type_size(1)
+          ->delimiter(',');
+  command->add_flag("--store", options->store, "also keep it in EEPROM, which wears out: not again and again")
+      ->needs(set);
+  return {command, [options] {
+            parameters(*options);
+            return apps::kExitOk;
+          }};
 }
 
 }  // namespace youbot_bench

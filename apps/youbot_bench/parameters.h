@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "apps/youbot_bench/controllers.h"
+#include "apps/youbot_bench/subcommand.h"
 
 namespace youbot_bench {
 
@@ -38,5 +39,7 @@ NewParameter read_setting(const std::string& text, bool store);
 /// drivers::SetupError with the controller's refusal, after what the others had taken was said.
 void write_parameters(std::span<Controller> controllers, std::span<const NewParameter> settings, bool store,
                       drivers::tmcl::Clock& clock);
+
+Subcommand add_parameters(CLI::App& app);
 
 }  // namespace youbot_bench

@@ -1,8 +1,14 @@
 #include "apps/youbot_bench/scan.h"
 
+#include <CLI/CLI.hpp>
+
 #include <cstdio>
+#include <memory>
+#include <string>
 #include <vector>
 
+#include "apps/common/exit_code.h"
+#include "apps/youbot_bench/bus.h"
 #include "apps/youbot_bench/controllers.h"
 #include "drivers/ethercat/bus_error.h"
 #include "drivers/ethercat/pre_op_bus.h"
@@ -69,6 +75,17 @@ void print_scan(ethercat::Link& link) {
                 mailbox.c_str());
   }
   print_verdict(slaves, link.name());
+}
+
+Subcommand add_scan(CLI::App& app) {
+  const auto robot = std::make_shared<std::string>();
+  CLI::App* const command =
+      app.add_subcommand("scan", "list the slaves on the bus and how they are cabled; changes nothing");
+  command->add_option("--robot", *robot, kBusHelp)->required();
+  return {command, [robot] {
+            print_scan(*open_bus(*robot).link);
+            return apps::kExitOk;
+          }};
 }
 
 }  // namespace youbot_bench

@@ -3,6 +3,7 @@
 #pragma once
 #include <string>
 
+#include "apps/youbot_bench/subcommand.h"
 #include "drivers/ethercat/link.h"
 
 namespace youbot_bench {
@@ -10,5 +11,7 @@ namespace youbot_bench {
 /// Prints every slave with identity, cabling and process data, and which youBot it is. Changes no state.
 /// @throws drivers::ethercat::BusError.
 void print_scan(drivers::ethercat::Link& link);
+
+Subcommand add_scan(CLI::App& app);
 
 }  // namespace youbot_bench

@@ -1,21 +1,25 @@
 #include "apps/youbot_bench/transparency.h"
 
 #include <spdlog/spdlog.h>
+#include <CLI/CLI.hpp>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <set>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
 
 #include "apps/common/exit_code.h"
+#include "apps/common/finite_range.h"
 #include "apps/common/open_haptic.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/progress_line.h"
 #include "apps/common/robot_session.h"
+#include "apps/common/stop_on_signals.h"
 #include "apps/youbot_bench/transparency_report.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/teleop_cycle.h"
@@ -330,6 +334,50 @@ int transparency(const TransparencyOptions& options, const std::atomic<bool>& st
     code = apps::kExitFault;
   }
   return code;
+}
+
+Subcommand add_transparency(CLI::App& app) {
+  const auto options = std::make_shared<TransparencyOptions>();
+  CLI::App* const command = app.add_subcommand(
+      "transparency", "measure how the robot feels and follows through teleoperation; in the simulation");
+  command->add_option("--config", options->config, "youbotd's TOML file, such as teleop.toml");
+  command->add_option("--robot", options->robot, "loopback; none: the file's");
+  command->add_option("--haptic", options->haptic, "loopback; none: the file's");
+  command->add_option("--feedback", options->feedback, "position-error, none, or both with a comma between")
+      ->delimiter(',')
+      ->capture_default_str();
+  command
+      ->add_option("--stiffness", options->stiffness_N_per_m,
+                   "of the coupling, N/m; several with commas between")
+      ->delimiter(',')
+      ->check(apps::finite_range(1.0, kMostCoupling_N_per_m))
+      ->capture_default_str();
+  command->add_option("--axis", options->axis, "x forward, y left, z up")->capture_default_str();
+  command->add_option("--peak", options->excitation.peak_N, "largest force of the excitation, N")
+      ->check(apps::finite_range(1e-3, 100.0))
+      ->capture_default_str();
+  command->add_option("--lowest", options->excitation.lowest_Hz, "frequency, Hz")
+      ->check(apps::finite_range(1e-3, 500.0))
+      ->capture_default_str();
+  command->add_option("--highest", options->excitation.highest_Hz, "frequency, Hz")
+      ->check(apps::finite_range(1e-3, 500.0))
+      ->capture_default_str();
+  command->add_option("--lines", options->excitation.lines, "number of frequencies")
+      ->check(apps::finite_range(3, 500))
+      ->capture_default_str();
+  command->add_option("--period", options->excitation.period_s, "of the excitation, s")
+      ->check(apps::finite_range(0.1, 1000.0))
+      ->capture_default_str();
+  command->add_option("--realizations", options->realizations, "excitations with other phases")
+      ->check(apps::finite_range(2, 100))
+      ->capture_default_str();
+  command->add_option("--out", options->out, "directory for a CSV file of each condition, and report.html")
+      ->required();
+  command->add_flag("--quiet", options->quiet, "print problems only");
+  return {command, [options] {
+            apps::stop_on_signals();
+            return transparency(*options, apps::stop_requested);
+          }};
 }
 
 }  // namespace youbot_bench

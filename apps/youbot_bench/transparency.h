@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "apps/common/open_robot.h"
+#include "apps/youbot_bench/subcommand.h"
 #include "control/teleoperation.h"
 #include "hal/clock.h"
 #include "identification/two_port/excitation.h"
@@ -101,5 +102,7 @@ inline constexpr double kMostCoupling_N_per_m = 5000.0;
 /// The exit code. Set `stop` to end it early. @throws apps::ConfigError, std::invalid_argument,
 /// hal::SetupError.
 int transparency(const TransparencyOptions& options, const std::atomic<bool>& stop);
+
+Subcommand add_transparency(CLI::App& app);
 
 }  // namespace youbot_bench

@@ -1,14 +1,19 @@
 #include "apps/youbot_bench/usb_probe.h"
 
+#include <CLI/CLI.hpp>
+
 #include <array>
 #include <charconv>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <vector>
 
+#include "apps/common/exit_code.h"
+#include "apps/common/stop_on_signals.h"
 #include "apps/common/whole_file.h"
 #include "drivers/haptic/haptic_usb.h"
 #include "drivers/haptic/space_mouse_models.h"
@@ -183,6 +188,23 @@ void usb_probe(const UsbProbeOptions& options, const std::atomic<bool>& stop) {
   if (report.empty()) throw absence(context, filter);
   std::printf("%s", report.c_str());
   if (!options.out.empty()) apps::write_whole_file(options.out, report);
+}
+
+Subcommand add_usb_probe(CLI::App& app) {
+  const auto options = std::make_shared<UsbProbeOptions>();
+  CLI::App* const command = app.add_subcommand(
+      "usb-probe", "list haptic masters on USB and whether they can be used; claims and sends nothing");
+  command->add_option("--vendor", options->vendor, "only this vendor's, hexadecimal");
+  command->add_option("--product", options->product, "only this product, hexadecimal");
+  command->add_flag("--all", options->all, "also what is no haptic master");
+  CLI::Option* const probe_out = command->add_option("--out", options->out, "file that gets the report, too");
+  command->add_flag("--watch", options->watch, "go on and tell who comes and goes; Ctrl-C ends it")
+      ->excludes(probe_out);
+  return {command, [options] {
+            apps::stop_on_signals();
+            usb_probe(*options, apps::stop_requested);
+            return apps::kExitOk;
+          }};
 }
 
 }  // namespace youbot_bench

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <string>
 
+#include "apps/youbot_bench/subcommand.h"
+
 namespace youbot_bench {
 
 struct UsbProbeOptions {
@@ -19,5 +21,7 @@ struct UsbProbeOptions {
 /// Prints the report; with `watch` until `stop`. @throws std::invalid_argument for a number that is none,
 /// std::runtime_error saying what to check when nothing was found.
 void usb_probe(const UsbProbeOptions& options, const std::atomic<bool>& stop);
+
+Subcommand add_usb_probe(CLI::App& app);
 
 }  // namespace youbot_bench

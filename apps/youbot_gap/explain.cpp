@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <iterator>
+#include <utility>
 
 #include "apps/common/made_paths.h"
 #include "apps/common/output_directory.h"
@@ -28,7 +29,7 @@ std::string drive_name(const Inputs& inputs) {
 
 }  // namespace
 
-Findings write_findings(const Inputs& inputs, const GapOptions& options,
+Findings write_findings(Inputs inputs, const GapOptions& options,
                         const std::function<void(std::string_view, double)>& progress) {
   apps::require_no_results(options.out, {std::begin(kFiles), std::end(kFiles)});
   apps::MadePaths made(apps::make_output_directory(options.out));
@@ -42,7 +43,8 @@ Findings write_findings(const Inputs& inputs, const GapOptions& options,
   identification::gap::Options search;
   search.seed = options.seed;
   search.progress = progress;
-  findings.result = identification::gap::analyse(inputs.model, inputs.data, inputs.held_out, search);
+  findings.result =
+      identification::gap::analyse(inputs.model, std::move(inputs.data), std::move(inputs.held_out), search);
   made.keep();
 
   const std::string texts[] = {improved_model_text(findings), gap_report(findings).html(),
@@ -53,11 +55,12 @@ Findings write_findings(const Inputs& inputs, const GapOptions& options,
 }
 
 void explain_gap(const GapOptions& options) {
-  const Inputs inputs = read_inputs(options.inputs);
-  for (const std::string& warning : inputs.warnings) spdlog::warn("{}", warning);
   apps::ProgressLine progress("youbot-gap", options.quiet);
-  const Findings findings = write_findings(
-      inputs, options, [&progress](std::string_view what, double done) { progress.show(what, done); });
+  const auto show = [&progress](std::string_view what, double done) { progress.show(what, done); };
+  Inputs inputs = read_inputs(options.inputs, show);
+  if (!inputs.warnings.empty()) progress.finish();
+  for (const std::string& warning : inputs.warnings) spdlog::warn("{}", warning);
+  const Findings findings = write_findings(std::move(inputs), options, show);
   progress.finish();
   if (options.quiet) return;
   std::fputs(summary_text(findings).c_str(), stdout);

@@ -19,10 +19,11 @@ struct GapOptions {
 };
 
 /// Writes `out`/model.toml, report.html and gap.json about `inputs`, which were read from the paths in
-/// `options`; each whole or not at all. Prints nothing. `progress`: see identification::gap::Options.
+/// `options`; each whole or not at all. Prints nothing. Recordings that the caller moves here are not copied.
+/// `progress`: see identification::gap::Options.
 /// @throws std::invalid_argument when the directory cannot be used, or the data cannot carry the question;
 ///         std::runtime_error when a file cannot be written.
-Findings write_findings(const Inputs& inputs, const GapOptions& options,
+Findings write_findings(Inputs inputs, const GapOptions& options,
                         const std::function<void(std::string_view what, double done)>& progress);
 
 /// Reads and writes the same with a progress line, and prints what was found.

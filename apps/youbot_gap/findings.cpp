@@ -11,6 +11,7 @@
 
 #include "apps/common/quantity.h"
 #include "apps/common/wording.h"
+#include "identification/gap/noise_draws.h"
 
 namespace youbot_gap {
 namespace {
@@ -80,6 +81,49 @@ std::string name_with_rivals(const FoundEffect& found) {
   return name;
 }
 
+std::string wins_text(const FoundEffect& found) {
+  if (found.wins.size() != found.equivalent.size() + 1) return "";
+  std::string text =
+      effect_words(model::effects::name_of(found.effect)) + " " + std::to_string(found.wins.front());
+  for (std::size_t i = 0; i < found.equivalent.size(); ++i)
+    text += ", " + effect_words(found.equivalent[i]) + " " + std::to_string(found.wins[i + 1]);
+  return text + fmt::format(" of {} draws of the noise", identification::gap::kNoiseDraws);
+}
+
+std::string command_text(const identification::gap::NextExperiment& experiment, const Findings& findings) {
+  std::string text = "youbot-bench " + experiment.name;
+  const std::string& drive = findings.drive;
+  if (drive.starts_with("arm-")) text += " --kind base+arm";
+  if (drive.starts_with("arm-") || drive.starts_with("wheel-")) text += " --joint " + drive;
+  for (const auto& [key, value] : experiment.settings) text += " " + apps::option_name(key) + " " + value;
+  return text + " --out next-experiment";
+}
+
+std::string expectation_text(const identification::gap::NextExperiment& experiment) {
+  return fmt::format("{:.0f} sigmas expected in {:.0f} s", experiment.separation, experiment.duration_s);
+}
+
+std::string deciding_experiment(const FoundEffect& found, const Findings& findings) {
+  if (found.equivalent.empty()) return "";
+  if (found.decided_by) return command_text(*found.decided_by, findings);
+  const identification::gap::DriveLimits& limits = findings.result.limits;
+  return fmt::format("none: no experiment of youbot-bench up to {:.2g} N·m and {:.2g} rad/s separates them",
+                     limits.torque_Nm, limits.speed_rad_per_s);
+}
+
+std::vector<std::string> notes(const Findings& findings) {
+  std::vector<std::string> all = findings.result.notes;
+  for (const identification::gap::BlindSpot& spot : findings.result.blind_spots) {
+    all.push_back(spot.text);
+    if (spot.shown_by)
+      all.back() += "; this would show it: " + command_text(*spot.shown_by, findings) + " (" +
+                    expectation_text(*spot.shown_by) + ")";
+    else if (!spot.effects.empty())
+      all.back() += "; nor would any experiment of youbot-bench within what the drive has done";
+  }
+  return all;
+}
+
 std::string headline(const Findings& findings) {
   const identification::gap::Result& result = findings.result;
   const std::string before = torque_text(result.gap_before_Nm);
@@ -108,10 +152,12 @@ std::string headline(const Findings& findings) {
 std::vector<std::string> next_steps(const Findings& findings) {
   const identification::gap::Result& result = findings.result;
   std::vector<std::string> steps;
-  for (const FoundEffect& found : result.effects)
-    if (!found.deciding_experiment.empty())
-      steps.push_back("To tell " + name_with_rivals(found) + ": " + found.deciding_experiment +
-                      ". Until then the model holds the first.");
+  for (const FoundEffect& found : result.effects) {
+    if (found.equivalent.empty()) continue;
+    const std::string expected = found.decided_by ? " (" + expectation_text(*found.decided_by) + ")" : "";
+    steps.push_back("To tell " + name_with_rivals(found) + ": " + deciding_experiment(found, findings) +
+                    expected + ". Until then the model holds the first.");
+  }
 
   const std::string place = strongest_unexplained(result);
   const std::string look =

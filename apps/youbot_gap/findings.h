@@ -31,6 +31,17 @@ std::string evidence_text(const identification::gap::FoundEffect& found);
 /// "stribeck", "stribeck or cogging" with what the data cannot tell from it.
 std::string name_with_rivals(const identification::gap::FoundEffect& found);
 
+/// "stribeck 13, presliding 7 of 20 draws of the noise"; empty without rivals.
+std::string wins_text(const identification::gap::FoundEffect& found);
+/// "youbot-bench staircase --joint wheel-1 --highest 0.2 --out next-experiment": to be typed as it is.
+std::string command_text(const identification::gap::NextExperiment& experiment, const Findings& findings);
+/// The command that tells an effect from its rivals, or that there is none; empty without rivals.
+std::string deciding_experiment(const identification::gap::FoundEffect& found, const Findings& findings);
+/// "34 sigmas expected in 62 s"
+std::string expectation_text(const identification::gap::NextExperiment& experiment);
+/// What there is to say beside the effects, the blind spots of the data with their commands among it.
+std::vector<std::string> notes(const Findings& findings);
+
 /// The verdict and the gap in one line that stands alone.
 std::string headline(const Findings& findings);
 /// What to do next, one sentence each, never empty.

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "apps/common/build_info.h"
+#include "identification/gap/noise_draws.h"
 
 namespace youbot_gap {
 namespace {
@@ -42,18 +43,31 @@ Json parameters_of(const identification::gap::FoundEffect& found) {
   return json;
 }
 
-Json json_of(const identification::gap::FoundEffect& found) {
-  return {{"type", model::effects::name_of(found.effect)},
-          {"where", json_of(found.where)},
-          {"evidence",
-           {{"held_out_gain", found.held_out_gain},
-            {"blocks_improved", std::to_string(found.blocks_improved) + "/" + std::to_string(found.blocks)},
-            {"p_value", found.p_value}}},
-          {"gap_before", found.gap_before},
-          {"gap_after", found.gap_after},
-          {"equivalent", found.equivalent},
-          {"deciding_experiment", found.deciding_experiment},
-          {"parameters", parameters_of(found)}};
+/// {"stribeck": 13, "presliding": 7, "draws": 20}
+Json wins_of(const identification::gap::FoundEffect& found) {
+  Json json{{model::effects::name_of(found.effect), found.wins.front()}};
+  for (std::size_t i = 0; i < found.equivalent.size(); ++i) json[found.equivalent[i]] = found.wins[i + 1];
+  json["draws"] = identification::gap::kNoiseDraws;
+  return json;
+}
+
+Json json_of(const identification::gap::FoundEffect& found, const Findings& findings) {
+  Json json{{"type", model::effects::name_of(found.effect)},
+            {"where", json_of(found.where)},
+            {"evidence",
+             {{"held_out_gain", found.held_out_gain},
+              {"blocks_improved", std::to_string(found.blocks_improved) + "/" + std::to_string(found.blocks)},
+              {"p_value", found.p_value}}},
+            {"gap_before", found.gap_before},
+            {"gap_after", found.gap_after},
+            {"equivalent", found.equivalent},
+            {"deciding_experiment", deciding_experiment(found, findings)},
+            {"parameters", parameters_of(found)}};
+  if (!found.wins.empty()) json["wins"] = wins_of(found);
+  if (found.decided_by)
+    json["expected"] = {{"separation_sigma", found.decided_by->separation},
+                        {"duration_s", found.decided_by->duration_s}};
+  return json;
 }
 
 /// Not a number, or the end of an interval that has none, would become `null`, which no reader expects.
@@ -84,7 +98,7 @@ std::string gap_json(const Findings& findings) {
             {"rejected", Json::array()},
             {"unexplained", Json::array()},
             {"refitted", Json::array()},
-            {"notes", result.notes},
+            {"notes", notes(findings)},
             {"drive", findings.drive},
             {"base_model", findings.base_path},
             {"data", findings.data},
@@ -115,7 +129,7 @@ std::string gap_json(const Findings& findings) {
                           {"before", result.simulation_before},
                           {"after", result.simulation_after}};
   for (const identification::gap::FoundEffect& found : result.effects)
-    json["effects"].push_back(json_of(found));
+    json["effects"].push_back(json_of(found, findings));
   for (const identification::gap::RejectedEffect& rejected : result.rejected)
     if (std::isfinite(rejected.gap_after))
       json["rejected"].push_back(

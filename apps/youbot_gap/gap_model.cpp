@@ -23,7 +23,7 @@ void remark(apps::EffectRemarks& remarks, const EffectDescription& effect, const
     if (effect.parameters[i].name == parameter) remarks.parameters[i] = text;
 }
 
-std::vector<std::string> evidence(const FoundEffect& found) {
+std::vector<std::string> evidence(const FoundEffect& found, const Findings& findings) {
   std::vector<std::string> lines{
       "added by youbot-gap: " + evidence_text(found),
       fmt::format("held-out gap {:.4g} -> {:.4g} N·m", found.gap_before, found.gap_after)};
@@ -32,9 +32,8 @@ std::vector<std::string> evidence(const FoundEffect& found) {
   if (!found.equivalent.empty()) {
     lines.emplace_back("this data cannot tell it from:");
     for (const std::string& rival : found.equivalent) lines.back() += " " + rival;
+    lines.push_back("experiment that decides: " + deciding_experiment(found, findings));
   }
-  if (!found.deciding_experiment.empty())
-    lines.push_back("experiment that decides: " + found.deciding_experiment);
   return lines;
 }
 
@@ -75,7 +74,7 @@ std::string improved_model_text(const Findings& findings) {
       ++i;
     if (i == remarks.size()) continue;
     remarked[i] = true;
-    remarks[i].evidence = evidence(found);
+    remarks[i].evidence = evidence(found, findings);
     for (const Estimate& estimate : found.parameters)
       remark(remarks[i], effect, estimate.name, interval_text(estimate));
   }

@@ -92,8 +92,10 @@ void add_found(report::Page& page, const Findings& findings) {
                             estimate.ok() ? estimate.upper : kNone, quantity.unit,
                             estimate.not_identifiable});
     }
-    if (!found.equivalent.empty() || !found.deciding_experiment.empty())
-      rivals.push_back({name, joined(found.equivalent), found.deciding_experiment});
+    if (!found.equivalent.empty())
+      rivals.push_back({name, joined(found.equivalent), wins_text(found),
+                        deciding_experiment(found, findings),
+                        found.decided_by ? expectation_text(*found.decided_by) : ""});
   }
   page.table({{"effect"},
               {"how it shows"},
@@ -111,8 +113,9 @@ void add_found(report::Page& page, const Findings& findings) {
     page.table({{"effect"}, {"parameter"}, {"value"}, {"95 % from"}, {"to"}, {"unit"}, {"remark"}},
                parameters, "Their parameters with 95 % intervals");
   if (!rivals.empty())
-    page.table({{"effect"}, {"this data cannot tell it from"}, {"experiment that decides"}}, rivals,
-               "Rivals");
+    page.table(
+        {{"effect"}, {"this data cannot tell it from"}, {"wins"}, {"experiment that decides"}, {"expected"}},
+        rivals, "Rivals");
 }
 
 void add_plots(report::Page& page, const Findings& findings) {
@@ -174,7 +177,7 @@ void add_refitted(report::Page& page, const Findings& findings) {
 
 void add_provenance(report::Page& page, const Findings& findings) {
   page.heading("What this is about");
-  for (const std::string& note : findings.result.notes) page.text(note);
+  for (const std::string& note : notes(findings)) page.text(note);
   page.text("Model: " + findings.base_path + ".");
   page.text("Searched: " + apps::list_text(findings.data) +
             ". Held out: " + apps::list_text(findings.result.held_out) + ". Random numbers begin with " +

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <system_error>
@@ -116,7 +117,8 @@ std::string common_rig(const std::vector<identification::gap::Source>& sources,
 
 }  // namespace
 
-Inputs read_inputs(const InputPaths& paths) {
+Inputs read_inputs(const InputPaths& paths,
+                   const std::function<void(std::string_view what, double done)>& progress) {
   Inputs inputs;
   std::vector<fs::path> files = files_of(paths.data, "--data");
   const std::size_t data_count = files.size();
@@ -138,6 +140,9 @@ Inputs read_inputs(const InputPaths& paths) {
   std::vector<identification::gap::Source> sources;
   for (std::size_t i = 0; i < files.size(); ++i)
     collect([&] {
+      if (progress)
+        progress(fmt::format("reading recording {} of {}", i + 1, files.size()),
+                 std::numeric_limits<double>::quiet_NaN());
       apps::ReadRecording read = apps::read_recording(files[i]);
       require_dense(read, files[i]);
       inputs.warnings.insert(inputs.warnings.end(), read.warnings.begin(), read.warnings.end());

@@ -2,7 +2,9 @@
 /// What youbot-gap compares: a model and recordings of one drive.
 #pragma once
 #include <filesystem>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "identification/gap/gap.h"
@@ -28,6 +30,8 @@ struct Inputs {
 /// their files, with as many directories before the name as tell them apart.
 /// @throws apps::ConfigError with what is wrong with the model and every recording; std::invalid_argument
 ///         for files that are given twice or do not fit together.
-Inputs read_inputs(const InputPaths& paths);
+/// `progress`: called with what is being read, and NaN, as nobody knows how long it takes.
+Inputs read_inputs(const InputPaths& paths,
+                   const std::function<void(std::string_view what, double done)>& progress = {});
 
 }  // namespace youbot_gap

@@ -28,6 +28,7 @@ std::string effect_text(const identification::gap::FoundEffect& found) {
   if (const std::string parameters = parameters_text(found); !parameters.empty()) text += ": " + parameters;
   text += "; " + evidence_text(found);
   if (const std::string where = where_text(found.where); !where.empty()) text += "; shows at " + where;
+  if (const std::string wins = wins_text(found); !wins.empty()) text += "; wins: " + wins;
   return text + "\n";
 }
 
@@ -73,7 +74,7 @@ std::string summary_text(const Findings& findings) {
   for (const identification::gap::Unexplained& unexplained : result.unexplained)
     text += fmt::format("  ? {}: {:.0f} % of the squared residual, unexplained\n",
                         where_text(unexplained.where), 100 * unexplained.share);
-  for (const std::string& note : result.notes) text += "  ! " + note + "\n";
+  for (const std::string& note : notes(findings)) text += "  ! " + note + "\n";
   for (const std::string& step : next_steps(findings)) text += "next: " + step + "\n";
   return text;
 }

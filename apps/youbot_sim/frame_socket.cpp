@@ -8,30 +8,19 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <stdexcept>
 
 #include "drivers/ethercat/frame.h"
+#include "drivers/ethercat/monotonic_clock.h"
+#include "drivers/packet_age.h"
 #include "drivers/uninterrupted.h"
 
 namespace youbot_sim {
 namespace {
 
 using std::chrono::nanoseconds;
-
-nanoseconds as_nanoseconds(const timespec& time) noexcept {
-  return std::chrono::seconds(time.tv_sec) + nanoseconds(time.tv_nsec);
-}
-
-nanoseconds time_of(clockid_t clock) noexcept {
-  timespec time{};
-  clock_gettime(clock, &time);
-  return as_nanoseconds(time);
-}
 
 [[noreturn]] void fail(const std::string& interface, const char* step, const std::string& problem) {
   throw std::runtime_error(interface + ": " + step + ": " + problem);
@@ -73,7 +62,7 @@ FrameSocket::FrameSocket(const std::string& interface)
     // A hint: receive() drops copies of our own frames too.
     const int on = 1;
     setsockopt(socket_, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
-    setsockopt(socket_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);  // when each frame came
+    drivers::stamp_packets(socket_);
     // Frames go to the master's address or to everybody, seldom to ours.
     packet_mreq everything{};
     everything.mr_ifindex = address.sll_ifindex;
@@ -104,28 +93,20 @@ FramePort::Frame FrameSocket::receive(std::span<std::uint8_t> buffer,
 FramePort::Frame FrameSocket::take(std::span<std::uint8_t> buffer) noexcept {
   sockaddr_ll from{};
   iovec bytes{buffer.data(), buffer.size()};
-  alignas(cmsghdr) std::array<std::uint8_t, CMSG_SPACE(sizeof(timespec))> control{};
+  drivers::PacketStamp stamp;
   msghdr message{};
   message.msg_name = &from;
   message.msg_namelen = sizeof from;
   message.msg_iov = &bytes;
   message.msg_iovlen = 1;
-  message.msg_control = control.data();
-  message.msg_controllen = control.size();
+  message.msg_control = stamp.bytes.data();
+  message.msg_controllen = sizeof stamp.bytes;
   const ssize_t size = recvmsg(socket_, &message, 0);
   if (size <= 0 || from.sll_pkttype == PACKET_OUTGOING) return {};
-  nanoseconds waited{};
-  if (const cmsghdr* const stamp = CMSG_FIRSTHDR(&message);
-      stamp != nullptr && stamp->cmsg_level == SOL_SOCKET && stamp->cmsg_type == SCM_TIMESTAMPNS) {
-    timespec came{};
-    std::memcpy(&came, CMSG_DATA(stamp), sizeof came);
-    // The kernel's stamps are of the clock that somebody may set.
-    waited = std::max(nanoseconds(0), time_of(CLOCK_REALTIME) - as_nanoseconds(came));
-  }
-  return {.size = static_cast<std::size_t>(size), .came = now() - waited};
+  return {.size = static_cast<std::size_t>(size), .came = now() - drivers::packet_age(message)};
 }
 
-nanoseconds FrameSocket::now() const noexcept { return time_of(CLOCK_MONOTONIC); }
+nanoseconds FrameSocket::now() const noexcept { return drivers::ethercat::monotonic_now(); }
 
 bool FrameSocket::send(std::span<const std::uint8_t> frame) noexcept {
   const ssize_t sent = drivers::uninterrupted([&] { return ::send(socket_, frame.data(), frame.size(), 0); });

@@ -1,6 +1,8 @@
 #include "apps/youbotd/config.h"
 
 #include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -133,6 +135,17 @@ bool leaves(const std::filesystem::path& folder, const std::filesystem::path& na
   return relative.empty() || *relative.begin() == "..";
 }
 
+/// Whether only root, the user of this program or who owns the configuration's folder can have written it.
+bool is_trusted(const std::filesystem::path& folder, const std::filesystem::path& file) {
+  struct stat home {};
+  struct stat found {};
+  // What is not there has its own message.
+  if (::stat(file.c_str(), &found) != 0 || ::stat(folder.empty() ? "." : folder.c_str(), &home) != 0)
+    return true;
+  const bool known = found.st_uid == 0 || found.st_uid == ::geteuid() || found.st_uid == home.st_uid;
+  return known && (found.st_mode & S_IWOTH) == 0;
+}
+
 /// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
 std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
                                                      const std::filesystem::path& folder,
@@ -140,6 +153,13 @@ std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::stri
   if (table.is_set(key) && leaves(folder, name)) {
     table.refuse(key,
                  "names a file outside the configuration's folder, which only the file itself may: " + name);
+    return std::nullopt;
+  }
+  if (table.is_set(key) && !is_trusted(folder, folder / name)) {
+    table.refuse(key,
+                 "names a file that others can write, by its owner or its rights, which only the file itself "
+                 "may: " +
+                     name);
     return std::nullopt;
   }
   try {
@@ -256,23 +276,37 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
-enum class Side : std::uint8_t { kAbove, kBelow };
+enum class Side : std::uint8_t { kAbove, kBelow, kBoth };
 struct Bound {
   const char* key;
   double (*value)(const Config& config);
   Side weaker = Side::kAbove;
   bool broken_by(double set, double from_file) const noexcept {
-    return weaker == Side::kAbove ? !(set <= from_file) : !(set >= from_file);
+    const bool kept_above = weaker == Side::kBelow || set <= from_file;
+    const bool kept_below = weaker == Side::kAbove || set >= from_file;
+    return !kept_above || !kept_below;
+  }
+  const char* text() const noexcept {
+    return weaker == Side::kAbove ? "no more than" : weaker == Side::kBelow ? "no less than" : "nothing but";
   }
 };
 template <std::size_t kJoint>
 double arm_torque_Nm(const Config& config) {
   return config.teleoperation.robot.arm_torque_limit_Nm[kJoint];
 }
+template <std::size_t kJoint>
+double arm_coulomb_Nm(const Config& config) {
+  return config.teleoperation.robot.arm_friction.coulomb_Nm[kJoint];
+}
+template <std::size_t kJoint>
+double arm_viscous_Nm_s_per_rad(const Config& config) {
+  return config.teleoperation.robot.arm_friction.viscous_Nm_s_per_rad[kJoint];
+}
 double in_degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
-/// What a setting over the socket may make stricter than the file and not weaker. Compensation is bounded by
-/// its share of the friction and by how soon a command gets it in full. Braking is damping, a limit
-/// of speed is as quick as the velocity's filter, and a release is detected no later than its thresholds say.
+/// What a setting over the socket may make stricter than the file and not weaker. Compensation, of friction
+/// and of a payload's weight, is bounded by what it takes for granted, by its share and by how soon a command
+/// gets it in full. Braking is damping, a limit of speed is as quick as the velocity's filter, and a release
+/// is detected no later than its thresholds say, which are judged by the mass and drag of the grip.
 constexpr auto kBounds = std::to_array<Bound>(
     {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
      {"limits.moment_Nm", [](const Config& c) { return c.cycle.controller.wrench_limits.moment_Nm; }},
@@ -323,6 +357,25 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"teleoperation.arm.torque_limit_Nm[2]", arm_torque_Nm<2>},
      {"teleoperation.arm.torque_limit_Nm[3]", arm_torque_Nm<3>},
      {"teleoperation.arm.torque_limit_Nm[4]", arm_torque_Nm<4>},
+     {"teleoperation.arm.coulomb_Nm[0]", arm_coulomb_Nm<0>},
+     {"teleoperation.arm.coulomb_Nm[1]", arm_coulomb_Nm<1>},
+     {"teleoperation.arm.coulomb_Nm[2]", arm_coulomb_Nm<2>},
+     {"teleoperation.arm.coulomb_Nm[3]", arm_coulomb_Nm<3>},
+     {"teleoperation.arm.coulomb_Nm[4]", arm_coulomb_Nm<4>},
+     {"teleoperation.arm.viscous_Nm_s_per_rad[0]", arm_viscous_Nm_s_per_rad<0>},
+     {"teleoperation.arm.viscous_Nm_s_per_rad[1]", arm_viscous_Nm_s_per_rad<1>},
+     {"teleoperation.arm.viscous_Nm_s_per_rad[2]", arm_viscous_Nm_s_per_rad<2>},
+     {"teleoperation.arm.viscous_Nm_s_per_rad[3]", arm_viscous_Nm_s_per_rad<3>},
+     {"teleoperation.arm.viscous_Nm_s_per_rad[4]", arm_viscous_Nm_s_per_rad<4>},
+     {"teleoperation.arm.compensation_margin",
+      [](const Config& c) { return c.teleoperation.robot.arm_compensator.margin; }},
+     {"teleoperation.arm.full_command_Nm",
+      [](const Config& c) { return c.teleoperation.robot.arm_compensator.full_command_Nm; }, Side::kBelow},
+     {"teleoperation.arm.payload_kg", [](const Config& c) { return c.teleoperation.robot.model.payload_kg; }},
+     {"teleoperation.arm.posture_limit_Nm",
+      [](const Config& c) { return c.teleoperation.robot.posture_torque_limit_Nm; }},
+     {"teleoperation.arm.posture_Nm_s_per_rad",
+      [](const Config& c) { return c.teleoperation.robot.posture_damping_Nm_s_per_rad; }, Side::kBelow},
      {"teleoperation.arm.joint_speed_limit_rad_per_s",
       [](const Config& c) { return c.teleoperation.joint_speed_limit_rad_per_s; }},
      {"teleoperation.arm.setpoint_rad_per_s",
@@ -343,12 +396,18 @@ constexpr auto kBounds = std::to_array<Bound>(
       [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_acceleration_rad_per_s2); }},
      {"teleoperation.mapping.smoothing_deg_per_s3",
       [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_jerk_rad_per_s3); }},
+     {"teleoperation.mapping.rate_m_per_s",
+      [](const Config& c) { return c.teleoperation.mapping.rate_speed_m_per_s; }},
+     {"teleoperation.mapping.rate_turn_deg_per_s",
+      [](const Config& c) { return in_degrees(c.teleoperation.mapping.rate_turn_rad_per_s); }},
      {"teleoperation.arm.following_error_rad",
       [](const Config& c) { return c.teleoperation.joint_following_error_rad; }},
      {"teleoperation.coupling.setpoint_distance_limit_m",
       [](const Config& c) { return c.teleoperation.setpoint_distance_limit_m; }},
      {"teleoperation.coupling.setpoint_turn_limit_deg",
       [](const Config& c) { return in_degrees(c.teleoperation.setpoint_turn_limit_rad); }},
+     {"teleoperation.coupling.damping_ratio",
+      [](const Config& c) { return c.teleoperation.robot.spring.damping_ratio; }, Side::kBelow},
      {"teleoperation.coupling.force_limit_N",
       [](const Config& c) { return c.teleoperation.robot.spring.force_limit_N; }},
      {"teleoperation.coupling.moment_limit_Nm",
@@ -366,6 +425,15 @@ constexpr auto kBounds = std::to_array<Bound>(
       [](const Config& c) { return c.teleoperation.presence.felt_hand_N; }, Side::kBelow},
      {"teleoperation.feedback.unfelt_after_s",
       [](const Config& c) { return c.teleoperation.presence.unfelt_after_s; }},
+     {"teleoperation.feedback.device_mass_kg",
+      [](const Config& c) { return c.teleoperation.presence.device_mass_kg; }, Side::kBoth},
+     {"teleoperation.feedback.device_drag_N_s_per_m",
+      [](const Config& c) { return c.teleoperation.presence.device_drag_N_s_per_m; }, Side::kBoth},
+     {"teleoperation.start.unfolding_rad_per_s",
+      [](const Config& c) { return c.teleoperation.unfolding_speed_rad_per_s; }},
+     {"teleoperation.start.feedback_fade_s", [](const Config& c) { return c.teleoperation.feedback_fade_s; },
+      Side::kBelow},
+     {"teleoperation.start.stop_timeout_s", [](const Config& c) { return c.teleoperation.stop_timeout_s; }},
      {"teleoperation.start.lowering_s", [](const Config& c) { return c.teleoperation.lowering_s; },
       Side::kBelow}});
 
@@ -386,9 +454,8 @@ void require_no_weaker(const Config& config, const std::filesystem::path& file) 
   std::vector<std::string> problems;
   for (const Bound& bound : kBounds)
     if (bound.broken_by(bound.value(config), bound.value(from_file)))
-      problems.push_back(fmt::format("set: '{}' is {}, and {} allows no {} than {}", bound.key,
-                                     bound.value(config), file.string(),
-                                     bound.weaker == Side::kAbove ? "more" : "less", bound.value(from_file)));
+      problems.push_back(fmt::format("set: '{}' is {}, and {} allows {} {}", bound.key, bound.value(config),
+                                     file.string(), bound.text(), bound.value(from_file)));
   for (const Protection& protection : kProtections)
     if (protection.on(from_file) && !protection.on(config))
       problems.push_back(fmt::format("set: '{}' is false, and {} has it on", protection.key, file.string()));

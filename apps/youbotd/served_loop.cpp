@@ -1,5 +1,7 @@
 #include "apps/youbotd/served_loop.h"
 
+#include <utility>
+
 namespace youbotd {
 
 void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
@@ -13,18 +15,23 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
 void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   if (orders_channel_.take(orders_)) last_order_ = now;
   told_.heard = orders_.serial;
-  const bool heard = last_order_ && now - *last_order_ <= silence_;
+  // As of the step before: what this loop itself slept through is no silence of others, and a run that stops
+  // for it says so, because it sees the pause before it is called off.
+  const std::chrono::nanoseconds awake = std::exchange(last_step_, now);
+  const bool heard = last_order_ && awake - *last_order_ <= silence_;
   const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
     run_ = orders_.run;
     number_ = orders_.number;
     told_.master = {};
     told_.master_left = false;
+    told_.unheard = false;
     if (capture_ != nullptr) capture_->resume();
   } else if (run_ == nullptr && orders_.run != nullptr && orders_.number > number_) {
     told_.ended = number_ = orders_.number;  // called off before it began
   }
   if (run_ == nullptr) return;
+  told_.unheard = told_.unheard || (!heard && !ending_ && !orders_.stop && !orders_.off);
   if (heard && orders_.off)
     run_->switch_off();
   else if (!wanted)

@@ -27,6 +27,7 @@ struct Told {
   std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed; what is told is as new as they
   std::uint64_t cycles = 0;
   std::uint64_t ended = 0;   ///< number of the last run that is over
+  bool unheard = false;      ///< that one, or the one under way, comes to rest because no orders came
   Progress progress;         ///< of the run under way
   hal::CycleStatus robot{};  ///< while there is none
   hal::HapticStatus master{};
@@ -69,6 +70,7 @@ class ServedLoop {
   hal::NewestValue<Told> told_channel_;
   Orders orders_;
   std::optional<std::chrono::nanoseconds> last_order_;
+  std::chrono::nanoseconds last_step_{};
   Run* run_ = nullptr;        // the one under way
   std::uint64_t number_ = 0;  // its number
   Told told_;

@@ -39,6 +39,10 @@ struct Refusal : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+constexpr const char* kUnheard =
+    "the loop: it got no orders for 'loop.commander_timeout_s', as the rest of this program stood still; "
+    "brought to rest and switched off: end other programs that keep it from running";
+
 /// So that an answer holds it.
 std::string shortened(std::string text) {
   constexpr std::size_t kMax_bytes = apps::kLongestAnswer / 8;  // in JSON up to six times as long
@@ -71,6 +75,8 @@ void Service::attend() {
   if (attended_ && now - *attended_ > kLongHoldUp) {
     held_up_ = now - *attended_;
     fresh_from_ = now + kBacklog;
+    spdlog::warn("youbotd stood still for {:.1f} s: orders that waited as long start nothing",
+                 std::chrono::duration<double>(held_up_).count());
   }
   attended_ = now;
 }
@@ -150,6 +156,7 @@ void Service::end_run() {
   recording_ = run_->recording();
   const RunSummary& summary = run_->summary();
   fault_ = summary.stop_reason;
+  if (fault_.empty() && told_.unheard) fault_ = kUnheard;
   fault_report_ = summary.fault_report.value_or("");
   if (fault_.empty())
     spdlog::info("run {} is over, drives off", orders_.number);

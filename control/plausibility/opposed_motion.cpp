@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace control {
 namespace {
@@ -21,7 +22,17 @@ constexpr double kTakenOut_rad = 0.01;
 }  // namespace
 
 bool OpposedMotion::update(double position_rad, double torque_Nm, double weight_Nm,
-                           double elapsed_s) noexcept {
+                           const SampleTime& time) noexcept {
+  // After a hold-up the torque before was there until the bus had this one.
+  const bool in_time = time.elapsed_s <= kRegularSample_s && !(time.unsure_s > 0);
+  if (passed_s_ == 0.0 && in_time) least_Nm_ = most_Nm_ = torque_Nm;
+  least_Nm_ = std::min(least_Nm_, torque_Nm);
+  most_Nm_ = std::max(most_Nm_, torque_Nm);
+  passed_s_ += time.elapsed_s;
+  if (time.unsure_s > 0) return false;
+  const double elapsed_s = std::exchange(passed_s_, 0.0);
+  const double least_Nm = std::exchange(least_Nm_, torque_Nm);
+  const double most_Nm = std::exchange(most_Nm_, torque_Nm);
   if (!known_) {
     known_ = true;
     velocity_rad_per_s_ = earlier_rad_per_s_ = taken_out_J_ = 0.0;
@@ -34,7 +45,8 @@ bool OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   earlier_rad_per_s_ += elapsed_s / (kEarlier_s + elapsed_s) * (velocity_rad_per_s_ - earlier_rad_per_s_);
 
   taken_out_J_ *= kFading_s / (kFading_s + elapsed_s);
-  const double net_Nm = std::clamp(torque_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
+  const double asked_Nm = velocity_rad_per_s_ > 0 ? most_Nm : least_Nm;
+  const double net_Nm = std::clamp(asked_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
   const double opposing_Nm = velocity_rad_per_s_ > 0 ? -net_Nm : net_Nm;
   const double excess_Nm = opposing_Nm - kWeightShare * std::abs(weight_Nm) - kModelShare * limit_Nm_;
   const bool slower = std::abs(velocity_rad_per_s_) < std::abs(earlier_rad_per_s_);

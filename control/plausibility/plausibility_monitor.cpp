@@ -24,8 +24,9 @@ constexpr double kWheelTorqueBias = 0.015;
 constexpr double kArmTorqueBias = 0.045;
 /// After a longer pause nothing before it is compared with anything after it.
 constexpr double kLongestStep_s = std::chrono::duration<double>(hal::kLongestCheckedSample).count();
-/// A step of velocity shows only in regular samples.
-constexpr double kRegular_s = std::chrono::duration<double>(hal::kLongestRegularSample).count();
+
+/// Of what is unsure about a sample's time, this is in the checks' constants.
+constexpr double kAllowed_s = 0.001;
 
 constexpr std::size_t kWheels = 4;
 
@@ -77,7 +78,9 @@ void PlausibilityMonitor::restart() noexcept {
 std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const hal::RobotCommand& command,
                                                                         const hal::RobotSample& sample,
                                                                         double elapsed_s) noexcept {
-  if (elapsed_s > kLongestStep_s) {
+  const std::chrono::duration<double> bounds = sample.latest - sample.earliest;
+  const SampleTime time{elapsed_s, std::max(0.0, bounds.count() - kAllowed_s)};
+  if (elapsed_s > kLongestStep_s || time.unsure_s > kLongestStep_s) {
     restart();
     return std::nullopt;
   }
@@ -85,17 +88,16 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
   if (!(elapsed_s > 0)) return std::nullopt;
   std::optional<Finding> finding;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const hal::JointFault fault = check(joints_[i], command.joints[i], sample.joints[i], elapsed_s);
+    const hal::JointFault fault = check(joints_[i], command.joints[i], sample.joints[i], time);
     if (fault != hal::JointFault::kNone && !finding) finding = {fault, static_cast<int>(i)};
   }
   if (wheels_) {
-    const std::optional<int> wheel =
-        wheels_->update(wheels_of(sample, &hal::JointSample::position_rad),
-                        wheels_of(sample, &hal::JointSample::torque_Nm), elapsed_s);
+    const std::optional<int> wheel = wheels_->update(wheels_of(sample, &hal::JointSample::position_rad),
+                                                     wheels_of(sample, &hal::JointSample::torque_Nm), time);
     if (wheel && !finding) finding = {hal::JointFault::kWheelsDisagree, *wheel};
   }
   if (arm_) {
-    const std::optional<Finding> opposed = check_arm(command, sample, elapsed_s);
+    const std::optional<Finding> opposed = check_arm(command, sample, time);
     if (!finding) finding = opposed;
   }
   return finding;
@@ -103,7 +105,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
 
 std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const hal::RobotCommand& command,
                                                                            const hal::RobotSample& sample,
-                                                                           double elapsed_s) noexcept {
+                                                                           const SampleTime& time) noexcept {
   ChainVector q = ChainVector::Zero();  // the weight is the same wherever the base is
   for (std::size_t i = 0; i < arm_->joints.size(); ++i)
     q[kBaseAxes + static_cast<Eigen::Index>(i)] = sample.joints[kWheels + i].position_rad;
@@ -119,7 +121,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const
       continue;
     }
     if (arm_->joints[i].update(sample.joints[joint].position_rad, command.joints[joint].target,
-                               weight_Nm[kBaseAxes + static_cast<Eigen::Index>(i)], elapsed_s) &&
+                               weight_Nm[kBaseAxes + static_cast<Eigen::Index>(i)], time) &&
         !finding)
       finding = {hal::JointFault::kOpposedMotion, static_cast<int>(joint)};
   }
@@ -127,17 +129,20 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const
 }
 
 hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand& command,
-                                           const hal::JointSample& sample, double elapsed_s) const noexcept {
+                                           const hal::JointSample& sample,
+                                           const SampleTime& time) const noexcept {
   // NaN passes every comparison below, and stays in their filters.
   if (!std::isfinite(sample.position_rad) || !std::isfinite(sample.velocity_rad_per_s) ||
       !std::isfinite(sample.torque_Nm))
     return hal::JointFault::kBadSample;
-  if (elapsed_s > kRegular_s) joint.step.restart();
+  // A step of velocity shows only in regular samples.
+  if (time.elapsed_s > kRegularSample_s || time.unsure_s > kRegularSample_s - kAllowed_s)
+    joint.step.restart();
   // All of them each time: none may miss a sample.
-  const bool still = joint.still.update(command, sample, elapsed_s);
-  const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, elapsed_s);
-  const bool torque = joint.torque.update(sample.torque_Nm, elapsed_s);
-  const bool step = joint.step.update(sample.position_rad, elapsed_s);
+  const bool still = joint.still.update(command, sample, time);
+  const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, time);
+  const bool torque = joint.torque.update(sample.torque_Nm, time.elapsed_s);
+  const bool step = joint.step.update(sample.position_rad, time.elapsed_s);
   const bool hall = joint.hall.update(sample.rotor);
   const auto on = [this](PlausibilityCheck check) { return !off_.has(check); };
   // The one that names the joint whatever else is wrong.

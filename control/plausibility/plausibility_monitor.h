@@ -8,6 +8,7 @@
 #include "control/plausibility/checks.h"
 #include "control/plausibility/hall_agreement.h"
 #include "control/plausibility/opposed_motion.h"
+#include "control/plausibility/sample_time.h"
 #include "control/plausibility/still_encoder.h"
 #include "control/plausibility/torque_agreement.h"
 #include "control/plausibility/velocity_agreement.h"
@@ -37,7 +38,8 @@ class PlausibilityMonitor {
   PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels, const ChecksOff& off = {});
 
   void restart() noexcept;
-  /// Once a cycle while the drives obey. `elapsed_s`: from the last sample to this one, 0: no new one came.
+  /// Once a cycle while the drives obey. `elapsed_s`: from the last sample's stamp to this one's, 0: no new
+  /// one came.
   std::optional<Finding> update(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                 double elapsed_s) noexcept;
 
@@ -50,10 +52,10 @@ class PlausibilityMonitor {
     HallAgreement hall{};
   };
   hal::JointFault check(Joint& joint, const hal::JointCommand& command, const hal::JointSample& sample,
-                        double elapsed_s) const noexcept;
+                        const SampleTime& time) const noexcept;
 
   std::optional<Finding> check_arm(const hal::RobotCommand& command, const hal::RobotSample& sample,
-                                   double elapsed_s) noexcept;
+                                   const SampleTime& time) noexcept;
 
   ChecksOff off_;
   std::vector<Joint> joints_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace control {
 namespace {
@@ -24,7 +25,8 @@ void StillEncoder::Range::add(double value) noexcept {
 }
 
 bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSample& sample,
-                          double elapsed_s) noexcept {
+                          const SampleTime& time) noexcept {
+  const double elapsed_s = time.elapsed_s;
   const double blend = elapsed_s / (kTorqueSmoothing_s + elapsed_s);
   const bool moved = sample.position_rad != position_rad_;
   // A drive that reports magnitudes only gets its sign from the command, which other modes do not have.
@@ -45,13 +47,16 @@ bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSamp
   torque_.add(torque_Nm_);
   target_.add(target_value_);
   if (mode_ == hal::CommandMode::kVelocity) asked_rad_ += command.target * elapsed_s;
-  driven_s_ = driven(mode_) ? driven_s_ + elapsed_s : 0.0;
-  return samples_ >= kFewestStillSamples && driven_s_ >= kReaction_s;
+  // Of the time in which it began, at most a regular cycle's.
+  const bool was_driven = std::exchange(driven_, driven(mode_));
+  driven_s_ = was_driven ? driven_s_ + elapsed_s : std::min(elapsed_s, kRegularSample_s) - time.unsure_s;
+  return driven_ && samples_ >= kFewestStillSamples && driven_s_ - time.unsure_s >= kReaction_s;
 }
 
 void StillEncoder::begin(const hal::JointCommand& command, const hal::JointSample& sample) noexcept {
   samples_ = 1;
   still_s_ = asked_rad_ = driven_s_ = 0.0;
+  driven_ = false;
   position_rad_ = sample.position_rad;
   mode_ = command.mode;
   torque_.begin(torque_Nm_);

@@ -1,6 +1,7 @@
 /// @file
 /// Notices an encoder that does not move although its motor is asked to.
 #pragma once
+#include "control/plausibility/sample_time.h"
 #include "hal/joint.h"
 
 namespace control {
@@ -9,7 +10,8 @@ namespace control {
 /// measured 250 N·m/rad at a wheel), so a live encoder counts whenever the torque changes, also on a base
 /// that is held or an arm that leans on a wall. One that shows the very same count through such a change is
 /// stuck. The torque's change is judged by the drive's own current reading, and in torque mode also by the
-/// command; in velocity and position mode a set-point that moves on is a change as well. One thread. Cycle:
+/// command; in velocity and position mode a set-point that moves on is a change as well. Only time that has
+/// passed for certain counts, whenever within their bounds the samples were taken. One thread. Cycle:
 /// update() and restart() neither allocate nor throw.
 class StillEncoder {
  public:
@@ -17,8 +19,9 @@ class StillEncoder {
   explicit StillEncoder(double change_Nm) noexcept : change_Nm_(change_Nm) {}
 
   void restart() noexcept { samples_ = 0; }
-  /// With each fresh sample, `elapsed_s` after the last one. True: it is stuck.
-  bool update(const hal::JointCommand& command, const hal::JointSample& sample, double elapsed_s) noexcept;
+  /// With each fresh sample. True: it is stuck.
+  bool update(const hal::JointCommand& command, const hal::JointSample& sample,
+              const SampleTime& time) noexcept;
 
  private:
   struct Range {
@@ -34,7 +37,8 @@ class StillEncoder {
   double change_Nm_;
   int samples_ = 0;
   double still_s_ = 0.0;
-  double driven_s_ = 0.0;
+  bool driven_ = false;
+  double driven_s_ = 0.0;  // so long at least
   double position_rad_ = 0.0;
   double torque_Nm_ = 0.0;     // smoothed
   double target_value_ = 0.0;  // likewise: N·m, rad/s or rad, as the mode says

@@ -19,7 +19,9 @@ constexpr double kFewestRates = 6;
 
 }  // namespace
 
-bool VelocityAgreement::update(double position_rad, double velocity_rad_per_s, double elapsed_s) noexcept {
+bool VelocityAgreement::update(double position_rad, double velocity_rad_per_s,
+                               const SampleTime& time) noexcept {
+  const double elapsed_s = time.elapsed_s;
   if (!known_) {
     known_ = true;
     smooth_rate_rad_per_s_ = smooth_velocity_rad_per_s_ = trend_rad_per_s_ = velocity_rad_per_s;
@@ -45,10 +47,11 @@ bool VelocityAgreement::update(double position_rad, double velocity_rad_per_s, d
   const double slack_rad =
       (kSpeedShare * speed + bias_rad_per_s_) * elapsed_s + kVelocityLag_s * std::abs(trend_step);
   const double difference_rad = (velocity - rate) * elapsed_s;
-  const double most_rad = alarm_rad / kFewestRates;
-  above_rad_ = std::max(0.0, above_rad_ + std::min(difference_rad - slack_rad, most_rad));
-  below_rad_ = std::max(0.0, below_rad_ + std::min(-difference_rad - slack_rad, most_rad));
-  return above_rad_ > alarm_rad || below_rad_ > alarm_rad;
+  const double unsure_rad = time.unsure_s * speed;
+  const double most_rad = (alarm_rad + 2 * unsure_rad) / kFewestRates;
+  above_rad_ = std::max(-unsure_rad, above_rad_ + std::min(difference_rad - slack_rad, most_rad));
+  below_rad_ = std::max(-unsure_rad, below_rad_ + std::min(-difference_rad - slack_rad, most_rad));
+  return std::max(above_rad_, below_rad_) - unsure_rad > alarm_rad;
 }
 
 }  // namespace control

@@ -1,12 +1,15 @@
 /// @file
 /// Compares the velocity that a motor controller reports with the change of the position that it reports.
 #pragma once
+#include "control/plausibility/sample_time.h"
 
 namespace control {
 
 /// Page's cumulative sum (Biometrika 41:100, 1954) of their difference beyond what may be: a share of the
 /// speed, a bias, and a lag of the reported velocity, which is a filtered value. Scaled by 0.5 or 2, with the
-/// wrong sign or frozen, either reading is found; both wrong in the same way are not.
+/// wrong sign or frozen, either reading is found; both wrong in the same way are not. A sample taken later
+/// than its stamp says adds to the sum what the next one takes away: a sum counts from the sample and to the
+/// sample, within the bounds of both, with which it is least.
 /// One thread. Cycle: update() and restart() neither allocate nor throw.
 class VelocityAgreement {
  public:
@@ -14,8 +17,8 @@ class VelocityAgreement {
   explicit VelocityAgreement(double bias_rad_per_s) noexcept : bias_rad_per_s_(bias_rad_per_s) {}
 
   void restart() noexcept { known_ = false; }
-  /// With each fresh sample, `elapsed_s` after the last one. True: they disagree.
-  bool update(double position_rad, double velocity_rad_per_s, double elapsed_s) noexcept;
+  /// With each fresh sample. True: they disagree.
+  bool update(double position_rad, double velocity_rad_per_s, const SampleTime& time) noexcept;
 
  private:
   double bias_rad_per_s_;
@@ -25,8 +28,8 @@ class VelocityAgreement {
   double smooth_rate_rad_per_s_ = 0.0;
   double smooth_velocity_rad_per_s_ = 0.0;
   double trend_rad_per_s_ = 0.0;  // the rate, smoothed twice
-  double above_rad_ = 0.0;        // sums of the difference in either direction
-  double below_rad_ = 0.0;
+  double above_rad_ = 0.0;        // sums of the difference in either direction, from the
+  double below_rad_ = 0.0;        // sample on with which they are largest
 };
 
 }  // namespace control

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "control/link_map.h"
+#include "control/plausibility/sample_time.h"
 
 namespace control {
 
@@ -14,15 +15,15 @@ namespace control {
 /// motion breaks that by the same factor all the way from rest; a wheel that slips breaks it by a varying
 /// one, and begins by rolling. Which wheel it is follows from the torques: with its reading mended, the
 /// wheels move as they are driven. It takes half a radian of a wheel or more, some centimetres, and is for
-/// what no check of a single joint sees: a factor on position and velocity alike from the beginning on. One
-/// thread. Cycle: update() and restart() neither allocate nor throw.
+/// what no check of a single joint sees: a factor on position and velocity alike from the beginning on.
+/// Blocks begin and end with samples whose time is known. One thread. Cycle: update() and restart() neither
+/// allocate nor throw.
 class WheelAgreement {
  public:
   void restart() noexcept;
-  /// With each fresh sample, `elapsed_s` after the last one. A wheel, 0 to 3, or -1 where two explain it
-  /// equally well.
+  /// With each fresh sample. A wheel, 0 to 3, or -1 where two explain it equally well.
   std::optional<int> update(const WheelVector& position_rad, const WheelVector& torque_Nm,
-                            double elapsed_s) noexcept;
+                            const SampleTime& time) noexcept;
 
  private:
   struct Block {

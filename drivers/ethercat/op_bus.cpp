@@ -39,11 +39,21 @@ std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<Se
   return first;
 }
 
+/// Half of what a slave's watchdog waits for process data.
+constexpr std::chrono::milliseconds kFed{50};
+
 /// A slave that leaves operation by itself says so by its error flag, and one that lost its power has no
-/// station address any more.
-bool was_ordered_down(const SlaveHealth& health) noexcept {
-  return !health.al_error && (health.state == AlState::kInit || health.state == AlState::kPreOp ||
-                              health.state == AlState::kBoot);
+/// station address any more. To SAFE-OP it also goes when its process data end: only one that had them until
+/// now was ordered there.
+bool was_ordered_down(const SlaveHealth& health, bool fed) noexcept {
+  if (health.al_error) return false;
+  switch (health.state) {
+    case AlState::kInit:
+    case AlState::kPreOp:
+    case AlState::kBoot: return true;
+    case AlState::kSafeOp: return fed;
+    default: return false;
+  }
 }
 
 /// What is wrong with a slave that is not operational.
@@ -145,6 +155,7 @@ CycleResult OpBus::receive() noexcept {
   result_.answered = sent_ && transceiver_->receive(options_.frame_timeout);
   if (result_.answered) {
     diagnostics_.round_trips().add(transceiver_->round_trip());
+    result_.answer_age = transceiver_->answer_age();
     FrameReader answer = transceiver_->answer();
     Datagram datagram;
     for (const Entry& entry : entries_)
@@ -321,6 +332,9 @@ void OpBus::accept_inputs(Station& station, std::span<const std::uint8_t> inputs
 
 void OpBus::update_conditions() noexcept {
   const bool clean = image_whole_ && broadcast_clean_;
+  const nanoseconds now = transceiver_->link().now();
+  if (clean) last_clean_ = now;
+  const bool fed = last_clean_ && now - *last_clean_ < kFed;
   bool all_operational = true;
   for (Station& station : slaves_) {
     SlaveHealth& health = station.health;
@@ -344,7 +358,7 @@ void OpBus::update_conditions() noexcept {
         if (!in_op) {
           health.condition = SlaveCondition::kStopped;
           ++health.times_lost;
-          if (was_ordered_down(health)) transceiver_->other_master().note_order(transceiver_->link().now());
+          if (was_ordered_down(health, fed)) transceiver_->other_master().note_order(now);
         }
         break;
       case SlaveCondition::kRestarting:

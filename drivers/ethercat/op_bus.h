@@ -43,6 +43,7 @@ struct SlaveHealth {
 struct CycleResult {
   bool answered = false;  ///< the frame came back
   bool all_operational = false;
+  std::chrono::nanoseconds answer_age{};  ///< so long it had been there, unfetched
   std::uint16_t working_counter = 0;
   std::uint16_t expected_working_counter = 0;
 };
@@ -197,9 +198,10 @@ class OpBus {
   std::vector<Entry> entries_;  // of the frame under way; capacity fixed
   std::chrono::nanoseconds sent_at_{};
   bool sent_ = false;
-  bool suspicious_ = true;    // look at every slave
-  std::size_t turn_ = 0;      // whose supervision and service comes first
-  bool image_whole_ = false;  // the single LRW had its full counter
+  bool suspicious_ = true;                              // look at every slave
+  std::size_t turn_ = 0;                                // whose supervision and service comes first
+  bool image_whole_ = false;                            // the single LRW had its full counter
+  std::optional<std::chrono::nanoseconds> last_clean_;  // when all were in OP
   bool broadcast_clean_ = false;
   std::uint16_t most_answering_ = 0;  // slaves, to a broadcast, since the start
   unsigned cycles_to_counters_ = 0;

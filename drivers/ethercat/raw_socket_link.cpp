@@ -18,6 +18,7 @@
 #include "drivers/ethercat/frame.h"
 #include "drivers/ethercat/monotonic_clock.h"
 #include "drivers/ethercat/other_master.h"
+#include "drivers/packet_age.h"
 #include "drivers/uninterrupted.h"
 
 namespace drivers::ethercat {
@@ -68,6 +69,7 @@ RawSocketLink::RawSocketLink(const std::string& interface, Wait wait) : interfac
   const int on = 1;
   setsockopt(descriptor.value, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
   setsockopt(descriptor.value, SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
+  stamp_packets(descriptor.value);
 
   // Bound last, with the protocol, so that no frame of another interface is ever queued.
   sockaddr_ll address{};
@@ -109,10 +111,20 @@ std::size_t RawSocketLink::receive(std::span<std::uint8_t> buffer, nanoseconds t
   const nanoseconds deadline = monotonic_now() + timeout;
   for (;;) {
     sockaddr_ll from{};
-    socklen_t from_size = sizeof from;
-    const ssize_t size = recvfrom(socket_, buffer.data(), buffer.size(), MSG_DONTWAIT,
-                                  reinterpret_cast<sockaddr*>(&from), &from_size);
-    if (size > 0 && from.sll_pkttype != PACKET_OUTGOING) return static_cast<std::size_t>(size);
+    iovec bytes{buffer.data(), buffer.size()};
+    PacketStamp stamp;
+    msghdr message{};
+    message.msg_name = &from;
+    message.msg_namelen = sizeof from;
+    message.msg_iov = &bytes;
+    message.msg_iovlen = 1;
+    message.msg_control = stamp.bytes.data();
+    message.msg_controllen = sizeof stamp.bytes;
+    const ssize_t size = recvmsg(socket_, &message, MSG_DONTWAIT);
+    if (size > 0 && from.sll_pkttype != PACKET_OUTGOING) {
+      frame_age_ = packet_age(message);
+      return static_cast<std::size_t>(size);
+    }
     if (size < 0 && errno != EAGAIN && errno != EINTR)
       last_error_ = errno;  // such as ENETDOWN, reported once
 

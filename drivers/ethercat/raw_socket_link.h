@@ -26,6 +26,7 @@ class RawSocketLink final : public Link {
 
   bool send(std::span<const std::uint8_t> frame) noexcept override;
   std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override;
+  std::chrono::nanoseconds frame_age() const noexcept override { return frame_age_; }
   int last_error() const noexcept override { return last_error_; }
   const std::string& name() const noexcept override { return interface_; }
 
@@ -37,6 +38,7 @@ class RawSocketLink final : public Link {
   std::optional<InterfaceLock> lock_;
   int socket_ = -1;
   int last_error_ = 0;
+  std::chrono::nanoseconds frame_age_{};
 };
 
 }  // namespace drivers::ethercat

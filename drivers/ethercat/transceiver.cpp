@@ -48,6 +48,7 @@ bool Transceiver::receive(nanoseconds timeout) noexcept {
       received_size_ = size;
       answered_index_ = index_;
       round_trip_ = passed;
+      answer_age_ = std::min(link_.frame_age(), passed);
       ++counters_.received;
       return true;
     }

@@ -48,6 +48,9 @@ class Transceiver {
   /// From sending to the answer, of the last receive() that returned true.
   std::chrono::nanoseconds round_trip() const noexcept { return round_trip_; }
 
+  /// How long that answer had been there, unfetched.
+  std::chrono::nanoseconds answer_age() const noexcept { return answer_age_; }
+
   const FrameCounters& counters() const noexcept { return counters_; }
   OtherMaster& other_master() noexcept { return other_master_; }
   const OtherMaster& other_master() const noexcept { return other_master_; }
@@ -69,6 +72,7 @@ class Transceiver {
   std::uint8_t answered_index_ = 0;
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds round_trip_{};
+  std::chrono::nanoseconds answer_age_{};
   FrameCounters counters_;
   OtherMaster other_master_;
 };

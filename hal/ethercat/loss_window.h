@@ -15,7 +15,7 @@ struct CycleLoss {
   bool lost = false;        ///< no answer in time
   bool damaged = false;     ///< something came that was no well-formed frame, or none that was sent
   bool incomplete = false;  ///< answered, but not by all devices
-  bool late = false;        ///< the answer to an earlier cycle, given up by then, came in
+  int late = 0;             ///< answers to earlier cycles, given up by then, that came in
 };
 
 /// The last kCycles cycles. Cycle-safe: fixed size.
@@ -39,7 +39,7 @@ class LossWindow {
     add_if(cycle.lost, counts_.lost);
     add_if(cycle.damaged, counts_.damaged);
     add_if(cycle.incomplete, counts_.incomplete);
-    add_if(cycle.late, counts_.late);
+    counts_.late += step * cycle.late;
   }
 
   std::array<CycleLoss, kCycles> cycles_{};

@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -10,12 +11,25 @@
 #include <stdexcept>
 #include <utility>
 
-#include "model/friction/kfm.h"
+#include "identification/chance.h"
+#include "model/effects/basis.h"
+#include "model/effects/dissipation.h"
 
 namespace identification::fit {
 namespace {
 
-using Terms = std::set<Term>;
+using model::effects::AnyEffect;
+using model::effects::ParameterDescription;
+
+constexpr std::array kTerms{terms::kCoulomb,          terms::kViscous,   terms::kTorqueOffset,
+                            terms::kViscousAsymmetry, terms::kQuadratic, terms::kStribeck,
+                            terms::kStribeckExponent};
+
+struct InTheirOrder {
+  static auto place(const EffectParameter& term) { return std::ranges::find(kTerms, term); }
+  bool operator()(const EffectParameter& a, const EffectParameter& b) const { return place(a) < place(b); }
+};
+using Terms = std::set<EffectParameter, InTheirOrder>;
 
 /// One row per speed, everything divided by its standard deviation.
 struct Data {
@@ -25,31 +39,23 @@ struct Data {
   bool both_directions = false;
 };
 
-/// The law whose static_Nm alone is 1: the Stribeck term per N·m.
-double stribeck_shape(double v, double velocity, double exponent) {
-  return model::friction::Kfm({.coulomb_Nm = 0,
-                               .static_Nm = 1,
-                               .stribeck_velocity_rad_per_s = velocity,
-                               .stribeck_exponent = exponent,
-                               .viscous_Nm_s_per_rad = 0})
-      .steady_Nm(v);
+/// What no drive has with another sign: these terms brake.
+bool brakes(const EffectParameter& term) {
+  const auto& parameters = model::effects::effect_description(term.effect).parameters;
+  return std::ranges::find(parameters, term.name, &ParameterDescription::name)->lower == 0;
 }
 
-double column_value(Term term, double v) {
-  switch (term) {
-    case Term::kCoulomb: return std::copysign(1.0, v);
-    case Term::kViscous: return v;
-    case Term::kTorqueOffset: return 1;
-    case Term::kViscousAsymmetry: return std::abs(v);
-    case Term::kQuadratic: return v * std::abs(v);
-    case Term::kStribeck:
-    case Term::kStribeckExponent: break;
-  }
-  throw std::logic_error("model choice: not a linear term");
+/// What `term` adds to the torque at each speed, per unit; of a Stribeck term at this velocity and exponent.
+Eigen::VectorXd column(const EffectParameter& term, const Data& data, double velocity, double exponent) {
+  const AnyEffect effect = term == terms::kStribeck
+                               ? model::effects::make_effect(
+                                     term.effect, {{"velocity_rad_per_s", velocity}, {"exponent", exponent}})
+                               : model::effects::make_effect(term.effect);
+  const AnyEffect basis = model::effects::basis_of(effect, term.name);
+  const model::effects::EffectChain chain({&basis, 1});
+  return data.weight.cwiseProduct(
+      data.v.unaryExpr([&](double v) { return model::effects::sliding_torque_Nm(chain, v); }));
 }
-
-/// What no drive has with another sign, and no law takes: these terms brake.
-bool brakes(Term term) { return term == Term::kCoulomb || term == Term::kViscous || term == Term::kStribeck; }
 
 /// Least squares on one set of terms at one Stribeck velocity and exponent, ready for any torques.
 struct Candidate {
@@ -69,15 +75,15 @@ class Family {
  public:
   Family(const Terms& terms, const Data& data) {
     Terms flat = terms;
-    flat.erase(Term::kStribeck);
-    flat.erase(Term::kStribeckExponent);
-    if (!add(flat, data, 0, 0) || !terms.contains(Term::kStribeck)) return;
+    flat.erase(terms::kStribeck);
+    flat.erase(terms::kStribeckExponent);
+    if (!add(flat, data, 0, 0) || !terms.contains(terms::kStribeck)) return;
     const std::size_t flat_ones = candidates_.size();
     // Below the slowest speed nothing of the term is seen, near the fastest no end of it.
     const double slowest = std::log(data.v.cwiseAbs().minCoeff());
     const double widest = std::log(0.7 * data.v.cwiseAbs().maxCoeff()) - slowest;
     std::vector<double> exponents{1, 2};
-    if (terms.contains(Term::kStribeckExponent)) exponents = {0.3, 0.5, 0.75, 1, 1.5, 2, 3, 4};
+    if (terms.contains(terms::kStribeckExponent)) exponents = {0.3, 0.5, 0.75, 1, 1.5, 2, 3, 4};
     for (const double exponent : exponents) {
       // Finer and finer about the best, to a step that the noise hides: else other terms mend the grid.
       constexpr int kVelocities = 20;
@@ -109,33 +115,36 @@ class Family {
     const Eigen::Index n = y.size();
     const double square = y.squaredNorm();
     // Without any term that may be there nothing is predicted.
-    best_error_ = y;
-    best_sum_ = square - y.array().square();
+    Eigen::VectorXd best_error = y;
+    Eigen::VectorXd best_sum = square - y.array().square();
+    Eigen::VectorXd coefficients;
+    Eigen::VectorXd residual;
+    Eigen::VectorXd braking;
     bool whole_fits = false;
     for (const Candidate& candidate : candidates_) {
       if (candidate.reduced && whole_fits) continue;  // it would not be better
-      coefficients_.noalias() = candidate.Q.transpose() * y;
-      residual_.noalias() = y - candidate.Q * coefficients_;
-      braking_.noalias() = candidate.braking * y;
-      const double sum = square - coefficients_.squaredNorm();
-      bool fits = braking_.size() == 0 || braking_.minCoeff() >= 0;
+      coefficients.noalias() = candidate.Q.transpose() * y;
+      residual.noalias() = y - candidate.Q * coefficients;
+      braking.noalias() = candidate.braking * y;
+      const double sum = square - coefficients.squaredNorm();
+      bool fits = braking.size() == 0 || braking.minCoeff() >= 0;
       for (Eigen::Index i = 0; i < n; ++i) {
         // Without row i the residual there is e/(1 − h), the sum of squares e²/(1 − h) less and each
         // coefficient less by its share in that residual.
-        const double error = residual_[i] / (1 - candidate.leverage[i]);
-        if (!((braking_ - candidate.braking.col(i) * error).array() >= 0).all()) {
+        const double error = residual[i] / (1 - candidate.leverage[i]);
+        if (!((braking - candidate.braking.col(i) * error).array() >= 0).all()) {
           fits = false;
           continue;
         }
-        const double rest = sum - residual_[i] * error;
-        if (rest < best_sum_[i]) {
-          best_sum_[i] = rest;
-          best_error_[i] = error;
+        const double rest = sum - residual[i] * error;
+        if (rest < best_sum[i]) {
+          best_sum[i] = rest;
+          best_error[i] = error;
         }
       }
       if (!candidate.reduced) whole_fits = fits;
     }
-    return best_error_.squaredNorm();
+    return best_error.squaredNorm();
   }
 
   const Candidate& best(const Eigen::VectorXd& y) const {
@@ -158,8 +167,8 @@ class Family {
     for (const bool coulomb : {true, false})
       for (const bool viscous : {true, false}) {
         Terms some = terms;
-        if (!coulomb) some.erase(Term::kCoulomb);
-        if (!viscous) some.erase(Term::kViscous);
+        if (!coulomb) some.erase(terms::kCoulomb);
+        if (!viscous) some.erase(terms::kViscous);
         if (some.empty() || some == terms) continue;
         if (add_one(some, data, velocity, exponent)) candidates_.back().reduced = true;
       }
@@ -170,14 +179,10 @@ class Family {
     Eigen::MatrixXd columns(n, static_cast<Eigen::Index>(terms.size()));
     Eigen::Index count = 0;
     std::vector<Eigen::Index> braking;
-    for (const Term term : terms) {
-      if (term == Term::kStribeckExponent) continue;
+    for (const EffectParameter& term : terms) {
+      if (term == terms::kStribeckExponent) continue;
       if (brakes(term)) braking.push_back(count);
-      for (Eigen::Index i = 0; i < n; ++i)
-        columns(i, count) =
-            data.weight[i] * (term == Term::kStribeck ? stribeck_shape(data.v[i], velocity, exponent)
-                                                      : column_value(term, data.v[i]));
-      ++count;
+      columns.col(count++) = column(term, data, velocity, exponent);
     }
     columns.conservativeResize(n, count);
     const Eigen::VectorXd length = columns.colwise().norm();
@@ -200,32 +205,17 @@ class Family {
   }
 
   std::vector<Candidate> candidates_;
-  // Kept between calls of held_out(), which runs thousands of times.
-  mutable Eigen::VectorXd coefficients_;
-  mutable Eigen::VectorXd residual_;
-  mutable Eigen::VectorXd braking_;
-  mutable Eigen::VectorXd best_sum_;
-  mutable Eigen::VectorXd best_error_;
 };
 
 /// What fit_static() fits with these terms.
 StaticForm form_of(const Terms& terms, const Data& data) {
-  StaticForm form{.law = "stiction"};
-  if (terms.contains(Term::kStribeck)) {
-    form.law = "kfm";
-    if (!terms.contains(Term::kStribeckExponent)) {
-      const double exponent = Family(terms, data).best(data.y).exponent;
-      form.fixed.emplace_back("stribeck_exponent", exponent > 0 ? exponent : 1.0);  // 0: a peak of no height
-    }
-    if (!terms.contains(Term::kViscous)) form.fixed.emplace_back("viscous_Nm_s_per_rad", 0.0);
-  } else if (!terms.contains(Term::kViscous)) {
-    form.law = "coulomb";
-  } else if (!terms.contains(Term::kCoulomb)) {
-    form.law = "viscous";
+  StaticForm form;
+  for (const EffectParameter& term : terms)
+    if (term != terms::kStribeckExponent) form.add(term.effect);
+  if (terms.contains(terms::kStribeck) && !terms.contains(terms::kStribeckExponent)) {
+    const double exponent = Family(terms, data).best(data.y).exponent;
+    form.give(terms::kStribeckExponent, exponent > 0 ? exponent : 1.0);  // 0: a peak of no height
   }
-  form.torque_offset = terms.contains(Term::kTorqueOffset);
-  form.viscous_asymmetry = terms.contains(Term::kViscousAsymmetry);
-  form.quadratic = terms.contains(Term::kQuadratic);
   return form;
 }
 
@@ -240,7 +230,7 @@ class ChoiceSearch {
   }
 
   Terms run(std::vector<ChoiceStep>& steps) {
-    Terms terms{Term::kCoulomb, Term::kViscous};
+    Terms terms{terms::kCoulomb, terms::kViscous};
     while (add_one(terms, steps)) remove_some(terms, steps);
     remove_some(terms, steps);
     return terms;
@@ -253,24 +243,24 @@ class ChoiceSearch {
     bool brakes = false;  // at all speeds
   };
 
-  static std::vector<Term> addable(const Terms& terms, const Data& data) {
-    std::vector<Term> result;
-    for (const Term term : {Term::kTorqueOffset, Term::kViscousAsymmetry, Term::kQuadratic, Term::kStribeck,
-                            Term::kStribeckExponent}) {
-      if (terms.contains(term)) continue;
-      if (term == Term::kStribeckExponent && !terms.contains(Term::kStribeck)) continue;
-      if ((term == Term::kTorqueOffset || term == Term::kViscousAsymmetry) && !data.both_directions) continue;
+  static std::vector<EffectParameter> addable(const Terms& terms, const Data& data) {
+    std::vector<EffectParameter> result;
+    for (const EffectParameter& term : kTerms) {
+      if (terms.contains(term) || term == terms::kCoulomb || term == terms::kViscous) continue;
+      if (term == terms::kStribeckExponent && !terms.contains(terms::kStribeck)) continue;
+      if ((term == terms::kTorqueOffset || term == terms::kViscousAsymmetry) && !data.both_directions)
+        continue;
       result.push_back(term);
     }
     return result;
   }
-  static Terms with(Terms terms, Term term) {
+  static Terms with(Terms terms, const EffectParameter& term) {
     terms.insert(term);
     return terms;
   }
-  static Terms without(Terms terms, Term term) {
+  static Terms without(Terms terms, const EffectParameter& term) {
     terms.erase(term);
-    if (term == Term::kStribeck) terms.erase(Term::kStribeckExponent);
+    if (term == terms::kStribeck) terms.erase(terms::kStribeckExponent);
     return terms;
   }
 
@@ -280,7 +270,8 @@ class ChoiceSearch {
     const StaticFit fit = fit_static(map_, form_of(terms, data_),
                                      {.profile = false, .exclude_outliers = false, .left_out = left_out_});
     if (fit.ok())
-      at->second = {fit.leave_one_out_percent, !driving_velocity_rad_per_s(fit, top_speed_rad_per_s_)};
+      at->second = {fit.leave_one_out_percent, !model::effects::driving_velocity_rad_per_s(
+                                                   {.effects = fit.effects}, top_speed_rad_per_s_)};
     return at->second;
   }
   /// Whether the reported error falls by what `rich` has more than `simple`, and friction still brakes.
@@ -293,18 +284,27 @@ class ChoiceSearch {
     const Candidate& fit = simple.best(data_.y);
     const Eigen::VectorXd expected = fit.Q * (fit.Q.transpose() * data_.y);
     const Eigen::VectorXd noise = ((data_.y - expected).array() / (1 - fit.leverage.array()).sqrt()).matrix();
-    std::uniform_int_distribution<Eigen::Index> draw(0, noise.size() - 1);
-    Eigen::VectorXd made(noise.size());
-    int as_good = 0;
-    for (int repetition = 0; repetition < options_.repetitions; ++repetition) {
-      for (Eigen::Index i = 0; i < made.size(); ++i)
-        made[i] = expected[i] + ((random_() >> 63U) != 0 ? 1.0 : -1.0) * noise[draw(random_)];
-      const double before = simple.held_out(made);
-      double most = 0;
-      for (const Family& family : richer) most = std::max(most, 1 - family.held_out(made) / before);
-      as_good += most >= gain ? 1 : 0;
-    }
-    return (1.0 + as_good) / (1.0 + options_.repetitions);
+    std::uniform_int_distribution<Eigen::Index> any(0, noise.size() - 1);
+    const ChanceTest test{
+        .draw =
+            [&] {
+              Eigen::VectorXd made = expected;
+              for (double& value : made)
+                value += ((random_() >> 63U) != 0 ? 1.0 : -1.0) * noise[any(random_)];
+              return made;
+            },
+        .most_gain =
+            [&](const Eigen::VectorXd& made) {
+              const double before = simple.held_out(made);
+              double most = 0;
+              for (const Family& family : richer) most = std::max(most, 1 - family.held_out(made) / before);
+              return most;
+            },
+        .repetitions = options_.repetitions,
+        // From here on no further repetition makes the p-value small enough.
+        .enough_exceedances = std::max(
+            6, static_cast<int>(std::ceil(options_.false_positive_rate * (1.0 + options_.repetitions))))};
+    return test.p_value(gain);
   }
 
   bool add_one(Terms& terms, std::vector<ChoiceStep>& steps) {
@@ -312,15 +312,15 @@ class ChoiceSearch {
     if (!simple.usable()) return false;
     const double before = simple.held_out(data_.y);
     std::vector<Family> families;
-    std::vector<std::pair<double, Term>> candidates;  // by their error
-    for (const Term term : addable(terms, data_)) {
+    std::vector<std::pair<double, EffectParameter>> candidates;  // by their error
+    for (const EffectParameter& term : addable(terms, data_)) {
       Family family(with(terms, term), data_);
       if (!family.usable()) continue;
       candidates.emplace_back(family.held_out(data_.y), term);
       families.push_back(std::move(family));
     }
     if (families.empty() || !(before > 0)) return false;
-    std::ranges::sort(candidates);
+    std::ranges::stable_sort(candidates, {}, &std::pair<double, EffectParameter>::first);
     const auto serving = std::ranges::find_if(
         candidates, [&](const auto& candidate) { return serves(with(terms, candidate.second), terms); });
     const auto [least, best] = serving == candidates.end() ? candidates.front() : *serving;
@@ -338,12 +338,12 @@ class ChoiceSearch {
 
   void remove_some(Terms& terms, std::vector<ChoiceStep>& steps) {
     const Terms asked = terms;
-    for (const Term term : asked) {
-      if (term == Term::kCoulomb && (terms.contains(Term::kStribeck) || !terms.contains(Term::kViscous)))
+    for (const EffectParameter& term : asked) {
+      if (term == terms::kCoulomb && (terms.contains(terms::kStribeck) || !terms.contains(terms::kViscous)))
         continue;
-      if (term == Term::kViscous && !terms.contains(Term::kCoulomb)) continue;
+      if (term == terms::kViscous && !terms.contains(terms::kCoulomb)) continue;
       if (!steps.empty() && steps.back().added && steps.back().term == term) continue;
-      if (term == Term::kStribeck && terms.contains(Term::kStribeckExponent)) continue;
+      if (term == terms::kStribeck && terms.contains(terms::kStribeckExponent)) continue;
       const Family simple(without(terms, term), data_);
       std::vector<Family> richer;
       richer.emplace_back(terms, data_);
@@ -407,33 +407,25 @@ Data data_of(const StaticMap& map, const StaticFit& all) {
 
 }  // namespace
 
-const char* term_name(Term term) noexcept {
-  switch (term) {
-    case Term::kCoulomb: return "coulomb";
-    case Term::kViscous: return "viscous";
-    case Term::kTorqueOffset: return "torque offset or direction asymmetry";
-    case Term::kViscousAsymmetry: return "viscous asymmetry";
-    case Term::kQuadratic: return "quadratic drag";
-    case Term::kStribeck: return "stribeck";
-    case Term::kStribeckExponent: return "stribeck exponent";
-  }
-  return "?";
+std::string term_name(const EffectParameter& term) {
+  if (term == terms::kTorqueOffset) return "torque offset or direction asymmetry";
+  if (term == terms::kViscousAsymmetry) return "viscous asymmetry";
+  std::string name(term.effect);
+  if (term == terms::kStribeckExponent) name += " exponent";
+  std::ranges::replace(name, '_', ' ');
+  return name;
 }
 
 ModelChoice choose_model(const StaticMap& map, const ChoiceOptions& options) {
   ModelChoice choice;
-  StaticForm rich{.law = "kfm",
-                  .torque_offset = true,
-                  .viscous_asymmetry = true,
-                  .quadratic = true,
-                  .fixed = {{"stribeck_exponent", 1.0}}};
+  const StaticForm rich = form_named("kfm+offset+asymmetry+quadratic").give(terms::kStribeckExponent, 1);
   const StaticFitOptions quick{.profile = false, .leave_one_out = false};
   StaticFit all = fit_static(map, rich, quick);
   if (!all.ok()) {
     choice.verdicts.emplace_back(
         "too few speeds to choose terms from; Coulomb and viscous friction are assumed");
-    choice.terms = {Term::kCoulomb, Term::kViscous};
-    choice.form.law = "stiction";
+    choice.terms = {terms::kCoulomb, terms::kViscous};
+    choice.form = form_named("stiction");
     return choice;
   }
   const Data data = data_of(map, all);

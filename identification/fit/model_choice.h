@@ -10,17 +10,8 @@
 
 namespace identification::fit {
 
-/// What the choice is made of. Each but the first two may be added.
-enum class Term : std::uint8_t {
-  kCoulomb,
-  kViscous,
-  kTorqueOffset,      ///< or Coulomb friction that differs by direction: the same in a map
-  kViscousAsymmetry,  ///< viscous friction that differs by direction
-  kQuadratic,
-  kStribeck,          ///< exponent 1 or 2, whichever predicts better
-  kStribeckExponent,  ///< any exponent from 0.3 to 4
-};
-const char* term_name(Term term) noexcept;
+/// Such as "torque offset or direction asymmetry".
+std::string term_name(const EffectParameter& term);
 
 struct ChoiceOptions {
   /// How often a search adds a term to a map that has none more than it found already.
@@ -32,7 +23,7 @@ struct ChoiceOptions {
 };
 
 struct ChoiceStep {
-  Term term{};
+  EffectParameter term{};
   bool added = false;    ///< else considered and left out, or taken out again
   bool removal = false;  ///< asked whether a term that is in may go
   /// StaticFit::leave_one_out_percent of the fits without and with the term, of the same points.
@@ -43,13 +34,14 @@ struct ChoiceStep {
 };
 struct ModelChoice {
   StaticForm form;
-  std::vector<Term> terms;
+  std::vector<EffectParameter> terms;
   std::vector<std::size_t> outliers;  ///< StaticFitOptions::left_out of the fit that is meant
   std::vector<ChoiceStep> steps;      ///< in the order they were decided
   std::vector<std::string> verdicts;  ///< such as that the map was too small to choose
 };
 
-/// Begins with Coulomb + viscous friction and adds, one by one, the term with the least held-out error, as
+/// A term is a parameter that is fitted, and with an amplitude the effect that has it. Begins with Coulomb +
+/// viscous friction and adds, one by one, the term with the least held-out error, as
 /// long as its gain is more than chance gives.
 ///
 /// Held out: each speed is predicted by a fit to all others. That includes the Stribeck velocity and

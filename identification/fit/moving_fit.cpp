@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 #include "control/state_variable_filter.h"
 #include "identification/fit/sampling.h"
@@ -58,14 +59,6 @@ std::vector<Sample> sliding(const std::vector<Sample>& samples, double slowest, 
 
 }  // namespace
 
-const Estimate& MovingFit::parameter(std::string_view name) const {
-  const auto found =
-      std::find_if(parameters.begin(), parameters.end(), [&](const Estimate& e) { return e.name == name; });
-  if (found == parameters.end())
-    throw std::invalid_argument("moving fit: there is no parameter " + std::string(name));
-  return *found;
-}
-
 MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options) {
   const double period_s = even_period_s(recording);
   const double cutoff_rad_per_s = std::min(options.cutoff_rad_per_s, 1 / period_s);  // the filter's limit
@@ -110,19 +103,27 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   // The covariance of white residuals as a floor: few blocks may agree by chance.
   const Eigen::MatrixXd white =
       normal_inverse(A) * residual.squaredNorm() / static_cast<double>(n - A.cols());
-  const char* const names[] = {"inertia_kg_m2", "coulomb_Nm", "viscous_Nm_s_per_rad", "torque_offset_Nm"};
+  const std::pair<const char*, const char*> names[] = {{"", "inertia_kg_m2"},
+                                                       {"coulomb", "torque_Nm"},
+                                                       {"viscous", "coefficient_Nm_s_per_rad"},
+                                                       {"torque_offset", "torque_Nm"}};
   for (Eigen::Index k = 0; k < A.cols(); ++k) {
     const double half = t * std::sqrt(std::max(covariance(k, k), white(k, k)));
-    fit.parameters.push_back({.name = names[k], .value = x[k], .lower = x[k] - half, .upper = x[k] + half});
+    fit.parameters.push_back({.name = names[k].second,
+                              .value = x[k],
+                              .lower = x[k] - half,
+                              .upper = x[k] + half,
+                              .effect = names[k].first});
   }
   if (!offset)
     fit.parameters.push_back(
-        {.name = names[3],
-         .not_identifiable = options.torque_offset ? "only one direction was measured" : "not asked for"});
+        {.name = names[3].second,
+         .not_identifiable = options.torque_offset ? "only one direction was measured" : "not asked for",
+         .effect = names[3].first});
 
   const auto refuse = [&fit](std::size_t k, const std::string& why) {
     fit.parameters[k].not_identifiable = why;
-    fit.verdicts.push_back(fit.parameters[k].name + ": " + why);
+    fit.verdicts.push_back(fit.parameters[k].title() + ": " + why);
   };
   const Estimate& inertia = fit.parameters[0];
   if (!(inertia.lower > 0) || inertia.upper - inertia.lower > inertia.value)

@@ -2,7 +2,6 @@
 /// Inertia and sliding friction together, from a joint that moves.
 #pragma once
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "identification/fit/statistics.h"
@@ -17,15 +16,12 @@ struct MovingFitOptions {
 };
 
 struct MovingFit {
-  /// inertia_kg_m2, coulomb_Nm, viscous_Nm_s_per_rad, torque_offset_Nm; more may come
+  /// inertia_kg_m2, then those of the effects coulomb, viscous and torque_offset
   std::vector<Estimate> parameters;
   double relative_error_percent = 0;  ///< of the filtered torque, samples used
   std::size_t used = 0;               ///< samples
   double condition = 0;
   std::vector<std::string> verdicts;
-
-  /// @throws std::invalid_argument when there is no such parameter
-  const Estimate& parameter(std::string_view name) const;
 };
 
 /// Least squares of  τ = J·a + Fc·sgn(v) + σ2·v + τ0  with torque_measured_Nm (torque_command_Nm without it)

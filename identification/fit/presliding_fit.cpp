@@ -19,8 +19,10 @@ using model::friction::LuGre;
 
 constexpr double kLeastSteps = 20;      // of the encoder
 constexpr double kLargestOffset = 0.1;  // of the static friction
-constexpr const char* kNames[] = {"stiffness_Nm_per_rad", "damping_Nm_s_per_rad", "torque_offset_Nm",
-                                  "position_offset_rad"};
+constexpr std::pair<const char*, const char*> kNames[] = {{"presliding", "stiffness_Nm_per_rad"},
+                                                          {"presliding", "damping_Nm_s_per_rad"},
+                                                          {"torque_offset", "torque_Nm"},
+                                                          {"", "position_offset_rad"}};
 
 std::string three_digits(double value) {
   char text[32];
@@ -127,14 +129,6 @@ class Simulation {
 
 }  // namespace
 
-const Estimate& PreslidingFit::parameter(std::string_view name) const {
-  const auto found =
-      std::find_if(parameters.begin(), parameters.end(), [&](const Estimate& e) { return e.name == name; });
-  if (found == parameters.end())
-    throw std::invalid_argument("presliding fit: there is no parameter " + std::string(name));
-  return *found;
-}
-
 PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOptions& options) {
   if (!(options.inertia_kg_m2 > 0 && std::isfinite(options.inertia_kg_m2)))
     throw std::invalid_argument("presliding fit: the inertia must be known, a positive number of kg·m²");
@@ -146,7 +140,8 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
   PreslidingFit fit;
   const auto refuse_all = [&fit](const std::string& why) {
     fit.verdicts.push_back(why);
-    for (const char* name : kNames) fit.parameters.push_back({.name = name, .not_identifiable = why});
+    for (const auto& [effect, name] : kNames)
+      fit.parameters.push_back({.name = name, .not_identifiable = why, .effect = effect});
     return fit;
   };
   if (const std::string why = torque_obstacle(recording, torque, options.sliding.static_Nm); !why.empty())
@@ -228,7 +223,11 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
   for (Eigen::Index k = 0; k < 4; ++k) {
     const double half = t * std::sqrt(std::max(covariance(k, k), white(k, k)));
     const double value = solution.parameters[k];
-    Estimate estimate{.name = kNames[k], .value = value, .lower = value - half, .upper = value + half};
+    Estimate estimate{.name = kNames[k].second,
+                      .value = value,
+                      .lower = value - half,
+                      .upper = value + half,
+                      .effect = kNames[k].first};
     if (k < 2) {
       estimate.value = std::exp(value);
       estimate.lower = std::exp(value - half);
@@ -238,7 +237,7 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
         estimate.not_identifiable = k == 0 ? "the motion does not determine the stiffness"
                                            : "the motion does not excite the damping; use faster reversals";
     }
-    if (!estimate.ok()) fit.verdicts.push_back(estimate.name + ": " + estimate.not_identifiable);
+    if (!estimate.ok()) fit.verdicts.push_back(estimate.title() + ": " + estimate.not_identifiable);
     fit.parameters.push_back(std::move(estimate));
   }
   if (fit.relative_error_percent > 30)

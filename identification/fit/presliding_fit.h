@@ -2,7 +2,6 @@
 /// Stiffness and damping of the contact, from torques that do not break it away.
 #pragma once
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "identification/fit/statistics.h"
@@ -19,14 +18,12 @@ struct PreslidingFitOptions {
 };
 
 struct PreslidingFit {
-  /// stiffness_Nm_per_rad (σ0), damping_Nm_s_per_rad (σ1), torque_offset_Nm (Fg), position_offset_rad (y0)
+  /// Stiffness (σ0) and damping (σ1) of the effect presliding, the torque_offset (Fg), position_offset_rad
+  /// (y0)
   std::vector<Estimate> parameters;
   double rms_error_rad = 0;           ///< simulated against measured position
   double relative_error_percent = 0;  ///< of the position about its mean
   std::vector<std::string> verdicts;
-
-  /// @throws std::invalid_argument when there is no such parameter
-  const Estimate& parameter(std::string_view name) const;
 };
 
 /// Free simulation of  J·dv/dt = τ − F_LuGre(v) − Fg,  x(0) = y0, from rest and relaxed, fitted to

@@ -9,17 +9,23 @@
 #include <set>
 #include <span>
 #include <stdexcept>
+#include <utility>
 
 #include "identification/fit/least_squares.h"
-#include "model/friction/dissipation.h"
+#include "model/effects/basis.h"
+#include "model/effects/effect_chain.h"
+#include "model/friction/any_law.h"
 
 namespace identification::fit {
 namespace {
 
-using model::friction::AnyLaw;
+using model::effects::AnyEffect;
+using model::effects::EffectChain;
+using model::effects::sliding_torque_Nm;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-constexpr double kMostExtra = 1e4;  // N·m and per power of rad/s, as the laws' own bounds
+/// Share of a Stribeck peak.
+constexpr double kUnseen = 1e-9;
 
 std::string four_digits(double value) {
   char text[32];
@@ -27,79 +33,79 @@ std::string four_digits(double value) {
   return text;
 }
 
-/// One parameter of the form: where it is, what it may be, whether it is fitted.
+/// The same in both directions but for the sign.
+bool is_even(std::string_view effect) { return effect != "torque_offset" && effect != "direction_asymmetry"; }
+
+/// One parameter of the form: which it is, what it may be, whether it is fitted.
 struct Slot {
-  std::string name;
-  double lower = -kMostExtra;
-  double upper = kMostExtra;
+  EffectParameter parameter;
+  bool curved = false;  ///< of an effect with a shape, in which nothing is linear as a whole
+  double lower = 0;
+  double upper = 0;
   double initial = 0;
   std::string fixed_because{};  ///< empty: free
 };
 
-/// The form as numbers: all parameters → torque.
+/// The form as numbers: all parameters → effects.
 class Model {
  public:
-  explicit Model(const StaticForm& form) : law_(form.law) {
-    const auto& description = model::friction::law_description(form.law);
-    for (const auto& row : description.parameters)
-      slots_.push_back({std::string(row.name), row.lower, row.upper, row.initial});
-    law_parameters_ = slots_.size();
-    for (const auto& [name, value] : form.fixed) {
-      Slot* const found = slot(name);
-      if (found == nullptr)
-        throw std::invalid_argument("static fit: " + form.law + " has no parameter " + name);
-      model::friction::require_within(form.law, name, value, found->lower, found->upper);
-      found->initial = value;
-      found->fixed_because = "given, not fitted";
+  explicit Model(const StaticForm& form) : effects_(form.effects) {
+    for (const AnyEffect& effect : effects_) {
+      const auto& described = model::effects::effect_descriptions()[effect.index()];
+      const std::vector<double> values = model::effects::values_of(effect);
+      const bool curved = model::effects::amplitudes_of(effect).size() < values.size();
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const auto& row = described.parameters[i];
+        Slot slot{{described.name, row.name}, curved, row.lower, row.upper, values[i]};
+        if (std::ranges::find(form.given, slot.parameter) != form.given.end())
+          slot.fixed_because = slot.parameter == terms::kConstantAsymmetry
+                                   ? "given as zero: in a map it is the same as a torque offset"
+                                   : "given, not fitted";
+        slots_.push_back(std::move(slot));
+      }
     }
-    coulomb_ = index("coulomb_Nm");
-    static_ = index("static_Nm");
-    if (form.torque_offset) slots_.push_back({std::string(kTorqueOffsetName)});
-    if (form.viscous_asymmetry) slots_.push_back({std::string(kViscousAsymmetryName)});
-    if (form.quadratic) slots_.push_back({std::string(kQuadraticName)});
+    coulomb_ = index(terms::kCoulomb);
+    static_ = index(terms::kStribeck);
+    velocity_ = index(terms::kStribeckVelocity);
+    exponent_ = index(terms::kStribeckExponent);
   }
 
   std::vector<Slot>& slots() { return slots_; }
   const std::vector<Slot>& slots() const { return slots_; }
-  Slot* slot(std::string_view name) {
-    const auto found =
-        std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.name == name; });
-    return found == slots_.end() ? nullptr : &*found;
-  }
-  std::optional<std::size_t> index(std::string_view name) const {
+  std::optional<std::size_t> index(const EffectParameter& parameter) const {
     for (std::size_t i = 0; i < slots_.size(); ++i)
-      if (slots_[i].name == name) return i;
+      if (slots_[i].parameter == parameter) return i;
     return std::nullopt;
   }
-  std::size_t law_parameters() const { return law_parameters_; }
-  /// Friction at rest is not below that of sliding: where it would be, there is no Stribeck effect and both
-  /// are one. Whether that was so.
-  bool level_off(std::vector<double>& values) const {
+  /// Friction at rest is not below that of sliding, and a peak that ends before the slowest speed of the map
+  /// is none that it shows: there is no Stribeck effect then, and both levels are one. Whether that was so.
+  bool level_off(std::vector<double>& values, double slowest_rad_per_s) const {
     if (!coulomb_ || !static_ || !slots_[*static_].fixed_because.empty()) return false;
-    if (values[*static_] > values[*coulomb_]) return false;
+    const double share =
+        model::effects::Stribeck::shape(slowest_rad_per_s, values[*velocity_], values[*exponent_]);
+    if (values[*static_] > values[*coulomb_] && share > kUnseen) return false;
     values[*static_] = values[*coulomb_];
     return true;
   }
 
-  AnyLaw law(std::span<const double> values) const {
-    return model::friction::make_law_from_values(law_, values.first(law_parameters_));
-  }
-  double extra_Nm(std::span<const double> values, double v) const {
-    double torque = 0;
-    for (std::size_t i = law_parameters_; i < slots_.size(); ++i) {
-      if (slots_[i].name == kTorqueOffsetName) torque += values[i];
-      if (slots_[i].name == kViscousAsymmetryName) torque += values[i] * std::abs(v);
-      if (slots_[i].name == kQuadraticName) torque += values[i] * v * std::abs(v);
+  std::vector<AnyEffect> effects(std::span<const double> values) const {
+    std::vector<AnyEffect> result;
+    for (const AnyEffect& effect : effects_) {
+      const std::size_t count = model::effects::effect_descriptions()[effect.index()].parameters.size();
+      result.push_back(model::effects::with_values(effect, values.first(count)));
+      values = values.subspan(count);
     }
-    return torque;
+    return result;
   }
+  EffectChain chain(std::span<const double> values) const { return EffectChain(effects(values)); }
 
  private:
-  std::string law_;
+  std::vector<AnyEffect> effects_;
   std::vector<Slot> slots_;
-  std::size_t law_parameters_ = 0;
   std::optional<std::size_t> coulomb_;
   std::optional<std::size_t> static_;
+  std::optional<std::size_t> velocity_;
+  std::optional<std::size_t> exponent_;
 };
 
 struct Point {
@@ -154,7 +160,7 @@ class Fitter {
   std::vector<double> all_values(const Eigen::VectorXd& free) const {
     std::vector<double> values = base_;
     for (std::size_t k = 0; k < free_.size(); ++k) values[free_[k]] = free[static_cast<Eigen::Index>(k)];
-    model_.level_off(values);
+    model_.level_off(values, slowest_);
     return values;
   }
   double scatter_variance() const { return scatter_ * scatter_; }
@@ -174,14 +180,14 @@ class Fitter {
       const Slot& slot = slots[free_[static_cast<std::size_t>(k)]];
       result.lower[k] = slot.lower;
       result.upper[k] = slot.upper;
-      result.scale[k] = slot.name.find("Nm") != slot.name.npos ? largest_Nm_ / std::max(1.0, fastest_) : 1e-3;
+      const bool torque = slot.parameter.name.find("Nm") != std::string_view::npos;
+      result.scale[k] = torque ? largest_Nm_ / std::max(1.0, fastest_) : 1e-3;
     }
     result.huber = huber;
     result.evaluate = [this, &points](const Eigen::VectorXd& free, Eigen::VectorXd& residuals) {
-      const std::vector<double> values = all_values(free);
-      const AnyLaw law = model_.law(values);
+      const EffectChain chain = model_.chain(all_values(free));
       for (std::size_t i = 0; i < points.size(); ++i) {
-        const double torque = law.steady_Nm(points[i].v) + model_.extra_Nm(values, points[i].v);
+        const double torque = sliding_torque_Nm(chain, points[i].v);
         residuals[static_cast<Eigen::Index>(i)] = (torque - points[i].tau) / sigma(points[i]);
       }
     };
@@ -200,10 +206,10 @@ class Fitter {
     slowest_ = slowest;
     auto& slots = model_.slots();
     if (!forward || !backward)
-      for (const std::string_view name : {kTorqueOffsetName, kViscousAsymmetryName})
-        if (Slot* const slot = model_.slot(name)) {
-          slot->initial = 0;
-          slot->fixed_because = "only one direction was measured";
+      for (Slot& slot : slots)
+        if (!is_even(slot.parameter.effect)) {
+          slot.initial = 0;
+          slot.fixed_because = "only one direction was measured";
         }
     for (const Slot& slot : slots) base_.push_back(std::clamp(slot.initial, slot.lower, slot.upper));
     // A parameter that changes no point, wherever the others are, belongs to another experiment.
@@ -214,17 +220,10 @@ class Fitter {
       for (const double factor : {0.5, 0.99, 1.01, 2.0, 10.0}) {
         moved[i] =
             std::clamp(base_[i] == 0 ? factor - 0.75 : base_[i] * factor, slots[i].lower, slots[i].upper);
-        try {
-          const AnyLaw before = model_.law(base_);
-          const AnyLaw after = model_.law(moved);
-          for (const Point& p : used_)
-            matters |= before.steady_Nm(p.v) + model_.extra_Nm(base_, p.v) !=
-                       after.steady_Nm(p.v) + model_.extra_Nm(moved, p.v);
-        } catch (const std::invalid_argument&) {  // such as the number of a wheel
-          slots[i].fixed_because = "takes certain values only and is not fitted";
-          matters = true;
-          break;
-        }
+        const EffectChain before = model_.chain(base_);
+        const EffectChain after = model_.chain(moved);
+        for (const Point& p : used_)
+          matters |= sliding_torque_Nm(before, p.v) != sliding_torque_Nm(after, p.v);
       }
       if (!matters) slots[i].fixed_because = "a map of sliding speeds does not depend on it";
     }
@@ -237,10 +236,7 @@ class Fitter {
     for (const Point& p : used_) magnitudes.insert(std::lround(std::log(std::abs(p.v)) / 0.005));
     const std::size_t speeds = speeds_of(map_).size();
     std::size_t even = 0;  // parameters that only different magnitudes can tell apart
-    for (const std::size_t k : free_)
-      even += model_.slots()[k].name != kTorqueOffsetName && model_.slots()[k].name != kViscousAsymmetryName
-                  ? 1
-                  : 0;
+    for (const std::size_t k : free_) even += is_even(model_.slots()[k].parameter.effect) ? 1 : 0;
     const bool enough = speeds > free_.size() && magnitudes.size() >= even;
     if (enough) return true;
     const std::string why = "too few speeds: " + std::to_string(speeds) + " (" +
@@ -248,13 +244,14 @@ class Fitter {
                             std::to_string(free_.size()) + " parameters";
     fit_.verdicts.push_back(why + "; measure more or fit a simpler law");
     for (const Slot& slot : model_.slots())
-      fit_.parameters.push_back(
-          {.name = slot.name, .not_identifiable = slot.fixed_because.empty() ? why : slot.fixed_because});
+      fit_.parameters.push_back({.name = std::string(slot.parameter.name),
+                                 .not_identifiable = slot.fixed_because.empty() ? why : slot.fixed_because,
+                                 .effect = std::string(slot.parameter.effect)});
     return false;
   }
 
   std::vector<Eigen::VectorXd> make_starts() {
-    // By the names the laws share: a Stribeck velocity somewhere in the map, levels from its two ends.
+    // A Stribeck velocity somewhere in the map, levels from its two ends, and nothing else.
     double low = 0;
     double high = 0;
     double top = 0;
@@ -267,23 +264,24 @@ class Fitter {
     double least = high;
     for (const Point& p : used_) least = std::min(least, std::abs(p.tau));
     std::vector<Eigen::VectorXd> starts;
-    const int steps = model_.index("stribeck_velocity_rad_per_s") ? 6 : 1;
+    const int steps = model_.index(terms::kStribeckVelocity) ? 6 : 1;
     for (int step = 0; step < steps; ++step)
       for (const double exponent : {1.0, 2.0}) {
         std::vector<double> values = base_;
-        const auto set = [&](std::string_view name, double value) {
-          if (const auto i = model_.index(name); i && model_.slots()[*i].fixed_because.empty())
+        for (const std::size_t k : free_) values[k] = std::max(0.0, model_.slots()[k].lower);
+        const auto set = [&](const EffectParameter& parameter, double value) {
+          if (const auto i = model_.index(parameter); i && model_.slots()[*i].fixed_because.empty())
             values[*i] = std::clamp(value, model_.slots()[*i].lower, model_.slots()[*i].upper);
         };
-        set("coulomb_Nm", 0.9 * least);
-        set("static_Nm", 1.2 * low);
-        set("stribeck_exponent", exponent);
-        set("viscous_Nm_s_per_rad", std::max(0.0, top - least) / fastest_);
-        set("stribeck_velocity_rad_per_s", slowest_ * std::pow(fastest_ / slowest_, step / 6.0 + 0.05));
+        set(terms::kCoulomb, 0.9 * least);
+        set(terms::kStribeck, 1.2 * low);
+        set(terms::kStribeckExponent, exponent);
+        set(terms::kViscous, std::max(0.0, top - least) / fastest_);
+        set(terms::kStribeckVelocity, slowest_ * std::pow(fastest_ / slowest_, step / 6.0 + 0.05));
         Eigen::VectorXd start(static_cast<Eigen::Index>(free_.size()));
         for (std::size_t k = 0; k < free_.size(); ++k) start[static_cast<Eigen::Index>(k)] = values[free_[k]];
         starts.push_back(start);
-        if (!model_.index("stribeck_exponent")) break;
+        if (!model_.index(terms::kStribeckExponent)) break;
       }
     return starts;
   }
@@ -404,7 +402,8 @@ class Fitter {
   }
 
   void describe() {
-    fit_.values = all_values(solution_.parameters);
+    const std::vector<double> values = all_values(solution_.parameters);
+    fit_.effects = model_.effects(values);
     fit_.scatter_Nm = scatter_;
     fit_.condition = condition_number(solution_.jacobian);
     Eigen::VectorXd measured(solution_.residuals.size());
@@ -417,7 +416,9 @@ class Fitter {
     const LeastSquaresProblem whole = problem(used_, 0);
     const double size = measured_size();
     for (std::size_t k = 0, next = 0; k < slots.size(); ++k) {
-      Estimate estimate{.name = slots[k].name, .value = fit_.values[k]};
+      Estimate estimate{.name = std::string(slots[k].parameter.name),
+                        .value = values[k],
+                        .effect = std::string(slots[k].parameter.effect)};
       if (!slots[k].fixed_because.empty()) {
         estimate.not_identifiable = slots[k].fixed_because;
         fit_.parameters.push_back(std::move(estimate));
@@ -447,13 +448,7 @@ class Fitter {
   }
   /// Not linear in its parameters.
   bool is_curved() const {
-    for (const std::size_t k : free_) {
-      const std::string& name = model_.slots()[k].name;
-      if (name != "coulomb_Nm" && name != "viscous_Nm_s_per_rad" && name != kTorqueOffsetName &&
-          name != kViscousAsymmetryName && name != kQuadraticName)
-        return true;
-    }
-    return false;
+    return std::ranges::any_of(free_, [this](std::size_t k) { return model_.slots()[k].curved; });
   }
 
   /// Where, going to one side, the sum of squares has risen by t² with all others refitted.
@@ -513,16 +508,16 @@ class Fitter {
     return solution;
   }
 
-  Estimate* estimate(std::string_view name) {
-    const auto i = model_.index(name);
+  Estimate* estimate(const EffectParameter& parameter) {
+    const auto i = model_.index(parameter);
     return i && model_.slots()[*i].fixed_because.empty() ? &fit_.parameters[*i] : nullptr;
   }
   void judge_stribeck() {
-    const auto velocity = model_.index("stribeck_velocity_rad_per_s");
-    const auto coulomb = model_.index("coulomb_Nm");
-    const auto peak = model_.index("static_Nm");
-    if (!velocity || !coulomb || !peak) return;
-    const double vs = fit_.values[*velocity];
+    const auto velocity = model_.index(terms::kStribeckVelocity);
+    const auto coulomb = model_.index(terms::kCoulomb);
+    if (!velocity || !coulomb) return;
+    std::vector<double> values = all_values(solution_.parameters);
+    const double vs = values[*velocity];
     std::set<long> below;
     std::set<long> above;
     for (const Point& p : used_) {
@@ -531,31 +526,31 @@ class Fitter {
       if (speed >= 1.5 * vs) above.insert(std::lround(std::log(speed) / 0.005));
     }
     std::string why;
-    if (std::vector<double> values = fit_.values; model_.level_off(values))
+    if (model_.level_off(values, slowest_))
       why = "friction does not fall as the joint begins to slide: there is no Stribeck effect";
     else if (!stribeck_matters())
       why = "without a Stribeck term the map is described as well";
     else if (below.empty())
       why = "no speed below the Stribeck velocity: the slowest is " + four_digits(slowest_) +
             ", it is about " + four_digits(vs) + " rad/s";
-    const auto refuse = [&](std::string_view name, const std::string& reason) {
-      if (Estimate* const found = estimate(name); found != nullptr && found->ok())
+    const auto refuse = [&](const EffectParameter& parameter, const std::string& reason) {
+      if (Estimate* const found = estimate(parameter); found != nullptr && found->ok())
         found->not_identifiable = reason;
     };
     if (!why.empty()) {
       fit_.verdicts.push_back(why);
-      for (const std::string_view name : {"static_Nm", "stribeck_velocity_rad_per_s", "stribeck_exponent"})
-        refuse(name, why);
+      for (const EffectParameter& parameter :
+           {terms::kStribeck, terms::kStribeckVelocity, terms::kStribeckExponent})
+        refuse(parameter, why);
     } else if (above.empty()) {
       why = "no speed well above the Stribeck velocity: the fastest is " + four_digits(fastest_) +
             ", it is about " + four_digits(vs) + " rad/s";
       fit_.verdicts.push_back(why);
-      for (const std::string_view name :
-           {"coulomb_Nm", "viscous_Nm_s_per_rad", "stribeck_velocity_rad_per_s"})
-        refuse(name, why);
+      for (const EffectParameter& parameter : {terms::kCoulomb, terms::kViscous, terms::kStribeckVelocity})
+        refuse(parameter, why);
     }
-    for (const std::string_view name : {"stribeck_velocity_rad_per_s", "stribeck_exponent"})
-      if (Estimate* const found = estimate(name);
+    for (const EffectParameter& parameter : {terms::kStribeckVelocity, terms::kStribeckExponent})
+      if (Estimate* const found = estimate(parameter);
           found != nullptr && found->ok() && found->upper > 10 * found->lower)
         found->not_identifiable =
             "this map allows anything from " + four_digits(found->lower) + " to " + four_digits(found->upper);
@@ -563,16 +558,16 @@ class Fitter {
   /// Whether the level at rest differs from that of sliding by more than chance, whatever the shape between
   /// them: the sum of squares without it, against what three free parameters gain by chance in 1 of 20 maps.
   bool stribeck_matters() {
-    const auto peak = estimate("static_Nm");
-    if (peak == nullptr) return true;
+    if (estimate(terms::kStribeck) == nullptr) return true;
     const LeastSquaresProblem whole = problem(used_, 0);
     // Coulomb level for both, by evaluating with static = coulomb.
-    const std::size_t c = *model_.index("coulomb_Nm");
-    const std::size_t s = *model_.index("static_Nm");
+    const std::size_t c = *model_.index(terms::kCoulomb);
+    const std::size_t s = *model_.index(terms::kStribeck);
+    const double coulomb_Nm = all_values(solution_.parameters)[c];
     LeastSquaresProblem level = whole;
     level.evaluate = [&](const Eigen::VectorXd& free, Eigen::VectorXd& residuals) {
       Eigen::VectorXd same = free;
-      double value = fit_.values[c];
+      double value = coulomb_Nm;
       for (std::size_t k = 0; k < free_.size(); ++k)
         if (free_[k] == c) value = free[static_cast<Eigen::Index>(k)];
       for (std::size_t k = 0; k < free_.size(); ++k)
@@ -593,14 +588,13 @@ class Fitter {
       for (const Point& p : used_)
         if (std::find(speed.begin(), speed.end(), p.index) == speed.end()) rest.push_back(p);
       if (rest.size() == used_.size()) continue;  // all of them outliers
-      const std::vector<double> values =
-          all_values(minimise(problem(rest, 0), {solution_.parameters}).parameters);
-      const AnyLaw law = model_.law(values);
+      const EffectChain chain =
+          model_.chain(all_values(minimise(problem(rest, 0), {solution_.parameters}).parameters));
       for (const std::size_t i : speed) {
         if (out[i]) continue;
         const double v = map_.points[i].velocity_rad_per_s;
         measured[static_cast<Eigen::Index>(i)] = map_.points[i].torque_Nm;
-        predicted[static_cast<Eigen::Index>(i)] = law.steady_Nm(v) + model_.extra_Nm(values, v);
+        predicted[static_cast<Eigen::Index>(i)] = sliding_torque_Nm(chain, v);
       }
     }
     fit_.leave_one_out_percent = relative_error_percent(measured, predicted);
@@ -626,29 +620,77 @@ class Fitter {
 
 }  // namespace
 
+StaticForm& StaticForm::add(std::string_view effect) {
+  effects.push_back(model::effects::make_effect(effect));
+  if (effect == terms::kConstantAsymmetry.effect) given.push_back(terms::kConstantAsymmetry);
+  return *this;
+}
+
+StaticForm& StaticForm::give(const EffectParameter& parameter, double value) {
+  for (AnyEffect& effect : effects) {
+    const auto& described = model::effects::effect_descriptions()[effect.index()];
+    if (described.name != parameter.effect) continue;
+    std::vector<double> values = model::effects::values_of(effect);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      if (described.parameters[i].name != parameter.name) continue;
+      values[i] = value;
+      effect = model::effects::with_values(effect, values);
+      given.push_back({described.name, described.parameters[i].name});
+      return *this;
+    }
+  }
+  throw std::invalid_argument("static fit: the form has no parameter " + std::string(parameter.effect) + " " +
+                              std::string(parameter.name));
+}
+
+std::optional<StaticForm> form_of_law(const model::friction::LawDescription& law) {
+  const auto has = [&](std::string_view name) {
+    return std::ranges::find(law.parameters, name, &model::friction::ParameterDescription::name) !=
+           law.parameters.end();
+  };
+  if (has("static_excess_Nm")) return {};  // Armstrong's peak has a shape of its own
+  StaticForm form;
+  if (has("coulomb_Nm")) form.add("coulomb");
+  if (has("viscous_Nm_s_per_rad")) form.add("viscous");
+  if (has("static_Nm") && has("stribeck_velocity_rad_per_s")) form.add("stribeck");
+  if (form.effects.empty()) return {};
+  if (has("stiffness_Nm_per_rad")) form.add("presliding");
+  return form;
+}
+
+StaticForm form_named(std::string_view text) {
+  const std::string_view law = text.substr(0, text.find('+'));
+  std::optional<StaticForm> known =
+      form_of_law(model::friction::law_description(law));  // throws with the list
+  if (!known)
+    throw std::invalid_argument("--law: no effects of a drive model make the curve of " + std::string(law) +
+                                "; kfm is the nearest");
+  StaticForm form = *std::move(known);
+  constexpr std::pair<std::string_view, std::string_view> kMore[] = {
+      {"offset", "torque_offset"}, {"asymmetry", "direction_asymmetry"}, {"quadratic", "quadratic_drag"}};
+  while (text.find('+') != text.npos) {
+    text.remove_prefix(text.find('+') + 1);
+    const std::string_view term = text.substr(0, text.find('+'));
+    const auto found = std::ranges::find(kMore, term, &std::pair<std::string_view, std::string_view>::first);
+    if (found == std::end(kMore))
+      throw std::invalid_argument("--law: '" + std::string(term) +
+                                  "' is no term; there are offset, asymmetry and quadratic");
+    form.add(found->second);
+  }
+  return form;
+}
+
 std::string form_name(const StaticForm& form) {
-  return form.law + (form.torque_offset ? " + torque offset" : "") +
-         (form.viscous_asymmetry ? " + viscous asymmetry" : "") + (form.quadratic ? " + quadratic" : "");
+  std::string name;
+  for (const AnyEffect& effect : form.effects)
+    (name += name.empty() ? "" : " + ") += model::effects::name_of(effect);
+  std::ranges::replace(name, '_', ' ');
+  return name;
 }
 
 double StaticFit::torque_Nm(double velocity_rad_per_s) const {
   if (!ok()) throw std::logic_error("static fit: nothing was fitted");
-  const Model model(form);
-  return model.law(values).steady_Nm(velocity_rad_per_s) + model.extra_Nm(values, velocity_rad_per_s);
-}
-
-const Estimate& StaticFit::parameter(std::string_view name) const {
-  const auto found =
-      std::find_if(parameters.begin(), parameters.end(), [&](const Estimate& e) { return e.name == name; });
-  if (found == parameters.end())
-    throw std::invalid_argument("static fit: " + form_name(form) + " has no parameter " + std::string(name));
-  return *found;
-}
-
-std::optional<double> driving_velocity_rad_per_s(const StaticFit& fit, double top_speed_rad_per_s) {
-  const double offset_Nm = fit.form.torque_offset ? fit.parameter(kTorqueOffsetName).value : 0;
-  return model::friction::driving_velocity_rad_per_s(
-      [&](double velocity) { return fit.torque_Nm(velocity) - offset_Nm; }, top_speed_rad_per_s);
+  return sliding_torque_Nm(EffectChain(effects), velocity_rad_per_s);
 }
 
 StaticFit fit_static(const StaticMap& map, const StaticForm& form, const StaticFitOptions& options) {

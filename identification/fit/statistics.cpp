@@ -4,8 +4,22 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace identification::fit {
+
+const Estimate* find_estimate(std::span<const Estimate> estimates, std::string_view effect,
+                              std::string_view name) {
+  const auto found = std::ranges::find_if(
+      estimates, [&](const Estimate& e) { return e.effect == effect && e.name == name; });
+  return found == estimates.end() ? nullptr : &*found;
+}
+
+const Estimate& estimate_of(std::span<const Estimate> estimates, std::string_view effect,
+                            std::string_view name) {
+  if (const Estimate* const found = find_estimate(estimates, effect, name)) return *found;
+  throw std::invalid_argument("the fit has no parameter " + std::string(effect) + " " + std::string(name));
+}
 
 double normal_quantile(double p) {
   // Bisection on the distribution itself: not in any inner loop.

@@ -6,19 +6,29 @@
 #include <limits>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace identification::fit {
 
 /// What a fit says of one parameter: a number with its 95 % interval, or why there is none.
 struct Estimate {
-  std::string name;  ///< ends with its unit
+  std::string name;  ///< ends with its unit; of an effect: that of the effect's parameter
   double value = std::numeric_limits<double>::quiet_NaN();
   double lower = -std::numeric_limits<double>::infinity();  ///< of the 95 % interval
   double upper = std::numeric_limits<double>::infinity();
   std::string not_identifiable{};  ///< the reason; empty when `value` counts
+  std::string effect{};            ///< of the drive model whose parameter it is; empty: of the drive itself
   bool ok() const noexcept { return not_identifiable.empty(); }
+  /// "stribeck static_torque_Nm"
+  std::string title() const { return effect.empty() ? name : effect + " " + name; }
 };
+/// Null when it is not there.
+const Estimate* find_estimate(std::span<const Estimate> estimates, std::string_view effect,
+                              std::string_view name);
+/// @throws std::invalid_argument when it is not there
+const Estimate& estimate_of(std::span<const Estimate> estimates, std::string_view effect,
+                            std::string_view name);
 
 /// The point of Student's t below which a share `p` lies. [Cornish–Fisher expansion, Abramowitz & Stegun
 /// 26.7.5: better than 1 % for p = 0.975 from 3 degrees of freedom on, less good further out]

@@ -83,26 +83,31 @@ std::vector<double> misfit(const std::vector<Signals>& pieces, const model::effe
 }
 
 /// Stretches of the recordings in which the command does something, evenly spread.
-std::vector<Signals> pieces_of(const std::vector<Signals>& signals) {
-  std::vector<Signals> pieces;
+std::vector<Signals> pieces_of(std::span<const Signals> signals) {
+  struct Place {
+    const Signals* signals;
+    std::size_t first;
+    std::size_t length;
+  };
+  std::vector<Place> places;
   for (const Signals& s : signals) {
     const auto length = static_cast<std::size_t>(std::max(20.0, kPiece_s / s.raw_period_s));
-    for (std::size_t first = 0; first + length <= s.raw_measured_Nm.size(); first += length) {
-      const auto cut = [&](const std::vector<double>& values) {
-        const auto begin = values.begin() + static_cast<std::ptrdiff_t>(first);
-        return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(length));
-      };
-      Signals piece;
-      piece.raw_period_s = s.raw_period_s;
-      piece.raw_command_Nm = cut(s.raw_command_Nm);
-      piece.raw_measured_Nm = cut(s.raw_measured_Nm);
-      pieces.push_back(std::move(piece));
-    }
+    for (std::size_t first = 0; first + length <= s.raw_measured_Nm.size(); first += length)
+      places.push_back({&s, first, length});
   }
-  if (pieces.size() <= kMostPieces) return pieces;
-  std::vector<Signals> chosen;
-  for (std::size_t i = 0; i < kMostPieces; ++i) chosen.push_back(pieces[i * pieces.size() / kMostPieces]);
-  return chosen;
+  const std::size_t count = std::min(kMostPieces, places.size());
+  std::vector<Signals> pieces(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Place& place = places[i * places.size() / count];
+    const auto cut = [&](const std::vector<double>& values) {
+      const auto begin = values.begin() + static_cast<std::ptrdiff_t>(place.first);
+      return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(place.length));
+    };
+    pieces[i].raw_period_s = place.signals->raw_period_s;
+    pieces[i].raw_command_Nm = cut(place.signals->raw_command_Nm);
+    pieces[i].raw_measured_Nm = cut(place.signals->raw_measured_Nm);
+  }
+  return pieces;
 }
 
 double sum(const std::vector<double>& values) {
@@ -175,7 +180,7 @@ double half_width(const std::vector<Signals>& pieces,
 
 }  // namespace
 
-ActuatorFindings actuator_channel(const std::vector<Signals>& all, const model::effects::DriveModel& base,
+ActuatorFindings actuator_channel(std::span<const Signals> all, const model::effects::DriveModel& base,
                                   const Options& options) {
   ActuatorFindings findings;
   const std::vector<Signals> signals = pieces_of(all);

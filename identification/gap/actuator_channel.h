@@ -1,6 +1,7 @@
 /// @file
 /// Command against delivered torque: what the actuator and its sensor do before anything moves.
 #pragma once
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,7 @@ struct ActuatorFindings {
   /// recording that has both.
   std::vector<std::vector<double>> left_Nm;
 };
-ActuatorFindings actuator_channel(const std::vector<Signals>& all, const model::effects::DriveModel& base,
+ActuatorFindings actuator_channel(std::span<const Signals> all, const model::effects::DriveModel& base,
                                   const Options& options);
 
 }  // namespace identification::gap

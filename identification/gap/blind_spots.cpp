@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace identification::gap {
 namespace {
@@ -46,9 +47,8 @@ Coverage coverage_of(std::span<const Signals> signals) {
   for (const Signals& s : signals)
     for (const double v : s.velocity_rad_per_s) fastest = std::max(fastest, std::abs(v));
   Coverage c;
+  c.angle_rad = widest_span_rad(signals);
   for (const Signals& s : signals) {
-    const auto [low, high] = std::ranges::minmax(s.position_rad);
-    c.angle_rad = std::max(c.angle_rad, high - low);
     c.longest_s = std::max(c.longest_s, s.running_s.back());
     c.torque_commanded = c.torque_commanded || !s.raw_command_Nm.empty();
     c.speed_commanded = c.speed_commanded || !s.raw_velocity_command_rad_per_s.empty();
@@ -67,41 +67,76 @@ Coverage coverage_of(std::span<const Signals> signals) {
   return c;
 }
 
+/// Share of the Coulomb torque that an effect often is.
+constexpr double kOften = 0.3;
+constexpr double kUsualCoulomb_Nm = 0.05;
+/// Of the encoder, which a joint gives at a reversal.
+constexpr double kSteps = 20;
+constexpr double kFalls_rad_per_s = 0.3;
+constexpr double kWarm_s = 20;
+constexpr double kSpring_Hz = 20;
+/// Share of the inertia that the spring carries.
+constexpr double kLoad = 0.2;
+
 }  // namespace
 
-std::vector<std::string> blind_spots(std::span<const Signals> signals, bool rests) {
-  std::vector<std::string> notes;
+model::effects::AnyEffect usual_effect(std::string_view effect, const model::effects::DriveModel& model,
+                                       double resolution_rad) {
+  const auto* friction = model.find<model::effects::Coulomb>();
+  const double coulomb_Nm = friction != nullptr ? friction->parameters().torque_Nm : kUsualCoulomb_Nm;
+  const double amount_Nm = kOften * coulomb_Nm;
+  const double give_rad = kSteps * resolution_rad;
+  const double rad_per_s = 2 * std::numbers::pi * kSpring_Hz;
+  std::vector<model::effects::NamedValue> values{{"torque_Nm", amount_Nm}};
+  if (effect == "stribeck")
+    values = {{"static_torque_Nm", coulomb_Nm + amount_Nm}, {"velocity_rad_per_s", kFalls_rad_per_s}};
+  if (effect == "thermal_drift") values = {{"coulomb_change_Nm", -amount_Nm}, {"time_constant_s", kWarm_s}};
+  if (effect == "presliding") values = {{"stiffness_Nm_per_rad", coulomb_Nm / give_rad}};
+  if (effect == "backlash") values = {{"gap_rad", give_rad}};
+  if (effect == "elasticity")
+    values = {{"stiffness_Nm_per_rad", kLoad * model.inertia_kg_m2 * rad_per_s * rad_per_s}};
+  for (model::effects::NamedValue& value : values)
+    for (const auto& parameter : model::effects::effect_description(effect).parameters)
+      if (parameter.name == value.name)
+        value.value = std::clamp(value.value, parameter.lower, parameter.upper);
+  return model::effects::make_effect(effect, values);
+}
+
+std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests) {
+  std::vector<BlindSpot> spots;
   const Coverage c = coverage_of(signals);
   if (c.change > kMostChange)
-    notes.emplace_back(
-        "the torque changes by half of itself or more from one sample to the next: what happens in between "
-        "looks like a gap; record at a higher rate");
+    spots.push_back(
+        {"the torque changes by half of itself or more from one sample to the next: what happens in between "
+         "looks like a gap; record at a higher rate",
+         {}});
   if (std::min(c.forward, c.backward) < kLeastShare * c.samples)
-    notes.emplace_back(
-        "the joint moves one way only: a torque offset, friction that differs by direction and Coulomb "
-        "friction look the same; record a staircase both ways");
+    spots.push_back(
+        {"the joint moves one way only: a torque offset, friction that differs by direction and Coulomb "
+         "friction look the same",
+         {"torque_offset"}});
   if (c.reversals < kLeastReversals)
-    notes.emplace_back(
-        "the joint hardly ever reverses: backlash, elasticity and presliding do not show; record reversals");
+    spots.push_back({"the joint hardly ever reverses: backlash, elasticity and presliding do not show",
+                     {"backlash", "elasticity", "presliding"}});
   else if (!rests)
-    notes.emplace_back(
-        "the joint never rests while the torque changes: a friction contact that gives less than it travels "
-        "in a few samples does not show; record presliding");
+    spots.push_back(
+        {"the joint never rests while the torque changes: a friction contact that gives less than it travels "
+         "in a few samples does not show",
+         {"presliding"}});
   if (c.slow < kLeastShare * c.samples)
-    notes.emplace_back(
-        "the joint is hardly ever slow: Stribeck friction does not show; record slow torque ramps or the "
-        "lower steps of a staircase");
+    spots.push_back({"the joint is hardly ever slow: Stribeck friction does not show", {"stribeck"}});
   if (c.angle_rad < kLeastAngle_rad)
-    notes.emplace_back(
-        "the joint turns less than a radian: imbalance and load friction do not show; record a staircase");
+    spots.push_back(
+        {"the joint turns less than a radian: imbalance and load friction do not show", {"imbalance"}});
   if (c.longest_s < kLeastRunning_s)
-    notes.emplace_back(
-        "no recording is longer than fifteen seconds: thermal drift does not show; record a minute or more");
+    spots.push_back(
+        {"no recording is longer than fifteen seconds: thermal drift does not show", {"thermal_drift"}});
   if (!c.torque_commanded)
-    notes.emplace_back(std::string("no torque command was recorded: dead-band ") +
-                       (c.speed_commanded ? "" : "and delay ") +
-                       "of the actuator do not show; record torque_command_Nm");
-  return notes;
+    spots.push_back({std::string("no torque command was recorded: dead-band ") +
+                         (c.speed_commanded ? "" : "and delay ") +
+                         "of the actuator do not show; record torque_command_Nm",
+                     {}});
+  return spots;
 }
 
 }  // namespace identification::gap

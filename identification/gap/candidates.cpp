@@ -80,9 +80,8 @@ Reach reach_of(const Rows& rows) {
     reach.slowest = sorted[sorted.size() / 100];
     reach.fastest = sorted[sorted.size() - 1 - sorted.size() / 100];
   }
+  reach.position_span = widest_span_rad(rows.signals());
   for (const Signals& s : rows.signals()) {
-    const auto [low, high] = std::ranges::minmax_element(s.position_rad);
-    reach.position_span = std::max(reach.position_span, *high - *low);
     reach.longest_s = std::max(reach.longest_s, s.running_s.back());
     reach.band_rad_per_s = kTwoPi * s.band_Hz;
   }

@@ -201,8 +201,8 @@ void confirm(SearchResult& result, const Judged& judged) {
     Added& added = result.added[i];
     if (!place_of_added(result, i) || !confirmation.is_either(i)) continue;
     const std::string other = added.effect == "elasticity" ? "backlash" : "elasticity";
-    if (std::ranges::find(added.equivalent, other) == added.equivalent.end())
-      added.equivalent.push_back(other);
+    if (std::ranges::find(added.rivals, other, &RivalModel::effect) == added.rivals.end())
+      added.rivals.push_back({.effect = other});
   }
 }
 

@@ -31,8 +31,8 @@ Diagnosed diagnose(std::vector<Source> sources, const model::effects::DriveModel
     interpolate_torque_spikes(source, result.diagnosis);
     mark_saturation(source, result.diagnosis);
     const std::vector<std::size_t> rows = fresh_rows(source, result.diagnosis);
-    if (rows.size() < source.recording.rows()) source = with_rows(source, rows);
-    for (Source& part : divided(source, among(rows, jumps), result.diagnosis)) {
+    if (rows.size() < source.recording.rows()) source = with_rows(std::move(source), rows);
+    for (Source& part : divided(std::move(source), among(rows, jumps), result.diagnosis)) {
       check_units(part, base, result.diagnosis);
       result.sources.push_back(std::move(part));
     }

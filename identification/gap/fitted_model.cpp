@@ -48,12 +48,8 @@ bool at_the_end(const FreeParameter& p) {
 /// A sensor that lags reports less of what rises: what was there is reported + lag·rate, which is exact for a
 /// first-order lag; + smoothing·bend, which is half the square of a pure delay, a 24th of that of a mean's
 /// length.
-Eigen::VectorXd lag_column(const Rows& rows) {
-  return -rows.column([](const Signals& s) { return s.torque_rate_Nm_per_s; });
-}
-Eigen::VectorXd smoothing_column(const Rows& rows) {
-  return -rows.column([](const Signals& s) { return s.torque_bend_Nm_per_s2; });
-}
+Eigen::VectorXd lag_column(const Rows& rows) { return -rows.torque_rate_Nm_per_s(); }
+Eigen::VectorXd smoothing_column(const Rows& rows) { return -rows.torque_bend_Nm_per_s2(); }
 
 /// How the prediction changes with one parameter, by differences: over a wide step, for what counts in
 /// events, such as a gap, narrower where the prediction bends within it.

@@ -14,11 +14,14 @@
 #include "identification/gap/confirmation.h"
 #include "identification/gap/delivery.h"
 #include "identification/gap/diagnosis.h"
+#include "identification/gap/excerpts.h"
 #include "identification/gap/fitted_model.h"
 #include "identification/gap/implied_drive.h"
 #include "identification/gap/lost_sign.h"
+#include "identification/gap/next_experiment.h"
 #include "identification/gap/noise_floor.h"
 #include "identification/gap/rest_channel.h"
+#include "identification/gap/rivals.h"
 #include "identification/gap/search.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/signals.h"
@@ -71,15 +74,16 @@ struct Split {
   Indices held_out;
 };
 
+bool is_set_aside(double share) { return share >= kSetAsideFrom && share < kSetAsideTo; }
+
 Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const std::vector<bool>& burst,
             const Band& band) {
   Split result;
   Indices train;
   for (Eigen::Index i = 0; i < rows.count(); ++i) {
-    const std::size_t recording = rows.recording(i);
-    const Signals& s = rows.signals()[recording];
-    const double at = (rows.time_s(i) - s.time_s.front()) / (s.time_s.back() - s.time_s.front());
-    const bool held = recording >= data_recordings || (set_aside && at >= kSetAsideFrom && at < kSetAsideTo);
+    const Signals& s = rows.signals()[rows.recording(i)];
+    const double at = (rows.time_s(i) - s.recorded_from_s) / (s.recorded_to_s - s.recorded_from_s);
+    const bool held = s.source >= data_recordings || (set_aside && is_set_aside(at));
     if (held)
       result.held_out.push_back(i);
     else if (!burst[static_cast<std::size_t>(i)])
@@ -98,28 +102,6 @@ Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const
     result.training.block.push_back(static_cast<int>(i * kBlocks / count));
   result.training.rows = std::move(train);
   return result;
-}
-
-std::string deciding_experiment(std::string_view effect, const std::vector<std::string>& equivalent) {
-  std::set<std::string_view> all(equivalent.begin(), equivalent.end());
-  all.insert(effect);
-  const auto has = [&](std::string_view name) { return all.contains(name); };
-  if (equivalent.empty()) return "";
-  if (has("torque_offset") && has("direction_asymmetry"))
-    return "measure both directions over the whole range of speed: an offset stays the same, an asymmetry of "
-           "viscous friction grows; constant parts cannot be told apart by motion";
-  if (has("backlash") && has("presliding"))
-    return "presliding: small torque sines at rest; a gap gives way freely, a contact like a spring";
-  if (has("inertia") || has("elasticity"))
-    return "multisine: a sweep of torque over frequency; an inertia acts alike at all of them, a spring at "
-           "one";
-  if (has("thermal_drift"))
-    return "the same staircase at the beginning and at the end of half an hour of motion";
-  if (has("stribeck") || has("midspeed_dip") || has("quadratic_drag") || has("viscous") || has("coulomb"))
-    return "steady-state: more constant speeds, close to each other where the curve bends, in both "
-           "directions";
-  if (has("cogging") || has("imbalance")) return "staircase: a slow constant speed over several turns";
-  return "multisine and staircase, longer";
 }
 
 std::vector<fit::Estimate> parameters_of(const model::effects::AnyEffect* effect, const FittedModel& fitted,
@@ -181,6 +163,50 @@ std::size_t effects_kept(const model::effects::DriveModel& base, const model::ef
   return base.effects.size() - (replaced ? 1 : 0);
 }
 
+FittedModel with(FittedModel fitted, const model::effects::AnyEffect& effect) {
+  fitted.model.effects.push_back(effect);
+  return fitted;
+}
+
+/// What stands for presliding at rest when it is a spring.
+model::effects::AnyEffect spring_like(const model::effects::AnyEffect& presliding) {
+  return model::effects::make_effect(
+      "elasticity",
+      {{"stiffness_Nm_per_rad", model::effects::parameter_of(presliding, "stiffness_Nm_per_rad")}});
+}
+
+/// Looks for the experiments that would decide what the data leave open: between names, and what they could
+/// not have shown. `rivals`: of each found effect, models with another one in its place.
+void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& rivals, const FittedModel& final,
+               std::span<const Signals> searched, const AtHand& at_hand) {
+  std::vector<std::vector<Pair>> questions;
+  std::vector<std::optional<NextExperiment>*> answers;
+  for (std::size_t i = 0; i < rivals.size(); ++i) {
+    if (rivals[i].empty()) continue;
+    const bool in_model = model::effects::name_of(result.effects[i].effect) != "presliding" ||
+                          final.model.find<model::effects::Presliding>() != nullptr;
+    const FittedModel truth = in_model ? final : with(final, result.effects[i].effect);
+    questions.emplace_back();
+    for (const FittedModel& rival : rivals[i]) questions.back().push_back({truth, rival});
+    answers.push_back(&result.effects[i].decided_by);
+  }
+  for (BlindSpot& spot : result.blind_spots) {
+    std::erase_if(spot.effects, [&](const std::string& effect) {
+      return find_effect(final.model, effect, 0) != nullptr;  // it is known
+    });
+    if (spot.effects.empty()) continue;
+    questions.emplace_back();
+    for (const std::string& effect : spot.effects)
+      questions.back().push_back(
+          {with(final, usual_effect(effect, final.model, at_hand.band.resolution_rad)), final});
+    answers.push_back(&spot.shown_by);
+  }
+  result.limits = limits_of(searched);
+  const std::vector<std::optional<NextExperiment>> found =
+      next_experiments(final.model, questions, at_hand, result.limits);
+  for (std::size_t i = 0; i < found.size(); ++i) *answers[i] = found[i];
+}
+
 /// The search began with another inertia than the given model's: the model keeps that, and the difference is
 /// an effect like any other. `before` and `after`: what the given model leaves of all rows, and what it does
 /// with that inertia, refitted.
@@ -230,7 +256,8 @@ HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const
                      .torque_Nm = rows.torque_Nm()(held_out),
                      .before_Nm = before(held_out),
                      .after_Nm = after(held_out)};
-  for (const Eigen::Index row : held_out) result.recording.push_back(rows.recording(row));
+  for (const Eigen::Index row : held_out)
+    result.recording.push_back(rows.signals()[rows.recording(row)].source);
   return result;
 }
 
@@ -240,10 +267,12 @@ std::vector<std::string> held_out_names(const std::vector<Signals>& signals,
   std::vector<std::string> names;
   for (const Source& source : held_out) names.push_back(source.name);
   if (!names.empty()) return names;
-  for (const Signals& s : signals) {
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    const Signals& s = signals[i];
+    if (i > 0 && s.source == signals[i - 1].source) continue;
     const auto at = [&](double share) {
       const std::string text =
-          std::to_string(s.time_s.front() + share * (s.time_s.back() - s.time_s.front()));
+          std::to_string(s.recorded_from_s + share * (s.recorded_to_s - s.recorded_from_s));
       return text.substr(0, text.find('.') + 3);
     };
     names.push_back(s.name + ", " + at(kSetAsideFrom) + " s to " + at(kSetAsideTo) + " s");
@@ -264,38 +293,46 @@ std::string_view verdict_name(Verdict verdict) noexcept {
   return "";
 }
 
-Result analyse(const model::effects::DriveModel& base, std::span<const Source> all_data,
-               std::span<const Source> all_held_out, const Options& options) {
+Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_data,
+               std::vector<Source> all_held_out, const Options& options) {
   const auto progress = [&](std::string_view what, double done) {
     if (options.progress) options.progress(what, done);
   };
   if (all_data.empty()) throw std::invalid_argument("no recordings");
   require_one_rig(all_data, all_held_out);
-  progress("preparing the recordings", 0);
+  progress("looking for damage in the recordings", 0);
   Result result;
-  Diagnosed looked = diagnose({all_data.begin(), all_data.end()}, base);
-  Diagnosed looked_held_out = diagnose({all_held_out.begin(), all_held_out.end()}, base);
+  Diagnosed looked = diagnose(std::move(all_data), base);
+  Diagnosed looked_held_out = diagnose(std::move(all_held_out), base);
   result.diagnosis = std::move(looked.diagnosis);
   std::ranges::move(looked_held_out.diagnosis, std::back_inserter(result.diagnosis));
-  const std::vector<Source>& data = looked.sources;
-  const std::vector<Source>& held_out = looked_held_out.sources;
-  std::vector<Source> sources = data;
-  sources.insert(sources.end(), held_out.begin(), held_out.end());
+  std::vector<Source> sources = std::move(looked.sources);
+  const std::size_t data_count = sources.size();
+  std::ranges::move(looked_held_out.sources, std::back_inserter(sources));
 
-  const std::optional<LostSign> sign = lost_sign(sources, data.size(), base, options);
-  if (sign) sources = sign->sources;
+  progress("preparing the recordings", 0.04);
+  std::optional<LostSign> sign = lost_sign(sources, data_count, base, options);
+  if (sign) sources = std::move(sign->sources);
+  const std::span<const Source> data = std::span(sources).first(data_count);
+  const std::span<const Source> held_out = std::span(sources).subspan(data_count);
   // What the search begins with.
   model::effects::DriveModel start = base;
-  const std::optional<double> inertia = another_inertia(std::span(sources).first(data.size()), base);
+  const std::optional<double> inertia = another_inertia(data, base);
   if (inertia && !base.find<model::effects::Inertia>()) start.inertia_kg_m2 = *inertia;
   const Band band = choose_band(sources, start);
-  std::vector<Signals> signals;
-  for (const Source& source : sources) signals.push_back(make_signals(source, band));
+  const auto judges = [&](std::size_t source, double share) {
+    return source >= data_count || (held_out.empty() && is_set_aside(share));
+  };
+  const std::vector<Excerpt> excerpts = chosen_excerpts(sources, band, judges, options.enough);
+  std::ranges::move(left_out(sources, excerpts), std::back_inserter(result.diagnosis));
+  const std::vector<Signals> signals = signals_of(sources, excerpts, band);
   const Rows rows(signals);
 
   // The actuator first: what was delivered decides what the rest is compared with.
-  const std::vector<Signals> searched(signals.begin(),
-                                      signals.begin() + static_cast<std::ptrdiff_t>(data.size()));
+  const auto searched_count =
+      std::ranges::count_if(signals, [&](const Signals& s) { return s.source < data_count; });
+  const std::span<const Signals> searched =
+      std::span(signals).first(static_cast<std::size_t>(searched_count));
   const ActuatorFindings actuator = actuator_channel(searched, base, options);
 
   FittedModel given{.model = start, .given_inertia_kg_m2 = start.inertia_kg_m2};
@@ -325,14 +362,16 @@ Result analyse(const model::effects::DriveModel& base, std::span<const Source> a
   SearchResult searching = search(given, rows, parts.training, options);
   const Judged judged{
       rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad};
+  progress("holding the answer against held-out data", 0.86);
   confirm(searching, judged);
   std::vector<std::string> taken_back = deliver(searching, given, judged);
+  weigh_rivals(searching, rows, parts.training, options);
 
   progress("looking for what is left", 0.92);
   const FittedModel& final = searching.fitted;
   const RestFindings rest = rest_channel(searched, final.model, band, options);
   result.notes = std::move(taken_back);
-  std::ranges::move(blind_spots(searched, rest.rests), std::back_inserter(result.notes));
+  result.blind_spots = blind_spots(searched, rest.rests);
   const Eigen::VectorXd left = residual(final);
   result.band_Hz = band.cutoff_Hz;
   FittedModel as_given = given;
@@ -347,7 +386,7 @@ Result analyse(const model::effects::DriveModel& base, std::span<const Source> a
   const HeldOutRows compared = held_out_rows(rows, residual(as_given), left, quiet);
   if (!sign || !sign->found) result.shrink = shrink_of(compared, options.seed);
   std::vector<std::string> names;
-  for (const Signals& s : signals) names.push_back(s.name);
+  for (const Source& source : sources) names.push_back(source.name);
   result.recordings = recording_gaps(compared, names);
   result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst,
                                  result.gap_after_Nm, result.noise_floor_Nm);
@@ -371,6 +410,7 @@ Result analyse(const model::effects::DriveModel& base, std::span<const Source> a
     result.effects.push_back(found);
   }
   std::set<std::string> named;
+  std::vector<std::vector<FittedModel>> rivals;  // of each found effect
   for (std::size_t n = 0; n < searching.added.size(); ++n) {
     const Added& added = searching.added[n];
     std::size_t earlier = 0;
@@ -384,14 +424,20 @@ Result analyse(const model::effects::DriveModel& base, std::span<const Source> a
         .where =
             where_of(added.effect, predicted_rows(added.after, rows) - predicted_rows(added.before, rows),
                      rows, parts.training.rows)};
-    found.held_out_gain = added.gain;
     found.blocks = added.blocks;
     found.blocks_improved = added.blocks_improved;
     found.p_value = added.p_value;
+    // Of the held-out data themselves, not of the stretches that the search left out of its own.
     found.gap_before = rms(residual(added.before), quiet);
     found.gap_after = rms(residual(added.after), quiet);
-    found.equivalent = added.equivalent;
-    found.deciding_experiment = deciding_experiment(added.effect, added.equivalent);
+    found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
+    rivals.resize(result.effects.size() + 1);
+    for (const RivalModel& rival : added.rivals) {
+      rivals.back().push_back(rival.model);
+      if (found.wins.empty()) found.wins.push_back(added.wins);
+      found.equivalent.push_back(rival.effect);
+      found.wins.push_back(rival.wins);
+    }
     found.parameters = parameters_of(effect, final, rows, all);
     named.emplace(added.effect);
     result.effects.push_back(std::move(found));
@@ -401,12 +447,18 @@ Result analyse(const model::effects::DriveModel& base, std::span<const Source> a
       !result.model.find<model::effects::Elasticity>() && !result.model.find<model::effects::Backlash>()) {
     result.model.effects.push_back(rest.presliding->effect);
     result.effects.push_back(*rest.presliding);
+    rivals.resize(result.effects.size());
+    if (!rest.presliding->equivalent.empty())
+      rivals.back().push_back(with(final, spring_like(rest.presliding->effect)));
     named.emplace(model::effects::name_of(rest.presliding->effect));
   }
   for (const auto& [type, gain, reason] : searching.rejected)
     if (!named.contains(type))
       result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
 
+  progress("looking for the next experiment", 0.94);
+  plan_next(result, rivals, final, searched,
+            {rows, parts.training.rows, band, std::max(result.gap_after_Nm, result.noise_floor_Nm)});
   if (start.inertia_kg_m2 != base.inertia_kg_m2)
     name_inertia(result, base, residual(as_given), residual(refitted), parts.training, quiet);
 

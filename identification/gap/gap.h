@@ -1,6 +1,7 @@
 /// @file
 /// Finds where a drive model and measured data disagree, names what is missing, adds it and measures again.
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -50,6 +51,14 @@ struct Where {
   std::string recording{};  ///< when it is one of several
 };
 
+/// An experiment of youbot-bench that would tell effects apart.
+struct NextExperiment {
+  std::string name;                                           ///< of the command: "staircase"
+  std::vector<std::pair<std::string, std::string>> settings;  ///< other than its defaults, by key
+  double duration_s = 0;
+  double separation = 0;  ///< expected difference of what two models predict for it, in noise sigmas
+};
+
 struct FoundEffect {
   model::effects::AnyEffect effect;
   Where where;
@@ -60,8 +69,24 @@ struct FoundEffect {
   double gap_before = 0;  ///< held-out rms torque residual [N·m]
   double gap_after = 0;
   std::vector<std::string> equivalent{};  ///< effects this data cannot tell from it
-  std::string deciding_experiment{};
-  std::vector<fit::Estimate> parameters{};  ///< in the order of the effect's description
+  /// How many draws of the noise it wins, and then each of those; empty without them.
+  std::vector<int> wins{};
+  std::optional<NextExperiment> decided_by{};  ///< tells it from those; none where nothing does
+  std::vector<fit::Estimate> parameters{};     ///< in the order of the effect's description
+};
+
+/// What the drive has been seen to do, which it may be asked to do again. Joint side.
+struct DriveLimits {
+  double torque_Nm = 0;
+  double speed_rad_per_s = 0;
+  double travel_rad = 0;  ///< infinite for a joint that turns
+};
+
+/// What the data could not have shown, whether it is there or not.
+struct BlindSpot {
+  std::string text;                          ///< a sentence, with the recording that would show it
+  std::vector<std::string> effects{};        ///< for which an experiment is looked for
+  std::optional<NextExperiment> shown_by{};  ///< any of them, as large as they often are
 };
 
 struct RejectedEffect {
@@ -120,10 +145,19 @@ struct Result {
   std::vector<Unexplained> unexplained;
   /// The given model's own parameters after refitting, by effect type; its inertia has an empty type.
   std::vector<std::pair<std::string, fit::Estimate>> refitted;  ///< effect type and its parameter
-  std::vector<std::string> notes;  ///< which effects the data could not have shown, and which data would
+  std::vector<std::string> notes;                               ///< what else there is to say about the model
+  std::vector<BlindSpot> blind_spots;
+  DriveLimits limits;  ///< within which an experiment was looked for
   std::vector<ResidualMap> maps;
   std::vector<Trace> traces;
   FrictionCurve curve;
+};
+
+/// More rows, or samples of what the widest band keeps, say no more about a drive: what a model lacks makes
+/// its intervals wide long before their number makes them narrow. Fewer are all analysed.
+struct Enough {
+  std::size_t rows = 2'000'000;
+  std::size_t samples = 1'000'000;
 };
 
 struct Options {
@@ -131,15 +165,18 @@ struct Options {
   int repetitions = 99;               ///< of the search on chance data
   double least_gain = 0.02;  ///< share of the squared residual below which an effect is not worth a name
   std::uint64_t seed = 1;
+  Enough enough{};
   /// Called now and then with what is being done and how much of the whole analysis is done, 0 to 1.
   std::function<void(std::string_view what, double done)> progress{};
 };
 
 /// Deterministic for a seed, whatever the number of cores, all of which it uses.
-/// `held_out` may be empty: then blocks of `data` are set aside, and the result says which.
+/// `held_out` may be empty: then blocks of `data` are set aside, and the result says which. Recordings that
+/// are moved here are not copied. Of very long ones some excerpts are analysed, which the diagnosis says
+/// (excerpts.h).
 /// @throws std::invalid_argument saying which experiment is missing when the data cannot carry the question:
 ///         nothing moves, recordings too short to hold anything out, rigs that differ, columns missing.
-Result analyse(const model::effects::DriveModel& base, std::span<const Source> data,
-               std::span<const Source> held_out, const Options& options = {});
+Result analyse(const model::effects::DriveModel& base, std::vector<Source> data, std::vector<Source> held_out,
+               const Options& options = {});
 
 }  // namespace identification::gap

@@ -14,6 +14,8 @@ namespace {
 constexpr double kSlow_Hz = 5;
 constexpr double kOfSampleRate = 0.1;
 constexpr std::size_t kLeastRowsToFit = 200;
+/// So slow a motion says no more in more rows than these.
+constexpr std::size_t kMostRowsToFit = 1'000'000;
 /// Of the fastest: below, friction need not follow the sign of the velocity.
 constexpr double kMoving = 0.05;
 constexpr std::size_t kFitBlocks = 20;
@@ -57,7 +59,7 @@ std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion&
   double fastest = 0;
   for (const double v : velocity) fastest = std::max(fastest, std::abs(v));
   std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < velocity.size(); ++i)
+  for (std::size_t i = 0; i < velocity.size(); i += 1 + velocity.size() / kMostRowsToFit)
     if (std::abs(velocity[i]) > kMoving * fastest &&
         (quadrants == Quadrants::kAll || torque[i] * velocity[i] < 0))
       rows.push_back(i);

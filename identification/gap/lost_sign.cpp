@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "identification/gap/excerpts.h"
 #include "identification/gap/fitted_model.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/signals.h"
@@ -183,7 +184,7 @@ SignMisfit in_blocks(const Eigen::VectorXd& left) {
 }
 
 /// Of the command, scaled and shifted to fit.
-SignMisfit misfit_of_command(const std::vector<Source>& sources) {
+SignMisfit misfit_of_command(std::span<const Source> sources) {
   Eigen::Index count = 0;
   for (const Source& source : sources) count += static_cast<Eigen::Index>(source.recording.rows());
   Eigen::MatrixXd columns(count, 2);
@@ -201,10 +202,9 @@ SignMisfit misfit_of_command(const std::vector<Source>& sources) {
 }
 
 /// Of the model, refitted.
-SignMisfit misfit_of_model(const std::vector<Source>& sources, const Band& band,
-                           const model::effects::DriveModel& base) {
-  std::vector<Signals> signals;
-  for (const Source& source : sources) signals.push_back(make_signals(source, band));
+SignMisfit misfit_of_model(std::span<const Source> sources, std::span<const Excerpt> excerpts,
+                           const Band& band, const model::effects::DriveModel& base) {
+  const std::vector<Signals> signals = signals_of(sources, excerpts, band);
   const Rows rows(signals);
   std::vector<Eigen::Index> all(static_cast<std::size_t>(rows.count()));
   std::iota(all.begin(), all.end(), 0);
@@ -220,15 +220,15 @@ std::optional<LostSign> lost_sign(const std::vector<Source>& sources, std::size_
   if (base.find<model::effects::UnsignedCurrent>() != nullptr) return LostSign{with_sign(sources), {}};
   if (!may_be_magnitude(sources)) return {};
   LostSign lost{with_sign(sources), {}};
-  const auto searched = [data](const std::vector<Source>& all) {
-    return std::vector<Source>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(data));
-  };
   const bool commanded = std::ranges::all_of(
       sources, [](const Source& source) { return source.recording.has("torque_command_Nm"); });
+  const Band band = choose_band(sources, base);
+  // Of both the same.
+  const std::vector<Excerpt> excerpts = chosen_excerpts(
+      std::span(sources).first(data), band, [](std::size_t, double) { return false; }, options.enough);
   const auto misfit = [&](const std::vector<Source>& all) {
-    // Motion alone decides which rows there are, so that both have the same.
-    return commanded ? misfit_of_command(searched(all))
-                     : misfit_of_model(searched(all), choose_band(sources, base), base);
+    const std::span<const Source> searched = std::span(all).first(data);
+    return commanded ? misfit_of_command(searched) : misfit_of_model(searched, excerpts, band, base);
   };
   const SignMisfit logged = misfit(sources);
   const SignMisfit restored = misfit(lost.sources);

@@ -136,6 +136,8 @@ Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {
     }
   }
   torque_Nm_ = column([](const Signals& s) { return s.torque_Nm; });
+  torque_rate_Nm_per_s_ = column([](const Signals& s) { return s.torque_rate_Nm_per_s; });
+  torque_bend_Nm_per_s2_ = column([](const Signals& s) { return s.torque_bend_Nm_per_s2; });
 }
 
 Eigen::VectorXd Rows::weighted(const std::function<std::vector<double>(const Signals&)>& samples,

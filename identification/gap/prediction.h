@@ -38,6 +38,8 @@ class Rows {
   Eigen::Index count() const noexcept { return static_cast<Eigen::Index>(at_.size()); }
   /// Of the torque itself.
   const Eigen::VectorXd& torque_Nm() const noexcept { return torque_Nm_; }
+  const Eigen::VectorXd& torque_rate_Nm_per_s() const noexcept { return torque_rate_Nm_per_s_; }
+  const Eigen::VectorXd& torque_bend_Nm_per_s2() const noexcept { return torque_bend_Nm_per_s2_; }
   /// Of a quantity at each sample, put through the same mask and filter as the torque.
   Eigen::VectorXd column(const std::function<std::vector<double>(const Signals&)>& quantity) const;
   /// Of a quantity as it is: for maps.
@@ -65,6 +67,8 @@ class Rows {
   std::size_t reach_ = 0;
   Eigen::VectorXd filter_;  // weights of samples in the mean over a row of what the filter lets through
   Eigen::VectorXd torque_Nm_;
+  Eigen::VectorXd torque_rate_Nm_per_s_;
+  Eigen::VectorXd torque_bend_Nm_per_s2_;
 };
 
 }  // namespace identification::gap

@@ -10,9 +10,11 @@ namespace {
 /// Relative to the columns' own squares: decides nothing, keeps singular systems solvable.
 constexpr double kRidge = 1e-8;
 
-/// min ½·xᵀGx − pᵀx within bounds: the unbounded solution, the worst offender put on its bound, and again.
-Eigen::VectorXd solve(const Eigen::MatrixXd& gram, const Eigen::VectorXd& product,
-                      std::span<const Bounds> bounds) {
+}  // namespace
+
+// The unbounded solution, the worst offender put on its bound, and again.
+Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& gram, const Eigen::VectorXd& product,
+                                 std::span<const Bounds> bounds) {
   const Eigen::Index n = gram.rows();
   Eigen::VectorXd x = Eigen::VectorXd::Zero(n);
   std::vector<bool> fixed(static_cast<std::size_t>(n), false);
@@ -51,8 +53,6 @@ Eigen::VectorXd solve(const Eigen::MatrixXd& gram, const Eigen::VectorXd& produc
   }
   return x;
 }
-
-}  // namespace
 
 BlockRegression::BlockRegression(const Eigen::MatrixXd& columns, std::vector<int> block, int folds)
     : columns_(&columns), block_(std::move(block)) {
@@ -105,11 +105,11 @@ BlockRegression::Fit BlockRegression::fit(const Target& target, std::span<const 
   const Eigen::MatrixXd gram = total_gram_(chosen, chosen);
   const Eigen::VectorXd product = target.total_product(chosen);
   Fit result;
-  result.coefficients = solve(gram, product, bounds);
+  result.coefficients = bounded_solution(gram, product, bounds);
   result.held_out_of.assign(gram_.size(), 0);
   for (std::size_t f = 0; f < fold_gram_.size(); ++f) {
     const Eigen::MatrixXd own = fold_gram_[f](chosen, chosen);
-    const Eigen::VectorXd x = solve(gram - own, product - target.fold_product[f](chosen), bounds);
+    const Eigen::VectorXd x = bounded_solution(gram - own, product - target.fold_product[f](chosen), bounds);
     for (std::size_t b = f; b < gram_.size(); b += fold_gram_.size()) {
       const double misfit =
           target.square[b] - 2 * x.dot(target.product[b](chosen)) + x.dot(gram_[b](chosen, chosen) * x);
@@ -129,7 +129,7 @@ double BlockRegression::held_out(const Target& target, std::span<const Eigen::In
   for (std::size_t f = 0; f < fold_gram_.size(); ++f) {
     const Eigen::MatrixXd own = fold_gram_[f](chosen, chosen);
     const Eigen::VectorXd own_product = target.fold_product[f](chosen);
-    const Eigen::VectorXd x = solve(gram - own, product - own_product, bounds);
+    const Eigen::VectorXd x = bounded_solution(gram - own, product - own_product, bounds);
     sum += std::max(0.0, target.fold_square[f] - 2 * x.dot(own_product) + x.dot(own * x));
   }
   return sum;

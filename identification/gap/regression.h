@@ -13,6 +13,10 @@ struct Bounds {
   double upper = std::numeric_limits<double>::infinity();
 };
 
+/// min ½·xᵀGx − pᵀx within bounds, nearly: directions without information stay near zero.
+Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& gram, const Eigen::VectorXd& product,
+                                 std::span<const Bounds> bounds);
+
 /// A fixed set of columns and blocks of rows; targets and subsets of columns may change. What costs time with
 /// the number of rows is done once per set of columns and once per target. Const functions may run in several
 /// threads.

@@ -120,12 +120,12 @@ void interpolate(std::vector<double>& values, std::span<const double> time_s, st
 }
 
 /// Where consecutive values are marked: first and behind the last.
-struct Stretch {
+struct MarkedRun {
   std::size_t from;
   std::size_t to;
 };
-std::vector<Stretch> runs_of(const std::vector<bool>& marked) {
-  std::vector<Stretch> runs;
+std::vector<MarkedRun> runs_of(const std::vector<bool>& marked) {
+  std::vector<MarkedRun> runs;
   for (std::size_t i = 0; i < marked.size(); ++i) {
     if (!marked[i]) continue;
     std::size_t to = i;
@@ -270,7 +270,7 @@ void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
                (std::abs(beyond[i]) > kSpikeSigmas * sigma || std::abs(smooth[i]) > least);
   const auto time_s = source.recording.column("time_s");
   std::size_t mended = 0;
-  for (const Stretch& run : runs_of(spike)) {
+  for (const MarkedRun& run : runs_of(spike)) {
     if (run.to - run.from > kLongestSpike || run.to >= torque->size() || run.from == 0) continue;
     for (std::size_t i = run.from; i < run.to; ++i) largest = std::max(largest, std::abs((*torque)[i]));
     interpolate(*torque, time_s, run.from, run.to);
@@ -355,21 +355,24 @@ std::vector<std::size_t> fresh_rows(const Source& source, Diagnoses& diagnoses) 
   return rows;
 }
 
-Source with_rows(const Source& source, const std::vector<std::size_t>& rows) {
-  Source result = source;
-  for (std::size_t c = 0; c < source.recording.columns.size(); ++c) {
-    std::vector<double>& values = result.recording.columns[c].values;
-    values.clear();
-    values.reserve(rows.size());
-    for (const std::size_t row : rows) values.push_back(source.recording.columns[c].values[row]);
+Source with_rows(Source source, const std::vector<std::size_t>& rows) {
+  for (Recording::Column& column : source.recording.columns) {
+    for (std::size_t k = 0; k < rows.size(); ++k) column.values[k] = column.values[rows[k]];
+    column.values.resize(rows.size());
+    column.values.shrink_to_fit();
   }
-  return result;
+  return source;
 }
 
-std::vector<Source> divided(const Source& source, const std::set<std::size_t>& cuts, Diagnoses& diagnoses) {
+std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Diagnoses& diagnoses) {
   const auto time_s = source.recording.column("time_s");
   const std::vector<double> steps = steps_of(time_s);
-  if (steps.empty()) return {source};
+  std::vector<Source> parts;
+  const auto undivided = [&] {
+    parts.push_back(std::move(source));
+    return std::move(parts);
+  };
+  if (steps.empty()) return undivided();
   const double usual = fit::median(steps);
   std::set<std::size_t> all = cuts;
   std::size_t late = 0;
@@ -388,28 +391,32 @@ std::vector<Source> divided(const Source& source, const std::set<std::size_t>& c
                              " of the rows come late, or rows before them "
                              "are missing",
                          "interpolated"});
-  if (all.empty()) return {source};
+  if (all.empty()) return undivided();
   if (holes > 0)
     diagnoses.push_back({source.name, "time_s",
                          std::to_string(holes) + " holes of up to " + short_number(longest) + " s",
                          "divided there"});
-  std::vector<Source> parts;
+  std::vector<MarkedRun> kept;
   std::size_t lost = 0;
   std::size_t from = 0;
   all.insert(time_s.size());
   for (const std::size_t to : all) {
-    if (to - from >= kLeastRowsOfPart) {
-      std::vector<std::size_t> rows(to - from);
-      std::iota(rows.begin(), rows.end(), from);
-      Source part = with_rows(source, rows);
-      part.name += ", " + short_number(time_s[from]) + " s to " + short_number(time_s[to - 1]) + " s";
-      part.running_from_s = source.running_from_s.value_or(time_s.front());
-      parts.push_back(std::move(part));
-    } else {
+    if (to - from >= kLeastRowsOfPart)
+      kept.push_back({from, to});
+    else
       lost += to - from;
-    }
     from = to;
   }
+  for (const MarkedRun& stretch : kept)
+    parts.push_back({.name = source.name + ", " + short_number(time_s[stretch.from]) + " s to " +
+                             short_number(time_s[stretch.to - 1]) + " s",
+                     .recording = {.rig = source.recording.rig,
+                                   .experiment = source.recording.experiment,
+                                   .sample_rate_Hz = source.recording.sample_rate_Hz,
+                                   .comments = source.recording.comments,
+                                   .columns = {}},
+                     .path = source.path,
+                     .running_from_s = source.running_from_s.value_or(time_s.front())});
   if (parts.empty())
     throw std::invalid_argument(path_of(source) + ": " + std::to_string(all.size() - 1) +
                                 " holes in time_s or jumps of position_rad leave no part of " +
@@ -418,6 +425,16 @@ std::vector<Source> divided(const Source& source, const std::set<std::size_t>& c
     diagnoses.push_back({source.name, "time_s",
                          share_text(lost, time_s.size()) + " of the rows are in parts too short to use",
                          "left out"});
+  // Column by column, so that only one of them is there twice.
+  for (Recording::Column& column : source.recording.columns) {
+    for (std::size_t i = 0; i < kept.size(); ++i) {
+      const auto begin = column.values.begin();
+      parts[i].recording.columns.push_back({column.name,
+                                            {begin + static_cast<std::ptrdiff_t>(kept[i].from),
+                                             begin + static_cast<std::ptrdiff_t>(kept[i].to)}});
+    }
+    column.values = {};
+  }
   return parts;
 }
 

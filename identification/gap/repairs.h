@@ -32,10 +32,10 @@ void mark_saturation(Source& source, Diagnoses& diagnoses);
 std::vector<std::size_t> fresh_rows(const Source& source, Diagnoses& diagnoses);
 
 /// Only these rows.
-Source with_rows(const Source& source, const std::vector<std::size_t>& rows);
+Source with_rows(Source source, const std::vector<std::size_t>& rows);
 
 /// Parts between `cuts` and holes in time, those that are too short to say anything left out.
 /// @throws std::invalid_argument when none is left.
-std::vector<Source> divided(const Source& source, const std::set<std::size_t>& cuts, Diagnoses& diagnoses);
+std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Diagnoses& diagnoses);
 
 }  // namespace identification::gap

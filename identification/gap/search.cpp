@@ -9,11 +9,12 @@
 #include <optional>
 #include <span>
 
+#include "identification/chance.h"
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/candidates.h"
 #include "identification/gap/chance_data.h"
 #include "identification/gap/exploration.h"
-#include "identification/gap/parallel.h"
+#include "identification/gap/noise_draws.h"
 #include "identification/gap/regression.h"
 
 namespace identification::gap {
@@ -23,20 +24,13 @@ constexpr int kFolds = 8;
 constexpr int kMostEffects = 8;
 /// Rivals this close to the best are refined before a name is given.
 constexpr double kRival = 0.5;
-/// A difference between rivals counts when it is this many standard errors over the blocks.
-constexpr double kDecisive = 2.5;
-/// So must be the gain of the winner over none.
+/// The gain of the winner over none counts when it is this many standard errors over the blocks.
 constexpr double kSure = 2;
 constexpr double kMuch = 0.2;
 /// Parameters more than the simplest that does as well.
 constexpr std::size_t kMuchFreer = 2;
 /// A rival gains this share of what the best one does.
 constexpr double kAsGood = 0.8;
-/// Chance data stops when as many searches have gained more: the answer is no.
-constexpr int kEnoughExceedances = 6;
-/// Looked at between two such counts, whatever the number of cores.
-constexpr std::size_t kDrawsAtOnce = 16;
-
 using Indices = std::vector<Eigen::Index>;
 
 Indices range(Eigen::Index from, Eigen::Index to) {
@@ -118,17 +112,10 @@ class Round {
   double p_value(double gain, const Options& options) {
     // What the best hypothesis leaves: else its own effect would be taken for noise that has to be beaten.
     ChanceData chance(least_left_, options.seed);
-    int exceeded = 0;
-    int done = 0;
-    while (done < options.repetitions && exceeded < kEnoughExceedances) {
-      std::vector<Eigen::VectorXd> draws;
-      for (; draws.size() < kDrawsAtOnce && done < options.repetitions; ++done)
-        draws.push_back(chance.draw());
-      std::vector<int> exceeds(draws.size(), 0);
-      in_parallel(draws.size(), [&](std::size_t i) { exceeds[i] = most_gain(draws[i]) >= gain ? 1 : 0; });
-      exceeded += std::accumulate(exceeds.begin(), exceeds.end(), 0);
-    }
-    return (1.0 + exceeded) / (1.0 + done);
+    return ChanceTest{.draw = [&chance] { return chance.draw(); },
+                      .most_gain = [this](const Eigen::VectorXd& draw) { return most_gain(draw); },
+                      .repetitions = options.repetitions}
+        .p_value(gain);
   }
 
   const BlockRegression::Fit& base() const noexcept { return base_; }
@@ -220,13 +207,13 @@ bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& bett
   return 5 * improved >= 4 * worse.held_out_of.size() && 1 - better.held_out / worse.held_out >= kMuch;
 }
 
-/// The winner first, then those the blocks do not tell from it; none when no gain is sure.
+/// The winner first, then those that would have won some draws of the noise; none when no gain is sure.
 std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const BlockRegression::Fit& base,
-                           const Rows& rows, const Training& training, double least_gain) {
+                           const Rows& rows, const Training& training, const Options& options) {
   std::vector<Rival> rivals;
   double most = 0;  // of those that hold
   for (const Round::Outcome& outcome : outcomes) {
-    if (outcome.gain < std::max(kRival * most, least_gain)) break;
+    if (outcome.gain < std::max(kRival * most, options.least_gain)) break;
     FittedModel model = refined_widely(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
@@ -236,11 +223,15 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
   }
   if (rivals.empty()) return rivals;
   std::ranges::sort(rivals, {}, [](const Rival& r) { return r.fit.held_out; });
-  const BlockRegression::Fit best = rivals.front().fit;
+  const double best = rivals.front().fit.held_out;
   std::erase_if(rivals, [&](const Rival& r) {
-    return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best.held_out) ||
-           decisiveness(r.fit.held_out_of, best.held_out_of) > kDecisive;
+    return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best);
   });
+  std::vector<std::vector<double>> squares;
+  for (const Rival& rival : rivals) squares.push_back(rival.fit.held_out_of);
+  const std::vector<int> wins = draws_won(squares, options.seed);
+  for (std::size_t i = rivals.size(); i-- > 0;)
+    if (wins[i] == 0) rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(i));
   // Of those that do as well, the simplest gives its name; a shape that is free in much more is no rival to
   // it.
   std::ranges::stable_sort(rivals, {}, &Rival::parameters);
@@ -313,6 +304,20 @@ std::optional<FittedModel> without_added(const SearchResult& result, std::size_t
   return refined(without, rows, training.rows);
 }
 
+std::vector<RivalModel> with_one_of(const FittedModel& without, const std::vector<std::string>& effects,
+                                    const Rows& rows, const Training& training) {
+  std::vector<RivalModel> rivals;
+  Round round(without, rows, training);
+  for (const Round::Outcome& outcome : round.outcomes())
+    if (std::ranges::find(effects, outcome.effect) != effects.end())
+      rivals.push_back({std::string(outcome.effect), refined(outcome.model, rows, training.rows)});
+  return rivals;
+}
+
+std::vector<double> left_out_squares(const FittedModel& fitted, const Rows& rows, const Training& training) {
+  return score(fitted, rows, training).held_out_of;
+}
+
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options) {
   SearchResult result;
@@ -321,17 +326,21 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
   const double least_square =
       training.least_Nm * training.least_Nm * static_cast<double>(training.rows.size());
   for (int step = 0;; ++step) {
-    report(options, "trying effects", 0.1 + 0.8 * step / (step + 2.0));
+    const auto passed = [step](double of_step) {
+      return 0.1 + 0.8 * (step + of_step) / (step + of_step + 2);
+    };
+    report(options, "trying effects", passed(0));
     Round round(result.fitted, rows, training);
     const std::vector<Round::Outcome> outcomes = round.outcomes();
     const bool worth = step < kMostEffects && !outcomes.empty() &&
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
+    report(options, "trying the same on chance data", passed(0.2));
     const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
-    const std::vector<Rival> rivals =
-        worth && p <= options.false_positive_rate
-            ? contest(outcomes, round.base(), rows, training, options.least_gain)
-            : std::vector<Rival>();
+    report(options, "fitting rivals", passed(0.4));
+    const std::vector<Rival> rivals = worth && p <= options.false_positive_rate
+                                          ? contest(outcomes, round.base(), rows, training, options)
+                                          : std::vector<Rival>();
     if (rivals.empty()) {
       for (const Round::Outcome& outcome : outcomes)
         result.rejected.push_back({std::string(outcome.effect), std::max(0.0, outcome.gain),
@@ -344,7 +353,8 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     added.blocks = static_cast<int>(winner.fit.held_out_of.size());
     for (std::size_t b = 0; b < winner.fit.held_out_of.size(); ++b)
       added.blocks_improved += winner.fit.held_out_of[b] < round.base().held_out_of[b] ? 1 : 0;
-    for (std::size_t i = 1; i < rivals.size(); ++i) added.equivalent.emplace_back(rivals[i].effect);
+    for (std::size_t i = 1; i < rivals.size(); ++i)
+      added.rivals.push_back({.effect = std::string(rivals[i].effect)});
     result.fitted = winner.model;
     result.added.push_back(std::move(added));
     drop_idle(result, rows, training, options.least_gain);

@@ -20,6 +20,13 @@ struct Training {
   double least_Nm = 0;     ///< rms that an effect has to take away to be worth a name
 };
 
+/// Another effect in place of one that was added, everything refitted.
+struct RivalModel {
+  std::string effect;
+  FittedModel model{};
+  int wins = 0;  ///< of kNoiseDraws
+};
+
 struct Added {
   std::string_view effect;
   FittedModel before;
@@ -28,7 +35,8 @@ struct Added {
   int blocks_improved = 0;
   int blocks = 0;
   double p_value = 1;
-  std::vector<std::string> equivalent{};
+  std::vector<RivalModel> rivals{};  ///< each wins some draws of the noise; models by weigh_rivals()
+  int wins = 0;                      ///< its own
 };
 struct SearchResult {
   FittedModel fitted;
@@ -55,5 +63,12 @@ std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_
 /// The model without the i-th addition, refitted; none when another one has replaced that.
 std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
                                          const Training& training);
+
+/// The model with one of these effects more, each in its best shape and refined; those that have none are
+/// left out.
+std::vector<RivalModel> with_one_of(const FittedModel& without, const std::vector<std::string>& effects,
+                                    const Rows& rows, const Training& training);
+/// Squares of what a model leaves of blocks that it was not fitted to, its parameters free, by block.
+std::vector<double> left_out_squares(const FittedModel& fitted, const Rows& rows, const Training& training);
 
 }  // namespace identification::gap

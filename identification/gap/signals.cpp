@@ -314,6 +314,8 @@ Signals make_signals(const Source& source, const Band& band) {
   const std::vector<double> velocity = derivative(position, own_period_s);
   const std::vector<double> acceleration = derivative(velocity, own_period_s);
   s.time_s = kept(own_times);
+  s.recorded_from_s = s.time_s.front();
+  s.recorded_to_s = s.time_s.back();
   for (const double t : s.time_s) s.running_s.push_back(t - source.running_from_s.value_or(time.front()));
   s.position_rad = kept(position);
   s.velocity_rad_per_s = kept(velocity);
@@ -351,6 +353,20 @@ Signals make_signals(const Source& source, const Band& band) {
                                    : common(derivative(even(position_of(source)), own_period_s));
   }
   return s;
+}
+
+double widest_span_rad(std::span<const Signals> signals) {
+  double widest = 0;
+  double low = 0;
+  double high = 0;
+  for (std::size_t i = 0; i < signals.size(); ++i) {
+    const auto [own_low, own_high] = std::ranges::minmax(signals[i].position_rad);
+    const bool goes_on = i > 0 && signals[i].source == signals[i - 1].source;
+    low = goes_on ? std::min(low, own_low) : own_low;
+    high = goes_on ? std::max(high, own_high) : own_high;
+    widest = std::max(widest, high - low);
+  }
+  return widest;
 }
 
 }  // namespace identification::gap

@@ -20,6 +20,10 @@ inline constexpr const char* kSaturated = "torque_saturated";
 /// little: these samples count for nothing (`moving` is 0).
 struct Signals {
   std::string name;
+  /// Of several stretches of one recording: which it is, and when it begins and ends.
+  std::size_t source = 0;
+  double recorded_from_s = 0;
+  double recorded_to_s = 0;
   double period_s = 0;
   double band_Hz = 0;    ///< in which data and model are compared
   double filter_Hz = 0;  ///< of the signals here; wider, so that friction turns as sharply as it does
@@ -70,5 +74,8 @@ Band choose_band(const std::vector<Source>& sources, const model::effects::Drive
 std::vector<double> at_samples(std::span<const double> held);
 
 Signals make_signals(const Source& source, const Band& band);
+
+/// The most that one recording covers, its stretches together.
+double widest_span_rad(std::span<const Signals> signals);
 
 }  // namespace identification::gap

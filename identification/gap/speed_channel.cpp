@@ -164,7 +164,7 @@ std::vector<double> torque_of(const model::effects::DriveModel& base, std::vecto
 
 }  // namespace
 
-std::optional<FoundEffect> speed_command_delay(const std::vector<Signals>& signals,
+std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
                                                const model::effects::DriveModel& base,
                                                const Options& options) {
   if (base.find<model::effects::TransportDelay>()) return std::nullopt;

@@ -3,7 +3,7 @@
 /// does.
 #pragma once
 #include <optional>
-#include <vector>
+#include <span>
 
 #include "identification/gap/gap.h"
 #include "identification/gap/signals.h"
@@ -18,7 +18,7 @@ namespace identification::gap {
 ///
 /// Empty where no velocity command was recorded, and where a torque command was: then that channel says it.
 /// Gaps are in torque: what inertia and friction of `base` make of the misfit of velocity.
-std::optional<FoundEffect> speed_command_delay(const std::vector<Signals>& signals,
+std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
                                                const model::effects::DriveModel& base,
                                                const Options& options);
 

@@ -60,19 +60,45 @@ std::vector<Coordinate> coordinates() {
           {"running_time_s", [](const Signals& s) { return s.running_s; }, 8, true}};
 }
 
+/// Rows of `use` that belong to one recording, its excerpts together.
+struct OfRecording {
+  Eigen::Index from;
+  Eigen::Index count;
+};
+std::vector<OfRecording> by_recording(const Rows& rows, const std::vector<Eigen::Index>& use) {
+  std::vector<OfRecording> result;
+  const auto source_of = [&](Eigen::Index i) {
+    return rows.signals()[rows.recording(use[static_cast<std::size_t>(i)])].source;
+  };
+  const auto count = static_cast<Eigen::Index>(use.size());
+  for (Eigen::Index from = 0; from < count;) {
+    Eigen::Index to = from;
+    while (to < count && source_of(to) == source_of(from)) ++to;
+    result.push_back({from, to - from});
+    from = to;
+  }
+  return result;
+}
+
+/// Which row of its recording it would be if none were left out.
+std::size_t slot_in_recording(const Rows& rows, Eigen::Index row) {
+  const Signals& s = rows.signals()[rows.recording(row)];
+  const double before_s = s.time_s.front() - s.recorded_from_s;
+  return rows.slot(row) + static_cast<std::size_t>(std::llround(before_s / rows.length_s()));
+}
+
 /// The frequency in time at which the residual repeats most, over all recordings; 0 when none can be told.
 double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::vector<Eigen::Index>& use) {
   constexpr std::size_t kLeastBins = 1 << 13;
   std::size_t bins = kLeastBins;
-  for (const Eigen::Index row : use) bins = std::max(bins, std::bit_ceil(rows.slot(row) + 1));
+  for (const Eigen::Index row : use) bins = std::max(bins, std::bit_ceil(slot_in_recording(rows, row) + 1));
   std::vector<double> power(bins / 2, 0);
-  for (std::size_t recording = 0; recording < rows.signals().size(); ++recording) {
+  Eigen::FFT<double> fft;
+  for (const OfRecording& own : by_recording(rows, use)) {
     std::vector<double> series(bins, 0);
-    for (std::size_t i = 0; i < use.size(); ++i)
-      if (rows.recording(use[i]) == recording)
-        series[rows.slot(use[i])] = residual[static_cast<Eigen::Index>(i)];
+    for (Eigen::Index i = own.from; i < own.from + own.count; ++i)
+      series[slot_in_recording(rows, use[static_cast<std::size_t>(i)])] = residual[i];
     std::vector<std::complex<double>> spectrum;
-    Eigen::FFT<double> fft;
     fft.fwd(spectrum, series);
     for (std::size_t k = 0; k < power.size(); ++k) power[k] += std::norm(spectrum[k]);
   }
@@ -84,25 +110,26 @@ double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::ve
   return static_cast<double>(best - power.begin()) / length_s;
 }
 
-/// A sine and cosine of time for each recording, whose phases have nothing to do with each other.
-Eigen::MatrixXd cycle_columns(double frequency_Hz, const Rows& rows, const std::vector<Eigen::Index>& use) {
-  const auto recordings = static_cast<Eigen::Index>(rows.signals().size());
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(use.size()), 2 * recordings);
-  for (std::size_t i = 0; i < use.size(); ++i) {
-    const double angle = 2 * std::numbers::pi * frequency_Hz * rows.time_s(use[i]);
-    const auto column = 2 * static_cast<Eigen::Index>(rows.recording(use[i]));
-    columns(static_cast<Eigen::Index>(i), column) = std::sin(angle);
-    columns(static_cast<Eigen::Index>(i), column + 1) = std::cos(angle);
+/// What a sine and cosine of time takes away of each recording: their phases have nothing to do with each
+/// other, and neither have their fits.
+double cycle_gain(double frequency_Hz, const Rows& rows, const Training& training,
+                  const Eigen::VectorXd& target) {
+  if (frequency_Hz == 0) return 0;
+  const std::vector<Eigen::Index> both{0, 1};
+  const std::vector<Bounds> bounds(both.size());
+  double left = 0;
+  for (const OfRecording& own : by_recording(rows, training.rows)) {
+    Eigen::MatrixXd columns(own.count, 2);
+    for (Eigen::Index i = 0; i < own.count; ++i) {
+      const double time_s = rows.time_s(training.rows[static_cast<std::size_t>(own.from + i)]);
+      const double angle = 2 * std::numbers::pi * frequency_Hz * time_s;
+      columns.row(i) << std::sin(angle), std::cos(angle);
+    }
+    const auto block = training.block.begin() + own.from;
+    const BlockRegression regression(columns, {block, block + own.count}, kStructureFolds);
+    left += regression.held_out(regression.target(target.segment(own.from, own.count)), both, bounds);
   }
-  return columns;
-}
-
-double gain_of(const Eigen::MatrixXd& columns, const std::vector<int>& block, const Eigen::VectorXd& target) {
-  const BlockRegression regression(columns, block, kStructureFolds);
-  std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
-  std::iota(all.begin(), all.end(), Eigen::Index{0});
-  const std::vector<Bounds> bounds(all.size());
-  return 1 - regression.held_out(regression.target(target), all, bounds) / target.squaredNorm();
+  return 1 - left / target.squaredNorm();
 }
 
 }  // namespace
@@ -190,12 +217,10 @@ std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, 
     }
     found.push_back(std::move(piece));
   }
-  const auto cycle_gain = [&](const Eigen::VectorXd& target) {
-    if (cycle_Hz(target, rows, training.rows) == 0) return 0.0;
-    return gain_of(cycle_columns(cycle_Hz(target, rows, training.rows), rows, training.rows), training.block,
-                   target);
+  const auto cycling = [&](const Eigen::VectorXd& target) {
+    return cycle_gain(cycle_Hz(target, rows, training.rows), rows, training, target);
   };
-  if (const double own = cycle_gain(residual); significant(own, cycle_gain)) {
+  if (const double own = cycling(residual); significant(own, cycling)) {
     const double frequency_Hz = cycle_Hz(residual, rows, training.rows);
     found.push_back(
         {.where = {.coordinate = "frequency_Hz", .from = frequency_Hz, .to = frequency_Hz}, .share = own});

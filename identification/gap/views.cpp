@@ -54,12 +54,13 @@ std::vector<double> spectrum(const Eigen::VectorXd& residual, const Rows& rows,
                              const std::vector<Eigen::Index>& use, std::size_t bins) {
   std::vector<double> power(bins, 0);
   Eigen::FFT<double> fft;
-  for (std::size_t recording = 0; recording < rows.signals().size(); ++recording) {
+  for (std::size_t from = 0; from < use.size();) {
+    const std::size_t recording = rows.recording(use[from]);
     std::vector<double> series;
-    for (const Eigen::Index row : use) {
-      if (rows.recording(row) != recording) continue;
-      if (rows.slot(row) >= series.size()) series.resize(std::bit_ceil(rows.slot(row) + 1), 0);
-      series[rows.slot(row)] = residual[row];
+    for (; from < use.size() && rows.recording(use[from]) == recording; ++from) {
+      const std::size_t slot = rows.slot(use[from]);
+      if (slot >= series.size()) series.resize(std::bit_ceil(slot + 1), 0);
+      series[slot] = residual[use[from]];
     }
     if (series.size() < 2) continue;
     std::vector<std::complex<double>> transform;

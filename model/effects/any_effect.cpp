@@ -11,45 +11,10 @@
 namespace model::effects {
 namespace {
 
-template <Effect E>
-EffectDescription described() {
-  static const auto kParameters = [] {
-    std::array<ParameterDescription, E::kParameters.size()> result{};
-    const typename E::Parameters defaults;
-    std::transform(E::kParameters.begin(), E::kParameters.end(), result.begin(), [&](const auto& info) {
-      return ParameterDescription{info.name, info.lower, info.upper, info.of(defaults)};
-    });
-    return result;
-  }();
-  return {E::kName, E::kShows, kParameters};
-}
-
-/// Calls `visit` with a null pointer to each effect of the variant, for its type.
-template <class Visit, Effect... Es>
-void for_each_effect(const Visit& visit, const std::variant<Es...>* /*type*/) {
-  (visit(static_cast<const Es*>(nullptr)), ...);
-}
-template <class Visit>
-void for_each_effect(const Visit& visit) {
-  for_each_effect(visit, static_cast<const AnyEffect*>(nullptr));
-}
-
-template <class Items>
-std::string names_of(const Items& items) {
-  std::string list;
-  for (const auto& item : items) (list += list.empty() ? "" : ", ") += item.name;
-  return list.empty() ? "none" : list;
-}
-
-template <Effect E>
-const auto& info_of(std::string_view parameter) {
-  const auto found = std::find_if(E::kParameters.begin(), E::kParameters.end(),
-                                  [&](const auto& info) { return info.name == parameter; });
-  if (found == E::kParameters.end())
-    throw std::invalid_argument("effect " + std::string(E::kName) + ": no parameter " +
-                                std::string(parameter) + "; it has " + names_of(E::kParameters));
-  return *found;
-}
+struct Family {
+  static constexpr std::string_view kName = "effect";
+};
+using Effects = Catalogue<Family, AnyEffect>;
 
 }  // namespace
 
@@ -64,20 +29,16 @@ void require_within(std::string_view effect, std::string_view parameter, double 
 std::span<const EffectDescription> effect_descriptions() {
   static const auto kEffects = [] {
     std::vector<EffectDescription> effects;
-    for_each_effect([&]<class E>(const E*) { effects.push_back(described<E>()); });
+    Effects::for_each([&]<class E>(const E*) {
+      effects.push_back({E::kName, E::kShows, Effects::parameters_of<E>()});
+    });
     return effects;
   }();
   return kEffects;
 }
 
 const EffectDescription& effect_description(std::string_view effect) {
-  const std::span<const EffectDescription> effects = effect_descriptions();
-  const auto found =
-      std::find_if(effects.begin(), effects.end(), [&](const auto& e) { return e.name == effect; });
-  if (found == effects.end())
-    throw std::invalid_argument("there is no effect " + std::string(effect) + "; there are " +
-                                names_of(effects));
-  return *found;
+  return Effects::find(effect_descriptions(), effect);
 }
 
 std::string_view name_of(const AnyEffect& effect) noexcept {
@@ -85,33 +46,37 @@ std::string_view name_of(const AnyEffect& effect) noexcept {
 }
 
 double parameter_of(const AnyEffect& effect, std::string_view parameter) {
+  return std::visit([&](const auto& e) { return Effects::parameter(e, parameter); }, effect);
+}
+
+std::vector<double> values_of(const AnyEffect& effect) {
   return std::visit(
-      [&](const auto& e) -> double {
+      [](const auto& e) {
+        std::vector<double> values;
+        for (const auto& info : std::decay_t<decltype(e)>::kParameters)
+          values.push_back(info.of(e.parameters()));
+        return values;
+      },
+      effect);
+}
+
+AnyEffect with_values(const AnyEffect& effect, std::span<const double> values) {
+  return std::visit(
+      [&](const auto& e) {
         using E = std::decay_t<decltype(e)>;
-        if constexpr (E::kParameters.size() > 0)
-          return info_of<E>(parameter).of(e.parameters());
-        else
-          throw std::invalid_argument("effect " + std::string(E::kName) + " has no parameters");
+        typename E::Parameters parameters = e.parameters();
+        auto value = values.begin();
+        for (const auto& info : E::kParameters) info.in(parameters) = *value++;
+        return AnyEffect(E(parameters));
       },
       effect);
 }
 
 AnyEffect make_effect(std::string_view effect, std::span<const NamedValue> values) {
-  (void)effect_description(effect);
-  std::optional<AnyEffect> result;
-  for_each_effect([&]<class E>(const E*) {
-    if (E::kName != effect) return;
-    typename E::Parameters parameters;
-    for (const NamedValue& given : values) {
-      if constexpr (E::kParameters.size() > 0)
-        info_of<E>(given.name).in(parameters) = given.value;
-      else
-        throw std::invalid_argument("effect " + std::string(E::kName) + ": no parameter " +
-                                    std::string(given.name) + "; it has none");
-    }
-    result.emplace(E(parameters));
+  (void)effect_description(effect);  // throws with the list
+  return *Effects::make<AnyEffect>(effect, [&]<class E>(const E*, typename E::Parameters& parameters) {
+    for (const NamedValue& given : values) Effects::set<E>(parameters, given.name, given.value);
   });
-  return *result;
 }
 
 AnyEffect make_effect(std::string_view effect, std::initializer_list<NamedValue> values) {

@@ -5,27 +5,19 @@
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
+#include "model/catalogue.h"
+#include "model/effects/actuator.h"
 #include "model/effects/backlash.h"
 #include "model/effects/cogging.h"
-#include "model/effects/coulomb.h"
-#include "model/effects/direction_asymmetry.h"
 #include "model/effects/effect.h"
 #include "model/effects/elasticity.h"
+#include "model/effects/friction.h"
 #include "model/effects/imbalance.h"
 #include "model/effects/inertia.h"
-#include "model/effects/load_friction.h"
-#include "model/effects/midspeed_dip.h"
 #include "model/effects/presliding.h"
-#include "model/effects/quadratic_drag.h"
-#include "model/effects/stribeck.h"
-#include "model/effects/thermal_drift.h"
-#include "model/effects/torque_deadband.h"
 #include "model/effects/torque_offset.h"
-#include "model/effects/transport_delay.h"
-#include "model/effects/unsigned_current.h"
-#include "model/effects/viscous.h"
-#include "model/friction/any_law.h"
 
 namespace model::effects {
 
@@ -33,8 +25,8 @@ using AnyEffect = std::variant<Coulomb, Viscous, Stribeck, DirectionAsymmetry, M
                                LoadFriction, ThermalDrift, Presliding, Cogging, Imbalance, Inertia, Backlash,
                                Elasticity, TorqueOffset, TorqueDeadband, TransportDelay, UnsignedCurrent>;
 
-using model::friction::NamedValue;
-using model::friction::ParameterDescription;
+using model::NamedValue;
+using model::ParameterDescription;
 
 struct EffectDescription {
   std::string_view name;
@@ -49,6 +41,11 @@ const EffectDescription& effect_description(std::string_view effect);
 std::string_view name_of(const AnyEffect& effect) noexcept;
 /// @throws std::invalid_argument listing the effect's parameters when `parameter` is none of them.
 double parameter_of(const AnyEffect& effect, std::string_view parameter);
+
+/// Its parameters, in the order of its description.
+std::vector<double> values_of(const AnyEffect& effect);
+/// The same effect with these parameters. @throws std::invalid_argument when one is out of bounds.
+AnyEffect with_values(const AnyEffect& effect, std::span<const double> values);
 
 /// What is not named keeps its default. @throws std::invalid_argument listing what exists when the effect or
 /// a parameter is unknown, or naming a parameter that is out of bounds.

@@ -93,6 +93,12 @@ concept Effect =
     (ActsOnActuator<E> || ActsOnFriction<E> || ActsOnPosition<E> || ActsOnMechanics<E> || ActsOnSensor<E>);
 // clang-format on
 
+/// Lists as kAmplitudes in which of its parameters its torque is linear; the others are its shape.
+template <class E>
+concept Linear = requires {
+  E::kAmplitudes;
+};
+
 /// @throws std::invalid_argument naming effect, parameter, value and bounds, unless lower <= value <= upper.
 void require_within(std::string_view effect, std::string_view parameter, double value, double lower,
                     double upper);

@@ -18,6 +18,7 @@ class TorqueOffset : public WithParameters<TorqueOffset, TorqueOffsetParameters>
       "more torque one way than the other by the same amount at every speed";
   static constexpr auto kParameters = std::to_array<ParameterInfo<TorqueOffsetParameters>>(
       {{"torque_Nm", member<&TorqueOffsetParameters::torque_Nm>, -kMostTorque_Nm, kMostTorque_Nm}});
+  static constexpr auto kAmplitudes = std::to_array<std::string_view>({"torque_Nm"});
   using WithParameters::WithParameters;
 
   double load_Nm(double /*position_rad*/) const noexcept { return parameters_.torque_Nm; }

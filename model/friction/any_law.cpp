@@ -12,67 +12,19 @@
 namespace model::friction {
 namespace {
 
+struct Family {
+  static constexpr std::string_view kName = "friction law";
+};
+using Laws = Catalogue<Family, AnyLaw::Variant>;
+
 template <Law L>
 constexpr bool kRemembers = !(std::same_as<L, Viscous> || std::same_as<L, Regularised> || HoldsRigidly<L>);
 
-template <Law L>
-LawDescription described() {
-  static const auto kDescriptions = [] {
-    std::array<ParameterDescription, L::kParameters.size()> result{};
-    const typename L::Parameters defaults;
-    std::transform(L::kParameters.begin(), L::kParameters.end(), result.begin(), [&](const auto& info) {
-      return ParameterDescription{info.name, info.lower, info.upper, info.of(defaults)};
-    });
-    return result;
-  }();
-  return {L::kName, kDescriptions, kRemembers<L>};
-}
-
-/// Calls `visit` with a null pointer to each law of the variant, for its type.
-template <class Visit, Law... Ls>
-void for_each_law(const Visit& visit, const std::variant<Ls...>* /*type*/) {
-  (visit(static_cast<const Ls*>(nullptr)), ...);
-}
-template <class Visit>
-void for_each_law(const Visit& visit) {
-  for_each_law(visit, static_cast<const AnyLaw::Variant*>(nullptr));
-}
-
-template <class Items>
-std::string names_of(const Items& items) {
-  std::string list;
-  for (const auto& item : items) (list += list.empty() ? "" : ", ") += item.name;
-  return list;
-}
-
-[[noreturn]] void refuse(std::string_view law, std::string_view parameter, const std::string& why) {
-  throw std::invalid_argument("friction law " + std::string(law) + ": parameter " + std::string(parameter) +
-                              " " + why);
-}
-
-template <Law L>
-const ParameterInfo<typename L::Parameters>& info_of(std::string_view parameter) {
-  const auto found = std::find_if(L::kParameters.begin(), L::kParameters.end(),
-                                  [&](const auto& info) { return info.name == parameter; });
-  if (found == L::kParameters.end())
-    refuse(L::kName, parameter, "is unknown; it has " + names_of(L::kParameters));
-  return *found;
-}
-
-/// The law called `name`, from what `fill(type, Parameters&)` makes of its defaults.
+/// The law called `name`, from what `fill(type, parameters)` makes of its defaults.
 template <class Fill>
 AnyLaw made(std::string_view name, const Fill& fill) {
-  std::optional<AnyLaw> result;
-  for_each_law([&]<class L>(const L* type) {
-    if (L::kName != name) return;
-    typename L::Parameters parameters;
-    fill(type, parameters);
-    result.emplace(L(parameters));
-  });
-  if (!result)
-    throw std::invalid_argument("there is no friction law " + std::string(name) + "; there are " +
-                                names_of(law_descriptions()));
-  return *std::move(result);
+  (void)law_description(name);  // throws with the list
+  return *Laws::make<AnyLaw>(name, fill);
 }
 
 }  // namespace
@@ -82,9 +34,7 @@ std::string_view AnyLaw::name() const noexcept {
 }
 
 double AnyLaw::parameter(std::string_view parameter) const {
-  return std::visit(
-      [&](const auto& law) { return info_of<std::decay_t<decltype(law)>>(parameter).of(law.parameters()); },
-      law_);
+  return std::visit([&](const auto& law) { return Laws::parameter(law, parameter); }, law_);
 }
 
 AnyLaw AnyLaw::with(std::string_view parameter, double value) const {
@@ -92,7 +42,7 @@ AnyLaw AnyLaw::with(std::string_view parameter, double value) const {
       [&](const auto& law) {
         using L = std::decay_t<decltype(law)>;
         typename L::Parameters changed = law.parameters();
-        info_of<L>(parameter).in(changed) = value;
+        Laws::set<L>(changed, parameter, value);
         return AnyLaw(L(changed));
       },
       law_);
@@ -127,28 +77,23 @@ double AnyLaw::max_step_s(double inertia_kg_m2) const noexcept {
 std::span<const LawDescription> law_descriptions() {
   static const auto kLaws = [] {
     std::vector<LawDescription> laws;
-    for_each_law([&]<class L>(const L*) { laws.push_back(described<L>()); });
+    Laws::for_each([&]<class L>(const L*) {
+      laws.push_back({L::kName, Laws::parameters_of<L>(), kRemembers<L>});
+    });
     return laws;
   }();
   return kLaws;
 }
 
-const LawDescription& law_description(std::string_view law) {
-  const std::span<const LawDescription> laws = law_descriptions();
-  const auto found = std::find_if(laws.begin(), laws.end(), [&](const auto& l) { return l.name == law; });
-  if (found == laws.end())
-    throw std::invalid_argument("there is no friction law " + std::string(law) + "; there are " +
-                                names_of(laws));
-  return *found;
-}
+const LawDescription& law_description(std::string_view law) { return Laws::find(law_descriptions(), law); }
 
 AnyLaw make_law(std::string_view law, std::span<const NamedValue> values) {
   return made(law, [&]<class L>(const L*, typename L::Parameters& parameters) {
     for (auto given = values.begin(); given != values.end(); ++given) {
-      const bool twice =
-          std::any_of(values.begin(), given, [&](const NamedValue& v) { return v.name == given->name; });
-      if (twice) refuse(L::kName, given->name, "is given twice");
-      info_of<L>(given->name).in(parameters) = given->value;
+      if (std::any_of(values.begin(), given, [&](const NamedValue& v) { return v.name == given->name; }))
+        throw std::invalid_argument("friction law " + std::string(law) + ": parameter " +
+                                    std::string(given->name) + " is given twice");
+      Laws::set<L>(parameters, given->name, given->value);
     }
   });
 }
@@ -161,8 +106,7 @@ AnyLaw make_law_from_values(std::string_view law, std::span<const double> values
   return made(law, [&]<class L>(const L*, typename L::Parameters& parameters) {
     if (values.size() != L::kParameters.size())
       throw std::invalid_argument("friction law " + std::string(law) + ": " + std::to_string(values.size()) +
-                                  " values for its " + std::to_string(L::kParameters.size()) +
-                                  " parameters, " + names_of(L::kParameters));
+                                  " values for its " + std::to_string(L::kParameters.size()) + " parameters");
     for (std::size_t i = 0; i < values.size(); ++i) L::kParameters[i].in(parameters) = values[i];
   });
 }

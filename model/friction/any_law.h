@@ -8,6 +8,7 @@
 #include <utility>
 #include <variant>
 
+#include "model/catalogue.h"
 #include "model/friction/armstrong.h"
 #include "model/friction/bristle.h"
 #include "model/friction/coulomb.h"
@@ -26,6 +27,9 @@
 #include "model/friction/viscous.h"
 
 namespace model::friction {
+
+using model::NamedValue;
+using model::ParameterDescription;
 
 /// Any of the laws, with the meaning each gives to these functions; see law.h. A value: copies are
 /// independent. Setup: construction and what has names. Cycle: the others, which neither allocate nor lock.
@@ -71,12 +75,6 @@ class AnyLaw {
   static_assert(std::is_nothrow_move_constructible_v<Variant>);
 };
 
-struct ParameterDescription {
-  std::string_view name;  ///< ends with its unit
-  double lower;
-  double upper;
-  double initial;  ///< the default, where a fit may begin
-};
 struct LawDescription {
   std::string_view name;
   std::span<const ParameterDescription> parameters;
@@ -87,10 +85,6 @@ std::span<const LawDescription> law_descriptions();
 /// @throws std::invalid_argument listing the laws there are.
 const LawDescription& law_description(std::string_view law);
 
-struct NamedValue {
-  std::string_view name;
-  double value;
-};
 /// What is not named keeps its default. @throws std::invalid_argument listing what exists when the law or a
 /// parameter is unknown, or naming a parameter that is out of bounds or given twice.
 AnyLaw make_law(std::string_view law, std::span<const NamedValue> values);

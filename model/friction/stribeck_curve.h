@@ -6,9 +6,17 @@
 
 namespace model::friction {
 
+/// exp(−r^δ) of the ratio r = |v|/vs: 1 at rest, towards 0 at speed. The usual exponents 1 and 2 cost less.
+inline double stribeck_share(double ratio, double exponent) noexcept {
+  if (ratio == 0) return 1;
+  const double power = exponent == 2   ? ratio * ratio
+                       : exponent == 1 ? ratio
+                                       : std::exp(exponent * std::log(ratio));  // faster than pow
+  return std::exp(-power);
+}
+
 /// s(v) = Fc + (Fs − Fc)·exp(−|v/vs|^δ)      [N·m; thesis 2.3, the KFM without σ2·v]
-/// Between Fc and Fs, even in v. Fs below Fc is allowed: a curve that rises. The usual exponents 1 and 2, and
-/// Fs = Fc, cost less.
+/// Between Fc and Fs, even in v. Fs below Fc is allowed: a curve that rises. Fs = Fc costs less.
 class StribeckCurve {
  public:
   /// `P` is a law's Parameters with the four names; the law has checked them.
@@ -21,12 +29,8 @@ class StribeckCurve {
 
   double level_Nm(double velocity_rad_per_s) const noexcept {
     if (excess_Nm_ == 0) return coulomb_Nm_;
-    const double ratio = std::abs(velocity_rad_per_s) * inverse_velocity_;
-    if (ratio == 0) return coulomb_Nm_ + excess_Nm_;
-    const double power = exponent_ == 2   ? ratio * ratio
-                         : exponent_ == 1 ? ratio
-                                          : std::exp(exponent_ * std::log(ratio));  // faster than pow
-    return coulomb_Nm_ + excess_Nm_ * std::exp(-power);
+    return coulomb_Nm_ +
+           excess_Nm_ * stribeck_share(std::abs(velocity_rad_per_s) * inverse_velocity_, exponent_);
   }
   double breakaway_Nm() const noexcept { return coulomb_Nm_ + excess_Nm_; }
   double least_Nm() const noexcept { return std::min(coulomb_Nm_, coulomb_Nm_ + excess_Nm_); }

@@ -70,14 +70,15 @@ TEST_F(HiddenTruth, SlidingFrictionComesBackWithinItsIntervalsAndFivePercent) {
   bench("steady-state --quiet --model " + file("truth.toml", kTable4) +
         " --sets 1-4 --settle 1 --measure 2 --extra 0 --out " + out());
   struct Truth {
-    const char* parameter;
+    identification::fit::EffectParameter parameter;
     double value;
   };
-  constexpr std::array<Truth, 5> kTruth{{{"coulomb_Nm", 0.03718},
-                                         {"static_Nm", 0.08976},
-                                         {"stribeck_velocity_rad_per_s", 0.1516},
-                                         {"stribeck_exponent", 1.047},
-                                         {"viscous_Nm_s_per_rad", 0.01898}}};
+  namespace terms = identification::fit::terms;
+  constexpr std::array<Truth, 5> kTruth{{{terms::kCoulomb, 0.03718},
+                                         {terms::kStribeck, 0.08976},
+                                         {terms::kStribeckVelocity, 0.1516},
+                                         {terms::kStribeckExponent, 1.047},
+                                         {terms::kViscous, 0.01898}}};
   // Four wheels: the same truth, each with its own noise.
   int covered = 0;
   for (int wheel = 1; wheel <= 4; ++wheel) {
@@ -86,16 +87,17 @@ TEST_F(HiddenTruth, SlidingFrictionComesBackWithinItsIntervalsAndFivePercent) {
             fs::path(out()) / "steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv"),
             apps::NotMeasured::kTaken)
             .recording};
-    const identification::fit::StaticFit fit =
-        identification::fit::fit_static(identification::fit::static_map(recordings), {});
+    const identification::fit::StaticFit fit = identification::fit::fit_static(
+        identification::fit::static_map(recordings), identification::fit::form_named("kfm"));
     ASSERT_TRUE(fit.ok());
     for (const Truth& truth : kTruth) {
-      const identification::fit::Estimate& found = fit.parameter(truth.parameter);
-      ASSERT_TRUE(found.ok()) << truth.parameter << ": " << found.not_identifiable;
+      const identification::fit::Estimate& found =
+          estimate_of(fit.parameters, truth.parameter.effect, truth.parameter.name);
+      ASSERT_TRUE(found.ok()) << truth.parameter.name << ": " << found.not_identifiable;
       EXPECT_NEAR(found.value, truth.value, 0.05 * truth.value)
-          << "wheel " << wheel << " " << truth.parameter;
+          << "wheel " << wheel << " " << truth.parameter.name;
       EXPECT_LT(found.upper - found.lower, 0.1 * truth.value)
-          << "an interval that says something: " << truth.parameter;
+          << "an interval that says something: " << truth.parameter.name;
       covered += found.lower <= truth.value && truth.value <= found.upper ? 1 : 0;
     }
   }

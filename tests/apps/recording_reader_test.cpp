@@ -221,4 +221,34 @@ TEST(RecordingReader, ListsTheFirstThousandWarningsAndCountsTheRest) {
   EXPECT_EQ(warnings.back(), "f.csv: and 2 more warnings");
 }
 
+// A file is read piece by piece: wherever a piece ends, it is the text that it would be in memory.
+TEST(RecordingReader, ReadsALongFileLikeItsText) {
+  const support::TemporaryDirectory directory;
+  std::string text = kHead + "time_s,position_rad\r\n";
+  for (int i = 0; i < 60'000; ++i)
+    text += std::to_string(i) + "," + std::string(static_cast<std::size_t>(i) % 7, ' ') +
+            std::to_string(2 * i) + "\r\n";
+  const std::string end = "\r\n\n\r\n";
+  const auto whole = apps::read_recording(directory.write("whole.csv", text + end));
+  EXPECT_TRUE(whole.warnings.empty());
+  ASSERT_EQ(whole.recording.rows(), 60'000u);
+  for (std::size_t i = 0; i < 60'000; ++i)
+    ASSERT_EQ(whole.recording.column("position_rad")[i], 2 * static_cast<double>(i));
+
+  const auto torn = apps::read_recording(directory.write("torn.csv", text + "60000,1"));
+  EXPECT_EQ(torn.recording.rows(), 60'000u);
+  EXPECT_EQ(torn.warnings.size(), 1u);
+
+  const auto path = directory.write("blank.csv", text + end + "60000,1\n");
+  try {
+    apps::read_recording(path);
+    FAIL();
+  } catch (const RecordingError& error) {
+    ASSERT_EQ(error.problems().size(),
+              6u);  // of each of the three lines, that it has one value, which is empty
+    EXPECT_NE(error.problems()[0].find("blank.csv:60006: time_s is empty"), std::string::npos)
+        << error.problems()[0];
+  }
+}
+
 }  // namespace recording_reader_test

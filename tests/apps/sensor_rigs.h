@@ -14,12 +14,21 @@
 #include "hal/clock.h"
 #include "sim/base.h"
 #include "tests/apps/teleop_rig.h"
+#include "tests/support/held_up_robot.h"
 #include "tests/support/lying_robot.h"
 #include "tests/support/watched_robot.h"
 
 namespace sensor_rigs {
 
 using teleop_rig::kPeriod;
+
+/// As the daemon's loop: a late cycle keeps the phase.
+template <typename Cycle>
+void step_in_time(hal::VirtualClock& clock, std::chrono::nanoseconds& due, Cycle& cycle) {
+  due += (clock.now() - due) / kPeriod * kPeriod + kPeriod;
+  clock.sleep_until(due);
+  cycle.step(clock.now());
+}
 
 /// The base under the daemon's cycle, driven at the velocity that motion.tell() gives.
 struct BaseRig {
@@ -39,18 +48,17 @@ struct BaseRig {
     return config;
   }
   bool over() const { return static_cast<bool>(cycle.stop_reason()); }
-  void step() {
-    clock.sleep_until(clock.now() + kPeriod);
-    cycle.step(clock.now());
-  }
+  void step() { step_in_time(clock, due, cycle); }
   void run(std::chrono::milliseconds duration) {
     for (auto left = duration; left > std::chrono::milliseconds{0} && !over(); left -= kPeriod) step();
   }
 
   hal::VirtualClock clock;
+  std::chrono::nanoseconds due{};  // of the last cycle
   sim::Base base;
   support::WatchedLoopback robot{base, clock, kPeriod, wheels()};
-  support::LyingRobot liar{robot};
+  support::HeldUpRobot bus{robot, clock};
+  support::LyingRobot liar{bus};
   youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5},
                                  kPeriod,
                                  {.m = 0.1, .rad = 0.2},
@@ -74,10 +82,7 @@ struct ArmRig {
     master.activate();
   }
   bool over() const { return cycle.end().end != control::TeleopEnd::kNone; }
-  void step() {
-    clock.sleep_until(clock.now() + kPeriod);
-    cycle.step(clock.now());
-  }
+  void step() { step_in_time(clock, due, cycle); }
   void run(std::chrono::milliseconds duration) {
     for (auto left = duration; left > std::chrono::milliseconds{0} && !over(); left -= kPeriod) step();
   }
@@ -99,6 +104,7 @@ struct ArmRig {
   }
 
   hal::VirtualClock clock;
+  std::chrono::nanoseconds due{};  // of the last cycle
   sim::MobileManipulator plant;
   sim::Hand hand;
   support::WatchedLoopback robot{plant, clock, kPeriod, robot_joints()};
@@ -107,7 +113,8 @@ struct ArmRig {
           hand, kPeriod, hal::HapticInfo{.name = "pen", .force_limit_N = 8.0, .senses_rotation = true}),
       clock,
       {}};
-  support::LyingRobot liar{robot};
+  support::HeldUpRobot bus{robot, clock};
+  support::LyingRobot liar{bus};
   youbotd::TeleopCycle cycle{teleop_rig::quick_config(), liar, master};
 };
 

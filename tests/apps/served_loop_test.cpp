@@ -128,6 +128,7 @@ TEST_F(ServedLoopTest, StopBringsToRestAndOffSwitchesOff) {
   cycle();
   EXPECT_TRUE(run.off);
   EXPECT_EQ(told.ended, 1U);
+  EXPECT_FALSE(told.unheard);
 }
 
 TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
@@ -147,9 +148,22 @@ TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
   EXPECT_TRUE(run.stopping);
   cycle(10);
   EXPECT_EQ(told.ended, 1U);
+  EXPECT_TRUE(told.unheard) << "so that the reason has a name";
   loop.order(orders);
   cycle(10);
   EXPECT_STREQ(told.progress.phase, "off") << "it does not begin again by itself";
+}
+
+TEST_F(ServedLoopTest, WhatTheLoopItselfSleptThroughIsNoSilenceOfOthers) {
+  const Orders orders = begin();
+  now += 10 * kSilence;
+  cycle();
+  EXPECT_FALSE(run.stopping) << "the run is to see the pause before it is called off";
+  loop.order(orders);
+  cycle(10);
+  EXPECT_FALSE(run.stopping) << "both slept";
+  cycle(static_cast<int>(kSilence / 1ms) + 2);
+  EXPECT_TRUE(run.stopping);
 }
 
 /// Counts who touches it.

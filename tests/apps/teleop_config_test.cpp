@@ -2,6 +2,7 @@
 // teleop.toml tells the truth about the defaults.
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -352,10 +353,50 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
             {"teleoperation.feedback.released_impulse_N_s", "10", "0.05"},
             {"teleoperation.feedback.felt_hand_N", "0.001", "0.2"},
             {"teleoperation.feedback.unfelt_after_s", "10", "0.1"},
-            {"teleoperation.start.lowering_s", "0.5", "20"}})) {
+            {"teleoperation.start.lowering_s", "0.5", "20"},
+            {"teleoperation.start.feedback_fade_s", "0.01", "3"},
+            {"teleoperation.start.stop_timeout_s", "60", "1"},
+            {"teleoperation.start.unfolding_rad_per_s", "1", "0.2"},
+            {"teleoperation.mapping.rate_m_per_s", "1", "0.05"},
+            {"teleoperation.mapping.rate_turn_deg_per_s", "90", "5"},
+            {"teleoperation.coupling.damping_ratio", "0.05", "1"},
+            {"teleoperation.arm.compensation_margin", "1", "0.5"},
+            {"teleoperation.arm.full_command_Nm", "0.0001", "0.3"},
+            {"teleoperation.arm.coulomb_Nm", "[0.9, 0.9, 0.5, 0.35, 10]", "[0, 0.9, 0.5, 0.35, 0.25]"},
+            {"teleoperation.arm.viscous_Nm_s_per_rad", "[10, 0.4, 0.25, 0.15, 0.1]",
+             "[0.4, 0.4, 0.25, 0.15, 0]"},
+            {"teleoperation.arm.posture_limit_Nm", "20", "2"},
+            {"teleoperation.arm.posture_Nm_s_per_rad", "0.01", "2"}})) {
     EXPECT_THROW((void)set(key, weaker), apps::ConfigError) << key;
     EXPECT_NO_THROW((void)set(key, stricter)) << key;
   }
+  EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "2"), apps::ConfigError)
+      << "the arm would carry 20 N that are not there";
+  // A release is judged by these two: of a heavier grip, or of a lighter one, no motion would be a free
+  // one's.
+  for (const char* key :
+       {"teleoperation.feedback.device_mass_kg", "teleoperation.feedback.device_drag_N_s_per_m"})
+    for (const char* other : {"0.1", "5"}) EXPECT_THROW((void)set(key, other), apps::ConfigError) << key;
+}
+
+TEST_F(TeleopConfig, ASettingReadsNoModelThatOthersCanWrite) {
+  const auto file = directory_.write("mine.toml", "");
+  const std::string models = R"(["wheel.toml", "wheel.toml", "wheel.toml", "wheel.toml"])";
+  const auto set = [&] { return load_config(file, {{"compensation.models", models}}); };
+  const auto wheel =
+      directory_.write("wheel.toml",
+                       "format = \"youbot-drive-model/1\"\nname = \"w\"\ninertia_kg_m2 = 1e-3\n"
+                       "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.1\n");
+  EXPECT_NO_THROW((void)set());
+  using std::filesystem::perms;
+  std::filesystem::permissions(wheel, perms::others_write, std::filesystem::perm_options::add);
+  EXPECT_THROW((void)set(), apps::ConfigError);
+  std::filesystem::permissions(wheel, perms::others_write, std::filesystem::perm_options::remove);
+  if (::geteuid() != 0) GTEST_SKIP() << "only root gives files away";
+  ASSERT_EQ(::chown(wheel.c_str(), 65534, 65534), 0);
+  EXPECT_THROW((void)set(), apps::ConfigError);
+  (void)directory_.write("mine.toml", "[compensation]\nmodels = " + models + "\n");
+  EXPECT_NO_THROW((void)load_config(file)) << "the file itself names whatever it wants";
 }
 
 TEST_F(TeleopConfig, ARefusalNamesTheWallAsTheFileHasIt) {

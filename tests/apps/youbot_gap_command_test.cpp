@@ -134,6 +134,13 @@ void expect_contract(const json& gap) {
     expect_number(effect.at("gap_after"), "gap_after");
     EXPECT_TRUE(effect.at("equivalent").is_array());
     EXPECT_TRUE(effect.at("deciding_experiment").is_string());
+    EXPECT_EQ(effect.contains("wins"), !effect.at("equivalent").empty());
+    if (effect.contains("wins")) {
+      int sum = effect.at("wins").at(effect.at("type").get<std::string>()).get<int>();
+      for (const json& rival : effect.at("equivalent"))
+        sum += effect.at("wins").at(rival.get<std::string>()).get<int>();
+      EXPECT_EQ(sum, effect.at("wins").at("draws").get<int>());
+    }
     for (const auto& [name, parameter] : effect.at("parameters").items()) {
       expect_number(parameter.at("value"), name);
       ASSERT_EQ(parameter.at("ci95").size(), 2U) << name;

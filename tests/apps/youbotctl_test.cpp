@@ -293,6 +293,20 @@ TEST_F(Youbotctl, AnEnableThatWaitedWhileTheDaemonStoodStillStartsNothing) {
       << "a fresh one does";
 }
 
+TEST_F(Youbotctl, APauseLongerThanTheDeadManIsAFaultThatNamesThePause) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  youbotd.signal(SIGSTOP);
+  std::this_thread::sleep_for(3s);  // the dead-man is 2 s here
+  youbotd.signal(SIGCONT);
+  EXPECT_TRUE(comes_to([](const json& now) { return now["phase"] == "faulted"; })) << status().dump(2);
+  EXPECT_NE(status()["fault"].get<std::string>().find("this program did not run for "), std::string::npos)
+      << status()["fault"];
+}
+
 TEST_F(Youbotctl, AVelocityStopsWithTheProgramThatTellsIt) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));

@@ -1,10 +1,15 @@
 // Each check of the plausibility monitor by itself: what it sees, and what it leaves alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <numbers>
 #include <random>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "control/link_map.h"
 #include "control/plausibility/hall_agreement.h"
@@ -46,7 +51,7 @@ TEST(StillEncoder, IsSeenSoonAfterTheTorqueChanges) {
   control::StillEncoder check(0.1);
   const double at_s = detected_s(1.0, [&](double t) {
     const double torque_Nm = t < 0.5 ? 0.3 : 0.6;
-    return check.update(hal::JointCommand::torque_Nm(torque_Nm), sample(1.0, torque_Nm), kPeriod_s);
+    return check.update(hal::JointCommand::torque_Nm(torque_Nm), sample(1.0, torque_Nm), {kPeriod_s});
   });
   EXPECT_GT(at_s, 0.5) << "at a constant torque it may stand";
   EXPECT_LT(at_s, 0.55);
@@ -58,7 +63,7 @@ TEST(StillEncoder, AWheelThatSticksOnItsElasticContactIsAlive) {
   EXPECT_EQ(kNever, detected_s(20.0, [&](double t) {
               const double torque_Nm = 0.4 * std::sin(2 * std::numbers::pi * 0.3 * t);
               return check.update(hal::JointCommand::torque_Nm(torque_Nm),
-                                  sample(counted(torque_Nm / 1000), torque_Nm), kPeriod_s);
+                                  sample(counted(torque_Nm / 1000), torque_Nm), {kPeriod_s});
             }));
 }
 
@@ -69,7 +74,7 @@ TEST(StillEncoder, AStepOfTheTorqueIsGivenTimeToAct) {
               const double torque_Nm = t < 0.5 ? 0.0 : 1.0;
               const double swing_rad = t < 0.5 ? 0.0 : (1 - std::cos(100 * (t - 0.5))) / 250;
               return check.update(hal::JointCommand::torque_Nm(torque_Nm),
-                                  sample(counted(swing_rad), torque_Nm), kPeriod_s);
+                                  sample(counted(swing_rad), torque_Nm), {kPeriod_s});
             }));
 }
 
@@ -78,14 +83,14 @@ TEST(StillEncoder, IsSeenWhenTheSetPointMovesOn) {
   EXPECT_GT(detected_s(1.0,
                        [&](double t) {
                          return position.update(hal::JointCommand::position_rad(0.4 * t), sample(0, 0.5),
-                                                kPeriod_s);
+                                                {kPeriod_s});
                        }),
             0.0);
   control::StillEncoder velocity(0.1);
   EXPECT_GT(detected_s(1.0,
                        [&](double /*t*/) {
                          return velocity.update(hal::JointCommand::velocity_rad_per_s(0.2), sample(0, 0.5),
-                                                kPeriod_s);
+                                                {kPeriod_s});
                        }),
             0.0);
 }
@@ -94,7 +99,7 @@ TEST(StillEncoder, ACurrentWithoutSignMayFlipAtRest) {
   control::StillEncoder check(0.1);
   EXPECT_EQ(kNever, detected_s(2.0, [&](double t) {
               return check.update(hal::JointCommand::velocity_rad_per_s(0.0),
-                                  sample(0.2, std::sin(50 * t) > 0 ? 5.0 : -5.0), kPeriod_s);
+                                  sample(0.2, std::sin(50 * t) > 0 ? 5.0 : -5.0), {kPeriod_s});
             }));
 }
 
@@ -104,7 +109,7 @@ TEST(StillEncoder, ANoisyCurrentAtRestIsNoReasonToMove) {
   control::StillEncoder check(0.1);
   EXPECT_EQ(kNever, detected_s(60.0, [&](double /*t*/) {
               return check.update(hal::JointCommand::velocity_rad_per_s(0.0),
-                                  sample(0.2, 0.3 + noise(random)), kPeriod_s);
+                                  sample(0.2, 0.3 + noise(random)), {kPeriod_s});
             }));
 }
 
@@ -119,7 +124,7 @@ double disagreement_s(double position_factor, double velocity_factor, double lag
   return detected_s(4.0, [&](double t) {
     return check.update(counted(position_factor * amplitude / omega * (1 - std::cos(omega * t))),
                         velocity_factor * amplitude * std::sin(omega * (t - lag_s)) + noise(random),
-                        kPeriod_s);
+                        {kPeriod_s});
   });
 }
 
@@ -145,7 +150,7 @@ TEST(VelocityAgreement, OneWrongPositionNowAndThenIsFirmware148) {
   int k = 0;
   EXPECT_EQ(kNever, detected_s(5.0, [&](double t) {
               const double glitch_rad = ++k % 97 == 0 ? 1000 * kTick_rad : 0.0;
-              return check.update(counted(2 * t) + glitch_rad, 2.0, kPeriod_s);
+              return check.update(counted(2 * t) + glitch_rad, 2.0, {kPeriod_s});
             }));
 }
 
@@ -269,7 +274,7 @@ std::optional<int> judged(const control::PlanarVector& twist, Eigen::Index wheel
     control::WheelVector position_rad = 0.5 * t * t * direction;
     if (slip) position_rad += slip(t);
     if (wheel < 4) position_rad[wheel] *= factor;
-    const auto found = check.update(position_rad, (0.3 + 0.6 * t) * direction.normalized(), kPeriod_s);
+    const auto found = check.update(position_rad, (0.3 + 0.6 * t) * direction.normalized(), {kPeriod_s});
     if (found) return found;
   }
   return std::nullopt;
@@ -333,10 +338,88 @@ TEST(WheelAgreement, AScaledReadingIsSeenOnTheFirstCentimetres) {
     const double at_s = detected_s(2.0, [&](double t) {
       control::WheelVector position_rad = 0.5 * t * t * direction;
       position_rad[2] *= lie.factor;
-      return check.update(position_rad, (0.3 + 0.6 * t) * direction.normalized(), kPeriod_s).has_value();
+      return check.update(position_rad, (0.3 + 0.6 * t) * direction.normalized(), {kPeriod_s}).has_value();
     });
     ASSERT_NE(at_s, kNever) << lie.factor;
     EXPECT_LT(0.3 * at_s * at_s / 2, lie.latest_m) << lie.factor;
+  }
+}
+
+// ---- samples whose time is not known ----
+
+/// Cycles on a bus whose n-th answer comes so late after the joints were read. Its stamp is when it came:
+/// `known` says whether the sample says from when on it may be.
+double detected_on_a_slow_bus_s(
+    bool known, const std::function<double(int n)>& late_s,
+    const std::function<bool(double taken_s, const control::SampleTime&)>& check) {
+  double sent_s = 0;
+  double stamp_s = -kPeriod_s;
+  for (int n = 0; n < 4000; ++n) {
+    const double late = late_s(n);
+    const double before_s = std::exchange(stamp_s, sent_s + late);
+    if (check(sent_s, {stamp_s - before_s, known ? std::max(0.0, late - kPeriod_s) : 0.0})) return sent_s;
+    sent_s += kPeriod_s * std::max(1.0, std::ceil(late / kPeriod_s));
+  }
+  return kNever;
+}
+
+TEST(SlowBus, AJointThatGivesWayAfterALateAnswerWasRead) {
+  // The torque steps at 0.1 s, and the joint gives way 38 ms later; 5 ms before, an answer is 15 ms late.
+  const auto found = [](bool known, bool stuck) {
+    control::StillEncoder check(0.1);
+    return detected_on_a_slow_bus_s(
+        known, [](int n) { return n == 133 ? 0.015 : 0.0; },
+        [&](double taken_s, const control::SampleTime& time) {
+          const double torque_Nm = taken_s < 0.1 ? 0.3 : 0.6;
+          const double q = stuck ? 0.0 : std::max(0.0, taken_s - 0.138);
+          return check.update(hal::JointCommand::torque_Nm(torque_Nm), sample(q, torque_Nm), time);
+        });
+  };
+  EXPECT_NE(found(false, false), kNever);
+  EXPECT_EQ(found(true, false), kNever);
+  EXPECT_GT(found(true, true), 0.14) << "a stuck one is seen all the same";
+  EXPECT_LT(found(true, true), 0.16);
+}
+
+TEST(SlowBus, ATorqueThatReachedTheMotorLateOpposedNoMotionBefore) {
+  const auto opposed = [](double unsure_s) {
+    control::OpposedMotion check(10.0);
+    double q = 0;
+    double v = 0;
+    double torque_Nm = 8;  // of an inertia of 1 kg·m²
+    for (int n = 0; n < 250; ++n) {
+      // The first frame with a braking torque is held up for 15 ms, and the torque before acts on.
+      const bool held_up = n == 150;
+      const double passed_s = held_up ? 0.016 : kPeriod_s;
+      v += torque_Nm * passed_s;
+      q += v * passed_s;
+      torque_Nm = n < 150 ? 8 : n < 152 ? -8 : 0;
+      if (check.update(q, torque_Nm, 0.0, {passed_s, held_up ? unsure_s : 0.0})) return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(opposed(0.0)) << "its answer is in time";
+  EXPECT_FALSE(opposed(0.015));
+}
+
+TEST(SlowBus, AVelocityOfAnotherSizeIsSeenWhereEachAnswerIsLate) {
+  const auto found_s = [](double most_s, double factor) {
+    control::VelocityAgreement check(0.02);
+    std::mt19937 random(1);
+    std::uniform_real_distribution<> late_s(0, most_s);
+    return detected_on_a_slow_bus_s(
+        true, [&](int) { return late_s(random); },
+        [&](double taken_s, const control::SampleTime& time) {
+          return check.update(counted(1 - std::cos(3 * taken_s)), factor * 3 * std::sin(3 * taken_s), time);
+        });
+  };
+  for (const auto& [most_s, half_s, double_s] :
+       {std::tuple{0.002, 0.25, 0.15}, {0.005, 1.6, 0.25}, {0.010, 4.0, 0.4}}) {
+    EXPECT_EQ(found_s(most_s, 1), kNever) << most_s;
+    EXPECT_NE(found_s(most_s, 0.5), kNever) << most_s;
+    EXPECT_LT(found_s(most_s, 0.5), half_s) << most_s;
+    EXPECT_NE(found_s(most_s, 2), kNever) << most_s;
+    EXPECT_LT(found_s(most_s, 2), double_s) << most_s;
   }
 }
 
@@ -351,7 +434,7 @@ double opposed_s(double factor, const std::function<double(double t, double read
     const double weight_Nm = 2.0;
     v += (torque_Nm - weight_Nm) / 0.2 * kPeriod_s;
     q += v * kPeriod_s;
-    return check.update(factor * q, torque_Nm, weight_Nm, kPeriod_s);
+    return check.update(factor * q, torque_Nm, weight_Nm, {kPeriod_s});
   });
 }
 

@@ -118,6 +118,18 @@ TEST_P(RawSocket, FramesGoRoundThroughASegment) {
   EXPECT_EQ(link.name(), near_);
 }
 
+TEST_P(RawSocket, TheKernelSaysHowLongAFrameHasWaited) {
+  RawSocketLink near_link(near_, GetParam());
+  RawSocketLink far_link(far_, GetParam());
+  const std::chrono::nanoseconds before = near_link.now();
+  ASSERT_TRUE(far_link.send(frame(7)));
+  near_link.wait(20ms);
+  std::array<std::uint8_t, 1522> buffer{};
+  ASSERT_GT(near_link.receive(buffer, 30s), 0U);
+  EXPECT_GT(near_link.frame_age(), 0ns);
+  EXPECT_LE(near_link.frame_age(), near_link.now() - before);
+}
+
 TEST_P(RawSocket, OwnFramesAreNotDelivered) {
   RawSocketLink link(near_, GetParam());
   std::array<std::uint8_t, 1522> buffer{};

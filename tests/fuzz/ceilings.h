@@ -22,6 +22,10 @@ inline void check_ceilings(const youbotd::Config& set, const youbotd::Config& fi
   no_more([](const Config& c) { return c.path.limits.turn_acceleration_rad_per_s2; });
   for (std::size_t i = 0; i < 5; ++i)
     no_more([i](const Config& c) { return c.teleoperation.robot.arm_torque_limit_Nm[i]; });
+  for (std::size_t i = 0; i < 5; ++i)
+    no_more([i](const Config& c) { return c.teleoperation.robot.arm_friction.coulomb_Nm[i]; });
+  no_more([](const Config& c) { return c.teleoperation.robot.arm_compensator.margin; });
+  no_more([](const Config& c) { return c.teleoperation.robot.model.payload_kg; });
   no_more([](const Config& c) { return c.teleoperation.joint_speed_limit_rad_per_s; });
   no_more([](const Config& c) { return c.teleoperation.robot.spring.force_limit_N; });
   no_more([](const Config& c) { return c.teleoperation.robot.spring.moment_limit_Nm; });

@@ -30,7 +30,7 @@ Signals rows_late(std::size_t rows) {
 
 TEST(GapActuatorChannel, ATorqueFromBeforeTheRowsCommandIsNoDelay) {
   for (const std::size_t rows : {0, 1}) {
-    const auto findings = actuator_channel({rows_late(rows)}, {}, {});
+    const auto findings = actuator_channel(std::vector{rows_late(rows)}, {}, {});
     EXPECT_TRUE(findings.effects.empty()) << rows;
     ASSERT_EQ(findings.left_Nm.size(), 1U);
     double square = 0;
@@ -42,7 +42,7 @@ TEST(GapActuatorChannel, ATorqueFromBeforeTheRowsCommandIsNoDelay) {
 
 TEST(GapActuatorChannel, MoreThanARowIsADelay) {
   for (const std::size_t rows : {2, 5}) {
-    const auto findings = actuator_channel({rows_late(rows)}, {}, {});
+    const auto findings = actuator_channel(std::vector{rows_late(rows)}, {}, {});
     ASSERT_EQ(findings.effects.size(), 1U) << rows;
     EXPECT_EQ(model::effects::name_of(findings.effects[0].effect), "transport_delay");
     EXPECT_NEAR(model::effects::parameter_of(findings.effects[0].effect, "delay_s"),

@@ -70,8 +70,8 @@ double value_of(const model::effects::DriveModel& model, const std::string& effe
 }
 
 TEST(Delivery, AParameterThatTheDataDoNotAskAboutKeepsItsValue) {
-  const Source data[] = {fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
-  const Source held_out[] = {fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
+  const std::vector<Source> data{fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
+  const std::vector<Source> held_out{fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
   const Result result = analyse(given(), data, held_out);
   EXPECT_EQ(value_of(result.model, "stribeck", "velocity_rad_per_s"), kStribeckVelocity);
   EXPECT_EQ(value_of(result.model, "stribeck", "static_torque_Nm"), 0.35);
@@ -82,8 +82,8 @@ TEST(Delivery, AParameterThatTheDataDoNotAskAboutKeepsItsValue) {
 TEST(Delivery, AParameterThatIsWrongIsMended) {
   model::effects::DriveModel wrong = given();
   wrong.effects[1] = make_effect("viscous", {{"coefficient_Nm_s_per_rad", 1.3 * kViscous}});
-  const Source data[] = {fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
-  const Source held_out[] = {fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
+  const std::vector<Source> data{fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
+  const std::vector<Source> held_out{fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
   const Result result = analyse(wrong, data, held_out);
   EXPECT_NEAR(value_of(result.model, "viscous", "coefficient_Nm_s_per_rad"), kViscous, 0.03 * kViscous);
   EXPECT_EQ(value_of(result.model, "stribeck", "velocity_rad_per_s"), kStribeckVelocity);
@@ -92,8 +92,8 @@ TEST(Delivery, AParameterThatIsWrongIsMended) {
 /// Something rubbed in the recording that was searched, and not in those that judge.
 TEST(Delivery, WhatHeldOnlyInTheSearchedRecordingIsNotDelivered) {
   const auto rubs = [](double, double v) { return 0.012 * v; };
-  const Source data[] = {fast_motion("a.csv", 1, 1, rubs), fast_motion("b.csv", 2, -1, rubs)};
-  const Source held_out[] = {fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
+  const std::vector<Source> data{fast_motion("a.csv", 1, 1, rubs), fast_motion("b.csv", 2, -1, rubs)};
+  const std::vector<Source> held_out{fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
   const Result result = analyse(given(), data, held_out);
   EXPECT_LE(result.gap_after_Nm, 1.01 * result.gap_before_Nm);
   EXPECT_TRUE(result.effects.empty());

@@ -235,6 +235,11 @@ std::string CaseSpec::name() const {
   return result.empty() ? "nothing" : result;
 }
 
+std::vector<identification::gap::Source> recordings_of(const Drive& drive, const std::vector<Run>& runs,
+                                                       std::string_view prefix) {
+  return sources(simulate_all(drive, runs), prefix);
+}
+
 double Case::least_size() const { return sizes.empty() ? 0 : *std::min_element(sizes.begin(), sizes.end()); }
 
 std::vector<CaseSpec> gap_cases() {
@@ -321,12 +326,12 @@ Case make_case(const CaseSpec& spec, double length) {
   const auto run = [&](Experiment experiment, double duration_s) {
     return Run{experiment, std::round(duration_s * length), top_rad_per_s, chance.bits()};
   };
-  const std::vector<Run> runs{run(Experiment::kStaircase, 28), run(Experiment::kMultisine, 24),
-                              run(Experiment::kTorqueRamp, 24), run(Experiment::kReversals, 22),
-                              run(Experiment::kPresliding, 20)};
-  const std::vector<Run> held_out{run(Experiment::kRandomSteps, 16), run(Experiment::kTorqueRamp, 16)};
-  result.data = sources(simulate_to_size(spec, runs, signs, drive, result.sizes), "");
-  result.held_out = sources(simulate_all(drive, held_out), "held-out-");
+  result.runs = {run(Experiment::kStaircase, 28), run(Experiment::kMultisine, 24),
+                 run(Experiment::kTorqueRamp, 24), run(Experiment::kReversals, 22),
+                 run(Experiment::kPresliding, 20)};
+  result.held_out_runs = {run(Experiment::kRandomSteps, 16), run(Experiment::kTorqueRamp, 16)};
+  result.data = sources(simulate_to_size(spec, result.runs, signs, drive, result.sizes), "");
+  result.held_out = recordings_of(drive, result.held_out_runs, "held-out-");
   result.parameters = true_parameters(spec, drive);
 
   // What a data sheet and an earlier fit would say. A missing inertia is missing from the true one.

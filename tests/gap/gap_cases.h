@@ -35,12 +35,18 @@ struct Case {
   CaseSpec spec;
   Drive drive;
   model::effects::DriveModel base;
+  std::vector<Run> runs;  ///< that made `data`
+  std::vector<Run> held_out_runs;
   std::vector<identification::gap::Source> data;
   std::vector<identification::gap::Source> held_out;
   std::vector<double> sizes;              ///< as they became, in the order of spec.hidden
   std::vector<TrueParameter> parameters;  ///< those that mean the same in plant and library
   double least_size() const;
 };
+
+/// Recordings of a drive that follows the runs, named after their experiments.
+std::vector<identification::gap::Source> recordings_of(const Drive& drive, const std::vector<Run>& runs,
+                                                       std::string_view prefix = "");
 
 std::vector<CaseSpec> gap_cases();
 /// `length` scales the recordings: five of 20 to 28 s, and two of 16 s held out.

@@ -89,7 +89,7 @@ void check_base_parameters(const Case& gap_case, const identification::gap::Resu
 
 }  // namespace
 
-Judgement judge(const Case& gap_case) {
+Judgement judge(const Case& gap_case, bool edit) {
   Judgement judgement;
   judgement.spec = gap_case.spec;
   judgement.least_size = gap_case.least_size();
@@ -126,6 +126,8 @@ Judgement judge(const Case& gap_case) {
     if (std::find(judgement.named.begin(), judgement.named.end(), truth) == judgement.named.end())
       judgement.missed.push_back(truth);
   }
+  if (edit && result.verdict == identification::gap::Verdict::kExplained)
+    judgement.edits = edit_tests(gap_case, result);
   check_parameters(gap_case, result, judgement);
   check_base_parameters(gap_case, result, judgement);
   return judgement;

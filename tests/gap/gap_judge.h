@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "identification/gap/gap.h"
+#include "tests/gap/edit_test.h"
 #include "tests/gap/gap_cases.h"
 
 namespace gap_test {
@@ -31,11 +32,13 @@ struct Judgement {
   /// Of the given model's own, likewise.
   int base_parameters = 0;
   int base_parameters_inside = 0;
-  double search_s = 0;    ///< wall time
-  std::string failure{};  ///< of the search, in its words
+  std::vector<Edit> edits{};  ///< of a case called explained, where they were asked for
+  double search_s = 0;        ///< wall time
+  std::string failure{};      ///< of the search, in its words
 };
 
-/// Runs the search on the case. Does not throw what the search throws.
-Judgement judge(const Case& gap_case);
+/// Runs the search on the case, and the edit test on what it calls explained. Does not throw what the search
+/// throws.
+Judgement judge(const Case& gap_case, bool edit = false);
 
 }  // namespace gap_test

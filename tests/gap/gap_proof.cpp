@@ -35,6 +35,7 @@ struct Arguments {
   std::size_t cases = 0;
   std::string only;
   bool verbose = false;
+  bool no_edit_test = false;
   unsigned threads = 1;
 };
 
@@ -67,6 +68,12 @@ void print_case(const Judgement& judgement) {
               joined(judgement.named).c_str(), judgement.gap_before_Nm, judgement.gap_after_Nm,
               judgement.floor_Nm, judgement.true_floor_Nm, judgement.search_s,
               judgement.right() ? "" : "  WRONG");
+  for (const Edit& edit : judgement.edits)
+    std::printf("      without %s: gap %.5f, floor %.5f, refitted %.5f%s\n", edit.effect.c_str(), edit.gap_Nm,
+                edit.never_Nm, edit.refitted_Nm,
+                edit.at_the_floor() ? ""
+                : edit.passed()     ? ", within its intervals"
+                                    : "  EDIT FAILED");
   for (const std::string& words : judgement.parameters_outside) std::printf("      %s\n", words.c_str());
   if (!judgement.failure.empty()) std::printf("      failed: %s\n", judgement.failure.c_str());
   std::fflush(stdout);
@@ -87,7 +94,7 @@ Answers run(const std::vector<CaseSpec>& cases, const Arguments& arguments) {
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size(); i = next++) {
       const Case made = make_case(cases[i]);
-      judgements[i] = judge(made);
+      judgements[i] = judge(made, !arguments.no_edit_test);
       answers.baselines[i] = baseline_answers(made);
       const std::lock_guard lock(printing);
       ++done;
@@ -240,7 +247,8 @@ bool reached(const char* what, const Share& share, bool at_least, double target)
 }
 
 bool print_targets(const std::vector<Judgement>& judgements) {
-  Share nothing, single, pairs, triples, outside, closed, inside, base_inside, base_inside_outside;
+  Share nothing, single, pairs, triples, outside, closed, edited, at_floor, inside, base_inside,
+      base_inside_outside;
   Share small, overlooked, alarms;
   std::map<identification::gap::Verdict, int> verdicts;
   std::vector<double> floor_ratios;
@@ -264,6 +272,11 @@ bool print_targets(const std::vector<Judgement>& judgements) {
           overlooked.count(judgement.verdict == identification::gap::Verdict::kNoGap);
         break;
     }
+    if (judgement.verdict == identification::gap::Verdict::kExplained && !judgement.edits.empty())
+      edited.count(std::ranges::all_of(judgement.edits, [](const Edit& edit) { return edit.passed(); }));
+    if (!judgement.edits.empty())
+      at_floor.count(
+          std::ranges::all_of(judgement.edits, [](const Edit& edit) { return edit.at_the_floor(); }));
     if (judgement.verdict == identification::gap::Verdict::kExplained)
       closed.count(judgement.gap_after_Nm <= 1.2 * judgement.floor_Nm);
     inside.part += judgement.parameters_inside;
@@ -288,6 +301,8 @@ bool print_targets(const std::vector<Judgement>& judgements) {
   std::printf(
       "no gap, though something outside the library is there: %d of %d; a gap, though nothing is: %d of %d\n",
       overlooked.part, overlooked.whole, alarms.part, alarms.whole);
+  std::printf("edit test passed at the noise floor, with no look at intervals: %d of %d\n", at_floor.part,
+              at_floor.whole);
   std::printf("search: %.2f s a case\n\n", seconds / static_cast<double>(judgements.size()));
   bench::add_figure("youbot-gap on hidden drives: one search",
                     bench::number_text(seconds / static_cast<double>(judgements.size())) + " s",
@@ -299,6 +314,7 @@ bool print_targets(const std::vector<Judgement>& judgements) {
   good = reached("two effects, both named right and nothing else", pairs, true, 0.85) && good;
   good = reached("outside the library, and named", outside, false, 0.05) && good;
   good = reached("explained, and the gap left is within 1.2 noise floors", closed, true, 1) && good;
+  good = reached("explained, and the edit test is passed", edited, true, 0.97) && good;
   good = reached("parameters within their 95 % intervals", inside, true, 0.9) && good;
   good = reached("the given model's own parameters within their intervals", base_inside, true, 0.9) && good;
   good = reached("the same while something outside the library is missing", base_inside_outside, true, 0.9) &&
@@ -315,6 +331,7 @@ int prove(int argc, char** argv) {
   app.add_option("--only", arguments.only,
                  "none, single, pair, triple, outside or the name of a hidden effect");
   app.add_flag("--verbose", arguments.verbose, "a line for each case");
+  app.add_flag("--no-edit-test", arguments.no_edit_test, "leave it out: half the time");
   app.add_option("--threads", arguments.threads, "cases at a time")->check(CLI::Range(1, 256));
   CLI11_PARSE(app, argc, argv);
   const std::vector<CaseSpec> cases = chosen_cases(arguments);

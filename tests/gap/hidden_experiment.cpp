@@ -58,10 +58,12 @@ class VelocityLoop {
 /// What an experiment wants at a time; the motion is asked for by velocity, by torque or by both.
 class Plan {
  public:
-  Plan(const Plant& plant, const HiddenEffects& effects, const Run& run)
-      : plant_(plant), run_(run), chance_(run.seed ^ 0xE8Cu) {
-    // Somebody at the bench has seen where it breaks away.
-    breakaway_Nm_ = plant.coulomb_Nm + effects.stribeck_Nm;
+  Plan(const Drive& drive, const Run& run)
+      : plant_(drive.plant),
+        run_(run),
+        chance_(run.seed ^ 0xE8Cu),
+        breakaway_Nm_(run.breakaway_Nm > 0 ? run.breakaway_Nm : breakaway_Nm(drive)) {
+    const Plant& plant = plant_;
     for (double hz = 0.13; hz < 5; hz *= 1.55 * chance_.uniform(0.95, 1.05))
       motion_.push_back({0.4 * run.top_rad_per_s * std::pow(hz / 0.13, -0.6), 2 * kPi * hz, angle()});
     for (double hz = 6; hz < 60; hz *= 1.5 * chance_.uniform(0.95, 1.05))
@@ -150,7 +152,41 @@ class Plan {
   double acceleration_ = 20;
 };
 
+/// A drive on a test bench, which commands it run after run.
+class Bench {
+ public:
+  Bench(const Drive& drive, const Run& first)
+      : drive_(drive), plant_(drive.plant, drive.effects, drive.sensors, first.seed, first.running_s) {}
+
+  /// take(time since its begin, command) after each sample.
+  template <class Take>
+  void perform(const Run& run, const Take& take) {
+    Plan plan(drive_, run);
+    VelocityLoop loop(drive_.plant);
+    const auto rows = std::llround(run.duration_s / kSample_s);
+    bool was_by_velocity = true;
+    for (long long k = 0; k < rows; ++k) {
+      const double now_s = static_cast<double>(k) * kSample_s;
+      double command = plan.torque_Nm(now_s);
+      const bool by_velocity = plan.by_velocity(now_s);
+      if (by_velocity && !was_by_velocity) loop = VelocityLoop(drive_.plant);
+      was_by_velocity = by_velocity;
+      if (by_velocity)
+        command += loop.torque_Nm(plan.velocity_rad_per_s(now_s), plant_.measured_position_rad());
+      plant_.step(command);
+      take(now_s, command);
+    }
+  }
+  const HiddenPlant& plant() const { return plant_; }
+
+ private:
+  const Drive& drive_;
+  HiddenPlant plant_;
+};
+
 }  // namespace
+
+double breakaway_Nm(const Drive& drive) { return drive.plant.coulomb_Nm + drive.effects.stribeck_Nm; }
 
 std::string_view name_of(Experiment experiment) {
   switch (experiment) {
@@ -165,37 +201,25 @@ std::string_view name_of(Experiment experiment) {
 }
 
 Simulated simulate(const Drive& drive, const Run& run) {
-  HiddenPlant plant(drive.plant, drive.effects, drive.sensors, run.seed, run.running_s);
-  Plan plan(drive.plant, drive.effects, run);
-  VelocityLoop loop(drive.plant);
-
-  const auto rows = static_cast<std::size_t>(std::llround(run.duration_s / kSample_s));
-  std::vector<double> time_s(rows);
-  std::vector<double> command_Nm(rows);
-  std::vector<double> torque_Nm(rows);
-  std::vector<double> position_rad(rows);
+  Bench bench(drive, run);
+  const HiddenPlant& plant = bench.plant();
+  std::vector<double> time_s;
+  std::vector<double> command_Nm;
+  std::vector<double> torque_Nm;
+  std::vector<double> position_rad;
   Simulated result;
-  result.torque_Nm.resize(rows);
   std::array<double, kHiddenKinds> squares{};
-  bool was_by_velocity = true;
-  for (std::size_t k = 0; k < rows; ++k) {
-    const double now_s = static_cast<double>(k) * kSample_s;
-    double command = plan.torque_Nm(now_s);
-    const bool by_velocity = plan.by_velocity(now_s);
-    if (by_velocity && !was_by_velocity) loop = VelocityLoop(drive.plant);
-    was_by_velocity = by_velocity;
-    if (by_velocity) command += loop.torque_Nm(plan.velocity_rad_per_s(now_s), plant.measured_position_rad());
-    plant.step(command);
-    time_s[k] = now_s;
-    command_Nm[k] = command;
-    torque_Nm[k] = plant.measured_torque_Nm();
-    position_rad[k] = plant.measured_position_rad();
-    result.torque_Nm[k] = plant.torque_Nm();
+  bench.perform(run, [&](double now_s, double command) {
+    time_s.push_back(now_s);
+    command_Nm.push_back(command);
+    torque_Nm.push_back(plant.measured_torque_Nm());
+    position_rad.push_back(plant.measured_position_rad());
+    result.torque_Nm.push_back(plant.torque_Nm());
     for (std::size_t kind = 0; kind < kHiddenKinds; ++kind)
       squares[kind] += plant.contributions_Nm()[kind] * plant.contributions_Nm()[kind];
-  }
+  });
   for (std::size_t kind = 0; kind < kHiddenKinds; ++kind)
-    result.contribution_Nm[kind] = std::sqrt(squares[kind] / static_cast<double>(rows));
+    result.contribution_Nm[kind] = std::sqrt(squares[kind] / static_cast<double>(time_s.size()));
   result.motor_work_J = plant.motor_work_J();
   result.friction_heat_J = plant.friction_heat_J();
   result.kinetic_J = plant.kinetic_J();
@@ -211,6 +235,59 @@ Simulated simulate(const Drive& drive, const Run& run) {
                        {"torque_measured_Nm", std::move(torque_Nm)},
                        {"position_rad", std::move(position_rad)}};
   return result;
+}
+
+void simulate(const Drive& drive, std::span<const Run> runs, const std::function<void(const Row&)>& take) {
+  Bench bench(drive, runs.front());
+  double begin_s = 0;
+  for (const Run& run : runs) {
+    bench.perform(run, [&](double now_s, double command) {
+      take({begin_s + now_s, command, bench.plant().measured_torque_Nm(),
+            bench.plant().measured_position_rad()});
+    });
+    begin_s += run.duration_s;
+  }
+}
+
+identification::Recording carry_out(const Drive& drive,
+                                    identification::experiments::JointExperiment& experiment,
+                                    std::uint64_t seed) {
+  HiddenPlant plant(drive.plant, drive.effects, drive.sensors, seed);
+  VelocityLoop loop(drive.plant);
+  std::vector<double> time_s;
+  std::vector<double> command_Nm;
+  std::vector<double> torque_Nm;
+  std::vector<double> position_rad;
+  identification::experiments::Reading reading{.position_rad = plant.measured_position_rad(),
+                                               .command_Nm = 0};
+  for (int measurement = 0; measurement < experiment.measurement_count(); ++measurement) {
+    reading.time_s = 0;
+    experiment.begin(measurement, reading);
+    while (!experiment.finished()) {
+      const hal::JointCommand wanted = experiment.step(reading).command;
+      const double torque = loop.torque_Nm(wanted.target, plant.measured_position_rad());
+      const double command = wanted.mode == hal::CommandMode::kTorque ? wanted.target : torque;
+      plant.step(command);
+      time_s.push_back(static_cast<double>(time_s.size()) * kSample_s);
+      command_Nm.push_back(command);
+      torque_Nm.push_back(plant.measured_torque_Nm());
+      position_rad.push_back(plant.measured_position_rad());
+      reading = {.time_s = reading.time_s + kSample_s,
+                 .position_rad = position_rad.back(),
+                 .velocity_rad_per_s = plant.velocity_rad_per_s(),
+                 .torque_Nm = torque_Nm.back(),
+                 .command_Nm = command};
+    }
+  }
+  identification::Recording recording;
+  recording.rig = "hidden";
+  recording.experiment = "deciding";
+  recording.sample_rate_Hz = 1 / kSample_s;
+  recording.columns = {{"time_s", std::move(time_s)},
+                       {"torque_command_Nm", std::move(command_Nm)},
+                       {"torque_measured_Nm", std::move(torque_Nm)},
+                       {"position_rad", std::move(position_rad)}};
+  return recording;
 }
 
 double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind) {

@@ -4,9 +4,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <string_view>
 #include <vector>
 
+#include "identification/experiments/joint_experiment.h"
 #include "identification/recording.h"
 #include "tests/gap/hidden_plant.h"
 
@@ -27,12 +30,15 @@ struct Drive {
   HiddenEffects effects;
   Sensors sensors;
 };
+double breakaway_Nm(const Drive& drive);
 struct Run {
   Experiment experiment = Experiment::kStaircase;
   double duration_s = 20;
   double top_rad_per_s = 8;
   std::uint64_t seed = 1;
   double running_s = 0;  ///< warm-up before it
+  /// Where the bench believes that the joint breaks away; 0: where it does.
+  double breakaway_Nm = 0;
 };
 
 struct Simulated {
@@ -45,6 +51,20 @@ struct Simulated {
 };
 /// Row k: a command from its time on, and what the sensors saw within the millisecond that it held.
 Simulated simulate(const Drive& drive, const Run& run);
+
+struct Row {
+  double time_s;
+  double command_Nm;
+  double measured_Nm;
+  double position_rad;
+};
+/// One run after another on a drive that goes on turning, row by row: for recordings of any length. Plant and
+/// its noise are of the first run's seed.
+void simulate(const Drive& drive, std::span<const Run> runs, const std::function<void(const Row&)>& take);
+/// The same for an experiment of the library, whose velocity commands a loop of the bench follows.
+identification::Recording carry_out(const Drive& drive,
+                                    identification::experiments::JointExperiment& experiment,
+                                    std::uint64_t seed);
 
 /// rms over several, weighted by their lengths.
 double contribution_Nm(const std::vector<Simulated>& runs, Hidden kind);

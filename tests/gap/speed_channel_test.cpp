@@ -53,7 +53,7 @@ Signals steps(double delay_s, double lag1_s, double lag2_s, unsigned seed = 1) {
 
 TEST(GapSpeedChannel, FindsTheDelayOfASpeedCommand) {
   for (const double delay_s : {0.06, 0.1, 0.2}) {
-    const auto found = speed_command_delay({steps(delay_s, 0.05, 0.01)}, kBase, {});
+    const auto found = speed_command_delay(std::vector{steps(delay_s, 0.05, 0.01)}, kBase, {});
     ASSERT_TRUE(found) << delay_s;
     EXPECT_EQ(model::effects::name_of(found->effect), "transport_delay");
     ASSERT_EQ(found->parameters.size(), 1U);
@@ -68,24 +68,25 @@ TEST(GapSpeedChannel, FindsTheDelayOfASpeedCommand) {
 TEST(GapSpeedChannel, ALagIsNoDelay) {
   for (const double lag_s : {0.04, 0.1, 0.3})
     for (const double second_s : {0.01, 0.05, 0.1})
-      EXPECT_FALSE(speed_command_delay({steps(0, lag_s, second_s)}, kBase, {})) << lag_s << ' ' << second_s;
+      EXPECT_FALSE(speed_command_delay(std::vector{steps(0, lag_s, second_s)}, kBase, {}))
+          << lag_s << ' ' << second_s;
 }
 
 TEST(GapSpeedChannel, SaysNothingWhereItIsNotAsked) {
   Signals s = steps(0.1, 0.05, 0.01);
   model::effects::DriveModel knows = kBase;
   knows.effects.push_back(model::effects::make_effect("transport_delay", {{"delay_s", 0.1}}));
-  EXPECT_FALSE(speed_command_delay({s}, knows, {}));
-  EXPECT_FALSE(speed_command_delay({}, kBase, {}));
+  EXPECT_FALSE(speed_command_delay(std::vector{s}, knows, {}));
+  EXPECT_FALSE(speed_command_delay(std::vector<Signals>{}, kBase, {}));
   Signals constant = s;
   std::ranges::fill(constant.raw_velocity_command_rad_per_s, 2.0);
-  EXPECT_FALSE(speed_command_delay({constant}, kBase, {}));
+  EXPECT_FALSE(speed_command_delay(std::vector{constant}, kBase, {}));
   Signals none = s;
   none.raw_velocity_command_rad_per_s.clear();
-  EXPECT_FALSE(speed_command_delay({none}, kBase, {}));
+  EXPECT_FALSE(speed_command_delay(std::vector{none}, kBase, {}));
   // A torque command has a channel of its own.
   s.raw_command_Nm.assign(s.raw_velocity_rad_per_s.size(), 0.1);
-  EXPECT_FALSE(speed_command_delay({s}, kBase, {}));
+  EXPECT_FALSE(speed_command_delay(std::vector{s}, kBase, {}));
 }
 
 }  // namespace speed_channel_test

@@ -47,6 +47,7 @@ void read_findings(const std::string& text, Answer& answer) {
   answer.verdict = json.at("verdict").get<std::string>();
   answer.floor_Nm = number(json, "noise_floor_Nm");
   answer.gap_before_Nm = number(json.at("gap"), "before");
+  answer.gap_refitted_Nm = number(json.at("gap"), "refitted");
   answer.gap_after_Nm = number(json.at("gap"), "after");
   if (const auto simulation = json.find("simulation"); simulation != json.end() && simulation->is_object())
     answer.simulation = {number(*simulation, "before"), number(*simulation, "after")};

@@ -24,7 +24,7 @@ struct Answer {
   std::string verdict;    ///< empty without gap.json
   std::string diagnosis;  ///< as it stands in gap.json, lower case
   std::vector<NamedEffect> effects;
-  double floor_Nm = 0.0, gap_before_Nm = 0.0, gap_after_Nm = 0.0;
+  double floor_Nm = 0.0, gap_before_Nm = 0.0, gap_refitted_Nm = 0.0, gap_after_Nm = 0.0;
   std::optional<std::pair<double, double>> simulation;  ///< before and after
   double inertia_kg_m2 = 0.0;              ///< of the delivered model, an inertia effect included
   std::vector<std::string> model_effects;  ///< of the delivered model

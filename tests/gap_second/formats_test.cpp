@@ -142,5 +142,38 @@ TEST(SecondScore, HoldsIntervalsAgainstTheTruth) {
   EXPECT_EQ(score.intervals_right, 1);
 }
 
+TEST(SecondEditTest, TakesOneTypeOutOfAModelFileButWhatWasGiven) {
+  const std::string head = "format = \"youbot-drive-model/1\"\n";
+  const std::string coulomb = "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.05\n";
+  const std::string cogging = "[[effect]]\ntype = \"cogging\"\namplitude_Nm = 0.01\n";
+  EXPECT_EQ(without_effect(head + coulomb + cogging + cogging, "cogging"), head + coulomb);
+  EXPECT_EQ(without_effect(head + cogging + coulomb + cogging, "cogging", 1), head + cogging + coulomb);
+  EXPECT_EQ(without_effect(head + coulomb, "cogging"), head + coulomb);
+}
+
+// Every effect that is hidden can be taken away: what is left is the drive that never had it.
+TEST(SecondEditTest, TheDriveLosesWhatWasHiddenInIt) {
+  for (const std::string& effect : known_effects()) {
+    if (effect == "viscous") continue;  // every drive has it
+    std::mt19937_64 random(7);
+    Subject never = draw_subject(random);
+    Subject edited = never;
+    hide_effect(effect, edited, random);
+    never.rig = edited.rig;
+    never.seconds = edited.seconds;
+    if (effect == "load_friction") {  // what weighs on the joint stays
+      never.truth.imbalance_Nm = edited.truth.imbalance_Nm;
+      never.truth.rest_position_rad = edited.truth.rest_position_rad;
+    }
+    const auto recorded = [](const Subject& subject) {
+      return record(subject.truth, subject.rig, Motion::kSlowReversals, 2, 3).at("position_rad");
+    };
+    EXPECT_TRUE(effect == "unsigned_current" || recorded(edited) != recorded(never)) << effect;
+    take_away(effect, edited);
+    EXPECT_FALSE(edited.unsigned_current);
+    EXPECT_EQ(recorded(edited), recorded(never)) << effect;
+  }
+}
+
 }  // namespace
 }  // namespace gap_second

@@ -29,6 +29,7 @@ struct Options {
   std::string classes = gap_second::kClasses;
   int jobs = 1;
   int longest_s = 180;
+  bool no_edit_test = false;
   std::string keep;
   std::string program = fs::read_symlink("/proc/self/exe").parent_path() / "youbot-gap";
 };
@@ -74,7 +75,9 @@ class Campaign {
     fs::create_directories(directory);
     const gap_second::CaseFiles files = gap_second::write_case(drawn, directory);
     const gap_second::Answer answer = gap_second::ask(options_.program, files, directory, options_.longest_s);
-    const gap_second::Score score = gap_second::judge(drawn, answer);
+    gap_second::Score score = gap_second::judge(drawn, answer);
+    if (!options_.no_edit_test)
+      score.edits = gap_second::edit_tests(options_.program, drawn, answer, directory, options_.longest_s);
     if (options_.keep.empty()) fs::remove_all(directory);
     const std::lock_guard lock(printing_);
     std::printf("%s\n", gap_second::report_line(drawn, answer, score).c_str());
@@ -124,6 +127,7 @@ int run(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::PositiveNumber);
   app.add_option("--longest", options.longest_s, "seconds that youbot-gap may take")->capture_default_str();
+  app.add_flag("--no-edit-test", options.no_edit_test, "leave it out: less than half the time");
   app.add_option("--keep", options.keep, "directory for recordings and answers, which are deleted otherwise");
   app.add_option("--program", options.program, "the youbot-gap to judge")->capture_default_str();
   CLI11_PARSE(app, argc, argv);

@@ -239,6 +239,28 @@ void hide_unknown_cause(const std::string& cause, Subject& subject, std::mt19937
   apply(causes(), cause, subject, random);
 }
 
+void take_away(const std::string& effect, Subject& subject) {
+  DriveTruth& truth = subject.truth;
+  if (effect == "coulomb") truth.coulomb_Nm = 0;
+  if (effect == "viscous") truth.viscous_Nm_s_per_rad = 0;
+  if (effect == "stribeck") truth.static_excess_Nm = 0;
+  if (effect == "direction_asymmetry") truth.asymmetry_coulomb_Nm = truth.asymmetry_viscous_Nm_s_per_rad = 0;
+  if (effect == "midspeed_dip") truth.dip_depth_Nm = 0;
+  if (effect == "quadratic_drag") truth.drag_Nm_s2_per_rad2 = 0;
+  if (effect == "load_friction") truth.load_friction_share = 0;
+  if (effect == "presliding") truth.bristle_stiffness_Nm_per_rad = 0;
+  if (effect == "cogging") truth.cogging_Nm = 0;
+  if (effect == "imbalance") truth.imbalance_Nm = 0;
+  if (effect == "inertia") truth.inertia_kg_m2 = subject.rig.nominal_inertia_kg_m2;
+  if (effect == "backlash") truth.gap_rad = 0;
+  if (effect == "backlash" || effect == "elasticity") truth.load_share = 0;
+  if (effect == "thermal_drift") truth.drift_coulomb_Nm = 0;
+  if (effect == "torque_offset") truth.offset_Nm = 0;
+  if (effect == "torque_deadband") truth.deadband_Nm = 0;
+  if (effect == "transport_delay") truth.delay_s = 0;
+  if (effect == "unsigned_current") subject.unsigned_current = false;
+}
+
 Subject draw_subject(std::mt19937_64& random) {
   Subject subject;
   Draw draw{subject, random};

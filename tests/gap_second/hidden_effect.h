@@ -33,6 +33,9 @@ bool go_together(const std::string& one, const std::string& other);  ///< and ca
 /// @throws std::invalid_argument for a name that it does not know.
 void hide_effect(const std::string& effect, Subject& subject, std::mt19937_64& random);
 
+/// Leaves the drive as if it had never had the effect; what it does not have changes nothing.
+void take_away(const std::string& effect, Subject& subject);
+
 /// What no library of effects has; the right answer is "unexplained".
 const std::vector<std::string>& unknown_causes();
 void hide_unknown_cause(const std::string& cause, Subject& subject, std::mt19937_64& random);

@@ -153,6 +153,9 @@ std::string report_line(const Case& drawn, const Answer& answer, const Score& sc
           (score.worse ? ", WORSE" : "") + (score.diagnosed ? ", diagnosed" : "");
   if (score.intervals > 0) line += format(" | intervals %d of %d", score.intervals_right, score.intervals);
   for (const std::string& wrong : score.wrong_intervals) line += "; " + wrong;
+  for (const Edit& edit : score.edits)
+    line += " | without " + edit.effect + format(" %.3g, floor %.3g", edit.gap_Nm, edit.floor_Nm) +
+            (edit.passed() ? "" : ", EDIT FAILED");
   return line + format(" | %.1f s", answer.seconds);
 }
 
@@ -165,13 +168,17 @@ void Tally::add(const Answer& answer, const Score& score) {
   worse += score.worse ? 1 : 0;
   intervals += score.intervals;
   intervals_right += score.intervals_right;
+  edited += score.edits.empty() ? 0 : 1;
+  edits_passed += !score.edits.empty() && std::all_of(score.edits.begin(), score.edits.end(),
+                                                      [](const Edit& edit) { return edit.passed(); });
   seconds += answer.seconds;
   longest_s = std::max(longest_s, answer.seconds);
 }
 
 std::string table_head(std::size_t name_width) {
   return std::string(name_width, ' ') +
-         " cases right  half wrong alarm abst. misse ref+c ref-o faile |rival worse undet diagn  intervals   "
+         " cases right  half wrong alarm abst. misse ref+c ref-o faile |rival worse undet diagn  intervals  "
+         "edit test   "
          "mean "
          "s  max "
          "s\n";
@@ -182,9 +189,9 @@ std::string table_row(const std::string& row_name, const Tally& tally, std::size
   row.resize(name_width, ' ');
   row += format(" %5d", tally.cases);
   for (int count : tally.outcomes) row += count == 0 ? std::string("     .") : format(" %5d", count);
-  row += format(" |%5d %5d %5d %5d %4d of %3d %8.1f %6.1f\n", tally.by_rival, tally.worse, tally.undetermined,
-                tally.diagnosed, tally.intervals_right, tally.intervals,
-                tally.seconds / std::max(1, tally.cases), tally.longest_s);
+  row += format(" |%5d %5d %5d %5d %4d of %3d %4d of %2d %8.1f %6.1f\n", tally.by_rival, tally.worse,
+                tally.undetermined, tally.diagnosed, tally.intervals_right, tally.intervals,
+                tally.edits_passed, tally.edited, tally.seconds / std::max(1, tally.cases), tally.longest_s);
   return row;
 }
 

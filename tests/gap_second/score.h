@@ -8,6 +8,7 @@
 
 #include "tests/gap_second/answer.h"
 #include "tests/gap_second/cases.h"
+#include "tests/gap_second/edit_test.h"
 
 namespace gap_second {
 
@@ -35,6 +36,7 @@ struct Score {
   int intervals = 0;     ///< that can be judged
   int intervals_right = 0;
   std::vector<std::string> wrong_intervals;  ///< with truth and interval
+  std::vector<Edit> edits;                   ///< of a case called explained
 };
 
 Score judge(const Case& drawn, const Answer& answer);
@@ -45,6 +47,7 @@ std::string report_line(const Case& drawn, const Answer& answer, const Score& sc
 struct Tally {
   std::array<int, kOutcomes> outcomes{};
   int cases = 0, by_rival = 0, diagnosed = 0, worse = 0, undetermined = 0, intervals = 0, intervals_right = 0;
+  int edited = 0, edits_passed = 0;  ///< cases
   double seconds = 0.0, longest_s = 0.0;
   void add(const Answer& answer, const Score& score);
 };

@@ -253,6 +253,8 @@ TEST(CanRobot, PositionIsOneCycleOldAndItsStampSaysSo) {
   for (int i = 0; i < 50; ++i) {
     (void)bench.step();
     EXPECT_EQ(bench.sample.stamp, bench.clock.now() - 1ms);
+    EXPECT_EQ(bench.sample.earliest, bench.sample.stamp) << "it was asked for no sooner";
+    EXPECT_EQ(bench.sample.latest, bench.clock.now());
   }
 }
 

@@ -857,6 +857,26 @@ TEST(EthercatRobot, OneBoardThatDoesNotSayItIsSimulatedMakesTheBusARobot) {
   }
 }
 
+/// Every other answer comes two cycles late for a second and a half.
+TEST(EthercatRobot, LateAnswersOfASimulatedBusAreNoLostFrames) {
+  const auto drive = [](std::string_view mark) {
+    std::vector<FaultEvent> late;
+    for (int n = 0; n < 750; ++n)
+      late.push_back({.kind = FaultKind::kDelay, .at = 6s + n * 2ms, .delay = 2200us});
+    sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase, Firmware::k148, late);
+    bus.mark = mark;
+    Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+    rig.robot->activate();
+    rig.enable();
+    rig.command_all_velocity(2.0);
+    rig.run_until([&] { return rig.emulation.wire().now() >= 7500ms; });
+    EXPECT_GT(rig.robot->losses()->lost, 400);
+    return rig.status.fault;
+  };
+  EXPECT_EQ(drive(drivers::ethercat::kSimulatedMark), Fault::kNone);
+  EXPECT_EQ(drive("youBot"), Fault::kFrameLoss);
+}
+
 TEST(EthercatRobot, AConfiguredToleranceHoldsOnASimulatedBusToo) {
   EXPECT_EQ(LateAnswers(drivers::ethercat::kSimulatedMark, 20, 20).drive(), Fault::kNone);
   EXPECT_EQ(LateAnswers(drivers::ethercat::kSimulatedMark, 21, 20).drive(), Fault::kSimulatorSilent);
@@ -916,6 +936,26 @@ TEST(EthercatRobot, ASamplesStampIsWhenItsFrameHadBeenSent) {
   for (int n = 0; n < 10; ++n) {
     ASSERT_TRUE(rig.step().ok());
     EXPECT_EQ(rig.sample.stamp, link->sent_at);
+    // The boards had it somewhere between.
+    EXPECT_EQ(rig.sample.earliest, link->sent_at - 300us);
+    EXPECT_EQ(rig.sample.latest, link->sent_at + 400us);
+  }
+}
+
+/// On a clock as the machine's, on which the loop is late.
+TEST(EthercatRobot, ASimulationInLockStepGoesByItsFramesAndNotByTheClock) {
+  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  bus.mark = drivers::ethercat::kLockStepMark;
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  rig.robot->activate();
+  rig.enable();
+  for (const auto late : {0ms, 0ms, 10ms, 0ms, 30ms, 1ms}) {
+    const std::chrono::nanoseconds before = rig.sample.stamp;
+    rig.clock.sleep_until(rig.clock.now() + late);
+    ASSERT_TRUE(rig.step().ok());
+    EXPECT_EQ(rig.sample.stamp - before, 1ms);
+    EXPECT_EQ(rig.sample.earliest, rig.sample.stamp);
+    EXPECT_EQ(rig.sample.latest, rig.sample.stamp);
   }
 }
 

@@ -13,6 +13,7 @@
 namespace identify_moving_test {
 
 using identification::fit::Estimate;
+using identification::fit::estimate_of;
 using identification::fit::fit_moving;
 using identification::fit::MovingFit;
 
@@ -57,22 +58,23 @@ identification::Recording recorded(const Truth& truth, unsigned seed, double noi
 TEST(IdentifyMoving, FindsInertiaAndFrictionTogether) {
   const Truth truth;
   const MovingFit fit = fit_moving(recorded(truth, 1));
-  EXPECT_NEAR(fit.parameter("inertia_kg_m2").value, truth.inertia, 0.02 * truth.inertia);
-  EXPECT_NEAR(fit.parameter("coulomb_Nm").value, truth.coulomb, 0.02 * truth.coulomb);
-  EXPECT_NEAR(fit.parameter("viscous_Nm_s_per_rad").value, truth.viscous, 0.02 * truth.viscous);
-  EXPECT_NEAR(fit.parameter("torque_offset_Nm").value, truth.offset, 3e-4);
+  EXPECT_NEAR(estimate_of(fit.parameters, "", "inertia_kg_m2").value, truth.inertia, 0.02 * truth.inertia);
+  EXPECT_NEAR(estimate_of(fit.parameters, "coulomb", "torque_Nm").value, truth.coulomb, 0.02 * truth.coulomb);
+  EXPECT_NEAR(estimate_of(fit.parameters, "viscous", "coefficient_Nm_s_per_rad").value, truth.viscous,
+              0.02 * truth.viscous);
+  EXPECT_NEAR(estimate_of(fit.parameters, "torque_offset", "torque_Nm").value, truth.offset, 3e-4);
   EXPECT_TRUE(fit.verdicts.empty());
   EXPECT_LT(fit.relative_error_percent, 3);
 }
 
 TEST(IdentifyMoving, FrictionBelowZeroIsSaidAndNoNumber) {
   const MovingFit driven = fit_moving(recorded({.viscous = -0.004}, 1));
-  EXPECT_EQ(driven.parameter("viscous_Nm_s_per_rad").not_identifiable,
+  EXPECT_EQ(estimate_of(driven.parameters, "viscous", "coefficient_Nm_s_per_rad").not_identifiable,
             "came out below zero, where no friction is: something else is in this motion");
-  EXPECT_TRUE(driven.parameter("coulomb_Nm").ok());
+  EXPECT_TRUE(estimate_of(driven.parameters, "coulomb", "torque_Nm").ok());
   for (unsigned seed = 1; seed <= 10; ++seed) {
     const MovingFit none = fit_moving(recorded({.viscous = 0}, seed));
-    const Estimate& viscous = none.parameter("viscous_Nm_s_per_rad");
+    const Estimate& viscous = estimate_of(none.parameters, "viscous", "coefficient_Nm_s_per_rad");
     EXPECT_TRUE(!viscous.ok() || viscous.value >= 0) << viscous.value;
   }
 }
@@ -92,10 +94,10 @@ TEST(IdentifyMoving, IntervalsHoldTheTruth) {
 
 TEST(IdentifyMoving, ConstantVelocityShowsNoInertia) {
   const MovingFit fit = fit_moving(recorded({}, 1, 0.0015, 0, 3));
-  EXPECT_FALSE(fit.parameter("inertia_kg_m2").ok());
-  EXPECT_FALSE(fit.parameter("viscous_Nm_s_per_rad").ok());
-  EXPECT_FALSE(fit.parameter("coulomb_Nm").ok());
-  EXPECT_FALSE(fit.parameter("torque_offset_Nm").ok());
+  EXPECT_FALSE(estimate_of(fit.parameters, "", "inertia_kg_m2").ok());
+  EXPECT_FALSE(estimate_of(fit.parameters, "viscous", "coefficient_Nm_s_per_rad").ok());
+  EXPECT_FALSE(estimate_of(fit.parameters, "coulomb", "torque_Nm").ok());
+  EXPECT_FALSE(estimate_of(fit.parameters, "torque_offset", "torque_Nm").ok());
   EXPECT_FALSE(fit.verdicts.empty());
 }
 

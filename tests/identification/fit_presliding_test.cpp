@@ -13,6 +13,7 @@
 
 namespace identify_presliding_test {
 
+using identification::fit::estimate_of;
 using identification::fit::fit_presliding;
 using identification::fit::PreslidingFit;
 using identification::fit::PreslidingFitOptions;
@@ -82,7 +83,7 @@ const PreslidingFitOptions kKnown{.inertia_kg_m2 = kInertia};  // sliding fricti
 
 void expect_refused(const PreslidingFit& fit, const std::string& why) {
   for (const char* name : {"stiffness_Nm_per_rad", "damping_Nm_s_per_rad"})
-    EXPECT_FALSE(fit.parameter(name).ok());
+    EXPECT_FALSE(estimate_of(fit.parameters, "presliding", name).ok());
   ASSERT_FALSE(fit.verdicts.empty());
   EXPECT_NE(fit.verdicts[0].find(why), std::string::npos) << fit.verdicts[0];
 }
@@ -103,8 +104,10 @@ TEST(IdentifyPresliding, FindsStiffnessDampingAndOffsetsWithAFineEncoder) {
 TEST(IdentifyPresliding, FindsAnotherJointFromTheSameStarts) {
   const Truth truth{.s0 = 900, .s1 = 0.6, .Fg = -0.001, .y0 = 0};
   const PreslidingFit fit = fit_presliding(recorded(truth, kWheelTick_rad / 256), kKnown);
-  EXPECT_NEAR(fit.parameter("stiffness_Nm_per_rad").value, truth.s0, 0.05 * truth.s0);
-  EXPECT_NEAR(fit.parameter("damping_Nm_s_per_rad").value, truth.s1, 0.1 * truth.s1);
+  EXPECT_NEAR(estimate_of(fit.parameters, "presliding", "stiffness_Nm_per_rad").value, truth.s0,
+              0.05 * truth.s0);
+  EXPECT_NEAR(estimate_of(fit.parameters, "presliding", "damping_Nm_s_per_rad").value, truth.s1,
+              0.1 * truth.s1);
 }
 
 double slow_sine(double t) { return 0.04 * std::sin(2 * std::numbers::pi * 0.5 * t); }
@@ -134,8 +137,8 @@ TEST(IdentifyPresliding, ALightDampingThatOnlyTheFirstRingingShowsIsFoundOrRefus
         recorded(
             {.s1 = kDamping}, kWheelTick_rad / 8, slow_sine, [](double torque) { return torque; }, samples),
         kKnown);
-    EXPECT_TRUE(fit.parameter("stiffness_Nm_per_rad").ok());
-    const auto& damping = fit.parameter("damping_Nm_s_per_rad");
+    EXPECT_TRUE(estimate_of(fit.parameters, "presliding", "stiffness_Nm_per_rad").ok());
+    const auto& damping = estimate_of(fit.parameters, "presliding", "damping_Nm_s_per_rad");
     if (!damping.ok()) continue;
     EXPECT_LE(damping.lower, kDamping) << samples;
     EXPECT_GE(damping.upper, kDamping) << samples;

@@ -165,7 +165,7 @@ Source commanded(double threshold_Nm, int delay_samples, bool lose_sign) {
 ActuatorFindings findings(const Source& source) {
   const model::effects::DriveModel base{.name = "bench"};
   const Band band = choose_band({source}, base);
-  return actuator_channel({make_signals(source, band)}, base, {});
+  return actuator_channel(std::vector{make_signals(source, band)}, base, {});
 }
 
 TEST(ActuatorChannel, APerfectActuatorLacksNothing) {

@@ -50,14 +50,15 @@ TEST(Views, TheSpectrumOfTheResidualHoldsAllOfItsPower) {
   EXPECT_NEAR(map->at[static_cast<std::size_t>(most)], 4, 0.5);
 }
 
-bool says(const std::vector<std::string>& notes, const std::string& word) {
-  return std::ranges::any_of(notes, [&](const std::string& note) { return note.find(word) != note.npos; });
+bool says(const std::vector<BlindSpot>& spots, const std::string& word) {
+  return std::ranges::any_of(spots,
+                             [&](const BlindSpot& spot) { return spot.text.find(word) != spot.text.npos; });
 }
 
 TEST(BlindSpots, OneWayOnlyShowsNeitherOffsetNorReversals) {
   const Source source = one_way(20);
   const Band band = choose_band({source}, {.name = "bench"});
-  const std::vector<std::string> notes = blind_spots(std::vector<Signals>{make_signals(source, band)}, false);
+  const std::vector<BlindSpot> notes = blind_spots(std::vector<Signals>{make_signals(source, band)}, false);
   EXPECT_TRUE(says(notes, "one way only"));
   EXPECT_TRUE(says(notes, "hardly ever reverses"));
   EXPECT_TRUE(says(notes, "hardly ever slow"));
@@ -82,8 +83,7 @@ TEST(BlindSpots, TooFewSamplesForTheTorqueAreSaid) {
       column.values = kept;
     }
     const Band band = choose_band({source}, {.name = "bench"});
-    const std::vector<std::string> notes =
-        blind_spots(std::vector<Signals>{make_signals(source, band)}, false);
+    const std::vector<BlindSpot> notes = blind_spots(std::vector<Signals>{make_signals(source, band)}, false);
     EXPECT_EQ(says(notes, "higher rate"), rate_Hz == 10) << rate_Hz;
   }
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "model/effects/any_effect.h"
+#include "model/effects/basis.h"
 #include "model/effects/drive_model.h"
 #include "model/effects/effect_chain.h"
 #include "sim/model_drive.h"
@@ -50,6 +51,23 @@ TEST(Effects, WhatDoesNotExistIsNamedWithWhatDoes) {
   EXPECT_NE(message_of("coulomb", {{"torque_Nm", -1}}).find("is not within 0"), std::string::npos);
   EXPECT_NE(message_of("coulomb", {{"torque_Nm", std::nan("")}}).find("torque_Nm"), std::string::npos);
   EXPECT_NE(message_of("unsigned_current", {{"gain", 1}}).find("it has none"), std::string::npos);
+}
+
+TEST(EffectBasis, AmplitudesTimesTheirColumnsAreTheEffect) {
+  int linear = 0;
+  for (const EffectDescription& description : effect_descriptions()) {
+    const AnyEffect effect = make_effect(description.name);
+    if (amplitudes_of(effect).empty()) continue;
+    ++linear;
+    for (const double v : {-4.0, -0.2, 0.05, 1.0}) {
+      double sum = 0;
+      for (const std::string_view amplitude : amplitudes_of(effect))
+        sum += parameter_of(effect, amplitude) * sliding_torque_Nm(chain({basis_of(effect, amplitude)}), v);
+      EXPECT_NEAR(sum, sliding_torque_Nm(chain({effect}), v), 1e-12) << description.name << " at " << v;
+    }
+  }
+  EXPECT_EQ(linear, 6);
+  EXPECT_THROW((void)basis_of(make_effect("stribeck"), "velocity_rad_per_s"), std::invalid_argument);
 }
 
 TEST(Effects, ParametersComeBackAsTheyWentIn) {

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "control/planar.h"
+#include "hal/seconds.h"
 #include "identification/gap/parallel.h"
 #include "tests/apps/sensor_rigs.h"
 
@@ -61,6 +62,16 @@ Way between(const Truth& a, const Truth& b, std::size_t joint) {
           std::abs(std::remainder(a.base.yaw_rad - b.base.yaw_rad, 2 * std::numbers::pi))};
 }
 
+/// Where a run begins: all faults of a kind of joint share it.
+struct Start {
+  bool arm;
+  Motion motion;
+  int variant;
+  friend bool operator<(const Start& a, const Start& b) {
+    return std::tie(a.arm, a.motion, a.variant) < std::tie(b.arm, b.motion, b.variant);
+  }
+};
+
 struct Ending {
   bool over = false;
   bool by_monitor = false;
@@ -71,15 +82,18 @@ struct Ending {
 class BaseRun {
  public:
   static constexpr auto kWindow = kBaseWindow;
-  BaseRun(Motion motion, int variant, std::uint32_t seed) : rig_(parameters(seed)) {
+  BaseRun(const Start& start, const Conditions& conditions) : rig_(parameters(conditions.seed)) {
+    rig_.bus.hold_up(support::LateAnswers(conditions.late, conditions.seed));
+    const Motion motion = start.motion;
     rig_.motion.tell(control::PlanarVector::Zero());
     rig_.run(500ms);
-    const control::PlanarVector twist = direction(variant);
+    const control::PlanarVector twist = direction(start.variant);
     rig_.motion.tell(motion == Motion::kCreeping ? control::PlanarVector(twist / 6) : twist);
     if (motion == Motion::kStarting) rig_.run(300ms);
     if (motion == Motion::kCreeping || motion == Motion::kDriving) rig_.run(2000ms);
   }
   void step(int /*k*/) { rig_.step(); }
+  std::chrono::nanoseconds now() const { return rig_.clock.now(); }
   void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
   Truth truth() const { return {rig_.base.pose(), control::ArmVector::Zero()}; }
   Ending ending() const {
@@ -100,11 +114,13 @@ class BaseRun {
 class ArmRun {
  public:
   static constexpr auto kWindow = kArmWindow;
-  ArmRun(Motion motion, int variant, std::uint32_t seed)
-      : random_(seed + static_cast<std::uint32_t>(variant)), rig_(scene(seed)) {
+  ArmRun(const Start& start, const Conditions& conditions)
+      : random_(conditions.seed + static_cast<std::uint32_t>(start.variant)), rig_(scene(conditions.seed)) {
+    rig_.bus.hold_up(support::LateAnswers(conditions.late, conditions.seed));
+    const Motion motion = start.motion;
     if (motion == Motion::kApproach) {
       rig_.reach(control::TeleopPhase::kApproaching);
-      rig_.run(variant == 0 ? 1500ms : 2500ms);
+      rig_.run(start.variant == 0 ? 1500ms : 2500ms);
       return;
     }
     rig_.reach(control::TeleopPhase::kOperating);
@@ -123,6 +139,7 @@ class ArmRun {
     }
     rig_.step();
   }
+  std::chrono::nanoseconds now() const { return rig_.clock.now(); }
   void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
   Truth truth() const { return {rig_.plant.pose(), rig_.plant.arm_rad()}; }
   Ending ending() const {
@@ -142,20 +159,10 @@ class ArmRun {
   bool leads_ = false;
 };
 
-/// Where a run begins: all faults of a kind of joint share it.
-struct Start {
-  bool arm;
-  Motion motion;
-  int variant;
-  friend bool operator<(const Start& a, const Start& b) {
-    return std::tie(a.arm, a.motion, a.variant) < std::tie(b.arm, b.motion, b.variant);
-  }
-};
-
 /// What happens in each cycle from the lie on, when nothing lies.
 template <class Run>
-std::vector<Truth> true_course(const Start& start, std::uint32_t seed) {
-  Run run(start.motion, start.variant, seed);
+std::vector<Truth> true_course(const Start& start, const Conditions& conditions) {
+  Run run(start, conditions);
   std::vector<Truth> course;
   for (int k = 0; k < Run::kWindow / 1ms; ++k) {
     run.step(k);
@@ -168,9 +175,10 @@ std::vector<Truth> true_course(const Start& start, std::uint32_t seed) {
 
 template <class Run>
 Detection detect_once(const DetectionCase& row, const Start& start, const std::vector<Truth>& course,
-                      std::uint32_t seed) {
-  Run run(start.motion, start.variant, seed);
+                      const Conditions& conditions) {
+  Run run(start, conditions);
   const Truth begin = run.truth();
+  const std::chrono::nanoseconds lied_from = run.now();
   run.lie(row.fault.on(row.joint));
   Way travel;
   Detection result;
@@ -187,7 +195,7 @@ Detection detect_once(const DetectionCase& row, const Start& start, const std::v
   if (end.over && end.by_monitor) {
     result.seen = 1;
     result.named = end.joint == static_cast<int>(row.joint) ? 1 : 0;
-    result.longest_s = k * 1e-3;
+    result.longest_s = hal::seconds(run.now() - lied_from);
     result.travel = travel;
   } else if (end.over) {
     result.ended = 1;
@@ -241,7 +249,7 @@ std::vector<DetectionCase> detection_cases(const std::vector<SensorFault>& fault
   return cases;
 }
 
-std::vector<Detection> detect(const std::vector<DetectionCase>& cases, std::uint32_t seed) {
+std::vector<Detection> detect(const std::vector<DetectionCase>& cases, const Conditions& conditions) {
   struct Work {
     std::size_t row;
     Start start;
@@ -260,7 +268,8 @@ std::vector<Detection> detect(const std::vector<DetectionCase>& cases, std::uint
   for (auto& course : courses) starts.push_back(&course);
   identification::gap::in_parallel(starts.size(), [&](std::size_t i) {
     const Start& start = starts[i]->first;
-    starts[i]->second = start.arm ? true_course<ArmRun>(start, seed) : true_course<BaseRun>(start, seed);
+    starts[i]->second =
+        start.arm ? true_course<ArmRun>(start, conditions) : true_course<BaseRun>(start, conditions);
   });
 
   std::vector<Detection> each(work.size());
@@ -268,8 +277,8 @@ std::vector<Detection> detect(const std::vector<DetectionCase>& cases, std::uint
     const DetectionCase& row = cases[work[i].row];
     const Start& start = work[i].start;
     const std::vector<Truth>& course = courses.at(start);
-    each[i] = start.arm ? detect_once<ArmRun>(row, start, course, seed)
-                        : detect_once<BaseRun>(row, start, course, seed);
+    each[i] = start.arm ? detect_once<ArmRun>(row, start, course, conditions)
+                        : detect_once<BaseRun>(row, start, course, conditions);
   });
   std::vector<Detection> results(cases.size());
   for (std::size_t i = 0; i < work.size(); ++i) results[work[i].row].add(each[i]);

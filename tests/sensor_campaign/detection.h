@@ -1,6 +1,7 @@
 /// @file
 /// How soon a lying sensor is seen, and how far the robot went until then, judged by the simulated plant.
 #pragma once
+#include <chrono>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -52,9 +53,14 @@ struct DetectionCase {
   Motion motion;
 };
 
+struct Conditions {
+  std::uint32_t seed = 1;
+  std::chrono::nanoseconds late{};  ///< each answer comes up to so much later than on a quick bus
+};
+
 /// Every fault at every joint in every motion.
 std::vector<DetectionCase> detection_cases(const std::vector<SensorFault>& faults);
 /// On all cores; equal seeds give equal results. @throws std::runtime_error where a run ends before the lie.
-std::vector<Detection> detect(const std::vector<DetectionCase>& cases, std::uint32_t seed);
+std::vector<Detection> detect(const std::vector<DetectionCase>& cases, const Conditions& conditions);
 
 }  // namespace sensor_campaign

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cstdint>
 #include <cstdio>
 #include <stdexcept>
@@ -27,21 +28,21 @@ void print(const std::string& fault, const std::string& place, Motion motion, co
               1000 * d.longest_s, d.travel.m, d.travel.rad, d.astray.m, d.astray.rad);
 }
 
-void run_detection(std::uint32_t seed, const std::string& only) {
+void run_detection(const Conditions& conditions, const std::string& only) {
   std::vector<SensorFault> faults = factors();
   for (const SensorFault& fault : other_faults()) faults.push_back(fault);
   if (!only.empty()) std::erase_if(faults, [&](const SensorFault& fault) { return fault.name != only; });
   if (faults.empty()) throw std::invalid_argument("no fault \"" + only + "\"");
   const std::vector<DetectionCase> cases = detection_cases(faults);
-  const std::vector<Detection> results = detect(cases, seed);
+  const std::vector<Detection> results = detect(cases, conditions);
   std::printf(
       "Detection, seed %u. ended: by something else than the sensor checks. Time and travel: of those seen,\n"
       "from the first lie on. Astray: of all, from where the robot is then when no sensor lies; beyond: "
       "runs\n"
       "that came further astray than 0.1 m or 0.2 rad.\n\n"
       "%-19s %-8s %-10s %3s %4s %5s %5s %6s %6s %7s %6s %7s %6s\n",
-      seed, "fault", "place", "motion", "n", "seen", "named", "ended", "beyond", "ms", "m", "rad", "astr.m",
-      "rad");
+      conditions.seed, "fault", "place", "motion", "n", "seen", "named", "ended", "beyond", "ms", "m", "rad",
+      "astr.m", "rad");
   for (std::size_t i = 0; i < cases.size(); ++i)
     print(cases[i].fault.name, joint_name(cases[i].joint), cases[i].motion, results[i]);
   std::printf("\nIn all places\n");
@@ -56,7 +57,7 @@ void run_detection(std::uint32_t seed, const std::string& only) {
 }
 
 /// True: without false alarm.
-bool run_soak(double hours, std::uint32_t seed, const std::string& only) {
+bool run_soak(double hours, std::uint32_t seed, const std::string& only, bool busy) {
   SoakResult sum;
   sum.scenario = "all";
   std::printf("Soak, seed %u\n\n%-36s %7s %6s %12s %10s\n", seed, "scenario", "hours", "runs", "false alarms",
@@ -65,7 +66,7 @@ bool run_soak(double hours, std::uint32_t seed, const std::string& only) {
     std::printf("%-36s %7.2f %6d %12d %10d\n", row.scenario.c_str(), row.hours, row.runs, row.false_alarms,
                 row.other_ends);
   };
-  for (const SoakResult& row : soak(hours, seed, only)) {
+  for (const SoakResult& row : soak(hours, seed, only, busy)) {
     print_row(row);
     for (const std::string& alarm : row.alarms) std::printf("    %s\n", alarm.c_str());
     sum.hours += row.hours;
@@ -84,18 +85,23 @@ int main(int argc, char** argv) {
   CLI::App app{"Shows what the checks of the sensors see, and that they do not err", "sensor_campaign"};
   bool detect = false;
   bool soak = false;
+  bool busy = false;
+  int late_ms = 0;
   double hours = 10.0;
   std::uint32_t seed = 1;
   std::string only;
   app.add_flag("--detect", detect, "every fault of a sensor, at every joint, in every motion");
   app.add_flag("--soak", soak, "hours with true sensors; exit code 1 after a false alarm");
+  app.add_option("--late", late_ms, "of the detection: each answer comes up to so many ms late")
+      ->check(CLI::Range(0, 19));
+  app.add_flag("--busy", busy, "the soak's bus is held up by a busy machine at both ends");
   app.add_option("--hours", hours, "of the soak, in virtual time")->check(CLI::Range(0.001, 10'000.0));
   app.add_option("--seed", seed, "equal seeds give equal results");
   app.add_option("--only", only, "the fault, or the soak's scenario, of this name");
   return apps::run_app(app, argc, argv, [&] {
     if (!detect && !soak) throw CLI::RequiredError("--detect or --soak");
-    if (detect) sensor_campaign::run_detection(seed, only);
-    const bool quiet = !soak || sensor_campaign::run_soak(hours, seed, only);
+    if (detect) sensor_campaign::run_detection({seed, std::chrono::milliseconds(late_ms)}, only);
+    const bool quiet = !soak || sensor_campaign::run_soak(hours, seed, only, busy);
     // What a robot's watch found, printed when it was found.
     const bool safe = !testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed();
     return quiet && safe ? 0 : 1;

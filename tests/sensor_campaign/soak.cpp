@@ -184,11 +184,12 @@ void count(SoakResult& result, bool false_alarm, bool other_end, const std::stri
   if (false_alarm) result.alarms.push_back(words);
 }
 
-void run_base(const Scenario& scenario, double duration_s, Random& random, SoakResult& result) {
+void run_base(const Scenario& scenario, double duration_s, bool busy, Random& random, SoakResult& result) {
   sim::BaseParameters parameters;
   parameters.noise_seed = random.engine()();
   scenario.base(parameters, random);
   BaseRig rig(parameters);
+  if (busy) rig.bus.hold_up(support::BusyMachine(random.engine()()));
   rig.motion.tell(control::PlanarVector::Zero());
   rig.run(200ms);
   drive(rig, random, duration_s, scenario.push_N);
@@ -198,11 +199,12 @@ void run_base(const Scenario& scenario, double duration_s, Random& random, SoakR
   result.hours += hal::seconds(rig.clock.now()) / 3600;
 }
 
-void run_robot(const Scenario& scenario, double duration_s, Random& random, SoakResult& result) {
+void run_robot(const Scenario& scenario, double duration_s, bool busy, Random& random, SoakResult& result) {
   teleop_rig::Scene scene = teleop_rig::unfolded_scene();
   scene.robot.wheels.noise_seed = random.engine()();
   scenario.scene(scene, random);
   ArmRig rig(scene);
+  if (busy) rig.bus.hold_up(support::BusyMachine(random.engine()()));
   if (rig.reach(control::TeleopPhase::kOperating)) lead(rig, random, duration_s);
   if (!rig.over()) {
     rig.cycle.request_stop();
@@ -214,13 +216,14 @@ void run_robot(const Scenario& scenario, double duration_s, Random& random, Soak
   result.hours += hal::seconds(rig.clock.now()) / 3600;
 }
 
-SoakResult run_piece(const Scenario& scenario, double duration_s, std::array<std::uint32_t, 3> seed) {
+SoakResult run_piece(const Scenario& scenario, double duration_s, bool busy,
+                     std::array<std::uint32_t, 3> seed) {
   std::seed_seq sequence(seed.begin(), seed.end());
   Random random(sequence);
   SoakResult result;
   while (duration_s - 3600 * result.hours > kShortestPiece_s) {
     const double left_s = std::min(duration_s - 3600 * result.hours, 60.0);
-    scenario.base ? run_base(scenario, left_s, random, result) : run_robot(scenario, left_s, random, result);
+    (scenario.base ? run_base : run_robot)(scenario, left_s, busy, random, result);
   }
   return result;
 }
@@ -235,7 +238,7 @@ void add(SoakResult& total, const SoakResult& piece) {
 
 }  // namespace
 
-std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only) {
+std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only, bool busy) {
   const std::vector<Scenario> all = scenarios();
   std::vector<std::uint32_t> chosen;
   for (std::uint32_t i = 0; i < all.size(); ++i)
@@ -248,7 +251,7 @@ std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string
   identification::gap::in_parallel(each.size(), [&](std::size_t i) {
     const std::uint32_t scenario = chosen[i % chosen.size()];
     const auto piece = static_cast<std::uint32_t>(i / chosen.size());
-    each[i] = run_piece(all[scenario], piece_s, {seed, scenario, piece});
+    each[i] = run_piece(all[scenario], piece_s, busy, {seed, scenario, piece});
   });
   std::vector<SoakResult> results(chosen.size());
   for (std::size_t s = 0; s < chosen.size(); ++s) {

@@ -18,6 +18,8 @@ struct SoakResult {
 
 /// On all cores; equal seeds give equal results. The hours are shared evenly among the scenarios.
 /// @param only the scenario of this name; empty: all. @throws std::invalid_argument where there is none.
-std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only = {});
+/// @param busy the machine holds up both ends of the bus.
+std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only = {},
+                             bool busy = false);
 
 }  // namespace sensor_campaign

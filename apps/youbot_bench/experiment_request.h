@@ -1,0 +1,111 @@
+/// @file
+/// An experiment with everything it needs, as a value: what a command line, a file and other programs ask
+/// for.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "apps/common/hidden_effect.h"
+#include "control/plausibility/checks.h"
+#include "hal/can_robot.h"
+#include "hal/ethercat_robot.h"
+#include "identification/experiments/compensation.h"
+#include "identification/experiments/dahl.h"
+#include "identification/experiments/parameter.h"
+#include "identification/experiments/reversals.h"
+#include "identification/experiments/staircase.h"
+#include "identification/experiments/steady_state.h"
+#include "identification/experiments/stick_slip.h"
+#include "identification/experiments/torque_ramp.h"
+#include "identification/experiments/torque_wave.h"
+
+namespace apps {
+class TomlTable;
+}  // namespace apps
+
+namespace youbot_bench {
+
+/// What all experiments have; the defaults of some depend on the experiment.
+struct ExperimentSettings {
+  std::string robot = "loopback";
+  std::string joints{};
+  std::string model{};
+  int hidden_effect = -1;
+  double record_rate_Hz = 1000.0;
+  double max_speed_rad_per_s = 12.0;
+  double max_travel_rad = 0.0;
+  std::string start_rad{};
+  double filter_cutoff_rad_per_s = 125.0;
+  double simulation_step_s = 5e-5;
+  int noise_seed = 1;
+
+  template <typename Visitor>
+  void visit(Visitor&& v) {
+    using identification::experiments::Parameter;
+    v(Parameter{"robot", "loopback, wire, ethercat:IFACE, can:IFACE"}, robot);
+    v(Parameter{"joints", "such as wheel-2, or wheel-1,wheel-3, or arm-2 alone; none named: all wheels"},
+      joints);
+    v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
+    v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and nobody names; -1: none",
+                -1, apps::HiddenEffect::kMostSeed},
+      hidden_effect);
+    v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
+    v(Parameter{"max_speed_rad_per_s",
+                "beyond, it is stopped; joints of an arm have limits of their own, too", 0.01, 30},
+      max_speed_rad_per_s);
+    v(Parameter{"max_travel_rad", "in a measurement, likewise; 0: no limit", 0, 1e6}, max_travel_rad);
+    v(Parameter{"start_rad", "where a joint of an arm is taken first; none: it begins where it stands"},
+      start_rad);
+    v(Parameter{"filter_cutoff_rad_per_s", "of the velocity", 1, 1000}, filter_cutoff_rad_per_s);
+    v(Parameter{"simulation_step_s", "of the simulated drives", 1e-6, 2e-4}, simulation_step_s);
+    v(Parameter{"noise_seed", "of the simulated sensors", 0, 2e9}, noise_seed);
+  }
+};
+/// Which experiment, and its own parameters.
+using ExperimentParameters =
+    std::variant<identification::experiments::SteadyStateConfig,
+                 identification::experiments::TorqueRampConfig, identification::experiments::DahlConfig,
+                 identification::experiments::PreslidingConfig, identification::experiments::StickSlipConfig,
+                 identification::experiments::CompensationConfig,
+                 identification::experiments::StaircaseConfig, identification::experiments::ReversalsConfig,
+                 identification::experiments::MultisineConfig>;
+
+///     ExperimentRequest request = experiment_request(StaircaseConfig{.step = 0.05});
+///     request.directory = "recordings";
+///     return run_experiment(std::move(request));
+struct ExperimentRequest {
+  const char* name = "";    ///< also the directory of the recording
+  const char* result = "";  ///< likewise, of the results; empty: the recording is the result
+  const char* about = "";
+  ExperimentSettings settings{};
+  ExperimentParameters parameters{};
+  hal::EthercatOptions ethercat{.kind = hal::EthercatOptions::Kind::kBase};
+  hal::CanOptions can{};
+  control::ChecksOff checks_off{};  ///< of the sensors
+  std::filesystem::path directory{};
+  bool resume = false;  ///< what is in `directory`; its configuration must have been read
+  bool real_time = false;
+  bool virtual_time = false;  ///< a robot on a bus too; a simulated one is, unless `real_time`
+  bool allow_non_real_time = false;
+  bool yes = false;  ///< the robot may move, do not ask
+  bool quiet = false;
+};
+
+/// All experiments, with their defaults.
+std::vector<ExperimentRequest> experiment_requests();
+/// The experiment of these parameters, otherwise with its defaults.
+ExperimentRequest experiment_request(const ExperimentParameters& parameters);
+
+/// Takes what an experiment.toml, or youbotd's configuration, says. @throws apps::ConfigError.
+void read_experiment(const std::filesystem::path& file, ExperimentRequest& request);
+
+/// Runs it until it is finished, asked to stop (stop_on_signals.h) or stopped by a fault, and prints what
+/// came out. Returns the exit code (exit_code.h). @throws std::invalid_argument, hal::SetupError.
+int run_experiment(ExperimentRequest request);
+
+/// `root` may be an experiment.toml; its keys belong to the experiment.
+void leave_to_experiments(apps::TomlTable& root);
+
+}  // namespace youbot_bench
