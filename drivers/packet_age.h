@@ -29,7 +29,7 @@ inline std::chrono::nanoseconds packet_age(const msghdr& message) noexcept {
     return {};
   timespec came{};
   std::memcpy(&came, CMSG_DATA(header), sizeof came);
-  // The kernel's stamps are of the clock that somebody may set.
+  // The kernel stamps with the wall clock, which may be set.
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
   const auto age =

@@ -48,7 +48,7 @@ struct ExperimentSettings {
     v(Parameter{"joints", "such as wheel-2, or wheel-1,wheel-3, or arm-2 alone; none named: all wheels"},
       joints);
     v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
-    v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and nobody names; -1: none",
+    v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and no output names; -1: none",
                 -1, apps::HiddenEffect::kMostSeed},
       hidden_effect);
     v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);

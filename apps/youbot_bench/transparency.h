@@ -4,7 +4,7 @@
 /// The hand's force on the simulated pen is swept by many sines at once, about the place where the operator
 /// has just taken over: with nothing at the tip, then with a known spring there. From velocity and force at
 /// either end comes the two-port's hybrid matrix (identification/two_port/hybrid_matrix.h), and from that its
-/// measures. Both ends are told in the robot's directions (W), N and m/s. All in virtual time.
+/// measures. Both ends in the robot's directions (W), N and m/s. All in virtual time.
 #pragma once
 #include <atomic>
 #include <chrono>

@@ -35,7 +35,7 @@ std::string name_with_rivals(const identification::gap::FoundEffect& found);
 std::string wins_text(const identification::gap::FoundEffect& found);
 /// "youbot-bench staircase --joint wheel-1 --highest 0.2 --out next-experiment": to be typed as it is.
 std::string command_text(const identification::gap::NextExperiment& experiment, const Findings& findings);
-/// The command that tells an effect from its rivals, or that there is none; empty without rivals.
+/// The command that separates an effect from its rivals, or that there is none; empty without rivals.
 std::string deciding_experiment(const identification::gap::FoundEffect& found, const Findings& findings);
 /// "34 sigmas expected in 62 s"
 std::string expectation_text(const identification::gap::NextExperiment& experiment);

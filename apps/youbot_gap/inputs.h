@@ -30,7 +30,7 @@ struct Inputs {
 /// their files, with as many directories before the name as tell them apart.
 /// @throws apps::ConfigError with what is wrong with the model and every recording; std::invalid_argument
 ///         for files that are given twice or do not fit together.
-/// `progress`: called with what is being read, and NaN, as nobody knows how long it takes.
+/// `progress`: called with what is being read, and NaN, as its duration is not known.
 Inputs read_inputs(const InputPaths& paths,
                    const std::function<void(std::string_view what, double done)>& progress = {});
 

@@ -26,7 +26,7 @@ class Link {
   /// Cycle: the next EtherCAT frame that came back, copied into `buffer`; its size, or 0 when none came
   /// before `timeout` was over. Frames of our own as they go out are not delivered.
   virtual std::size_t receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept = 0;
-  /// Cycle: how long ago that frame came in, while nobody asked for it; zero where that is not known.
+  /// Cycle: how long that frame has waited since it came in; zero where that is not known.
   virtual std::chrono::nanoseconds frame_age() const noexcept { return {}; }
   /// Monotonic clock of all deadlines on the wire: the machine's. An emulated bus overrides it with its own
   /// time, so that a busy machine makes no frame late.

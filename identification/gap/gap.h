@@ -71,7 +71,7 @@ struct FoundEffect {
   std::vector<std::string> equivalent{};  ///< effects this data cannot tell from it
   /// How many draws of the noise it wins, and then each of those; empty without them.
   std::vector<int> wins{};
-  std::optional<NextExperiment> decided_by{};  ///< tells it from those; none where nothing does
+  std::optional<NextExperiment> decided_by{};  ///< separates it from those; none where nothing does
   std::vector<fit::Estimate> parameters{};     ///< in the order of the effect's description
 };
 
