@@ -150,7 +150,8 @@ TEST(IdentifyStatic, ALawIsFittedAsTheEffectsThatMakeItsCurve) {
     ++laws;
     const model::friction::AnyLaw law = model::friction::make_law(description.name);
     for (const auto& [parameter, same] : kSame)
-      if (std::ranges::any_of(form.effects, [&](const auto& e) { return name_of(e) == same.effect; }))
+      if (std::ranges::any_of(form.effects,
+                              [&effect = same.effect](const auto& e) { return name_of(e) == effect; }))
         form.give(same, law.parameter(parameter));
     const model::effects::EffectChain effects(form.effects);
     for (const double v : {-3.0, -0.1, 0.05, 0.2, 1.5})
