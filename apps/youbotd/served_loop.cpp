@@ -1,24 +1,30 @@
 #include "apps/youbotd/served_loop.h"
 
-#include <utility>
-
 namespace youbotd {
 
 void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
+  const bool slept = run_ != nullptr && now - last_step_ > silence_;
   heed(now);
-  if (run_ != nullptr)
-    run_->step(now);
-  else
+  last_step_ = now;
+  if (run_ == nullptr) {
     idle();
+    return;
+  }
+  run_->step(now);
+  // It saw the pause first, and says so if that stops it. Nothing could have stopped it meanwhile.
+  if (slept) call_off();
+}
+
+void ServedLoop::call_off() noexcept {
+  told_.unheard = told_.unheard || (!ending_ && !orders_.stop && !orders_.off);
+  run_->request_stop();
 }
 
 void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   if (orders_channel_.take(orders_)) last_order_ = now;
   told_.heard = orders_.serial;
-  // As of the step before: what this loop itself slept through is no silence of others, and a run that stops
-  // for it says so, because it sees the pause before it is called off.
-  const std::chrono::nanoseconds awake = std::exchange(last_step_, now);
-  const bool heard = last_order_ && awake - *last_order_ <= silence_;
+  // As of the step before: what this loop itself slept through is no silence of others.
+  const bool heard = last_order_ && last_step_ - *last_order_ <= silence_;
   const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
     run_ = orders_.run;
@@ -29,11 +35,13 @@ void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
     if (capture_ != nullptr) capture_->resume();
   } else if (run_ == nullptr && orders_.run != nullptr && orders_.number > number_) {
     told_.ended = number_ = orders_.number;  // called off before it began
+    told_.unheard = false;
   }
   if (run_ == nullptr) return;
-  told_.unheard = told_.unheard || (!heard && !ending_ && !orders_.stop && !orders_.off);
   if (heard && orders_.off)
     run_->switch_off();
+  else if (!heard)
+    call_off();
   else if (!wanted)
     run_->request_stop();
 }

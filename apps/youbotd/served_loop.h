@@ -27,7 +27,7 @@ struct Told {
   std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed; what is told is as new as they
   std::uint64_t cycles = 0;
   std::uint64_t ended = 0;   ///< number of the last run that is over
-  bool unheard = false;      ///< that one, or the one under way, comes to rest because no orders came
+  bool unheard = false;      ///< the newest run comes, or came, to rest because no orders were heard
   Progress progress;         ///< of the run under way
   hal::CycleStatus robot{};  ///< while there is none
   hal::HapticStatus master{};
@@ -39,8 +39,8 @@ struct Told {
 class ServedLoop {
  public:
   /// `master` and `capture`, which keeps still from the end of a run to the next, may be null. All outlive
-  /// the loop. A run without orders for longer than `silence` comes to rest, because nothing else could stop
-  /// it.
+  /// the loop. A run without orders for longer than `silence`, or that this loop did not step for as long,
+  /// comes to rest, because nothing else could stop it.
   ServedLoop(hal::Robot& robot, hal::HapticDevice* master, drivers::ethercat::PcapRing* capture,
              std::chrono::nanoseconds silence)
       : robot_(robot), master_(master), capture_(capture), silence_(silence) {}
@@ -60,6 +60,7 @@ class ServedLoop {
 
  private:
   void heed(std::chrono::nanoseconds now) noexcept;
+  void call_off() noexcept;
   void idle() noexcept;
 
   hal::Robot& robot_;

@@ -40,7 +40,8 @@ struct Refusal : std::runtime_error {
 };
 
 constexpr const char* kUnheard =
-    "the loop: it got no orders for 'loop.commander_timeout_s', as the rest of this program stood still; "
+    "the loop: it got no orders for 'loop.commander_timeout_s', as this program stood still or a part of it "
+    "did; "
     "brought to rest and switched off: end other programs that keep it from running";
 
 /// So that an answer holds it.
@@ -75,7 +76,7 @@ void Service::attend() {
   if (attended_ && now - *attended_ > kLongHoldUp) {
     held_up_ = now - *attended_;
     fresh_from_ = now + kBacklog;
-    spdlog::warn("youbotd stood still for {:.1f} s: orders that waited as long start nothing",
+    spdlog::warn("the control thread was held up for {:.1f} s: orders that waited as long start nothing",
                  std::chrono::duration<double>(held_up_).count());
   }
   attended_ = now;

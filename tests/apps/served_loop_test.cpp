@@ -36,6 +36,7 @@ class ScriptedRun final : public youbotd::Run {
  public:
   void step(nanoseconds) noexcept override {
     ++steps;
+    was_stopping_in_step = stopping;
     if (stopping && --left == 0) over = true;
   }
   void request_stop() noexcept override { stopping = true; }
@@ -53,6 +54,7 @@ class ScriptedRun final : public youbotd::Run {
   int steps = 0;
   int left = 3;
   bool stopping = false;
+  bool was_stopping_in_step = false;
   bool off = false;
   bool over = false;
   nanoseconds longest_step{};
@@ -154,16 +156,48 @@ TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
   EXPECT_STREQ(told.progress.phase, "off") << "it does not begin again by itself";
 }
 
-TEST_F(ServedLoopTest, WhatTheLoopItselfSleptThroughIsNoSilenceOfOthers) {
+// A run that stops for the pause by itself says why, so it sees it first; one that would go on, such as one
+// whose drives do not obey yet, is called off, also when new orders have come meanwhile.
+TEST_F(ServedLoopTest, ARunThatTheLoopSleptThroughIsCalledOffOnceItHasSeenThePause) {
+  for (const bool ordered : {false, true}) {
+    SCOPED_TRACE(ordered);
+    ScriptedRun own;
+    const Orders orders{.number = ordered ? 2U : 1U, .run = &own};
+    loop.order(orders);
+    cycle();
+    const int steps = own.steps;
+    now += 10 * kSilence;
+    if (ordered) loop.order(orders);
+    cycle();
+    EXPECT_EQ(own.steps, steps + 1);
+    EXPECT_FALSE(own.was_stopping_in_step) << "the run is to see the pause before it is called off";
+    EXPECT_TRUE(own.stopping);
+    EXPECT_TRUE(told.unheard);
+    cycle(10);
+    EXPECT_EQ(told.ended, orders.number);
+  }
+}
+
+TEST_F(ServedLoopTest, AShorterPauseOfTheLoopIsNoSilenceOfOthers) {
   const Orders orders = begin();
-  now += 10 * kSilence;
+  now += kSilence - 1ms;
   cycle();
-  EXPECT_FALSE(run.stopping) << "the run is to see the pause before it is called off";
+  EXPECT_FALSE(run.stopping);
   loop.order(orders);
   cycle(10);
   EXPECT_FALSE(run.stopping) << "both slept";
   cycle(static_cast<int>(kSilence / 1ms) + 2);
   EXPECT_TRUE(run.stopping);
+}
+
+TEST_F(ServedLoopTest, ARunThatNeverBeganIsNotEndedForWantOfOrders) {
+  (void)begin();
+  cycle(static_cast<int>(kSilence / 1ms) + 20);
+  ASSERT_TRUE(told.unheard);
+  loop.order({.number = 2, .run = &run, .stop = true});
+  cycle(3);
+  EXPECT_EQ(told.ended, 2U);
+  EXPECT_FALSE(told.unheard);
 }
 
 /// Counts who touches it.
