@@ -143,7 +143,7 @@ bool is_trusted(const std::filesystem::path& folder, const std::filesystem::path
   if (::stat(file.c_str(), &found) != 0 || ::stat(folder.empty() ? "." : folder.c_str(), &home) != 0)
     return true;
   const bool known = found.st_uid == 0 || found.st_uid == ::geteuid() || found.st_uid == home.st_uid;
-  return known && (found.st_mode & S_IWOTH) == 0;
+  return known && (found.st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
 /// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
