@@ -385,7 +385,10 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   bus_->send(earliest);
   nanoseconds stamp = clock_.now();
   const ethercat::CycleResult result = bus_->receive();
-  nanoseconds latest = std::max(clock_.now() - result.answer_age, stamp);
+  // The answer may have been there before this thread went on.
+  const nanoseconds arrived = std::max(clock_.now() - result.answer_age, earliest);
+  stamp = std::min(stamp, arrived);
+  nanoseconds latest = arrived;
   if (simulated_) stamp = latest;  // it goes on until just before it answers
   if (goes_by_frames_) earliest = stamp = latest = begin_ + time_by_frames();
   simulation_gone_ = options_.lock_step && !result.answered;
