@@ -31,6 +31,7 @@ bool OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   passed_s_ += time.elapsed_s;
   if (time.unsure_s > 0) return false;
   const double elapsed_s = std::exchange(passed_s_, 0.0);
+  if (elapsed_s > kComparable_s) known_ = false;  // too much weight and torque lies between
   const double least_Nm = std::exchange(least_Nm_, torque_Nm);
   const double most_Nm = std::exchange(most_Nm_, torque_Nm);
   if (!known_) {

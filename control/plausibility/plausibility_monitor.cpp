@@ -22,10 +22,8 @@ constexpr double kArmStep_rad_per_s = 0.25;
 /// 1 A.
 constexpr double kWheelTorqueBias = 0.015;
 constexpr double kArmTorqueBias = 0.045;
-/// After a longer pause nothing before it is compared with anything after it.
-constexpr double kLongestStep_s = std::chrono::duration<double>(hal::kLongestCheckedSample).count();
 
-/// Of what is unsure about a sample's time, this is in the checks' constants.
+/// So much of what is unsure about a sample's time is in the checks' own constants.
 constexpr double kAllowed_s = 0.001;
 
 constexpr std::size_t kWheels = 4;
@@ -80,7 +78,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
                                                                         double elapsed_s) noexcept {
   const std::chrono::duration<double> bounds = sample.latest - sample.earliest;
   const SampleTime time{elapsed_s, std::max(0.0, bounds.count() - kAllowed_s)};
-  if (elapsed_s > kLongestStep_s || time.unsure_s > kLongestStep_s) {
+  if (elapsed_s > kComparable_s || time.unsure_s > kComparable_s) {
     restart();
     return std::nullopt;
   }

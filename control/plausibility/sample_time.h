@@ -8,11 +8,13 @@
 namespace control {
 
 inline constexpr double kRegularSample_s = std::chrono::duration<double>(hal::kLongestRegularSample).count();
+/// After a longer pause nothing before it is compared with anything after it.
+inline constexpr double kComparable_s = std::chrono::duration<double>(hal::kLongestCheckedSample).count();
 
 struct SampleTime {
   double elapsed_s = 0.0;  ///< from the stamp of the last sample to that of this one
-  /// So far from its stamp it may have been taken, but for the millisecond that each check allows anyway.
-  /// Zero on a bus that is quick. A check raises no alarm that any time within explains.
+  /// Largest distance of the true time from the stamp, less the millisecond that each check allows. Zero on a
+  /// quick bus. A check raises no alarm that any time within explains.
   double unsure_s = 0.0;
 };
 
