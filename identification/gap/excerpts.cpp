@@ -131,14 +131,23 @@ Source part_of(const Source& source, const Excerpt& excerpt) {
   return part;
 }
 
+/// Whether some of its rows, however few, are there to judge with.
+bool judges_anywhere(const Excerpt& excerpt, std::size_t rows, const Judges& judges) {
+  constexpr std::size_t kPlaces = 32;
+  for (std::size_t k = 0; k <= kPlaces; ++k) {
+    const std::size_t row = excerpt.from + (excerpt.to - 1 - excerpt.from) * k / kPlaces;
+    if (judges(excerpt.source, static_cast<double>(row) / static_cast<double>(rows))) return true;
+  }
+  return false;
+}
+
 bool is_whole(const Excerpt& excerpt, std::span<const Source> sources) {
   return excerpt.from == 0 && excerpt.to == sources[excerpt.source].recording.rows();
 }
 
 }  // namespace
 
-std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band& band,
-                                     const std::function<bool(std::size_t source, double share)>& judges,
+std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band& band, const Judges& judges,
                                      const Enough& enough) {
   double rows = 0;
   double samples = 0;
@@ -156,10 +165,8 @@ std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band
   const std::vector<Excerpt> all =
       divided_evenly(sources, std::max(kExcerpt_s, kExcerptPeriods / band.cutoff_Hz));
   std::array<std::vector<std::size_t>, 2> kinds;  // to search in and to judge with
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const double middle = 0.5 * static_cast<double>(all[i].from + all[i].to);
-    kinds[judges(all[i].source, middle / static_cast<double>(wholes[all[i].source].to)) ? 1 : 0].push_back(i);
-  }
+  for (std::size_t i = 0; i < all.size(); ++i)
+    kinds[judges_anywhere(all[i], wholes[all[i].source].to, judges) ? 1 : 0].push_back(i);
   const std::vector<double> rare = rarity(looks_at(sources, all), all.size());
   std::vector<Excerpt> chosen;
   for (const std::vector<std::size_t>& kind : kinds) {
@@ -206,9 +213,9 @@ std::vector<Diagnosis> left_out(std::span<const Source> sources, std::span<const
                           mean_step_of(sources[excerpts.front().source]);
   return {{"all recordings", "time_s", std::to_string(all) + " rows are more than a search needs",
            "all rows were looked at for damage; " + std::to_string(excerpts.size()) + " excerpts of about " +
-               short_number(length_s) + " s are analysed, " + std::to_string(analysed) + " rows: of " +
-               std::to_string((all + analysed / 2) / analysed) +
-               " neighbours the one with the rarest motion to search in, one by its number to judge with"}};
+               short_number(length_s) + " s are analysed, " + std::to_string(analysed) +
+               " rows: of neighbours the one with the rarest motion to search in, one by its number to judge "
+               "with"}};
 }
 
 }  // namespace identification::gap

@@ -18,13 +18,14 @@ struct Excerpt {
   std::size_t to;  ///< one past its last
 };
 
+/// Whether a place is there to judge with: of a recording, and the share of its rows that came before.
+using Judges = std::function<bool(std::size_t source, double share)>;
+
 /// All recordings as wholes, as long as they are not more than enough. Else they are cut into excerpts of
-/// some seconds, and of so many neighbours each time one is chosen. To search in, that is the one which
-/// visits most of what few others visit, of positions, and of torques at a velocity; to judge with (`judges`,
-/// of a recording and the share of its time that has passed), one by its number alone, so that what is
-/// measured on them is what all rows would give.
-std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band& band,
-                                     const std::function<bool(std::size_t source, double share)>& judges,
+/// some seconds, and one of every N neighbours is chosen. To search in, that is the one which visits most of
+/// what few others visit, of positions, and of torques at a velocity. Where any row is there to judge with,
+/// it is one by its number alone, so that what is measured on them is what all rows would give.
+std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band& band, const Judges& judges,
                                      const Enough& enough);
 
 /// Each made ready; those of one recording carry its number and where it begins and ends.

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace identification::gap {
@@ -110,6 +111,33 @@ TEST(Excerpts, ToJudgeWithDoNotDependOnWhatIsInThem) {
   const std::vector<Excerpt> after = chosen_excerpts(std::vector{source}, kBand, always, kEnough);
   ASSERT_EQ(before.size(), after.size());
   for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(before[i].from, after[i].from);
+}
+
+// Whole recordings, or quarters of them, as short as an excerpt: each row that is there to judge with belongs
+// to an excerpt that was chosen by its number, not for what is in it.
+TEST(Excerpts, OfShortRecordingsJudgeByTheirNumberToo) {
+  const auto is_set_aside = [](std::size_t, double share) { return share >= 0.65 && share < 0.85; };
+  for (const double seconds : {5.0, 16.0}) {
+    SCOPED_TRACE(seconds);
+    std::vector<Source> sources;
+    for (int i = 0; i < 60; ++i) sources.push_back(swinging("a", seconds));
+    const auto judging = [&] {
+      std::vector<std::pair<std::size_t, std::size_t>> found;
+      for (const Excerpt& excerpt : chosen_excerpts(sources, kBand, is_set_aside, kEnough)) {
+        const auto rows = static_cast<double>(sources[excerpt.source].recording.rows());
+        if (static_cast<double>(excerpt.to) > 0.65 * rows && static_cast<double>(excerpt.from) < 0.85 * rows)
+          found.emplace_back(excerpt.source, excerpt.from);
+      }
+      return found;
+    };
+    const auto before = judging();
+    ASSERT_FALSE(before.empty());
+    for (std::size_t s = 0; s < sources.size(); s += 7) {
+      std::vector<double>& position = values(sources[s], "position_rad");
+      for (std::size_t i = position.size() * 7 / 10; i < position.size() * 8 / 10; ++i) position[i] += 5;
+    }
+    EXPECT_EQ(judging(), before);
+  }
 }
 
 // A load that comes back every 20 s, of which every fifth excerpt of 4 s would see always the same part.
