@@ -25,10 +25,19 @@ using Settings = std::vector<std::pair<std::string, std::string>>;
 constexpr double kHolds = 0.7;
 /// Of the torque limit, for a model that has no Coulomb friction.
 constexpr double kUsualCoulomb = 0.1;
-/// youbot-bench stops a joint that is faster, unless it is allowed more; and allows no more at all than that.
+/// Of the speed that youbot-bench stops at: what leaves room for an overshoot. It allows 30 rad/s and no
+/// more.
 constexpr double kUsualTop_rad_per_s = 10;
 constexpr double kMostTop_rad_per_s = 25;
 constexpr double kAbove = 1.2;
+
+/// youbot-bench's own.
+BenchStops usual_stops(std::string_view experiment) {
+  if (experiment == "dahl" || experiment == "presliding") return {2, 0.5};
+  if (experiment == "torque-ramp") return {5, 3};
+  if (experiment == "stick-slip") return {6, 20};
+  return {.speed_rad_per_s = 12};
+}
 
 /// Two digits, downwards: what a person would type.
 double round_down(double value) {
@@ -69,8 +78,6 @@ class Bench {
     const auto* coulomb = model.find<model::effects::Coulomb>();
     coulomb_ = coulomb != nullptr ? coulomb->parameters().torque_Nm : kUsualCoulomb * limits.torque_Nm;
     coulomb_ = std::min(coulomb_, limits.torque_Nm);
-    if (speed_ > kUsualTop_rad_per_s)
-      common_.emplace_back("max_speed_rad_per_s", text_of(round_down(kAbove * speed_)));
   }
 
   std::vector<BenchExperiment> all() {
@@ -85,14 +92,19 @@ class Bench {
   void add(std::string_view name, const Config& config, const Settings& extra, const More&... more) {
     Settings settings = settings_of(config);
     settings.insert(settings.end(), extra.begin(), extra.end());
-    settings.insert(settings.end(), common_.begin(), common_.end());
+    BenchStops stops = usual_stops(name);
+    if (speed_ > kUsualTop_rad_per_s && std::isinf(stops.travel_rad)) {
+      stops.speed_rad_per_s = round_down(kAbove * speed_);
+      settings.emplace_back("max_speed_rad_per_s", text_of(stops.speed_rad_per_s));
+    }
     list_.push_back({std::string(name), std::move(settings),
                      [config, more...](double period_s) -> std::unique_ptr<JointExperiment> {
                        if constexpr (std::is_constructible_v<Experiment, Config, More..., double>)
                          return std::make_unique<Experiment>(config, more..., period_s);
                        else
                          return std::make_unique<Experiment>(config);
-                     }});
+                     },
+                     stops});
   }
 
   void by_speed() {
@@ -157,7 +169,6 @@ class Bench {
   double speed_;
   double torque_;
   double coulomb_ = 0;
-  Settings common_;
   std::vector<BenchExperiment> list_;
 };
 

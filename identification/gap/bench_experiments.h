@@ -2,6 +2,7 @@
 /// What a drive could be asked next: experiments that youbot-bench has, with options that suit the drive.
 #pragma once
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,14 +14,21 @@
 
 namespace identification::gap {
 
+/// Where youbot-bench stops an experiment: faster than that, or further in one measurement.
+struct BenchStops {
+  double speed_rad_per_s = std::numeric_limits<double>::infinity();
+  double travel_rad = std::numeric_limits<double>::infinity();
+};
+
 struct BenchExperiment {
   std::string name;                                           ///< of the command: "staircase"
   std::vector<std::pair<std::string, std::string>> settings;  ///< other than its defaults, by key
   std::function<std::unique_ptr<experiments::JointExperiment>(double period_s)> make;
+  BenchStops stops{};  ///< with these settings
 };
 
-/// Slow and fast, by speed and by torque, at rest and in motion; none asks more speed or torque than that by
-/// its own set-points. What a torque makes of the joint is left to see.
+/// Slow and fast, by speed and by torque, at rest and in motion. No set-point exceeds the limits; how fast a
+/// torque makes the joint is for carried_out() to find.
 std::vector<BenchExperiment> bench_experiments(const model::effects::DriveModel& model,
                                                const DriveLimits& limits);
 

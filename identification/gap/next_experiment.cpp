@@ -172,7 +172,8 @@ DriveLimits limits_of(std::span<const Signals> signals) {
 }
 
 std::optional<Source> carried_out(const model::effects::DriveModel& model,
-                                  experiments::JointExperiment& experiment, const DriveLimits& limits) {
+                                  experiments::JointExperiment& experiment, const DriveLimits& limits,
+                                  const BenchStops& stops) {
   sim::ModelDrive drive(model, kPeriod_s);
   SpeedLoop loop(model.inertia_kg_m2, limits.torque_Nm);
   std::vector<double> time_s;
@@ -184,6 +185,7 @@ std::optional<Source> carried_out(const model::effects::DriveModel& model,
   experiments::Reading reading{.command_Nm = 0};
   for (int measurement = 0; measurement < experiment.measurement_count(); ++measurement) {
     reading.time_s = 0;
+    const double begin_rad = drive.position_rad();
     experiment.begin(measurement, reading);
     while (!experiment.finished()) {
       const hal::JointCommand command = experiment.step(reading).command;
@@ -198,8 +200,9 @@ std::optional<Source> carried_out(const model::effects::DriveModel& model,
       lowest = std::min(lowest, drive.position_rad());
       highest = std::max(highest, drive.position_rad());
       if (std::abs(torque) > limits.torque_Nm || highest - lowest > limits.travel_rad ||
-          std::abs(drive.velocity_rad_per_s()) > kOvershoot * limits.speed_rad_per_s ||
-          time_s.back() > kLongest_s)
+          std::abs(drive.velocity_rad_per_s()) >
+              std::min(kOvershoot * limits.speed_rad_per_s, stops.speed_rad_per_s) ||
+          std::abs(drive.position_rad() - begin_rad) > stops.travel_rad || time_s.back() > kLongest_s)
         return {};
       reading = {.time_s = reading.time_s + kPeriod_s,
                  .position_rad = drive.position_rad(),
@@ -238,7 +241,7 @@ std::vector<std::optional<NextExperiment>> next_experiments(const model::effects
     } catch (const std::invalid_argument&) {
       return;  // youbot-bench has no options that large or small
     }
-    std::optional<Source> source = carried_out(drive, *experiment, limits);
+    std::optional<Source> source = carried_out(drive, *experiment, limits, bench[i].stops);
     if (!source) return;
     const double duration_s = static_cast<double>(source->recording.rows()) * kPeriod_s;
     // The new recording is worth what those at hand are.

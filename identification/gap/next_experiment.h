@@ -29,20 +29,22 @@ struct Pair {
   FittedModel rival;
 };
 
-/// By how much the recording of an experiment separates the two, in standard deviations of the noise, once
-/// the rival's parameters have followed as far as the data at hand let them:
+/// By how much the recording of an experiment separates the two, in standard deviations of the noise, after
+/// the rival is fitted to it and to the data at hand:
 ///   min over δ of √(|Δ − J·δ|² + |J₀·δ|²)/σ
 /// with Δ the difference of the two predictions and J, J₀ the rival's Jacobians of the new and the old rows.
 /// At rest, where rows say nothing, by how much more or less the joint gives under the torque, in steps of
 /// the encoder, whatever the rival's stiffness.
 double separation(const Pair& pair, const Source& experiment, const AtHand& at_hand);
 
-/// What a drive that is as the model says records in an experiment; none where it goes beyond its limits.
+/// What a drive that is as the model says records in an experiment; none where it goes beyond its limits or
+/// youbot-bench stops it.
 std::optional<Source> carried_out(const model::effects::DriveModel& model,
-                                  experiments::JointExperiment& experiment, const DriveLimits& limits);
+                                  experiments::JointExperiment& experiment, const DriveLimits& limits,
+                                  const BenchStops& stops = {});
 
-/// For each question the experiment, carried out on `drive`, that separates all its pairs clearly, and the
-/// one which is hardest to tell best per minute. None where no experiment does.
+/// For each question the experiment, carried out on `drive`, that separates all its pairs clearly: the one
+/// with the largest separation per second of the pair that it separates least. None where no experiment does.
 std::vector<std::optional<NextExperiment>> next_experiments(const model::effects::DriveModel& drive,
                                                             const std::vector<std::vector<Pair>>& questions,
                                                             const AtHand& at_hand, const DriveLimits& limits);

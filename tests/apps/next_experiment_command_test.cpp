@@ -8,9 +8,11 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <vector>
 
 #include "apps/common/drive_model_file.h"
 #include "apps/common/hidden_effect.h"
+#include "apps/youbot_bench/experiment_request.h"
 #include "apps/youbot_gap/findings.h"
 #include "identification/gap/bench_experiments.h"
 #include "tests/support/built_paths.h"
@@ -46,6 +48,30 @@ TEST(NextExperimentCommand, RunsAsItIsPrintedOnTheLoopbackRobot) {
   }
   EXPECT_EQ(names, (std::set<std::string>{"dahl", "multisine", "presliding", "reversals", "staircase",
                                           "steady-state", "stick-slip", "torque-ramp"}));
+}
+
+// What is planned is what youbot-bench does not stop.
+TEST(NextExperimentCommand, ThePlanKnowsWhereTheBenchStops) {
+  const std::vector<youbot_bench::ExperimentRequest> requests = youbot_bench::experiment_requests();
+  for (const double speed_rad_per_s : {8.0, 15.9, 40.0}) {
+    const identification::gap::DriveLimits limits{.torque_Nm = 0.25,
+                                                  .speed_rad_per_s = speed_rad_per_s,
+                                                  .travel_rad = std::numeric_limits<double>::infinity()};
+    for (const auto& planned : identification::gap::bench_experiments(apps::known_wheel_model(), limits)) {
+      SCOPED_TRACE(planned.name);
+      const auto request =
+          std::ranges::find_if(requests, [&](const auto& known) { return planned.name == known.name; });
+      ASSERT_NE(request, requests.end());
+      double top_rad_per_s = request->settings.max_speed_rad_per_s;
+      for (const auto& [key, value] : planned.settings)
+        if (key == "max_speed_rad_per_s") top_rad_per_s = std::stod(value);
+      EXPECT_EQ(planned.stops.speed_rad_per_s, top_rad_per_s);
+      EXPECT_LE(top_rad_per_s, 30);
+      const double travel_rad = request->settings.max_travel_rad;
+      EXPECT_EQ(planned.stops.travel_rad,
+                travel_rad > 0 ? travel_rad : std::numeric_limits<double>::infinity());
+    }
+  }
 }
 
 TEST(NextExperimentCommand, AnArmsJointIsMeasuredAlone) {
