@@ -52,6 +52,9 @@ double rms(const Eigen::VectorXd& residual, const Indices& use) {
   return use.empty() ? 0 : std::sqrt(residual(use).squaredNorm() / static_cast<double>(use.size()));
 }
 
+/// Of the square of `before`; below zero where it grew.
+double share_taken(double before, double after) { return before > 0 ? 1 - std::pow(after / before, 2) : 0; }
+
 void require_one_rig(std::span<const Source> data, std::span<const Source> held_out) {
   std::string rig;
   std::string first;
@@ -188,10 +191,14 @@ void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& riva
     for (const FittedModel& rival : rivals[i]) questions.back().push_back({truth, rival});
     answers.push_back(&result.effects[i].decided_by);
   }
+  const auto is_known = [&](const std::string& effect) {
+    return find_effect(final.model, effect, 0) != nullptr;
+  };
+  std::erase_if(result.blind_spots, [&](const BlindSpot& spot) {
+    return !spot.effects.empty() && std::ranges::all_of(spot.effects, is_known);
+  });
   for (BlindSpot& spot : result.blind_spots) {
-    std::erase_if(spot.effects, [&](const std::string& effect) {
-      return find_effect(final.model, effect, 0) != nullptr;  // it is known
-    });
+    std::erase_if(spot.effects, is_known);
     if (spot.effects.empty()) continue;
     questions.emplace_back();
     for (const std::string& effect : spot.effects)
@@ -242,7 +249,7 @@ void name_inertia(Result& result, const model::effects::DriveModel& base, const 
   found.p_value = chance_of(squares_before, squares_after);
   found.gap_before = rms(before, held_out);
   found.gap_after = rms(after, held_out);
-  found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
+  found.held_out_gain = share_taken(found.gap_before, found.gap_after);
   result.model.inertia_kg_m2 = base.inertia_kg_m2;
   result.model.effects.push_back(found.effect);
   result.effects.insert(result.effects.begin(), std::move(found));
@@ -416,7 +423,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     // Of the held-out data themselves, not of the stretches that the search left out of its own.
     found.gap_before = rms(residual(added.before), quiet);
     found.gap_after = rms(residual(added.after), quiet);
-    found.held_out_gain = 1 - std::pow(found.gap_after / found.gap_before, 2);
+    found.held_out_gain = share_taken(found.gap_before, found.gap_after);
     rivals.resize(result.effects.size() + 1);
     for (const RivalModel& rival : added.rivals) {
       rivals.back().push_back(rival.model);

@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "identification/fit/statistics.h"
-#include "identification/gap/noise_draws.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/zero_phase.h"
 
@@ -169,10 +168,8 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
                       {.name = "damping_Nm_s_per_rad",
                        .value = 0,
                        .not_identifiable = "a joint that gives slowly does not show it"}};
-  if (!both) {
-    found.equivalent = {"elasticity"};
-    found.wins = draws_won({after, after}, options.seed);  // stretches of one size say nothing between them
-  }
+  // Stretches of one size say nothing between the two: no draw of the noise could decide.
+  if (!both) found.equivalent = {"elasticity"};
   findings.presliding = std::move(found);
   return findings;
 }

@@ -31,7 +31,7 @@ struct Added {
   std::string_view effect;
   FittedModel before;
   FittedModel after;
-  double gain = 0;  ///< share of the squared held-out residual
+  double gain = 0;  ///< share of the squared residual of the blocks that the search left out
   int blocks_improved = 0;
   int blocks = 0;
   double p_value = 1;
