@@ -71,7 +71,7 @@ std::string interval_text(const identification::fit::Estimate& estimate) {
 
 std::string evidence_text(const FoundEffect& found) {
   return fmt::format(
-      "takes away {:.1f} % of the squared held-out residual; better in {} of {} blocks of the data searched, "
+      "takes away {:.1f} % of the squared held-out residual, better in {} of {} blocks of the data searched, "
       "p = {:.2g}",
       100 * found.held_out_gain, found.blocks_improved, found.blocks, found.p_value);
 }
