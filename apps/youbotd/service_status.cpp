@@ -23,6 +23,7 @@ json bus_json(const std::optional<hal::BusLosses>& losses) {
           {"lost", losses->lost},
           {"incomplete", losses->incomplete},
           {"late", losses->late},
+          {"twice", losses->twice},
           {"damaged", losses->damaged}};
 }
 
