@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -17,11 +18,12 @@
 #include "apps/common/ethercat_config.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/plausibility_config.h"
+#include "apps/common/regular_file.h"
 #include "apps/common/scene_config.h"
 #include "apps/common/toml_reader.h"
+#include "apps/youbotd/setting_bounds.h"
 #include "apps/youbotd/teleop_config.h"
 #include "model/effects/resistance.h"
-#include "apps/youbotd/setting_bounds.h"
 
 namespace youbotd {
 namespace {
@@ -136,38 +138,38 @@ bool leaves(const std::filesystem::path& folder, const std::filesystem::path& na
 }
 
 /// Whether only root, the user of this program or who owns the configuration's folder can have written it.
-bool is_trusted(const std::filesystem::path& folder, const std::filesystem::path& file) {
+bool is_trusted(const std::filesystem::path& folder, const apps::RegularFile& file) {
   struct stat home {};
-  struct stat found {};
-  // What is not there has its own message.
-  if (::stat(file.c_str(), &found) != 0 || ::stat(folder.empty() ? "." : folder.c_str(), &home) != 0)
-    return true;
-  const bool known = found.st_uid == 0 || found.st_uid == ::geteuid() || found.st_uid == home.st_uid;
-  return known && (found.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+  const bool known =
+      file.owner() == 0 || file.owner() == ::geteuid() ||
+      (::stat(folder.empty() ? "." : folder.c_str(), &home) == 0 && file.owner() == home.st_uid);
+  return known && !file.group_or_others_may_write();
 }
 
 /// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
 std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
                                                      const std::filesystem::path& folder,
                                                      const std::string& name) {
-  if (table.is_set(key) && leaves(folder, name)) {
-    table.refuse(key,
-                 "names a file outside the configuration's folder, which only the file itself may: " + name);
+  const auto refuse = [&](const std::string& complaint) {
+    table.refuse(key, "names a " + complaint);
     return std::nullopt;
-  }
-  if (table.is_set(key) && !is_trusted(folder, folder / name)) {
-    table.refuse(key,
-                 "names a file that others can write, by its owner or its rights, which only the file itself "
-                 "may: " +
-                     name);
-    return std::nullopt;
-  }
+  };
+  if (table.is_set(key) && leaves(folder, name))
+    return refuse("file outside the configuration's folder, which only the file itself may: " + name);
+  const std::filesystem::path path = folder / name;
   try {
-    return apps::read_drive_model(folder / name);
+    if (!table.is_set(key)) return apps::read_drive_model(path);
+    // What is judged is what is read, however often the path leads elsewhere meanwhile.
+    const apps::RegularFile file(path);
+    if (!is_trusted(folder, file))
+      return refuse(
+          "file that others can write, by its owner or its rights, which only the file itself may: " + name);
+    return apps::read_drive_model(path, file);
   } catch (const apps::ConfigError& error) {
-    for (const std::string& problem : error.problems())
-      table.refuse(key, "names a drive model that cannot be used: " + problem);
+    for (const std::string& problem : error.problems()) refuse("drive model that cannot be used: " + problem);
     return std::nullopt;
+  } catch (const std::runtime_error& error) {
+    return refuse("drive model that cannot be used: " + path.string() + ": " + error.what());
   }
 }
 
@@ -330,13 +332,13 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + 2 * cycle.period;
   if (cycle.command_timeout < 2 * cycle.period)
     loop.refuse("command_timeout_s", "is less than two periods");
-  else if (lost_frame > cycle.command_timeout)
-    ethercat.refuse(
   else if (cycle.command_timeout > config.commander_timeout)
     loop.refuse(
         "command_timeout_s",
         "is more than 'loop.commander_timeout_s': the base would follow an old set-point for longer than "
         "a silent commander is waited for");
+  else if (lost_frame > cycle.command_timeout)
+    ethercat.refuse(
         "frame_timeout_s",
         "and two periods are more than 'loop.command_timeout_s': one lost frame would stop the robot");
   const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
