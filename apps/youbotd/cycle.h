@@ -14,6 +14,7 @@
 #include "apps/youbotd/sample_clock.h"
 #include "control/base_controller.h"
 #include "control/reference_limiter.h"
+#include "control/speed_proof.h"
 #include "control/torque_rate.h"
 #include "control/workspace.h"
 #include "hal/robot.h"
@@ -126,6 +127,7 @@ class Cycle {
   std::chrono::nanoseconds last_reference_{};
   std::array<control::TorqueRate, kWheels> torque_rates_;
 
+  std::array<control::SpeedProof, kWheels> speed_proofs_;
   hal::RobotCommand command_;
   hal::RobotSample sample_;
   SampleClock sample_clock_;
