@@ -100,6 +100,7 @@ class Cycle {
   void switch_off() noexcept;
 
   bool finished() const noexcept;
+  control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
   CycleRecord& record() noexcept { return record_; }  ///< of the last step()
   const CycleRecord& record() const noexcept { return record_; }
   const StopReason& stop_reason() const noexcept { return stop_reason_; }
@@ -126,8 +127,8 @@ class Cycle {
   control::ReferenceLimiter reference_limiter_;
   std::chrono::nanoseconds last_reference_{};
   std::array<control::TorqueRate, kWheels> torque_rates_;
-
   std::array<control::SpeedProof, kWheels> speed_proofs_;
+
   hal::RobotCommand command_;
   hal::RobotSample sample_;
   SampleClock sample_clock_;

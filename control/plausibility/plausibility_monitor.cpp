@@ -25,6 +25,8 @@ constexpr double kArmTorqueBias = 0.045;
 
 /// So much of what is unsure about a sample's time is in the checks' own constants.
 constexpr double kAllowed_s = 0.001;
+/// A busy machine is late for a moment now and then.
+constexpr double kSilent_s = 1.0;
 
 constexpr std::size_t kWheels = 4;
 
@@ -78,6 +80,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
                                                                         double elapsed_s) noexcept {
   const std::chrono::duration<double> bounds = sample.latest - sample.earliest;
   const SampleTime time{elapsed_s, std::max(0.0, bounds.count() - kAllowed_s)};
+  late_s_ = time.unsure_s > 0 ? late_s_ + elapsed_s : 0.0;
   if (elapsed_s > kComparable_s || time.unsure_s > kComparable_s) {
     restart();
     return std::nullopt;
@@ -99,6 +102,14 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
     if (!finding) finding = opposed;
   }
   return finding;
+}
+
+ChecksOff PlausibilityMonitor::silent() const noexcept {
+  ChecksOff silent;
+  if (late_s_ < kSilent_s) return silent;
+  if (wheels_) silent.add(PlausibilityCheck::kWheelAgreement);
+  if (arm_) silent.add(PlausibilityCheck::kOpposedMotion);
+  return silent;
 }
 
 std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const hal::RobotCommand& command,

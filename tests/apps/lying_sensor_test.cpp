@@ -170,6 +170,27 @@ TEST(TrueArm, EndsNoRunInFreeSpaceNorAtAWallNorUnderAnyLoad) {
     }
 }
 
+TEST(LateAnswers, ChecksThatTheyKeepFromJudgingAreTold) {
+  using control::PlausibilityCheck;
+  BaseRig base(sim::BaseParameters{});
+  ArmRig arm;
+  const auto silent = [](auto& rig) {
+    rig.run(1500ms);
+    const control::ChecksOff checks = rig.cycle.silent_checks();
+    return std::pair{checks.has(PlausibilityCheck::kWheelAgreement),
+                     checks.has(PlausibilityCheck::kOpposedMotion)};
+  };
+  EXPECT_EQ(silent(base), std::pair(false, false));
+  for (support::HeldUpRobot* bus : {&base.bus, &arm.bus})
+    bus->hold_up([] { return support::HeldUpRobot::Delay{.answer = 1500us}; });
+  EXPECT_EQ(silent(base), std::pair(true, false)) << "it has no arm";
+  EXPECT_EQ(silent(arm), std::pair(true, true));
+  // Now and then one in time is enough.
+  int n = 0;
+  base.bus.hold_up([&n] { return support::HeldUpRobot::Delay{.answer = n++ % 50 == 0 ? 0us : 1500us}; });
+  EXPECT_EQ(silent(base), std::pair(false, false));
+}
+
 // ---- over EtherCAT, where drives report their Hall sensors, too ----
 
 /// One frame in eight is lost on the way out or back, singly and in bursts that are bridged.
