@@ -56,6 +56,7 @@ class Module final : public tmcl::Transport {
     pending.pop_front();
     return reply;
   }
+  std::chrono::nanoseconds reply_age() const noexcept override { return age; }
   const std::string& name() const noexcept override { return name_; }
 
   tmcl::Reply answer(const tmcl::Request& request) {
@@ -77,6 +78,7 @@ class Module final : public tmcl::Transport {
   std::deque<std::pair<int, tmcl::Reply>> pending;  // with the poll from which on it is there
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::int32_t> values;
   std::string version = "1610V148";
+  std::chrono::nanoseconds age{};
   int latency = 0;
   int refuse_posts = 0;
 
