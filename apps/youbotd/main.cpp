@@ -232,5 +232,6 @@ int main(int argc, char** argv) {
   app.add_flag("--check", arguments.check,
                "tell whether this machine lets it run, and what to do where not; nothing moves");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
-  return apps::run_app(app, argc, argv, [&] { return run(arguments); });
+  return apps::run_app(
+      app, argc, argv, [&] { return run(arguments); }, apps::LogReader::kNotWaitedFor);
 }
