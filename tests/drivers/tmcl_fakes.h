@@ -99,7 +99,9 @@ class Drive final : public tmcl::Transport {
   bool blocked = false;
   bool dead = false;  // neither moves nor pushes
   bool reversed = false;
-  double sag_per_ms = 0;  // without current
+  double sag_per_ms = 0;      // without current
+  double sinking_per_ms = 0;  // whatever the drive does, slower by this share each ms:
+  double sinking_share = 1;
   int break_away_ms = 0;  // sticks so long when told to move from rest
   bool unsigned_current = true;
   // Commutation.
@@ -126,6 +128,8 @@ class Drive final : public tmcl::Transport {
     const auto per_ms = [](double rpm) { return rpm * 4000 / 60'000; };
     double velocity_rpm = 0;
     current_mA_ = 0;
+    position -= sinking_per_ms;
+    sinking_per_ms *= sinking_share;
     const bool may_move = flags().has(tmcl::StatusFlag::kInitialized) || firmware == tmcl::Firmware::k200;
     const bool held = flags().has(tmcl::StatusFlag::kTimeout) || flags().has(tmcl::StatusFlag::kI2tExceeded);
     if (output.mode == tmcl::ControllerMode::kVelocity && output.value != 0 && may_move && !held && !dead) {
