@@ -19,7 +19,7 @@ struct FrameCounters {
   std::uint64_t not_sent = 0;   ///< the interface refused
   std::uint64_t lost = 0;       ///< no answer in time
   std::uint64_t late = 0;       ///< first answer to a frame given up before: one of `lost`
-  std::uint64_t duplicate = 0;  ///< any further answer to a frame
+  std::uint64_t duplicate = 0;  ///< any further answer; or one whose index was damaged
   std::uint64_t malformed = 0;  ///< not a well-formed EtherCAT frame
   std::uint64_t foreign = 0;    ///< well-formed, from another sender
   /// errno for which the interface refuses frames now: that of the first since one was taken. 0: it takes
