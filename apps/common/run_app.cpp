@@ -13,7 +13,6 @@
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/log_pattern.h"
-#include "apps/common/non_blocking_log.h"
 #include "apps/common/toml_reader.h"
 
 namespace apps {
@@ -34,7 +33,7 @@ std::optional<CLI::RequiredError> unknown_command(const CLI::App& app) {
 
 }  // namespace
 
-int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& body, LogReader reader) {
+int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   app.set_version_flag("--version", build_version());
   try {
     app.parse(argc, argv);
@@ -45,8 +44,6 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
   }
   spdlog::set_default_logger(spdlog::stderr_color_st(app.get_name()));
   spdlog::set_pattern(kLogPattern);
-  std::optional<NonBlockingLog> log;  // of the errors below, too
-  if (reader == LogReader::kNotWaitedFor) log.emplace();
   try {
     return body();
   } catch (const ConfigError& error) {

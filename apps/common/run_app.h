@@ -9,13 +9,9 @@ class App;
 
 namespace apps {
 
-/// Whether a log whose reader hangs holds the program up. Standard output always waits for its reader.
-enum class LogReader { kWaitedFor, kNotWaitedFor };
-
 /// Parses the command line, then calls `body`. A failure becomes a message on standard error, "NAME: error:
 /// …", and an exit code (exit_code.h): 2 for the command line, a configuration file or a value no part
 /// accepts, 3 for everything else.
-int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& body,
-            LogReader reader = LogReader::kWaitedFor);
+int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& body);
 
 }  // namespace apps
