@@ -501,12 +501,11 @@ CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexce
 /// Each gap is short, but they are many.
 CycleStatus EthercatRobot::check_losses(const ethercat::CycleResult& result) noexcept {
   const ethercat::FrameCounters before = std::exchange(counted_, bus_->counters());
-  losses_.add(
-      {.lost = !result.answered,
-       .damaged = counted_.malformed != before.malformed || counted_.foreign != before.foreign,
-       .incomplete = result.answered && !result.all_operational,
-       .late = static_cast<int>(counted_.late - before.late),
-       .twice = static_cast<int>(counted_.duplicate - before.duplicate)});
+  losses_.add({.lost = !result.answered,
+               .damaged = counted_.malformed != before.malformed || counted_.foreign != before.foreign,
+               .incomplete = result.answered && !result.all_operational,
+               .late = static_cast<int>(counted_.late - before.late),
+               .twice = static_cast<int>(counted_.duplicate - before.duplicate)});
   const BusLosses losses = judged_losses();
   if (losses.level != BusLosses::Level::kFault) return {};
   return {Fault::kFrameLoss, -1, static_cast<std::uint32_t>(losses.cycles)};

@@ -117,8 +117,8 @@ void World::open_devices() {
   robot_.emulation = emulation_;
   robot_.manipulator = {emulation_, emulation_->manipulator()};
   robot_.truth = &emulation_->pose();
-  robot_.capture = std::make_unique<drivers::ethercat::PcapRing>(drivers::ethercat::PcapRing::Options{
-      .interface = "emulated", .frames = 2000, .clock = captured_now});
+  robot_.capture = std::make_unique<drivers::ethercat::PcapRing>(
+      drivers::ethercat::PcapRing::Options{.interface = "emulated", .frames = 2000, .clock = captured_now});
   captured_ = this;
   hal::EthercatOptions options = config_.robot.ethercat;
   options.tap = robot_.capture.get();
