@@ -129,6 +129,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : model::effects::effect_descriptions()[effect.index()].parameters) {
+      if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
       const double value = model::effects::parameter_of(effect, parameter.name);
       double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
       // A ripple is out of step where the joint is far from its zero long before its periods differ by much.

@@ -311,6 +311,22 @@ std::string short_text(double value) {
   return text.data();
 }
 
+/// A Stribeck curve that was added has the form that predicts left-out blocks better: what is left of the
+/// other one's tail would become Coulomb friction, a dip or a drag.
+void choose_tail(SearchResult& result, const Rows& rows, const Training& training) {
+  for (std::size_t i = 0; i < result.added.size(); ++i) {
+    const std::optional<std::size_t> at = place_of_added(result, i);
+    if (!at || result.added[i].effect != model::effects::Stribeck::kName) continue;
+    auto parameters = std::get<model::effects::Stribeck>(result.fitted.model.effects[*at]).parameters();
+    parameters.tail = parameters.tail == 0 ? 1 : 0;
+    FittedModel other = result.fitted;
+    other.model.effects[*at] = model::effects::Stribeck(parameters);
+    other = refined(other, rows, training.rows);
+    const BlockRegression::Fit now = score(result.fitted, rows, training);
+    if (score(other, rows, training).held_out < now.held_out) result.fitted = std::move(other);
+  }
+}
+
 /// Why the search ended without this one: the first criterion that it did not meet.
 std::string reason_against(const Round::Outcome& outcome, const BlockRegression::Fit& base, int step,
                            double p, double least_square, const Options& options) {
@@ -392,6 +408,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
                                           : std::vector<Rival>();
     if (rivals.empty() && replaced < kMostReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
+      choose_tail(result, rows, training);
       drop_idle(result, rows, training, options.least_gain);
       continue;
     }
@@ -403,6 +420,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     }
     result.added.push_back(added_of(rivals, result.fitted, round.base(), p));
     result.fitted = rivals.front().model;
+    choose_tail(result, rows, training);
     drop_idle(result, rows, training, options.least_gain);
   }
 }
