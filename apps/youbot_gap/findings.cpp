@@ -42,7 +42,10 @@ std::string headline_of_held_out(const Findings& findings) {
   const std::string after = torque_text(result.gap_after_Nm);
   const std::string noise = torque_text(result.noise_floor_Nm);
   const bool plural = result.effects.size() > 1;
-  const std::string missing = names_of(result.effects) + (plural ? " were missing" : " was missing");
+  const bool undecided =
+      std::ranges::any_of(result.effects, [](const FoundEffect& e) { return !e.equivalent.empty(); });
+  const std::string missing = names_of(result.effects) + (plural ? " were missing" : " was missing") +
+                              (undecided ? " (this data cannot tell which)" : "");
   const std::string falls = "the held-out gap falls from " + before + " to " + after + ", noise is " + noise;
   switch (result.verdict) {
     case Verdict::kNoGap:
@@ -50,11 +53,10 @@ std::string headline_of_held_out(const Findings& findings) {
         return findings.drive + ": no effect is missing; with the parameters refitted " + falls;
       return findings.drive + ": no gap; what the model leaves of held-out data, " + after + ", is noise (" +
              noise + ")";
-    case Verdict::kExplained: return findings.drive + ": " + missing + "; " + falls;
+    case Verdict::kExplained:
+    case Verdict::kAmbiguous: return findings.drive + ": " + missing + "; " + falls;
     case Verdict::kPartlyExplained:
       return findings.drive + ": " + missing + ", and something is still; " + falls;
-    case Verdict::kAmbiguous:
-      return findings.drive + ": " + missing + " (this data cannot tell which); " + falls;
     case Verdict::kUnexplained:
       return findings.drive + ": something is missing that no known effect explains; the held-out gap of " +
              after + " stays, noise is " + noise;
