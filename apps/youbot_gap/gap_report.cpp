@@ -17,6 +17,7 @@ using apps::number_text;
 using apps::Quantity;
 using apps::quantity_of;
 using identification::fit::Estimate;
+using identification::gap::FoundEffect;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -49,7 +50,7 @@ void add_summary(report::Page& page, const Findings& findings) {
   add("the model as given", result.gap_before_Nm);
   add("its parameters refitted", result.gap_base_Nm);
   for (const identification::gap::FoundEffect& found : result.effects)
-    if (found.measured_on == identification::gap::FoundEffect::kHeldOut)
+    if (found.measured_on == FoundEffect::kHeldOut || found.measured_on == FoundEffect::kLeftOut)
       add("the new one without " + name_with_rivals(found), found.gap_before);
   add("the new one", result.gap_after_Nm);
   page.table({{"step"}, {"model"}, {"gap", "N·m"}, {"times the noise", "", 2}}, rows,

@@ -131,21 +131,27 @@ FittedModel with_given(const FittedModel& fitted, const std::vector<FreeParamete
   return refined(start, judged.rows, judged.training.rows, all_but(fixed));
 }
 
-/// Nothing stays that takes away nothing, its own parameters apart; what stays knows the model without it.
+/// Nothing stays that takes away nothing, of held-out recordings or, without those, of the stretches that the
+/// search left out in turn; what stays knows the model without it.
 void drop_useless(SearchResult& result, const std::vector<FreeParameter>& fixed, const HeldOut& held_out,
                   const Judged& judged) {
-  double left = total(held_out.blocks(result.fitted, judged.held_out));
+  const auto left_of = [&](const FittedModel& fitted) {
+    return total(judged.own_recordings ? held_out.blocks(fitted, judged.held_out)
+                                       : left_out_squares(fitted, judged.rows, judged.training));
+  };
+  double left = left_of(result.fitted);
   for (std::size_t i = result.added.size(); i-- > 0;) {
     std::optional<FittedModel> without =
         without_added(result, i, judged.rows, judged.training, all_but(fixed));
     if (!without) continue;
-    const double bare = total(held_out.blocks(*without, judged.held_out));
+    const double bare = left_of(*without);
     if (left < bare) {
       result.added[i].without = std::move(*without);
+      result.added[i].gain = 1 - left / bare;
       continue;
     }
     result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain,
-                               "takes away nothing of the squared held-out residual"});
+                               "takes away nothing of the residual that it was not fitted to"});
     result.fitted = std::move(*without);
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
     left = bare;

@@ -450,10 +450,11 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     found.blocks = added.blocks;
     found.blocks_improved = added.blocks_improved;
     found.p_value = added.p_value;
-    // Of the model that is delivered and of the held-out data, not of the stretches that the search left out.
+    // Of the model that is delivered, and without recordings to judge by of the blocks left out in turn.
     found.gap_before = rms(residual(added.without), quiet);
     found.gap_after = result.gap_after_Nm;
-    found.held_out_gain = share_taken(found.gap_before, found.gap_after);
+    found.held_out_gain = added.gain;
+    if (held_out.empty()) found.measured_on = FoundEffect::kLeftOut;
     rivals.resize(result.effects.size() + 1);
     for (const RivalModel& rival : added.rivals) {
       rivals.back().push_back(rival.model);

@@ -65,6 +65,7 @@ struct FoundEffect {
   Where where;
   /// Of what the evidence is: of the held-out torque residual where nothing else is said.
   static constexpr std::string_view kHeldOut = "held-out residual";
+  static constexpr std::string_view kLeftOut = "residual of stretches left out in turn";
   std::string_view measured_on = kHeldOut;
   double held_out_gain = 0;  ///< share of its square that the delivered model leaves less with the effect
   int blocks_improved = 0;

@@ -275,8 +275,9 @@ Added added_of(const std::vector<Rival>& rivals, const FittedModel& before, cons
   return added;
 }
 
-/// An effect that was added early had a share in what others explain that came later: each has to win against
-/// all others once more, in its place in the model as it is. @returns whether one gave its place to another.
+/// An effect that was added early had a share in what others explain that came later: each has to hold
+/// against all others once more, in its place in the model as it is. @returns whether one gave its place to
+/// another.
 bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& training,
                       const Options& options) {
   for (std::size_t i = 0; i < result.added.size(); ++i) {
@@ -290,13 +291,18 @@ bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& tr
                                free_parameters(result.fitted, rows).size()}};
     rivals = contest(round.outcomes(), round.base(), rows, training, options, std::move(rivals));
     if (rivals.empty()) continue;
-    const bool replaced = rivals.front().effect != result.added[i].effect;
-    Added added = added_of(rivals, *without, round.base(), result.added[i].p_value);
-    result.fitted = rivals.front().model;
-    if (!replaced) {
-      result.added[i].rivals = std::move(added.rivals);
+    const auto incumbent = std::ranges::find(rivals, result.added[i].effect, &Rival::effect);
+    if (incumbent != rivals.end()) {
+      // It still wins draws, and is not much freer than the simplest.
+      std::rotate(rivals.begin(), incumbent, incumbent + 1);
+      for (const Rival& rival : std::span(rivals).subspan(1))
+        if (std::ranges::find(result.added[i].rivals, rival.effect, &RivalModel::effect) ==
+            result.added[i].rivals.end())
+          result.added[i].rivals.push_back({.effect = std::string(rival.effect)});
       continue;
     }
+    Added added = added_of(rivals, *without, round.base(), result.added[i].p_value);
+    result.fitted = rivals.front().model;
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
     result.added.push_back(std::move(added));  // as its effect stands in the model
     return true;
