@@ -215,6 +215,11 @@ struct Question {
   std::function<Where(const Eigen::VectorXd& target)> where;
 };
 
+Question shape_question(const std::shared_ptr<const Shape>& shape) {
+  return {[shape](const Eigen::VectorXd& target) { return shape->gain(target); },
+          [shape](const Eigen::VectorXd& target) { return shape->where(target); }};
+}
+
 /// A cycle in time at the frequency at which the target repeats most, or at `carried_Hz`, which other rows
 /// have given.
 Question cycle_question(const Rows& rows, const Part& part, double carried_Hz) {
@@ -318,9 +323,8 @@ Structure structure(const FittedModel& fitted, const Rows& rows, const Training&
     const auto other =
         std::make_shared<Shape>(coordinate.name, x.tail(last), columns.bottomRows(last), judged);
     other->carry(own->coefficients(searched.residual));
-    for (auto& [shape, questions] : {std::pair(own, &of_searched), std::pair(other, &of_held_out)})
-      questions->push_back({[shape](const Eigen::VectorXd& target) { return shape->gain(target); },
-                            [shape](const Eigen::VectorXd& target) { return shape->where(target); }});
+    of_searched.push_back(shape_question(own));
+    of_held_out.push_back(shape_question(other));
   }
   const double carried_Hz = cycle_Hz(searched.residual, rows, training.rows);
   of_searched.push_back(cycle_question(rows, searched, 0));
