@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <string>
 
@@ -128,8 +129,12 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : model::effects::effect_descriptions()[effect.index()].parameters) {
+      if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
       const double value = model::effects::parameter_of(effect, parameter.name);
-      const double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
+      double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
+      // A ripple is out of step where the joint is far from its zero long before its periods differ by much.
+      if (std::holds_alternative<model::effects::Cogging>(effect) && parameter.name == "periods_per_rev")
+        scale = std::min(scale, 2 * std::numbers::pi / std::max(farthest_rad(rows.signals()), 1e-3));
       FreeParameter free{
           FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
           scale > 0 ? scale : 1e-3};
