@@ -27,6 +27,8 @@ constexpr int kMostNarrowings = 4;
 /// Difference of the slopes to both sides, of their sum, that is straight enough.
 constexpr double kStraight = 0.3;
 constexpr int kMostRounds = 20;
+/// An exponent of zero moves as far as others.
+constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
@@ -129,7 +131,9 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : model::effects::effect_descriptions()[effect.index()].parameters) {
       const double value = model::effects::parameter_of(effect, parameter.name);
-      const double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
+      const double scale = parameter.name == "exponent"
+                               ? std::max(value, kExponentScale)
+                               : std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
       FreeParameter free{
           FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
           scale > 0 ? scale : 1e-3};
