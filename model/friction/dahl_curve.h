@@ -32,6 +32,8 @@ inline double dahl_force(double force, double travel, double stiffness, double e
   const double direction = std::copysign(1.0, travel);
   const double way = stiffness * std::abs(travel) / level;
   const double y = 1 - direction * force / level;
+  // A joint that slides is there: most samples cost nothing.
+  if (std::abs(y) < 1e-6) return direction * level;
   const double left =
       y >= 0 ? dahl_remainder(y, way, exponent) : -dahl_remainder(-y, way / exponent, exponent);
   return direction * level * (1 - left);

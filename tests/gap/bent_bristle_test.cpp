@@ -39,7 +39,7 @@ identification::gap::Source drive(std::uint64_t seed) {
   double velocity = 0;
   double bristle = 0;
   double torque = 0;
-  for (int k = 0; k < 30000; ++k) {
+  for (int k = 0; k < 10000; ++k) {
     const double now_s = 1e-3 * k;
     time_s.push_back(now_s);
     position_rad.push_back(std::floor(position / kTick_rad) * kTick_rad);
