@@ -14,7 +14,8 @@ constexpr double kTeethResonance_rad_per_s = 2 * std::numbers::pi * 150;
 constexpr double kTeethDampingRatio = 0.5;
 
 BoundedBristle contact(const model::effects::Mechanics& mechanics, double share) {
-  return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share});
+  return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share,
+                         mechanics.bend_exponent});
 }
 
 model::effects::Mechanics with_teeth(model::effects::Mechanics mechanics) {

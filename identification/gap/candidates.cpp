@@ -311,17 +311,16 @@ void Builder::mechanics() {
   };
   if (const double level = coulomb_Nm(fitted_); !has<model::effects::Presliding>() && level > 0) {
     // From a few samples' travel at the slowest speeds to what would be called a gap.
-    for (const double bent : geometric(2e-4, 0.1, 9)) {
-      if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
-      const AnyEffect presliding =
-          model::effects::make_effect("presliding", {{"stiffness_Nm_per_rad", level / bent}});
-      add({"presliding",
-           {difference(presliding, 1)},
-           {kAsItIs},
-           [=](const FittedModel& f, const Eigen::VectorXd&) {
-             return plus(f, "presliding", {{"stiffness_Nm_per_rad", level / bent}});
-           }});
-    }
+    // Straight until it breaks away, and bent over as LuGre's bristle.
+    for (const double exponent : {0.0, 1.0})
+      for (const double bent : geometric(2e-4, 0.1, 9)) {
+        if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
+        const std::vector<NamedValue> values{{"stiffness_Nm_per_rad", level / bent}, {"exponent", exponent}};
+        add({"presliding",
+             {difference(model::effects::make_effect("presliding", values), 1)},
+             {kAsItIs},
+             [=](const FittedModel& f, const Eigen::VectorXd&) { return plus(f, "presliding", values); }});
+      }
   }
   if (!has<model::effects::Backlash>() && !has<model::effects::Elasticity>()) {
     // Of a load behind it: its share is left to fit. What pulls at the load bends that a little.

@@ -28,6 +28,8 @@ constexpr int kMostNarrowings = 4;
 /// Difference of the slopes to both sides, of their sum, that is straight enough.
 constexpr double kStraight = 0.3;
 constexpr int kMostRounds = 20;
+/// An exponent of zero moves as far as others.
+constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
@@ -135,6 +137,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
       // A ripple is out of step where the joint is far from its zero long before its periods differ by much.
       if (std::holds_alternative<model::effects::Cogging>(effect) && parameter.name == "periods_per_rev")
         scale = std::min(scale, 2 * std::numbers::pi / std::max(farthest_rad(rows.signals()), 1e-3));
+      if (parameter.name == "exponent") scale = std::max(value, kExponentScale);
       FreeParameter free{
           FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
           scale > 0 ? scale : 1e-3};
