@@ -62,7 +62,7 @@ class PlausibilityMonitor {
   std::optional<WheelAgreement> wheels_;
   struct Arm {
     RobotModel model;
-    std::vector<OpposedMotion> joints;
+    std::vector<OpposedMotion> joints;  // of all, in their order: wheels put energy in, too
   };
   std::optional<Arm> arm_;  // of a base with one
 };
