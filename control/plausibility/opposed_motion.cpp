@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kVelocitySmoothing_s = 0.005;
 constexpr double kEarlier_s = 0.02;
+/// By which the smoothed speed and the drive follow a torque.
+constexpr double kLag_s = 0.006;
 /// Older evidence fades: what is taken out in error meanwhile, and what the others put in.
 constexpr double kFading_s = 0.2;
 /// Of the weight, and of the limit for what else is not in the model.
@@ -26,6 +28,11 @@ constexpr double kSeen_rad = 0.02;
 
 }  // namespace
 
+void OpposedMotion::Range::add(double torque_Nm) noexcept {
+  least_Nm = std::min(least_Nm, torque_Nm);
+  most_Nm = std::max(most_Nm, torque_Nm);
+}
+
 void OpposedMotion::restart() noexcept {
   known_ = false;
   taken_out_J_ = put_in_J_ = 0.0;
@@ -35,21 +42,16 @@ void OpposedMotion::restart() noexcept {
 void OpposedMotion::update(double position_rad, double torque_Nm, double weight_Nm, int hall_sense,
                            const SampleTime& time) noexcept {
   trust(hall_sense);
-  // After a hold-up the torque before was there until the bus had this one.
-  const bool in_time = time.elapsed_s <= kRegularSample_s && !(time.unsure_s > 0);
-  if (passed_s_ == 0.0 && in_time) least_Nm_ = most_Nm_ = torque_Nm;
-  least_Nm_ = std::min(least_Nm_, torque_Nm);
-  most_Nm_ = std::max(most_Nm_, torque_Nm);
+  asked_.add(torque_Nm);
   passed_s_ += time.elapsed_s;
   if (time.unsure_s > 0) return;
   const double elapsed_s = std::exchange(passed_s_, 0.0);
   if (elapsed_s > kComparable_s) known_ = false;  // too much weight and torque lies between
-  const double least_Nm = std::exchange(least_Nm_, torque_Nm);
-  const double most_Nm = std::exchange(most_Nm_, torque_Nm);
   if (!known_) {
     known_ = true;
     velocity_rad_per_s_ = earlier_rad_per_s_ = taken_out_J_ = put_in_J_ = 0.0;
     position_rad_ = position_rad;
+    asked_ = asked_before_ = {torque_Nm, torque_Nm};
     return;
   }
   const double rate = (position_rad - position_rad_) / elapsed_s;
@@ -58,8 +60,15 @@ void OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   earlier_rad_per_s_ += elapsed_s / (kEarlier_s + elapsed_s) * (velocity_rad_per_s_ - earlier_rad_per_s_);
 
   const double kept = kFading_s / (kFading_s + elapsed_s);
+  const double least_Nm = std::min(asked_.least_Nm, asked_before_.least_Nm);
+  const double most_Nm = std::max(asked_.most_Nm, asked_before_.most_Nm);
   const double low_Nm = std::clamp(least_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
   const double high_Nm = std::clamp(most_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
+  asked_s_ += elapsed_s;
+  if (asked_s_ > kLag_s) {
+    asked_s_ = 0.0;
+    asked_before_ = std::exchange(asked_, {torque_Nm, torque_Nm});
+  }
   const double power_W = std::max(low_Nm * velocity_rad_per_s_, high_Nm * velocity_rad_per_s_);
   put_in_J_ = kept * put_in_J_ + power_W * elapsed_s;
 

@@ -10,7 +10,8 @@ namespace control {
 /// touches they push a joint back for as long as they like. So what they put in meanwhile is allowed for.
 /// Beyond that the encoder counts backwards, or a person pushes the joint through with force. The weight's
 /// torque counts as known to a fifth; friction only takes energy and needs no model. Samples whose time is
-/// not known are left out; of the torques asked over a hold-up the one that explains most counts.
+/// not known are left out. Of the torques asked lately, and over a hold-up, the one that explains most
+/// counts: the speed follows it some milliseconds later.
 ///
 /// Hall sensors know no sense of turning: an encoder that counts backwards from power-up agrees with them,
 /// too. But once a joint has been seen to move with its torque, its encoder counts the right way for as long
@@ -32,16 +33,21 @@ class OpposedMotion {
   bool opposed(double put_in_by_others_J) const noexcept;
 
  private:
+  struct Range {
+    double least_Nm = 0.0;
+    double most_Nm = 0.0;
+    void add(double torque_Nm) noexcept;
+  };
   void trust(int hall_sense) noexcept;
   bool vouched_for() const noexcept;
 
   double limit_Nm_;
   bool known_ = false;
   double position_rad_ = 0.0;
-  // Since a sample whose time is known.
-  double passed_s_ = 0.0;
-  double least_Nm_ = 0.0;
-  double most_Nm_ = 0.0;
+  double passed_s_ = 0.0;  // since a sample whose time is known
+  Range asked_;
+  Range asked_before_;
+  double asked_s_ = 0.0;             // for how long it has been asked_
   double velocity_rad_per_s_ = 0.0;  // smoothed
   double earlier_rad_per_s_ = 0.0;   // smoothed more: what it was shortly before
   double taken_out_J_ = 0.0;

@@ -487,6 +487,19 @@ TEST(OpposedMotion, BrakingAndDrivingAreNot) {
   EXPECT_EQ(kNever, opposed_s(1, [](double t, double v) { return 2.0 + 4 * std::sin(20 * t) - v; }));
 }
 
+/// 0.5 kg·m² under 6 N·m, and from 0.12 s on braked with as much; the motor has each torque 5 ms later.
+TEST(OpposedMotion, NorIsABrakeThatTheMotorHasLater) {
+  control::OpposedMotion check(10.0);
+  const auto asked_Nm = [](double t) { return std::clamp(6 - 800 * (t - 0.12), -6.0, 6.0); };
+  double q = 0, v = 0;
+  EXPECT_EQ(kNever, detected_s(0.23, [&](double t) {
+              v += asked_Nm(t - 0.005) / 0.5 * kPeriod_s;
+              q += v * kPeriod_s;
+              check.update(q, asked_Nm(t), 0.0, 0, {kPeriod_s});
+              return check.opposed(0.0);
+            }));
+}
+
 /// Two joints that a wall couples, of the friction of arm joints 3 and 4: the first drives with 6 N·m, the
 /// second gives way against its 2 N·m. Whether the second is taken for reversed.
 bool opposed_beside(bool first_is_known) {
