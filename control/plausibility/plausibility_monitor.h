@@ -65,7 +65,7 @@ class PlausibilityMonitor {
   std::optional<WheelAgreement> wheels_;
   struct Arm {
     RobotModel model;
-    std::vector<OpposedMotion> joints;
+    std::vector<OpposedMotion> joints;  // of all, in their order: wheels put energy in, too
   };
   std::optional<Arm> arm_;  // of a base with one
   double late_s_ = 0.0;     // since the last sample that came in time
