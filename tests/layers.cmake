@@ -9,7 +9,7 @@ set(rules
   "^drivers/[^/]+$"     "^drivers/[^/]+$"
   "^drivers/ethercat/"  "^drivers/(ethercat/|(interface_lock|latency_histogram|packet_age|uninterrupted)\\.h)"
   "^drivers/tmcl/"      "^drivers/"
-  "^drivers/can/"       "^drivers/(can/|(interface_lock|setup_error|uninterrupted)\\.h)"
+  "^drivers/can/"       "^drivers/(can/|(interface_lock|packet_age|setup_error|uninterrupted)\\.h)"
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/(setup_error|uninterrupted)\\.h)"
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"

@@ -132,9 +132,10 @@ std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests)
     spots.push_back(
         {"no recording is longer than fifteen seconds: thermal drift does not show", {"thermal_drift"}});
   if (!c.torque_commanded)
-    spots.push_back({std::string("no torque command was recorded: dead-band ") +
-                         (c.speed_commanded ? "" : "and delay ") +
-                         "of the actuator do not show; record torque_command_Nm",
+    spots.push_back({std::string("no torque command was recorded: ") +
+                         (c.speed_commanded ? "a dead-band of the actuator does"
+                                            : "dead-band and delay of the actuator do") +
+                         " not show; record torque_command_Nm",
                      {}});
   return spots;
 }

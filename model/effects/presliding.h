@@ -21,12 +21,10 @@ class Presliding : public WithParameters<Presliding, PreslidingParameters> {
   static constexpr std::string_view kShows =
       "the joint moves a little, and back, under torques that do not break it away; friction turns over a "
       "distance after a reversal";
-  /// Beyond, hardly anything of the way is left in which the bristle is a spring.
-  static constexpr double kMostBend = 3;
   static constexpr auto kParameters = std::to_array<ParameterInfo<PreslidingParameters>>(
       {{"stiffness_Nm_per_rad", member<&PreslidingParameters::stiffness_Nm_per_rad>, 1e-6, 1e8},
        {"damping_Nm_s_per_rad", member<&PreslidingParameters::damping_Nm_s_per_rad>, 0, 1e5},
-       {"exponent", member<&PreslidingParameters::exponent>, 0, kMostBend}});
+       {"exponent", member<&PreslidingParameters::exponent>, 0, 3}});
   using WithParameters::WithParameters;
 
   void arrange(Mechanics& mechanics) const noexcept {
