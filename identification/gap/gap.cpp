@@ -41,6 +41,8 @@ constexpr double kSetAsideFrom = 0.65;
 constexpr double kSetAsideTo = 0.85;
 /// Explained: what is left is noise.
 constexpr double kAtTheFloor = 1.2;
+/// A floor so many times a gap is one that no noise can have.
+constexpr double kContradicts = 1.3;
 /// So far above the floor nothing is noise, even if nothing predicts it.
 constexpr double kNoise = 2;
 /// Share of the squared residual of a burst that is worth a line.
@@ -344,6 +346,20 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   const std::vector<bool> burst = bursts(given, rows);
   Split parts = split(rows, data.size(), held_out.empty(), burst, band);
   result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, start);
+  const FittedModel refitted = refined(given, rows, parts.training.rows);
+  const auto residual = [&](const FittedModel& fitted) -> Eigen::VectorXd {
+    return rows.torque_Nm() - predicted_rows(fitted, rows);
+  };
+  std::vector<std::string> contradictions;
+  const auto lower_floor_to = [&](double gap_Nm) {
+    if (result.noise_floor_Nm <= kContradicts * gap_Nm) return;
+    contradictions.push_back(
+        "The noise floor was taken for " + short_number(result.noise_floor_Nm) + " N·m, but a model leaves " +
+        short_number(gap_Nm) +
+        " N·m: noise cannot be more than all that is left, and that counts as the floor.");
+    result.noise_floor_Nm = gap_Nm;
+  };
+  lower_floor_to(rms(residual(refitted), parts.training.rows));
   parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
   // Bursts have their own say below: they are not in what the gap is measured on.
   Indices quiet;
@@ -363,10 +379,6 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   const RestFindings rest = rest_channel(searched, final.model, band, options);
   result.notes = std::move(taken_back);
   result.blind_spots = blind_spots(searched, rest.rests);
-  const FittedModel refitted = refined(given, rows, parts.training.rows);
-  const auto residual = [&](const FittedModel& fitted) -> Eigen::VectorXd {
-    return rows.torque_Nm() - predicted_rows(fitted, rows);
-  };
   const Eigen::VectorXd left = residual(final);
   result.band_Hz = band.cutoff_Hz;
   FittedModel as_given = given;
@@ -376,6 +388,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   result.gap_before_Nm = rms(residual(as_given), quiet);
   result.gap_base_Nm = rms(residual(refitted), quiet);
   result.gap_after_Nm = rms(left, quiet);
+  lower_floor_to(rms(left, parts.training.rows));
+  std::ranges::move(contradictions, std::back_inserter(result.notes));
   const HeldOutRows compared = held_out_rows(rows, residual(as_given), left, quiet);
   if (!sign || !sign->found) result.shrink = shrink_of(compared, options.seed);
   std::vector<std::string> names;

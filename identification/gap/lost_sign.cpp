@@ -4,6 +4,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <limits>
 #include <numeric>
 #include <span>
 #include <utility>
@@ -25,6 +27,7 @@ constexpr double kDip = 0.05;
 /// and a motion goes both ways from this share on.
 constexpr double kBothWays = 0.1;
 constexpr double kShapeSmooth_Hz = 10;
+constexpr std::size_t kMostRowsLate = 40;
 
 struct Range {
   double low;
@@ -70,9 +73,72 @@ bool may_be_magnitude(const std::vector<Source>& sources) {
   return both_ways && highest > 0 && lowest >= -kDip * highest;
 }
 
-/// Whose sign the torque had.
-std::vector<double> direction(const Recording& recording) {
-  for (const char* name : {"torque_command_Nm", "position_rad", "velocity_rad_per_s"}) {
+/// By how many rows the torque follows its command, in magnitude.
+std::size_t rows_late(const std::vector<Source>& sources) {
+  std::size_t best = 0;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t late = 0; late <= kMostRowsLate; ++late) {
+    double square = 0;
+    for (const Source& source : sources) {
+      const auto command = source.recording.column("torque_command_Nm");
+      const auto torque = source.recording.column("torque_measured_Nm");
+      for (std::size_t i = kMostRowsLate; i < torque.size(); ++i)
+        square += std::pow(std::abs(torque[i]) - std::abs(command[i - late]), 2);
+    }
+    if (square >= least) continue;
+    least = square;
+    best = late;
+  }
+  return best;
+}
+
+/// The command as the sensor sees it: late and lagging, a sum of a few earlier ones that is fitted where they
+/// have one sign, so that there is no doubt about the torque's. At each reversal the sign of the command
+/// itself would come too early.
+class Arrival {
+ public:
+  explicit Arrival(const std::vector<Source>& sources) : late_(rows_late(sources)) {
+    Eigen::Matrix<double, kTaps, kTaps> gram = Eigen::Matrix<double, kTaps, kTaps>::Zero();
+    Eigen::Matrix<double, kTaps, 1> slope = Eigen::Matrix<double, kTaps, 1>::Zero();
+    for (const Source& source : sources) {
+      const auto command = source.recording.column("torque_command_Nm");
+      const auto torque = source.recording.column("torque_measured_Nm");
+      for (std::size_t i = 0; i < torque.size(); ++i) {
+        const Eigen::Matrix<double, kTaps, 1> taps = taps_at(command, i);
+        if (!(taps.array() > 0).all() && !(taps.array() < 0).all()) continue;
+        gram += taps * taps.transpose();
+        slope += std::copysign(torque[i], taps[0]) * taps;
+      }
+    }
+    weights_ = gram.completeOrthogonalDecomposition().solve(slope);
+  }
+  std::vector<double> of(const Recording& recording) const {
+    const auto command = recording.column("torque_command_Nm");
+    std::vector<double> result;
+    for (std::size_t i = 0; i < command.size(); ++i) result.push_back(weights_.dot(taps_at(command, i)));
+    return result;
+  }
+
+ private:
+  static constexpr int kTaps = 4;
+  Eigen::Matrix<double, kTaps, 1> taps_at(std::span<const double> command, std::size_t i) const {
+    Eigen::Matrix<double, kTaps, 1> taps;
+    for (int k = 0; k < kTaps; ++k) {
+      // From the row after the best one back.
+      const auto back = static_cast<std::ptrdiff_t>(late_) + k - 1;
+      const auto row = std::clamp(static_cast<std::ptrdiff_t>(i) - back, std::ptrdiff_t{0},
+                                  static_cast<std::ptrdiff_t>(command.size()) - 1);
+      taps[k] = command[static_cast<std::size_t>(row)];
+    }
+    return taps;
+  }
+  std::size_t late_;
+  Eigen::Matrix<double, kTaps, 1> weights_;
+};
+
+/// Which way the joint moves: of a torque that was not commanded.
+std::vector<double> motion(const Recording& recording) {
+  for (const char* name : {"position_rad", "velocity_rad_per_s"}) {
     if (!recording.has(name)) continue;
     const auto column = recording.column(name);
     if (name != std::string_view("position_rad")) return {column.begin(), column.end()};
@@ -84,8 +150,13 @@ std::vector<double> direction(const Recording& recording) {
 }
 
 std::vector<Source> with_sign(std::vector<Source> sources) {
+  const auto is_commanded = [](const Source& s) { return s.recording.has("torque_command_Nm"); };
+  std::vector<Source> commanded;
+  std::ranges::copy_if(sources, std::back_inserter(commanded), is_commanded);
+  const Arrival arrival(commanded);
   for (Source& source : sources) {
-    const std::vector<double> sign = direction(source.recording);
+    const std::vector<double> sign =
+        is_commanded(source) ? arrival.of(source.recording) : motion(source.recording);
     for (Recording::Column& column : source.recording.columns)
       if (column.name == "torque_measured_Nm")
         for (std::size_t i = 0; i < sign.size(); ++i)
