@@ -17,7 +17,6 @@ constexpr double kHold_s = 0.2;
 /// The base counts as standing at this speed of a wheel, after that time.
 constexpr double kWheelRest_rad_per_s = 0.02;
 constexpr double kRestHold_s = 0.05;
-constexpr int kFirstArmJoint = 4;  // behind the wheels
 constexpr double kJointRest_rad_per_s = 0.02;
 /// Further behind than allowed for so long, a joint is held by something.
 constexpr double kFollowing_s = 0.2;
@@ -164,7 +163,11 @@ Teleoperation::Teleoperation(const Config& config)
       tank_(config.tank),
       presence_(config.presence),
       path_model_(config.robot.model),
-      start_posture_rad_(start_posture(config, path_model_)) {}
+      start_posture_rad_(start_posture(config, path_model_)) {
+  for (std::size_t i = 0; i < speed_proofs_.size(); ++i)
+    speed_proofs_[i] = SpeedProof(i < kFirstArmJoint ? config.wheel_speed_limit_rad_per_s
+                                                     : config.joint_speed_limit_rad_per_s);
+}
 
 void Teleoperation::request_stop(TeleopEnd why) noexcept {
   start_ = false;
@@ -191,6 +194,7 @@ void Teleoperation::begin(const TeleopInput& input) noexcept {
   excess_ = {};
   robot_.reset(input.wheel_position_rad, input.arm_position_rad);
   robot_.sense(input.wheel_position_rad, input.arm_position_rad);
+  restart_speeds();
   stiffness_ = {};
   feedback_share_ = rim_share_ = centring_share_ = 0;
   fixed_last_H_N_.setZero();
@@ -207,6 +211,7 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
     begin(input);
   else
     robot_.sense(input.wheel_position_rad, input.arm_position_rad, input.robot_elapsed_s);
+  prove_speeds(input);
   in_phase_s_ += config_.period_s;
   check(input);
   switch (phase_) {
@@ -269,20 +274,29 @@ void Teleoperation::check_range(const ArmVector& position_rad) noexcept {
   }
 }
 
+void Teleoperation::restart_speeds() noexcept {
+  for (SpeedProof& proof : speed_proofs_) proof.restart();
+}
+
+void Teleoperation::prove_speeds(const TeleopInput& input) noexcept {
+  if (input.robot_elapsed_s == 0.0) return;  // no new sample
+  for (int i = 0; i < kFirstArmJoint; ++i)
+    speed_proofs_[static_cast<std::size_t>(i)].update(input.wheel_position_rad[i], input.robot_taken);
+  for (int i = 0; i < kArmJoints; ++i)
+    speed_proofs_[static_cast<std::size_t>(kFirstArmJoint + i)].update(input.arm_position_rad[i],
+                                                                       input.robot_taken);
+}
+
 void Teleoperation::check_speeds() noexcept {
   const WholeBodyController::State& state = robot_.state();
-  // Negated so that NaN fails the check.
-  for (Eigen::Index i = 0; i < state.wheel_velocity_rad_per_s.size(); ++i) {
-    const double speed = state.wheel_velocity_rad_per_s[i];
-    if (std::abs(speed) <= config_.wheel_speed_limit_rad_per_s) continue;
-    excess_ = {static_cast<int>(i), speed, config_.wheel_speed_limit_rad_per_s};
-    return fail(TeleopEnd::kWheelTooFast);
-  }
-  for (int i = 0; i < kArmJoints; ++i) {
-    const double speed = state.velocity[kBaseAxes + i];
-    if (std::abs(speed) <= config_.joint_speed_limit_rad_per_s) continue;
-    excess_ = {kFirstArmJoint + i, speed, config_.joint_speed_limit_rad_per_s};
-    return fail(TeleopEnd::kJointTooFast);
+  for (int i = 0; i < kFirstArmJoint + kArmJoints; ++i) {
+    const bool wheel = i < kFirstArmJoint;
+    const double speed =
+        wheel ? state.wheel_velocity_rad_per_s[i] : state.velocity[kBaseAxes + i - kFirstArmJoint];
+    const double limit = wheel ? config_.wheel_speed_limit_rad_per_s : config_.joint_speed_limit_rad_per_s;
+    if (!is_too_fast(speed, limit, speed_proofs_[static_cast<std::size_t>(i)])) continue;
+    excess_ = {i, speed, limit};
+    return fail(wheel ? TeleopEnd::kWheelTooFast : TeleopEnd::kJointTooFast);
   }
 }
 
@@ -333,6 +347,7 @@ void Teleoperation::centre(const TeleopInput& input) noexcept {
   if (!input.drives_obey) {
     // Commutation and homing move the arm, and set its angles.
     robot_.reset(input.wheel_position_rad, input.arm_position_rad);
+    restart_speeds();
     hold_rad_ = input.arm_position_rad;
   }
   // They have their own time, as has a master that is homed; it is not the operator's.

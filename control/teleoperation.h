@@ -17,6 +17,7 @@
 ///   switched off. A new start begins at the beginning.
 #pragma once
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -27,6 +28,7 @@
 #include "control/point_spring.h"
 #include "control/setpoint_limiter.h"
 #include "control/setpoint_smoothing.h"
+#include "control/speed_proof.h"
 #include "control/whole_body_controller.h"
 #include "control/workspace.h"
 
@@ -83,6 +85,7 @@ struct TeleopInput {
   bool drives_obey = false;
   bool robot_fault = false;
   std::optional<double> robot_elapsed_s{};  ///< since its last sample, as in BaseDrive::sense()
+  SampleBounds robot_taken{};               ///< the sample
   WheelVector wheel_position_rad = WheelVector::Zero();
   ArmVector arm_position_rad = ArmVector::Zero();
   bool arm_homed = false;  ///< its angles count from its end stops
@@ -184,6 +187,8 @@ class Teleoperation {
   /// start.
   explicit Teleoperation(const Config& config);
 
+  static constexpr int kFirstArmJoint = 4;  ///< behind the wheels
+
   /// From off or faulted: begins with the next step.
   void request_start() noexcept { start_ = true; }
   /// Comes to rest, then off.
@@ -212,6 +217,8 @@ class Teleoperation {
   void check(const TeleopInput& input) noexcept;
   void keep_in_range(ArmVector& position_rad) const noexcept;
   void check_range(const ArmVector& position_rad) noexcept;
+  void restart_speeds() noexcept;
+  void prove_speeds(const TeleopInput& input) noexcept;
   void check_speeds() noexcept;
   void check_tip() noexcept;
   void check_workspace() noexcept;
@@ -245,6 +252,7 @@ class Teleoperation {
   TeleopEnd end_ = TeleopEnd::kNone;
   TeleopExcess excess_;
   bool start_ = false;
+  std::array<SpeedProof, kFirstArmJoint + kArmJoints> speed_proofs_;
   double in_phase_s_ = 0.0;
   ArmVector hold_rad_ = ArmVector::Zero();  // where the arm was when the phase began
   double condition_held_s_ = 0.0;

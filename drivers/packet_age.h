@@ -29,7 +29,8 @@ inline std::chrono::nanoseconds packet_age(const msghdr& message) noexcept {
     return {};
   timespec came{};
   std::memcpy(&came, CMSG_DATA(header), sizeof came);
-  // The kernel stamps with the wall clock, which may be set.
+  // The kernel stamps with the wall clock. When that is set back in between, the age comes out too small, at
+  // least zero; when it is set forward, too large: callers cut the age to the time since they asked.
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
   const auto age =

@@ -324,7 +324,7 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
 
   if (drive_->position_is_fresh()) {
     sample.stamp = sample.earliest = drive_->stamp();
-    sample.latest = received;
+    sample.latest = std::max(received - drive_->position_age(), sample.earliest);
     sample.joints[0] = units_.sample(drive_->input(), output_, position_ticks_);
     sample.joints[0].homed = options_.range_is_stated && !range_is_lost_;
   }

@@ -141,7 +141,8 @@ std::string losses_text(const BusLosses& losses) {
   return std::to_string(losses.cycles) +
          " of the last 1000 cycles were bridged: " + std::to_string(losses.lost) + " without an answer, " +
          std::to_string(losses.incomplete) + " with an incomplete one; " + std::to_string(losses.late) +
-         " answers came late or twice, in " + std::to_string(losses.damaged) + " something damaged came";
+         " answers came late, " + std::to_string(losses.twice) + " twice, in " +
+         std::to_string(losses.damaged) + " something damaged came";
 }
 
 /// What reports are made of, by another thread than the cycle's.
@@ -500,13 +501,11 @@ CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexce
 /// Each gap is short, but they are many.
 CycleStatus EthercatRobot::check_losses(const ethercat::CycleResult& result) noexcept {
   const ethercat::FrameCounters before = std::exchange(counted_, bus_->counters());
-  // What a simulator's long hold-up is excused for is no loss either.
-  const bool excused = simulated_ && unanswered_cycles_ >= tolerated_cycles_;
-  losses_.add(
-      {.lost = !result.answered && !excused,
-       .damaged = counted_.malformed != before.malformed || counted_.foreign != before.foreign,
-       .incomplete = result.answered && !result.all_operational,
-       .late = static_cast<int>(counted_.late + counted_.duplicate - before.late - before.duplicate)});
+  losses_.add({.lost = !result.answered,
+               .damaged = counted_.malformed != before.malformed || counted_.foreign != before.foreign,
+               .incomplete = result.answered && !result.all_operational,
+               .late = static_cast<int>(counted_.late - before.late),
+               .twice = static_cast<int>(counted_.duplicate - before.duplicate)});
   const BusLosses losses = judged_losses();
   if (losses.level != BusLosses::Level::kFault) return {};
   return {Fault::kFrameLoss, -1, static_cast<std::uint32_t>(losses.cycles)};
@@ -517,7 +516,7 @@ BusLosses EthercatRobot::judged_losses() const noexcept {
   const auto reaches = [](int cycles, double share) {
     return cycles >= share * static_cast<double>(LossWindow::kCycles);
   };
-  // What a busy machine's simulator answers late has not been lost on a wire.
+  // What a busy machine's simulator answers late, after however long a hold-up, was not lost on a wire.
   const int excused = simulated_ ? std::min(losses.late, losses.lost) : 0;
   using enum BusLosses::Level;
   losses.level = reaches(losses.cycles - excused, options_.loss_fault) ? kFault

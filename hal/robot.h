@@ -86,7 +86,8 @@ struct BusLosses {
   int lost = 0;        ///< no answer
   int damaged = 0;     ///< something came in that made no sense
   int incomplete = 0;  ///< an answer, but not of all devices
-  int late = 0;        ///< answers that came after their cycle had given them up
+  int late = 0;        ///< answers that came after their cycle had given them up: of those lost
+  int twice = 0;       ///< further answers to a cycle that had one
   /// More of them than the robot is set to warn of, or to stop at.
   enum class Level : std::uint8_t { kOk, kWarning, kFault } level = Level::kOk;
 };

@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <concepts>
+#include <utility>
+
+#include "model/friction/dahl_curve.h"
 
 namespace sim {
 
-/// F = clamp(σ0·z + σ1·v, −b₋, b₊),  dz/dt = v while −b₋ < σ0·z < b₊.
+/// F = clamp(σ0·z + σ1·v, −b₋, b₊),  dz/dt = v while −b₋ < σ0·z < b₊;  with an exponent α the deflection
+/// approaches its bound as Dahl's does, the damping acts on dz/dt, and it gives way a little at any load.
 /// One Maxwell-slip element with a bound that may change from step to step: below the bound a damped spring,
 /// so a joint at rest really rests (no creep, no drift under load below break-away); sliding, exactly the
 /// bound. It serves as pre-sliding of a joint (rad, N·m) and as grip of a roller on the floor (m, N).
@@ -17,6 +21,7 @@ class BoundedBristle {
   struct Parameters {
     double stiffness = 1.0;  ///< σ0, force per displacement
     double damping = 0.0;    ///< σ1, force per velocity, while it sticks
+    double exponent = 0.0;   ///< α
   };
   explicit BoundedBristle(const Parameters& parameters) noexcept : parameters_(parameters) {}
 
@@ -26,6 +31,7 @@ class BoundedBristle {
   /// to. Only bounds that count are asked for.
   template <std::invocable<double> Bound>
   double step(double velocity, const Bound& bound, double step_s) noexcept {
+    if (parameters_.exponent > 0) return bend(velocity, bound(std::copysign(1.0, velocity)), step_s);
     const double direction = std::copysign(1.0, deflection_ + velocity * step_s);
     const double level = bound(direction);
     deflection_ =
@@ -42,6 +48,14 @@ class BoundedBristle {
   double deflection() const noexcept { return deflection_; }
 
  private:
+  double bend(double velocity, double level, double step_s) noexcept {
+    const double before = std::exchange(
+        deflection_, model::friction::dahl_force(parameters_.stiffness * deflection_, velocity * step_s,
+                                                 parameters_.stiffness, parameters_.exponent, level, level) /
+                         parameters_.stiffness);
+    return parameters_.stiffness * deflection_ + parameters_.damping * (deflection_ - before) / step_s;
+  }
+
   Parameters parameters_;
   double deflection_ = 0.0;
 };

@@ -10,7 +10,8 @@ namespace {
 
 /// Of the friction contact, in proportion to what rubs in it.
 BoundedBristle contact(const model::effects::Mechanics& mechanics, double share) {
-  return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share});
+  return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share,
+                         mechanics.bend_exponent});
 }
 
 const model::effects::Mechanics& with_contact(const model::effects::Mechanics& mechanics) {

@@ -71,10 +71,7 @@ std::string comment(std::string_view text) {
   return line;
 }
 
-}  // namespace
-
-DriveModel read_drive_model(const std::filesystem::path& path) {
-  TomlFile file = TomlFile::parse(path);
+DriveModel read_model(TomlFile file) {
   TomlTable root = file.root();
   DriveModel model;
   std::string format;
@@ -94,6 +91,14 @@ DriveModel read_drive_model(const std::filesystem::path& path) {
   for (TomlTable& table : root.tables("effect", {.most = kMostEffects})) read_effect(table, model.effects);
   file.finish();
   return model;
+}
+
+}  // namespace
+
+DriveModel read_drive_model(const std::filesystem::path& path) { return read_model(TomlFile::parse(path)); }
+
+DriveModel read_drive_model(const std::filesystem::path& path, const RegularFile& file) {
+  return read_model(TomlFile::parse(path, file));
 }
 
 std::string drive_model_text(const DriveModel& model, std::span<const std::string> header,

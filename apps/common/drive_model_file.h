@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/common/regular_file.h"
 #include "model/effects/drive_model.h"
 
 namespace apps {
@@ -14,6 +15,8 @@ namespace apps {
 /// @throws ConfigError with all problems of the file: another format, an unknown effect or key, a value
 ///         without or beyond its bounds.
 model::effects::DriveModel read_drive_model(const std::filesystem::path& path);
+/// Of a file that is open already; messages name it by its path.
+model::effects::DriveModel read_drive_model(const std::filesystem::path& path, const RegularFile& file);
 
 /// What a model file says about one effect in comments.
 struct EffectRemarks {

@@ -22,8 +22,8 @@ class NonBlockingLog {
   /// Waits no longer than half a second for what is left in the queue.
   ~NonBlockingLog();
 
-  /// Writes what there is room for. To be called now and then: a reader that is back is not noticed
-  /// otherwise.
+  /// Writes what there is room for, as the flush of the logger does. To be called now and then: a reader that
+  /// is back is not noticed otherwise.
   void flush();
 
  private:

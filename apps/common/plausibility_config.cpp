@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <vector>
 
 namespace apps {
 namespace {
@@ -45,6 +44,17 @@ void warn_of(const control::ChecksOff& off) {
   for (const std::string& name : names_of(off))
     spdlog::warn("plausibility.off: the check '{}' is off: a sensor that lies may go unseen (docs/safety.md)",
                  name);
+}
+
+std::vector<std::string> notes_on_silent(const control::ChecksOff& silent) {
+  std::vector<std::string> notes;
+  for (const std::string& name : names_of(silent))
+    notes.push_back(
+        fmt::format("the check '{}' does not run: each answer of the bus has come more than 1 ms late for a "
+                    "second; give this "
+                    "machine less to do (docs/safety.md)",
+                    name));
+  return notes;
 }
 
 }  // namespace apps

@@ -1,7 +1,9 @@
 /// @file
-/// The `[plausibility]` table of a configuration file: which checks of the sensors are off.
+/// The `[plausibility]` table of a configuration file: which checks of the sensors are off. And what is said
+/// of those that do not run.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "apps/common/toml_reader.h"
 #include "control/plausibility/checks.h"
@@ -16,5 +18,8 @@ std::string plausibility_text(const control::ChecksOff& off);
 
 /// Set-up: logs a warning for each check that is off. With each enable.
 void warn_of(const control::ChecksOff& off);
+
+/// What is to be known of the checks that late answers keep from judging, one a line.
+std::vector<std::string> notes_on_silent(const control::ChecksOff& silent);
 
 }  // namespace apps

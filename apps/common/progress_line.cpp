@@ -1,5 +1,6 @@
 #include "apps/common/progress_line.h"
 
+#include <poll.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -15,6 +16,15 @@ constexpr std::chrono::milliseconds kBarInterval{200};
 constexpr std::chrono::seconds kLineInterval{10};
 constexpr std::chrono::seconds kStageInterval{1};
 constexpr int kBarWidth = 30;
+
+/// Left out while standard error takes nothing: the next one says more, and nobody waits for a reader that
+/// hangs.
+void print(const std::string& text) {
+  pollfd error{STDERR_FILENO, POLLOUT, 0};
+  if (poll(&error, 1, 0) <= 0) return;
+  std::fputs(text.c_str(), stderr);
+  std::fflush(stderr);
+}
 
 }  // namespace
 
@@ -69,17 +79,16 @@ void ProgressLine::show(std::string_view stage, double done, std::string_view de
   told_ = now;
   told_stage_ = stage_;
   shown_ = true;
-  std::fprintf(stderr, terminal_ ? "\r\x1b[K%s" : "%s\n", text(now).c_str());
-  std::fflush(stderr);
+  print(terminal_ ? "\r\x1b[K" + text(now) : text(now) + "\n");
 }
 
 void ProgressLine::finish() {
-  if (shown_ && terminal_) std::fprintf(stderr, "\r\x1b[K%s\n", text(Clock::now()).c_str());
+  if (shown_ && terminal_) print("\r\x1b[K" + text(Clock::now()) + "\n");
   shown_ = false;
 }
 
 ProgressLine::~ProgressLine() {
-  if (shown_ && terminal_) std::fputs("\r\x1b[K", stderr);
+  if (shown_ && terminal_) print("\r\x1b[K");
 }
 
 }  // namespace apps

@@ -17,16 +17,14 @@ RegularFile::RegularFile(const std::filesystem::path& path)
     : fd_(drivers::uninterrupted(
           [&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); })) {
   if (fd_ < 0) throw std::runtime_error("cannot be opened: " + std::generic_category().message(errno));
-  struct stat status {};
   std::string refused;
-  if (::fstat(fd_, &status) != 0) refused = "cannot be examined: " + std::generic_category().message(errno);
-  if (refused.empty() && S_ISDIR(status.st_mode)) refused = "is a directory, expected a file";
-  if (refused.empty() && !S_ISREG(status.st_mode)) refused = "is a device or pipe, expected a file";
+  if (::fstat(fd_, &status_) != 0) refused = "cannot be examined: " + std::generic_category().message(errno);
+  if (refused.empty() && S_ISDIR(status_.st_mode)) refused = "is a directory, expected a file";
+  if (refused.empty() && !S_ISREG(status_.st_mode)) refused = "is a device or pipe, expected a file";
   if (!refused.empty()) {
     ::close(fd_);
     throw std::runtime_error(refused);
   }
-  size_bytes_ = static_cast<std::size_t>(status.st_size);
 }
 
 RegularFile::~RegularFile() { ::close(fd_); }
@@ -37,8 +35,7 @@ std::size_t RegularFile::read(char* buffer, std::size_t size) const {
   return static_cast<std::size_t>(count);
 }
 
-std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes) {
-  const RegularFile file(path);
+std::string read_whole(const RegularFile& file, std::size_t limit_bytes) {
   // The size is not asked for: files of the kernel say 0, and others may grow.
   std::string text;
   for (std::size_t used = 0;;) {
@@ -53,6 +50,10 @@ std::string read_regular_file(const std::filesystem::path& path, std::size_t lim
       return text;
     }
   }
+}
+
+std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes) {
+  return read_whole(RegularFile(path), limit_bytes);
 }
 
 }  // namespace apps

@@ -1,5 +1,7 @@
 /// @file
 #pragma once
+#include <sys/stat.h>
+
 #include <cstddef>
 #include <filesystem>
 #include <string>
@@ -15,16 +17,21 @@ class RegularFile {
   RegularFile& operator=(const RegularFile&) = delete;
   ~RegularFile();
 
-  std::size_t size_bytes() const noexcept {
-    return size_bytes_;
-  }  ///< as it was opened; a file of the kernel: 0
+  /// As it was opened; a file of the kernel: 0.
+  std::size_t size_bytes() const noexcept { return static_cast<std::size_t>(status_.st_size); }
+  /// Of what is open, whatever its path leads to by now.
+  uid_t owner() const noexcept { return status_.st_uid; }
+  bool group_or_others_may_write() const noexcept { return (status_.st_mode & (S_IWGRP | S_IWOTH)) != 0; }
   /// Bytes read; 0 at the end.
   std::size_t read(char* buffer, std::size_t size) const;
 
  private:
   int fd_ = -1;
-  std::size_t size_bytes_ = 0;
+  struct stat status_ {};
 };
+
+/// Set-up. The rest of the file, which has at most `limit_bytes`. @throws std::runtime_error likewise.
+std::string read_whole(const RegularFile& file, std::size_t limit_bytes);
 
 /// Set-up. The whole text of a regular file of at most `limit_bytes`. Anything else of that name, such as a
 /// pipe, a device or a file of the kernel that has no end, is refused and never waited for.

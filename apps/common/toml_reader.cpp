@@ -127,9 +127,9 @@ std::uint32_t line_of_deep_key(std::string_view text) {
   return 0;
 }
 
-std::string read(const std::filesystem::path& path) {
+std::string read(const std::filesystem::path& path, const RegularFile& file) {
   try {
-    return read_regular_file(path, kMaxToml_bytes);
+    return read_whole(file, kMaxToml_bytes);
   } catch (const std::runtime_error& error) {
     throw ConfigError({fmt::format("{}: {}", path.string(), error.what())});
   }
@@ -380,10 +380,20 @@ TomlFile& TomlFile::operator=(TomlFile&&) noexcept = default;
 TomlFile::~TomlFile() = default;
 
 TomlFile TomlFile::parse(const std::filesystem::path& path) {
+  try {
+    return parse(path, RegularFile(path));
+  } catch (const ConfigError&) {
+    throw;
+  } catch (const std::runtime_error& error) {
+    throw ConfigError({path.string() + ": " + error.what()});
+  }
+}
+
+TomlFile TomlFile::parse(const std::filesystem::path& path, const RegularFile& file) {
   auto state = std::make_unique<State>();
   state->name = path.string();
   try {
-    const std::string text = read(path);
+    const std::string text = read(path, file);
     if (const std::uint32_t line = line_of_deep_key(text); line > 0)
       throw ConfigError(
           {fmt::format("{}:{}: more than {} dots in one key or text", state->name, line, kMostKeyDots)});

@@ -26,6 +26,8 @@
 
 namespace apps {
 
+class RegularFile;
+
 /// Files that a person writes are no longer. Longer ones are refused.
 inline constexpr std::size_t kMaxToml_bytes = 4 << 20;
 
@@ -105,6 +107,8 @@ class TomlFile {
  public:
   /// @throws ConfigError when the file cannot be read, or at its first syntax error.
   static TomlFile parse(const std::filesystem::path& path);
+  /// Of a file that is open already; messages name it by its path.
+  static TomlFile parse(const std::filesystem::path& path, const RegularFile& file);
   TomlFile(TomlFile&&) noexcept;
   TomlFile& operator=(TomlFile&&) noexcept;
   ~TomlFile();

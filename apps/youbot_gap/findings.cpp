@@ -35,6 +35,35 @@ std::string names_of(std::span<const FoundEffect> effects) {
   return text;
 }
 
+/// What happened on the held-out data.
+std::string headline_of_held_out(const Findings& findings) {
+  const identification::gap::Result& result = findings.result;
+  const std::string before = torque_text(result.gap_before_Nm);
+  const std::string after = torque_text(result.gap_after_Nm);
+  const std::string noise = torque_text(result.noise_floor_Nm);
+  const bool plural = result.effects.size() > 1;
+  const bool undecided =
+      std::ranges::any_of(result.effects, [](const FoundEffect& e) { return !e.equivalent.empty(); });
+  const std::string missing = names_of(result.effects) + (plural ? " were missing" : " was missing") +
+                              (undecided ? " (this data cannot tell which)" : "");
+  const std::string falls = "the held-out gap falls from " + before + " to " + after + ", noise is " + noise;
+  switch (result.verdict) {
+    case Verdict::kNoGap:
+      if (result.gap_before_Nm > kWorthTelling * result.gap_after_Nm)
+        return findings.drive + ": no effect is missing; with the parameters refitted " + falls;
+      return findings.drive + ": no gap; what the model leaves of held-out data, " + after + ", is noise (" +
+             noise + ")";
+    case Verdict::kExplained:
+    case Verdict::kAmbiguous: return findings.drive + ": " + missing + "; " + falls;
+    case Verdict::kPartlyExplained:
+      return findings.drive + ": " + missing + ", and something is still; " + falls;
+    case Verdict::kUnexplained:
+      return findings.drive + ": something is missing that no known effect explains; the held-out gap of " +
+             after + " stays, noise is " + noise;
+  }
+  return findings.drive;
+}
+
 /// Where most of what is left is: "time 3.1 to 3.8 s of 3.csv".
 std::string strongest_unexplained(const identification::gap::Result& result) {
   const auto strongest =
@@ -71,9 +100,8 @@ std::string interval_text(const identification::fit::Estimate& estimate) {
 
 std::string evidence_text(const FoundEffect& found) {
   return fmt::format(
-      "takes away {:.1f} % of the squared held-out residual, better in {} of {} blocks of the data searched, "
-      "p = {:.2g}",
-      100 * found.held_out_gain, found.blocks_improved, found.blocks, found.p_value);
+      "takes away {:.1f} % of the squared {}, better in {} of {} blocks of the data searched, p = {:.2g}",
+      100 * found.held_out_gain, found.measured_on, found.blocks_improved, found.blocks, found.p_value);
 }
 
 std::string name_with_rivals(const FoundEffect& found) {
@@ -114,6 +142,7 @@ std::string deciding_experiment(const FoundEffect& found, const Findings& findin
 
 std::vector<std::string> notes(const Findings& findings) {
   std::vector<std::string> all = findings.result.notes;
+  if (!findings.result.disagreement.empty()) all.insert(all.begin(), findings.result.disagreement);
   for (const identification::gap::BlindSpot& spot : findings.result.blind_spots) {
     all.push_back(spot.text);
     if (spot.shown_by)
@@ -126,28 +155,8 @@ std::vector<std::string> notes(const Findings& findings) {
 }
 
 std::string headline(const Findings& findings) {
-  const identification::gap::Result& result = findings.result;
-  const std::string before = torque_text(result.gap_before_Nm);
-  const std::string after = torque_text(result.gap_after_Nm);
-  const std::string noise = torque_text(result.noise_floor_Nm);
-  const bool plural = result.effects.size() > 1;
-  const std::string missing = names_of(result.effects) + (plural ? " were missing" : " was missing");
-  const std::string falls = "the gap falls from " + before + " to " + after + ", noise is " + noise;
-  switch (result.verdict) {
-    case Verdict::kNoGap:
-      if (result.gap_before_Nm > kWorthTelling * result.gap_after_Nm)
-        return findings.drive + ": no effect is missing; with the parameters refitted " + falls;
-      return findings.drive + ": no gap; what the model leaves, " + after + ", is noise (" + noise + ")";
-    case Verdict::kExplained: return findings.drive + ": " + missing + "; " + falls;
-    case Verdict::kPartlyExplained:
-      return findings.drive + ": " + missing + ", and something is still; " + falls;
-    case Verdict::kAmbiguous:
-      return findings.drive + ": " + missing + " (this data cannot tell which); " + falls;
-    case Verdict::kUnexplained:
-      return findings.drive + ": something is missing that no known effect explains; the gap of " + after +
-             " stays, noise is " + noise;
-  }
-  return findings.drive;
+  const std::string text = headline_of_held_out(findings);
+  return findings.result.disagreement.empty() ? text : text + "; the data searched say otherwise";
 }
 
 std::vector<std::string> next_steps(const Findings& findings) {

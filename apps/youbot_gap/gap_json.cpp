@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
+#include <utility>
 
 #include "apps/common/build_info.h"
 #include "identification/gap/noise_draws.h"
@@ -56,6 +57,7 @@ Json json_of(const identification::gap::FoundEffect& found, const Findings& find
             {"where", json_of(found.where)},
             {"evidence",
              {{"held_out_gain", found.held_out_gain},
+              {"of_squared", found.measured_on},
               {"blocks_improved", std::to_string(found.blocks_improved) + "/" + std::to_string(found.blocks)},
               {"p_value", found.p_value}}},
             {"gap_before", found.gap_before},
@@ -93,10 +95,12 @@ std::string gap_json(const Findings& findings) {
               {"before", result.gap_before_Nm},
               {"refitted", result.gap_base_Nm},
               {"after", result.gap_after_Nm},
+              {"searched", result.gap_searched_Nm},
               {"band_Hz", result.band_Hz}}},
             {"effects", Json::array()},
             {"rejected", Json::array()},
             {"unexplained", Json::array()},
+            {"unexplained_searched", Json::array()},
             {"refitted", Json::array()},
             {"notes", notes(findings)},
             {"drive", findings.drive},
@@ -134,8 +138,10 @@ std::string gap_json(const Findings& findings) {
     if (std::isfinite(rejected.gap_after))
       json["rejected"].push_back(
           {{"type", rejected.type}, {"gap_after", rejected.gap_after}, {"reason", rejected.reason}});
-  for (const identification::gap::Unexplained& unexplained : result.unexplained)
-    json["unexplained"].push_back({{"where", json_of(unexplained.where)}, {"share", unexplained.share}});
+  for (const auto& [key, list] : {std::pair("unexplained", &result.unexplained),
+                                  std::pair("unexplained_searched", &result.unexplained_searched)})
+    for (const identification::gap::Unexplained& unexplained : *list)
+      json[key].push_back({{"where", json_of(unexplained.where)}, {"share", unexplained.share}});
   for (const Refitted& refitted : refitted_parameters(findings))
     if (std::isfinite(refitted.before) && refitted.after.ok())
       json["refitted"].push_back({{"type", refitted.effect_type},

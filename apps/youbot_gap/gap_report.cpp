@@ -17,6 +17,7 @@ using apps::number_text;
 using apps::Quantity;
 using apps::quantity_of;
 using identification::fit::Estimate;
+using identification::gap::FoundEffect;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -49,9 +50,9 @@ void add_summary(report::Page& page, const Findings& findings) {
   add("the model as given", result.gap_before_Nm);
   add("its parameters refitted", result.gap_base_Nm);
   for (const identification::gap::FoundEffect& found : result.effects)
-    add("with " + name_with_rivals(found), found.gap_after);
-  if (!result.effects.empty() && result.gap_after_Nm != result.effects.back().gap_after)
-    add("all refitted together", result.gap_after_Nm);
+    if (found.measured_on == FoundEffect::kHeldOut || found.measured_on == FoundEffect::kLeftOut)
+      add("the new one without " + name_with_rivals(found), found.gap_before);
+  add("the new one", result.gap_after_Nm);
   page.table({{"step"}, {"model"}, {"gap", "N·m"}, {"times the noise", "", 2}}, rows,
              "The gap, step by step; noise floor " + number_text(result.noise_floor_Nm, "N·m"));
   std::vector<report::Plot> plots{steps_plot(gaps_Nm, result.noise_floor_Nm)};
@@ -81,6 +82,7 @@ void add_found(report::Page& page, const Findings& findings) {
     const std::string name = effect_words(type);
     rows.push_back({name, std::string(model::effects::effect_description(type).shows),
                     where_text(found.where), found.gap_before, found.gap_after, 100 * found.held_out_gain,
+                    std::string(found.measured_on),
                     std::to_string(found.blocks_improved) + " of " + std::to_string(found.blocks),
                     number_text(found.p_value)});
     for (const Estimate& estimate : found.parameters) {
@@ -100,14 +102,16 @@ void add_found(report::Page& page, const Findings& findings) {
   page.table({{"effect"},
               {"how it shows"},
               {"where"},
-              {"gap before", "N·m"},
-              {"gap after", "N·m"},
+              {"without it", "N·m"},
+              {"with it", "N·m"},
               {"takes away", "%", 1},
+              {"of the squared"},
               {"blocks improved"},
               {"by chance p"}},
              rows, "Effects found, in the order they were added");
   page.text(
-      "\"Takes away\" is the share of the squared held-out residual. p is the chance that the best of all "
+      "\"Takes away\" compares the new model with the same one refitted without the effect. p is the chance "
+      "that the best of all "
       "effects tried would look as good on data in which nothing is missing.");
   if (!parameters.empty())
     page.table({{"effect"}, {"parameter"}, {"value"}, {"95 % from"}, {"to"}, {"unit"}, {"remark"}},
@@ -150,13 +154,17 @@ void add_rejected(report::Page& page, const Findings& findings) {
 }
 
 void add_unexplained(report::Page& page, const Findings& findings) {
-  if (findings.result.unexplained.empty()) return;
+  const identification::gap::Result& result = findings.result;
   std::vector<report::Row> rows;
-  for (const identification::gap::Unexplained& unexplained : findings.result.unexplained)
-    rows.push_back({where_text(unexplained.where), 100 * unexplained.share});
+  for (const auto& [data, list] :
+       {std::pair("held out", &result.unexplained), std::pair("searched", &result.unexplained_searched)})
+    for (const identification::gap::Unexplained& unexplained : *list)
+      rows.push_back({data, where_text(unexplained.where), 100 * unexplained.share});
+  if (rows.empty()) return;
   page.heading("What stays unexplained");
-  page.table({{"where"}, {"share of the squared residual", "%", 1}}, rows,
-             "Structure that no known effect explains");
+  if (!result.disagreement.empty()) page.text(result.disagreement);
+  page.table({{"data"}, {"where"}, {"share of their squared residual", "%", 1}}, rows,
+             "Structure that no known effect explains; the verdict is of the held-out data");
 }
 
 void add_refitted(report::Page& page, const Findings& findings) {

@@ -72,7 +72,7 @@ std::string summary_text(const Findings& findings) {
   for (const identification::gap::FoundEffect& found : result.effects) text += effect_text(found);
   text += rejected_text(result);
   for (const identification::gap::Unexplained& unexplained : result.unexplained)
-    text += fmt::format("  ? {}: {:.0f} % of the squared residual, unexplained\n",
+    text += fmt::format("  ? {}: {:.0f} % of the squared held-out residual, unexplained\n",
                         where_text(unexplained.where), 100 * unexplained.share);
   for (const std::string& note : notes(findings)) text += "  ! " + note + "\n";
   for (const std::string& step : next_steps(findings)) text += "next: " + step + "\n";

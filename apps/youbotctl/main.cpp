@@ -75,7 +75,8 @@ void print(const json& status) {
   line("commander", text(status, "commander"));
   line("robot",
        text(status, "robot") + (status.contains("robot_state") ? ": " + text(status, "robot_state") : ""));
-  for (const std::string& trouble : texts(status, "robot_trouble")) line("", trouble);
+  for (const char* list : {"robot_trouble", "notes"})
+    for (const std::string& text : texts(status, list)) line("", text);
   if (status.contains("bus") && status["bus"].is_object())
     line("bus", text(status["bus"], "level") + ", " +
                     status["bus"].value("bridged_of_1000_cycles", json()).dump() +

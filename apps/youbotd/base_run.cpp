@@ -65,7 +65,10 @@ void BaseRun::keep() noexcept {
 
 Progress BaseRun::progress() const noexcept {
   const CycleRecord& record = cycle_.record();
-  return {.phase = name(record.phase), .time = record.time, .base_W = record.odometry_W};
+  return {.phase = name(record.phase),
+          .time = record.time,
+          .base_W = record.odometry_W,
+          .silent_checks = cycle_.silent_checks()};
 }
 
 void BaseRun::wrap_up(const drivers::ethercat::PcapRing* frames) {

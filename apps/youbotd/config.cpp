@@ -8,8 +8,8 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <numbers>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -18,8 +18,10 @@
 #include "apps/common/ethercat_config.h"
 #include "apps/common/hidden_effect.h"
 #include "apps/common/plausibility_config.h"
+#include "apps/common/regular_file.h"
 #include "apps/common/scene_config.h"
 #include "apps/common/toml_reader.h"
+#include "apps/youbotd/setting_bounds.h"
 #include "apps/youbotd/teleop_config.h"
 #include "model/effects/resistance.h"
 
@@ -136,38 +138,38 @@ bool leaves(const std::filesystem::path& folder, const std::filesystem::path& na
 }
 
 /// Whether only root, the user of this program or who owns the configuration's folder can have written it.
-bool is_trusted(const std::filesystem::path& folder, const std::filesystem::path& file) {
+bool is_trusted(const std::filesystem::path& folder, const apps::RegularFile& file) {
   struct stat home {};
-  struct stat found {};
-  // What is not there has its own message.
-  if (::stat(file.c_str(), &found) != 0 || ::stat(folder.empty() ? "." : folder.c_str(), &home) != 0)
-    return true;
-  const bool known = found.st_uid == 0 || found.st_uid == ::geteuid() || found.st_uid == home.st_uid;
-  return known && (found.st_mode & (S_IWGRP | S_IWOTH)) == 0;
+  const bool known =
+      file.owner() == 0 || file.owner() == ::geteuid() ||
+      (::stat(folder.empty() ? "." : folder.c_str(), &home) == 0 && file.owner() == home.st_uid);
+  return known && !file.group_or_others_may_write();
 }
 
 /// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
 std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
                                                      const std::filesystem::path& folder,
                                                      const std::string& name) {
-  if (table.is_set(key) && leaves(folder, name)) {
-    table.refuse(key,
-                 "names a file outside the configuration's folder, which only the file itself may: " + name);
+  const auto refuse = [&](const std::string& complaint) {
+    table.refuse(key, "names a " + complaint);
     return std::nullopt;
-  }
-  if (table.is_set(key) && !is_trusted(folder, folder / name)) {
-    table.refuse(key,
-                 "names a file that others can write, by its owner or its rights, which only the file itself "
-                 "may: " +
-                     name);
-    return std::nullopt;
-  }
+  };
+  if (table.is_set(key) && leaves(folder, name))
+    return refuse("file outside the configuration's folder, which only the file itself may: " + name);
+  const std::filesystem::path path = folder / name;
   try {
-    return apps::read_drive_model(folder / name);
+    if (!table.is_set(key)) return apps::read_drive_model(path);
+    // What is judged is what is read, however often the path leads elsewhere meanwhile.
+    const apps::RegularFile file(path);
+    if (!is_trusted(folder, file))
+      return refuse(
+          "file that others can write, by its owner or its rights, which only the file itself may: " + name);
+    return apps::read_drive_model(path, file);
   } catch (const apps::ConfigError& error) {
-    for (const std::string& problem : error.problems())
-      table.refuse(key, "names a drive model that cannot be used: " + problem);
+    for (const std::string& problem : error.problems()) refuse("drive model that cannot be used: " + problem);
     return std::nullopt;
+  } catch (const std::runtime_error& error) {
+    return refuse("drive model that cannot be used: " + path.string() + ": " + error.what());
   }
 }
 
@@ -276,195 +278,6 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
   teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
 }
 
-enum class Side : std::uint8_t { kAbove, kBelow, kBoth };
-struct Bound {
-  const char* key;
-  double (*value)(const Config& config);
-  Side weaker = Side::kAbove;
-  bool broken_by(double set, double from_file) const noexcept {
-    const bool kept_above = weaker == Side::kBelow || set <= from_file;
-    const bool kept_below = weaker == Side::kAbove || set >= from_file;
-    return !kept_above || !kept_below;
-  }
-  const char* text() const noexcept {
-    return weaker == Side::kAbove ? "no more than" : weaker == Side::kBelow ? "no less than" : "nothing but";
-  }
-};
-template <std::size_t kJoint>
-double arm_torque_Nm(const Config& config) {
-  return config.teleoperation.robot.arm_torque_limit_Nm[kJoint];
-}
-template <std::size_t kJoint>
-double arm_coulomb_Nm(const Config& config) {
-  return config.teleoperation.robot.arm_friction.coulomb_Nm[kJoint];
-}
-template <std::size_t kJoint>
-double arm_viscous_Nm_s_per_rad(const Config& config) {
-  return config.teleoperation.robot.arm_friction.viscous_Nm_s_per_rad[kJoint];
-}
-double in_degrees(double angle_rad) { return angle_rad * 180 / std::numbers::pi; }
-/// What a setting over the socket may make stricter than the file and not weaker. Compensation, of friction
-/// and of a payload's weight, is bounded by what it takes for granted, by its share and by how soon a command
-/// gets it in full. Braking is damping, a limit of speed is as quick as the velocity's filter, and a release
-/// is detected no later than its thresholds say, which are judged by the mass and drag of the grip.
-constexpr auto kBounds = std::to_array<Bound>(
-    {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
-     {"limits.moment_Nm", [](const Config& c) { return c.cycle.controller.wrench_limits.moment_Nm; }},
-     {"limits.wheel_torque_Nm", [](const Config& c) { return c.cycle.controller.torque_limit_Nm; }},
-     {"limits.wheel_speed_rad_per_s", [](const Config& c) { return c.cycle.wheel_speed_limit_rad_per_s; }},
-     {"limits.setpoint_m_per_s", [](const Config& c) { return c.cycle.setpoint.linear.speed; }},
-     {"limits.setpoint_m_per_s2", [](const Config& c) { return c.cycle.setpoint.linear.acceleration; }},
-     {"limits.setpoint_m_per_s3", [](const Config& c) { return c.cycle.setpoint.linear.jerk; }},
-     {"limits.setpoint_rad_per_s", [](const Config& c) { return c.cycle.setpoint.turning.speed; }},
-     {"limits.setpoint_rad_per_s2", [](const Config& c) { return c.cycle.setpoint.turning.acceleration; }},
-     {"limits.setpoint_rad_per_s3", [](const Config& c) { return c.cycle.setpoint.turning.jerk; }},
-     {"limits.torque_rate_per_s", [](const Config& c) { return c.cycle.torque_rate_per_s; }},
-     {"limits.following_error_m", [](const Config& c) { return c.cycle.following_error_m; }},
-     {"limits.following_error_rad", [](const Config& c) { return c.cycle.following_error_rad; }},
-     {"workspace.base_x_m[0]", [](const Config& c) { return c.cycle.workspace.base_W_m.min().x(); },
-      Side::kBelow},
-     {"workspace.base_x_m[1]", [](const Config& c) { return c.cycle.workspace.base_W_m.max().x(); }},
-     {"workspace.base_y_m[0]", [](const Config& c) { return c.cycle.workspace.base_W_m.min().y(); },
-      Side::kBelow},
-     {"workspace.base_y_m[1]", [](const Config& c) { return c.cycle.workspace.base_W_m.max().y(); }},
-     {"workspace.tip_x_m[0]", [](const Config& c) { return c.cycle.workspace.tip_W_m.min().x(); },
-      Side::kBelow},
-     {"workspace.tip_x_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().x(); }},
-     {"workspace.tip_y_m[0]", [](const Config& c) { return c.cycle.workspace.tip_W_m.min().y(); },
-      Side::kBelow},
-     {"workspace.tip_y_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().y(); }},
-     {"workspace.tip_z_m[0]", [](const Config& c) { return c.cycle.workspace.tip_W_m.min().z(); },
-      Side::kBelow},
-     {"workspace.tip_z_m[1]", [](const Config& c) { return c.cycle.workspace.tip_W_m.max().z(); }},
-     {"controller.damping_N_s_per_m", [](const Config& c) { return c.cycle.controller.damping[0]; },
-      Side::kBelow},
-     {"controller.turning_damping_Nm_s_per_rad",
-      [](const Config& c) { return c.cycle.controller.damping[2]; }, Side::kBelow},
-     {"compensation.filter_cutoff_rad_per_s",
-      [](const Config& c) { return c.cycle.controller.observer.filter.cutoff_rad_per_s; }, Side::kBelow},
-     {"compensation.filter_damping",
-      [](const Config& c) { return c.cycle.controller.observer.filter.damping; }},
-     {"compensation.margin", [](const Config& c) { return c.cycle.controller.compensator.margin; }},
-     {"compensation.full_command_Nm",
-      [](const Config& c) { return c.cycle.controller.compensator.full_command_Nm; }, Side::kBelow},
-     {"path.speed_m_per_s", [](const Config& c) { return c.path.limits.speed_m_per_s; }},
-     {"path.acceleration_m_per_s2", [](const Config& c) { return c.path.limits.acceleration_m_per_s2; }},
-     {"path.turn_speed_rad_per_s", [](const Config& c) { return c.path.limits.turn_speed_rad_per_s; }},
-     {"path.turn_acceleration_rad_per_s2",
-      [](const Config& c) { return c.path.limits.turn_acceleration_rad_per_s2; }},
-     {"teleoperation.arm.torque_limit_Nm[0]", arm_torque_Nm<0>},
-     {"teleoperation.arm.torque_limit_Nm[1]", arm_torque_Nm<1>},
-     {"teleoperation.arm.torque_limit_Nm[2]", arm_torque_Nm<2>},
-     {"teleoperation.arm.torque_limit_Nm[3]", arm_torque_Nm<3>},
-     {"teleoperation.arm.torque_limit_Nm[4]", arm_torque_Nm<4>},
-     {"teleoperation.arm.coulomb_Nm[0]", arm_coulomb_Nm<0>},
-     {"teleoperation.arm.coulomb_Nm[1]", arm_coulomb_Nm<1>},
-     {"teleoperation.arm.coulomb_Nm[2]", arm_coulomb_Nm<2>},
-     {"teleoperation.arm.coulomb_Nm[3]", arm_coulomb_Nm<3>},
-     {"teleoperation.arm.coulomb_Nm[4]", arm_coulomb_Nm<4>},
-     {"teleoperation.arm.viscous_Nm_s_per_rad[0]", arm_viscous_Nm_s_per_rad<0>},
-     {"teleoperation.arm.viscous_Nm_s_per_rad[1]", arm_viscous_Nm_s_per_rad<1>},
-     {"teleoperation.arm.viscous_Nm_s_per_rad[2]", arm_viscous_Nm_s_per_rad<2>},
-     {"teleoperation.arm.viscous_Nm_s_per_rad[3]", arm_viscous_Nm_s_per_rad<3>},
-     {"teleoperation.arm.viscous_Nm_s_per_rad[4]", arm_viscous_Nm_s_per_rad<4>},
-     {"teleoperation.arm.compensation_margin",
-      [](const Config& c) { return c.teleoperation.robot.arm_compensator.margin; }},
-     {"teleoperation.arm.full_command_Nm",
-      [](const Config& c) { return c.teleoperation.robot.arm_compensator.full_command_Nm; }, Side::kBelow},
-     {"teleoperation.arm.payload_kg", [](const Config& c) { return c.teleoperation.robot.model.payload_kg; }},
-     {"teleoperation.arm.posture_limit_Nm",
-      [](const Config& c) { return c.teleoperation.robot.posture_torque_limit_Nm; }},
-     {"teleoperation.arm.posture_Nm_s_per_rad",
-      [](const Config& c) { return c.teleoperation.robot.posture_damping_Nm_s_per_rad; }, Side::kBelow},
-     {"teleoperation.arm.joint_speed_limit_rad_per_s",
-      [](const Config& c) { return c.teleoperation.joint_speed_limit_rad_per_s; }},
-     {"teleoperation.arm.setpoint_rad_per_s",
-      [](const Config& c) { return c.teleoperation.joint_setpoint.speed; }},
-     {"teleoperation.arm.setpoint_rad_per_s2",
-      [](const Config& c) { return c.teleoperation.joint_setpoint.acceleration; }},
-     {"teleoperation.arm.setpoint_rad_per_s3",
-      [](const Config& c) { return c.teleoperation.joint_setpoint.jerk; }},
-     {"teleoperation.mapping.smoothing_m_per_s",
-      [](const Config& c) { return c.teleoperation.smoothing.speed_m_per_s; }},
-     {"teleoperation.mapping.smoothing_m_per_s2",
-      [](const Config& c) { return c.teleoperation.smoothing.acceleration_m_per_s2; }},
-     {"teleoperation.mapping.smoothing_m_per_s3",
-      [](const Config& c) { return c.teleoperation.smoothing.jerk_m_per_s3; }},
-     {"teleoperation.mapping.smoothing_deg_per_s",
-      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_speed_rad_per_s); }},
-     {"teleoperation.mapping.smoothing_deg_per_s2",
-      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_acceleration_rad_per_s2); }},
-     {"teleoperation.mapping.smoothing_deg_per_s3",
-      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_jerk_rad_per_s3); }},
-     {"teleoperation.mapping.rate_m_per_s",
-      [](const Config& c) { return c.teleoperation.mapping.rate_speed_m_per_s; }},
-     {"teleoperation.mapping.rate_turn_deg_per_s",
-      [](const Config& c) { return in_degrees(c.teleoperation.mapping.rate_turn_rad_per_s); }},
-     {"teleoperation.arm.following_error_rad",
-      [](const Config& c) { return c.teleoperation.joint_following_error_rad; }},
-     {"teleoperation.coupling.setpoint_distance_limit_m",
-      [](const Config& c) { return c.teleoperation.setpoint_distance_limit_m; }},
-     {"teleoperation.coupling.setpoint_turn_limit_deg",
-      [](const Config& c) { return in_degrees(c.teleoperation.setpoint_turn_limit_rad); }},
-     {"teleoperation.coupling.damping_ratio",
-      [](const Config& c) { return c.teleoperation.robot.spring.damping_ratio; }, Side::kBelow},
-     {"teleoperation.coupling.force_limit_N",
-      [](const Config& c) { return c.teleoperation.robot.spring.force_limit_N; }},
-     {"teleoperation.coupling.moment_limit_Nm",
-      [](const Config& c) { return c.teleoperation.robot.spring.moment_limit_Nm; }},
-     {"teleoperation.feedback.force_limit_N",
-      [](const Config& c) { return c.teleoperation.feedback.force_limit_N; }},
-     {"teleoperation.feedback.reserve_J", [](const Config& c) { return c.teleoperation.tank.reserve_J; }},
-     {"teleoperation.feedback.telling_force_N",
-      [](const Config& c) { return c.teleoperation.presence.telling_force_N; }},
-     {"teleoperation.feedback.released_share",
-      [](const Config& c) { return c.teleoperation.presence.released_share; }, Side::kBelow},
-     {"teleoperation.feedback.released_impulse_N_s",
-      [](const Config& c) { return c.teleoperation.presence.released_impulse_N_s; }},
-     {"teleoperation.feedback.felt_hand_N",
-      [](const Config& c) { return c.teleoperation.presence.felt_hand_N; }, Side::kBelow},
-     {"teleoperation.feedback.unfelt_after_s",
-      [](const Config& c) { return c.teleoperation.presence.unfelt_after_s; }},
-     {"teleoperation.feedback.device_mass_kg",
-      [](const Config& c) { return c.teleoperation.presence.device_mass_kg; }, Side::kBoth},
-     {"teleoperation.feedback.device_drag_N_s_per_m",
-      [](const Config& c) { return c.teleoperation.presence.device_drag_N_s_per_m; }, Side::kBoth},
-     {"teleoperation.start.unfolding_rad_per_s",
-      [](const Config& c) { return c.teleoperation.unfolding_speed_rad_per_s; }},
-     {"teleoperation.start.feedback_fade_s", [](const Config& c) { return c.teleoperation.feedback_fade_s; },
-      Side::kBelow},
-     {"teleoperation.start.stop_timeout_s", [](const Config& c) { return c.teleoperation.stop_timeout_s; }},
-     {"teleoperation.start.lowering_s", [](const Config& c) { return c.teleoperation.lowering_s; },
-      Side::kBelow}});
-
-/// A protection that a setting may switch on and not off.
-struct Protection {
-  const char* key;
-  bool (*on)(const Config& config);
-};
-constexpr auto kProtections = std::to_array<Protection>(
-    {{"teleoperation.feedback.passivity", [](const Config& c) { return c.teleoperation.tank.active; }},
-     {"teleoperation.feedback.detect_release",
-      [](const Config& c) { return c.teleoperation.detect_release; }}});
-
-/// @throws apps::ConfigError for each that is weaker than what the file alone says, or off where that has it
-/// on.
-void require_no_weaker(const Config& config, const std::filesystem::path& file) {
-  const Config from_file = load_config(file);
-  std::vector<std::string> problems;
-  for (const Bound& bound : kBounds)
-    if (bound.broken_by(bound.value(config), bound.value(from_file)))
-      problems.push_back(fmt::format("set: '{}' is {}, and {} allows {} {}", bound.key, bound.value(config),
-                                     file.string(), bound.text(), bound.value(from_file)));
-  for (const Protection& protection : kProtections)
-    if (protection.on(from_file) && !protection.on(config))
-      problems.push_back(fmt::format("set: '{}' is false, and {} has it on", protection.key, file.string()));
-  if (!config.cycle.checks_off.within(from_file.cycle.checks_off))
-    problems.push_back(
-        fmt::format("set: 'plausibility.off' switches off a check that {} has on", file.string()));
-  if (!problems.empty()) throw apps::ConfigError(std::move(problems));
-}
-
 }  // namespace
 
 std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
@@ -519,6 +332,11 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + 2 * cycle.period;
   if (cycle.command_timeout < 2 * cycle.period)
     loop.refuse("command_timeout_s", "is less than two periods");
+  else if (cycle.command_timeout > config.commander_timeout)
+    loop.refuse(
+        "command_timeout_s",
+        "is more than 'loop.commander_timeout_s': the base would follow an old set-point for longer than "
+        "a silent commander is waited for");
   else if (lost_frame > cycle.command_timeout)
     ethercat.refuse(
         "frame_timeout_s",
@@ -539,7 +357,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
       std::chrono::duration<double>(config.cycle.period).count();
   config.robot.simulation.geometry = config.cycle.controller.geometry;
   complete(config.teleoperation, config);
-  if (!settings.empty()) require_no_weaker(config, file);
+  if (!settings.empty()) require_no_weaker(config, load_config(file), file);
   return config;
 }
 

@@ -37,8 +37,8 @@ std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& 
 
 /// Every key is optional; apps/youbotd/demo.toml and teleop.toml show them all.
 /// `settings`, keys with their tables and values as TOML has them, stand over what the file says. They come
-/// from outside: none raises a limit of force, moment, torque or speed above the file's or switches a
-/// protection off, and none names a file outside its folder.
+/// from outside: none makes the machine stronger, faster or later to stop than the file
+/// (setting_bounds.h), and none names a file outside its folder.
 /// @throws apps::ConfigError listing all problems, each with file and line.
 Config load_config(const std::filesystem::path& file,
                    const std::map<std::string, std::string>& settings = {});

@@ -69,6 +69,7 @@ Cycle::Cycle(const Config& config, hal::Robot& robot, MotionSource& motion, cons
   for (std::size_t i = 0; i < kWheels; ++i)
     torque_rates_[i] =
         control::TorqueRate(config.torque_rate_per_s * robot.joints()[i].torque_limit_Nm, period_s);
+  speed_proofs_.fill(control::SpeedProof(config.wheel_speed_limit_rad_per_s));
 }
 
 void Cycle::step(nanoseconds now) noexcept {
@@ -101,6 +102,8 @@ void Cycle::step(nanoseconds now) noexcept {
 
   const control::WheelVector position_rad = wheel_positions(sample_);
   const double elapsed_s = sample_clock_.elapsed_s(sample_.stamp);
+  for (std::size_t i = 0; i < kWheels && elapsed_s > 0; ++i)
+    speed_proofs_[i].update(sample_.joints[i].position_rad, bounds_of(sample_));
   // The reference has gone on without us: not to be chased.
   if (stalled) {
     controller_.forget_velocity(position_rad);
@@ -116,6 +119,7 @@ void Cycle::step(nanoseconds now) noexcept {
       command_.enable = true;
       if (sample_.enabled) {
         controller_.reset(position_rad, X_WB_);
+        for (control::SpeedProof& proof : speed_proofs_) proof.restart();
         obeyed_ = true;
         motion_.begin(now, X_WB_);
         reference_limiter_.reset(X_WB_);
@@ -212,9 +216,9 @@ void Cycle::apply(const control::BaseController::Output& output) noexcept {
   // The arm is not controlled yet; without torque it would fall.
   for (std::size_t i = kWheels; i < robot_.joints().size(); ++i)
     command_.joints[i] = hal::JointCommand::velocity_rad_per_s(0.0);
-  // Written so that a velocity that is not a number is none that is allowed.
   for (std::size_t i = 0; i < kWheels; ++i)
-    if (!(std::abs(record_.velocity_rad_per_s[i]) <= config_.wheel_speed_limit_rad_per_s))
+    if (control::is_too_fast(record_.velocity_rad_per_s[i], config_.wheel_speed_limit_rad_per_s,
+                             speed_proofs_[i]))
       fail({.kind = StopReason::Kind::kOverspeed,
             .joint = static_cast<int>(i),
             .value = record_.velocity_rad_per_s[i],

@@ -14,6 +14,7 @@
 #include "apps/youbotd/sample_clock.h"
 #include "control/base_controller.h"
 #include "control/reference_limiter.h"
+#include "control/speed_proof.h"
 #include "control/torque_rate.h"
 #include "control/workspace.h"
 #include "hal/robot.h"
@@ -99,6 +100,7 @@ class Cycle {
   void switch_off() noexcept;
 
   bool finished() const noexcept;
+  control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
   CycleRecord& record() noexcept { return record_; }  ///< of the last step()
   const CycleRecord& record() const noexcept { return record_; }
   const StopReason& stop_reason() const noexcept { return stop_reason_; }
@@ -125,6 +127,7 @@ class Cycle {
   control::ReferenceLimiter reference_limiter_;
   std::chrono::nanoseconds last_reference_{};
   std::array<control::TorqueRate, kWheels> torque_rates_;
+  std::array<control::SpeedProof, kWheels> speed_proofs_;
 
   hal::RobotCommand command_;
   hal::RobotSample sample_;

@@ -14,6 +14,7 @@
 #include "apps/common/build_info.h"
 #include "apps/common/exit_code.h"
 #include "apps/common/finite_range.h"
+#include "apps/common/non_blocking_log.h"
 #include "apps/common/real_time.h"
 #include "apps/common/run_app.h"
 #include "apps/common/stop_on_signals.h"
@@ -232,5 +233,9 @@ int main(int argc, char** argv) {
   app.add_flag("--check", arguments.check,
                "tell whether this machine lets it run, and what to do where not; nothing moves");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
-  return apps::run_app(app, argc, argv, [&] { return run(arguments); });
+  std::optional<apps::NonBlockingLog> log;  // of a service, to the reason for a start that is refused
+  return apps::run_app(app, argc, argv, [&] {
+    if (!arguments.control_socket.empty()) log.emplace();
+    return run(arguments);
+  });
 }

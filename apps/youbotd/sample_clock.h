@@ -3,7 +3,15 @@
 #pragma once
 #include <chrono>
 
+#include "control/speed_proof.h"
+#include "hal/robot.h"
+#include "hal/seconds.h"
+
 namespace youbotd {
+
+inline control::SampleBounds bounds_of(const hal::RobotSample& sample) noexcept {
+  return {hal::seconds(sample.earliest), hal::seconds(sample.latest)};
+}
 
 /// Tells a velocity filter by how much to step, so that none of the robot's time is counted twice or left
 /// out: where more is counted than has passed, a joint looks slower than it is, and no overspeed is seen. One

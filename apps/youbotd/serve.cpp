@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "apps/common/loop.h"
-#include "apps/common/non_blocking_log.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/real_time.h"
 #include "apps/common/robot_session.h"
@@ -20,7 +19,6 @@ namespace youbotd {
 /// Devices and socket are opened here and the loop runs in a thread of its own; this one may wait.
 void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   if (options.service.record_directory) apps::try_output_directory(*options.service.record_directory);
-  apps::NonBlockingLog log;
   hal::SteadyClock clock;
   const Config config = options.service.configuration({});
   apps::OpenedRobot robot = apps::open_robot(config.robot, clock, config.cycle.period);
@@ -66,12 +64,11 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   while (!over.load(std::memory_order_acquire)) {
     server.serve(kBeat);
     service.beat();
-    log.flush();
+    spdlog::default_logger()->flush();  // a reader of the log that is back is not noticed otherwise
   }
   service.manager().stopping();
   cycles.join();
   service.beat();
-  log.flush();
   spdlog::info("ended after {} cycles, {} overruns", statistics.cycles, statistics.overruns);
   for (const std::string& line : robot.robot->report()) spdlog::info("robot says: {}", line);
 }

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "apps/common/control_socket.h"
+#include "apps/common/plausibility_config.h"
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/teleop_run.h"
 
@@ -93,6 +94,7 @@ void Service::beat() {
   attend();
   (void)loop_.take(told_);
   watch_robot();
+  watch_checks();
   watch_recording();
   if (run_ && told_.ended == orders_.number) end_run();
   if (commander_ && clock_.now() - commander_heard_ > config_.commander_timeout)
@@ -111,6 +113,14 @@ void Service::watch_robot() {
   const TroubleLog::News news = trouble_log_.update(trouble_);
   for (const std::string& line : news.trouble) spdlog::warn("robot: {}", line);
   for (const std::string& device : news.works_again) spdlog::info("robot: {}: works again", device);
+}
+
+void Service::watch_checks() {
+  std::vector<std::string> notes;
+  if (run_) notes = apps::notes_on_silent(told_.progress.silent_checks);
+  for (const std::string& note : notes)
+    if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) spdlog::warn("{}", note);
+  notes_ = std::move(notes);
 }
 
 void Service::watch_recording() {

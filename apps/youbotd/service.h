@@ -111,6 +111,8 @@ class Service final : public ControlServer::Listener {
   void give_orders_and_hear();
   /// Logs what of the robot is lost, and what is back.
   void watch_robot();
+  /// Logs once which checks of the sensors do not run.
+  void watch_checks();
   /// Logs once what of the recording is lost.
   void watch_recording();
   void end_run();
@@ -148,6 +150,7 @@ class Service final : public ControlServer::Listener {
   std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated
   std::vector<std::string> trouble_;             // hal::Robot::trouble()
   TroubleLog trouble_log_;
+  std::vector<std::string> notes_;  // of the run under way
   std::uint64_t cycles_reported_ = 0;
   std::chrono::nanoseconds reported_{};
 };

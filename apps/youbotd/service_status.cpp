@@ -23,6 +23,7 @@ json bus_json(const std::optional<hal::BusLosses>& losses) {
           {"lost", losses->lost},
           {"incomplete", losses->incomplete},
           {"late", losses->late},
+          {"twice", losses->twice},
           {"damaged", losses->damaged}};
 }
 
@@ -65,6 +66,7 @@ json Service::status() const {
   status["fault_report"] = fault_report_.string();
   status["fault_robot_report"] = fault_robot_report_;
   status["robot_trouble"] = trouble_;
+  status["notes"] = notes_;
   status["bus"] = bus_json(robot_.robot->losses());
   status["recording"] = recording_json(recorded_to_, recording_);
   if (run_) {

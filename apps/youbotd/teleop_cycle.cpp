@@ -69,6 +69,7 @@ void TeleopCycle::step(nanoseconds now) noexcept {
   input.drives_obey = robot_sample_.enabled;
   input.robot_fault = !robot_status_.ok();
   input.robot_elapsed_s = sample_clock_.elapsed_s(robot_sample_.stamp);
+  input.robot_taken = bounds_of(robot_sample_);
   for (std::size_t i = 0; i < kWheels; ++i)
     input.wheel_position_rad[static_cast<Eigen::Index>(i)] = robot_sample_.joints[i].position_rad;
   for (std::size_t i = kWheels; i < kJoints; ++i)

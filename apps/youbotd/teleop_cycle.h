@@ -60,6 +60,7 @@ class TeleopCycle {
   /// Drives off with the next step: the arm falls. From the cycle's thread.
   void switch_off() noexcept;
   bool finished() const noexcept;
+  control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
   TeleopRecord& record() noexcept { return record_; }  ///< of the last step()
   const TeleopRecord& record() const noexcept { return record_; }
   const End& end() const noexcept { return end_; }

@@ -120,7 +120,8 @@ Progress TeleopRun::progress() const noexcept {
           .time = record.time,
           .base_W = record.base_W,
           .tip_p_WT_m = record.tip_p_WT_m,
-          .force_H_N = record.held_force_H_N};
+          .force_H_N = record.held_force_H_N,
+          .silent_checks = cycle_.silent_checks()};
 }
 
 void TeleopRun::wrap_up(const drivers::ethercat::PcapRing* frames) {

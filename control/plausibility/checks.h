@@ -22,7 +22,7 @@ inline constexpr auto kPlausibilityCheckNames = std::to_array<std::string_view>(
     {"still_encoder", "velocity_agreement", "velocity_step", "torque_agreement", "wheel_agreement",
      "opposed_motion", "hall_agreement"});
 
-/// For a robot on which a check is wrong. None by default.
+/// For a robot on which a check is wrong, or a bus on which it cannot judge. None by default.
 class ChecksOff {
  public:
   void add(PlausibilityCheck check) noexcept { off_.set(static_cast<std::size_t>(check)); }

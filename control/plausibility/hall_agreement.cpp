@@ -15,6 +15,9 @@ constexpr double kJudgedSpan_turn = 0.25;
 /// So often each constant has to be contradicted.
 constexpr double kEnough = 3;
 constexpr double kRemembered = 6;
+/// A constant that holds is contradicted less, and one half a second ago says nothing of now.
+constexpr double kHolds = 1;
+constexpr double kFresh_s = 0.5;
 /// Kept of the contradictions whenever the motor has turned by this much.
 constexpr double kForgetting_turn = 1.0 / 16;
 constexpr double kKept = 0.94;
@@ -32,7 +35,8 @@ void HallAgreement::restart() noexcept {
   begun_ = false;
 }
 
-bool HallAgreement::update(const hal::RotorReading& reading) noexcept {
+bool HallAgreement::update(const hal::RotorReading& reading, double elapsed_s) noexcept {
+  unjudged_s_ += elapsed_s;
   if (reading.number == number_) return false;
   number_ = reading.number;
   if (number_ == 0) return false;
@@ -44,11 +48,21 @@ bool HallAgreement::update(const hal::RotorReading& reading) noexcept {
   }
   // Negated so that NaN is not judged.
   if (!(reading.encoder_high_turn - reading.encoder_low_turn <= kJudgedSpan_turn)) return false;
+  unjudged_s_ = 0.0;
   judge(reading);
   if (!turns(reading.hall_turn)) return false;
-  double least = kRemembered;
-  for (const auto& sense : contradicted_) least = std::min(least, *std::ranges::min_element(sense));
-  return least >= kEnough;
+  return std::min(least_contradicted(0), least_contradicted(1)) >= kEnough;
+}
+
+int HallAgreement::sense() const noexcept {
+  if (unjudged_s_ > kFresh_s) return 0;
+  if (least_contradicted(0) < kHolds && least_contradicted(1) >= kEnough) return 1;
+  if (least_contradicted(1) < kHolds && least_contradicted(0) >= kEnough) return -1;
+  return 0;
+}
+
+double HallAgreement::least_contradicted(std::size_t sense) const noexcept {
+  return *std::ranges::min_element(contradicted_[sense]);
 }
 
 void HallAgreement::judge(const hal::RotorReading& reading) noexcept {

@@ -22,18 +22,24 @@ namespace control {
 class HallAgreement {
  public:
   void restart() noexcept;
-  /// With each sample; a reading is judged once. True: they disagree.
-  bool update(const hal::RotorReading& reading) noexcept;
+  /// With each sample, `elapsed_s` after the last one; a reading is judged once. True: they disagree.
+  bool update(const hal::RotorReading& reading, double elapsed_s) noexcept;
+  /// In which of two senses they turn alike, 1 or -1. 0: they have not turned enough to know, do not agree,
+  /// or no reading has been judged for half a second.
+  int sense() const noexcept;
 
  private:
   static constexpr std::size_t kOffsets = 32;
 
   void judge(const hal::RotorReading& reading) noexcept;
   bool turns(double hall_turn) noexcept;
+  /// Of the constants of one sense.
+  double least_contradicted(std::size_t sense) const noexcept;
 
   /// How often a constant was contradicted lately, by sense of turning and size.
   std::array<std::array<double, kOffsets>, 2> contradicted_{};
   std::uint32_t number_ = 0;  // of the latest reading
+  double unjudged_s_ = 0.0;   // since the last one that was judged
   bool begun_ = false;
   double encoder_turn_ = 0.0;     // where readings were last forgotten
   std::array<double, 2> seen_{};  // two places where the Hall sensors have been

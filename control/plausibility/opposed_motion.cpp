@@ -9,7 +9,9 @@ namespace {
 
 constexpr double kVelocitySmoothing_s = 0.005;
 constexpr double kEarlier_s = 0.02;
-/// Older evidence fades: what is taken out in error meanwhile.
+/// By which the smoothed speed and the drive follow a torque.
+constexpr double kLag_s = 0.006;
+/// Older evidence fades: what is taken out in error meanwhile, and what the others put in.
 constexpr double kFading_s = 0.2;
 /// Of the weight, and of the limit for what else is not in the model.
 constexpr double kWeightShare = 0.2;
@@ -18,42 +20,84 @@ constexpr double kModelShare = 0.03;
 constexpr double kFast_rad_per_s = 0.7;
 /// At the torque limit, against 0.01 rad of motion.
 constexpr double kTakenOut_rad = 0.01;
+/// Of what the other motors put in, the share that may reach a joint: wheels and gears take most of it as
+/// friction. Twice the largest in hours of simulated contact.
+constexpr double kReachingShare = 0.25;
+/// At the torque limit, with 0.02 rad of motion: no wall springs back so far.
+constexpr double kSeen_rad = 0.02;
 
 }  // namespace
 
-bool OpposedMotion::update(double position_rad, double torque_Nm, double weight_Nm,
+void OpposedMotion::Range::add(double torque_Nm) noexcept {
+  least_Nm = std::min(least_Nm, torque_Nm);
+  most_Nm = std::max(most_Nm, torque_Nm);
+}
+
+void OpposedMotion::restart() noexcept {
+  known_ = false;
+  taken_out_J_ = put_in_J_ = 0.0;
+  hall_sense_ = seen_sense_ = 0;
+}
+
+void OpposedMotion::update(double position_rad, double torque_Nm, double weight_Nm, int hall_sense,
                            const SampleTime& time) noexcept {
-  // After a hold-up the torque before was there until the bus had this one.
-  const bool in_time = time.elapsed_s <= kRegularSample_s && !(time.unsure_s > 0);
-  if (passed_s_ == 0.0 && in_time) least_Nm_ = most_Nm_ = torque_Nm;
-  least_Nm_ = std::min(least_Nm_, torque_Nm);
-  most_Nm_ = std::max(most_Nm_, torque_Nm);
+  trust(hall_sense);
+  asked_.add(torque_Nm);
   passed_s_ += time.elapsed_s;
-  if (time.unsure_s > 0) return false;
+  if (time.unsure_s > 0) return;
   const double elapsed_s = std::exchange(passed_s_, 0.0);
   if (elapsed_s > kComparable_s) known_ = false;  // too much weight and torque lies between
-  const double least_Nm = std::exchange(least_Nm_, torque_Nm);
-  const double most_Nm = std::exchange(most_Nm_, torque_Nm);
   if (!known_) {
     known_ = true;
-    velocity_rad_per_s_ = earlier_rad_per_s_ = taken_out_J_ = 0.0;
+    velocity_rad_per_s_ = earlier_rad_per_s_ = taken_out_J_ = put_in_J_ = 0.0;
     position_rad_ = position_rad;
-    return false;
+    asked_ = asked_before_ = {torque_Nm, torque_Nm};
+    return;
   }
   const double rate = (position_rad - position_rad_) / elapsed_s;
   position_rad_ = position_rad;
   velocity_rad_per_s_ += elapsed_s / (kVelocitySmoothing_s + elapsed_s) * (rate - velocity_rad_per_s_);
   earlier_rad_per_s_ += elapsed_s / (kEarlier_s + elapsed_s) * (velocity_rad_per_s_ - earlier_rad_per_s_);
 
-  taken_out_J_ *= kFading_s / (kFading_s + elapsed_s);
-  const double asked_Nm = velocity_rad_per_s_ > 0 ? most_Nm : least_Nm;
-  const double net_Nm = std::clamp(asked_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
-  const double opposing_Nm = velocity_rad_per_s_ > 0 ? -net_Nm : net_Nm;
-  const double excess_Nm = opposing_Nm - kWeightShare * std::abs(weight_Nm) - kModelShare * limit_Nm_;
-  const bool slower = std::abs(velocity_rad_per_s_) < std::abs(earlier_rad_per_s_);
-  if (!slower && std::abs(velocity_rad_per_s_) > kFast_rad_per_s)
-    taken_out_J_ = std::max(0.0, taken_out_J_ + excess_Nm * std::abs(velocity_rad_per_s_) * elapsed_s);
-  return taken_out_J_ > kTakenOut_rad * limit_Nm_;
+  const double kept = kFading_s / (kFading_s + elapsed_s);
+  const double least_Nm = std::min(asked_.least_Nm, asked_before_.least_Nm);
+  const double most_Nm = std::max(asked_.most_Nm, asked_before_.most_Nm);
+  const double low_Nm = std::clamp(least_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
+  const double high_Nm = std::clamp(most_Nm, -limit_Nm_, limit_Nm_) - weight_Nm;
+  asked_s_ += elapsed_s;
+  if (asked_s_ > kLag_s) {
+    asked_s_ = 0.0;
+    asked_before_ = std::exchange(asked_, {torque_Nm, torque_Nm});
+  }
+  const double power_W = std::max(low_Nm * velocity_rad_per_s_, high_Nm * velocity_rad_per_s_);
+  put_in_J_ = kept * put_in_J_ + power_W * elapsed_s;
+
+  const double speed_rad_per_s = std::abs(velocity_rad_per_s_);
+  const double error_W = (kWeightShare * std::abs(weight_Nm) + kModelShare * limit_Nm_) * speed_rad_per_s;
+  taken_out_J_ *= kept;
+  if (speed_rad_per_s < std::abs(earlier_rad_per_s_)) return;  // as it does against its torque
+  seen_J_ += std::copysign(std::max(0.0, std::abs(power_W) - error_W), power_W) * elapsed_s;
+  if (vouched_for())
+    taken_out_J_ = 0.0;
+  else if (speed_rad_per_s > kFast_rad_per_s)
+    taken_out_J_ = std::max(0.0, taken_out_J_ + (-power_W - error_W) * elapsed_s);
+}
+
+void OpposedMotion::trust(int hall_sense) noexcept {
+  hall_sense_ = hall_sense;
+  if (hall_sense == 0 || hall_sense == seen_sense_) return;
+  seen_sense_ = hall_sense;
+  seen_J_ = 0.0;
+}
+
+bool OpposedMotion::vouched_for() const noexcept {
+  return hall_sense_ != 0 && seen_J_ > kSeen_rad * limit_Nm_;
+}
+
+double OpposedMotion::put_in_J() const noexcept { return std::max(0.0, put_in_J_); }
+
+bool OpposedMotion::opposed(double put_in_by_others_J) const noexcept {
+  return taken_out_J_ > kTakenOut_rad * limit_Nm_ + kReachingShare * put_in_by_others_J;
 }
 
 }  // namespace control

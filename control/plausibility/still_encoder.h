@@ -11,7 +11,7 @@ namespace control {
 /// that is held or an arm that leans on a wall. One that shows the very same count through such a change is
 /// stuck. The torque's change is judged by the drive's own current reading, and in torque mode also by the
 /// command; in velocity and position mode a set-point that moves on is a change as well. Only time that has
-/// passed for certain counts, whenever within their bounds the samples were taken. One thread. Cycle:
+/// certainly passed counts, as a sample may have been taken at any time within its bounds. One thread. Cycle:
 /// update() and restart() neither allocate nor throw.
 class StillEncoder {
  public:
@@ -38,7 +38,7 @@ class StillEncoder {
   int samples_ = 0;
   double still_s_ = 0.0;
   bool driven_ = false;
-  double driven_s_ = 0.0;  // so long at least
+  double driven_s_ = 0.0;  // driven_ has been true for at least so long
   double position_rad_ = 0.0;
   double torque_Nm_ = 0.0;     // smoothed
   double target_value_ = 0.0;  // likewise: N·m, rad/s or rad, as the mode says

@@ -15,8 +15,16 @@ constexpr double kFewestTorques = 6;
 /// Frozen: so many equal readings while the command changes by more than the bias and this share of it.
 constexpr int kFewestSame = 30;
 constexpr double kUnanswered = 0.3;
+constexpr double kSpeedSmoothing_s = 0.003;
+/// For so long a change of speed counts, and what it did to the current is there.
+constexpr double kLately_s = 0.05;
 
 }  // namespace
+
+void TorqueAgreement::restart() noexcept {
+  count_ = 0;
+  position_known_ = false;
+}
 
 void TorqueAgreement::command(const hal::JointCommand& command) noexcept {
   if (command.mode != hal::CommandMode::kTorque) {
@@ -26,7 +34,8 @@ void TorqueAgreement::command(const hal::JointCommand& command) noexcept {
   commands_Nm_[count_++ % kMemory] = std::clamp(command.target, -limit_Nm_, limit_Nm_);
 }
 
-bool TorqueAgreement::update(double torque_Nm, double elapsed_s) noexcept {
+bool TorqueAgreement::update(double position_rad, double torque_Nm, double elapsed_s) noexcept {
+  watch_speed(position_rad, elapsed_s);
   if (count_ < kMemory) {
     excess_Nm_s_ = 0.0;
     same_ = 0;
@@ -42,7 +51,22 @@ bool TorqueAgreement::update(double torque_Nm, double elapsed_s) noexcept {
   const double alarm_Nm_s = kTorqueAlarm_s * limit_Nm_;
   excess_Nm_s_ =
       std::max(0.0, excess_Nm_s_ + std::min((off_Nm - slack_Nm) * elapsed_s, alarm_Nm_s / kFewestTorques));
-  return excess_Nm_s_ > alarm_Nm_s;
+  return excess_Nm_s_ > alarm_Nm_s + blow_Nm_s2_per_rad_ * changed_rad_per_s_;
+}
+
+void TorqueAgreement::watch_speed(double position_rad, double elapsed_s) noexcept {
+  if (!position_known_) {
+    position_known_ = true;
+    velocity_rad_per_s_ = earlier_rad_per_s_ = changed_rad_per_s_ = 0.0;
+    position_rad_ = position_rad;
+    return;
+  }
+  const double rate = (position_rad - position_rad_) / elapsed_s;
+  position_rad_ = position_rad;
+  velocity_rad_per_s_ += elapsed_s / (kSpeedSmoothing_s + elapsed_s) * (rate - velocity_rad_per_s_);
+  earlier_rad_per_s_ += elapsed_s / (kLately_s + elapsed_s) * (velocity_rad_per_s_ - earlier_rad_per_s_);
+  changed_rad_per_s_ = std::max(std::abs(velocity_rad_per_s_ - earlier_rad_per_s_),
+                                kLately_s / (kLately_s + elapsed_s) * changed_rad_per_s_);
 }
 
 bool TorqueAgreement::frozen(double torque_Nm) noexcept {

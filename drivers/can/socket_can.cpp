@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "drivers/can/interface_bitrate.h"
+#include "drivers/packet_age.h"
 #include "drivers/uninterrupted.h"
 
 namespace drivers::can {
@@ -119,6 +120,7 @@ SocketCan::SocketCan(const SocketCanOptions& options) : SocketCan(open_socket(op
   sockaddr_can address{};
   address.can_family = AF_CAN;
   address.can_ifindex = index;
+  stamp_packets(socket_);
   check(::bind(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)) == 0, OpenStep::kBind);
 }
 
@@ -129,7 +131,8 @@ SocketCan::SocketCan(SocketCan&& other) noexcept
       name_(std::move(other.name_)),
       lock_(std::move(other.lock_)),
       bus_error_(other.bus_error_),
-      last_error_(other.last_error_) {}
+      last_error_(other.last_error_),
+      frame_age_(other.frame_age_) {}
 
 SocketCan& SocketCan::operator=(SocketCan&& other) noexcept {
   std::swap(socket_, other.socket_);
@@ -137,6 +140,7 @@ SocketCan& SocketCan::operator=(SocketCan&& other) noexcept {
   std::swap(lock_, other.lock_);
   std::swap(bus_error_, other.bus_error_);
   std::swap(last_error_, other.last_error_);
+  std::swap(frame_age_, other.frame_age_);
   return *this;
 }
 
@@ -172,8 +176,16 @@ bool SocketCan::send(const can_frame& frame, nanoseconds timeout) noexcept {
 Received SocketCan::receive(can_frame& frame, nanoseconds timeout) noexcept {
   for (bool waited = false;; waited = true) {
     can_frame incoming{};
-    const ssize_t size = ::recv(socket_, &incoming, sizeof(incoming), MSG_DONTWAIT);
+    iovec bytes{&incoming, sizeof(incoming)};
+    PacketStamp stamp;
+    msghdr message{};
+    message.msg_iov = &bytes;
+    message.msg_iovlen = 1;
+    message.msg_control = stamp.bytes.data();
+    message.msg_controllen = sizeof stamp.bytes;
+    const ssize_t size = ::recvmsg(socket_, &message, MSG_DONTWAIT);
     if (size == sizeof(incoming)) {
+      frame_age_ = packet_age(message);
       if (decode_error_frame(incoming, bus_error_)) return Received::kBusError;
       if (incoming.can_dlc <= CAN_MAX_DLEN) {
         frame = incoming;

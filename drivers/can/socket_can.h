@@ -47,6 +47,9 @@ class SocketCan {
   /// Cycle: at most one frame.
   Received receive(can_frame& frame, std::chrono::nanoseconds timeout) noexcept;
 
+  /// How long the last frame had lain in the socket, by the kernel's stamp. Zero where it gives none.
+  std::chrono::nanoseconds frame_age() const noexcept { return frame_age_; }
+
   /// The latest error frame.
   const BusError& bus_error() const noexcept { return bus_error_; }
   /// errno of the last failure of send() or receive(), 0 if none.
@@ -66,6 +69,7 @@ class SocketCan {
   std::optional<InterfaceLock> lock_;  // none for a test's socketpair
   BusError bus_error_;
   int last_error_ = 0;
+  std::chrono::nanoseconds frame_age_{};
 };
 
 /// Where opening can fail.

@@ -15,6 +15,7 @@ constexpr int kMostStrangers = 64;
 FrameWriter& Transceiver::begin() noexcept {
   writer_.clear();
   ++index_;
+  given_up_.reset(index_);
   received_size_ = 0;
   return writer_;
 }
@@ -46,7 +47,6 @@ bool Transceiver::receive(nanoseconds timeout) noexcept {
     if (tap_ != nullptr) tap_->frame(Direction::kReceived, bytes);
     if (examine(bytes) == Match::kAnswer) {
       received_size_ = size;
-      answered_index_ = index_;
       round_trip_ = passed;
       answer_age_ = std::min(link_.frame_age(), passed);
       ++counters_.received;
@@ -54,6 +54,7 @@ bool Transceiver::receive(nanoseconds timeout) noexcept {
     }
   }
   ++counters_.lost;
+  given_up_.set(index_);
   return false;
 }
 
@@ -70,7 +71,8 @@ Transceiver::Match Transceiver::examine(std::span<std::uint8_t> frame) noexcept 
   Datagram wanted;
   (void)reader.next(found);
   if (found.index != index_) {
-    ++(found.index == answered_index_ ? counters_.duplicate : counters_.late);
+    ++(given_up_.test(found.index) ? counters_.late : counters_.duplicate);
+    given_up_.reset(found.index);
     return Match::kOther;
   }
   // Slaves change addresses and data, never commands or lengths.

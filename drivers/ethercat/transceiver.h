@@ -2,6 +2,7 @@
 /// Sends a frame and finds its answer among what comes back.
 #pragma once
 #include <array>
+#include <bitset>
 #include <chrono>
 #include <cstdint>
 
@@ -17,8 +18,8 @@ struct FrameCounters {
   std::uint64_t received = 0;   ///< answers to the frame that was waited for
   std::uint64_t not_sent = 0;   ///< the interface refused
   std::uint64_t lost = 0;       ///< no answer in time
-  std::uint64_t late = 0;       ///< answer to a frame given up before
-  std::uint64_t duplicate = 0;  ///< second answer to the same frame
+  std::uint64_t late = 0;       ///< first answer to a frame given up before: one of `lost`
+  std::uint64_t duplicate = 0;  ///< any further answer; or one whose index was damaged
   std::uint64_t malformed = 0;  ///< not a well-formed EtherCAT frame
   std::uint64_t foreign = 0;    ///< well-formed, from another sender
   /// errno for which the interface refuses frames now: that of the first since one was taken. 0: it takes
@@ -69,7 +70,7 @@ class Transceiver {
   std::array<std::uint8_t, kMaxFrameBytes + 8> received_{};
   std::size_t received_size_ = 0;
   std::uint8_t index_ = 0;
-  std::uint8_t answered_index_ = 0;
+  std::bitset<256> given_up_;  // of all indices: the frame that had it last has no answer yet
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds round_trip_{};
   std::chrono::nanoseconds answer_age_{};

@@ -14,6 +14,8 @@ constexpr Request kRememberHomed = set_user_variable(user_variable::kCalibrated,
 constexpr Request kSetZero = set(drive_parameter("actual_position"), 0);
 // Process data follow the mailbox within a few cycles.
 constexpr nanoseconds kCounterPatience = std::chrono::milliseconds(100);
+// For a joint that is held to stand still.
+constexpr nanoseconds kRestPatience = std::chrono::seconds(5);
 
 // The counter may wrap on the way.
 std::int32_t difference(std::int32_t to, std::int32_t from) noexcept {
@@ -61,6 +63,8 @@ void ArmHoming::enter(State state, const DriveInput& input) noexcept {
   entry_ticks_ = input.position_ticks;
   advanced_to_ticks_ = 0;
   advanced_at_ = nanoseconds(0);
+  settled_ticks_ = input.position_ticks;
+  settled_at_ = nanoseconds(0);
   contact_.reset();
   restart_time();
 }
@@ -80,6 +84,17 @@ void ArmHoming::await_motion(const DriveInput& input, std::int32_t advance_ticks
 bool ArmHoming::touches(const DriveInput& input, std::int32_t advance_ticks) noexcept {
   const bool from_rest = advance_ticks < config_.back_off_ticks / 2;
   return contact_.update(input, elapsed(), config_, from_rest ? config_.contact_from_rest : config_.contact);
+}
+
+void ArmHoming::settle(const DriveInput& input) noexcept {
+  if (magnitude(difference(input.position_ticks, settled_ticks_)) > config_.standstill_ticks) {
+    settled_ticks_ = input.position_ticks;
+    settled_at_ = elapsed();
+  }
+  if (elapsed() - settled_at_ >= config_.rest)
+    enter(State::kApproach, input);
+  else if (elapsed() > kRestPatience)
+    fail(SequenceFault::kNotAtRest);
 }
 
 void ArmHoming::approach(const DriveInput& input) noexcept {
@@ -124,13 +139,14 @@ Action ArmHoming::run(const DriveInput& input) noexcept {
   switch (state_) {
     case State::kAsk:
       if (config_.even_if_remembered) {
-        enter(State::kApproach, input);
+        enter(State::kSettle, input);
       } else if (const auto homed = ask(kIsHomed, action)) {
         was_homed_ = *homed == 1;
         if (was_homed_) finish();
-        enter(State::kApproach, input);
+        enter(State::kSettle, input);
       }
       break;
+    case State::kSettle: settle(input); break;
     case State::kApproach:
       action.drive = {ControllerMode::kVelocity, config_.speed_rpm};
       approach(input);

@@ -4,8 +4,8 @@
 /// zero there. Here a stop is current and standstill together, held for a while, and it must be found twice
 /// in the same place with free travel in between:
 ///
-///   approach -> touch -> back off -> return -> touch again -> no current -> SAP 1 = 0 -> remember (user var.
-///   16)
+///   rest -> approach -> touch -> back off -> return -> touch again -> no current -> SAP 1 = 0 -> remember
+///   (user var. 16)
 ///
 /// What one joint cannot know: an obstacle as hard as the stop, standing still in front of it. Fold the arm
 /// by hand first, as the manuals ask, and watch.
@@ -33,6 +33,9 @@ struct HomingConfig {
   std::chrono::milliseconds contact_from_rest{200};
   /// Neither motion nor the threshold: given up. The velocity controller takes its time to build up current.
   std::chrono::milliseconds no_motion{2000};
+  /// Standing still for so long is rest, before it is told to move: an arm that its drives have just taken up
+  /// still sinks, and would seem to move against its command.
+  std::chrono::milliseconds rest{100};
   std::chrono::milliseconds release{100};  ///< without current before the counter is set (official driver)
   bool even_if_remembered = false;         ///< home although user variable 16 says it has been done
 };
@@ -86,10 +89,21 @@ class ArmHoming final : public Sequence {
   std::int32_t travel_ticks() const noexcept { return travel_ticks_; }
 
  private:
-  enum class State : std::uint8_t { kAsk, kApproach, kBackOff, kReturn, kRelease, kZero, kVerify, kRemember };
+  enum class State : std::uint8_t {
+    kAsk,
+    kSettle,
+    kApproach,
+    kBackOff,
+    kReturn,
+    kRelease,
+    kZero,
+    kVerify,
+    kRemember
+  };
   Action run(const DriveInput& input) noexcept override;
   std::optional<DriveOutput> rest(Progress progress) const noexcept override;
   void enter(State state, const DriveInput& input) noexcept;
+  void settle(const DriveInput& input) noexcept;
   void approach(const DriveInput& input) noexcept;
   void go_back(const DriveInput& input) noexcept;
   void come_again(const DriveInput& input) noexcept;
@@ -107,6 +121,8 @@ class ArmHoming final : public Sequence {
   std::int32_t travel_ticks_ = 0;
   std::int32_t advanced_to_ticks_ = 0;  // progress last noticed by await_motion()
   std::chrono::nanoseconds advanced_at_{0};
+  std::int32_t settled_ticks_ = 0;  // where it has stood still, in settle()
+  std::chrono::nanoseconds settled_at_{0};
 };
 
 }  // namespace drivers::tmcl

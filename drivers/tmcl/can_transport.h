@@ -25,6 +25,7 @@ class CanTransport final : public Transport {
 
   bool post(const Request& request) noexcept override;
   std::optional<Reply> poll() noexcept override;
+  std::chrono::nanoseconds reply_age() const noexcept override { return socket_.frame_age(); }
   const std::string& name() const noexcept override { return name_; }
   std::string trouble() const override;
 

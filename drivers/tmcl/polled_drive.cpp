@@ -99,6 +99,7 @@ void PolledDrive::take_in(const Completion& done) noexcept {
   } else if (request == request_for(kPosition, options_)) {
     input_.position_ticks = value;
     stamp_ = asked_at_;
+    position_age_ = done.reply_age;
     fresh_ = true;
   } else if (request == request_for(kCurrent, options_)) {
     input_.current_mA = value;

@@ -66,6 +66,8 @@ class PolledDrive {
   /// The last receive() brought a position; and when that was asked for.
   bool position_is_fresh() const noexcept { return fresh_; }
   std::chrono::nanoseconds stamp() const noexcept { return stamp_; }
+  /// How long before that receive() it had come, at least.
+  std::chrono::nanoseconds position_age() const noexcept { return position_age_; }
 
   /// A command or reading of the last receive() was refused.
   const std::optional<Completion>& refusal() const noexcept { return refusal_; }
@@ -94,6 +96,7 @@ class PolledDrive {
   std::optional<Completion> answer_;
   std::optional<Completion> refusal_;
   std::chrono::nanoseconds stamp_{};
+  std::chrono::nanoseconds position_age_{};
   bool fresh_ = false;
   bool restarted_ = false;
 };

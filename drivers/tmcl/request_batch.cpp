@@ -27,6 +27,7 @@ void RequestBatch::step(Transport& transport) noexcept {
     }
     entry.outcome = accepted(entry.request, *reply) ? Outcome::kDone : Outcome::kRefused;
     entry.reply = *reply;
+    entry.reply_age = transport.reply_age();
     ++answered_;
   }
   if (answered_ < size_ && ++waited_ >= patience_) give_up();

@@ -2,6 +2,7 @@
 /// Mailbox traffic during operation: requests wait here and ride along with the cyclic frames.
 #pragma once
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -24,6 +25,8 @@ struct Completion {
   std::uint32_t tag = 0;
   Outcome outcome = Outcome::kNotSent;
   Reply reply{};  ///< of kDone and kRefused
+  /// How long that had been there at least, unfetched.
+  std::chrono::nanoseconds reply_age{};
 
   bool done() const noexcept { return outcome == Outcome::kDone; }
 };

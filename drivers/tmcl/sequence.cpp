@@ -19,6 +19,7 @@ const char* describe(SequenceFault fault) noexcept {
     case SequenceFault::kNotInitialized: return "the commutation start-up did not succeed";
     case SequenceFault::kNotVerified:
       return "status bit 15 says commutation is known, parameter 15 says it is not";
+    case SequenceFault::kNotAtRest: return "the joint does not come to rest although it is held";
     case SequenceFault::kNotMoving: return "the joint does not move, and no current says why";
     case SequenceFault::kWrongDirection: return "the joint moves against its command";
     case SequenceFault::kTravelTooLong: return "the joint went farther than it is built to go";
@@ -45,6 +46,7 @@ const char* advice(SequenceFault fault) noexcept {
     case SequenceFault::kNotInitialized:
       return "move the joint off its end stop by hand, check the 24 V supply, and try again";
     case SequenceFault::kNotVerified: return "power-cycle the robot";
+    case SequenceFault::kNotAtRest: return "fold the arm by hand, and see what moves it";
     case SequenceFault::kNotMoving: return "check the encoder cable and that the drive is enabled";
     case SequenceFault::kWrongDirection:
       return "check parameters 251 (encoder direction) and 254 (hall polarity)";

@@ -33,6 +33,7 @@ enum class SequenceFault : std::uint8_t {
   kDriveError,      ///< another error flag
   kNotInitialized,  ///< commutation start-up did not end in time, or was lost
   kNotVerified,     ///< status bit 15 came, parameter 15 says no
+  kNotAtRest,       ///< held still, goes on moving
   kNotMoving,       ///< commanded to move, stands still without current
   kWrongDirection,
   kTravelTooLong,      ///< farther than the joint is built to go

@@ -22,6 +22,8 @@ class Transport {
   virtual bool post(const Request& request) noexcept = 0;
   /// Cycle: the next reply that has come, whatever it answers.
   virtual std::optional<Reply> poll() noexcept = 0;
+  /// Cycle: how long the last reply had been there before poll() gave it; zero where nobody knows.
+  virtual std::chrono::nanoseconds reply_age() const noexcept { return {}; }
   /// For messages: "slave 3 (TMCM-1632)".
   virtual const std::string& name() const noexcept = 0;
   /// Setup: what is wrong with the carrier, in words ("bus off"); empty when nothing is known.

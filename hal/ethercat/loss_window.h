@@ -16,6 +16,7 @@ struct CycleLoss {
   bool damaged = false;     ///< something came that was no well-formed frame, or none that was sent
   bool incomplete = false;  ///< answered, but not by all devices
   int late = 0;             ///< answers to earlier cycles, given up by then, that came in
+  int twice = 0;            ///< further answers to a cycle that had one
 };
 
 /// The last kCycles cycles. Cycle-safe: fixed size.
@@ -40,6 +41,7 @@ class LossWindow {
     add_if(cycle.damaged, counts_.damaged);
     add_if(cycle.incomplete, counts_.incomplete);
     counts_.late += step * cycle.late;
+    counts_.twice += step * cycle.twice;
   }
 
   std::array<CycleLoss, kCycles> cycles_{};

@@ -61,6 +61,8 @@ class Model {
           slot.fixed_because = slot.parameter == terms::kConstantAsymmetry
                                    ? "given as zero: in a map it is the same as a torque offset"
                                    : "given, not fitted";
+        // A map has too few slow speeds to tell a tail from an exponent.
+        if (slot.parameter == terms::kStribeckTail) slot.fixed_because = "given, not fitted";
         slots_.push_back(std::move(slot));
       }
     }

@@ -36,6 +36,7 @@ inline constexpr EffectParameter kQuadratic{"quadratic_drag", "coefficient_Nm_s2
 inline constexpr EffectParameter kStribeck{"stribeck", "static_torque_Nm"};
 inline constexpr EffectParameter kStribeckVelocity{"stribeck", "velocity_rad_per_s"};
 inline constexpr EffectParameter kStribeckExponent{"stribeck", "exponent"};
+inline constexpr EffectParameter kStribeckTail{"stribeck", "tail"};
 }  // namespace terms
 
 /// What is fitted: the torque of these effects on a joint that slides steadily.

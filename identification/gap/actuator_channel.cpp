@@ -277,8 +277,10 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
     const double gain = 1 - sum(best->blocks) / sum(now);
     const double chance = chance_of(now, best->blocks);
     if (gain < kLeastGain || chance > options.false_positive_rate) break;
-    FoundEffect found{
-        .effect = model::effects::make_effect("torque_offset"), .where = {}, .held_out_gain = gain};
+    FoundEffect found{.effect = model::effects::make_effect("torque_offset"),
+                      .where = {},
+                      .measured_on = "misfit of command and measured torque",
+                      .held_out_gain = gain};
     const Actuator chosen = best->actuator;
     if (best->name == std::string_view("torque_deadband")) {
       found.effect = model::effects::make_effect("torque_deadband", {{"threshold_Nm", chosen.threshold_Nm}});

@@ -314,17 +314,16 @@ void Builder::mechanics() {
   };
   if (const double level = coulomb_Nm(fitted_); !has<model::effects::Presliding>() && level > 0) {
     // From a few samples' travel at the slowest speeds to what would be called a gap.
-    for (const double bent : geometric(2e-4, 0.1, 9)) {
-      if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
-      const AnyEffect presliding =
-          model::effects::make_effect("presliding", {{"stiffness_Nm_per_rad", level / bent}});
-      add({"presliding",
-           {difference(presliding, 1)},
-           {kAsItIs},
-           [=](const FittedModel& f, const Eigen::VectorXd&) {
-             return plus(f, "presliding", {{"stiffness_Nm_per_rad", level / bent}});
-           }});
-    }
+    // Straight until it breaks away, and bent over as LuGre's bristle.
+    for (const double exponent : {0.0, 1.0})
+      for (const double bent : geometric(2e-4, 0.1, 9)) {
+        if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
+        const std::vector<NamedValue> values{{"stiffness_Nm_per_rad", level / bent}, {"exponent", exponent}};
+        add({"presliding",
+             {difference(model::effects::make_effect("presliding", values), 1)},
+             {kAsItIs},
+             [=](const FittedModel& f, const Eigen::VectorXd&) { return plus(f, "presliding", values); }});
+      }
   }
   if (!has<model::effects::Backlash>() && !has<model::effects::Elasticity>()) {
     // Of a load behind it: its share is left to fit. What pulls at the load bends that a little.
@@ -392,6 +391,61 @@ void Builder::actuator() {
       by_value("transport_delay", "delay_s", delay);
 }
 
+constexpr std::size_t kRippleBins = 1 << 16;
+constexpr double kMostPeriods = 400;
+constexpr double kLeastTurns = 2;  // of the ripple
+/// Four to a ripple of the most periods, and what half of all bins then cover; the others are zero.
+constexpr double kRippleBin_rad = kTwoPi / (4 * kMostPeriods);
+constexpr double kRippleSpan_rad = 0.5 * kRippleBins * kRippleBin_rad;
+/// Of a joint that turned further, as many stretches of that length are looked at.
+constexpr std::size_t kMostStretches = 8;
+
+/// Sums of a residual over position, by stretches.
+std::vector<std::vector<double>> ripple_stretches(const Eigen::VectorXd& residual,
+                                                  const Eigen::VectorXd& position_rad, double low,
+                                                  double span, double bin) {
+  const auto all = static_cast<std::size_t>(std::ceil(span / kRippleSpan_rad));
+  const std::size_t count = std::min(all, kMostStretches);
+  std::vector<std::size_t> place(all + 1, count);  // which of those looked at; count: none
+  for (std::size_t i = 0; i < count; ++i) place[i * all / count] = i;
+  if (all == 1) place[1] = 0;
+  std::vector<std::vector<double>> sums(count, std::vector<double>(kRippleBins, 0));
+  for (Eigen::Index i = 0; i < residual.size(); ++i) {
+    const double at = position_rad[i] - low;
+    const auto stretch = all == 1 ? 0 : static_cast<std::size_t>(at / kRippleSpan_rad);
+    if (place[stretch] == count) continue;
+    const double within = at - static_cast<double>(stretch) * kRippleSpan_rad;
+    sums[place[stretch]][static_cast<std::size_t>(within / bin)] += residual[i];
+  }
+  return sums;
+}
+
+/// Over many turns the phase of a ripple says more exactly how many periods it has than a spectrum of a part
+/// of them: those near `coarse` whose phase stays.
+double finer_periods_per_rev(double coarse, const Eigen::VectorXd& residual,
+                             const Eigen::VectorXd& position_rad, double low, double span) {
+  constexpr double kGroupsOfStretch = 8;
+  const double length = kRippleSpan_rad / kGroupsOfStretch;
+  std::vector<std::complex<double>> groups(static_cast<std::size_t>(span / length) + 1);
+  for (Eigen::Index i = 0; i < residual.size(); ++i) {
+    const double at = position_rad[i] - low;
+    groups[static_cast<std::size_t>(at / length)] += std::polar(residual[i], -coarse * at);
+  }
+  const double off = kTwoPi / kRippleSpan_rad;  // the spectrum's resolution
+  const double step = 0.25 * kTwoPi / span;
+  double best = coarse;
+  double most = 0;
+  for (double more = -off; more <= off; more += step) {
+    std::complex<double> sum;
+    for (std::size_t g = 0; g < groups.size(); ++g)
+      sum += groups[g] * std::polar(1.0, -more * (static_cast<double>(g) + 0.5) * length);
+    if (std::norm(sum) <= most) continue;
+    most = std::norm(sum);
+    best = coarse + more;
+  }
+  return best;
+}
+
 }  // namespace
 
 Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows) {
@@ -406,32 +460,30 @@ Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows) {
 }
 
 double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::VectorXd& position_rad) {
-  constexpr Eigen::Index kBins = 1 << 16;
-  constexpr double kMostPeriods = 400;
-  constexpr double kLeastTurns = 2;  // of the ripple
   if (residual.size() < 16) return 0;
   const double low = position_rad.minCoeff();
   const double span = position_rad.maxCoeff() - low;
   if (!(span > 0)) return 0;
-  const double bin = std::max(span / (0.5 * kBins), kTwoPi / (4 * kMostPeriods));
-  std::vector<double> sum(kBins, 0);
-  for (Eigen::Index i = 0; i < residual.size(); ++i)
-    sum[static_cast<std::size_t>((position_rad[i] - low) / bin)] += residual[i];
+  std::vector<double> power(kRippleBins / 2, 0);
   std::vector<std::complex<double>> spectrum;
   thread_local Eigen::FFT<double> fft;  // keeps its tables while the thread lives
-  fft.fwd(spectrum, sum);
+  const double bin = std::max(std::min(span, kRippleSpan_rad) / (0.5 * kRippleBins), kRippleBin_rad);
+  for (const std::vector<double>& stretch : ripple_stretches(residual, position_rad, low, span, bin)) {
+    fft.fwd(spectrum, stretch);
+    for (std::size_t k = 1; k < power.size(); ++k) power[k] += std::norm(spectrum[k]);
+  }
   double best = 0;
   double most = 0;
-  for (std::size_t k = 1; k < spectrum.size() / 2; ++k) {
-    const double periods = static_cast<double>(k) * kTwoPi / (static_cast<double>(kBins) * bin);
+  for (std::size_t k = 1; k < power.size(); ++k) {
+    const double periods = static_cast<double>(k) * kTwoPi / (static_cast<double>(kRippleBins) * bin);
     if (periods < 1.5 || periods > kMostPeriods || periods * span < kLeastTurns * kTwoPi) continue;
-    const double power = std::norm(spectrum[k]);
-    if (power > most) {
-      most = power;
+    if (power[k] > most) {
+      most = power[k];
       best = periods;
     }
   }
-  return best;
+  return span > kRippleSpan_rad && best > 0 ? finer_periods_per_rev(best, residual, position_rad, low, span)
+                                            : best;
 }
 
 Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,

@@ -108,14 +108,47 @@ std::optional<double> given_value(const FreeParameter& p, const FittedModel& giv
   return model::effects::parameter_of(given.model.effects[*place], p.name);
 }
 
+/// Free are all but these.
+std::function<bool(const FreeParameter&)> all_but(const std::vector<FreeParameter>& fixed) {
+  return [&fixed](const FreeParameter& p) {
+    return std::ranges::none_of(fixed, [&](const FreeParameter& f) { return is_same(f, p); });
+  };
+}
+
 /// `fitted` with these at their given values, the others refined.
 FittedModel with_given(const FittedModel& fitted, const std::vector<FreeParameter>& fixed,
                        const FittedModel& given, const GivenPlaces& places, const Judged& judged) {
   FittedModel start = fitted;
   for (const FreeParameter& p : fixed) start = with_value(start, p, *given_value(p, given, places));
-  return refined(start, judged.rows, judged.training.rows, [&](const FreeParameter& p) {
-    return std::ranges::none_of(fixed, [&](const FreeParameter& f) { return is_same(f, p); });
-  });
+  return refined(start, judged.rows, judged.training.rows, all_but(fixed));
+}
+
+/// Nothing stays that takes away nothing, of held-out recordings or, without those, of the stretches that the
+/// search left out in turn; what stays knows the model without it.
+void drop_useless(SearchResult& result, const std::vector<FreeParameter>& fixed, const HeldOut& held_out,
+                  const Judged& judged) {
+  const auto left_of = [&](const FittedModel& fitted) {
+    return total(judged.own_recordings ? held_out.blocks(fitted, judged.held_out)
+                                       : left_out_squares(fitted, judged.rows, judged.training));
+  };
+  double left = left_of(result.fitted);
+  for (std::size_t i = result.added.size(); i-- > 0;) {
+    std::optional<FittedModel> without =
+        without_added(result, i, judged.rows, judged.training, all_but(fixed));
+    if (!without) continue;
+    const double bare = left_of(*without);
+    if (left < bare) {
+      result.added[i].without = std::move(*without);
+      result.added[i].gain = 1 - left / bare;
+      continue;
+    }
+    result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain,
+                               "takes away nothing of the residual that it was not fitted to"});
+    result.fitted = std::move(*without);
+    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+    left = bare;
+    i = result.added.size();  // what stays takes away something else now
+  }
 }
 
 std::vector<FreeParameter> given_parameters(const FittedModel& fitted, const FittedModel& given,
@@ -155,6 +188,7 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
   Score as_given = held_out.score(unfitted);
   if (const std::string worse = worse_at(as_given, score); !worse.empty()) {
     result.fitted = unfitted;
+    drop_useless(result, own, held_out, judged);
     return {"The given model's own parameters keep their values: refitted, the model " + worse + "."};
   }
 
@@ -177,6 +211,7 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     score = std::move(candidate);
     fixed = std::move(trial);
   }
+  drop_useless(result, fixed, held_out, judged);
   return {};
 }
 

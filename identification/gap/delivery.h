@@ -13,7 +13,9 @@ namespace identification::gap {
 /// effect without which one of them is better by more than its uncertainty; gives the given model's
 /// parameters their values back when these do better; and delivers the given model itself when nothing else
 /// is as good. Then each parameter of the given model keeps its value unless the data predict surely better
-/// with another.
+/// with another. An effect that then takes away nothing leaves, too: of held-out recordings or, where these
+/// are stretches of the searched ones, which say less, of those that the search left out in turn. What stays
+/// knows how much that is, and the model without it.
 /// @returns for people, what was taken back and why.
 std::vector<std::string> deliver(SearchResult& result, const FittedModel& given, const Judged& judged);
 

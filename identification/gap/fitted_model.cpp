@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <string>
 
@@ -27,6 +28,8 @@ constexpr int kMostNarrowings = 4;
 /// Difference of the slopes to both sides, of their sum, that is straight enough.
 constexpr double kStraight = 0.3;
 constexpr int kMostRounds = 20;
+/// An exponent of zero moves as far as others.
+constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
@@ -128,8 +131,13 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : model::effects::effect_descriptions()[effect.index()].parameters) {
+      if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
       const double value = model::effects::parameter_of(effect, parameter.name);
-      const double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
+      double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
+      // A ripple is out of step where the joint is far from its zero long before its periods differ by much.
+      if (std::holds_alternative<model::effects::Cogging>(effect) && parameter.name == "periods_per_rev")
+        scale = std::min(scale, 2 * std::numbers::pi / std::max(farthest_rad(rows.signals()), 1e-3));
+      if (parameter.name == "exponent") scale = std::max(value, kExponentScale);
       FreeParameter free{
           FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
           scale > 0 ? scale : 1e-3};

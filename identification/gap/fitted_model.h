@@ -56,9 +56,9 @@ struct FreeParameter {
   double upper = 0;
   double scale = 1;  ///< how far it has to move to matter
 };
-/// All of them: inertia (within its tolerance, unless an inertia effect has taken over), lag and smoothing of
-/// the torque (of a command, half a period at most, unless a delay has taken over), and the parameters of all
-/// effects.
+/// All of them but the tail of a Stribeck curve, which is one form or the other: inertia (within its
+/// tolerance, unless an inertia effect has taken over), lag and smoothing of the torque (of a command, half a
+/// period at most, unless a delay has taken over), and the parameters of all effects.
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows);
 FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter, double value);
 

@@ -16,6 +16,7 @@
 #include "identification/gap/diagnosis.h"
 #include "identification/gap/excerpts.h"
 #include "identification/gap/fitted_model.h"
+#include "identification/gap/held_out_names.h"
 #include "identification/gap/implied_drive.h"
 #include "identification/gap/lost_sign.h"
 #include "identification/gap/next_experiment.h"
@@ -129,15 +130,19 @@ const model::effects::AnyEffect* find_effect(const model::effects::DriveModel& m
 }
 
 /// What is left at no place in particular, all over the band, and bursts, each with its time, after what has
-/// structure; most first. `left` is the residual of all rows.
+/// structure; most first. `left` is the residual of all rows, of which `part` counts.
 std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::VectorXd& left,
-                                   const Rows& rows, const std::vector<bool>& burst, double gap_Nm,
-                                   double floor_Nm) {
+                                   const Rows& rows, const std::vector<bool>& part,
+                                   const std::vector<bool>& burst, double gap_Nm, double floor_Nm) {
   if (found.empty() && gap_Nm > kNoise * floor_Nm)
     found.push_back({.where = {.coordinate = "frequency_Hz", .from = 0, .to = rows.signals().front().band_Hz},
                      .share = 1 - std::pow(floor_Nm / gap_Nm, 2)});
-  const double all_square = left.squaredNorm();
-  const auto in_burst = [&](Eigen::Index i) { return burst[static_cast<std::size_t>(i)]; };
+  double all_square = 0;
+  for (Eigen::Index i = 0; i < rows.count(); ++i)
+    if (part[static_cast<std::size_t>(i)]) all_square += left[i] * left[i];
+  const auto in_burst = [&](Eigen::Index i) {
+    return burst[static_cast<std::size_t>(i)] && part[static_cast<std::size_t>(i)];
+  };
   for (Eigen::Index i = 0; i < rows.count();) {
     Eigen::Index to = i;
     while (to < rows.count() && in_burst(to) && rows.recording(to) == rows.recording(i)) ++to;
@@ -179,9 +184,15 @@ model::effects::AnyEffect spring_like(const model::effects::AnyEffect& preslidin
 }
 
 /// Looks for the experiments that would decide what the data leave open: between names, and what they could
-/// not have shown. `rivals`: of each found effect, models with another one in its place.
+/// not have shown. `rivals`: of each found effect, models with another one in its place. `actuator`: what is
+/// found beside the model, and acts in an experiment as well.
 void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& rivals, const FittedModel& final,
-               std::span<const Signals> searched, const AtHand& at_hand) {
+               const std::vector<model::effects::AnyEffect>& actuator, std::span<const Signals> searched,
+               const AtHand& at_hand) {
+  const auto driven = [&](FittedModel fitted) {
+    std::ranges::copy(actuator, std::back_inserter(fitted.model.effects));
+    return fitted;
+  };
   std::vector<std::vector<Pair>> questions;
   std::vector<std::optional<NextExperiment>*> answers;
   for (std::size_t i = 0; i < rivals.size(); ++i) {
@@ -190,7 +201,7 @@ void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& riva
                           final.model.find<model::effects::Presliding>() != nullptr;
     const FittedModel truth = in_model ? final : with(final, result.effects[i].effect);
     questions.emplace_back();
-    for (const FittedModel& rival : rivals[i]) questions.back().push_back({truth, rival});
+    for (const FittedModel& rival : rivals[i]) questions.back().push_back({driven(truth), driven(rival)});
     answers.push_back(&result.effects[i].decided_by);
   }
   const auto is_known = [&](const std::string& effect) {
@@ -205,12 +216,13 @@ void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& riva
     questions.emplace_back();
     for (const std::string& effect : spot.effects)
       questions.back().push_back(
-          {with(final, usual_effect(effect, final.model, at_hand.band.resolution_rad)), final});
+          {driven(with(final, usual_effect(effect, final.model, at_hand.band.resolution_rad))),
+           driven(final)});
     answers.push_back(&spot.shown_by);
   }
   result.limits = limits_of(searched);
   const std::vector<std::optional<NextExperiment>> found =
-      next_experiments(final.model, questions, at_hand, result.limits);
+      next_experiments(driven(final).model, questions, at_hand, result.limits);
   for (std::size_t i = 0; i < found.size(); ++i) *answers[i] = found[i];
 }
 
@@ -268,23 +280,33 @@ HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const
   return result;
 }
 
-/// The recordings that were given for it, or the stretches that were set aside.
-std::vector<std::string> held_out_names(const std::vector<Signals>& signals,
-                                        std::span<const Source> held_out) {
-  std::vector<std::string> names;
-  for (const Source& source : held_out) names.push_back(source.name);
-  if (!names.empty()) return names;
-  for (std::size_t i = 0; i < signals.size(); ++i) {
-    const Signals& s = signals[i];
-    if (i > 0 && s.source == signals[i - 1].source) continue;
-    const auto at = [&](double share) {
-      const std::string text =
-          std::to_string(s.recorded_from_s + share * (s.recorded_to_s - s.recorded_from_s));
-      return text.substr(0, text.find('.') + 3);
-    };
-    names.push_back(s.name + ", " + at(kSetAsideFrom) + " s to " + at(kSetAsideTo) + " s");
-  }
-  return names;
+/// Whether what is left is noise, and whether all of it is looked at: the held-out data alone decide.
+Verdict verdict_of(const Result& result) {
+  const bool structured = !result.unexplained.empty();
+  if (result.effects.empty()) return structured ? Verdict::kUnexplained : Verdict::kNoGap;
+  if (structured || result.gap_after_Nm > kAtTheFloor * result.noise_floor_Nm)
+    return Verdict::kPartlyExplained;
+  const bool ambiguous =
+      std::ranges::any_of(result.effects, [](const FoundEffect& e) { return !e.equivalent.empty(); });
+  return ambiguous ? Verdict::kAmbiguous : Verdict::kExplained;
+}
+
+/// Where the data that were searched say something else than the held-out ones; empty where they agree.
+std::string disagreement(const Result& result) {
+  const auto is_noise = [&](double gap_Nm, const std::vector<Unexplained>& structured) {
+    return structured.empty() && gap_Nm <= kAtTheFloor * result.noise_floor_Nm;
+  };
+  const bool held_out = is_noise(result.gap_after_Nm, result.unexplained);
+  const bool searched = is_noise(result.gap_searched_Nm, result.unexplained_searched);
+  if (held_out == searched) return {};
+  const std::string gaps = short_number(result.gap_searched_Nm) + " N·m of the data searched and " +
+                           short_number(result.gap_after_Nm) + " N·m of the held-out data";
+  return held_out
+             ? "The model leaves " + gaps +
+                   ": what is structured in the former does not show in the latter, of which the verdict is."
+             : "The model leaves " + gaps +
+                   ": the former are explained, so that the held-out data hold a motion or a cause that "
+                   "was not searched.";
 }
 
 }  // namespace
@@ -395,8 +417,16 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   std::vector<std::string> names;
   for (const Source& source : sources) names.push_back(source.name);
   result.recordings = recording_gaps(compared, names);
-  result.unexplained = left_over(structure(final, rows, parts.training, options), left, rows, burst,
+  result.gap_searched_Nm = rms(left, parts.training.rows);
+  Structure structured = structure(final, rows, parts.training, quiet, options);
+  std::vector<bool> judging(static_cast<std::size_t>(rows.count()), false);
+  for (const Eigen::Index i : parts.held_out) judging[static_cast<std::size_t>(i)] = true;
+  std::vector<bool> searched_rows = judging;
+  searched_rows.flip();
+  result.unexplained = left_over(std::move(structured.held_out), left, rows, judging, burst,
                                  result.gap_after_Nm, result.noise_floor_Nm);
+  result.unexplained_searched = left_over(std::move(structured.searched), left, rows, searched_rows, burst,
+                                          result.gap_searched_Nm, result.noise_floor_Nm);
 
   result.model = final.model;
   const std::vector<fit::Estimate> all = estimates(final, rows, parts.training.rows);
@@ -434,10 +464,11 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     found.blocks = added.blocks;
     found.blocks_improved = added.blocks_improved;
     found.p_value = added.p_value;
-    // Of the held-out data themselves, not of the stretches that the search left out of its own.
-    found.gap_before = rms(residual(added.before), quiet);
-    found.gap_after = rms(residual(added.after), quiet);
-    found.held_out_gain = share_taken(found.gap_before, found.gap_after);
+    // Of the model that is delivered, and without recordings to judge by of the blocks left out in turn.
+    found.gap_before = rms(residual(added.without), quiet);
+    found.gap_after = result.gap_after_Nm;
+    found.held_out_gain = added.gain;
+    if (held_out.empty()) found.measured_on = FoundEffect::kLeftOut;
     rivals.resize(result.effects.size() + 1);
     for (const RivalModel& rival : added.rivals) {
       rivals.back().push_back(rival.model);
@@ -464,7 +495,11 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
       result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
 
   progress("looking for the next experiment", 0.94);
-  plan_next(result, rivals, final, searched,
+  // A delay that a speed command has is none of the torque: speed loops of experiments have their own.
+  std::vector<model::effects::AnyEffect> of_torque;
+  if (std::ranges::any_of(searched, [](const Signals& s) { return !s.raw_command_Nm.empty(); }))
+    for (const FoundEffect& found : actuator.effects) of_torque.push_back(found.effect);
+  plan_next(result, rivals, final, of_torque, searched,
             {rows, parts.training.rows, band, std::max(result.gap_after_Nm, result.noise_floor_Nm)});
   if (start.inertia_kg_m2 != base.inertia_kg_m2)
     name_inertia(result, base, residual(as_given), residual(refitted), parts.training, quiet);
@@ -476,17 +511,10 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   result.traces = simulated.traces;
   result.maps = residual_maps(as_given, final, rows, quiet);
   result.curve = friction_curve(given, final, rows);
-  result.held_out = held_out_names(signals, held_out);
-  const bool ambiguous =
-      std::ranges::any_of(result.effects, [](const FoundEffect& e) { return !e.equivalent.empty(); });
-  const bool at_floor =
-      result.gap_after_Nm <= kAtTheFloor * result.noise_floor_Nm && result.unexplained.empty();
-  if (result.effects.empty())
-    result.verdict = result.unexplained.empty() ? Verdict::kNoGap : Verdict::kUnexplained;
-  else if (!at_floor)
-    result.verdict = Verdict::kPartlyExplained;
-  else
-    result.verdict = ambiguous ? Verdict::kAmbiguous : Verdict::kExplained;
+  result.held_out = held_out.empty() ? held_out_names(rows, quiet, kSetAsideFrom, kSetAsideTo)
+                                     : held_out_names(rows, quiet, 0, 1);
+  result.verdict = verdict_of(result);
+  result.disagreement = disagreement(result);
   progress("done", 1);
   return result;
 }

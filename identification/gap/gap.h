@@ -34,6 +34,7 @@ struct Diagnosis {
   std::string done;   ///< "interpolated"
 };
 
+/// Of the held-out data alone.
 enum class Verdict : std::uint8_t {
   kNoGap,            ///< nothing in the residual but noise
   kExplained,        ///< effects added, and nothing but noise is left
@@ -62,11 +63,15 @@ struct NextExperiment {
 struct FoundEffect {
   model::effects::AnyEffect effect;
   Where where;
-  double held_out_gain = 0;  ///< share of the squared held-out residual that it takes away
+  /// Of what the evidence is: of the held-out torque residual where nothing else is said.
+  static constexpr std::string_view kHeldOut = "held-out residual";
+  static constexpr std::string_view kLeftOut = "residual of stretches left out in turn";
+  std::string_view measured_on = kHeldOut;
+  double held_out_gain = 0;  ///< share of its square that the delivered model leaves less with the effect
   int blocks_improved = 0;
   int blocks = 0;
   double p_value = 1;     ///< of a gain as large by chance, anywhere in the search
-  double gap_before = 0;  ///< held-out rms torque residual [N·m]
+  double gap_before = 0;  ///< rms torque residual [N·m], of the delivered model refitted without the effect
   double gap_after = 0;
   std::vector<std::string> equivalent{};  ///< effects this data cannot tell from it
   /// How many draws of the noise it wins, and then each of those; empty without them.
@@ -133,6 +138,7 @@ struct Result {
   double gap_before_Nm = 0;  ///< held-out rms torque residual of the given model
   double gap_base_Nm = 0;    ///< of the given model with its own parameters refitted
   double gap_after_Nm = 0;
+  double gap_searched_Nm = 0;  ///< of the new model on the data it was fitted to
   /// From the given model's gap to the last one; none where the given model cannot be compared, as with a
   /// torque that has lost its sign.
   std::optional<Shrink> shrink{};
@@ -142,10 +148,12 @@ struct Result {
   std::vector<Diagnosis> diagnosis;
   std::vector<FoundEffect> effects;
   std::vector<RejectedEffect> rejected;
-  std::vector<Unexplained> unexplained;
+  std::vector<Unexplained> unexplained;           ///< of the held-out data
+  std::vector<Unexplained> unexplained_searched;  ///< of the data that were searched
   /// The given model's own parameters after refitting, by effect type; its inertia has an empty type.
   std::vector<std::pair<std::string, fit::Estimate>> refitted;  ///< effect type and its parameter
-  std::vector<std::string> notes;                               ///< what else there is to say about the model
+  std::string disagreement;        ///< of the data searched with the held-out ones, of which the verdict is
+  std::vector<std::string> notes;  ///< what else there is to say about the model
   std::vector<BlindSpot> blind_spots;
   DriveLimits limits;  ///< within which an experiment was looked for
   std::vector<ResidualMap> maps;

@@ -67,10 +67,12 @@ std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion&
   const auto count = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd columns(count, 4);
   Eigen::VectorXd target(count);
+  double power_W = 0;
   for (Eigen::Index k = 0; k < count; ++k) {
     const std::size_t i = rows[static_cast<std::size_t>(k)];
     columns.row(k) << acceleration[i], std::copysign(1, velocity[i]), velocity[i], 1;
     target[k] = torque[i];
+    power_W += torque[i] * velocity[i] / static_cast<double>(count);
   }
   const Eigen::MatrixXd inverse = fit::normal_inverse(columns);
   const Eigen::VectorXd fitted = inverse * (columns.transpose() * target);
@@ -83,7 +85,8 @@ std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion&
                       .inertia_sigma = std::sqrt(covariance(0, 0)),
                       .inertia_share = left_without > 0 ? 1 - left / left_without : 0,
                       .coulomb_Nm = fitted[1],
-                      .coulomb_sigma = std::sqrt(covariance(1, 1))};
+                      .coulomb_sigma = std::sqrt(covariance(1, 1)),
+                      .power_W = power_W};
 }
 
 bool ImpliedDrive::inertia_is_sure() const noexcept {

@@ -27,6 +27,7 @@ struct ImpliedDrive {
   double inertia_share;  ///< of the squared torque that the other three leave, what J·a takes away
   double coulomb_Nm;
   double coulomb_sigma;
+  double power_W;  ///< of the torque, in the mean: what a drive puts in and friction takes
   /// Five standard deviations from zero.
   bool inertia_is_sure() const noexcept;
   bool friction_is_sure() const noexcept;

@@ -234,6 +234,8 @@ std::optional<LostSign> lost_sign(const std::vector<Source>& sources, std::size_
   const SignMisfit restored = misfit(lost.sources);
   FoundEffect found{.effect = model::effects::make_effect("unsigned_current"),
                     .where = {.coordinate = "torque_measured_Nm"}};
+  found.measured_on =
+      commanded ? "misfit of command and measured torque" : "torque residual of the data searched";
   found.gap_before = logged.rms_Nm;
   found.gap_after = restored.rms_Nm;
   found.held_out_gain = 1 - total_of(restored.square) / total_of(logged.square);

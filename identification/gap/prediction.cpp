@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "identification/gap/zero_phase.h"
 #include "model/effects/effect_chain.h"
+#include "model/friction/dahl_curve.h"
 
 namespace identification::gap {
 namespace {
@@ -18,13 +20,14 @@ constexpr double kReachPeriods = 3;
 constexpr double kNever = 1e-6;
 constexpr double kUsualCommands = 0.9;
 
-/// Friction that is carried by a bristle of stiffness σ0 between the levels of the two directions, or follows
+/// Friction that is carried by a bristle between the levels of the two directions, or follows
 /// the sign of the velocity without one.
 std::vector<double> friction(const model::effects::EffectChain& chain,
                              const model::effects::DriveModel& model, const Signals& s,
                              const std::vector<double>& load) {
   const auto* contact = model.find<model::effects::Presliding>();
-  const double stiffness = contact ? contact->parameters().stiffness_Nm_per_rad : 0;
+  const model::effects::PreslidingParameters bristle =
+      contact ? contact->parameters() : model::effects::PreslidingParameters();
   std::vector<double> result(s.size());
   double spring_Nm = 0;
   for (std::size_t i = 0; i < s.size(); ++i) {
@@ -40,8 +43,14 @@ std::vector<double> friction(const model::effects::EffectChain& chain,
     const double forward = chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
     const double backward = chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
     const double moved = i > 0 ? s.position_rad[i] - s.position_rad[i - 1] : 0;
-    spring_Nm = std::clamp(spring_Nm + stiffness * moved, -backward, forward);
-    result[i] = spring_Nm;
+    const double before_Nm =
+        std::exchange(spring_Nm, model::friction::dahl_force(spring_Nm, moved, bristle.stiffness_Nm_per_rad,
+                                                             bristle.exponent, backward, forward));
+    // As sim::BoundedBristle: on the deflection's rate, or what a bristle that does not bend lets through.
+    const double rate = (spring_Nm - before_Nm) / (bristle.stiffness_Nm_per_rad * s.period_s);
+    result[i] = bristle.exponent > 0
+                    ? spring_Nm + bristle.damping_Nm_s_per_rad * rate
+                    : std::clamp(spring_Nm + bristle.damping_Nm_s_per_rad * v, -backward, forward);
   }
   return result;
 }

@@ -154,6 +154,7 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
   FoundEffect found{
       .effect = model::effects::make_effect("presliding", {{"stiffness_Nm_per_rad", stiffness}}),
       .where = {.coordinate = "torque_measured_Nm", .from = -widest_Nm, .to = widest_Nm}};
+  found.measured_on = "displacement at rest";
   found.held_out_gain = gain;
   found.blocks = static_cast<int>(pieces.size());
   for (std::size_t i = 0; i < pieces.size(); ++i) found.blocks_improved += after[i] < before[i] ? 1 : 0;

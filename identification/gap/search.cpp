@@ -24,6 +24,8 @@ namespace {
 
 constexpr int kFolds = 8;
 constexpr int kMostEffects = 8;
+/// Names that give way to others, or two could go on taking turns.
+constexpr int kMostReplaced = 4;
 /// Rivals this close to the best are refined before a name is given.
 constexpr double kRival = 0.5;
 /// The gain of the winner over none counts when it is this many standard errors over the blocks.
@@ -224,13 +226,15 @@ bool simulates_better(const FittedModel& than, const FittedModel& candidate, con
 }
 
 /// The winner first, then those that would have won some draws of the noise; none when no gain is sure.
+/// `rivals`: with which it begins; their effects are not tried again.
 std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::Outcome>& outcomes,
                            const BlockRegression::Fit& base, const Rows& rows, const Training& training,
-                           const Options& options) {
-  std::vector<Rival> rivals;
+                           const Options& options, std::vector<Rival> rivals = {}) {
   double most = 0;  // of those that hold
+  for (const Rival& rival : rivals) most = std::max(most, 1 - rival.fit.held_out / base.held_out);
   for (const Round::Outcome& outcome : outcomes) {
     if (outcome.gain < std::max(kRival * most, options.least_gain)) break;
+    if (std::ranges::find(rivals, outcome.effect, &Rival::effect) != rivals.end()) continue;
     FittedModel model = refined_widely(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
@@ -276,11 +280,76 @@ void drop_idle(SearchResult& result, const Rows& rows, const Training& training,
   }
 }
 
+/// The winner of a contest, as an addition to `before`.
+Added added_of(const std::vector<Rival>& rivals, const FittedModel& before, const BlockRegression::Fit& base,
+               double p_value) {
+  const Rival& winner = rivals.front();
+  Added added{.effect = winner.effect, .before = before, .after = winner.model, .p_value = p_value};
+  added.gain = 1 - winner.fit.held_out / base.held_out;
+  added.blocks = static_cast<int>(winner.fit.held_out_of.size());
+  for (std::size_t b = 0; b < winner.fit.held_out_of.size(); ++b)
+    added.blocks_improved += winner.fit.held_out_of[b] < base.held_out_of[b] ? 1 : 0;
+  for (std::size_t i = 1; i < rivals.size(); ++i)
+    added.rivals.push_back({.effect = std::string(rivals[i].effect)});
+  return added;
+}
+
+/// An effect that was added early had a share in what others explain that came later: each has to hold
+/// against all others once more, in its place in the model as it is. @returns whether one gave its place to
+/// another.
+bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& training,
+                      const Options& options) {
+  for (std::size_t i = 0; i < result.added.size(); ++i) {
+    const bool is_newest = i + 1 == result.added.size() &&
+                           result.added[i].after.model.effects.size() == result.fitted.model.effects.size();
+    if (is_newest) continue;  // has just won
+    const std::optional<FittedModel> without = without_added(result, i, rows, training);
+    if (!without) continue;
+    Round round(*without, rows, training);
+    std::vector<Rival> rivals{{result.added[i].effect, result.fitted, score(result.fitted, rows, training),
+                               free_parameters(result.fitted, rows).size()}};
+    rivals = contest(*without, round.outcomes(), round.base(), rows, training, options, std::move(rivals));
+    if (rivals.empty()) continue;
+    const auto incumbent = std::ranges::find(rivals, result.added[i].effect, &Rival::effect);
+    if (incumbent != rivals.end()) {
+      // It still wins draws, and is not much freer than the simplest.
+      std::rotate(rivals.begin(), incumbent, incumbent + 1);
+      for (const Rival& rival : std::span(rivals).subspan(1))
+        if (std::ranges::find(result.added[i].rivals, rival.effect, &RivalModel::effect) ==
+            result.added[i].rivals.end())
+          result.added[i].rivals.push_back({.effect = std::string(rival.effect)});
+      continue;
+    }
+    Added added = added_of(rivals, *without, round.base(), result.added[i].p_value);
+    result.fitted = rivals.front().model;
+    result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
+    result.added.push_back(std::move(added));  // as its effect stands in the model
+    return true;
+  }
+  return false;
+}
+
 /// "0.42"
 std::string short_text(double value) {
   std::array<char, 24> text{};
   std::snprintf(text.data(), text.size(), "%.2g", value);
   return text.data();
+}
+
+/// A Stribeck curve that was added has the form that predicts left-out blocks better: what is left of the
+/// other one's tail would become Coulomb friction, a dip or a drag.
+void choose_tail(SearchResult& result, const Rows& rows, const Training& training) {
+  for (std::size_t i = 0; i < result.added.size(); ++i) {
+    const std::optional<std::size_t> at = place_of_added(result, i);
+    if (!at || result.added[i].effect != model::effects::Stribeck::kName) continue;
+    auto parameters = std::get<model::effects::Stribeck>(result.fitted.model.effects[*at]).parameters();
+    parameters.tail = parameters.tail == 0 ? 1 : 0;
+    FittedModel other = result.fitted;
+    other.model.effects[*at] = model::effects::Stribeck(parameters);
+    other = refined(other, rows, training.rows);
+    const BlockRegression::Fit now = score(result.fitted, rows, training);
+    if (score(other, rows, training).held_out < now.held_out) result.fitted = std::move(other);
+  }
 }
 
 /// Why the search ended without this one: the first criterion that it did not meet.
@@ -315,13 +384,14 @@ std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_
 }
 
 std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
-                                         const Training& training) {
+                                         const Training& training,
+                                         const std::function<bool(const FreeParameter&)>& is_free) {
   const std::optional<std::size_t> at = place_of_added(result, i);
   if (!at) return {};
   FittedModel without = result.fitted;
   without.model.effects.erase(without.model.effects.begin() + static_cast<std::ptrdiff_t>(*at));
   if (result.added[i].effect == "inertia") without.model.inertia_kg_m2 = without.given_inertia_kg_m2;
-  return refined(without, rows, training.rows);
+  return refined(without, rows, training.rows, is_free);
 }
 
 std::vector<RivalModel> with_one_of(const FittedModel& without, const std::vector<std::string>& effects,
@@ -345,6 +415,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
   result.fitted = refined(start, rows, training.rows);
   const double least_square =
       training.least_Nm * training.least_Nm * static_cast<double>(training.rows.size());
+  int replaced = 0;
   for (int step = 0;; ++step) {
     const auto passed = [step](double of_step) {
       return 0.1 + 0.8 * (step + of_step) / (step + of_step + 2);
@@ -362,22 +433,21 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
         worth && p <= options.false_positive_rate
             ? contest(result.fitted, outcomes, round.base(), rows, training, options)
             : std::vector<Rival>();
+    if (rivals.empty() && replaced < kMostReplaced && replace_misnamed(result, rows, training, options)) {
+      ++replaced;
+      choose_tail(result, rows, training);
+      drop_idle(result, rows, training, options.least_gain);
+      continue;
+    }
     if (rivals.empty()) {
       for (const Round::Outcome& outcome : outcomes)
         result.rejected.push_back({std::string(outcome.effect), std::max(0.0, outcome.gain),
                                    reason_against(outcome, round.base(), step, p, least_square, options)});
       return result;
     }
-    const Rival& winner = rivals.front();
-    Added added{.effect = winner.effect, .before = result.fitted, .after = winner.model, .p_value = p};
-    added.gain = 1 - winner.fit.held_out / round.base().held_out;
-    added.blocks = static_cast<int>(winner.fit.held_out_of.size());
-    for (std::size_t b = 0; b < winner.fit.held_out_of.size(); ++b)
-      added.blocks_improved += winner.fit.held_out_of[b] < round.base().held_out_of[b] ? 1 : 0;
-    for (std::size_t i = 1; i < rivals.size(); ++i)
-      added.rivals.push_back({.effect = std::string(rivals[i].effect)});
-    result.fitted = winner.model;
-    result.added.push_back(std::move(added));
+    result.added.push_back(added_of(rivals, result.fitted, round.base(), p));
+    result.fitted = rivals.front().model;
+    choose_tail(result, rows, training);
     drop_idle(result, rows, training, options.least_gain);
   }
 }

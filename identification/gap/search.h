@@ -37,6 +37,7 @@ struct Added {
   double p_value = 1;
   std::vector<RivalModel> rivals{};  ///< each wins some draws of the noise; models by weigh_rivals()
   int wins = 0;                      ///< its own
+  FittedModel without{};             ///< the delivered model, refitted without it, by deliver()
 };
 struct SearchResult {
   FittedModel fitted;
@@ -53,16 +54,19 @@ struct SearchResult {
 /// predicts the left-out blocks best, as long as its gain is more than chance gives the whole search: the
 /// same search on the model's own residuals, cut into stretches that are put elsewhere with a random sign,
 /// which keeps their colour and destroys what they had to do with the motion. After each addition, effects
-/// that no longer gain leave.
+/// that no longer gain leave. Where nothing gains any more, each effect has to win its name once more,
+/// against all others in its place; when one loses it, the search goes on.
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options);
 
 /// Which effect of the model the i-th addition is: of its type, those of the given model come first, then in
 /// the order in which they were added. None when another one that contains it has replaced it.
 std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i);
-/// The model without the i-th addition, refitted; none when another one has replaced that.
+/// The model without the i-th addition, refitted, all or those that `is_free` says; none when another one has
+/// replaced that.
 std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
-                                         const Training& training);
+                                         const Training& training,
+                                         const std::function<bool(const FreeParameter&)>& is_free = {});
 
 /// The model with one of these effects more, each in its best shape and refined; those that have none are
 /// left out.

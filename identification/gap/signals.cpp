@@ -369,4 +369,13 @@ double widest_span_rad(std::span<const Signals> signals) {
   return widest;
 }
 
+double farthest_rad(std::span<const Signals> signals) {
+  double farthest = 0;
+  for (const Signals& s : signals) {
+    const auto [low, high] = std::ranges::minmax(s.position_rad);
+    farthest = std::max({farthest, std::abs(low), std::abs(high)});
+  }
+  return farthest;
+}
+
 }  // namespace identification::gap

@@ -77,5 +77,7 @@ Signals make_signals(const Source& source, const Band& band);
 
 /// The most that one recording covers, its stretches together.
 double widest_span_rad(std::span<const Signals> signals);
+/// From the position 0.
+double farthest_rad(std::span<const Signals> signals);
 
 }  // namespace identification::gap

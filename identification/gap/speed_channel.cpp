@@ -225,6 +225,7 @@ std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
   found.p_value = chance_of(was, is);
   if (found.p_value > options.false_positive_rate) return std::nullopt;
 
+  found.measured_on = "misfit of commanded and measured speed";
   found.held_out_gain = gain;
   const auto [low, high] = std::ranges::minmax_element(runs.front().command);
   found.where = {.coordinate = "velocity_command_rad_per_s", .from = *low, .to = *high};

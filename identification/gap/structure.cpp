@@ -6,10 +6,12 @@
 #include <cmath>
 #include <complex>
 #include <functional>
+#include <memory>
 #include <numbers>
 #include <numeric>
 #include <string>
 #include <unsupported/Eigen/FFT>
+#include <utility>
 
 #include "identification/gap/candidates.h"
 #include "identification/gap/chance_data.h"
@@ -24,6 +26,8 @@ constexpr double kBurstWindow_s = 0.3;
 constexpr double kBurst = 12;
 /// Of the squared residual; less is not worth a line.
 constexpr double kLeastStructure = 0.05;
+constexpr std::size_t kMostJudgingBlocks = 32;
+constexpr std::size_t kRowsToJudgeBy = 5;
 
 using Samples = std::vector<double>;
 
@@ -132,6 +136,126 @@ double cycle_gain(double frequency_Hz, const Rows& rows, const Training& trainin
   return 1 - left / target.squaredNorm();
 }
 
+/// Rows with what a model leaves of them.
+struct Part {
+  Part(Training blocks, const Eigen::VectorXd& of_all)
+      : training(std::move(blocks)), residual(of_all(training.rows)) {}
+  Training training;
+  Eigen::VectorXd residual;
+};
+
+/// Short data have fewer blocks: one of a row or two says nothing.
+Training in_blocks(const std::vector<Eigen::Index>& held_out) {
+  const std::size_t blocks = std::clamp<std::size_t>(held_out.size() / kRowsToJudgeBy, 2, kMostJudgingBlocks);
+  Training result{.rows = held_out, .block = {}};
+  for (std::size_t i = 0; i < held_out.size(); ++i)
+    result.block.push_back(static_cast<int>(i * blocks / held_out.size()));
+  return result;
+}
+
+/// A smooth function of one coordinate, over the rows of one part.
+class Shape {
+ public:
+  Shape(const char* coordinate, Eigen::VectorXd x, Eigen::MatrixXd columns, const Part& part)
+      : coordinate_(coordinate),
+        x_(std::move(x)),
+        columns_(std::move(columns)),
+        regression_(columns_, part.training.block, kStructureFolds),
+        all_(static_cast<std::size_t>(columns_.cols())),
+        bounds_(all_.size()) {
+    std::iota(all_.begin(), all_.end(), Eigen::Index{0});
+  }
+  Shape(const Shape&) = delete;
+  Shape& operator=(const Shape&) = delete;
+
+  Eigen::VectorXd coefficients(const Eigen::VectorXd& target) const {
+    return regression_.fit(regression_.target(target), all_, bounds_).coefficients;
+  }
+  /// A function that other rows have given is tried as it is, too.
+  void carry(const Eigen::VectorXd& coefficients) { carried_ = columns_ * coefficients; }
+
+  /// Share of the square of `target` that is predicted.
+  double gain(const Eigen::VectorXd& target) const {
+    return std::max(own_gain(target), carried_gain(target));
+  }
+  /// Where it is large.
+  Where where(const Eigen::VectorXd& target) const {
+    const Eigen::VectorXd shape =
+        carried_gain(target) > own_gain(target) ? carried_ : columns_ * coefficients(target);
+    const double most = shape.cwiseAbs().maxCoeff();
+    Where result{.coordinate = coordinate_, .from = x_.maxCoeff(), .to = x_.minCoeff()};
+    for (Eigen::Index i = 0; i < x_.size(); ++i) {
+      if (std::abs(shape[i]) < 0.5 * most) continue;
+      result.from = std::min(result.from, x_[i]);
+      result.to = std::max(result.to, x_[i]);
+    }
+    return result;
+  }
+
+ private:
+  double own_gain(const Eigen::VectorXd& target) const {
+    return 1 - regression_.held_out(regression_.target(target), all_, bounds_) / target.squaredNorm();
+  }
+  double carried_gain(const Eigen::VectorXd& target) const {
+    return carried_.size() == 0 ? -1 : 1 - (target - carried_).squaredNorm() / target.squaredNorm();
+  }
+
+  const char* coordinate_;
+  Eigen::VectorXd x_;
+  Eigen::MatrixXd columns_;
+  BlockRegression regression_;
+  std::vector<Eigen::Index> all_;
+  std::vector<Bounds> bounds_;
+  Eigen::VectorXd carried_;
+};
+
+/// What may be structured about a residual: by how much it predicts one, and where.
+struct Question {
+  std::function<double(const Eigen::VectorXd& target)> gain;
+  std::function<Where(const Eigen::VectorXd& target)> where;
+};
+
+Question shape_question(const std::shared_ptr<const Shape>& shape) {
+  return {[shape](const Eigen::VectorXd& target) { return shape->gain(target); },
+          [shape](const Eigen::VectorXd& target) { return shape->where(target); }};
+}
+
+/// A cycle in time at the frequency at which the target repeats most, or at `carried_Hz`, which other rows
+/// have given.
+Question cycle_question(const Rows& rows, const Part& part, double carried_Hz) {
+  const auto best_Hz = [&rows, &part, carried_Hz](const Eigen::VectorXd& target) {
+    const double own_Hz = cycle_Hz(target, rows, part.training.rows);
+    const auto gain = [&](double frequency_Hz) {
+      return cycle_gain(frequency_Hz, rows, part.training, target);
+    };
+    return carried_Hz > 0 && gain(carried_Hz) > gain(own_Hz) ? carried_Hz : own_Hz;
+  };
+  return {[&rows, &part, best_Hz](const Eigen::VectorXd& target) {
+            return cycle_gain(best_Hz(target), rows, part.training, target);
+          },
+          [best_Hz](const Eigen::VectorXd& target) {
+            const double frequency_Hz = best_Hz(target);
+            return Where{.coordinate = "frequency_Hz", .from = frequency_Hz, .to = frequency_Hz};
+          }};
+}
+
+/// Those that predict more of the residual than of any data that chance has dealt, most first.
+std::vector<Unexplained> answered(const std::vector<Question>& questions, const Eigen::VectorXd& residual,
+                                  const Options& options) {
+  std::vector<Unexplained> found;
+  for (const Question& question : questions) {
+    const double own = question.gain(residual);
+    if (own < kLeastStructure) continue;
+    ChanceData chance(residual, options.seed + 1);
+    bool by_chance = false;
+    for (int i = 0; i < options.repetitions && !by_chance; ++i)
+      by_chance = question.gain(chance.draw()) >= own;
+    if (!by_chance) found.push_back({.where = question.where(residual), .share = own});
+  }
+  std::ranges::sort(found, std::greater{}, &Unexplained::share);
+  return found;
+}
+
 }  // namespace
 
 std::vector<double> since_reversal_s(const Signals& s) {
@@ -178,55 +302,35 @@ std::vector<bool> bursts(const FittedModel& fitted, const Rows& rows) {
   return marked;
 }
 
-std::vector<Unexplained> structure(const FittedModel& fitted, const Rows& rows, const Training& training,
-                                   const Options& options) {
-  std::vector<Unexplained> found;
-  const Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
-  const Eigen::VectorXd direction =
-      rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(training.rows).cwiseSign();
-  const auto significant = [&](double gain,
-                               const std::function<double(const Eigen::VectorXd&)>& search_again) {
-    if (gain < kLeastStructure) return false;
-    ChanceData chance(residual, options.seed + 1);
-    for (int i = 0; i < options.repetitions; ++i)
-      if (search_again(chance.draw()) >= gain) return false;
-    return true;
-  };
+Structure structure(const FittedModel& fitted, const Rows& rows, const Training& training,
+                    const std::vector<Eigen::Index>& held_out, const Options& options) {
+  const Eigen::VectorXd residual = rows.torque_Nm() - predicted_rows(fitted, rows);
+  const Part searched(training, residual);
+  const Part judged(in_blocks(held_out), residual);
+  const Eigen::VectorXd velocity = rows.means([](const Signals& s) { return s.velocity_rad_per_s; });
+  std::vector<Question> of_searched;
+  std::vector<Question> of_held_out;
+  std::vector<Eigen::Index> both = training.rows;
+  both.insert(both.end(), held_out.begin(), held_out.end());
   for (const Coordinate& coordinate : coordinates()) {
-    const Eigen::VectorXd x = rows.means(coordinate.value)(training.rows);
+    const Eigen::VectorXd x = rows.means(coordinate.value)(both);
     Eigen::MatrixXd columns = hats(x, coordinate.nodes);
-    if (coordinate.by_direction) columns = direction.asDiagonal() * columns;
-    const BlockRegression regression(columns, training.block, kStructureFolds);
-    std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
-    std::iota(all.begin(), all.end(), Eigen::Index{0});
-    const std::vector<Bounds> bounds(all.size());
-    const auto gain = [&](const Eigen::VectorXd& target) {
-      return 1 - regression.held_out(regression.target(target), all, bounds) / target.squaredNorm();
-    };
-    const double own = gain(residual);
-    if (!significant(own, gain)) continue;
-    const Eigen::VectorXd shape =
-        columns * regression.fit(regression.target(residual), all, bounds).coefficients;
-    const double most = shape.cwiseAbs().maxCoeff();
-    Unexplained piece{.where = {.coordinate = coordinate.name, .from = x.maxCoeff(), .to = x.minCoeff()},
-                      .share = own};
-    for (Eigen::Index i = 0; i < x.size(); ++i) {
-      if (std::abs(shape[i]) < 0.5 * most) continue;
-      piece.where.from = std::min(piece.where.from, x[i]);
-      piece.where.to = std::max(piece.where.to, x[i]);
-    }
-    found.push_back(std::move(piece));
+    if (coordinate.by_direction) columns = velocity(both).cwiseSign().asDiagonal() * columns;
+    const Eigen::Index first = searched.residual.size();
+    const Eigen::Index last = judged.residual.size();
+    const auto own =
+        std::make_shared<Shape>(coordinate.name, x.head(first), columns.topRows(first), searched);
+    const auto other =
+        std::make_shared<Shape>(coordinate.name, x.tail(last), columns.bottomRows(last), judged);
+    other->carry(own->coefficients(searched.residual));
+    of_searched.push_back(shape_question(own));
+    of_held_out.push_back(shape_question(other));
   }
-  const auto cycling = [&](const Eigen::VectorXd& target) {
-    return cycle_gain(cycle_Hz(target, rows, training.rows), rows, training, target);
-  };
-  if (const double own = cycling(residual); significant(own, cycling)) {
-    const double frequency_Hz = cycle_Hz(residual, rows, training.rows);
-    found.push_back(
-        {.where = {.coordinate = "frequency_Hz", .from = frequency_Hz, .to = frequency_Hz}, .share = own});
-  }
-  std::ranges::sort(found, std::greater{}, &Unexplained::share);
-  return found;
+  const double carried_Hz = cycle_Hz(searched.residual, rows, training.rows);
+  of_searched.push_back(cycle_question(rows, searched, 0));
+  of_held_out.push_back(cycle_question(rows, judged, carried_Hz));
+  return {.held_out = answered(of_held_out, judged.residual, options),
+          .searched = answered(of_searched, searched.residual, options)};
 }
 
 }  // namespace identification::gap

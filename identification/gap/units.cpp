@@ -106,7 +106,9 @@ void check_torque(const Source& source, const SmoothMotion& motion, const model:
       source.recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm";
   const bool inertia_is_sure = implied->inertia_is_sure();
   const bool friction_is_sure = implied->friction_is_sure();
-  if (inertia_is_sure && friction_is_sure && implied->inertia_kg_m2 < 0 && implied->coulomb_Nm < 0)
+  // A joint that gives like a spring follows its torque as if its inertia were below zero, and takes energy.
+  const bool drives = implied->power_W > 0;
+  if (!drives && inertia_is_sure && friction_is_sure && implied->inertia_kg_m2 < 0 && implied->coulomb_Nm < 0)
     throw std::invalid_argument(
         path_of(source) + ": " + torque +
         " has the wrong sign against the motion: it implies an inertia of " +

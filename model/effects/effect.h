@@ -43,6 +43,7 @@ struct Mechanics {
   double inertia_kg_m2 = 0.0112;
   double stiffness_Nm_per_rad = 0;         ///< of the friction contact (σ0); 0: as stiff as the step allows
   double damping_Nm_s_per_rad = 0;         ///< of the friction contact (σ1), while it sticks
+  double bend_exponent = 0;                ///< of the friction contact (Dahl's α), towards sliding
   double backlash_rad = 0;                 ///< free travel between motor and load
   double shaft_Nm_per_rad = 0;             ///< spring between motor and load; 0: rigid
   double shaft_Nm_s_per_rad = 0;           ///< its damping

@@ -50,10 +50,13 @@ struct StribeckParameters {
   double static_torque_Nm = 0.08;   ///< Fs, all of it: Coulomb friction included
   double velocity_rad_per_s = 0.3;  ///< vs
   double exponent = 2;              ///< δ
+  double tail = 0;                  ///< q
 };
 
 /// Friction that is higher at rest and falls as the joint begins to slide.
 /// (Fs − Fc)·exp(−(|v|/vs)^δ) above the Coulomb torque Fc                       [friction.md 3; thesis 2.3]
+/// With a tail, (Fs − Fc)·(1 + q·(|v|/vs)^δ)^(−1/q): q = 1 is the form of Hess and Soom (ASME J. Tribology
+/// 112, 1990), which still falls where the other one is gone.
 class Stribeck : public WithParameters<Stribeck, StribeckParameters> {
  public:
   static constexpr std::string_view kName = "stribeck";
@@ -62,17 +65,22 @@ class Stribeck : public WithParameters<Stribeck, StribeckParameters> {
   static constexpr auto kParameters = std::to_array<ParameterInfo<StribeckParameters>>(
       {{"static_torque_Nm", member<&StribeckParameters::static_torque_Nm>, 0, kMostTorque_Nm},
        {"velocity_rad_per_s", member<&StribeckParameters::velocity_rad_per_s>, 1e-4, kMostSpeed_rad_per_s},
-       {"exponent", member<&StribeckParameters::exponent>, 0.3, 4}});
+       {"exponent", member<&StribeckParameters::exponent>, 0.3, 4},
+       {"tail", member<&StribeckParameters::tail>, 0, 1}});
   static constexpr auto kAmplitudes = std::to_array<std::string_view>({"static_torque_Nm"});
   using WithParameters::WithParameters;
 
   double level_Nm(const Sliding& sliding) const noexcept {
     return (parameters_.static_torque_Nm - sliding.coulomb_Nm) *
-           shape(sliding.speed_rad_per_s, parameters_.velocity_rad_per_s, parameters_.exponent);
+           shape(sliding.speed_rad_per_s, parameters_.velocity_rad_per_s, parameters_.exponent,
+                 parameters_.tail);
   }
   /// 1 at rest, towards 0 at speed.
-  static double shape(double speed_rad_per_s, double velocity_rad_per_s, double exponent) noexcept {
-    return model::friction::stribeck_share(speed_rad_per_s / velocity_rad_per_s, exponent);
+  static double shape(double speed_rad_per_s, double velocity_rad_per_s, double exponent,
+                      double tail = 0) noexcept {
+    const double ratio = speed_rad_per_s / velocity_rad_per_s;
+    if (tail == 0) return model::friction::stribeck_share(ratio, exponent);
+    return std::pow(1 + tail * std::pow(ratio, exponent), -1 / tail);
   }
 };
 

@@ -23,8 +23,8 @@ class PassingFrame {
   PassingFrame() = default;
   explicit PassingFrame(std::span<std::uint8_t> frame) noexcept { look_at(frame); }
 
-  /// Instead of what it looked at before. Its datagrams are views into `frame`, which outlives them. Their
-  /// room takes longer to clear than a frame to pass: who sees many frames keeps one of these.
+  /// Replaces the frame before. The datagrams are views into `frame`, which outlives them. To clear their
+  /// array takes longer than to look at a frame: keep one object for many frames.
   void look_at(std::span<std::uint8_t> frame) noexcept;
 
   std::span<drivers::ethercat::Datagram> datagrams() noexcept { return std::span(datagrams_).first(count_); }

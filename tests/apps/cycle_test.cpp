@@ -10,6 +10,7 @@
 #include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"
 #include "sim/base.h"
+#include "tests/support/held_up_robot.h"
 #include "tests/support/lossy_robot.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/turning_robot.h"
@@ -291,6 +292,46 @@ TEST(Cycle, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
     EXPECT_EQ(cycle.stop_reason().kind, StopReason::Kind::kOverspeed);
     // The filter knows 17 of 18 rad/s 50 ms after the drives obey, at the latest with the frame after that.
     EXPECT_LE(cycle.stop_reason().time, 50ms + 2 * frames * 1ms);
+  }
+}
+
+/// A wheel that turns as fast for `duration`, on a machine that holds up both ends of the bus by up to 19 ms.
+/// Why it stops, and when.
+StopReason turn_on_a_busy_machine(double speed_rad_per_s, double limit_rad_per_s, nanoseconds duration,
+                                  std::uint64_t seed) {
+  hal::VirtualClock clock;
+  support::TurningRobot robot(clock, kFourWheels, 1, speed_rad_per_s);
+  support::HeldUpRobot bus(robot, clock);
+  bus.hold_up(support::BusyMachine(seed));
+  ScriptedMotion motion;
+  Cycle::Config config = Rig::moving();
+  config.allow_any_following_error();
+  config.wheel_speed_limit_rad_per_s = limit_rad_per_s;
+  // One wheel alone that turns is a lie.
+  for (std::size_t i = 0; i < control::kPlausibilityCheckNames.size(); ++i)
+    config.checks_off.add(static_cast<control::PlausibilityCheck>(i));
+  Cycle cycle(config, bus, motion, nullptr);
+  while (clock.now() < duration && !cycle.stop_reason()) {
+    clock.sleep_until(clock.now() + 1ms);
+    cycle.step(clock.now());
+  }
+  return cycle.stop_reason();
+}
+
+TEST(Cycle, AnswersOfABusyMachineMakeNoOverspeed) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+    const StopReason reason = turn_on_a_busy_machine(11.5, 12, 30s, seed);
+    EXPECT_FALSE(reason) << seed << ": " << reason.value << " rad/s after " << reason.time / 1ms << " ms";
+  }
+}
+
+TEST(Cycle, AnOverspeedOnABusyMachineIsSeenOnceNoTimesOfItsSamplesExplainIt) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5, 6, 7, 8, 9, 10}) {
+    const StopReason reason = turn_on_a_busy_machine(18, 12, 5s, seed);
+    EXPECT_EQ(reason.kind, StopReason::Kind::kOverspeed) << seed;
+    // The filter needs 30 ms. 18 rad/s for t are more than 12 rad/s for t + 19.3 ms from 39 ms on, and a
+    // sample comes after up to 21 ms.
+    EXPECT_LE(reason.time, 30ms + 39ms + 2 * 21ms) << seed;
   }
 }
 

@@ -146,6 +146,27 @@ TEST_P(LyingArm, IsNamedBeforeTheJointHasGoneFar) {
   }
 }
 
+/// As over CAN: opposed_motion alone sees it.
+TEST(LyingArm, ReversedBeforeItMovesIsNamedWithoutHallSensors) {
+  control::ChecksOff off;
+  off.add(control::PlausibilityCheck::kHallAgreement);
+  for (std::size_t joint = 4; joint < 9; ++joint) {
+    SCOPED_TRACE(joint - 3);
+    ArmRig rig(teleop_rig::unfolded_scene(), off);
+    ASSERT_TRUE(rig.reach(TeleopPhase::kApproaching));
+    const auto arm = static_cast<Eigen::Index>(joint - 4);
+    const double begin_rad = rig.plant.arm_rad()[arm];
+    rig.liar.lie({joint, Channel::kEncoder, -1});
+    rig.reach(TeleopPhase::kOperating);
+    std::mt19937 random(1);
+    rig.play(random, 20s);
+    ASSERT_EQ(rig.cycle.end().end, TeleopEnd::kRobotFault);
+    EXPECT_EQ(rig.cycle.end().robot.joint, static_cast<int>(joint))
+        << describe(rig.cycle.end(), rig.robot, rig.master);
+    EXPECT_LT(std::abs(rig.plant.arm_rad()[arm] - begin_rad), 0.2);
+  }
+}
+
 TEST(TrueArm, EndsNoRunInFreeSpaceNorAtAWallNorUnderAnyLoad) {
   std::mt19937 random(20261123);
   for (const double load : {0.6, 1.0, 3.0})
@@ -168,6 +189,27 @@ TEST(TrueArm, EndsNoRunInFreeSpaceNorAtAWallNorUnderAnyLoad) {
         EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kRequested);
       }
     }
+}
+
+TEST(LateAnswers, ChecksThatTheyKeepFromJudgingAreTold) {
+  using control::PlausibilityCheck;
+  BaseRig base(sim::BaseParameters{});
+  ArmRig arm;
+  const auto silent = [](auto& rig) {
+    rig.run(1500ms);
+    const control::ChecksOff checks = rig.cycle.silent_checks();
+    return std::pair{checks.has(PlausibilityCheck::kWheelAgreement),
+                     checks.has(PlausibilityCheck::kOpposedMotion)};
+  };
+  EXPECT_EQ(silent(base), std::pair(false, false));
+  for (support::HeldUpRobot* bus : {&base.bus, &arm.bus})
+    bus->hold_up([] { return support::HeldUpRobot::Delay{.answer = 1500us}; });
+  EXPECT_EQ(silent(base), std::pair(true, false)) << "it has no arm";
+  EXPECT_EQ(silent(arm), std::pair(true, true));
+  // Now and then one in time is enough.
+  int n = 0;
+  base.bus.hold_up([&n] { return support::HeldUpRobot::Delay{.answer = n++ % 50 == 0 ? 0us : 1500us}; });
+  EXPECT_EQ(silent(base), std::pair(false, false));
 }
 
 // ---- over EtherCAT, where drives report their Hall sensors, too ----

@@ -55,6 +55,16 @@ TEST(PlausibilityConfig, NoSettingSwitchesACheckOffThatTheFileHasOn) {
   EXPECT_TRUE(youbotd::load_config(file, {{"plausibility.off", "[]"}}).cycle.checks_off.none());
 }
 
+TEST(PlausibilityConfig, ACheckThatDoesNotRunIsNotedWithItsNameAndTheReason) {
+  control::ChecksOff silent;
+  EXPECT_TRUE(apps::notes_on_silent(silent).empty());
+  silent.add(PlausibilityCheck::kOpposedMotion);
+  const std::vector<std::string> notes = apps::notes_on_silent(silent);
+  ASSERT_EQ(notes.size(), 1U);
+  EXPECT_TRUE(notes.front().starts_with("the check 'opposed_motion' does not run: each answer of the bus"))
+      << notes.front();
+}
+
 TEST(PlausibilityConfig, EachRunWarnsOfACheckThatIsOff) {
   const support::TemporaryDirectory folder;
   std::ifstream demo(support::source_dir() + "/apps/youbotd/demo.toml");

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <stdexcept>
 #include <string>
@@ -12,6 +13,8 @@
 namespace regular_file_test {
 
 using apps::read_regular_file;
+using apps::read_whole;
+using apps::RegularFile;
 
 std::string refusal(const std::filesystem::path& path, std::size_t limit_bytes = 1000) {
   try {
@@ -39,6 +42,19 @@ TEST(RegularFile, NothingElseIs) {
   ASSERT_EQ(mkfifo((directory / "pipe").c_str(), 0600), 0);
   for (const std::filesystem::path& path : {directory / "pipe", std::filesystem::path("/dev/zero")})
     EXPECT_EQ(refusal(path), "is a device or pipe, expected a file");
+}
+
+TEST(RegularFile, IsJudgedAndReadAsItWasOpenedWhateverItsPathLeadsToLater) {
+  const support::TemporaryDirectory directory;
+  const auto path = directory.write("file", "mine");
+  std::filesystem::permissions(path, std::filesystem::perms(0644));
+  const RegularFile file(path);
+  std::filesystem::rename(directory.write("other", "theirs"), path);
+  std::filesystem::permissions(path, std::filesystem::perms(0666));
+  EXPECT_EQ(file.owner(), ::geteuid());
+  EXPECT_FALSE(file.group_or_others_may_write());
+  EXPECT_EQ(read_whole(file, 10), "mine");
+  EXPECT_TRUE(RegularFile(path).group_or_others_may_write());
 }
 
 }  // namespace regular_file_test

@@ -32,7 +32,8 @@ void step_in_time(hal::VirtualClock& clock, std::chrono::nanoseconds& due, Cycle
 
 /// The base under the daemon's cycle, driven at the velocity that motion.tell() gives.
 struct BaseRig {
-  explicit BaseRig(const sim::BaseParameters& parameters = {}) : base(parameters) {
+  explicit BaseRig(const sim::BaseParameters& parameters = {}, const control::ChecksOff& off = {})
+      : base(parameters), cycle(config(off), liar, motion, nullptr) {
     robot.watch.allow_enables(1);
     robot.activate();
   }
@@ -42,8 +43,9 @@ struct BaseRig {
     for (int i = 1; i <= 4; ++i) wheels.push_back({"wheel-" + std::to_string(i), 2.467, 16.2});
     return wheels;
   }
-  static youbotd::Cycle::Config config() {
+  static youbotd::Cycle::Config config(const control::ChecksOff& off = {}) {
     youbotd::Cycle::Config config;
+    config.checks_off = off;
     config.controller.wrench_limits = {60.0, 20.0};
     return config;
   }
@@ -63,7 +65,7 @@ struct BaseRig {
                                  kPeriod,
                                  {.m = 0.1, .rad = 0.2},
                                  control::Workspace{}.base_W_m};
-  youbotd::Cycle cycle{config(), liar, motion, nullptr};
+  youbotd::Cycle cycle;
 };
 
 inline std::vector<hal::JointInfo> robot_joints() {
@@ -75,11 +77,17 @@ inline std::vector<hal::JointInfo> robot_joints() {
 
 /// Base and arm in teleoperation, with a simulated hand at the pen.
 struct ArmRig {
-  explicit ArmRig(const teleop_rig::Scene& scene = teleop_rig::unfolded_scene())
-      : plant(scene.robot, scene.environment), hand(scene.hand) {
+  explicit ArmRig(const teleop_rig::Scene& scene = teleop_rig::unfolded_scene(),
+                  const control::ChecksOff& off = {})
+      : plant(scene.robot, scene.environment), hand(scene.hand), cycle(config(off), liar, master) {
     robot.watch.allow_enables(1);
     robot.activate();
     master.activate();
+  }
+  static youbotd::TeleopCycle::Config config(const control::ChecksOff& off) {
+    youbotd::TeleopCycle::Config config = teleop_rig::quick_config();
+    config.checks_off = off;
+    return config;
   }
   bool over() const { return cycle.end().end != control::TeleopEnd::kNone; }
   void step() { step_in_time(clock, due, cycle); }
@@ -115,7 +123,7 @@ struct ArmRig {
       {}};
   support::HeldUpRobot bus{robot, clock};
   support::LyingRobot liar{bus};
-  youbotd::TeleopCycle cycle{teleop_rig::quick_config(), liar, master};
+  youbotd::TeleopCycle cycle;
 };
 
 }  // namespace sensor_rigs

@@ -70,6 +70,12 @@ struct Youbotctl : testing::Test {
       if (condition(now = status())) return testing::AssertionSuccess();
     return testing::AssertionFailure() << now.dump(2);
   }
+  static bool ends(const Process& process) {
+    for (const auto end = std::chrono::steady_clock::now() + 60s; std::chrono::steady_clock::now() < end;
+         std::this_thread::sleep_for(20ms))
+      if (process.ended()) return true;
+    return false;
+  }
   testing::AssertionResult comes_to_rest() const {
     return comes_to([](const json& now) { return now["enabled"] == false; });
   }
@@ -90,6 +96,30 @@ TEST_F(Youbotctl, EnablesNothingThatCannotBeRecorded) {
   std::filesystem::remove(folder / "runs");
   EXPECT_EQ(tell({"enable"}).exit_code, 0) << "and once it can, it does";
   EXPECT_TRUE(std::filesystem::exists(folder / "runs/run-1/base.csv"));
+}
+
+/// Runs `words` with standard output and standard error into a pipe that is full and read by nobody.
+std::vector<std::string> into_a_full_pipe(const std::vector<std::string>& words) {
+  std::string command = "head -c 65536 /dev/zero; exec";
+  for (const std::string& word : words) command += " '" + word + "'";
+  return {"/bin/sh", "-c", command};
+}
+
+TEST_F(Youbotctl, ALogThatNobodyReadsCostsNeitherAStartNorARunNorAStop) {
+  Process youbotd(into_a_full_pipe(daemon()));
+  const auto end = std::chrono::steady_clock::now() + 60s;
+  while (tell({"status"}).exit_code != 0 && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(20ms);
+  ASSERT_EQ(tell({"enable"}).exit_code, 0);
+  EXPECT_TRUE(comes_to_rest());
+  youbotd.signal(SIGTERM);
+  EXPECT_TRUE(ends(youbotd));
+}
+
+TEST_F(Youbotctl, AStartThatIsRefusedEndsAlsoWhenNobodyReadsWhy) {
+  config = folder.write("wrong.toml", "[limits]\nforce_N = \"much\"\n");
+  Process youbotd(into_a_full_pipe(daemon()));
+  EXPECT_TRUE(ends(youbotd));
 }
 
 /// A file system of its own, which a test fills up. Needs root.

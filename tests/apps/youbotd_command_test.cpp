@@ -37,8 +37,9 @@ TEST(YoubotdCommand, HelpNamesTheExitCodesAndSucceeds) {
 TEST(YoubotdCommand, TellsHowFarItIsUnlessItIsToBeQuiet) {
   const support::TemporaryDirectory directory;
   // This machine may be busy.
-  const fs::path config =
-      directory.write("patient.toml", "[loop]\ncommand_timeout_s = 2\n[[path.leg]]\nforward_m = 1\n");
+  const fs::path config = directory.write(
+      "patient.toml",
+      "[loop]\ncommand_timeout_s = 2\ncommander_timeout_s = 2\n[[path.leg]]\nforward_m = 1\n");
   const std::vector<std::string> arguments{"--config", config, "--duration", "3", "--allow-non-rt"};
   const Result told = run(arguments);
   EXPECT_EQ(told.exit_code, 0) << told.output;
@@ -50,8 +51,9 @@ TEST(YoubotdCommand, TellsHowFarItIsUnlessItIsToBeQuiet) {
 
 TEST(YoubotdCommand, ASimulatedRobotNeedsNoRightsToRealTime) {
   const support::TemporaryDirectory directory;
-  const fs::path config =
-      directory.write("patient.toml", "[loop]\ncommand_timeout_s = 2\n[[path.leg]]\nforward_m = 1\n");
+  const fs::path config = directory.write(
+      "patient.toml",
+      "[loop]\ncommand_timeout_s = 2\ncommander_timeout_s = 2\n[[path.leg]]\nforward_m = 1\n");
   std::vector<std::string> words = youbotd({"--config", config, "--duration", "0.5"});
   // Without the rights that root and machines for real time have.
   words.insert(words.begin(), {"/usr/bin/prlimit", "--rtprio=0"});

@@ -20,6 +20,7 @@
 #include "control/plausibility/velocity_agreement.h"
 #include "control/plausibility/velocity_step.h"
 #include "control/plausibility/wheel_agreement.h"
+#include "sim/motor.h"
 #include "tests/support/hall_sensors.h"
 #include "tests/support/no_alloc_guard.h"
 
@@ -158,11 +159,11 @@ TEST(VelocityAgreement, OneWrongPositionNowAndThenIsFirmware148) {
 
 /// A reading that is `reading(command)` two cycles late, under a command that swings.
 double unanswered_s(double amplitude_Nm, double offset_Nm, const std::function<double(double)>& reading) {
-  control::TorqueAgreement check(2.5, 0.0375);
+  control::TorqueAgreement check(2.5, 0.0375, 0.0015);
   const auto command_Nm = [&](double t) { return offset_Nm + amplitude_Nm * std::sin(10 * t); };
   return detected_s(3.0, [&](double t) {
     check.command(hal::JointCommand::torque_Nm(command_Nm(t)));
-    return check.update(reading(command_Nm(t - 0.002)), kPeriod_s);
+    return check.update(0.0, reading(command_Nm(t - 0.002)), kPeriod_s);
   });
 }
 
@@ -187,6 +188,41 @@ TEST(TorqueAgreement, EndsWhereTheReadingIsScaledReversedOrFrozen) {
   }
   // However close the frozen value is.
   EXPECT_NE(kNever, unanswered_s(0.1, 0.3, [](double /*Nm*/) { return 0.3; }));
+}
+
+/// Arm joint 4 on its motor, asked for -2 N·m and driven at 2.2 rad/s by the other joints, runs into its end
+/// stop at 0.3 s and comes back in 12 ms. From then on the reading is the motor's torque times `factor`.
+double blow_disagrees_s(double blow_Nm_s2_per_rad, double factor) {
+  constexpr double kGear = 71;
+  sim::Motor motor({.torque_constant_Nm_per_A = 0.051, .current_limit_A = 3.0});
+  control::TorqueAgreement check(10.86, 0.045 * 10.86, blow_Nm_s2_per_rad);
+  double position_rad = 0;
+  return detected_s(1.0, [&](double t) {
+    const double turned = std::clamp((t - 0.3) / 0.012, 0.0, 1.0);
+    const double v = turned < 1 ? 0.4 + 1.8 * std::cos(std::numbers::pi * turned) : -1.4;
+    double torque_Nm = 0;
+    constexpr int kSteps = 20;
+    for (int i = 0; i < kSteps; ++i)
+      torque_Nm = kGear * motor.step(-2.0 / (0.051 * kGear), kGear * v, kPeriod_s / kSteps);
+    position_rad += v * kPeriod_s;
+    check.command(hal::JointCommand::torque_Nm(-2.0));
+    return check.update(position_rad, (t < 0.3 ? 1 : factor) * torque_Nm, kPeriod_s);
+  });
+}
+
+TEST(TorqueAgreement, HoldsForAJointThatRunsIntoItsEndStop) {
+  const double alone_s = blow_disagrees_s(0.0, 1.0);
+  EXPECT_GT(alone_s, 0.3) << "the current loop lets go for some milliseconds";
+  EXPECT_LT(alone_s, 0.32);
+  EXPECT_EQ(blow_disagrees_s(0.028, 1.0), kNever);
+}
+
+TEST(TorqueAgreement, ABlowHidesNoWrongReadingForLong) {
+  for (const double factor : {0.0, 0.5, 2.0, -1.0}) {
+    const double at_s = blow_disagrees_s(0.028, factor);
+    EXPECT_GT(at_s, 0.3) << factor;
+    EXPECT_LT(at_s, 0.5) << factor;
+  }
 }
 
 // ---- steps of the velocity ----
@@ -394,7 +430,8 @@ TEST(SlowBus, ATorqueThatReachedTheMotorLateOpposedNoMotionBefore) {
       v += torque_Nm * passed_s;
       q += v * passed_s;
       torque_Nm = n < 150 ? 8 : n < 152 ? -8 : 0;
-      if (check.update(q, torque_Nm, 0.0, {passed_s, held_up ? unsure_s : 0.0})) return true;
+      check.update(q, torque_Nm, 0.0, 0, {passed_s, held_up ? unsure_s : 0.0});
+      if (check.opposed(0.0)) return true;
     }
     return false;
   };
@@ -434,7 +471,8 @@ double opposed_s(double factor, const std::function<double(double t, double read
     const double weight_Nm = 2.0;
     v += (torque_Nm - weight_Nm) / 0.2 * kPeriod_s;
     q += v * kPeriod_s;
-    return check.update(factor * q, torque_Nm, weight_Nm, {kPeriod_s});
+    check.update(factor * q, torque_Nm, weight_Nm, 0, {kPeriod_s});
+    return check.opposed(0.0);
   });
 }
 
@@ -447,6 +485,121 @@ TEST(OpposedMotion, ADamperOnAReversedEncoderIsSeen) {
 TEST(OpposedMotion, BrakingAndDrivingAreNot) {
   EXPECT_EQ(kNever, opposed_s(1, [](double /*t*/, double v) { return 2.0 - 5 * v; }));
   EXPECT_EQ(kNever, opposed_s(1, [](double t, double v) { return 2.0 + 4 * std::sin(20 * t) - v; }));
+}
+
+/// 0.5 kg·m² under 6 N·m, and from 0.12 s on braked with as much; the motor has each torque 5 ms later.
+TEST(OpposedMotion, NorIsABrakeThatTheMotorHasLater) {
+  control::OpposedMotion check(10.0);
+  const auto asked_Nm = [](double t) { return std::clamp(6 - 800 * (t - 0.12), -6.0, 6.0); };
+  double q = 0, v = 0;
+  EXPECT_EQ(kNever, detected_s(0.23, [&](double t) {
+              v += asked_Nm(t - 0.005) / 0.5 * kPeriod_s;
+              q += v * kPeriod_s;
+              check.update(q, asked_Nm(t), 0.0, 0, {kPeriod_s});
+              return check.opposed(0.0);
+            }));
+}
+
+/// Two joints that a wall couples, of the friction of arm joints 3 and 4: the first drives with 6 N·m, the
+/// second gives way against its 2 N·m. Whether the second is taken for reversed.
+bool opposed_beside(bool first_is_known) {
+  control::OpposedMotion first(10.05);
+  control::OpposedMotion second(10.86);
+  double q = 0, v = 0;
+  return detected_s(0.4, [&](double /*t*/) {
+           const double friction_Nm = v > 0 ? 0.6 + 0.4 + (0.3 + 0.2) * v : 0.0;
+           v += (6.0 - 2.0 - friction_Nm) / 0.3 * kPeriod_s;
+           q += v * kPeriod_s;
+           first.update(q, 6.0, 0.0, 0, {kPeriod_s});
+           second.update(-q, 2.0, 0.0, 0, {kPeriod_s});
+           EXPECT_FALSE(first.opposed(second.put_in_J()));
+           return second.opposed(first_is_known ? first.put_in_J() : 0.0);
+         }) != kNever;
+}
+
+TEST(OpposedMotion, AStrongerJointMayDriveAWeakerOneBackThroughAWall) {
+  EXPECT_TRUE(opposed_beside(false));
+  EXPECT_FALSE(opposed_beside(true));
+}
+
+/// A joint of 0.3 kg·m² with friction, whose encoder counts `sense` times its way, and whose Hall sensors are
+/// read until `read_until_s`. From 1 to 7 s its motor drives it to and fro. At `pushed_s` a person pushes it
+/// through, against 6 N·m, for 0.3 s.
+struct PushedJoint {
+  double sense = 1;
+  double read_until_s = 100;
+  double other_sense_from_s = 100;  // on
+  double pushed_s = 100;
+  /// By a loop on what the encoder shows, as the controller's is, from 1 s on; before, a hand moves it a bit.
+  bool closed_loop = false;
+
+  struct Result {
+    double opposed_s = kNever;
+    double hall_disagrees_s = kNever;
+    int hall_sense_known = 0;
+  };
+  Result run() const {
+    control::OpposedMotion check(10.0);
+    control::HallAgreement hall_check;
+    support::HallSensors hall(100 / (2 * std::numbers::pi));  // one pole pair, gear 100
+    double q = 0, v = 0;
+    Result result;
+    hal::RotorReading reading;
+    result.opposed_s = detected_s(9.0, [&](double t) {
+      const double shown_rad = sense * q;
+      const bool pushed = t >= pushed_s && t < pushed_s + 0.3;
+      double torque_Nm = t < 1 || t > 7 ? 0.0 : 3 * std::sin(4 * (t - 1));
+      if (closed_loop) torque_Nm = t < 1 ? 0.0 : 60 * (0.3 - shown_rad) - 6 * sense * v;
+      if (pushed) torque_Nm = -6;
+      torque_Nm = std::clamp(torque_Nm, -9.0, 9.0);
+      double others_Nm = pushed ? 10 : 0;
+      if (closed_loop && t < 1) others_Nm = 2 * std::cos(2 * std::numbers::pi * t);  // the hand
+      const double driven_Nm = torque_Nm + others_Nm;
+      const double friction_Nm = std::clamp(driven_Nm + 0.3 * v / kPeriod_s, -0.6, 0.6) + 0.3 * v;
+      v += (driven_Nm - friction_Nm) / 0.3 * kPeriod_s;
+      q += v * kPeriod_s;
+      hall.update(q, sense * q);
+      if (t < read_until_s) reading = hall.reading();
+      if (hall_check.update(reading, kPeriod_s) && result.hall_disagrees_s == kNever)
+        result.hall_disagrees_s = t;
+      if (t < 1.001) result.hall_sense_known = hall_check.sense();
+      const int hall_sense = t < other_sense_from_s ? hall_check.sense() : -hall_check.sense();
+      check.update(sense * q, torque_Nm, 0.0, hall_sense, {kPeriod_s});
+      return check.opposed(0.0);
+    });
+    return result;
+  }
+};
+
+TEST(OpposedMotion, HallSensorsVouchForAnEncoderThatWasSeenToCountTheRightWay) {
+  const PushedJoint::Result vouched = PushedJoint{.pushed_s = 7.5}.run();
+  EXPECT_EQ(vouched.opposed_s, kNever);
+  EXPECT_EQ(vouched.hall_disagrees_s, kNever);
+  EXPECT_GT(PushedJoint({.read_until_s = 0, .pushed_s = 7.5}).run().opposed_s, 7.5) << "without them";
+}
+
+TEST(OpposedMotion, ButNotOnceTheirReadingsHaveCeased) {
+  EXPECT_EQ(PushedJoint({.read_until_s = 7.4, .pushed_s = 7.5}).run().opposed_s, kNever);
+  const double at_s = PushedJoint{.read_until_s = 6.5, .pushed_s = 7.5}.run().opposed_s;
+  EXPECT_GT(at_s, 7.5);
+  EXPECT_LT(at_s, 7.8);
+}
+
+TEST(OpposedMotion, NorInTheOtherSense) {
+  const double at_s = PushedJoint{.other_sense_from_s = 7.4, .pushed_s = 7.5}.run().opposed_s;
+  EXPECT_GT(at_s, 7.5);
+  EXPECT_LT(at_s, 7.8);
+}
+
+TEST(OpposedMotion, NorForOneThatCountsBackwardsFromPowerUpAsTheyKnowNoSense) {
+  const PushedJoint::Result reversed = PushedJoint{.sense = -1, .closed_loop = true}.run();
+  EXPECT_EQ(reversed.hall_disagrees_s, kNever);
+  EXPECT_NE(reversed.hall_sense_known, 0) << "they agree, in a sense of their own";
+  EXPECT_GT(reversed.opposed_s, 1.0);
+  EXPECT_LT(reversed.opposed_s, 1.3);
+  const PushedJoint::Result right = PushedJoint{.sense = 1, .closed_loop = true}.run();
+  EXPECT_EQ(right.hall_sense_known, -reversed.hall_sense_known);
+  EXPECT_EQ(right.opposed_s, kNever);
 }
 
 // ---- encoder and Hall sensors ----
@@ -463,7 +616,7 @@ double hall_disagrees_s(double duration_s, const Motion& motion, const Encoder& 
   support::HallSensors hall(turns_per_rad);
   return detected_s(duration_s, [&](double t) {
     hall.update(motion(t), counted(encoder(t, motion(t))));
-    return check.update(hall.reading());
+    return check.update(hall.reading(), kPeriod_s);
   });
 }
 double true_encoder(double /*t*/, double true_rad) { return true_rad; }
@@ -497,7 +650,7 @@ TEST(HallAgreement, HoldsWithHallSensorsThatSitTenDegreesOff) {
               hall.update(q, q);
               hal::RotorReading reading = hall.reading();
               reading.hall_turn += off(random);
-              return check.update(reading);
+              return check.update(reading, kPeriod_s);
             }));
 }
 
@@ -543,10 +696,10 @@ TEST(HallAgreement, LeavesDrivesAloneThatDoNotReportThem) {
                                [&](double t) {
                                  ++reading.number;
                                  reading.encoder_low_turn = reading.encoder_high_turn = 20 * t;
-                                 return check.update(reading);
+                                 return check.update(reading, kPeriod_s);
                                }))
       << "always the same angle";
-  EXPECT_EQ(kNever, detected_s(1, [&](double) { return check.update({}); })) << "none at all";
+  EXPECT_EQ(kNever, detected_s(1, [&](double) { return check.update({}, kPeriod_s); })) << "none at all";
 }
 
 TEST(HallAgreement, AHallSensorThatStopsInMotionIsSeen) {
@@ -558,7 +711,7 @@ TEST(HallAgreement, AHallSensorThatStopsInMotionIsSeen) {
     const double stopped = reading.hall_turn;
     reading = hall.reading();
     if (t > 2) reading.hall_turn = stopped;
-    return check.update(reading);
+    return check.update(reading, kPeriod_s);
   });
   EXPECT_GT(at_s, 2.0);
   EXPECT_LT(at_s, 2.3);

@@ -14,9 +14,11 @@
 #include <cerrno>
 #include <cstring>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "drivers/can/interface_bitrate.h"
+#include "drivers/packet_age.h"
 #include "tests/support/no_alloc_guard.h"
 
 namespace drivers::can {
@@ -29,6 +31,7 @@ struct CanSocket : testing::Test {
     int ends[2];
     EXPECT_EQ(::socketpair(AF_UNIX, SOCK_SEQPACKET, 0, ends), 0);
     other = ends[1];
+    stamp_packets(ends[0]);  // as of an interface
     socket.emplace(ends[0], "can7");
   }
   ~CanSocket() override { ::close(other); }
@@ -58,6 +61,19 @@ TEST_F(CanSocket, SendsAndReceivesWholeFrames) {
   EXPECT_EQ(socket->receive(frame, 1s), Received::kFrame);
   EXPECT_EQ(frame.can_id, 2U);
   EXPECT_EQ(frame.data[1], 100);
+}
+
+TEST_F(CanSocket, KnowsHowLongAFrameHadBeenThereBeforeItWasFetched) {
+  const auto begin = std::chrono::steady_clock::now();
+  arrives(frame_of(2, {1, 100, 6}));
+  const auto arrived = std::chrono::steady_clock::now();
+  std::this_thread::sleep_for(3ms);
+  can_frame frame{};
+  const auto waited = std::chrono::steady_clock::now() - arrived;
+  ASSERT_EQ(socket->receive(frame, 1s), Received::kFrame);
+  // The kernel stamps with the wall clock, which NTP slews by 500 ppm at most.
+  EXPECT_GE(socket->frame_age(), 0.99 * waited);
+  EXPECT_LE(socket->frame_age(), 1.01 * (std::chrono::steady_clock::now() - begin));
 }
 
 TEST_F(CanSocket, NothingComesAndTheDeadlineHolds) {

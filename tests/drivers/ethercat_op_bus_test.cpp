@@ -715,7 +715,7 @@ TEST_P(EveryFault, IsSurvivedAndRecoveredFromWithin2s) {
       EXPECT_EQ(counters.malformed, count);
       EXPECT_EQ(counters.lost, count);
       break;
-    case FaultKind::kCorrupt: EXPECT_EQ(counters.malformed + counters.late, count); break;
+    case FaultKind::kCorrupt: EXPECT_EQ(counters.malformed + counters.duplicate, count); break;
     case FaultKind::kWrongCounter: EXPECT_TRUE(noticed); break;
     case FaultKind::kDamageOnCable:
       EXPECT_EQ(counters.lost, count);

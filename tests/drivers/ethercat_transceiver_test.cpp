@@ -101,6 +101,20 @@ TEST_F(Exchange, ASecondAnswerIsADuplicate) {
   EXPECT_EQ(counters().late, 0U);
 }
 
+TEST_F(Exchange, OneAnswerToAFrameThatWasGivenUpIsLateAndCopiesAreDuplicates) {
+  EXPECT_FALSE(run());
+  const Bytes lost = answered(link.sent[0]);
+  echo();
+  ASSERT_TRUE(run());
+  const Bytes answered_before = answered(link.sent[1]);
+  ASSERT_TRUE(run());
+  for (const Bytes& frame : {lost, lost, answered_before}) link.incoming.push_back(frame);
+  ASSERT_TRUE(run());
+  EXPECT_EQ(counters().lost, 1U);
+  EXPECT_EQ(counters().late, 1U);
+  EXPECT_EQ(counters().duplicate, 2U);
+}
+
 TEST_F(Exchange, GarbageIsMalformedAndSkipped) {
   link.respond = [this](const Bytes& frame) {
     link.incoming.push_back(Bytes(5, 0xFF));

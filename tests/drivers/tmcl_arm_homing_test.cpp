@@ -118,6 +118,21 @@ TEST_F(TmclArmHoming, ReversedEncoderIsNoticed) {
   expect_refused(SequenceFault::kWrongDirection);
 }
 
+TEST_F(TmclArmHoming, AnArmThatStillSinksIsWaitedFor) {
+  drive.sinking_per_ms = 40;  // four times the speed of homing; 4000 ticks in all, 2.3 degrees
+  drive.sinking_share = 0.99;
+  EXPECT_EQ(home(), SequenceFault::kNone);
+  EXPECT_NEAR(drive.position, drive.stop_at, 2);
+}
+
+TEST_F(TmclArmHoming, AJointThatDoesNotComeToRestIsRefused) {
+  drive.sinking_per_ms = 1;
+  expect_refused(SequenceFault::kNotAtRest);
+  EXPECT_NEAR(took_ms, 5000, 20);
+  EXPECT_EQ(owner.outputs, (std::vector<DriveOutput>{kHoldStill, kStopMotor}))
+      << "it is told to move nowhere";
+}
+
 // At the first touch it looks like a stop; at the second it has given way.
 TEST_F(TmclArmHoming, ObstacleThatMovesIsNotTheStop) {
   ArmHoming homing(config);

@@ -56,6 +56,7 @@ class Module final : public tmcl::Transport {
     pending.pop_front();
     return reply;
   }
+  std::chrono::nanoseconds reply_age() const noexcept override { return age; }
   const std::string& name() const noexcept override { return name_; }
 
   tmcl::Reply answer(const tmcl::Request& request) {
@@ -77,6 +78,7 @@ class Module final : public tmcl::Transport {
   std::deque<std::pair<int, tmcl::Reply>> pending;  // with the poll from which on it is there
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::int32_t> values;
   std::string version = "1610V148";
+  std::chrono::nanoseconds age{};
   int latency = 0;
   int refuse_posts = 0;
 
@@ -97,7 +99,9 @@ class Drive final : public tmcl::Transport {
   bool blocked = false;
   bool dead = false;  // neither moves nor pushes
   bool reversed = false;
-  double sag_per_ms = 0;  // without current
+  double sag_per_ms = 0;      // without current
+  double sinking_per_ms = 0;  // whatever the drive does, slower by this share each ms:
+  double sinking_share = 1;
   int break_away_ms = 0;  // sticks so long when told to move from rest
   bool unsigned_current = true;
   // Commutation.
@@ -124,6 +128,8 @@ class Drive final : public tmcl::Transport {
     const auto per_ms = [](double rpm) { return rpm * 4000 / 60'000; };
     double velocity_rpm = 0;
     current_mA_ = 0;
+    position -= sinking_per_ms;
+    sinking_per_ms *= sinking_share;
     const bool may_move = flags().has(tmcl::StatusFlag::kInitialized) || firmware == tmcl::Firmware::k200;
     const bool held = flags().has(tmcl::StatusFlag::kTimeout) || flags().has(tmcl::StatusFlag::kI2tExceeded);
     if (output.mode == tmcl::ControllerMode::kVelocity && output.value != 0 && may_move && !held && !dead) {

@@ -88,10 +88,13 @@ TEST_F(TmclPolledDrive, ReadingsAreKnownACycleLaterWithTheTimeOfTheQuestion) {
   cycle(drive);
   EXPECT_FALSE(answered);
   EXPECT_FALSE(drive.position_is_fresh());
+  module.age = 700us;
   cycle(drive);
+  module.age = {};
   EXPECT_TRUE(answered);
   EXPECT_TRUE(drive.position_is_fresh());
   EXPECT_EQ(drive.stamp(), 100ms);
+  EXPECT_EQ(drive.position_age(), 700us) << "and when it was answered";
   EXPECT_EQ(drive.input().position_ticks, -1234);
   EXPECT_EQ(drive.input().current_mA, 700);
   cycle(drive);

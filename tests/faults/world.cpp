@@ -103,6 +103,8 @@ World::World(Machine machine, std::uint64_t seed, Sabotage sabotage)
     master_.hand = std::make_unique<sim::Hand>(sim::HandParameters{.travel = sim::GripTravel{}});
 }
 
+const World* World::captured_ = nullptr;
+
 World::~World() {
   kill_daemon();
   setrlimit(RLIMIT_FSIZE, &file_limit_);  // also when an exception ended the script
@@ -115,8 +117,9 @@ void World::open_devices() {
   robot_.emulation = emulation_;
   robot_.manipulator = {emulation_, emulation_->manipulator()};
   robot_.truth = &emulation_->pose();
-  robot_.capture = std::make_unique<drivers::ethercat::PcapRing>(drivers::ethercat::PcapRing::Options{
-      .interface = "emulated", .frames = 2000, .clock = [this] { return now(); }});
+  robot_.capture = std::make_unique<drivers::ethercat::PcapRing>(
+      drivers::ethercat::PcapRing::Options{.interface = "emulated", .frames = 2000, .clock = captured_now});
+  captured_ = this;
   hal::EthercatOptions options = config_.robot.ethercat;
   options.tap = robot_.capture.get();
   robot_.robot = hal::make_ethercat_robot(

@@ -136,6 +136,10 @@ class World final : public hal::Clock {
   std::function<void()> each_period{};  ///< for what acts on the mechanics all the time
 
  private:
+  /// Of the world whose devices were opened last; a capture's clock has no other context.
+  static nanoseconds captured_now() noexcept { return captured_->now(); }
+  static const World* captured_;
+
   struct Left {
     nanoseconds at{};
     std::uint64_t connection = 0;

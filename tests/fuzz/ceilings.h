@@ -32,6 +32,8 @@ inline void check_ceilings(const youbotd::Config& set, const youbotd::Config& fi
   no_more([](const Config& c) { return c.teleoperation.feedback.force_limit_N; });
   require(set.cycle.controller.damping[0] >= file.cycle.controller.damping[0]);
   require(set.cycle.controller.damping[2] >= file.cycle.controller.damping[2]);
+  require(!set.cycle.controller.compensate_friction || file.cycle.controller.compensate_friction);
+  require(!set.teleoperation.force_feedback || file.teleoperation.force_feedback);
   require(set.teleoperation.tank.active || !file.teleoperation.tank.active);
   require(set.teleoperation.detect_release || !file.teleoperation.detect_release);
 }

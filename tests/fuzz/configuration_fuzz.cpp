@@ -26,7 +26,8 @@ void check_ranges(const Config& config) {
   using std::chrono_literals::operator""s;
   const youbotd::Cycle::Config& cycle = config.cycle;
   require(cycle.period >= 1ms && cycle.period <= 10ms);
-  require(cycle.command_timeout >= 2 * cycle.period && cycle.command_timeout <= 2s);
+  require(cycle.command_timeout >= 2 * cycle.period && cycle.command_timeout <= 2s &&
+          cycle.command_timeout <= config.commander_timeout);
   require(config.commander_timeout >= 300ms && config.commander_timeout <= 10s);
   require(config.robot.ethercat.frame_timeout.count() > 0 &&
           config.robot.ethercat.frame_timeout <= cycle.command_timeout);

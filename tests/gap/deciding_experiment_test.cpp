@@ -9,6 +9,7 @@
 
 #include "identification/experiments/joint_experiment.h"
 #include "identification/experiments/steady_state.h"
+#include "identification/experiments/torque_wave.h"
 #include "identification/gap/bench_experiments.h"
 #include "identification/gap/gap.h"
 #include "tests/gap/gap_cases.h"
@@ -76,6 +77,48 @@ Answers ask_twice(const Drive& drive, const model::effects::DriveModel& base, st
   data.push_back({"deciding.csv", carry_out(drive, *made(*spot->shown_by, answers.before), 4)});
   answers.after = identification::gap::analyse(base, data, {});
   return answers;
+}
+
+/// A torque of one size that does not break the joint away, after constant speeds.
+std::vector<Source> rests_under_one_torque(const Drive& drive) {
+  std::vector<Source> data{fast_speeds(drive)};
+  for (std::uint64_t seed = 5; seed < 8; ++seed) {
+    identification::experiments::TorqueWave wave(
+        {.waveform = "sine", .peak_Nm = 0.35 * drive.plant.coulomb_Nm, .lowest_Hz = 1, .periods = 20},
+        HiddenPlant::kSample_s);
+    data.push_back({"rest-" + std::to_string(seed) + ".csv", carry_out(drive, wave, seed)});
+  }
+  return data;
+}
+
+// A joint that gives under one size of torque rests on bristles or on a spring. What is asked for is carried
+// out on a hidden drive whose friction contact gives: its name is left alone.
+TEST(DecidingExperiment, OfTwoNamesTheRightOneIsLeft) {
+  for (const double deadband_share : {0.0, 0.2}) {
+    Drive drive;
+    drive.effects.contact_rad_per_Nm = 0.05;
+    drive.effects.deadband_Nm = deadband_share * drive.plant.coulomb_Nm;
+    model::effects::DriveModel base;
+    base.inertia_kg_m2 = drive.plant.inertia_kg_m2;
+    base.encoder_ticks_per_rev = drive.sensors.encoder_ticks_per_rev;
+    base.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", drive.plant.coulomb_Nm}}),
+                    model::effects::make_effect(
+                        "viscous", {{"coefficient_Nm_s_per_rad", drive.plant.viscous_Nm_s_per_rad}})};
+    std::vector<Source> data = rests_under_one_torque(drive);
+    const Result before = identification::gap::analyse(base, data, {});
+    const auto* const either = found(before, "presliding");
+    ASSERT_NE(either, nullptr) << words(before);
+    ASSERT_EQ(either->equivalent, std::vector<std::string>{"elasticity"}) << words(before);
+    EXPECT_NE(before.verdict, identification::gap::Verdict::kExplained) << words(before);
+    ASSERT_TRUE(either->decided_by) << words(before);
+    data.push_back({"deciding.csv", carry_out(drive, *made(*either->decided_by, before), 4)});
+    const Result after = identification::gap::analyse(base, data, {});
+    const auto* const one = found(after, "presliding");
+    ASSERT_NE(one, nullptr) << words(before) << words(after);
+    EXPECT_EQ(model::effects::name_of(one->effect), "presliding") << words(after);
+    EXPECT_TRUE(one->equivalent.empty()) << words(before) << words(after);
+    EXPECT_EQ(found(after, "elasticity"), nullptr) << words(after);
+  }
 }
 
 // Whether friction falls from rest on is nothing that fast speeds show. What is asked for is carried out on a

@@ -1,4 +1,4 @@
-// What is delivered is never worse than what was given, on data that judged it.
+// What is delivered is never worse than what was given, on data that judged it, and so is what is said of it.
 #include "identification/gap/delivery.h"
 
 #include <gtest/gtest.h>
@@ -101,6 +101,67 @@ TEST(Delivery, WhatHeldOnlyInTheSearchedRecordingIsNotDelivered) {
   EXPECT_TRUE(std::ranges::any_of(result.notes, [](const std::string& note) {
     return note.find("keep their values") != std::string::npos;
   }));
+}
+
+/// What no effect of the library is: something turns with the drive at 2.3 Hz, wherever the joint is.
+double shakes(double time_s, double /*velocity*/) {
+  return 0.012 * std::sin(2 * std::numbers::pi * 2.3 * time_s);
+}
+
+using identification::gap::Verdict;
+
+TEST(Verdict, IsOfTheHeldOutDataAndSaysWhereTheOthersDisagree) {
+  const auto motion = [](unsigned seed, bool shaken) {
+    const std::string name = std::to_string(seed) + ".csv";
+    const double side = seed % 2 == 0 ? -1 : 1;
+    return shaken ? fast_motion(name, seed, side, shakes) : fast_motion(name, seed, side);
+  };
+  for (const bool searched : {false, true}) {
+    for (const bool held_out : {false, true}) {
+      const Result result = analyse(given(), {motion(1, searched), motion(2, searched)},
+                                    {motion(3, held_out), motion(4, held_out)});
+      EXPECT_TRUE(result.effects.empty());
+      EXPECT_EQ(result.verdict, held_out ? Verdict::kUnexplained : Verdict::kNoGap);
+      EXPECT_EQ(result.unexplained.empty(), !held_out);
+      EXPECT_EQ(result.unexplained_searched.empty(), !searched);
+      EXPECT_EQ(result.disagreement.empty(), searched == held_out) << result.disagreement;
+    }
+  }
+}
+
+/// Half a second of each recording judges.
+TEST(Verdict, OfShortRecordingsHasTheWeightOfThoseSearched) {
+  const auto first_seconds = [](Source source, std::size_t rows) {
+    for (auto& column : source.recording.columns) column.values.resize(rows);
+    return source;
+  };
+  const auto bends = [](double /*time_s*/, double v) { return 0.03 * std::sin(4 * v); };
+  for (const bool bent : {false, true}) {
+    std::vector<Source> data;
+    for (unsigned seed = 1; seed < 5; ++seed)
+      data.push_back(first_seconds(fast_motion(std::to_string(seed) + ".csv", seed, seed % 2 == 0 ? -1 : 1,
+                                               bent ? bends : std::function<double(double, double)>()),
+                                   1500));
+    const Result result = analyse(given(), data, {});
+    EXPECT_EQ(result.verdict == Verdict::kNoGap, !bent);
+    EXPECT_EQ(result.disagreement, "");
+  }
+}
+
+TEST(HeldOut, ListsWhatJudgedAndNothingElse) {
+  const std::vector<Source> data{fast_motion("a.csv", 1, 1), fast_motion("b.csv", 2, -1)};
+  const std::vector<Source> held_out{fast_motion("c.csv", 3, 1), fast_motion("d.csv", 4, -1)};
+  EXPECT_EQ(analyse(given(), data, held_out).held_out, (std::vector<std::string>{"c.csv", "d.csv"}));
+  // Of 24 s, from 65 % on.
+  EXPECT_EQ(analyse(given(), data, {}).held_out,
+            (std::vector<std::string>{"a.csv, 15.60 s to 20.40 s", "b.csv, 15.60 s to 20.40 s"}));
+  // A third of all rows is enough: 4 of 12 excerpts of four seconds, of which no two touch.
+  identification::gap::Options options;
+  options.enough = {.rows = 16'000, .samples = 16'000};
+  const Result part = analyse(given(), data, held_out, options);
+  ASSERT_EQ(part.held_out.size(), 2U);
+  for (const std::string& name : part.held_out)
+    EXPECT_NE(name.find(".csv, 2 stretches, 8.00 s in all"), std::string::npos) << name;
 }
 
 }  // namespace delivery_test

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
+#include <random>
 #include <string>
 #include <vector>
 
@@ -105,4 +107,41 @@ TEST(Gap, WhatIsNoEffectOfTheLibraryIsNotCalledOne) {
 }
 
 }  // namespace gap_test
+/// A wheel that turns on and on: thousands of radians, and a ripple that a short stretch does not resolve.
+TEST(GapSearch, CoggingIsFoundOverHundredsOfTurns) {
+  constexpr double kPeriods = 26;
+  constexpr double kAmplitude_Nm = 4e-3;
+  constexpr double kPeriod_s = 2e-3;
+  const auto turning = [&](const std::string& name, unsigned seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> noise(0, 2e-3);
+    identification::gap::Source source{.name = name, .recording = {}};
+    std::vector<double> time, position, torque;
+    double at_rad = 0;
+    for (int i = 0; i < 200'000; ++i) {
+      const double t = i * kPeriod_s;
+      const double v = 5 + 4 * std::sin(0.3 * t + seed);
+      const double a = 1.2 * std::cos(0.3 * t + seed);
+      time.push_back(t);
+      position.push_back(at_rad);
+      torque.push_back(0.01 * a + 0.05 + 0.01 * v + kAmplitude_Nm * std::sin(kPeriods * at_rad + 0.4) +
+                       noise(random));
+      at_rad += (v + 0.5 * a * kPeriod_s) * kPeriod_s;
+    }
+    source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
+    return source;
+  };
+  model::effects::DriveModel base{.name = "wheel", .inertia_kg_m2 = 0.01};
+  base.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", 0.05}}),
+                  model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.01}})};
+  const identification::gap::Result result =
+      identification::gap::analyse(base, {turning("a.csv", 1)}, {turning("b.csv", 2)});
+  EXPECT_EQ(result.verdict, identification::gap::Verdict::kExplained);
+  ASSERT_EQ(result.effects.size(), 1U);
+  ASSERT_EQ(model::effects::name_of(result.effects[0].effect), "cogging");
+  EXPECT_NEAR(model::effects::parameter_of(result.effects[0].effect, "periods_per_rev"), kPeriods, 1e-4);
+  EXPECT_NEAR(model::effects::parameter_of(result.effects[0].effect, "amplitude_Nm"), kAmplitude_Nm, 3e-4);
+  EXPECT_GT(result.effects[0].held_out_gain, 0);
+}
+
 }  // namespace gap_test

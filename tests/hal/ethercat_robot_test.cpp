@@ -17,6 +17,7 @@
 #include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
+#include "hal/youbot_axes.h"
 #include "sim/bus/bus_link.h"
 #include "sim/bus/sii_image.h"
 #include "tests/hal/ethercat_rig.h"
@@ -875,6 +876,40 @@ TEST(EthercatRobot, LateAnswersOfASimulatedBusAreNoLostFrames) {
   };
   EXPECT_EQ(drive(drivers::ethercat::kSimulatedMark), Fault::kNone);
   EXPECT_EQ(drive("youBot"), Fault::kFrameLoss);
+}
+
+/// The fault that such answers of a simulated bus end with within a second, the window of losses.
+Fault drive_simulated(std::vector<FaultEvent> faults) {
+  sim::bus::YoubotBusOptions bus =
+      Rig::options(EthercatOptions::Kind::kBase, Firmware::k148, std::move(faults));
+  bus.mark = drivers::ethercat::kSimulatedMark;
+  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  rig.robot->activate();
+  rig.enable();
+  rig.command_all_velocity(2.0);
+  rig.run_until([&] { return rig.emulation.wire().now() >= 7000ms; });
+  return rig.status.fault;
+}
+
+/// A quarter of the answers is lost, and the others come twice.
+TEST(EthercatRobot, OnASimulatedBusASecondAnswerExcusesNoLoss) {
+  std::vector<FaultEvent> faults;
+  for (int n = 0; n < 375; ++n) {
+    faults.push_back({.kind = FaultKind::kDropReply, .at = 6s + n * 4ms});
+    faults.push_back({.kind = FaultKind::kDuplicate, .at = 6001ms + n * 4ms, .count = 3});
+  }
+  EXPECT_EQ(drive_simulated(std::move(faults)), Fault::kFrameLoss);
+}
+
+/// A hold-up of 90 cycles whose answers all come later, and then as many lost answers as are allowed.
+TEST(EthercatRobot, OnASimulatedBusALateAnswerExcusesItsOwnCycleAlone) {
+  const auto drive = [](int lost) {
+    std::vector<FaultEvent> faults{{.kind = FaultKind::kDelay, .at = 6s, .count = 90, .delay = 25ms}};
+    for (int n = 0; n < lost; ++n) faults.push_back({.kind = FaultKind::kDropReply, .at = 6200ms + n * 2ms});
+    return drive_simulated(std::move(faults));
+  };
+  EXPECT_EQ(drive(190), Fault::kNone);
+  EXPECT_EQ(drive(205), Fault::kFrameLoss);
 }
 
 TEST(EthercatRobot, AConfiguredToleranceHoldsOnASimulatedBusToo) {

@@ -94,6 +94,17 @@ TEST(Effects, CoulombStribeckAndViscousMakeTheKineticFrictionModel) {
   EXPECT_NEAR(level(wheel, 10), 0.03718 + 0.1898, 1e-12);
 }
 
+// Hess and Soom: half of it is left at vs, a fifth at twice and a tenth at three times that with an exponent
+// of 2. Towards no tail at all the curve becomes the exponential one.
+TEST(Effects, AStribeckCurveMayFallSlowly) {
+  using model::effects::Stribeck;
+  EXPECT_DOUBLE_EQ(Stribeck::shape(0.3, 0.3, 2, 1), 0.5);
+  EXPECT_DOUBLE_EQ(Stribeck::shape(0.6, 0.3, 2, 1), 0.2);
+  EXPECT_NEAR(Stribeck::shape(0.9, 0.3, 2, 1), 0.1, 1e-12);
+  EXPECT_DOUBLE_EQ(Stribeck::shape(0, 0.3, 2, 1), 1);
+  EXPECT_NEAR(Stribeck::shape(0.5, 0.3, 1.3, 1e-6), Stribeck::shape(0.5, 0.3, 1.3), 1e-5);
+}
+
 TEST(Effects, AnAsymmetryIsHalfTheDifferenceBetweenTheDirections) {
   const std::vector<AnyEffect> drive = {
       make_effect("coulomb", {{"torque_Nm", 0.04}}),

@@ -82,7 +82,8 @@ struct Ending {
 class BaseRun {
  public:
   static constexpr auto kWindow = kBaseWindow;
-  BaseRun(const Start& start, const Conditions& conditions) : rig_(parameters(conditions.seed)) {
+  BaseRun(const Start& start, const Conditions& conditions)
+      : rig_(parameters(conditions.seed), conditions.off) {
     rig_.bus.hold_up(support::LateAnswers(conditions.late, conditions.seed));
     const Motion motion = start.motion;
     rig_.motion.tell(control::PlanarVector::Zero());
@@ -115,7 +116,8 @@ class ArmRun {
  public:
   static constexpr auto kWindow = kArmWindow;
   ArmRun(const Start& start, const Conditions& conditions)
-      : random_(conditions.seed + static_cast<std::uint32_t>(start.variant)), rig_(scene(conditions.seed)) {
+      : random_(conditions.seed + static_cast<std::uint32_t>(start.variant)),
+        rig_(scene(conditions.seed), conditions.off) {
     rig_.bus.hold_up(support::LateAnswers(conditions.late, conditions.seed));
     const Motion motion = start.motion;
     if (motion == Motion::kApproach) {

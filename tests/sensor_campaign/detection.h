@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "control/plausibility/checks.h"
 #include "tests/sensor_campaign/sensor_faults.h"
 
 namespace sensor_campaign {
@@ -56,6 +57,7 @@ struct DetectionCase {
 struct Conditions {
   std::uint32_t seed = 1;
   std::chrono::nanoseconds late{};  ///< each answer comes up to so much later than on a quick bus
+  control::ChecksOff off{};
 };
 
 /// Every fault at every joint in every motion.

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -56,8 +57,17 @@ void run_detection(const Conditions& conditions, const std::string& only) {
       }
 }
 
+control::ChecksOff without(const std::vector<std::string>& names) {
+  const auto& known = control::kPlausibilityCheckNames;
+  control::ChecksOff off;
+  for (const std::string& name : names)
+    off.add(static_cast<control::PlausibilityCheck>(std::ranges::find(known, name) - known.begin()));
+  return off;
+}
+
 /// True: without false alarm.
-bool run_soak(double hours, std::uint32_t seed, const std::string& only, bool busy) {
+bool run_soak(double hours, std::uint32_t seed, const std::string& only, bool busy,
+              const control::ChecksOff& off) {
   SoakResult sum;
   sum.scenario = "all";
   std::printf("Soak, seed %u\n\n%-36s %7s %6s %12s %10s\n", seed, "scenario", "hours", "runs", "false alarms",
@@ -66,7 +76,7 @@ bool run_soak(double hours, std::uint32_t seed, const std::string& only, bool bu
     std::printf("%-36s %7.2f %6d %12d %10d\n", row.scenario.c_str(), row.hours, row.runs, row.false_alarms,
                 row.other_ends);
   };
-  for (const SoakResult& row : soak(hours, seed, only, busy)) {
+  for (const SoakResult& row : soak(hours, seed, only, busy, off)) {
     print_row(row);
     for (const std::string& alarm : row.alarms) std::printf("    %s\n", alarm.c_str());
     sum.hours += row.hours;
@@ -90,6 +100,7 @@ int main(int argc, char** argv) {
   double hours = 10.0;
   std::uint32_t seed = 1;
   std::string only;
+  std::vector<std::string> off;
   app.add_flag("--detect", detect, "every fault of a sensor, at every joint, in every motion");
   app.add_flag("--soak", soak, "hours with true sensors; exit code 1 after a false alarm");
   app.add_option("--late", late_ms, "of the detection: each answer comes up to so many ms late")
@@ -98,10 +109,16 @@ int main(int argc, char** argv) {
   app.add_option("--hours", hours, "of the soak, in virtual time")->check(CLI::Range(0.001, 10'000.0));
   app.add_option("--seed", seed, "equal seeds give equal results");
   app.add_option("--only", only, "the fault, or the soak's scenario, of this name");
+  app.add_option("--off", off, "without this check; hall_agreement: as where no Hall sensors are read")
+      ->check(CLI::IsMember(std::vector<std::string>(control::kPlausibilityCheckNames.begin(),
+                                                     control::kPlausibilityCheckNames.end())));
   return apps::run_app(app, argc, argv, [&] {
     if (!detect && !soak) throw CLI::RequiredError("--detect or --soak");
-    if (detect) sensor_campaign::run_detection({seed, std::chrono::milliseconds(late_ms)}, only);
-    const bool quiet = !soak || sensor_campaign::run_soak(hours, seed, only, busy);
+    if (detect)
+      sensor_campaign::run_detection(
+          {seed, std::chrono::milliseconds(late_ms), sensor_campaign::without(off)}, only);
+    const bool quiet =
+        !soak || sensor_campaign::run_soak(hours, seed, only, busy, sensor_campaign::without(off));
     // What a robot's watch found, printed when it was found.
     const bool safe = !testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed();
     return quiet && safe ? 0 : 1;

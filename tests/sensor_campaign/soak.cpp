@@ -176,6 +176,12 @@ std::vector<Scenario> scenarios() {
   };
 }
 
+/// What all runs share.
+struct Machine {
+  bool busy;
+  control::ChecksOff off;
+};
+
 /// What is written down of one run.
 void count(SoakResult& result, bool false_alarm, bool other_end, const std::string& words) {
   ++result.runs;
@@ -184,12 +190,13 @@ void count(SoakResult& result, bool false_alarm, bool other_end, const std::stri
   if (false_alarm) result.alarms.push_back(words);
 }
 
-void run_base(const Scenario& scenario, double duration_s, bool busy, Random& random, SoakResult& result) {
+void run_base(const Scenario& scenario, double duration_s, const Machine& machine, Random& random,
+              SoakResult& result) {
   sim::BaseParameters parameters;
   parameters.noise_seed = random.engine()();
   scenario.base(parameters, random);
-  BaseRig rig(parameters);
-  if (busy) rig.bus.hold_up(support::BusyMachine(random.engine()()));
+  BaseRig rig(parameters, machine.off);
+  if (machine.busy) rig.bus.hold_up(support::BusyMachine(random.engine()()));
   rig.motion.tell(control::PlanarVector::Zero());
   rig.run(200ms);
   drive(rig, random, duration_s, scenario.push_N);
@@ -199,12 +206,13 @@ void run_base(const Scenario& scenario, double duration_s, bool busy, Random& ra
   result.hours += hal::seconds(rig.clock.now()) / 3600;
 }
 
-void run_robot(const Scenario& scenario, double duration_s, bool busy, Random& random, SoakResult& result) {
+void run_robot(const Scenario& scenario, double duration_s, const Machine& machine, Random& random,
+               SoakResult& result) {
   teleop_rig::Scene scene = teleop_rig::unfolded_scene();
   scene.robot.wheels.noise_seed = random.engine()();
   scenario.scene(scene, random);
-  ArmRig rig(scene);
-  if (busy) rig.bus.hold_up(support::BusyMachine(random.engine()()));
+  ArmRig rig(scene, machine.off);
+  if (machine.busy) rig.bus.hold_up(support::BusyMachine(random.engine()()));
   if (rig.reach(control::TeleopPhase::kOperating)) lead(rig, random, duration_s);
   if (!rig.over()) {
     rig.cycle.request_stop();
@@ -216,14 +224,14 @@ void run_robot(const Scenario& scenario, double duration_s, bool busy, Random& r
   result.hours += hal::seconds(rig.clock.now()) / 3600;
 }
 
-SoakResult run_piece(const Scenario& scenario, double duration_s, bool busy,
+SoakResult run_piece(const Scenario& scenario, double duration_s, const Machine& machine,
                      std::array<std::uint32_t, 3> seed) {
   std::seed_seq sequence(seed.begin(), seed.end());
   Random random(sequence);
   SoakResult result;
   while (duration_s - 3600 * result.hours > kShortestPiece_s) {
     const double left_s = std::min(duration_s - 3600 * result.hours, 60.0);
-    (scenario.base ? run_base : run_robot)(scenario, left_s, busy, random, result);
+    (scenario.base ? run_base : run_robot)(scenario, left_s, machine, random, result);
   }
   return result;
 }
@@ -238,7 +246,8 @@ void add(SoakResult& total, const SoakResult& piece) {
 
 }  // namespace
 
-std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only, bool busy) {
+std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only, bool busy,
+                             const control::ChecksOff& off) {
   const std::vector<Scenario> all = scenarios();
   std::vector<std::uint32_t> chosen;
   for (std::uint32_t i = 0; i < all.size(); ++i)
@@ -251,7 +260,7 @@ std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string
   identification::gap::in_parallel(each.size(), [&](std::size_t i) {
     const std::uint32_t scenario = chosen[i % chosen.size()];
     const auto piece = static_cast<std::uint32_t>(i / chosen.size());
-    each[i] = run_piece(all[scenario], piece_s, busy, {seed, scenario, piece});
+    each[i] = run_piece(all[scenario], piece_s, {busy, off}, {seed, scenario, piece});
   });
   std::vector<SoakResult> results(chosen.size());
   for (std::size_t s = 0; s < chosen.size(); ++s) {

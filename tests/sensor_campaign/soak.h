@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "control/plausibility/checks.h"
+
 namespace sensor_campaign {
 
 struct SoakResult {
@@ -20,6 +22,6 @@ struct SoakResult {
 /// @param only the scenario of this name; empty: all. @throws std::invalid_argument where there is none.
 /// @param busy the machine holds up both ends of the bus.
 std::vector<SoakResult> soak(double hours, std::uint32_t seed, const std::string& only = {},
-                             bool busy = false);
+                             bool busy = false, const control::ChecksOff& off = {});
 
 }  // namespace sensor_campaign

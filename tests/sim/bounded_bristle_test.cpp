@@ -94,4 +94,39 @@ TEST(BoundedBristle, NoClosedMotionGainsEnergyFromIt) {
   }
 }
 
+TEST(BoundedBristle, BendsOverAsLuGresDoes) {
+  BoundedBristle bristle({.stiffness = 250, .damping = 0, .exponent = 1});
+  double force = 0;
+  // From rest, 3 mrad:  F = Fc·(1 − exp(−σ0·x/Fc)).
+  for (int i = 0; i < 30; ++i) force = bristle.step(0.1, 0.1, 1e-3);
+  EXPECT_NEAR(force, 0.1 * (1 - std::exp(-7.5)), 1e-14);
+  // The level sinks by half: the excess fades over the same kind of way.
+  const double excess = force - 0.05;
+  for (int i = 0; i < 4; ++i) force = bristle.step(0.1, 0.05, 1e-3);
+  EXPECT_NEAR(force, 0.05 + excess * std::exp(-250 * 4e-4 / 0.05), 1e-14);
+  // Back: from F₀ towards −Fc.
+  const double turned = force;
+  for (int i = 0; i < 5; ++i) force = bristle.step(-0.1, 0.05, 1e-3);
+  EXPECT_NEAR(force, -0.05 + (turned + 0.05) * std::exp(-250 * 5e-4 / 0.05), 1e-14);
+}
+
+TEST(BoundedBristle, BentOverItsDamperWorksOnItsDeflection) {
+  BoundedBristle bristle({.stiffness = 250, .damping = 2, .exponent = 1});
+  // At first the deflection moves with the joint; sliding it rests.
+  EXPECT_NEAR(bristle.step(0.1, 1.0, 1e-7), 2 * 0.1, 1e-5);
+  double force = 0;
+  for (int i = 0; i < 1000; ++i) force = bristle.step(0.1, 0.1, 1e-3);
+  EXPECT_NEAR(force, 0.1, 1e-12);
+}
+
+TEST(BoundedBristle, ASmallExponentIsNearlyNone) {
+  BoundedBristle straight({.stiffness = 250, .damping = 0});
+  BoundedBristle bent({.stiffness = 250, .damping = 0, .exponent = 1e-6});
+  for (int i = 0; i < 2000; ++i) {
+    const double velocity = 0.5 * std::sin(0.05 * i);
+    const double bound = 0.08 + 0.03 * std::cos(0.017 * i);
+    ASSERT_NEAR(straight.step(velocity, bound, 1e-3), bent.step(velocity, bound, 1e-3), 1e-4) << i;
+  }
+}
+
 }  // namespace bounded_bristle_test

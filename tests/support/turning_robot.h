@@ -27,7 +27,7 @@ class TurningRobot final : public hal::Robot {
   void activate() override {}
   void deactivate() noexcept override {}
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
-    sample.stamp = clock_.now();
+    sample.stamp = sample.earliest = sample.latest = clock_.now();
     sample.enabled = command.enable;
     was_enabled = was_enabled || command.enable;
     for (std::size_t i = 0; i < joints_.size(); ++i) {

@@ -1,0 +1,55 @@
+/// @file
+/// Whether a joint has certainly turned faster than it may, where the times of its samples are known within
+/// bounds.
+#pragma once
+#include <algorithm>
+#include <cmath>
+
+namespace control {
+
+/// When a sample was taken, for certain (hal::RobotSample), on one clock.
+struct SampleBounds {
+  double earliest_s = 0.0;
+  double latest_s = 0.0;
+};
+
+/// A joint that keeps its limit L needs a time of (p_j - p_i)/L between any two of its samples. With
+///   t_j = max(earliest_j, t_i + (p_j - p_i)/L)
+/// each sample is given the soonest time that all before it allow. Once that is later than the latest time
+/// which it can have been taken at, no times within the bounds explain the way, and the other way round. The
+/// same in the negative direction. Cycle: all but construction.
+class SpeedProof {
+ public:
+  SpeedProof() = default;
+  explicit SpeedProof(double limit_rad_per_s) : limit_rad_per_s_(limit_rad_per_s) {}
+
+  /// What came before is forgotten: the angles count from elsewhere.
+  void restart() noexcept { known_ = false; }
+  /// With each new sample.
+  void update(double position_rad, const SampleBounds& taken) noexcept {
+    const double least_s = known_ ? (position_rad - position_rad_) / limit_rad_per_s_ : 0.0;
+    forward_s_ = known_ ? std::max(taken.earliest_s, forward_s_ + least_s) : taken.earliest_s;
+    backward_s_ = known_ ? std::max(taken.earliest_s, backward_s_ - least_s) : taken.earliest_s;
+    position_rad_ = position_rad;
+    latest_s_ = taken.latest_s;
+    known_ = true;
+  }
+  bool too_fast() const noexcept { return forward_s_ > latest_s_ || backward_s_ > latest_s_; }
+
+ private:
+  double limit_rad_per_s_ = 1.0;
+  bool known_ = false;
+  double position_rad_ = 0.0;
+  double forward_s_ = 0.0;   // t of the last sample
+  double backward_s_ = 0.0;  // likewise
+  double latest_s_ = 0.0;
+};
+
+/// A velocity from a filter is wrong where the time of a sample is: what it says is too fast has to be
+/// proven. What is not a number is too fast.
+inline bool is_too_fast(double filtered_rad_per_s, double limit_rad_per_s, const SpeedProof& proof) noexcept {
+  if (std::abs(filtered_rad_per_s) <= limit_rad_per_s) return false;
+  return std::isnan(filtered_rad_per_s) || proof.too_fast();
+}
+
+}  // namespace control
