@@ -25,7 +25,7 @@ constexpr double kFollowsOverBand = 0.4;
 constexpr double kShortestFlightInBand = 0.5;
 
 /// The motor between two samples, from position and velocity at both.
-struct Stretch {
+struct MotorStretch {
   double x0, v0, x1, v1, period_s;
 
   double position(double share) const {
@@ -41,7 +41,7 @@ struct Stretch {
     return (a + share * (2 * (3 * d - 2 * a - b) + share * 3 * (a + b - 2 * d))) / period_s;
   }
 };
-Stretch stretch_before(const Signals& s, std::size_t i) {
+MotorStretch stretch_before(const Signals& s, std::size_t i) {
   return {s.position_rad[i - 1], s.velocity_rad_per_s[i - 1], s.position_rad[i], s.velocity_rad_per_s[i],
           s.period_s};
 }
@@ -86,7 +86,7 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
   double position = s.position_rad[0];
   double velocity = s.velocity_rad_per_s[0];
   for (std::size_t i = 1; i < s.size(); ++i) {
-    const Stretch motor = stretch_before(s, i);
+    const MotorStretch motor = stretch_before(s, i);
     const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
     const double falling = -pulls.load_Nm[i] / inertia * dt;
     double acceleration = 0;  // that the motor gives to the load, mean
@@ -152,7 +152,7 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
   double motor_x = x;
   double motor_v = v;
   for (std::size_t i = 1; i < s.size(); ++i) {
-    const Stretch measured = stretch_before(s, i);
+    const MotorStretch measured = stretch_before(s, i);
     const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
     const double drive_before = pulls.drive_Nm[i - 1] - pulls.motor_Nm[i - 1];
     const double drive_rise = pulls.drive_Nm[i] - pulls.motor_Nm[i] - drive_before;
