@@ -120,9 +120,9 @@ TEST(SettingBounds, ASwitchGoesOneWay) {
   for (const auto& [key, rule] : documented()) {
     if (rule != "not on" && rule != "not off") continue;
     const std::size_t dot = key.rfind('.');
+    const std::string line = '[' + key.substr(0, dot) + "]\n" + key.substr(dot + 1) + " = ";
     const auto file_with = [&](const char* value) {
-      return directory.write("file.toml",
-                             '[' + key.substr(0, dot) + "]\n" + key.substr(dot + 1) + " = " + value + '\n');
+      return directory.write("file.toml", line + value + '\n');
     };
     EXPECT_EQ(takes(file_with("false"), key, "true"), rule == "not off") << key;
     EXPECT_EQ(takes(file_with("true"), key, "false"), rule == "not on") << key;
