@@ -52,8 +52,7 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   }
 
   RobotSample measured;
-  measured.stamp = measured.earliest = measured.latest = clock_.now();
-  catch_up(measured.stamp);
+  measured.stamp = measured.earliest = measured.latest = catch_up(clock_.now());
   plant_.measure(std::span(measured.joints).first(joints_.size()));
 
   if (!command.enable) latched_ = {};
@@ -76,15 +75,16 @@ void LoopbackRobot::advance(std::chrono::nanoseconds duration) noexcept {
   plant_.advance(std::span(applied_.joints).first(joints_.size()), enabled_, duration);
 }
 
-void LoopbackRobot::catch_up(std::chrono::nanoseconds now) noexcept {
+std::chrono::nanoseconds LoopbackRobot::catch_up(std::chrono::nanoseconds now) noexcept {
   // Simulated and real time keep in step over all: a wake-up that is late by less than a period is jitter,
   // and what it is late by is not counted a second time by the next.
   const std::chrono::nanoseconds expected = next_exchange_.value_or(now);
-  const auto skipped = std::min<std::int64_t>((now - expected) / period_, kMaxPeriods - 1);
+  const auto skipped = std::clamp<std::int64_t>((now - expected) / period_, 0, kMaxPeriods - 1);
   if (skipped > 0) advance(skipped * period_);
   const bool lost_the_thread = now - expected >= kMaxPeriods * period_ || now < expected - period_;
-  next_exchange_ =
-      (lost_the_thread ? now : expected + std::max<std::int64_t>(skipped, 0) * period_) + period_;
+  const std::chrono::nanoseconds simulated = lost_the_thread ? now : expected + skipped * period_;
+  next_exchange_ = simulated + period_;
+  return simulated;
 }
 
 RobotCommand LoopbackRobot::within_limits(RobotCommand command) const noexcept {

@@ -13,7 +13,8 @@ namespace hal {
 
 /// Each exchange() measures, then lets one period pass with the command applied, as a bus does: the sample
 /// answers the previous command. When the clock shows that cycles were skipped, the previous command first
-/// acts through them (kMaxPeriods an exchange at most, so that a debugger's stop is not simulated).
+/// acts through them (kMaxPeriods an exchange at most, so that a debugger's stop is not simulated). A
+/// sample's stamp is the time that the plant has come to, less than a period from that of the exchange.
 class LoopbackRobot final : public Robot {
  public:
   static constexpr int kMaxPeriods = 100;
@@ -32,7 +33,8 @@ class LoopbackRobot final : public Robot {
   CycleStatus check(const RobotCommand& command) const noexcept;
   CycleStatus check(const RobotSample& sample) const noexcept;
   void advance(std::chrono::nanoseconds duration) noexcept;
-  void catch_up(std::chrono::nanoseconds now) noexcept;
+  /// Returns the time that the plant has come to.
+  std::chrono::nanoseconds catch_up(std::chrono::nanoseconds now) noexcept;
 
   Plant& plant_;
   const Clock& clock_;

@@ -23,6 +23,8 @@ constexpr double kTakenOut_rad = 0.01;
 /// Of what the other motors put in, the share that may reach a joint: wheels and gears take most of it as
 /// friction. Twice the largest in hours of simulated contact.
 constexpr double kReachingShare = 0.25;
+/// And no more than at the torque limit over this way, which a reversed encoder soon exceeds.
+constexpr double kReaching_rad = 0.05;
 /// At the torque limit, with 0.02 rad of motion: no wall springs back so far.
 constexpr double kSeen_rad = 0.02;
 
@@ -44,20 +46,25 @@ void OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   trust(hall_sense);
   asked_.add(torque_Nm);
   passed_s_ += time.elapsed_s;
-  if (time.unsure_s > 0) return;
+  if (time.unsure_s() > 0) return;
   const double elapsed_s = std::exchange(passed_s_, 0.0);
   if (elapsed_s > kComparable_s) known_ = false;  // too much weight and torque lies between
   if (!known_) {
     known_ = true;
-    velocity_rad_per_s_ = earlier_rad_per_s_ = taken_out_J_ = put_in_J_ = 0.0;
+    velocity_rad_per_s_ = earlier_rad_per_s_ = taken_out_J_ = put_in_J_ = known_s_ = 0.0;
     position_rad_ = position_rad;
     asked_ = asked_before_ = {torque_Nm, torque_Nm};
     return;
   }
   const double rate = (position_rad - position_rad_) / elapsed_s;
   position_rad_ = position_rad;
-  velocity_rad_per_s_ += elapsed_s / (kVelocitySmoothing_s + elapsed_s) * (rate - velocity_rad_per_s_);
-  earlier_rad_per_s_ += elapsed_s / (kEarlier_s + elapsed_s) * (velocity_rad_per_s_ - earlier_rad_per_s_);
+  // Plain means at first: from zero on both would grow, and one that brakes would seem to speed up.
+  const auto blend = [&](double smoothing_s) {
+    return elapsed_s / (std::min(known_s_, smoothing_s) + elapsed_s);
+  };
+  velocity_rad_per_s_ += blend(kVelocitySmoothing_s) * (rate - velocity_rad_per_s_);
+  earlier_rad_per_s_ += blend(kEarlier_s) * (velocity_rad_per_s_ - earlier_rad_per_s_);
+  known_s_ += elapsed_s;
 
   const double kept = kFading_s / (kFading_s + elapsed_s);
   const double least_Nm = std::min(asked_.least_Nm, asked_before_.least_Nm);
@@ -97,7 +104,8 @@ bool OpposedMotion::vouched_for() const noexcept {
 double OpposedMotion::put_in_J() const noexcept { return std::max(0.0, put_in_J_); }
 
 bool OpposedMotion::opposed(double put_in_by_others_J) const noexcept {
-  return taken_out_J_ > kTakenOut_rad * limit_Nm_ + kReachingShare * put_in_by_others_J;
+  const double reaching_J = std::min(kReachingShare * put_in_by_others_J, kReaching_rad * limit_Nm_);
+  return taken_out_J_ > kTakenOut_rad * limit_Nm_ + reaching_J;
 }
 
 }  // namespace control

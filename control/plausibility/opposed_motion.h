@@ -7,15 +7,15 @@ namespace control {
 
 /// Energy put in against energy seen: a motor that opposes the motion takes energy out of it, so the joint
 /// slows down unless something else drives it. The robot's other motors do: through a wall that the tip
-/// touches they push a joint back for as long as they like. So what they put in meanwhile is allowed for.
-/// Beyond that the encoder counts backwards, or a person pushes the joint through with force. The weight's
-/// torque counts as known to a fifth; friction only takes energy and needs no model. Samples whose time is
-/// not known are left out. Of the torques asked lately, and over a hold-up, the one that explains most
-/// counts: the speed follows it some milliseconds later.
+/// touches they push a joint back for as long as they like. So a share of what they put in meanwhile is
+/// allowed for, up to a bound. Beyond that the encoder counts backwards, or a person pushes the joint through
+/// with force. The weight's torque counts as known to a fifth; friction only takes energy and needs no model.
+/// Samples whose time is not known are left out. Of the torques asked lately, and over a hold-up, the one
+/// that explains most counts: the speed follows it some milliseconds later.
 ///
 /// Hall sensors know no sense of turning: an encoder that counts backwards from power-up agrees with them,
-/// too. But once a joint has been seen to move with its torque, its encoder counts the right way for as long
-/// as they agree in the sense in which they did then, whatever drives the joint.
+/// too. But while a joint has moved with its torque by more than a bound, net of motion against it, its
+/// encoder counts the right way as long as they agree in the sense in which they did then.
 /// One thread. Cycle: all but construction; nothing allocates or throws.
 class OpposedMotion {
  public:
@@ -43,6 +43,7 @@ class OpposedMotion {
 
   double limit_Nm_;
   bool known_ = false;
+  double known_s_ = 0.0;  // for so long
   double position_rad_ = 0.0;
   double passed_s_ = 0.0;  // since a sample whose time is known
   Range asked_;

@@ -27,10 +27,10 @@ constexpr double kArmTorqueBias = 0.045;
 constexpr double kWheelBlow_Nm_s2_per_rad = 0.0015;
 constexpr double kArmBlow_Nm_s2_per_rad = 0.028;
 
-/// So much of what is unsure about a sample's time is in the checks' own constants.
-constexpr double kAllowed_s = 0.001;
 /// A busy machine is late for a moment now and then.
 constexpr double kSilent_s = 1.0;
+/// A step of velocity shows only between samples whose times are known so well.
+constexpr double kUnsureStep_s = kRegularSample_s - kAllowed_s;
 
 constexpr std::size_t kWheels = 4;
 
@@ -83,9 +83,10 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
                                                                         const hal::RobotSample& sample,
                                                                         double elapsed_s) noexcept {
   const std::chrono::duration<double> bounds = sample.latest - sample.earliest;
-  const SampleTime time{elapsed_s, std::max(0.0, bounds.count() - kAllowed_s)};
-  late_s_ = time.unsure_s > 0 ? late_s_ + elapsed_s : 0.0;
-  if (elapsed_s > kComparable_s || time.unsure_s > kComparable_s) {
+  const SampleTime time{elapsed_s, bounds.count()};
+  late_s_ = time.unsure_s() > 0 ? late_s_ + elapsed_s : 0.0;
+  too_late_for_steps_s_ = time.unsure_s() > kUnsureStep_s ? too_late_for_steps_s_ + elapsed_s : 0.0;
+  if (elapsed_s > kComparable_s || time.unsure_s() > kComparable_s) {
     restart();
     return std::nullopt;
   }
@@ -110,9 +111,10 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
 
 ChecksOff PlausibilityMonitor::silent() const noexcept {
   ChecksOff silent;
-  if (late_s_ < kSilent_s) return silent;
-  if (wheels_) silent.add(PlausibilityCheck::kWheelAgreement);
-  if (arm_) silent.add(PlausibilityCheck::kOpposedMotion);
+  if (late_s_ >= kSilent_s && wheels_) silent.add(PlausibilityCheck::kWheelAgreement);
+  if (late_s_ >= kSilent_s && arm_) silent.add(PlausibilityCheck::kOpposedMotion);
+  if (too_late_for_steps_s_ >= kSilent_s && !off_.has(PlausibilityCheck::kVelocityStep))
+    silent.add(PlausibilityCheck::kVelocityStep);
   return silent;
 }
 
@@ -153,13 +155,12 @@ hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand
       !std::isfinite(sample.torque_Nm))
     return hal::JointFault::kBadSample;
   // A step of velocity shows only in regular samples.
-  if (time.elapsed_s > kRegularSample_s || time.unsure_s > kRegularSample_s - kAllowed_s)
-    joint.step.restart();
+  if (time.elapsed_s > kRegularSample_s || time.unsure_s() > kUnsureStep_s) joint.step.restart();
   // All of them each time: none may miss a sample.
   const bool still = joint.still.update(command, sample, time);
   const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, time);
   const bool torque = joint.torque.update(sample.position_rad, sample.torque_Nm, time.elapsed_s);
-  const bool step = joint.step.update(sample.position_rad, time.elapsed_s);
+  const bool step = joint.step.update(sample.position_rad, time);
   const bool hall = joint.hall.update(sample.rotor, time.elapsed_s);
   const auto on = [this](PlausibilityCheck check) { return !off_.has(check); };
   // The one that names the joint whatever else is wrong.

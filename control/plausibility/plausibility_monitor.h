@@ -67,8 +67,9 @@ class PlausibilityMonitor {
     RobotModel model;
     std::vector<OpposedMotion> joints;  // of all, in their order: wheels put energy in, too
   };
-  std::optional<Arm> arm_;  // of a base with one
-  double late_s_ = 0.0;     // since the last sample that came in time
+  std::optional<Arm> arm_;             // of a base with one
+  double late_s_ = 0.0;                // since the last sample that came in time
+  double too_late_for_steps_s_ = 0.0;  // since the last one that S3 can compare
 };
 
 }  // namespace control

@@ -27,38 +27,43 @@ void StillEncoder::Range::add(double value) noexcept {
 bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSample& sample,
                           const SampleTime& time) noexcept {
   const double elapsed_s = time.elapsed_s;
-  const double blend = elapsed_s / (kTorqueSmoothing_s + elapsed_s);
   const bool moved = sample.position_rad != position_rad_;
   // A drive that reports magnitudes only gets its sign from the command, which other modes do not have.
   const double torque_Nm =
       command.mode == hal::CommandMode::kTorque ? sample.torque_Nm : std::abs(sample.torque_Nm);
-  if (samples_ == 0 || command.mode != mode_) {
-    torque_Nm_ = torque_Nm;
-    target_value_ = command.target;
-  }
-  torque_Nm_ += blend * (torque_Nm - torque_Nm_);
-  target_value_ += blend * (command.target - target_value_);
   if (samples_ == 0 || moved || command.mode != mode_ || still_s_ > kLongestStill_s) {
-    begin(command, sample);
+    begin(command, sample, torque_Nm);
     return false;
   }
   ++samples_;
   still_s_ += elapsed_s;
-  torque_.add(torque_Nm_);
-  target_.add(target_value_);
+  // A plain mean at first, then a moving one: no torque from before the last count is in it.
+  const double blend = elapsed_s / (std::min(still_s_, kTorqueSmoothing_s) + elapsed_s);
+  torque_Nm_ += blend * (torque_Nm - torque_Nm_);
+  target_value_ += blend * (command.target - target_value_);
+  if (still_s_ - time.unsure_s() <= kTorqueSmoothing_s) {
+    torque_.begin(torque_Nm_);
+    target_.begin(target_value_);
+  } else {
+    torque_.add(torque_Nm_);
+    target_.add(target_value_);
+  }
   if (mode_ == hal::CommandMode::kVelocity) asked_rad_ += command.target * elapsed_s;
   // Of the time in which it began, at most a regular cycle's.
   const bool was_driven = std::exchange(driven_, driven(mode_));
-  driven_s_ = was_driven ? driven_s_ + elapsed_s : std::min(elapsed_s, kRegularSample_s) - time.unsure_s;
-  return driven_ && samples_ >= kFewestStillSamples && driven_s_ - time.unsure_s >= kReaction_s;
+  driven_s_ = was_driven ? driven_s_ + elapsed_s : std::min(elapsed_s, kRegularSample_s) - time.unsure_s();
+  return driven_ && samples_ >= kFewestStillSamples && driven_s_ - time.unsure_s() >= kReaction_s;
 }
 
-void StillEncoder::begin(const hal::JointCommand& command, const hal::JointSample& sample) noexcept {
+void StillEncoder::begin(const hal::JointCommand& command, const hal::JointSample& sample,
+                         double torque_Nm) noexcept {
   samples_ = 1;
   still_s_ = asked_rad_ = driven_s_ = 0.0;
   driven_ = false;
   position_rad_ = sample.position_rad;
   mode_ = command.mode;
+  torque_Nm_ = torque_Nm;
+  target_value_ = command.target;
   torque_.begin(torque_Nm_);
   target_.begin(target_value_);
 }

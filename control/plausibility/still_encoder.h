@@ -9,10 +9,11 @@ namespace control {
 /// No drive is rigid: below break-away the gear and the friction contact give way by microns (thesis 2.5.2
 /// measured 250 N·m/rad at a wheel), so a live encoder counts whenever the torque changes, also on a base
 /// that is held or an arm that leans on a wall. One that shows the very same count through such a change is
-/// stuck. The torque's change is judged by the drive's own current reading, and in torque mode also by the
-/// command; in velocity and position mode a set-point that moves on is a change as well. Only time that has
-/// certainly passed counts, as a sample may have been taken at any time within its bounds. One thread. Cycle:
-/// update() and restart() neither allocate nor throw.
+/// stuck. Only a change after its last count is judged, as one before may have moved it already. It is judged
+/// by the drive's own current reading, and in torque mode also by the command; in velocity and position mode
+/// a set-point that moves on is a change as well. Only time that has certainly passed counts, as a sample may
+/// have been taken at any time within its bounds. One thread. Cycle: update() and restart() neither allocate
+/// nor throw.
 class StillEncoder {
  public:
   /// @param change_Nm of torque that moves every live joint by more than a count or two.
@@ -31,7 +32,7 @@ class StillEncoder {
     void add(double value) noexcept;
     double width() const noexcept { return high - low; }
   };
-  void begin(const hal::JointCommand& command, const hal::JointSample& sample) noexcept;
+  void begin(const hal::JointCommand& command, const hal::JointSample& sample, double torque_Nm) noexcept;
   bool driven(hal::CommandMode mode) const noexcept;
 
   double change_Nm_;

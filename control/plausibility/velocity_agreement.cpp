@@ -47,7 +47,7 @@ bool VelocityAgreement::update(double position_rad, double velocity_rad_per_s,
   const double slack_rad =
       (kSpeedShare * speed + bias_rad_per_s_) * elapsed_s + kVelocityLag_s * std::abs(trend_step);
   const double difference_rad = (velocity - rate) * elapsed_s;
-  const double unsure_rad = time.unsure_s * speed;
+  const double unsure_rad = time.unsure_s() * speed;
   const double most_rad = (alarm_rad + 2 * unsure_rad) / kFewestRates;
   above_rad_ = std::max(-unsure_rad, above_rad_ + std::min(difference_rad - slack_rad, most_rad));
   below_rad_ = std::max(-unsure_rad, below_rad_ + std::min(-difference_rad - slack_rad, most_rad));

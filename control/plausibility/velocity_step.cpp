@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <span>
+#include <utility>
 
 namespace control {
 namespace {
@@ -17,6 +19,13 @@ constexpr double kSteadyOfStep = 0.6;
 constexpr double kAtOnceShare = 0.5;
 /// Of the step: how near its neighbours are to their side, so that it happens within one sample.
 constexpr double kNeighbourShare = 0.25;
+constexpr double kAnyRate = std::numeric_limits<double>::infinity();
+
+template <std::size_t N>
+void append(std::array<double, N>& values, double value) noexcept {
+  std::shift_left(values.begin(), values.end(), 1);
+  values.back() = value;
+}
 
 double mean_rate(std::span<const double> values) noexcept {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
@@ -40,10 +49,29 @@ bool steady(std::span<const double> values, double step, double speed) noexcept 
 
 }  // namespace
 
-bool VelocityStep::update(double position_rad, double elapsed_s) noexcept {
+double VelocityStep::least_difference_rad_per_s() const noexcept {
+  const double bounds_s = *std::max_element(bounds_s_.begin(), bounds_s_.end());
+  const auto mean_rates = [&](std::size_t first) {
+    double way_rad = 0;
+    double duration_s = 0;
+    for (std::size_t i = first; i < first + kSide; ++i) {
+      way_rad += rates_rad_per_s_[i] * elapsed_s_[i];
+      duration_s += elapsed_s_[i];
+    }
+    const double shortest_s = duration_s - bounds_s;
+    if (!(shortest_s > 0)) return std::pair{-kAnyRate, kAnyRate};
+    return std::minmax({way_rad / shortest_s, way_rad / (duration_s + bounds_s)});
+  };
+  const auto [before_low, before_high] = mean_rates(0);
+  const auto [after_low, after_high] = mean_rates(kMemory - kSide);
+  return std::max({0.0, after_low - before_high, before_low - after_high});
+}
+
+bool VelocityStep::update(double position_rad, const SampleTime& time) noexcept {
   if (count_ > 0) {
-    std::shift_left(rates_rad_per_s_.begin(), rates_rad_per_s_.end(), 1);
-    rates_rad_per_s_.back() = (position_rad - position_rad_) / elapsed_s;
+    append(rates_rad_per_s_, (position_rad - position_rad_) / time.elapsed_s);
+    append(elapsed_s_, time.elapsed_s);
+    append(bounds_s_, time.bounds_s);
   }
   position_rad_ = position_rad;
   count_ = std::min(count_ + 1, kMemory + 1);
@@ -56,7 +84,7 @@ bool VelocityStep::update(double position_rad, double elapsed_s) noexcept {
   const double mean_after = mean_rate(after);
   const double step = std::abs(mean_after - mean_before);
   const double least = step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after));
-  if (!(step > least)) return false;
+  if (!(step > least && least_difference_rad_per_s() > least)) return false;
   // Means lie apart by acceleration, too: lines through both sides meet then, whatever the encoder's steps do
   // to the bounds below.
   const double at_once = std::abs(extrapolated(after, -static_cast<double>(kSide)) - extrapolated(before, 1));

@@ -5,10 +5,13 @@
 #include <array>
 #include <cstddef>
 
+#include "control/plausibility/sample_time.h"
+
 namespace control {
 
 /// Looks at a dozen cycles: steady before, steady after, and a step between that no inertia allows. A blow, a
-/// wheel that slips or a late sample spreads over several cycles and leaves one side unsteady.
+/// wheel that slips or a late sample spreads over several cycles and leaves one side unsteady. A step that is
+/// none at some times within the samples' bounds does not count.
 /// One thread. Cycle: update() and restart() neither allocate nor throw.
 class VelocityStep {
  public:
@@ -16,17 +19,23 @@ class VelocityStep {
   explicit VelocityStep(double step_rad_per_s) noexcept : step_rad_per_s_(step_rad_per_s) {}
 
   void restart() noexcept { count_ = 0; }
-  /// With each fresh sample, `elapsed_s` after the last one. True: such a step was there.
-  bool update(double position_rad, double elapsed_s) noexcept;
+  /// With each fresh sample. True: such a step was there.
+  bool update(double position_rad, const SampleTime& time) noexcept;
 
  private:
   static constexpr std::size_t kSide = 6;
   static constexpr std::size_t kMemory = 2 * kSide + 1;
 
+  /// Of the mean rates of both sides, for any times within the bounds.
+  double least_difference_rad_per_s() const noexcept;
+
   double step_rad_per_s_;
   double position_rad_ = 0.0;
   std::size_t count_ = 0;
-  std::array<double, kMemory> rates_rad_per_s_{};  // the oldest first
+  // The oldest first.
+  std::array<double, kMemory> rates_rad_per_s_{};
+  std::array<double, kMemory> elapsed_s_{};
+  std::array<double, kMemory> bounds_s_{};
 };
 
 }  // namespace control

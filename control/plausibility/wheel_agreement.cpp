@@ -63,12 +63,12 @@ std::optional<int> WheelAgreement::update(const WheelVector& position_rad, const
     block_.way_rad += position_rad - position_rad_;
     block_.torque_Nm_s += time.elapsed_s * torque_Nm;
     block_.duration_s += time.elapsed_s;
-  } else if (time.unsure_s > 0) {
+  } else if (time.unsure_s() > 0) {
     return std::nullopt;
   }
   known_ = true;
   position_rad_ = position_rad;
-  if (block_.duration_s < block_length_s_ || time.unsure_s > 0) return std::nullopt;
+  if (block_.duration_s < block_length_s_ || time.unsure_s() > 0) return std::nullopt;
 
   if (block_.way_rad.cwiseAbs().maxCoeff() < kRest_rad_per_s * block_.duration_s) {
     count_ = 0;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -191,25 +192,28 @@ TEST(TrueArm, EndsNoRunInFreeSpaceNorAtAWallNorUnderAnyLoad) {
     }
 }
 
-TEST(LateAnswers, ChecksThatTheyKeepFromJudgingAreTold) {
+TEST(LateAnswers, ChecksKeptFromJudgingAreReported) {
   using control::PlausibilityCheck;
   BaseRig base(sim::BaseParameters{});
   ArmRig arm;
   const auto silent = [](auto& rig) {
     rig.run(1500ms);
     const control::ChecksOff checks = rig.cycle.silent_checks();
-    return std::pair{checks.has(PlausibilityCheck::kWheelAgreement),
-                     checks.has(PlausibilityCheck::kOpposedMotion)};
+    return std::array{checks.has(PlausibilityCheck::kWheelAgreement),
+                      checks.has(PlausibilityCheck::kOpposedMotion),
+                      checks.has(PlausibilityCheck::kVelocityStep)};
   };
-  EXPECT_EQ(silent(base), std::pair(false, false));
+  EXPECT_EQ(silent(base), (std::array{false, false, false}));
   for (support::HeldUpRobot* bus : {&base.bus, &arm.bus})
     bus->hold_up([] { return support::HeldUpRobot::Delay{.answer = 1500us}; });
-  EXPECT_EQ(silent(base), std::pair(true, false)) << "it has no arm";
-  EXPECT_EQ(silent(arm), std::pair(true, true));
+  EXPECT_EQ(silent(base), (std::array{true, false, false})) << "it has no arm";
+  EXPECT_EQ(silent(arm), (std::array{true, true, false}));
+  base.bus.hold_up([] { return support::HeldUpRobot::Delay{.answer = 2500us}; });
+  EXPECT_EQ(silent(base), (std::array{true, false, true}));
   // Now and then one in time is enough.
   int n = 0;
   base.bus.hold_up([&n] { return support::HeldUpRobot::Delay{.answer = n++ % 50 == 0 ? 0us : 1500us}; });
-  EXPECT_EQ(silent(base), std::pair(false, false));
+  EXPECT_EQ(silent(base), (std::array{false, false, false}));
 }
 
 // ---- over EtherCAT, where drives report their Hall sensors, too ----

@@ -1,6 +1,7 @@
 /// @file
 /// A robot behind a bus whose ends a busy machine holds up.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -34,13 +35,14 @@ class HeldUpRobot final : public hal::RobotWrapper {
     const Delay delay = delays_ ? delays_() : Delay{};
     const std::chrono::nanoseconds sent = clock_.now();
     pass(delay.frame);
-    const std::chrono::nanoseconds taken = clock_.now();
+    sample.stamp = taken_;  // which the robot leaves as it is where it has no new one
     const hal::CycleStatus status = RobotWrapper::exchange(command, sample);
     pass(delay.answer);
-    if (sample.stamp == taken) {  // it is a new one
-      sample.earliest = sent;
-      sample.stamp = sample.latest = clock_.now();
+    if (sample.stamp != std::exchange(taken_, sample.stamp)) {
+      sample.earliest = std::min(sent, taken_);
+      answered_ = sample.latest = std::max(clock_.now(), taken_);
     }
+    sample.stamp = answered_;
     pass(delay.program);
     return status;
   }
@@ -50,6 +52,8 @@ class HeldUpRobot final : public hal::RobotWrapper {
 
   hal::Clock& clock_;
   Delays delays_;
+  std::chrono::nanoseconds taken_{};     // of the last sample
+  std::chrono::nanoseconds answered_{};  // likewise
 };
 
 /// Each answer comes late by anything up to `most`. Zero: none does.
