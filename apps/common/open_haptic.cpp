@@ -8,7 +8,6 @@
 
 #include "apps/common/regular_file.h"
 #include "drivers/haptic/haptic_usb.h"
-#include "hal/ethercat_robot.h"
 #include "hal/haptic/falcon_link.h"
 #include "hal/lockstep_haptic_device.h"
 #include "hal/loopback_haptic_link.h"
@@ -24,9 +23,6 @@ constexpr const char* kLoopback = "loopback";
 /// The vendor's image has some 30 kB.
 constexpr std::size_t kMaxFirmware_bytes = 1 << 20;
 constexpr std::chrono::seconds kShortestRamp{1};  // that the omega.6's driver takes
-/// Of a simulated pen, which pushes nobody, with a loop that a busy machine holds up without real-time
-/// rights: as of the simulated bus, and as long as the boards' own watchdog.
-constexpr std::chrono::milliseconds kPenPatience = hal::kSimulatorPatience;
 
 std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
   if (path.empty()) return {};
@@ -165,10 +161,9 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
     opened.hand = std::make_unique<sim::Hand>(options.hand);
     hal::HapticInfo info{
         .name = "simulated pen", .force_limit_N = options.force_limit_N, .senses_rotation = true};
-    hal::HapticLimits limits = options.limits;
-    limits.stale_after = std::max(limits.stale_after, kPenPatience);
     opened.device = std::make_unique<hal::LockstepHapticDevice>(
-        std::make_unique<hal::LoopbackHapticLink>(*opened.hand, period, std::move(info)), clock, limits);
+        std::make_unique<hal::LoopbackHapticLink>(*opened.hand, period, std::move(info)), clock,
+        options.limits);
     return opened;
   }
   hal::HapticLimits limits = options.limits;

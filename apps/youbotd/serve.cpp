@@ -23,7 +23,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   const Config config = options.service.configuration({});
   apps::OpenedRobot robot = apps::open_robot(config.robot, clock, config.cycle.period);
   apps::OpenedHaptic master;
-  if (config.teleoperated) master = open_master(config.haptic, clock, config.cycle.period);
+  if (config.teleoperated) master = open_master(config, clock);
   Service service(options.service, config, robot, master, clock);
   ControlServer server(options.control_socket, service);
   std::optional<apps::HapticActivation> master_activation;

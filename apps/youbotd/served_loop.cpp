@@ -16,7 +16,8 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
 }
 
 void ServedLoop::call_off() noexcept {
-  told_.unheard = told_.unheard || (!ending_ && !orders_.stop && !orders_.off);
+  // One that has come to its own end needs no orders.
+  told_.unheard = told_.unheard || (!ending_ && !orders_.stop && !orders_.off && !run_->finished());
   run_->request_stop();
 }
 

@@ -117,9 +117,15 @@ void Service::watch_robot() {
 
 void Service::watch_checks() {
   std::vector<std::string> notes;
-  if (run_) notes = apps::notes_on_silent(told_.progress.silent_checks);
-  for (const std::string& note : notes)
-    if (std::find(notes_.begin(), notes_.end(), note) == notes_.end()) spdlog::warn("{}", note);
+  if (run_)
+    notes = apps::notes_on_silent(told_.progress.silent_checks);
+  else
+    notes_logged_.clear();
+  for (const std::string& note : notes) {
+    if (std::find(notes_logged_.begin(), notes_logged_.end(), note) != notes_logged_.end()) continue;
+    spdlog::warn("{}", note);
+    notes_logged_.push_back(note);
+  }
   notes_ = std::move(notes);
 }
 

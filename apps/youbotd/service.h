@@ -150,7 +150,8 @@ class Service final : public ControlServer::Listener {
   std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated
   std::vector<std::string> trouble_;             // hal::Robot::trouble()
   TroubleLog trouble_log_;
-  std::vector<std::string> notes_;  // of the run under way
+  std::vector<std::string> notes_;         // of the run under way
+  std::vector<std::string> notes_logged_;  // likewise; each once, though its reason comes and goes
   std::uint64_t cycles_reported_ = 0;
   std::chrono::nanoseconds reported_{};
 };

@@ -30,9 +30,10 @@ struct Bound {
   }
 };
 /// Springs, feedforward and compensation, of friction and of a payload's weight, push no harder and no
-/// sooner. Braking is damping, and a limit of speed is as quick as the velocity's filter. Each step of the
-/// start waits for as good a state and no longer. Damping of the hand and of the tip is as the file has it:
-/// with less of it they swing, with more its sampled velocity pushes. A release is judged by the mass and
+/// sooner. Damping of the base brakes, and a limit of speed is as quick as the velocity's filter. The
+/// conditions of each step of the start get no looser, its timeouts no longer. Accelerations and jerks are as
+/// the file has them: more is faster, less stops later. So is damping of the hand, the tip and the posture:
+/// with less they swing, with more their sampled velocity pushes. A release is judged by the mass and
 /// drag of the grip.
 constexpr auto kBounds = std::to_array<Bound>(
     {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
@@ -40,11 +41,14 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"limits.wheel_torque_Nm", [](const Config& c) { return c.cycle.controller.torque_limit_Nm; }},
      {"limits.wheel_speed_rad_per_s", [](const Config& c) { return c.cycle.wheel_speed_limit_rad_per_s; }},
      {"limits.setpoint_m_per_s", [](const Config& c) { return c.cycle.setpoint.linear.speed; }},
-     {"limits.setpoint_m_per_s2", [](const Config& c) { return c.cycle.setpoint.linear.acceleration; }},
-     {"limits.setpoint_m_per_s3", [](const Config& c) { return c.cycle.setpoint.linear.jerk; }},
+     {"limits.setpoint_m_per_s2", [](const Config& c) { return c.cycle.setpoint.linear.acceleration; },
+      Side::kBoth},
+     {"limits.setpoint_m_per_s3", [](const Config& c) { return c.cycle.setpoint.linear.jerk; }, Side::kBoth},
      {"limits.setpoint_rad_per_s", [](const Config& c) { return c.cycle.setpoint.turning.speed; }},
-     {"limits.setpoint_rad_per_s2", [](const Config& c) { return c.cycle.setpoint.turning.acceleration; }},
-     {"limits.setpoint_rad_per_s3", [](const Config& c) { return c.cycle.setpoint.turning.jerk; }},
+     {"limits.setpoint_rad_per_s2", [](const Config& c) { return c.cycle.setpoint.turning.acceleration; },
+      Side::kBoth},
+     {"limits.setpoint_rad_per_s3", [](const Config& c) { return c.cycle.setpoint.turning.jerk; },
+      Side::kBoth},
      {"limits.torque_rate_per_s", [](const Config& c) { return c.cycle.torque_rate_per_s; }},
      {"limits.following_error_m", [](const Config& c) { return c.cycle.following_error_m; }},
      {"limits.following_error_rad", [](const Config& c) { return c.cycle.following_error_rad; }},
@@ -84,14 +88,15 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"compensation.filter_cutoff_rad_per_s",
       [](const Config& c) { return c.cycle.controller.observer.filter.cutoff_rad_per_s; }, Side::kBelow},
      {"path.speed_m_per_s", [](const Config& c) { return c.path.limits.speed_m_per_s; }},
-     {"path.acceleration_m_per_s2", [](const Config& c) { return c.path.limits.acceleration_m_per_s2; }},
+     {"path.acceleration_m_per_s2", [](const Config& c) { return c.path.limits.acceleration_m_per_s2; },
+      Side::kBoth},
      {"path.turn_speed_rad_per_s", [](const Config& c) { return c.path.limits.turn_speed_rad_per_s; }},
      {"path.turn_acceleration_rad_per_s2",
-      [](const Config& c) { return c.path.limits.turn_acceleration_rad_per_s2; }},
+      [](const Config& c) { return c.path.limits.turn_acceleration_rad_per_s2; }, Side::kBoth},
      {"teleoperation.start.centring_N_per_m",
       [](const Config& c) { return c.teleoperation.centring.stiffness_N_per_m; }},
      {"teleoperation.start.centring_N_s_per_m",
-      [](const Config& c) { return c.teleoperation.centring.damping_N_s_per_m; }},
+      [](const Config& c) { return c.teleoperation.centring.damping_N_s_per_m; }, Side::kBoth},
      {"teleoperation.start.centred_within_m",
       [](const Config& c) { return c.teleoperation.centred_within_m; }},
      {"teleoperation.start.unfolding_rad_per_s",
@@ -139,7 +144,7 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"teleoperation.coupling.setpoint_turn_limit_deg",
       [](const Config& c) { return in_degrees(c.teleoperation.setpoint_turn_limit_rad); }},
      {"teleoperation.coupling.damping_ratio",
-      [](const Config& c) { return c.teleoperation.robot.spring.damping_ratio; }, Side::kBelow},
+      [](const Config& c) { return c.teleoperation.robot.spring.damping_ratio; }, Side::kBoth},
      {"teleoperation.coupling.tip_mass_kg",
       [](const Config& c) { return c.teleoperation.robot.spring.mass_kg; }, Side::kBoth},
      {"teleoperation.coupling.tip_inertia_kg_m2",
@@ -149,17 +154,19 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"teleoperation.mapping.smoothing_m_per_s",
       [](const Config& c) { return c.teleoperation.smoothing.speed_m_per_s; }},
      {"teleoperation.mapping.smoothing_m_per_s2",
-      [](const Config& c) { return c.teleoperation.smoothing.acceleration_m_per_s2; }},
+      [](const Config& c) { return c.teleoperation.smoothing.acceleration_m_per_s2; }, Side::kBoth},
      {"teleoperation.mapping.smoothing_m_per_s3",
-      [](const Config& c) { return c.teleoperation.smoothing.jerk_m_per_s3; }},
+      [](const Config& c) { return c.teleoperation.smoothing.jerk_m_per_s3; }, Side::kBoth},
      {"teleoperation.mapping.smoothing_threshold_m",
       [](const Config& c) { return c.teleoperation.smoothing.threshold_m; }},
      {"teleoperation.mapping.smoothing_deg_per_s",
       [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_speed_rad_per_s); }},
      {"teleoperation.mapping.smoothing_deg_per_s2",
-      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_acceleration_rad_per_s2); }},
+      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_acceleration_rad_per_s2); },
+      Side::kBoth},
      {"teleoperation.mapping.smoothing_deg_per_s3",
-      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_jerk_rad_per_s3); }},
+      [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_jerk_rad_per_s3); },
+      Side::kBoth},
      {"teleoperation.mapping.smoothing_threshold_deg",
       [](const Config& c) { return in_degrees(c.teleoperation.smoothing.turn_threshold_rad); }},
      {"teleoperation.mapping.rate_m_per_s",
@@ -258,15 +265,15 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"teleoperation.arm.setpoint_rad_per_s",
       [](const Config& c) { return c.teleoperation.joint_setpoint.speed; }},
      {"teleoperation.arm.setpoint_rad_per_s2",
-      [](const Config& c) { return c.teleoperation.joint_setpoint.acceleration; }},
+      [](const Config& c) { return c.teleoperation.joint_setpoint.acceleration; }, Side::kBoth},
      {"teleoperation.arm.setpoint_rad_per_s3",
-      [](const Config& c) { return c.teleoperation.joint_setpoint.jerk; }},
+      [](const Config& c) { return c.teleoperation.joint_setpoint.jerk; }, Side::kBoth},
      {"teleoperation.arm.following_error_rad",
       [](const Config& c) { return c.teleoperation.joint_following_error_rad; }},
      {"teleoperation.arm.full_command_Nm",
       [](const Config& c) { return c.teleoperation.robot.arm_compensator.full_command_Nm; }, Side::kBelow},
      {"teleoperation.arm.posture_Nm_s_per_rad",
-      [](const Config& c) { return c.teleoperation.robot.posture_damping_Nm_s_per_rad; }, Side::kBelow}});
+      [](const Config& c) { return c.teleoperation.robot.posture_damping_Nm_s_per_rad; }, Side::kBoth}});
 
 /// What a setting may switch one way and not the other.
 struct Switch {

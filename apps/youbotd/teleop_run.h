@@ -34,9 +34,9 @@ struct TeleopSummary : RunSummary {
   double largest_tip_error_m = 0.0;  ///< from the set-point, while the hand moved the robot
 };
 
-/// The pen of the loopback has an omega.6's travel.
-apps::OpenedHaptic open_master(const apps::HapticOptions& options, const hal::Clock& clock,
-                               std::chrono::nanoseconds period);
+/// The pen of the loopback has an omega.6's travel. With a simulated robot, too, it bears a pause of
+/// kPenPatience where the configuration gives no other limit: nothing moves and nothing pushes.
+apps::OpenedHaptic open_master(const Config& config, const hal::Clock& clock);
 
 /// @throws std::invalid_argument when recording there would replace something.
 void check_teleop_record_directory(const std::filesystem::path& directory);

@@ -28,7 +28,7 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
   const nanoseconds period = config.cycle.period;
   const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
   const apps::OpenedRobot robot = apps::open_robot(config.robot, *clock, period);
-  const apps::OpenedHaptic master = open_master(config.haptic, *clock, period);
+  const apps::OpenedHaptic master = open_master(config, *clock);
   require_simulation(config, options);  // names nobody knows were refused above; no device was touched
   std::optional<sim::SimulatedOperator> operating;
   if (master.hand && !options.tasks.empty()) {

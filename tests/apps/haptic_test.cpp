@@ -221,20 +221,6 @@ TEST(OpenHaptic, AFirmwareFileThatCannotBeReadIsNamed) {
   }
 }
 
-TEST(OpenHaptic, ASimulatedPenBearsAPauseOfATenthOfASecond) {
-  hal::VirtualClock clock;
-  const apps::OpenedHaptic opened = apps::open_haptic({}, clock, 1ms);
-  opened.device->activate();
-  hal::HapticSample sample;
-  const auto after = [&](std::chrono::nanoseconds pause) {
-    clock.sleep_until(clock.now() + pause);
-    return opened.device->exchange({.enable = true}, sample).fault;
-  };
-  for (const auto pause : {1ms, 1ms, 21ms, 100ms, 1ms})
-    EXPECT_EQ(after(pause), hal::HapticFault::kNone) << pause.count();
-  EXPECT_EQ(after(101ms), hal::HapticFault::kStale);
-}
-
 support::CommandResult hold(const std::string& arguments) {
   return support::run_command(support::program("youbot-bench") + " haptic-hold " + arguments);
 }

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "apps/youbotd/teleop_run.h"
+#include "hal/clock.h"
 #include "tests/apps/teleop_expectations.h"
 #include "tests/apps/teleop_rig.h"
 #include "tests/support/turning_robot.h"
@@ -205,6 +208,26 @@ struct MovingRig : Rig {
   }
   bool moving = false;
 };
+
+TEST(OpenMaster, BesideASimulatedRobotAPenBearsAPauseOfATenthOfASecond) {
+  const auto bears = [](const std::string& robot, std::chrono::nanoseconds pause) {
+    hal::VirtualClock clock;
+    youbotd::Config config;
+    config.robot.name = robot;
+    const apps::OpenedHaptic opened = youbotd::open_master(config, clock);
+    opened.device->activate();
+    hal::HapticSample sample;
+    for (const std::chrono::nanoseconds wait : {std::chrono::nanoseconds(1ms), pause}) {
+      clock.sleep_until(clock.now() + wait);
+      if (opened.device->exchange({.enable = true}, sample).fault != hal::HapticFault::kNone) return false;
+    }
+    return true;
+  };
+  EXPECT_TRUE(bears("loopback", 100ms));
+  EXPECT_FALSE(bears("loopback", 101ms));
+  EXPECT_TRUE(bears("ethercat:eth1", 20ms));
+  EXPECT_FALSE(bears("ethercat:eth1", 21ms)) << "the robot may be a real one";
+}
 
 /// Of a master that bears a pause.
 constexpr hal::HapticLimits kPatient{.stale_after = 100ms, .command_timeout = 100ms};
