@@ -15,9 +15,9 @@ struct SampleBounds {
 
 /// A joint that keeps its limit L needs a time of (p_j - p_i)/L between any two of its samples. With
 ///   t_j = max(earliest_j, t_i + (p_j - p_i)/L)
-/// each sample is given the soonest time that all before it allow. Once that is later than the latest time
-/// which it can have been taken at, no times within the bounds explain the way, and the other way round. The
-/// same in the negative direction. Cycle: all but construction.
+/// each sample is given the soonest time that all before it allow. If t_j is later than latest_j, no sample
+/// times within the bounds allow this motion at L; otherwise some do. The same in the negative direction.
+/// Cycle: all but construction.
 class SpeedProof {
  public:
   SpeedProof() = default;

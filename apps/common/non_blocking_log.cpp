@@ -119,6 +119,4 @@ NonBlockingLog::~NonBlockingLog() {
   spdlog::set_default_logger(former_);
 }
 
-void NonBlockingLog::flush() { (void)sink_->write_all(); }
-
 }  // namespace apps

@@ -13,7 +13,8 @@ class NonBlockingSink;
 /// While it lives, the default logger writes to standard error without ever waiting for it: a line for which
 /// a full pipe, a stopped terminal or a hung journal has no room stays in a queue of this size, and is lost
 /// when that is full. The number of lost lines is a line of the log, before the next one that fits. Any
-/// thread may log; not in a cycle.
+/// thread may log; not in a cycle. The logger's flush() writes what there is room for: to be called now and
+/// then, as a reader that is back is not noticed otherwise.
 class NonBlockingLog {
  public:
   explicit NonBlockingLog(std::size_t queue_bytes = 65536);
@@ -21,10 +22,6 @@ class NonBlockingLog {
   NonBlockingLog& operator=(const NonBlockingLog&) = delete;
   /// Waits no longer than half a second for what is left in the queue.
   ~NonBlockingLog();
-
-  /// Writes what there is room for, as the flush of the logger does. To be called now and then: a reader that
-  /// is back is not noticed otherwise.
-  void flush();
 
  private:
   std::shared_ptr<spdlog::logger> former_;

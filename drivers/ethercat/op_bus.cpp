@@ -39,9 +39,8 @@ std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<Se
   return first;
 }
 
-/// Half of the 100 ms that a slave's watchdog waits for process data by default; what is set is not read.
-/// While another slave is down no cycle is clean: after 50 ms of that an order to SAFE-OP passes for a
-/// watchdog's work, and is not told of.
+/// Half of the 100 ms that a slave's watchdog waits for process data by default; the configured value is not
+/// read. If another slave is down for that long, an order to SAFE-OP is taken for the watchdog.
 constexpr std::chrono::milliseconds kFed{50};
 
 /// A slave that leaves operation by itself says so by its error flag, and one that lost its power has no

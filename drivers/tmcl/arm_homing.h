@@ -33,8 +33,8 @@ struct HomingConfig {
   std::chrono::milliseconds contact_from_rest{200};
   /// Neither motion nor the threshold: given up. The velocity controller takes its time to build up current.
   std::chrono::milliseconds no_motion{2000};
-  /// Standing still for so long is rest, before it is told to move: an arm that its drives have just taken up
-  /// still sinks, and would seem to move against its command.
+  /// Standing still for so long is rest, before it is commanded to move: an arm that its drives have just
+  /// taken up still sinks, and would seem to move against its command.
   std::chrono::milliseconds rest{100};
   std::chrono::milliseconds release{100};  ///< without current before the counter is set (official driver)
   bool even_if_remembered = false;         ///< home although user variable 16 says it has been done

@@ -22,7 +22,7 @@ class Transport {
   virtual bool post(const Request& request) noexcept = 0;
   /// Cycle: the next reply that has come, whatever it answers.
   virtual std::optional<Reply> poll() noexcept = 0;
-  /// Cycle: how long the last reply had been there before poll() gave it; zero where nobody knows.
+  /// Cycle: how long the last reply had been there before poll() gave it; zero where it is not known.
   virtual std::chrono::nanoseconds reply_age() const noexcept { return {}; }
   /// For messages: "slave 3 (TMCM-1632)".
   virtual const std::string& name() const noexcept = 0;

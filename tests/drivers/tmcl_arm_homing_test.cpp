@@ -130,7 +130,7 @@ TEST_F(TmclArmHoming, AJointThatDoesNotComeToRestIsRefused) {
   expect_refused(SequenceFault::kNotAtRest);
   EXPECT_NEAR(took_ms, 5000, 20);
   EXPECT_EQ(owner.outputs, (std::vector<DriveOutput>{kHoldStill, kStopMotor}))
-      << "it is told to move nowhere";
+      << "it is commanded to move nowhere";
 }
 
 // At the first touch it looks like a stop; at the second it has given way.
