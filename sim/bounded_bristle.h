@@ -12,10 +12,11 @@ namespace sim {
 
 /// F = clamp(σ0·z + σ1·v, −b₋, b₊),  dz/dt = v while −b₋ < σ0·z < b₊;  with an exponent α the deflection
 /// approaches its bound as Dahl's does, the damping acts on dz/dt, and it gives way a little at any load.
-/// One Maxwell-slip element with a bound that may change from step to step: below the bound a damped spring,
-/// so a joint at rest really rests (no creep, no drift under load below break-away); sliding, exactly the
-/// bound. It serves as pre-sliding of a joint (rad, N·m) and as grip of a roller on the floor (m, N).
-/// One step is exact in z for a constant velocity, whatever the step size. Cycle: pure arithmetic.
+/// Without one: a Maxwell-slip element with a bound that may change from step to step: below the bound a
+/// damped spring, so a joint at rest really rests (no creep, no drift under load below break-away); sliding,
+/// exactly the bound. As α goes to zero the damping goes on acting on dz/dt, unbounded. It serves as
+/// pre-sliding of a joint (rad, N·m) and as grip of a roller on the floor (m, N). One step is exact in z for
+/// a constant velocity, whatever the step size. Cycle: pure arithmetic.
 class BoundedBristle {
  public:
   struct Parameters {
@@ -28,7 +29,8 @@ class BoundedBristle {
   /// The force against the motion over a step of length `step_s` at `velocity`, between -`bound(-1)` and
   /// `bound(+1)` (both >= 0). Which bound counts is decided by the deflection and not by the velocity: a
   /// loaded joint that rings while it sticks is still held by the break-away of the direction it is pushed
-  /// to. Only bounds that count are asked for.
+  /// to; with an exponent it is that of the motion, and damping comes on top. Only bounds that count are
+  /// asked for. `step_s` > 0.
   template <std::invocable<double> Bound>
   double step(double velocity, const Bound& bound, double step_s) noexcept {
     if (parameters_.exponent > 0) return bend(velocity, bound(std::copysign(1.0, velocity)), step_s);

@@ -239,6 +239,9 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
     }
     if (!estimate.ok()) fit.verdicts.push_back(estimate.title() + ": " + estimate.not_identifiable);
     fit.parameters.push_back(std::move(estimate));
+    if (k == 1)
+      fit.parameters.push_back(
+          {.name = "exponent", .value = 1, .not_identifiable = "given, LuGre's", .effect = "presliding"});
   }
   if (fit.relative_error_percent > 30)
     fit.verdicts.push_back("the law does not describe this motion: " +

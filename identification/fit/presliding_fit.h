@@ -18,8 +18,8 @@ struct PreslidingFitOptions {
 };
 
 struct PreslidingFit {
-  /// Stiffness (σ0) and damping (σ1) of the effect presliding, the torque_offset (Fg), position_offset_rad
-  /// (y0)
+  /// Stiffness (σ0) and damping (σ1) of the effect presliding, its exponent, which is LuGre's, the
+  /// torque_offset (Fg), position_offset_rad (y0)
   std::vector<Estimate> parameters;
   double rms_error_rad = 0;           ///< simulated against measured position
   double relative_error_percent = 0;  ///< of the position about its mean

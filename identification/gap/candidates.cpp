@@ -310,9 +310,9 @@ void Builder::mechanics() {
     });
   };
   if (const double level = coulomb_Nm(fitted_); !has<model::effects::Presliding>() && level > 0) {
-    // From a few samples' travel at the slowest speeds to what would be called a gap.
     // Straight until it breaks away, and bent over as LuGre's bristle.
     for (const double exponent : {0.0, 1.0})
+      // From a few samples' travel at the slowest speeds to what would be called a gap.
       for (const double bent : geometric(2e-4, 0.1, 9)) {
         if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
         const std::vector<NamedValue> values{{"stiffness_Nm_per_rad", level / bent}, {"exponent", exponent}};
@@ -405,7 +405,6 @@ std::vector<std::vector<double>> ripple_stretches(const Eigen::VectorXd& residua
   const std::size_t count = std::min(all, kMostStretches);
   std::vector<std::size_t> place(all + 1, count);  // which of those looked at; count: none
   for (std::size_t i = 0; i < count; ++i) place[i * all / count] = i;
-  if (all == 1) place[1] = 0;
   std::vector<std::vector<double>> sums(count, std::vector<double>(kRippleBins, 0));
   for (Eigen::Index i = 0; i < residual.size(); ++i) {
     const double at = position_rad[i] - low;

@@ -29,8 +29,8 @@ struct Dictionary {
 /// times; its harmonics are found by ripple(), not here).
 Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows);
 
-/// How often per turn the residual repeats most, from its spectrum over position, and of a joint that turned
-/// far from the ripple's phase, too; 0 when it does not turn far enough to tell.
+/// How often per turn the residual repeats most, from its spectrum over position, refined by the ripple's
+/// phase where the joint turned far; 0 when it does not turn far enough to tell.
 double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::VectorXd& position_rad);
 /// Columns sin(N·θ), cos(N·θ), of rows at these positions and velocities, as far as the band passes them.
 Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,

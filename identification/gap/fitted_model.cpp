@@ -137,7 +137,12 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
       // A ripple is out of step where the joint is far from its zero long before its periods differ by much.
       if (std::holds_alternative<model::effects::Cogging>(effect) && parameter.name == "periods_per_rev")
         scale = std::min(scale, 2 * std::numbers::pi / std::max(farthest_rad(rows.signals()), 1e-3));
-      if (parameter.name == "exponent") scale = std::max(value, kExponentScale);
+      // Each starts from zero where the given contact has none.
+      if (const auto* contact = std::get_if<model::effects::Presliding>(&effect)) {
+        if (parameter.name == "exponent") scale = std::max(value, kExponentScale);
+        if (parameter.name == "damping_Nm_s_per_rad")
+          scale = std::max(value, contact->parameters().stiffness_Nm_per_rad * period_s);
+      }
       FreeParameter free{
           FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
           scale > 0 ? scale : 1e-3};

@@ -292,7 +292,7 @@ Verdict verdict_of(const Result& result) {
 /// Where the data that were searched say something else than the held-out ones; empty where they agree.
 std::string disagreement(const Result& result) {
   const auto is_noise = [&](double gap_Nm, const std::vector<Unexplained>& structured) {
-    return structured.empty() && gap_Nm <= kAtTheFloor * result.noise_floor_Nm;
+    return structured.empty() && (result.effects.empty() || gap_Nm <= kAtTheFloor * result.noise_floor_Nm);
   };
   const bool held_out = is_noise(result.gap_after_Nm, result.unexplained);
   const bool searched = is_noise(result.gap_searched_Nm, result.unexplained_searched);
@@ -303,7 +303,7 @@ std::string disagreement(const Result& result) {
              ? "The model leaves " + gaps +
                    ": what is structured in the former does not show in the latter, of which the verdict is."
              : "The model leaves " + gaps +
-                   ": the former are explained, so that the held-out data hold a motion or a cause that "
+                   ": the searched data are explained; the held-out data contain a motion or a cause that "
                    "was not searched.";
 }
 

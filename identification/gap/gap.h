@@ -67,7 +67,7 @@ struct FoundEffect {
   static constexpr std::string_view kHeldOut = "held-out residual";
   static constexpr std::string_view kLeftOut = "residual of stretches left out in turn";
   std::string_view measured_on = kHeldOut;
-  double held_out_gain = 0;  ///< share of its square that the delivered model leaves less with the effect
+  double held_out_gain = 0;  ///< share of its square that the effect removes from what the model leaves
   int blocks_improved = 0;
   int blocks = 0;
   double p_value = 1;     ///< of a gain as large by chance, anywhere in the search

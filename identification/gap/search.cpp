@@ -197,6 +197,13 @@ struct Rival {
   std::size_t parameters;
 };
 
+/// How freely a model can bend to the data. How a bristle yields is a part of what it is.
+std::size_t freedom_of(const FittedModel& model, const Rows& rows) {
+  const auto parameters = free_parameters(model, rows);
+  const bool bristle = model.model.find<model::effects::Presliding>() != nullptr;
+  return parameters.size() - (bristle ? 1 : 0);
+}
+
 /// Whether one model predicts left-out blocks better than another, and not by luck in a few of them.
 bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& better) {
   std::size_t improved = 0;
@@ -221,7 +228,7 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
     FittedModel model = refined(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
-    const std::size_t parameters = free_parameters(model, rows).size();
+    const std::size_t parameters = freedom_of(model, rows);
     most = std::max(most, 1 - fit.held_out / base.held_out);
     rivals.push_back({outcome.effect, std::move(model), std::move(fit), parameters});
   }
@@ -231,6 +238,7 @@ std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const Bl
   std::erase_if(rivals, [&](const Rival& r) {
     return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best);
   });
+  if (rivals.empty()) return rivals;  // the one it began with is worse than none
   std::vector<std::vector<double>> squares;
   for (const Rival& rival : rivals) squares.push_back(rival.fit.held_out_of);
   const std::vector<int> wins = draws_won(squares, options.seed);
@@ -288,7 +296,7 @@ bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& tr
     if (!without) continue;
     Round round(*without, rows, training);
     std::vector<Rival> rivals{{result.added[i].effect, result.fitted, score(result.fitted, rows, training),
-                               free_parameters(result.fitted, rows).size()}};
+                               freedom_of(result.fitted, rows)}};
     rivals = contest(round.outcomes(), round.base(), rows, training, options, std::move(rivals));
     if (rivals.empty()) continue;
     const auto incumbent = std::ranges::find(rivals, result.added[i].effect, &Rival::effect);
@@ -301,7 +309,8 @@ bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& tr
           result.added[i].rivals.push_back({.effect = std::string(rival.effect)});
       continue;
     }
-    Added added = added_of(rivals, *without, round.base(), result.added[i].p_value);
+    Added added = added_of(rivals, *without, round.base(), 1);
+    added.p_value = round.p_value(added.gain, options);
     result.fitted = rivals.front().model;
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
     result.added.push_back(std::move(added));  // as its effect stands in the model
@@ -403,7 +412,8 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     report(options, "trying effects", passed(0));
     Round round(result.fitted, rows, training);
     const std::vector<Round::Outcome> outcomes = round.outcomes();
-    const bool worth = step < kMostEffects && !outcomes.empty() &&
+    const int additions = step - replaced;
+    const bool worth = additions < kMostEffects && !outcomes.empty() &&
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
     report(options, "trying the same on chance data", passed(0.2));
@@ -420,8 +430,9 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     }
     if (rivals.empty()) {
       for (const Round::Outcome& outcome : outcomes)
-        result.rejected.push_back({std::string(outcome.effect), std::max(0.0, outcome.gain),
-                                   reason_against(outcome, round.base(), step, p, least_square, options)});
+        result.rejected.push_back(
+            {std::string(outcome.effect), std::max(0.0, outcome.gain),
+             reason_against(outcome, round.base(), additions, p, least_square, options)});
       return result;
     }
     result.added.push_back(added_of(rivals, result.fitted, round.base(), p));

@@ -62,8 +62,8 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
 /// Which effect of the model the i-th addition is: of its type, those of the given model come first, then in
 /// the order in which they were added. None when another one that contains it has replaced it.
 std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i);
-/// The model without the i-th addition, refitted, all or those that `is_free` says; none when another one has
-/// replaced that.
+/// The model without the i-th addition, refitted: all parameters, or those for which is_free() is true; none
+/// when another one has replaced that.
 std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
                                          const Training& training,
                                          const std::function<bool(const FreeParameter&)>& is_free = {});

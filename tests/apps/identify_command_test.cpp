@@ -9,6 +9,7 @@
 #include <string>
 
 #include "apps/common/drive_model_file.h"
+#include "apps/youbot_bench/model_writer.h"
 #include "model/friction/wheel_curve.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
@@ -287,6 +288,21 @@ TEST_F(IdentifyCommand, GoesFromMapMotionAndPreslidingToOneModel) {
   EXPECT_EQ(model().find("type = \"presliding\""), std::string::npos) << model();
   EXPECT_NE(model().find("# not identifiable: presliding stiffness_Nm_per_rad"), std::string::npos)
       << model();
+}
+
+/// σ0 and σ1 are LuGre's: with another shape of the bristle they would be another law's.
+TEST(ModelWriter, WritesThePreslidingThatWasFitted) {
+  youbot_bench::IdentifiedModel model{.name = "wheel-1"};
+  model.presliding = {
+      {.name = "stiffness_Nm_per_rad", .value = 250, .lower = 240, .upper = 260, .effect = "presliding"},
+      {.name = "damping_Nm_s_per_rad", .value = 0.127, .lower = 0.12, .upper = 0.13, .effect = "presliding"},
+      {.name = "exponent", .value = 1, .not_identifiable = "given, LuGre's", .effect = "presliding"}};
+  const auto written = youbot_bench::drive_model_of(model);
+  const auto* presliding = written.find<model::effects::Presliding>();
+  ASSERT_NE(presliding, nullptr);
+  EXPECT_EQ(presliding->parameters().stiffness_Nm_per_rad, 250);
+  EXPECT_EQ(presliding->parameters().damping_Nm_s_per_rad, 0.127);
+  EXPECT_EQ(presliding->parameters().exponent, 1);
 }
 
 }  // namespace identify_command_test

@@ -44,13 +44,25 @@ std::string words(const Result& result) {
   for (const auto& effect : result.effects) {
     text += "\n  " + std::string(model::effects::name_of(effect.effect));
     for (std::size_t i = 0; i < effect.equivalent.size(); ++i)
-      text += " or " + effect.equivalent[i] + " (" + std::to_string(effect.wins[i + 1]) + ")";
+      text += " or " + effect.equivalent[i] +
+              (i + 1 < effect.wins.size() ? " (" + std::to_string(effect.wins[i + 1]) + ")" : "");
     if (effect.decided_by)
       text += ", by " + effect.decided_by->name + ": " + std::to_string(effect.decided_by->separation);
   }
   for (const auto& spot : result.blind_spots)
     text += "\n  " + spot.text + (spot.shown_by ? ": " + spot.shown_by->name : "");
   return text;
+}
+
+/// What everybody knows about it.
+model::effects::DriveModel base_of(const Drive& drive) {
+  model::effects::DriveModel base;
+  base.inertia_kg_m2 = drive.plant.inertia_kg_m2;
+  base.encoder_ticks_per_rev = drive.sensors.encoder_ticks_per_rev;
+  base.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", drive.plant.coulomb_Nm}}),
+                  model::effects::make_effect(
+                      "viscous", {{"coefficient_Nm_s_per_rad", drive.plant.viscous_Nm_s_per_rad}})};
+  return base;
 }
 
 /// Constant speeds of two to eight radians a second, first one way, then the other: hardly ever slow.
@@ -98,12 +110,7 @@ TEST(DecidingExperiment, OfTwoNamesTheRightOneIsLeft) {
     Drive drive;
     drive.effects.contact_rad_per_Nm = 0.05;
     drive.effects.deadband_Nm = deadband_share * drive.plant.coulomb_Nm;
-    model::effects::DriveModel base;
-    base.inertia_kg_m2 = drive.plant.inertia_kg_m2;
-    base.encoder_ticks_per_rev = drive.sensors.encoder_ticks_per_rev;
-    base.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", drive.plant.coulomb_Nm}}),
-                    model::effects::make_effect(
-                        "viscous", {{"coefficient_Nm_s_per_rad", drive.plant.viscous_Nm_s_per_rad}})};
+    const model::effects::DriveModel base = base_of(drive);
     std::vector<Source> data = rests_under_one_torque(drive);
     const Result before = identification::gap::analyse(base, data, {});
     const auto* const either = found(before, "presliding");
@@ -125,12 +132,7 @@ TEST(DecidingExperiment, OfTwoNamesTheRightOneIsLeft) {
 // hidden drive that has it and on one that has not: the right one of the two models wins.
 TEST(DecidingExperiment, OnTheHiddenDriveTheRightModelWins) {
   Drive drive;
-  model::effects::DriveModel base;
-  base.inertia_kg_m2 = drive.plant.inertia_kg_m2;
-  base.encoder_ticks_per_rev = drive.sensors.encoder_ticks_per_rev;
-  base.effects = {model::effects::make_effect("coulomb", {{"torque_Nm", drive.plant.coulomb_Nm}}),
-                  model::effects::make_effect(
-                      "viscous", {{"coefficient_Nm_s_per_rad", drive.plant.viscous_Nm_s_per_rad}})};
+  const model::effects::DriveModel base = base_of(drive);
   const Answers without = ask_twice(drive, base, "stribeck");
   EXPECT_FALSE(found(without.before, "stribeck")) << words(without.before);
   EXPECT_FALSE(found(without.after, "stribeck")) << words(without.after);

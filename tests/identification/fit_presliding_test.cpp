@@ -92,12 +92,17 @@ TEST(IdentifyPresliding, FindsStiffnessDampingAndOffsetsWithAFineEncoder) {
   const Truth truth;
   const PreslidingFit fit = fit_presliding(recorded(truth, kWheelTick_rad / 64), kKnown);
   EXPECT_TRUE(fit.verdicts.empty()) << fit.verdicts[0];
-  const double values[4] = {truth.s0, truth.s1, truth.Fg, truth.y0};
-  for (std::size_t k = 0; k < 4; ++k) {
-    EXPECT_NEAR(fit.parameters[k].value, values[k], 0.05 * values[k]) << fit.parameters[k].name;
-    EXPECT_LE(fit.parameters[k].lower, values[k] * (1 + 0.02)) << fit.parameters[k].name;
-    EXPECT_GE(fit.parameters[k].upper, values[k] * (1 - 0.02)) << fit.parameters[k].name;
-  }
+  const auto expect_near = [&](const char* effect, const char* name, double value) {
+    const auto& estimate = estimate_of(fit.parameters, effect, name);
+    EXPECT_NEAR(estimate.value, value, 0.05 * value) << name;
+    EXPECT_LE(estimate.lower, value * (1 + 0.02)) << name;
+    EXPECT_GE(estimate.upper, value * (1 - 0.02)) << name;
+  };
+  expect_near("presliding", "stiffness_Nm_per_rad", truth.s0);
+  expect_near("presliding", "damping_Nm_s_per_rad", truth.s1);
+  expect_near("torque_offset", "torque_Nm", truth.Fg);
+  expect_near("", "position_offset_rad", truth.y0);
+  EXPECT_EQ(estimate_of(fit.parameters, "presliding", "exponent").value, 1) << "the law that was fitted";
   EXPECT_LT(fit.relative_error_percent, 2);
 }
 
