@@ -19,6 +19,7 @@ hal::CycleStatus MonitoredRobot::exchange(const hal::RobotCommand& command,
   if (const auto finding = monitor_.update(command, sample, elapsed_s); finding && latched_.ok())
     latched_ = {hal::Fault::kJointFault, static_cast<std::int8_t>(finding->joint),
                 static_cast<std::uint32_t>(finding->fault)};
+  once_silent_.add(monitor_.silent());
   if (!latched_.ok()) sample.enabled = false;  // with the next exchange they are
   return latched_;
 }

@@ -20,9 +20,12 @@ class MonitoredRobot final : public hal::RobotWrapper {
 
   /// Cycle: as control::PlausibilityMonitor says it.
   control::ChecksOff silent_checks() const noexcept { return monitor_.silent(); }
+  /// Those that were silent at any time so far.
+  control::ChecksOff once_silent_checks() const noexcept { return once_silent_; }
 
  private:
   control::PlausibilityMonitor monitor_;
+  control::ChecksOff once_silent_;
   std::chrono::nanoseconds stamp_{};
   hal::CycleStatus latched_{};
 };

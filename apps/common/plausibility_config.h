@@ -19,7 +19,7 @@ std::string plausibility_text(const control::ChecksOff& off);
 /// Set-up: logs a warning for each check that is off. With each enable.
 void warn_of(const control::ChecksOff& off);
 
-/// What is to be known of the checks that late answers keep from judging, one a line.
+/// A warning for each check that late answers keep, or kept, from judging.
 std::vector<std::string> notes_on_silent(const control::ChecksOff& silent);
 
 }  // namespace apps

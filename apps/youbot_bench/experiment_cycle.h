@@ -83,6 +83,7 @@ class ExperimentCycle {
   void request_stop() noexcept;
   bool finished() const noexcept;
 
+  control::ChecksOff once_silent_checks() const noexcept { return robot_.once_silent_checks(); }
   const ExperimentStop& stop() const noexcept { return stop_; }
   /// Setup: why the experiment does not fit, in words; empty when it does.
   std::string misfit() const;

@@ -221,6 +221,7 @@ Confirmation confirmation(const ExperimentRequest& request) {
 int report(const ExperimentRequest& request, const ExperimentOutcome& outcome) {
   const std::filesystem::path& directory = request.directory;
   for (const std::string& problem : outcome.not_real_time) spdlog::warn("not real-time: {}", problem);
+  for (const std::string& note : apps::notes_on_silent(outcome.once_silent_checks)) spdlog::warn("{}", note);
   if (!request.quiet) {
     std::printf("%s: %d of %d measurements, %s of robot time in %s\n", request.name, outcome.finished,
                 outcome.planned,

@@ -229,6 +229,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   outcome.finished = recording.measurements_on_disk();
   outcome.recording_problems = recording.problems();
   outcome.not_measured = recording.not_measured();
+  outcome.once_silent_checks = cycle.once_silent_checks();
   if (cycle.stop()) outcome.fault = describe(cycle.stop(), robot);
   write_report(plan, options, outcome);
   return outcome;

@@ -73,6 +73,7 @@ Progress BaseRun::progress() const noexcept {
 
 void BaseRun::wrap_up(const drivers::ethercat::PcapRing* frames) {
   if (recording_) finish(*recording_, summary_);
+  summary_.once_silent_checks = cycle_.once_silent_checks();
   const StopReason& reason = cycle_.stop_reason();
   if (!reason) return;
   summary_.fell_behind =

@@ -101,6 +101,7 @@ class Cycle {
 
   bool finished() const noexcept;
   control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
+  control::ChecksOff once_silent_checks() const noexcept { return robot_.once_silent_checks(); }
   CycleRecord& record() noexcept { return record_; }  ///< of the last step()
   const CycleRecord& record() const noexcept { return record_; }
   const StopReason& stop_reason() const noexcept { return stop_reason_; }

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "apps/common/plausibility_config.h"
 #include "hal/seconds.h"
 
 namespace youbotd {
@@ -54,6 +55,8 @@ std::string report_of_any_run(const RunSummary& summary) {
   for (const std::string& line : summary.robot_report) text += fmt::format("robot says   {}\n", line);
   for (const std::string& problem : summary.not_real_time)
     text += fmt::format("NOT REAL-TIME: {}\n", problem);
+  for (const std::string& note : apps::notes_on_silent(summary.once_silent_checks))
+    text += fmt::format("NOT CHECKED: {}\n", note);
   if (summary.recorded)
     text += fmt::format("recording    {} cycles written, {} lost\n", summary.cycles_recorded,
                         summary.cycles_lost);

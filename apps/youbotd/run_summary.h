@@ -9,6 +9,7 @@
 
 #include "apps/common/loop.h"
 #include "apps/youbotd/cycle_record.h"
+#include "control/plausibility/checks.h"
 
 namespace youbotd {
 
@@ -17,6 +18,7 @@ struct RunSummary {
   bool virtual_time = false;
   std::vector<std::string> not_real_time;  ///< what the system refused
   apps::LoopStatistics loop;
+  control::ChecksOff once_silent_checks;      ///< of the sensors, as answers came too late for them
   std::uint64_t cycles_setpoint_limited = 0;
   std::uint64_t cycles_torque_rate_limited = 0;
   std::uint64_t cycles_at_wall = 0;  ///< of the workspace

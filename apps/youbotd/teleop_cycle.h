@@ -61,6 +61,7 @@ class TeleopCycle {
   void switch_off() noexcept;
   bool finished() const noexcept;
   control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
+  control::ChecksOff once_silent_checks() const noexcept { return robot_.once_silent_checks(); }
   TeleopRecord& record() noexcept { return record_; }  ///< of the last step()
   const TeleopRecord& record() const noexcept { return record_; }
   const End& end() const noexcept { return end_; }

@@ -131,6 +131,7 @@ Progress TeleopRun::progress() const noexcept {
 
 void TeleopRun::wrap_up(const drivers::ethercat::PcapRing* frames) {
   if (recording_) finish(*recording_, summary_);
+  summary_.once_silent_checks = cycle_.once_silent_checks();
   if (!cycle_.end().fault()) return;
   summary_.stop_reason = describe(cycle_.end(), robot_, master_);
   summary_.fault_report = apps::write_fault_report(

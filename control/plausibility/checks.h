@@ -26,6 +26,7 @@ inline constexpr auto kPlausibilityCheckNames = std::to_array<std::string_view>(
 class ChecksOff {
  public:
   void add(PlausibilityCheck check) noexcept { off_.set(static_cast<std::size_t>(check)); }
+  void add(const ChecksOff& others) noexcept { off_ |= others.off_; }
   bool has(PlausibilityCheck check) const noexcept { return off_.test(static_cast<std::size_t>(check)); }
   bool none() const noexcept { return off_.none(); }
   /// That all of them are off in `other`, too.

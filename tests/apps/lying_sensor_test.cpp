@@ -214,6 +214,8 @@ TEST(LateAnswers, ChecksKeptFromJudgingAreReported) {
   int n = 0;
   base.bus.hold_up([&n] { return support::HeldUpRobot::Delay{.answer = n++ % 50 == 0 ? 0us : 1500us}; });
   EXPECT_EQ(silent(base), (std::array{false, false, false}));
+  EXPECT_TRUE(base.cycle.once_silent_checks().has(PlausibilityCheck::kVelocityStep)) << "it was";
+  EXPECT_FALSE(arm.cycle.once_silent_checks().has(PlausibilityCheck::kVelocityStep));
 }
 
 // ---- over EtherCAT, where drives report their Hall sensors, too ----

@@ -27,6 +27,7 @@
 #include "sim/joint_sensors.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/built_paths.h"
+#include "tests/support/held_up_robot.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -404,6 +405,23 @@ TEST_F(BenchExperiment, AFaultStopsTheMotorsAndKeepsWhatWasMeasured) {
   EXPECT_FALSE(last_command.enable);
   EXPECT_EQ(outcome.finished, 1);
   EXPECT_EQ(rows(map(1)).size(), 1U);
+}
+
+TEST_F(BenchExperiment, ReportsAStretchInWhichLateAnswersSilencedACheck) {
+  using control::PlausibilityCheck;
+  hal::VirtualClock clock;
+  const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+  support::HeldUpRobot bus(*opened.robot, clock);
+  int cycle = 0;
+  bus.hold_up([&] {
+    const bool late = cycle > 2000 && cycle < 4000;
+    ++cycle;
+    return support::HeldUpRobot::Delay{.answer = late ? 2500us : 0us};
+  });
+  const ExperimentOutcome outcome = run_on(bus, clock, map_at({1.0, 2.0}));
+  EXPECT_TRUE(outcome.fault.empty()) << outcome.fault;
+  EXPECT_TRUE(outcome.once_silent_checks.has(PlausibilityCheck::kVelocityStep));
+  EXPECT_FALSE(outcome.once_silent_checks.has(PlausibilityCheck::kStillEncoder));
 }
 
 TEST_F(BenchExperiment, TooMuchSpeedOrTravelSwitchesOff) {
