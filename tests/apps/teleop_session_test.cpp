@@ -589,9 +589,10 @@ TEST(TeleopReport, TellsWhatMasterRobotAndSystemSay) {
   summary.cycles_recorded = 40;
   summary.cycles_lost = 2;
   const std::string text = report(summary);
-  for (const char* line : {"master says  its firmware is old\n", "robot says   arm-2 was still moving\n",
-                           "NOT REAL-TIME: no SCHED_FIFO\n",
-                           "NOT CHECKED: the check 'wheel_agreement' does not run while", "recording    40 cycles written, 2 lost\n"})
+  for (const char* line :
+       {"master says  its firmware is old\n", "robot says   arm-2 was still moving\n",
+        "NOT REAL-TIME: no SCHED_FIFO\n", "NOT CHECKED: the check 'wheel_agreement' does not run while",
+        "recording    40 cycles written, 2 lost\n"})
     EXPECT_TRUE(says(text, line)) << line << "in\n" << text;
   EXPECT_FALSE(says(text, "operator")) << text;
 }
