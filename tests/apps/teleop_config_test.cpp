@@ -359,19 +359,22 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
             {"teleoperation.start.unfolding_rad_per_s", "1", "0.2"},
             {"teleoperation.mapping.rate_m_per_s", "1", "0.05"},
             {"teleoperation.mapping.rate_turn_deg_per_s", "90", "5"},
-            {"teleoperation.coupling.damping_ratio", "0.05", "1"},
             {"teleoperation.arm.compensation_margin", "1", "0.5"},
             {"teleoperation.arm.full_command_Nm", "0.0001", "0.3"},
             {"teleoperation.arm.coulomb_Nm", "[0.9, 0.9, 0.5, 0.35, 10]", "[0, 0.9, 0.5, 0.35, 0.25]"},
             {"teleoperation.arm.viscous_Nm_s_per_rad", "[10, 0.4, 0.25, 0.15, 0.1]",
              "[0.4, 0.4, 0.25, 0.15, 0]"},
-            {"teleoperation.arm.posture_limit_Nm", "20", "2"},
-            {"teleoperation.arm.posture_Nm_s_per_rad", "0.01", "2"}})) {
+            {"teleoperation.arm.posture_limit_Nm", "20", "2"}})) {
     EXPECT_THROW((void)set(key, weaker), apps::ConfigError) << key;
     EXPECT_NO_THROW((void)set(key, stricter)) << key;
   }
   EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "2"), apps::ConfigError)
       << "the arm would carry 20 N that are not there";
+  // With less damping hand, tip and posture swing, with more their sampled velocity pushes.
+  for (const char* key :
+       {"teleoperation.coupling.damping_ratio", "teleoperation.arm.posture_Nm_s_per_rad",
+        "teleoperation.start.centring_N_s_per_m", "teleoperation.feedback.damping_N_s_per_m"})
+    for (const char* other : {"0.3", "0.9"}) EXPECT_THROW((void)set(key, other), apps::ConfigError) << key;
   // A release is judged by these two: of a heavier grip, or of a lighter one, no motion would be a free
   // one's.
   for (const char* key :
