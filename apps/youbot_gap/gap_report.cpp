@@ -85,12 +85,9 @@ void add_found(report::Page& page, const Findings& findings) {
                     std::string(found.measured_on),
                     std::to_string(found.blocks_improved) + " of " + std::to_string(found.blocks),
                     number_text(found.p_value)});
-    for (const Estimate& estimate : found.parameters) {
+    for (const Estimate& estimate : parameters_of(found)) {
       const Quantity quantity = quantity_of(estimate.name);
-      const double value = std::isfinite(estimate.value)
-                               ? estimate.value
-                               : model::effects::parameter_of(found.effect, estimate.name);
-      parameters.push_back({name, quantity.name, value, estimate.ok() ? estimate.lower : kNone,
+      parameters.push_back({name, quantity.name, estimate.value, estimate.ok() ? estimate.lower : kNone,
                             estimate.ok() ? estimate.upper : kNone, quantity.unit,
                             estimate.not_identifiable});
     }
@@ -110,7 +107,10 @@ void add_found(report::Page& page, const Findings& findings) {
               {"by chance p"}},
              rows, "Effects found, in the order they were added");
   page.text(
-      "\"Takes away\" compares the new model with the same one refitted without the effect. p is the chance "
+      "\"Without it\" is what the new model leaves once the effect is taken out and the rest refitted. "
+      "\"Takes "
+      "away\" is the share by which the effect makes the squared residual smaller, of the rows that the next "
+      "column names. p is the chance "
       "that the best of all "
       "effects tried would look as good on data in which nothing is missing.");
   if (!parameters.empty())
