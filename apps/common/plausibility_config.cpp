@@ -50,8 +50,8 @@ std::vector<std::string> notes_on_silent(const control::ChecksOff& silent) {
   std::vector<std::string> notes;
   for (const std::string& name : names_of(silent))
     notes.push_back(
-        fmt::format("the check '{}' does not run while each answer of the bus comes more than 1 ms late; "
-                    "give this machine less to do (docs/safety.md)",
+        fmt::format("for a second or more too few samples came in time for the check '{}'; give this "
+                    "machine less to do (docs/safety.md)",
                     name));
   return notes;
 }

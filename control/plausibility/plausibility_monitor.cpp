@@ -85,7 +85,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
   const std::chrono::duration<double> bounds = sample.latest - sample.earliest;
   const SampleTime time{elapsed_s, bounds.count()};
   late_s_ = time.unsure_s() > 0 ? late_s_ + elapsed_s : 0.0;
-  too_late_for_steps_s_ = time.unsure_s() > kUnsureStep_s ? too_late_for_steps_s_ + elapsed_s : 0.0;
+  without_steps_s_ += elapsed_s;
   if (elapsed_s > kComparable_s || time.unsure_s() > kComparable_s) {
     restart();
     return std::nullopt;
@@ -96,6 +96,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const hal::JointFault fault = check(joints_[i], command.joints[i], sample.joints[i], time);
     if (fault != hal::JointFault::kNone && !finding) finding = {fault, static_cast<int>(i)};
+    if (joints_[i].step.full()) without_steps_s_ = 0.0;
   }
   if (wheels_) {
     const std::optional<int> wheel = wheels_->update(wheels_of(sample, &hal::JointSample::position_rad),
@@ -113,7 +114,7 @@ ChecksOff PlausibilityMonitor::silent() const noexcept {
   ChecksOff silent;
   if (late_s_ >= kSilent_s && wheels_) silent.add(PlausibilityCheck::kWheelAgreement);
   if (late_s_ >= kSilent_s && arm_) silent.add(PlausibilityCheck::kOpposedMotion);
-  if (too_late_for_steps_s_ >= kSilent_s && !off_.has(PlausibilityCheck::kVelocityStep))
+  if (without_steps_s_ >= kSilent_s && !off_.has(PlausibilityCheck::kVelocityStep))
     silent.add(PlausibilityCheck::kVelocityStep);
   return silent;
 }

@@ -43,7 +43,7 @@ class PlausibilityMonitor {
   std::optional<Finding> update(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                 double elapsed_s) noexcept;
 
-  /// The checks that have judged nothing for the last second, as they leave late samples out and all were.
+  /// The checks that have judged nothing for the last second, as too few samples came in time for them.
   ChecksOff silent() const noexcept;
 
  private:
@@ -67,9 +67,9 @@ class PlausibilityMonitor {
     RobotModel model;
     std::vector<OpposedMotion> joints;  // of all, in their order: wheels put energy in, too
   };
-  std::optional<Arm> arm_;             // of a base with one
-  double late_s_ = 0.0;                // since the last sample that came in time
-  double too_late_for_steps_s_ = 0.0;  // since the last one that S3 can compare
+  std::optional<Arm> arm_;        // of a base with one
+  double late_s_ = 0.0;           // since the last sample that came in time
+  double without_steps_s_ = 0.0;  // since S3 last had enough regular samples
 };
 
 }  // namespace control

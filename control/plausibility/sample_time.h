@@ -20,7 +20,7 @@ struct SampleTime {
   /// Largest distance of the true time from the stamp. A check raises no alarm that any time within explains.
   double bounds_s = 0.0;
 
-  /// Of it, what the checks' constants leave. Zero on a quick bus.
+  /// What exceeds the millisecond that the checks' constants allow. Zero on a quick bus.
   double unsure_s() const noexcept { return std::max(0.0, bounds_s - kAllowed_s); }
 };
 

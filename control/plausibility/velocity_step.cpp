@@ -71,11 +71,11 @@ bool VelocityStep::update(double position_rad, const SampleTime& time) noexcept 
   if (count_ > 0) {
     append(rates_rad_per_s_, (position_rad - position_rad_) / time.elapsed_s);
     append(elapsed_s_, time.elapsed_s);
-    append(bounds_s_, time.bounds_s);
   }
+  append(bounds_s_, time.bounds_s);
   position_rad_ = position_rad;
   count_ = std::min(count_ + 1, kMemory + 1);
-  if (count_ <= kMemory) return false;
+  if (!full()) return false;
 
   const std::span<const double> rates(rates_rad_per_s_);
   const auto before = rates.first(kSide);

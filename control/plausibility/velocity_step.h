@@ -19,6 +19,8 @@ class VelocityStep {
   explicit VelocityStep(double step_rad_per_s) noexcept : step_rad_per_s_(step_rad_per_s) {}
 
   void restart() noexcept { count_ = 0; }
+  /// Whether it has as many regular samples as it compares.
+  bool full() const noexcept { return count_ > kMemory; }
   /// With each fresh sample. True: such a step was there.
   bool update(double position_rad, const SampleTime& time) noexcept;
 
@@ -35,7 +37,7 @@ class VelocityStep {
   // The oldest first.
   std::array<double, kMemory> rates_rad_per_s_{};
   std::array<double, kMemory> elapsed_s_{};
-  std::array<double, kMemory> bounds_s_{};
+  std::array<double, kMemory + 1> bounds_s_{};  // of the samples: one more than rates between them
 };
 
 }  // namespace control
