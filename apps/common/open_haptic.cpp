@@ -8,6 +8,7 @@
 
 #include "apps/common/regular_file.h"
 #include "drivers/haptic/haptic_usb.h"
+#include "hal/ethercat_robot.h"
 #include "hal/haptic/falcon_link.h"
 #include "hal/lockstep_haptic_device.h"
 #include "hal/loopback_haptic_link.h"
@@ -23,6 +24,8 @@ constexpr const char* kLoopback = "loopback";
 /// The vendor's image has some 30 kB.
 constexpr std::size_t kMaxFirmware_bytes = 1 << 20;
 constexpr std::chrono::seconds kShortestRamp{1};  // that the omega.6's driver takes
+/// Without real-time rights a busy machine holds the loop up: as long as for the bus of a simulator.
+constexpr std::chrono::milliseconds kPenPatience = hal::kSimulatorPatience;
 
 std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
   if (path.empty()) return {};
@@ -171,6 +174,12 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
   if (options.name == "force-dimension") limits.ramp_in = std::chrono::milliseconds(0);
   opened.device = std::make_unique<hal::ThreadedHapticDevice>(real_link(options), limits, options.thread);
   return opened;
+}
+
+void bear_pauses(HapticOptions& options) {
+  auto& stale_after = options.limits.stale_after;
+  if (is_simulated_haptic(options.name) && stale_after == hal::HapticLimits{}.stale_after)
+    stale_after = kPenPatience;
 }
 
 bool is_simulated_haptic(const std::string& name) { return name == kLoopback; }

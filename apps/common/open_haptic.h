@@ -38,6 +38,10 @@ struct HapticOptions {
 /// Relative paths start at `folder`.
 void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOptions& options);
 
+/// For a pen with nothing real beside it, as then nothing moves and nothing pushes: one that is simulated
+/// bears a pause of 0.1 s, unless `stale_after` is another than hal::HapticLimits has.
+void bear_pauses(HapticOptions& options);
+
 struct OpenedHaptic {
   std::unique_ptr<sim::Hand> hand;  ///< of the loopback; else null
   std::unique_ptr<hal::HapticDevice> device;

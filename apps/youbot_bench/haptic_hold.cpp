@@ -390,6 +390,7 @@ void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& ha
 
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop) {
   apps::HapticOptions haptic = load_options(options);
+  apps::bear_pauses(haptic);
   apps::MadePaths made;
   if (!options.out.empty()) {
     apps::require_no_results(options.out, {kRecording, "report.html"});

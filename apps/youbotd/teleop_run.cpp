@@ -45,9 +45,6 @@ std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunO
                                            config.cycle.period, simulated, config.teleoperation.workspace);
 }
 
-/// Without real-time rights a busy machine holds the loop up: as long as for the bus of a simulator.
-constexpr std::chrono::milliseconds kPenPatience = hal::kSimulatorPatience;
-
 double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
 
 }  // namespace
@@ -55,9 +52,7 @@ double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0],
 apps::OpenedHaptic open_master(const Config& config, const hal::Clock& clock) {
   apps::HapticOptions options = config.haptic;
   options.hand.travel.emplace();
-  const bool simulated = apps::is_simulated(config.robot.name) && apps::is_simulated_haptic(options.name);
-  if (simulated && options.limits.stale_after == hal::HapticLimits{}.stale_after)
-    options.limits.stale_after = kPenPatience;
+  if (apps::is_simulated(config.robot.name)) apps::bear_pauses(options);
   return apps::open_haptic(options, clock, config.cycle.period);
 }
 

@@ -34,8 +34,7 @@ struct TeleopSummary : RunSummary {
   double largest_tip_error_m = 0.0;  ///< from the set-point, while the hand moved the robot
 };
 
-/// The pen of the loopback has an omega.6's travel. With a simulated robot, too, it bears a pause of
-/// kPenPatience where the configuration gives no other limit: nothing moves and nothing pushes.
+/// The pen of the loopback has an omega.6's travel. Beside a simulated robot it bears pauses.
 apps::OpenedHaptic open_master(const Config& config, const hal::Clock& clock);
 
 /// @throws std::invalid_argument when recording there would replace something.
