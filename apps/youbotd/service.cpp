@@ -116,17 +116,13 @@ void Service::watch_robot() {
 }
 
 void Service::watch_checks() {
-  std::vector<std::string> notes;
-  if (run_)
-    notes = apps::notes_on_silent(told_.progress.silent_checks);
-  else
-    notes_logged_.clear();
-  for (const std::string& note : notes) {
+  notes_.clear();
+  if (run_) notes_ = apps::notes_on_silent(told_.progress.silent_checks);
+  for (const std::string& note : notes_) {
     if (std::find(notes_logged_.begin(), notes_logged_.end(), note) != notes_logged_.end()) continue;
     spdlog::warn("{}", note);
     notes_logged_.push_back(note);
   }
-  notes_ = std::move(notes);
 }
 
 void Service::watch_recording() {
@@ -165,6 +161,7 @@ void Service::bring_to_rest(const std::string& why) {
 }
 
 void Service::end_run() {
+  notes_logged_.clear();
   run_->wrap_up(robot_.capture.get());
   if (!config_.teleoperated) {
     const std::array<double, 3> base_W = run_->progress().base_W;
