@@ -1,5 +1,6 @@
 // fault_campaign: the whole daemon under random faults in emulated time; `./dev faults` runs it.
 #include <malloc.h>
+#include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -14,8 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
-#include <mutex>
-#include <optional>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -71,9 +71,8 @@ void report(std::FILE* pipe, std::size_t number, const Outcome& outcome) {
   std::fflush(pipe);
 }
 
-/// None: the process ended in the midst of it.
-std::optional<Verdict> read_verdict(const std::string& line) {
-  if (!line.ends_with('\n') || std::ranges::count(line, '\t') != 6) return std::nullopt;
+Verdict read_verdict(const std::string& line) {
+  if (std::ranges::count(line, '\t') != 6) throw std::runtime_error("a script's process reports: " + line);
   std::vector<std::string> fields;
   for (std::size_t begin = 0; fields.size() < 7;) {
     const std::size_t end = std::min(line.find('\t', begin), line.size());
@@ -86,9 +85,7 @@ std::optional<Verdict> read_verdict(const std::string& line) {
                   .travel_m = std::stod(fields[4]),
                   .fault = fields[5],
                   .violations = fields[6]};
-  while (!verdict.violations.empty() &&
-         (verdict.violations.back() == '\n' || verdict.violations.back() == ' '))
-    verdict.violations.pop_back();
+  while (!verdict.violations.empty() && verdict.violations.back() == ' ') verdict.violations.pop_back();
   return verdict;
 }
 
@@ -108,68 +105,85 @@ Outcome outcome_of(const Script& script) {
 }
 
 /// Runs each script in one of `jobs` processes, so that a crash is an outcome as well: a script that ends its
-/// process is the one after the last report, and the others of that process go on in a new one.
+/// process is the one after the last report, and the others of that process go on in a new one. One thread
+/// forks them all: a child that another thread's lock was copied into waits for it forever, and a sanitizer's
+/// memory allocator has such locks.
 class Pool {
  public:
   explicit Pool(const std::vector<Script>& scripts) : scripts_(scripts), verdicts_(scripts.size()) {}
 
   std::vector<Verdict> run(unsigned jobs) {
-    std::vector<std::thread> threads;
-    for (unsigned job = 0; job < jobs; ++job)
-      threads.emplace_back([this, job, jobs] {
-        for (std::size_t next = job; next < scripts_.size();) next = run_from(next, jobs);
-      });
-    for (std::thread& thread : threads) thread.join();
+    stride_ = jobs;
+    for (std::size_t job = 0; job < std::min<std::size_t>(jobs, scripts_.size()); ++job) start(job);
+    while (!children_.empty()) {
+      std::vector<pollfd> reports;
+      for (const Child& child : children_)
+        reports.push_back({.fd = child.reports, .events = POLLIN, .revents = 0});
+      require(poll(reports.data(), reports.size(), -1) > 0 || errno == EINTR, "poll");
+      for (std::size_t i = reports.size(); i-- > 0;)
+        if (reports[i].revents != 0 && !read_reports(children_[i])) finish(i);
+    }
     return std::move(verdicts_);
   }
 
  private:
-  /// The first script that is not judged yet.
-  std::size_t run_from(std::size_t first, unsigned stride) {
+  struct Child {
+    pid_t process = -1;
+    int reports = -1;      // reading end
+    std::size_t next = 0;  // the first script that is not judged yet
+    std::string unread;    // begin of a line
+  };
+
+  void start(std::size_t first) {
     std::array<int, 2> ends{};
-    pid_t child = -1;
-    {
-      // A child of another thread that inherited the writing end would keep it open.
-      const std::scoped_lock lock(forking_);
-      require(pipe(ends.data()) == 0, "pipe");
-      child = fork();
-      require(child >= 0, "fork");
-      if (child == 0) {
-        std::FILE* out = fdopen(ends[1], "w");
-        for (std::size_t number = first; number < scripts_.size(); number += stride) {
-          alarm(kLongest_s);
-          report(out, number, outcome_of(scripts_[number]));
-        }
-        std::_Exit(0);
+    require(pipe(ends.data()) == 0, "pipe");
+    const pid_t process = fork();
+    require(process >= 0, "fork");
+    if (process == 0) {
+      std::FILE* out = fdopen(ends[1], "w");
+      for (std::size_t number = first; number < scripts_.size(); number += stride_) {
+        alarm(kLongest_s);
+        report(out, number, outcome_of(scripts_[number]));
       }
-      close(ends[1]);
+      std::_Exit(0);
     }
-    std::FILE* in = fdopen(ends[0], "r");
-    require(in != nullptr, "fdopen");
-    char* line = nullptr;
-    std::size_t capacity = 0;
-    std::size_t next = first;
-    while (getline(&line, &capacity, in) > 0) {
-      const std::optional<Verdict> verdict = read_verdict(line);
-      if (!verdict) break;
-      verdicts_[next] = *verdict;
-      next += stride;
+    close(ends[1]);
+    children_.push_back({.process = process, .reports = ends[0], .next = first, .unread = {}});
+  }
+
+  /// False: the process ended.
+  bool read_reports(Child& child) {
+    std::array<char, 4096> text{};
+    const ssize_t size = read(child.reports, text.data(), text.size());
+    require(size >= 0 || errno == EINTR, "read");
+    if (size == 0) return false;
+    if (size > 0) child.unread.append(text.data(), static_cast<std::size_t>(size));
+    for (std::size_t end = 0; (end = child.unread.find('\n')) != std::string::npos;) {
+      verdicts_[child.next] = read_verdict(child.unread.substr(0, end));
+      child.next += stride_;
+      child.unread.erase(0, end + 1);
     }
-    std::free(line);
-    std::fclose(in);
+    return true;
+  }
+
+  void finish(std::size_t index) {
+    const Child child = std::move(children_[index]);
+    children_.erase(children_.begin() + static_cast<std::ptrdiff_t>(index));
+    close(child.reports);
     int status = 0;
-    waitpid(child, &status, 0);
-    if (next >= scripts_.size()) return next;
-    verdicts_[next].crashed = true;
-    verdicts_[next].violations = WIFSIGNALED(status)
-                                     ? std::string("ended by signal ") + strsignal(WTERMSIG(status))
-                                     : "ended with exit code " + std::to_string(WEXITSTATUS(status));
-    return next + stride;
+    require(waitpid(child.process, &status, 0) == child.process, "waitpid");
+    if (child.next >= scripts_.size()) return;
+    verdicts_[child.next].crashed = true;
+    verdicts_[child.next].violations = WIFSIGNALED(status)
+                                           ? std::string("ended by signal ") + strsignal(WTERMSIG(status))
+                                           : "ended with exit code " + std::to_string(WEXITSTATUS(status));
+    if (child.next + stride_ < scripts_.size()) start(child.next + stride_);
   }
 
   const std::vector<Script>& scripts_;
   std::vector<Verdict> verdicts_;
-  std::mutex forking_;
+  std::size_t stride_ = 1;
+  std::vector<Child> children_;
 };
 
 /// Of the processes that ran scripts until now: it does not depend on what else the machine does.
