@@ -371,10 +371,12 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
   EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "2"), apps::ConfigError)
       << "the arm would carry 20 N that are not there";
   // With less damping hand, tip and posture swing, with more their sampled velocity pushes.
-  for (const char* key :
-       {"teleoperation.coupling.damping_ratio", "teleoperation.arm.posture_Nm_s_per_rad",
-        "teleoperation.start.centring_N_s_per_m", "teleoperation.feedback.damping_N_s_per_m"})
-    for (const char* other : {"0.3", "0.9"}) EXPECT_THROW((void)set(key, other), apps::ConfigError) << key;
+  for (const auto& [key, less, more] : std::to_array<std::array<const char*, 3>>(
+           {{"teleoperation.coupling.damping_ratio", "0.6", "0.8"},
+            {"teleoperation.arm.posture_Nm_s_per_rad", "1.4", "1.6"},
+            {"teleoperation.start.centring_N_s_per_m", "0.4", "0.6"},
+            {"teleoperation.feedback.damping_N_s_per_m", "2.9", "3.1"}}))
+    for (const char* other : {less, more}) EXPECT_THROW((void)set(key, other), apps::ConfigError) << key;
   // A release is judged by these two: of a heavier grip, or of a lighter one, no motion would be a free
   // one's.
   for (const char* key :

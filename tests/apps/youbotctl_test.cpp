@@ -108,8 +108,8 @@ std::vector<std::string> into_a_full_pipe(const std::vector<std::string>& words)
 TEST_F(Youbotctl, AnUnreadLogDelaysNeitherStartNorRunNorStop) {
   Process youbotd(into_a_full_pipe(daemon()));
   const auto end = std::chrono::steady_clock::now() + 60s;
-  while (tell({"status"}).exit_code != 0 && std::chrono::steady_clock::now() < end) {
-  }
+  while (tell({"status"}).exit_code != 0 && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(20ms);
   ASSERT_EQ(tell({"enable"}).exit_code, 0);
   EXPECT_TRUE(comes_to_rest());
   youbotd.signal(SIGTERM);
