@@ -1,6 +1,7 @@
 #include "identification/gap/candidates.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <complex>
 #include <numbers>
@@ -427,17 +428,22 @@ double finer_periods_per_rev(double coarse, const Eigen::VectorXd& residual,
     const double at = position_rad[i] - low;
     groups[static_cast<std::size_t>(at / length)] += std::polar(residual[i], -coarse * at);
   }
-  const double off = kTwoPi / kRippleSpan_rad;  // the spectrum's resolution
-  const double step = 0.25 * kTwoPi / span;
+  // Four frequencies to what the whole span resolves, as far off as the coarse spectrum resolves: an eighth of
+  // the groups' own spectrum either way.
+  std::vector<std::complex<double>> spectrum;
+  const std::size_t count = groups.size();
+  groups.resize(std::bit_ceil(4 * count));
+  thread_local Eigen::FFT<double> fft;
+  fft.fwd(spectrum, groups);
+  const double step = kTwoPi / (static_cast<double>(groups.size()) * length);
+  const auto reach = static_cast<std::ptrdiff_t>(groups.size() / 8);
   double best = coarse;
   double most = 0;
-  for (double more = -off; more <= off; more += step) {
-    std::complex<double> sum;
-    for (std::size_t g = 0; g < groups.size(); ++g)
-      sum += groups[g] * std::polar(1.0, -more * (static_cast<double>(g) + 0.5) * length);
-    if (std::norm(sum) <= most) continue;
-    most = std::norm(sum);
-    best = coarse + more;
+  for (std::ptrdiff_t k = -reach; k <= reach; ++k) {
+    const double power = std::norm(spectrum[static_cast<std::size_t>(k < 0 ? k + 8 * reach : k)]);
+    if (power <= most) continue;
+    most = power;
+    best = coarse + static_cast<double>(k) * step;
   }
   return best;
 }
