@@ -70,6 +70,7 @@ class Model {
     static_ = index(terms::kStribeck);
     velocity_ = index(terms::kStribeckVelocity);
     exponent_ = index(terms::kStribeckExponent);
+    tail_ = index(terms::kStribeckTail);
   }
 
   std::vector<Slot>& slots() { return slots_; }
@@ -83,8 +84,8 @@ class Model {
   /// is none that it shows: there is no Stribeck effect then, and both levels are one. Whether that was so.
   bool level_off(std::vector<double>& values, double slowest_rad_per_s) const {
     if (!coulomb_ || !static_ || !slots_[*static_].fixed_because.empty()) return false;
-    const double share =
-        model::effects::Stribeck::shape(slowest_rad_per_s, values[*velocity_], values[*exponent_]);
+    const double share = model::effects::Stribeck::shape(slowest_rad_per_s, values[*velocity_],
+                                                         values[*exponent_], values[*tail_]);
     if (values[*static_] > values[*coulomb_] && share > kUnseen) return false;
     values[*static_] = values[*coulomb_];
     return true;
@@ -108,6 +109,7 @@ class Model {
   std::optional<std::size_t> static_;
   std::optional<std::size_t> velocity_;
   std::optional<std::size_t> exponent_;
+  std::optional<std::size_t> tail_;
 };
 
 struct Point {

@@ -96,6 +96,22 @@ TEST(IdentifyStatic, FindsTheCurveOfTable4FromAnExactMap) {
   EXPECT_TRUE(fit.outliers.empty());
 }
 
+TEST(IdentifyStatic, ATailThatReachesTheSlowestSpeedIsAPeakThatTheMapShows) {
+  // (1 + (v/vs)²)⁻¹ leaves a 37th of the peak at 6 vs, where exp(−(v/vs)²) leaves nothing.
+  constexpr double kVelocity = 0.05;
+  StaticMap map{"wheel-1", {}};
+  for (double v = 6 * kVelocity; v < 40 * kVelocity; v *= 1.2)
+    for (const double direction : {1.0, -1.0})
+      map.points.push_back({direction * v,
+                            direction * (0.05 + 0.1 / (1 + std::pow(v / kVelocity, 2)) + 0.01 * v), 1e-6});
+  const StaticFit fit = fit_static(map, form_named("kfm")
+                                            .give(terms::kStribeckVelocity, kVelocity)
+                                            .give(terms::kStribeckExponent, 2)
+                                            .give(terms::kStribeckTail, 1));
+  EXPECT_NEAR(estimate_of(fit.parameters, "stribeck", "static_torque_Nm").value, 0.15, 1e-4);
+  EXPECT_NEAR(estimate_of(fit.parameters, "coulomb", "torque_Nm").value, 0.05, 1e-5);
+}
+
 TEST(IdentifyStatic, Table4ComesBackWithinFivePercentAndItsIntervalsHoldTheTruth) {
   const Truth truth;
   constexpr int kMaps = 40;
