@@ -98,6 +98,24 @@ std::string interval_text(const identification::fit::Estimate& estimate) {
   return fmt::format("95 %: {:.4g} to {:.4g}", estimate.lower, estimate.upper);
 }
 
+std::vector<identification::fit::Estimate> parameters_of(const FoundEffect& found) {
+  using identification::fit::Estimate;
+  std::vector<Estimate> all;
+  for (const auto& parameter :
+       model::effects::effect_description(model::effects::name_of(found.effect)).parameters) {
+    const auto fitted = std::ranges::find(found.parameters, parameter.name, &Estimate::name);
+    all.push_back(fitted != found.parameters.end()
+                      ? *fitted
+                      : Estimate{.name = std::string(parameter.name), .not_identifiable = "not fitted"});
+    Estimate& estimate = all.back();
+    if (!std::isfinite(estimate.value))
+      estimate.value = model::effects::parameter_of(found.effect, parameter.name);
+    estimate.lower = std::max(estimate.lower, parameter.lower);
+    estimate.upper = std::min(estimate.upper, parameter.upper);
+  }
+  return all;
+}
+
 std::string evidence_text(const FoundEffect& found) {
   return fmt::format(
       "takes away {:.1f} % of the squared {}, better in {} of {} blocks of the data searched, p = {:.2g}",

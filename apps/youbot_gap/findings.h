@@ -28,6 +28,9 @@ std::string where_text(const identification::gap::Where& where);
 std::string interval_text(const identification::fit::Estimate& estimate);
 /// "takes away 92 % of the squared held-out residual, better in 31 of 32 blocks, p = 0.004"
 std::string evidence_text(const identification::gap::FoundEffect& found);
+/// All parameters of a found effect in the library's order, with intervals within what each may be; those
+/// that are not fitted, as a Stribeck curve's tail, have their value and the reason.
+std::vector<identification::fit::Estimate> parameters_of(const identification::gap::FoundEffect& found);
 /// "stribeck", "stribeck or cogging" with what the data cannot tell from it.
 std::string name_with_rivals(const identification::gap::FoundEffect& found);
 

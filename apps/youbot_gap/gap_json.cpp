@@ -1,6 +1,5 @@
 #include "apps/youbot_gap/gap_json.h"
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -21,26 +20,15 @@ Json json_of(const identification::gap::Where& where) {
   return json;
 }
 
-/// `value` counts where the estimate has none.
-Json json_of(const Estimate& estimate, double value, double lower, double upper) {
-  Json json{{"value", std::isfinite(estimate.value) ? estimate.value : value},
-            {"ci95", {std::max(estimate.lower, lower), std::min(estimate.upper, upper)}}};
+Json json_of(const Estimate& estimate) {
+  Json json{{"value", estimate.value}, {"ci95", {estimate.lower, estimate.upper}}};
   if (!estimate.ok()) json["not_identifiable"] = estimate.not_identifiable;
   return json;
 }
 
-Json parameters_of(const identification::gap::FoundEffect& found) {
+Json json_of(const std::vector<Estimate>& parameters) {
   Json json = Json::object();
-  for (const auto& parameter :
-       model::effects::effect_description(model::effects::name_of(found.effect)).parameters) {
-    const auto estimate = std::ranges::find(found.parameters, parameter.name, &Estimate::name);
-    const double value = model::effects::parameter_of(found.effect, parameter.name);
-    json[std::string(parameter.name)] =
-        estimate != found.parameters.end()
-            ? json_of(*estimate, value, parameter.lower, parameter.upper)
-            : json_of({.name = std::string(parameter.name), .not_identifiable = "not fitted"}, value,
-                      parameter.lower, parameter.upper);
-  }
+  for (const Estimate& estimate : parameters) json[estimate.name] = json_of(estimate);
   return json;
 }
 
@@ -64,7 +52,7 @@ Json json_of(const identification::gap::FoundEffect& found, const Findings& find
             {"gap_after", found.gap_after},
             {"equivalent", found.equivalent},
             {"deciding_experiment", deciding_experiment(found, findings)},
-            {"parameters", parameters_of(found)}};
+            {"parameters", json_of(parameters_of(found))}};
   if (!found.wins.empty()) json["wins"] = wins_of(found);
   if (found.decided_by)
     json["expected"] = {{"separation_sigma", found.decided_by->separation},

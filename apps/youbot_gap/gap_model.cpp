@@ -75,7 +75,7 @@ std::string improved_model_text(const Findings& findings) {
     if (i == remarks.size()) continue;
     remarked[i] = true;
     remarks[i].evidence = evidence(found, findings);
-    for (const Estimate& estimate : found.parameters)
+    for (const Estimate& estimate : parameters_of(found))
       remark(remarks[i], effect, estimate.name, interval_text(estimate));
   }
   return apps::drive_model_text(result.model, header(findings), remarks);

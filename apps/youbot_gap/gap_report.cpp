@@ -85,12 +85,9 @@ void add_found(report::Page& page, const Findings& findings) {
                     std::string(found.measured_on),
                     std::to_string(found.blocks_improved) + " of " + std::to_string(found.blocks),
                     number_text(found.p_value)});
-    for (const Estimate& estimate : found.parameters) {
+    for (const Estimate& estimate : parameters_of(found)) {
       const Quantity quantity = quantity_of(estimate.name);
-      const double value = std::isfinite(estimate.value)
-                               ? estimate.value
-                               : model::effects::parameter_of(found.effect, estimate.name);
-      parameters.push_back({name, quantity.name, value, estimate.ok() ? estimate.lower : kNone,
+      parameters.push_back({name, quantity.name, estimate.value, estimate.ok() ? estimate.lower : kNone,
                             estimate.ok() ? estimate.upper : kNone, quantity.unit,
                             estimate.not_identifiable});
     }

@@ -11,14 +11,15 @@ namespace {
 /// "static torque 0.083 N·m (0.081 to 0.085), …"
 std::string parameters_text(const identification::gap::FoundEffect& found) {
   std::string text;
-  for (const identification::fit::Estimate& estimate : found.parameters) {
+  for (const identification::fit::Estimate& estimate : parameters_of(found)) {
     const apps::Quantity quantity = apps::quantity_of(estimate.name);
     text += text.empty() ? "" : ", ";
     if (estimate.ok())
       text += fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
                           apps::number_text(estimate.value, quantity.unit), estimate.lower, estimate.upper);
     else
-      text += quantity.name + " not identifiable";
+      text += fmt::format("{} {} ({})", quantity.name, apps::number_text(estimate.value, quantity.unit),
+                          estimate.not_identifiable);
   }
   return text;
 }

@@ -428,8 +428,8 @@ double finer_periods_per_rev(double coarse, const Eigen::VectorXd& residual,
     const double at = position_rad[i] - low;
     groups[static_cast<std::size_t>(at / length)] += std::polar(residual[i], -coarse * at);
   }
-  // Four frequencies to what the whole span resolves, as far off as the coarse spectrum resolves: an eighth of
-  // the groups' own spectrum either way.
+  // Four frequencies to what the whole span resolves, as far off as the coarse spectrum resolves: an eighth
+  // of the groups' own spectrum either way.
   std::vector<std::complex<double>> spectrum;
   const std::size_t count = groups.size();
   groups.resize(std::bit_ceil(4 * count));

@@ -102,8 +102,8 @@ TEST(IdentifyStatic, ATailThatReachesTheSlowestSpeedIsAPeakThatTheMapShows) {
   StaticMap map{"wheel-1", {}};
   for (double v = 6 * kVelocity; v < 40 * kVelocity; v *= 1.2)
     for (const double direction : {1.0, -1.0})
-      map.points.push_back({direction * v,
-                            direction * (0.05 + 0.1 / (1 + std::pow(v / kVelocity, 2)) + 0.01 * v), 1e-6});
+      map.points.push_back(
+          {direction * v, direction * (0.05 + 0.1 / (1 + std::pow(v / kVelocity, 2)) + 0.01 * v), 1e-6});
   const StaticFit fit = fit_static(map, form_named("kfm")
                                             .give(terms::kStribeckVelocity, kVelocity)
                                             .give(terms::kStribeckExponent, 2)

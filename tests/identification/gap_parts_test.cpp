@@ -141,7 +141,7 @@ TEST(Ripple, IsFoundAtItsPeriodsPerTurnEvenBetweenWholeNumbers) {
   EXPECT_EQ(ripple_periods_per_rev(residual, Eigen::VectorXd::Zero(4000)), 0);
 }
 
-TEST(Ripple, OfAWheelThatTurnedAThousandKilometresIsFoundWithinSeconds) {
+TEST(Ripple, OfAWheelThatDroveAHundredKilometresIsFoundWithinSeconds) {
   constexpr double kPeriods = 26.00037;  // a number that the spectrum of one stretch cannot resolve
   const Eigen::VectorXd position = Eigen::VectorXd::LinSpaced(800'000, 0, 2e6);
   std::mt19937 random(1);

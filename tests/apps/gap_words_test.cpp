@@ -1,0 +1,38 @@
+// What youbot-gap prints for people.
+#include <gtest/gtest.h>
+
+#include <limits>
+#include <string>
+
+#include "apps/youbot_gap/findings.h"
+#include "apps/youbot_gap/gap_report.h"
+#include "apps/youbot_gap/summary.h"
+
+namespace gap_words_test {
+
+using identification::gap::FoundEffect;
+
+/// A Stribeck curve with a tail, which is a choice and not fitted, and an exponent that is hardly known.
+youbot_gap::Findings stribeck_with_tail() {
+  FoundEffect found{
+      .effect = model::effects::make_effect(
+          "stribeck",
+          {{"static_torque_Nm", 0.2}, {"velocity_rad_per_s", 0.5}, {"exponent", 1.5}, {"tail", 1}}),
+      .where = {}};
+  found.parameters = {{.name = "static_torque_Nm", .value = 0.2, .lower = 0.19, .upper = 0.21},
+                      {.name = "velocity_rad_per_s", .value = 0.5, .lower = 0.4, .upper = 0.6},
+                      {.name = "exponent", .value = 1.5, .lower = -2, .upper = 5}};
+  youbot_gap::Findings findings{.base = {}, .base_path = {}, .drive = "axis", .data = {}, .result = {}};
+  findings.result.effects = {found};
+  return findings;
+}
+
+TEST(GapWords, NameEveryParameterWithinWhatItMayBe) {
+  const youbot_gap::Findings findings = stribeck_with_tail();
+  const std::string text = youbot_gap::summary_text(findings);
+  EXPECT_NE(text.find("exponent 1.5 (0.3 to 4), tail 1 (not fitted)"), std::string::npos) << text;
+  const std::string page = youbot_gap::gap_report(findings).html();
+  EXPECT_NE(page.find("<td>tail</td>"), std::string::npos);
+}
+
+}  // namespace gap_words_test
