@@ -24,8 +24,19 @@ constexpr double kCertain = 5;
 /// Of what goes otherwise with the motion, what the acceleration has to take away. A speed loop that answers
 /// a ripple of the torque looks like an inertia, too, but drives all the time.
 constexpr double kLeastInertiaShare = 0.8;
+/// Of what the other terms leave, what the terms of a weight have to take away. With less they are left out:
+/// of a small swing they are hardly different from the inertia's.
+constexpr double kLeastWeightShare = 0.5;
 constexpr double kAnother = 5;
 constexpr double kAgreement = 1.5;
+
+Eigen::VectorXd solution(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
+  return fit::normal_inverse(columns) * (columns.transpose() * target);
+}
+/// Square of what the columns leave of the target.
+double left_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
+  return (target - columns * solution(columns, target)).squaredNorm();
+}
 
 }  // namespace
 
@@ -64,29 +75,31 @@ std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion&
         (quadrants == Quadrants::kAll || torque[i] * velocity[i] < 0))
       rows.push_back(i);
   if (rows.size() < kLeastRowsToFit) return {};
+  const bool has_weight = !motion.position_rad.empty();
   const auto count = static_cast<Eigen::Index>(rows.size());
-  Eigen::MatrixXd columns(count, 4);
+  Eigen::MatrixXd columns(count, has_weight ? 6 : 4);
   Eigen::VectorXd target(count);
-  double power_W = 0;
   for (Eigen::Index k = 0; k < count; ++k) {
     const std::size_t i = rows[static_cast<std::size_t>(k)];
-    columns.row(k) << acceleration[i], std::copysign(1, velocity[i]), velocity[i], 1;
+    columns.row(k).head(4) << acceleration[i], std::copysign(1, velocity[i]), velocity[i], 1;
+    if (has_weight)
+      columns.row(k).tail(2) << std::sin(motion.position_rad[i]), std::cos(motion.position_rad[i]);
     target[k] = torque[i];
-    power_W += torque[i] * velocity[i] / static_cast<double>(count);
   }
-  const Eigen::MatrixXd inverse = fit::normal_inverse(columns);
-  const Eigen::VectorXd fitted = inverse * (columns.transpose() * target);
+  if (has_weight && left_of(columns, target) > (1 - kLeastWeightShare) * left_of(columns.leftCols(4), target))
+    columns.conservativeResize(Eigen::NoChange, 4);
+  const Eigen::VectorXd fitted = solution(columns, target);
   const Eigen::MatrixXd covariance = fit::block_covariance(columns, target - columns * fitted, kFitBlocks);
-  const auto others = columns.rightCols(3);
   const double left = (target - columns * fitted).squaredNorm();
-  const double left_without =
-      (target - others * (fit::normal_inverse(others) * (others.transpose() * target))).squaredNorm();
+  const double left_without = left_of(columns.rightCols(columns.cols() - 1), target);
+  const Eigen::VectorXd friction = columns.middleCols(1, 2) * fitted.segment(1, 2);
   return ImpliedDrive{.inertia_kg_m2 = fitted[0],
                       .inertia_sigma = std::sqrt(covariance(0, 0)),
                       .inertia_share = left_without > 0 ? 1 - left / left_without : 0,
                       .coulomb_Nm = fitted[1],
                       .coulomb_sigma = std::sqrt(covariance(1, 1)),
-                      .power_W = power_W};
+                      .viscous_Nm_s_per_rad = fitted[2],
+                      .friction_W = friction.dot(columns.col(2)) / static_cast<double>(count)};
 }
 
 bool ImpliedDrive::inertia_is_sure() const noexcept {

@@ -20,14 +20,18 @@ struct SmoothMotion {
 double smooth_Hz(double period_s);
 SmoothMotion smooth_motion_of(const Source& source);
 
-/// Inertia and Coulomb friction of τ = J·a + c·sign(v) + b·v + d, with their standard deviations.
+/// Inertia and friction of τ = J·a + c·sign(v) + b·v + d, with standard deviations; where a weight explains
+/// most of what that leaves, of the same and s·sin(q) + k·cos(q).
 struct ImpliedDrive {
   double inertia_kg_m2;
   double inertia_sigma;
-  double inertia_share;  ///< of the squared torque that the other three leave, what J·a takes away
+  double inertia_share;  ///< of the squared torque that the other terms leave, what J·a takes away
   double coulomb_Nm;
   double coulomb_sigma;
-  double power_W;  ///< of the torque, in the mean: what a drive puts in and friction takes
+  double viscous_Nm_s_per_rad;
+  /// Of c·sign(v) + b·v, in the mean: what friction takes. The power of the whole torque also lifts and
+  /// lowers the joint, so that it says nothing where the joint does not come back.
+  double friction_W;
   /// Five standard deviations from zero.
   bool inertia_is_sure() const noexcept;
   bool friction_is_sure() const noexcept;

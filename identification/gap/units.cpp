@@ -34,6 +34,8 @@ constexpr double kSameMotion = 0.9;
 constexpr double kLeastGear = 2.5;
 /// An implied inertia is that of a unit within this factor: a base model's own is hardly better known.
 constexpr double kModelTolerance = 1.25;
+/// Friction is less well known.
+constexpr double kFrictionTolerance = 2;
 
 bool is_about(double value, double expected, double tolerance) {
   return std::abs(value / expected - 1) < tolerance;
@@ -107,8 +109,9 @@ void check_torque(const Source& source, const SmoothMotion& motion, const model:
   const bool inertia_is_sure = implied->inertia_is_sure();
   const bool friction_is_sure = implied->friction_is_sure();
   // A joint that gives like a spring follows its torque as if its inertia were below zero, and takes energy.
-  const bool drives = implied->power_W > 0;
-  if (!drives && inertia_is_sure && friction_is_sure && implied->inertia_kg_m2 < 0 && implied->coulomb_Nm < 0)
+  const bool takes_energy = implied->friction_W > 0;
+  if (!takes_energy && inertia_is_sure && friction_is_sure && implied->inertia_kg_m2 < 0 &&
+      implied->coulomb_Nm < 0)
     throw std::invalid_argument(
         path_of(source) + ": " + torque +
         " has the wrong sign against the motion: it implies an inertia of " +
@@ -121,29 +124,47 @@ void check_torque(const Source& source, const SmoothMotion& motion, const model:
     return;
   const double inertia = implied->inertia_kg_m2 / base.inertia_kg_m2;
   const double friction = implied->coulomb_Nm / coulomb->parameters().torque_Nm;
+  const std::string implies = path_of(source) + ": torque and motion imply an inertia of " +
+                              short_number(implied->inertia_kg_m2) + " kg m² and a Coulomb friction of " +
+                              short_number(implied->coulomb_Nm) + " N·m, ";
+  const std::string implies_factors =
+      implies + short_number(inertia) + " and " + short_number(friction) + " times those of the model: ";
+  const std::string otherwise = ". If the units are right, put these numbers into the model";
+  const auto* viscous = base.find<model::effects::Viscous>();
+  const bool has_viscous = viscous != nullptr && viscous->parameters().coefficient_Nm_s_per_rad > 0;
+  const double drag =
+      has_viscous ? implied->viscous_Nm_s_per_rad / viscous->parameters().coefficient_Nm_s_per_rad : 0;
   struct Unit {
     double inertia;
     double friction;
     std::string text;
+    bool is_usual = false;  ///< models are often wrong by that factor: viscous friction has to say the same
   };
+  const bool has_position = source.recording.has("position_rad");
   const std::array units{
       Unit{kThousand, kThousand, torque + " seems to be in mN·m; divide it by 1000"},
       Unit{1 / kDegrees, 1, "the motion seems to be in degrees; multiply it by pi/180"},
       Unit{kThousand * kThousand, 1, "time_s seems to be in milliseconds; divide it by 1000"},
+      has_position
+          ? Unit{1 / kTurns, 1, "position_rad seems to be in turns; multiply it by 2*pi", true}
+          : Unit{1 / kRpm, 1,
+                 "velocity_rad_per_s seems to be in revolutions per minute; multiply it by pi/30", true},
   };
   for (const Unit& unit : units)
     if (is_within_factor(inertia, unit.inertia, kModelTolerance) &&
-        is_within_factor(friction, unit.friction, 2))
-      throw std::invalid_argument(path_of(source) + ": torque and motion imply an inertia of " +
-                                  short_number(implied->inertia_kg_m2) + " kg m² and a Coulomb friction of " +
-                                  short_number(implied->coulomb_Nm) + " N·m, " + short_number(inertia) +
-                                  " and " + short_number(friction) + " times those of the model: " +
-                                  unit.text + ". If the units are right, put these numbers into the model");
+        is_within_factor(friction, unit.friction, kFrictionTolerance) &&
+        (!unit.is_usual || (has_viscous && is_within_factor(drag, unit.inertia, kFrictionTolerance))))
+      throw std::invalid_argument(implies_factors + unit.text + otherwise);
+  // Over a gear of n, the torque is an n-th and the motion n times as large: the inertia an n²-th.
+  if (has_viscous && friction < 1 / kLeastGear && is_within_factor(inertia, drag, kFrictionTolerance) &&
+      is_within_factor(inertia, friction * friction, kFrictionTolerance))
+    throw std::invalid_argument(implies_factors +
+                                "torque and motion seem to be on the motor's side of a gear of about " +
+                                short_number(1 / friction) +
+                                "; multiply the torque by its ratio and divide the motion by it" + otherwise);
   if (is_within_factor(inertia, friction, kModelTolerance) && !is_within_factor(inertia, 1, kLeastGear))
-    throw std::invalid_argument(path_of(source) + ": torque and motion imply an inertia of " +
-                                short_number(implied->inertia_kg_m2) + " kg m² and a Coulomb friction of " +
-                                short_number(implied->coulomb_Nm) + " N·m, both about " +
-                                short_number(inertia) + " times those of the model: " + torque +
+    throw std::invalid_argument(implies + "both about " + short_number(inertia) +
+                                " times those of the model: " + torque +
                                 " seems to be on the motor's side of the gear, or its torque constant is "
                                 "wrong; scale it to the joint's "
                                 "side. If it is right, put these numbers into the model");

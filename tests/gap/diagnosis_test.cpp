@@ -229,6 +229,37 @@ TEST(Diagnosis, UnitsShowInTheInertiaAndFrictionThatTheyImply) {
   Source reversed = healthy();
   scale(reversed, "torque_measured_Nm", -1);
   EXPECT_TRUE(contains(refusal(reversed), "torque_measured_Nm has the wrong sign")) << refusal(reversed);
+  Source turns = healthy();
+  remove(turns, "velocity_rad_per_s");
+  scale(turns, "position_rad", 0.5 / std::numbers::pi);
+  EXPECT_TRUE(contains(refusal(turns), "position_rad seems to be in turns")) << refusal(turns);
+  Source rpm = healthy();
+  remove(rpm, "position_rad");
+  scale(rpm, "velocity_rad_per_s", 30 / std::numbers::pi);
+  EXPECT_TRUE(contains(refusal(rpm), "revolutions per minute")) << refusal(rpm);
+  Source motor = healthy();
+  for (const char* moved : {"position_rad", "velocity_rad_per_s"}) scale(motor, moved, 50);
+  scale(motor, "torque_measured_Nm", 1.0 / 50);
+  EXPECT_TRUE(contains(refusal(motor), "on the motor's side of a gear of about 50")) << refusal(motor);
+}
+
+/// The motion of healthy(), of an arm that its weight pulls down harder than its inertia and friction resist.
+Source arm() {
+  Source source = healthy();
+  std::vector<double>& torque = column(source, "torque_measured_Nm");
+  for (std::size_t i = 0; i < torque.size(); ++i)
+    torque[i] += 3 * std::sin(column(source, "position_rad")[i]);
+  return source;
+}
+
+TEST(Diagnosis, AnArmsWeightHidesNeitherAWrongSignNorAUnit) {
+  EXPECT_EQ(noticed(diagnose({arm()}, base())), "");
+  Source reversed = arm();
+  scale(reversed, "torque_measured_Nm", -1);
+  EXPECT_TRUE(contains(refusal(reversed), "torque_measured_Nm has the wrong sign")) << refusal(reversed);
+  Source milli = arm();
+  scale(milli, "torque_measured_Nm", 1000);
+  EXPECT_TRUE(contains(refusal(milli), "torque_measured_Nm seems to be in mN·m")) << refusal(milli);
 }
 
 TEST(Diagnosis, AModelThatIsWrongByAnyOtherFactorIsNoUnit) {
