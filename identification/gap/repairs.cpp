@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -40,6 +41,12 @@ constexpr std::size_t kFarMore = 5;
 constexpr double kWholeTurn = 0.02;
 /// A held value goes on by several times what the sensor resolves; a coarse one by one step.
 constexpr double kHeldResolutions = 3;
+/// A column stops where it stays the same for as many usual runs of the same value.
+constexpr std::size_t kLeastHeld = 20;
+constexpr double kUsualRuns = 0.99;
+/// What moves meanwhile changes by this share of its usual value, or by so many of its least changes.
+constexpr double kMeanwhile = 0.05;
+constexpr double kMeanwhileChanges = 10;
 /// A velocity that leads this far, while the position says nothing moves, contradicts it.
 constexpr double kWay_rad = 0.1;
 
@@ -136,6 +143,17 @@ std::vector<MarkedRun> runs_of(const std::vector<bool>& marked) {
   return runs;
 }
 
+/// Runs of the same value, one after the other.
+template <class Visit>
+void for_each_run(std::span<const double> values, const Visit& visit) {
+  for (std::size_t from = 0; from < values.size();) {
+    std::size_t to = from + 1;
+    while (to < values.size() && values[to] == values[from]) ++to;
+    visit(MarkedRun{from, to});
+    from = to;
+  }
+}
+
 /// Rows for which a value usually stays the same where it changes at all; 1 for a fresh one in each row.
 std::size_t held_rows(std::span<const double> values) {
   const std::vector<double> steps = steps_of(values);
@@ -187,6 +205,56 @@ void drop_dead_columns(Source& source, Diagnoses& diagnoses) {
     drop("velocity_rad_per_s", "is 0 in every row, though the position changes",
          "left out: the position counts");
   }
+}
+
+void drop_held_torque(Source& source, Diagnoses& diagnoses) {
+  const std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
+  const std::vector<double>* const command = column_of(source, "torque_command_Nm");
+  const std::vector<double>* const moving = command != nullptr ? command : column_of(source, "position_rad");
+  if (torque == nullptr || moving == nullptr || torque->size() < kLeastRowsOfPart) return;
+  std::map<std::size_t, std::size_t> runs;  // how many of each length
+  std::size_t count = 0;
+  for_each_run(*torque, [&](const MarkedRun& run) {
+    ++runs[run.to - run.from];
+    ++count;
+  });
+  std::size_t usual = 1;
+  std::size_t shorter = 0;
+  for (const auto& [length, times] : runs) {
+    if (static_cast<double>(shorter) > kUsualRuns * static_cast<double>(count)) break;
+    usual = length;
+    shorter += times;
+  }
+  if (runs.rbegin()->first < kLeastHeld * usual) return;
+
+  const double moves = std::max(kMeanwhileChanges * least_change(steps_of(*moving)),
+                                command != nullptr ? kMeanwhile * quantile(magnitudes(*command), 0.9) : 0);
+  const auto [low, high] = std::ranges::minmax(*torque);
+  std::vector<MarkedRun> held;
+  for_each_run(*torque, [&](const MarkedRun& run) {
+    const double value = (*torque)[run.from];
+    if (run.to - run.from < kLeastHeld * usual || value == low || value == high) return;
+    const auto meanwhile = std::ranges::minmax(std::span(*moving).subspan(run.from, run.to - run.from));
+    if (meanwhile.max - meanwhile.min > moves) held.push_back(run);
+  });
+  if (held.empty()) return;
+  const auto time_s = source.recording.column("time_s");
+  const std::string first = "stays " + short_number((*torque)[held.front().from]) + " from " +
+                            short_number(time_s[held.front().from]) + " s to " +
+                            short_number(time_s[held.front().to - 1]) + " s, while " +
+                            (command != nullptr ? "its command changes" : "the joint turns");
+  std::vector<std::size_t> kept;
+  std::size_t next = 0;
+  for (const MarkedRun& run : held) {
+    for (; next <= run.from; ++next) kept.push_back(next);  // the first of its rows was measured
+    next = run.to;
+  }
+  for (; next < torque->size(); ++next) kept.push_back(next);
+  diagnoses.push_back({source.name, "torque_measured_Nm",
+                       first + "; " + share_text(torque->size() - kept.size(), torque->size()) +
+                           " of the rows are held like that",
+                       "left out"});
+  source = with_rows(std::move(source), kept);
 }
 
 std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {

@@ -16,6 +16,10 @@ using Diagnoses = std::vector<Diagnosis>;
 /// @throws std::invalid_argument when no torque is left.
 void drop_dead_columns(Source& source, Diagnoses& diagnoses);
 
+/// Rows go in which the measured torque is held far longer than elsewhere, while its command changes or,
+/// without one, the joint turns. At the end of the sensor's range that is saturation.
+void drop_held_torque(Source& source, Diagnoses& diagnoses);
+
 /// Jumps of a whole turn are unwrapped; single positions off the way are interpolated.
 /// @returns the rows before which the position jumps otherwise.
 std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses);

@@ -176,6 +176,29 @@ TEST(Diagnosis, OfAHeldSensorOnlyFreshValuesCount) {
   }
 }
 
+TEST(Diagnosis, ATorqueThatStopsWhileTheJointMovesIsLeftOut) {
+  Source source = healthy();
+  std::vector<double>& torque = column(source, "torque_measured_Nm");
+  std::fill(torque.begin() + 4000, torque.begin() + 5500, torque[4000]);  // 8 s to 11 s
+  const Diagnosed diagnosed = diagnose({source}, base());
+  EXPECT_TRUE(contains(noticed(diagnosed), "from 8 s to 11 s, while the joint turns; 1499 (15 %)"))
+      << noticed(diagnosed);
+  std::size_t rows = 0;
+  for (const Source& part : diagnosed.sources) rows += part.recording.rows();
+  EXPECT_EQ(rows, 10000 - 1499U);
+}
+
+/// A joint that a coarse sensor sees at rest is not a sensor that stopped.
+TEST(Diagnosis, ATorqueThatRestsWithTheJointStays) {
+  Source source = healthy();
+  remove(source, "velocity_rad_per_s");
+  std::vector<double>& torque = column(source, "torque_measured_Nm");
+  std::vector<double>& position = column(source, "position_rad");
+  std::fill(torque.begin() + 4000, torque.end(), torque[4000]);
+  std::fill(position.begin() + 4000, position.end(), position[4000]);
+  EXPECT_FALSE(contains(noticed(diagnose({source}, base())), "torque_measured_Nm stays"));
+}
+
 TEST(Diagnosis, ACoarseEncoderIsNotHeld) {
   Source source = healthy();
   for (double& p : column(source, "position_rad")) p = 0.01 * std::round(p / 0.01);
