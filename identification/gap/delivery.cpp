@@ -131,30 +131,34 @@ FittedModel with_given(const FittedModel& fitted, const std::vector<FreeParamete
   return refined(start, judged.rows, judged.training.rows, all_but(fixed));
 }
 
-/// Nothing stays that takes away nothing, of held-out recordings or, without those, of the stretches that the
-/// search left out in turn; what stays knows the model without it.
+/// Nothing stays that takes away nothing of held-out recordings or, without those, of the stretches that the
+/// search left out in turn. Those stretches decide as well where the recordings do not, as fast ones do not
+/// of a Stribeck curve. What stays knows the model without it.
 void drop_useless(SearchResult& result, const std::vector<FreeParameter>& fixed, const HeldOut& held_out,
                   const Judged& judged) {
-  const auto left_of = [&](const FittedModel& fitted) {
-    return total(judged.own_recordings ? held_out.blocks(fitted, judged.held_out)
-                                       : left_out_squares(fitted, judged.rows, judged.training));
-  };
-  double left = left_of(result.fitted);
   for (std::size_t i = result.added.size(); i-- > 0;) {
+    Added& added = result.added[i];
     std::optional<FittedModel> without =
         without_added(result, i, judged.rows, judged.training, all_but(fixed));
     if (!without) continue;
-    const double bare = left_of(*without);
-    if (left < bare) {
-      result.added[i].without = std::move(*without);
-      result.added[i].gain = 1 - left / bare;
+    const auto gain_of = [&](const std::vector<double>& bare, const std::vector<double>& left) {
+      added.gain = total(bare) > 0 ? 1 - total(left) / total(bare) : 0;
+      return decisiveness(bare, left);
+    };
+    added.judged_by_held_out =
+        judged.own_recordings && std::abs(gain_of(held_out.blocks(*without, judged.held_out),
+                                                  held_out.blocks(result.fitted, judged.held_out))) > kWorse;
+    if (!added.judged_by_held_out)
+      gain_of(left_out_squares(*without, judged.rows, judged.training),
+              left_out_squares(result.fitted, judged.rows, judged.training));
+    if (added.gain > 0) {
+      added.without = std::move(*without);
       continue;
     }
-    result.rejected.push_back({std::string(result.added[i].effect), result.added[i].gain,
+    result.rejected.push_back({std::string(added.effect), added.gain,
                                "takes away nothing of the residual that it was not fitted to"});
     result.fitted = std::move(*without);
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
-    left = bare;
     i = result.added.size();  // what stays takes away something else now
   }
 }

@@ -454,7 +454,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     found.gap_before = rms(residual(added.without), quiet);
     found.gap_after = result.gap_after_Nm;
     found.held_out_gain = added.gain;
-    if (held_out.empty()) found.measured_on = FoundEffect::kLeftOut;
+    if (!added.judged_by_held_out) found.measured_on = FoundEffect::kLeftOut;
     rivals.resize(result.effects.size() + 1);
     for (const RivalModel& rival : added.rivals) {
       rivals.back().push_back(rival.model);

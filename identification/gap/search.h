@@ -38,6 +38,7 @@ struct Added {
   std::vector<RivalModel> rivals{};  ///< each wins some draws of the noise; models by weigh_rivals()
   int wins = 0;                      ///< its own
   FittedModel without{};             ///< the delivered model, refitted without it, by deliver()
+  bool judged_by_held_out = false;   ///< by deliver(): `gain` is of held-out recordings that are sure of it
 };
 struct SearchResult {
   FittedModel fitted;
