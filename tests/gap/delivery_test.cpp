@@ -140,6 +140,29 @@ TEST(Delivery, WhatHeldOutRecordingsCannotShowStays) {
   }
 }
 
+/// A drive that cancels its own ripple adds a torque that is measured, moves the joint, and was not
+/// commanded.
+TEST(NoiseFloor, IsNotTheTorqueThatTheCommandDidNotAskFor) {
+  model::effects::DriveModel base = given();
+  base.effects.pop_back();
+  const auto with_command = [](Source source) {
+    std::vector<double> command = source.recording.columns[2].values;
+    for (std::size_t i = 0; i < command.size(); ++i) {
+      const double turn = 2 * std::numbers::pi * kPeriod_s * static_cast<double>(i);
+      command[i] -= 0.08 * (std::sin(6.1 * turn) + std::sin(9.7 * turn));
+    }
+    source.recording.columns.push_back({"torque_command_Nm", std::move(command)});
+    return source;
+  };
+  const Result result =
+      analyse(base, {with_command(slow_motion("a.csv", 1)), with_command(slow_motion("b.csv", 2))},
+              {with_command(slow_motion("c.csv", 3))});
+  EXPECT_TRUE(std::ranges::any_of(result.effects, [](const auto& found) {
+    return model::effects::name_of(found.effect) == "stribeck";
+  })) << "half of such a floor is more than a Stribeck curve of 0.05 N·m takes away";
+  EXPECT_LT(result.noise_floor_Nm, 1.5 * result.gap_after_Nm) << "a model cannot leave less than noise";
+}
+
 /// What no effect of the library is: something turns with the drive at 2.3 Hz, wherever the joint is.
 double shakes(double time_s, double /*velocity*/) {
   return 0.012 * std::sin(2 * std::numbers::pi * 2.3 * time_s);
