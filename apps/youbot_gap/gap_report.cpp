@@ -107,7 +107,10 @@ void add_found(report::Page& page, const Findings& findings) {
               {"by chance p"}},
              rows, "Effects found, in the order they were added");
   page.text(
-      "\"Takes away\" compares the new model with the same one refitted without the effect. p is the chance "
+      "\"Without it\" is what the new model leaves once the effect is taken out and the rest refitted. "
+      "\"Takes "
+      "away\" is the share by which the effect makes the squared residual smaller, of the rows that the next "
+      "column names. p is the chance "
       "that the best of all "
       "effects tried would look as good on data in which nothing is missing.");
   if (!parameters.empty())
