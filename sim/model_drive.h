@@ -23,6 +23,9 @@ class ModelDrive {
   double reported_Nm() const noexcept { return effects_.report_Nm(delivered_Nm_); }
   void set_position(double position_rad) noexcept { parts_.set_position(position_rad); }
   void set_velocity(double velocity_rad_per_s) noexcept { parts_.set_velocity(velocity_rad_per_s); }
+  void set_load(double position_rad, double velocity_rad_per_s) noexcept {
+    parts_.set_load(position_rad, velocity_rad_per_s);
+  }  ///< behind a gap or a spring
   void set_running(double running_s) noexcept {
     parts_.set_running(running_s);
   }  ///< for how long it has moved

@@ -2,30 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 #include <utility>
 
 namespace sim {
 namespace {
 
-/// A gap without a spring of its own: teeth meet as stiffly as those of a small steel gear, and settle.
-constexpr double kTeethResonance_rad_per_s = 2 * std::numbers::pi * 150;
-constexpr double kTeethDampingRatio = 0.5;
-
+/// Of the friction contact, in proportion to what rubs in it.
 BoundedBristle contact(const model::effects::Mechanics& mechanics, double share) {
   return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share,
                          mechanics.bend_exponent});
 }
 
-model::effects::Mechanics with_teeth(model::effects::Mechanics mechanics) {
+const model::effects::Mechanics& with_contact(const model::effects::Mechanics& mechanics) {
   if (!(mechanics.stiffness_Nm_per_rad > 0))
     throw std::invalid_argument("simulated drive: the friction contact needs a stiffness");
-  if (mechanics.backlash_rad > 0 && !(mechanics.shaft_Nm_per_rad > 0)) {
-    const double reduced = mechanics.inertia_kg_m2 * mechanics.load_share * (1 - mechanics.load_share);
-    mechanics.shaft_Nm_per_rad = reduced * kTeethResonance_rad_per_s * kTeethResonance_rad_per_s;
-    mechanics.shaft_Nm_s_per_rad = 2 * kTeethDampingRatio * reduced * kTeethResonance_rad_per_s;
-  }
   return mechanics;
 }
 
@@ -34,12 +25,16 @@ model::effects::Mechanics with_teeth(model::effects::Mechanics mechanics) {
 MovingParts::MovingParts(const model::effects::Mechanics& mechanics,
                          std::optional<model::friction::SlidingTable> curve,
                          const model::effects::EffectChain& effects)
-    : mechanics_(with_teeth(mechanics)),
+    : mechanics_(with_contact(mechanics)),
       curve_(std::move(curve)),
       effects_(effects),
-      motor_{mechanics.two_masses() ? 1 - mechanics.load_share : 1,
-             contact(mechanics, mechanics.two_masses() ? 1 - mechanics.load_share : 1)},
-      load_{mechanics.load_share, contact(mechanics, mechanics.two_masses() ? mechanics.load_share : 1)} {}
+      motor_(mass(mechanics.two_masses() ? 1 - mechanics.load_share : 1,
+                  mechanics.two_masses() ? 1 - mechanics.friction_share() : 1)),
+      load_(mass(mechanics.load_share, mechanics.friction_share())) {}
+
+MovingParts::Mass MovingParts::mass(double inertia_share, double friction_share) const {
+  return {inertia_share * mechanics_.inertia_kg_m2, friction_share, contact(mechanics_, friction_share)};
+}
 
 double MovingParts::level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept {
   const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
@@ -51,20 +46,25 @@ double MovingParts::move(Mass& mass, double torque_Nm, double carried_Nm, double
   const double speed = std::abs(mass.velocity_rad_per_s);
   const double friction = mass.contact.step(
       mass.velocity_rad_per_s,
-      [&](double direction) { return mass.share * level_Nm(speed, direction, carried_Nm); }, step_s);
-  mass.velocity_rad_per_s += step_s / (mass.share * mechanics_.inertia_kg_m2) * (torque_Nm - friction);
+      [&](double direction) { return mass.friction_share * level_Nm(speed, direction, carried_Nm); }, step_s);
+  mass.velocity_rad_per_s += step_s / mass.inertia_kg_m2 * (torque_Nm - friction);
   mass.position_rad += step_s * mass.velocity_rad_per_s;
   return friction;
 }
 
-double MovingParts::shaft_torque_Nm() const noexcept {
+double MovingParts::shaft_torque_Nm(double step_s) const noexcept {
   const double twist = motor_.position_rad - load_.position_rad;
+  const double rate = motor_.velocity_rad_per_s - load_.velocity_rad_per_s;
   const double half_gap = 0.5 * mechanics_.backlash_rad;
   if (std::abs(twist) <= half_gap && half_gap > 0) return 0;
   const double bent = twist - std::clamp(twist, -half_gap, half_gap);
-  const double torque =
-      mechanics_.shaft_Nm_per_rad * bent +
-      mechanics_.shaft_Nm_s_per_rad * (motor_.velocity_rad_per_s - load_.velocity_rad_per_s);
+  if (!(mechanics_.shaft_Nm_per_rad > 0)) {
+    // No more than what stops the one on the other: flanks that meet fast lose all of it within a step.
+    const double reduced = load_.inertia_kg_m2 * (1 - mechanics_.load_share);
+    const double most = mechanics_.flank_Nm_per_rad() * std::abs(bent) + reduced / step_s * std::abs(rate);
+    return std::clamp(mechanics_.flank_Nm(bent, rate), -most, most);
+  }
+  const double torque = mechanics_.shaft_Nm_per_rad * bent + mechanics_.shaft_Nm_s_per_rad * rate;
   // Flanks push, they do not pull.
   if (half_gap > 0 && torque * bent < 0) return 0;
   return torque;
@@ -72,14 +72,17 @@ double MovingParts::shaft_torque_Nm() const noexcept {
 
 void MovingParts::step(double motor_torque_Nm, double load_Nm, double step_s) noexcept {
   const double carried_Nm = effects_.empty() ? load_Nm : effects_.load_Nm(position_rad()) + load_Nm;
+  const double motor_load_Nm = effects_.empty() ? 0 : effects_.motor_load_Nm(motor_.position_rad);
   running_s_ += step_s;
   if (!mechanics_.two_masses()) {
-    friction_torque_Nm_ = move(motor_, motor_torque_Nm - carried_Nm, std::abs(carried_Nm), step_s);
+    friction_torque_Nm_ =
+        move(motor_, motor_torque_Nm - motor_load_Nm - carried_Nm, std::abs(carried_Nm), step_s);
     return;
   }
-  const double shaft_Nm = shaft_torque_Nm();
-  friction_torque_Nm_ = move(motor_, motor_torque_Nm - shaft_Nm, std::abs(carried_Nm), step_s) +
-                        move(load_, shaft_Nm - carried_Nm, std::abs(carried_Nm), step_s);
+  const double shaft_Nm = shaft_torque_Nm(step_s);
+  friction_torque_Nm_ =
+      move(motor_, motor_torque_Nm - motor_load_Nm - shaft_Nm, std::abs(carried_Nm), step_s) +
+      move(load_, shaft_Nm - carried_Nm, std::abs(carried_Nm), step_s);
 }
 
 void MovingParts::set_velocity(double velocity_rad_per_s) noexcept {

@@ -11,7 +11,7 @@ namespace sim {
 
 /// J·dω/dt = τ − friction(ω, z) − load(θ), integrated semi-implicitly: velocity first, then position with the
 /// new velocity. Friction is the sum of a measured curve, when there is one, and of the effects; a bristle
-/// carries it, so that a joint at rest rests. With a gap or spring the load has its share of inertia and
+/// carries it, so that a joint at rest rests. With a gap or spring the load has its shares of inertia and
 /// friction, and the motor the rest. One thread. Cycle: step() neither allocates nor locks.
 class MovingParts {
  public:
@@ -34,20 +34,27 @@ class MovingParts {
   double breakaway_Nm(double direction) const noexcept { return level_Nm(0, direction, 0); }
   void set_velocity(double velocity_rad_per_s) noexcept;
   void set_position(double position_rad) noexcept;
+  /// Of the load alone, where there is one.
+  void set_load(double position_rad, double velocity_rad_per_s) noexcept {
+    load_.position_rad = position_rad;
+    load_.velocity_rad_per_s = velocity_rad_per_s;
+  }
   void set_running(double running_s) noexcept { running_s_ = running_s; }  ///< for how long it has moved
 
  private:
   struct Mass {
-    double share;  // of inertia and friction
+    double inertia_kg_m2;
+    double friction_share;
     BoundedBristle contact;
     double position_rad = 0;
     double velocity_rad_per_s = 0;
   };
+  Mass mass(double inertia_share, double friction_share) const;
   const Mass& load() const noexcept { return mechanics_.two_masses() ? load_ : motor_; }
   double level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept;
   /// Friction on that mass over the step, whose velocity and position follow.
   double move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept;
-  double shaft_torque_Nm() const noexcept;
+  double shaft_torque_Nm(double step_s) const noexcept;
 
   model::effects::Mechanics mechanics_;
   std::optional<model::friction::SlidingTable> curve_;

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "identification/fit/statistics.h"
+#include "identification/gap/prediction.h"
 #include "identification/gap/sign_test.h"
 #include "identification/gap/speed_channel.h"
 #include "identification/gap/zero_phase.h"
@@ -235,7 +236,8 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       std::vector<double> blocks = misfit(signals, base, a);
       if (!best || sum(blocks) < sum(best->blocks)) best = Try{name, a, std::move(blocks)};
     };
-    const double most = std::min(0.9 * largest, range_of("torque_deadband", "threshold_Nm").upper);
+    const double most =
+        std::min(usual_command_Nm(signals), range_of("torque_deadband", "threshold_Nm").upper);
     if (!has_deadband && actuator.threshold_Nm == 0 && most > 0.01 * largest) {
       const auto fit = [&](const std::vector<Signals>& part) {
         return least(linear(0.01 * largest, most, 30), [&](double x) {

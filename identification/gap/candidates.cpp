@@ -1,6 +1,7 @@
 #include "identification/gap/candidates.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <complex>
@@ -139,6 +140,8 @@ constexpr Bounds kAsItIs{.lower = 0.7, .upper = 1.3};
 constexpr Bounds kPossibleShare{.lower = 0.01, .upper = 0.95};
 constexpr double kTrialShare = 0.3;
 constexpr double kTrialDampingRatio = 0.05;
+/// A load rubs in its bearing; motor and gear in seals, grease and brushes as well.
+constexpr std::array kTrialFrictionRatios{0.3, 1.0};
 
 void Builder::friction() {
   if (!has<model::effects::Coulomb>())
@@ -326,15 +329,18 @@ void Builder::mechanics() {
   if (!has<model::effects::Backlash>() && !has<model::effects::Elasticity>()) {
     // Of a load behind it: its share is left to fit. What pulls at the load bends that a little.
     for (const double gap : geometric(1e-3, 0.2, 13)) {
-      const auto with = [=](double share) {
-        return model::effects::make_effect("backlash", {{"gap_rad", gap}, {"load_share", share}});
-      };
-      add({"backlash",
-           {difference(with(kTrialShare), kTrialShare)},
-           {kPossibleShare},
-           [=](const FittedModel& f, const Eigen::VectorXd& a) {
-             return plus(f, "backlash", {{"gap_rad", gap}, {"load_share", a[0]}});
-           }});
+      for (const double friction_ratio : kTrialFrictionRatios) {
+        const auto with = [=](double share) {
+          return std::vector<NamedValue>{
+              {"gap_rad", gap}, {"load_share", share}, {"friction_ratio", friction_ratio}};
+        };
+        add({"backlash",
+             {difference(model::effects::make_effect("backlash", with(kTrialShare)), kTrialShare)},
+             {kPossibleShare},
+             [=](const FittedModel& f, const Eigen::VectorXd& a) {
+               return plus(f, "backlash", with(a[0]));
+             }});
+      }
     }
     for (const double resonance : geometric(0.15 * reach_.band_rad_per_s, 2 * reach_.band_rad_per_s, 13)) {
       const auto with = [=](double share) {
@@ -358,12 +364,9 @@ void Builder::mechanics() {
 void Builder::actuator() {
   // With a measured torque these are a channel of their own.
   if (!std::ranges::all_of(rows_.signals(), &Signals::torque_is_command)) return;
-  double largest = 0;
+  const double usual_Nm = usual_command_Nm(rows_.signals());
   double shortest_s = 1;
-  for (const Signals& s : rows_.signals()) {
-    for (const double command : s.raw_command_Nm) largest = std::max(largest, std::abs(command));
-    shortest_s = std::min(shortest_s, s.raw_period_s);
-  }
+  for (const Signals& s : rows_.signals()) shortest_s = std::min(shortest_s, s.raw_period_s);
   const auto beyond = [this](const AnyEffect& effect) {
     return column([effect](const Signals& s) {
       Samples result = delivered_beyond_command_Nm({.effects = {effect}}, s);
@@ -381,8 +384,8 @@ void Builder::actuator() {
            return plus(as_commanded, effect, {{parameter, value}});
          }});
   };
-  if (!has<model::effects::TorqueDeadband>() && largest > 0)
-    for (const double threshold : geometric(0.02 * largest, 0.8 * largest, 12))
+  if (!has<model::effects::TorqueDeadband>() && usual_Nm > 0)
+    for (const double threshold : geometric(0.025 * usual_Nm, usual_Nm, 12))
       by_value("torque_deadband", "threshold_Nm", threshold);
   if (!has<model::effects::TransportDelay>() && shortest_s < 0.5 * model::effects::DelayLine::kLongest_s)
     for (const double delay : geometric(shortest_s, std::min(0.4, 60 * shortest_s), 12))

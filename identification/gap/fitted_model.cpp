@@ -150,6 +150,8 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
         free.lower = std::max(free.lower, -kMostInertiaLess * given);
         free.upper = std::min(free.upper, kMostInertiaMore * given);
       }
+      if (std::holds_alternative<model::effects::TorqueDeadband>(effect) && !measured)
+        free.upper = std::min(free.upper, std::max(value, usual_command_Nm(rows.signals())));
       list.push_back(free);
     }
   }

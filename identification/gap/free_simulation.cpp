@@ -1,8 +1,11 @@
 #include "identification/gap/free_simulation.h"
 
 #include <cmath>
+#include <limits>
+#include <map>
 #include <utility>
 
+#include "identification/gap/parallel.h"
 #include "sim/model_drive.h"
 
 namespace identification::gap {
@@ -44,11 +47,19 @@ std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>
   return spread;
 }
 
-std::vector<double> simulated_velocity(const model::effects::DriveModel& model, const Signals& s,
-                                       const Window& window) {
-  sim::ModelDrive drive(s.torque_is_command ? model : without_actuator(model), s.period_s, kSubsteps);
+FreeSimulation::FreeSimulation(const model::effects::DriveModel& model, const Signals& signals)
+    : model_(signals.torque_is_command ? model : without_actuator(model)), signals_(signals) {
+  if (model.find<model::effects::Backlash>() != nullptr) load_ = load_side_of(model, signals);
+}
+
+std::vector<double> FreeSimulation::velocity(const Window& window) const {
+  const Signals& s = signals_;
+  sim::ModelDrive drive(model_, s.period_s, kSubsteps);
   drive.set_position(s.position_rad[window.first]);
   drive.set_velocity(s.velocity_rad_per_s[window.first]);
+  if (load_)
+    drive.set_load(s.position_rad[window.first] - load_->twist_rad[window.first],
+                   load_->velocity_rad_per_s[window.first]);
   drive.set_running(s.running_s[window.first]);
   std::vector<double> velocity;
   for (std::size_t i = window.first; i < window.first + window.length; ++i) {
@@ -63,6 +74,21 @@ double squared_error(const std::vector<double>& simulated_rad_per_s, const Signa
   for (std::size_t i = 0; i < window.length; ++i)
     square += std::pow(simulated_rad_per_s[i] - s.velocity_rad_per_s[window.first + i], 2);
   return square;
+}
+
+std::vector<double> squared_errors(const model::effects::DriveModel& model, const Rows& rows,
+                                   const std::vector<Window>& windows) {
+  std::map<std::size_t, FreeSimulation> drives;
+  for (const Window& window : windows)
+    drives.try_emplace(window.recording, model, rows.signals()[window.recording]);
+  std::vector<double> squares(windows.size());
+  in_parallel(windows.size(), [&](std::size_t i) {
+    const Window& window = windows[i];
+    const double square =
+        squared_error(drives.at(window.recording).velocity(window), rows.signals()[window.recording], window);
+    squares[i] = std::isfinite(square) ? square : std::numeric_limits<double>::infinity();
+  });
+  return squares;
 }
 
 }  // namespace identification::gap

@@ -2,6 +2,7 @@
 /// A model driven by the torque alone, in short windows that begin in the measured state.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "identification/gap/prediction.h"
@@ -17,11 +18,25 @@ struct Window {
 /// One begins at each row of `use` that no earlier one covers; of many, some, spread evenly.
 std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>& use);
 
-/// Velocity at each sample of a window [rad/s]. A torque that was measured has passed the actuator already.
-std::vector<double> simulated_velocity(const model::effects::DriveModel& model, const Signals& signals,
-                                       const Window& window);
+/// One model on one recording. Where in a gap the load was, and how it moved, when a window begins comes from
+/// the recording before it.
+class FreeSimulation {
+ public:
+  /// `signals` have to live as long.
+  FreeSimulation(const model::effects::DriveModel& model, const Signals& signals);
+  /// Velocity at each sample of a window [rad/s]. A torque that was measured has passed the actuator already.
+  std::vector<double> velocity(const Window& window) const;
+
+ private:
+  model::effects::DriveModel model_;
+  const Signals& signals_;
+  std::optional<LoadSide> load_;
+};
 /// Its squared error over a window, summed over the samples.
 double squared_error(const std::vector<double>& simulated_rad_per_s, const Signals& signals,
                      const Window& window);
+/// The same of each window; infinite where the simulation is.
+std::vector<double> squared_errors(const model::effects::DriveModel& model, const Rows& rows,
+                                   const std::vector<Window>& windows);
 
 }  // namespace identification::gap

@@ -4,18 +4,28 @@
 #include <cmath>
 #include <numbers>
 
+#include "identification/gap/zero_phase.h"
+
 namespace identification::gap {
 namespace {
 
 /// Less would ring for ever after the first sample, whose state nobody knows.
 constexpr double kLeastDampingRatio = 0.02;
 constexpr double kStepsPerRadian = 12;
-constexpr double kGapStep_s = 1e-3;
 /// A shaft that resonates so many times above the filter is rigid as far as the data can tell.
 constexpr double kRigidOverFilter = 4;
 
+/// An impact is short beside all that the data show: that many steps do.
+constexpr double kStepsPerRadianOfImpact = 4;
+/// How quickly the simulated motor is drawn to the measured one, of the band: slower than a bounce, which is
+/// its own affair, and quicker than what a torque sensor's drift makes of a position.
+constexpr double kFollowsOverBand = 0.4;
+
+/// Of a period of the band: in what flies for less, the data see a load that lies.
+constexpr double kShortestFlightInBand = 0.5;
+
 /// The motor between two samples, from position and velocity at both.
-struct Stretch {
+struct MotorStretch {
   double x0, v0, x1, v1, period_s;
 
   double position(double share) const {
@@ -31,77 +41,173 @@ struct Stretch {
     return (a + share * (2 * (3 * d - 2 * a - b) + share * 3 * (a + b - 2 * d))) / period_s;
   }
 };
+MotorStretch stretch_before(const Signals& s, std::size_t i) {
+  return {s.position_rad[i - 1], s.velocity_rad_per_s[i - 1], s.position_rad[i], s.velocity_rad_per_s[i],
+          s.period_s};
+}
 
-/// Velocity after friction has worked against it: it stops a motion, it does not turn it round.
-double rubbed(double velocity, double forward, double backward) {
-  if (velocity > 0) return std::max(velocity - forward, 0.0);
-  return std::min(velocity + backward, 0.0);
+/// Sliding friction of all the drive in both directions.
+struct Levels {
+  double forward_Nm, backward_Nm;
+};
+Levels levels_at(const model::effects::EffectChain& chain, const Signals& s, std::size_t i, double load_Nm) {
+  const double speed = std::abs(s.velocity_rad_per_s[i]);
+  const double carried = std::abs(load_Nm);
+  return {chain.level_Nm(speed, +1, s.running_s[i], carried),
+          chain.level_Nm(speed, -1, s.running_s[i], carried)};
+}
+
+/// Velocity after friction has worked against it, which takes what `share` of `level` says: it stops a
+/// motion, it does not turn it round.
+double rubbed(double velocity, const Levels& level, double share) {
+  if (velocity > 0) return std::max(velocity - share * level.forward_Nm, 0.0);
+  return std::min(velocity + share * level.backward_Nm, 0.0);
+}
+
+/// Means over the periods before each sample become means around it.
+void centre(std::vector<double>& means) {
+  for (std::size_t i = 0; i + 1 < means.size(); ++i) means[i] = 0.5 * (means[i] + means[i + 1]);
+}
+
+LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
+                       const Signals& s, const Pulls& pulls) {
+  const double inertia = mechanics.load_share * mechanics.inertia_kg_m2;
+  const double half_gap = 0.5 * mechanics.backlash_rad;
+  const double stiffness = mechanics.shaft_Nm_per_rad / inertia;
+  const double resonance = std::sqrt(stiffness);
+  const bool rigid = resonance >= kRigidOverFilter * 2 * std::numbers::pi * s.filter_Hz;
+  const double damping = std::max(2 * kLeastDampingRatio * resonance, mechanics.shaft_Nm_s_per_rad / inertia);
+  const double most_step_s = rigid ? s.period_s : std::min(1 / (kStepsPerRadian * resonance), s.period_s);
+  const auto steps = static_cast<int>(std::ceil(std::max(1.0, s.period_s / most_step_s)));
+  const double dt = s.period_s / steps;
+  const double rubs = mechanics.friction_share() / inertia * dt;
+
+  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size()), s.velocity_rad_per_s};
+  double position = s.position_rad[0];
+  double velocity = s.velocity_rad_per_s[0];
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    const MotorStretch motor = stretch_before(s, i);
+    const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
+    const double falling = -pulls.load_Nm[i] / inertia * dt;
+    double acceleration = 0;  // that the motor gives to the load, mean
+    for (int n = 1; n <= steps; ++n) {
+      const double share = static_cast<double>(n) / steps;
+      const double motor_velocity = motor.velocity(share);
+      if (rigid) {
+        acceleration += (motor_velocity - velocity - falling) / dt;
+        // Friction that the motor has to overcome, as far as the load slides.
+        if (motor_velocity != 0)
+          acceleration += rubs * (motor_velocity > 0 ? level.forward_Nm : -level.backward_Nm) / dt;
+        velocity = motor_velocity;
+        position = motor.position(share);
+        continue;
+      }
+      const double twist = motor.position(share) - position;
+      const double pressed = twist - std::clamp(twist, -half_gap, half_gap);
+      const double loss = pressed != 0 || half_gap == 0 ? damping : 0;
+      // Implicit in the damping, which may be strong.
+      const double pulled =
+          (velocity + falling + dt * (stiffness * pressed + loss * motor_velocity)) / (1 + dt * loss);
+      acceleration += (pulled - falling - velocity) / dt;
+      velocity = rubbed(pulled, level, rubs);
+      position += dt * velocity;
+    }
+    load.torque_Nm[i] = inertia * acceleration / steps;
+    load.twist_rad[i] = s.position_rad[i] - position;
+    load.velocity_rad_per_s[i] = velocity;
+  }
+  centre(load.torque_Nm);
+  return load;
+}
+
+LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
+                    const Signals& s, const Pulls& pulls) {
+  const double inertia = mechanics.load_share * mechanics.inertia_kg_m2;
+  const double motor_inertia = mechanics.inertia_kg_m2 - inertia;
+  const double half_gap = 0.5 * mechanics.backlash_rad;
+  const double most_step_s =
+      1 / (kStepsPerRadianOfImpact * 2 * std::numbers::pi * model::effects::Mechanics::kFlankHz);
+  const auto steps = static_cast<int>(std::ceil(s.period_s / most_step_s));
+  const double dt = s.period_s / steps;
+  const double rubs = mechanics.friction_share() / inertia * dt;
+  const double motor_rubs = (1 - mechanics.friction_share()) / motor_inertia * dt;
+  const double reduced = inertia * (1 - mechanics.load_share);
+  // Critically damped.
+  const double follows = kFollowsOverBand * 2 * std::numbers::pi * s.band_Hz;
+
+  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size()), s.velocity_rad_per_s};
+  std::vector<double> motor_velocity(s.velocity_rad_per_s);
+  std::vector<double> rubbing_Nm(s.size());
+  std::vector<double> lying(s.size(), 1);
+  const double shortest_s = kShortestFlightInBand / s.band_Hz;
+  double flown_s = 0;
+  const auto land = [&](std::size_t at) {
+    if (flown_s > shortest_s)
+      for (std::size_t k = 0; k <= at && static_cast<double>(k) * s.period_s < flown_s; ++k)
+        lying[at - k] = 0;
+    flown_s = 0;
+  };
+  double x = s.position_rad[0];
+  double v = s.velocity_rad_per_s[0];
+  double motor_x = x;
+  double motor_v = v;
+  for (std::size_t i = 1; i < s.size(); ++i) {
+    const MotorStretch measured = stretch_before(s, i);
+    const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
+    const double drive_before = pulls.drive_Nm[i - 1] - pulls.motor_Nm[i - 1];
+    const double drive_rise = pulls.drive_Nm[i] - pulls.motor_Nm[i] - drive_before;
+    double impulse = 0;
+    double rubbed_off = 0;  // velocity of the load
+    for (int n = 1; n <= steps; ++n) {
+      const double share = static_cast<double>(n) / steps;
+      const double twist = motor_x - x;
+      const double pressed = twist - std::clamp(twist, -half_gap, half_gap);
+      const double closing = motor_v - v;
+      // No more than what stops the one on the other: flanks that meet fast lose all of it within a step.
+      const double most = mechanics.flank_Nm_per_rad() * std::abs(pressed) + reduced / dt * std::abs(closing);
+      const double flank = pressed == 0 ? 0 : std::clamp(mechanics.flank_Nm(pressed, closing), -most, most);
+      const double drawn = follows * (follows * (measured.position(share) - motor_x) +
+                                      2 * (measured.velocity(share) - motor_v));
+      motor_v = rubbed(motor_v + dt * (drawn + (drive_before + share * drive_rise - flank) / motor_inertia),
+                       level, motor_rubs);
+      const double given = v + dt * (flank - pulls.load_Nm[i]) / inertia;
+      v = rubbed(given + dt * drawn, level, rubs);
+      rubbed_off += given - v;
+      motor_x += dt * motor_v;
+      x += dt * v;
+      impulse += flank;
+      if (pressed == 0)
+        flown_s += dt;
+      else
+        land(i);
+    }
+    load.torque_Nm[i] = impulse / steps;
+    rubbing_Nm[i] = inertia * rubbed_off / s.period_s;
+    load.twist_rad[i] = motor_x - x;
+    load.velocity_rad_per_s[i] = v;
+    motor_velocity[i] = motor_v;
+  }
+  centre(load.torque_Nm);
+  centre(rubbing_Nm);
+  land(s.size() - 1);
+  lying = zero_phase(lying, s.period_s, s.band_Hz);
+  const std::vector<double> motor_acceleration = derivative(motor_velocity, s.period_s);
+  // Where it lies, the simulated torque leaves again what it brought: only the twist stays of the simulation.
+  for (std::size_t i = 0; i < s.size(); ++i)
+    load.torque_Nm[i] +=
+        std::clamp(lying[i], 0.0, 1.0) * (inertia * (s.acceleration_rad_per_s2[i] - motor_acceleration[i]) +
+                                          mechanics.friction_share() * pulls.friction_Nm[i] - rubbing_Nm[i]);
+  return load;
 }
 
 }  // namespace
 
-std::vector<double> load_side_Nm(const model::effects::Mechanics& mechanics,
-                                 const model::effects::EffectChain& chain, const Signals& s,
-                                 std::span<const double> pull_Nm) {
-  std::vector<double> result(s.size());
-  if (s.size() < 2) return result;
-  const double inertia = mechanics.inertia_kg_m2;
-  const double half_gap = 0.5 * mechanics.backlash_rad;
-  // Per unit of inertia: the load's share cancels in its own motion.
-  const double load_inertia = mechanics.load_share * inertia;
-  const double stiffness = mechanics.shaft_Nm_per_rad / load_inertia;
-  const double resonance = std::sqrt(stiffness);
-  const bool spring = stiffness > 0 && resonance < kRigidOverFilter * 2 * std::numbers::pi * s.filter_Hz;
-  const double damping =
-      std::max(2 * kLeastDampingRatio * resonance, mechanics.shaft_Nm_s_per_rad / load_inertia);
-  const double most_step_s = spring ? std::min(1 / (kStepsPerRadian * resonance), s.period_s) : kGapStep_s;
-  const auto steps = static_cast<int>(std::ceil(std::max(1.0, s.period_s / most_step_s)));
-  const double dt = s.period_s / steps;
-
-  double position = s.position_rad[0];
-  double velocity = s.velocity_rad_per_s[0];
-  for (std::size_t i = 1; i < s.size(); ++i) {
-    const Stretch motor{s.position_rad[i - 1], s.velocity_rad_per_s[i - 1], s.position_rad[i],
-                        s.velocity_rad_per_s[i], s.period_s};
-    const double speed = std::abs(s.velocity_rad_per_s[i]);
-    const double carried = std::abs(pull_Nm[i]);
-    const double forward = chain.level_Nm(speed, +1, s.running_s[i], carried) / inertia * dt;
-    const double backward = chain.level_Nm(speed, -1, s.running_s[i], carried) / inertia * dt;
-    const double falling = -pull_Nm[i] / load_inertia * dt;
-    double acceleration = 0;  // that the motor gives to the load, mean
-    for (int n = 1; n <= steps; ++n) {
-      const double share = static_cast<double>(n) / steps;
-      const double motor_position = motor.position(share);
-      const double motor_velocity = motor.velocity(share);
-      if (spring) {
-        const double twist = motor_position - position;
-        const double pressed = twist - std::clamp(twist, -half_gap, half_gap);
-        const double loss = pressed != 0 || half_gap == 0 ? damping : 0;
-        // Implicit in the damping, which may be strong.
-        const double pulled =
-            (velocity + falling + dt * (stiffness * pressed + loss * motor_velocity)) / (1 + dt * loss);
-        acceleration += (pulled - falling - velocity) / dt;
-        velocity = rubbed(pulled, forward, backward);
-        position += dt * velocity;
-        continue;
-      }
-      const double coasting = rubbed(velocity + falling, forward, backward);
-      const double reach = motor_position - (position + dt * coasting);
-      if (std::abs(reach) <= half_gap) {
-        velocity = coasting;
-        position += dt * velocity;
-      } else {
-        // On the flank: what takes the load along is what it does not do by itself.
-        acceleration += (motor_velocity - velocity - falling) / dt;
-        // Friction that the motor has to overcome, as far as the load slides.
-        if (motor_velocity != 0) acceleration += (motor_velocity > 0 ? forward : -backward) / dt;
-        velocity = motor_velocity;
-        position = motor_position - std::copysign(half_gap, reach);
-      }
-    }
-    result[i] = inertia * acceleration / steps;
-  }
-  return result;
+LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
+                   const Signals& s, const Pulls& pulls) {
+  if (s.size() < 2)
+    return {std::vector<double>(s.size()), std::vector<double>(s.size()), s.velocity_rad_per_s};
+  return mechanics.shaft_Nm_per_rad > 0 ? behind_spring(mechanics, chain, s, pulls)
+                                        : behind_gap(mechanics, chain, s, pulls);
 }
 
 }  // namespace identification::gap

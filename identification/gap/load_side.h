@@ -10,13 +10,31 @@
 
 namespace identification::gap {
 
-/// Torque on the motor, mean over the period before each sample, of a load that has all of the drive's
-/// inertia and friction and follows the measured motor through the gap or the spring of `mechanics`; of a
-/// real load only its share counts. The load is simulated: it coasts through a gap and rings on a spring,
-/// which the motion of the motor alone does not show, and `pull_Nm`, what works against positive motion of
-/// the real load at each sample, moves it there. A hit on a flank is without rebound.
-std::vector<double> load_side_Nm(const model::effects::Mechanics& mechanics,
-                                 const model::effects::EffectChain& chain, const Signals& signals,
-                                 std::span<const double> pull_Nm);
+/// What works on a drive besides inertia and friction, at each sample.
+struct Pulls {
+  std::span<const double> drive_Nm;     ///< that the actuator delivers
+  std::span<const double> motor_Nm;     ///< against positive motion of the motor
+  std::span<const double> load_Nm;      ///< against that of the load
+  std::span<const double> friction_Nm;  ///< of all the drive, as the motor moves
+};
+
+/// At each sample.
+struct LoadSide {
+  std::vector<double> torque_Nm;  ///< on the motor, mean around the sample
+  std::vector<double> twist_rad;  ///< by how much the motor is ahead of the load
+  std::vector<double> velocity_rad_per_s;
+};
+
+/// The load of `mechanics`, simulated, for the motion of the motor alone does not show how it coasts through
+/// a gap and rings on a spring.
+///
+/// Behind a spring it follows the measured motor. On the flanks of a gap it bounces, and the motor recoils:
+/// both move as the torque drives them, drawn to where the motor was measured so weakly that it answers each
+/// blow by itself. That tells when the load flies and when it lies on which flank. In flight it asks for
+/// nothing. Where it lies, or bounces faster than the data show, it has the measured motion less the twist
+/// and rubs as the motor moves: the torque that was measured, which drives the simulation, must not come back
+/// as its own prediction.
+LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
+                   const Signals& signals, const Pulls& pulls);
 
 }  // namespace identification::gap

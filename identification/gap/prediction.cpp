@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "identification/gap/load_side.h"
 #include "identification/gap/zero_phase.h"
 #include "model/effects/effect_chain.h"
 #include "model/friction/dahl_curve.h"
@@ -19,6 +18,7 @@ constexpr double kEdgePeriods = 1;
 constexpr double kReachPeriods = 3;
 /// Share of the time that is none.
 constexpr double kNever = 1e-6;
+constexpr double kUsualCommands = 0.9;
 
 /// Friction that is carried by a bristle between the levels of the two directions, or follows
 /// the sign of the velocity without one.
@@ -55,6 +55,14 @@ std::vector<double> friction(const model::effects::EffectChain& chain,
   return result;
 }
 
+template <class Torque>
+std::vector<double> at_positions(const Signals& s, const Torque& torque) {
+  std::vector<double> result;
+  result.reserve(s.size());
+  for (const double position : s.position_rad) result.push_back(torque(position));
+  return result;
+}
+
 }  // namespace
 
 std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel& model, const Signals& s) {
@@ -71,20 +79,42 @@ std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel
   return result;
 }
 
+double usual_command_Nm(const std::vector<Signals>& signals) {
+  std::vector<double> magnitudes;
+  for (const Signals& s : signals)
+    for (const double command : s.raw_command_Nm) magnitudes.push_back(std::abs(command));
+  if (magnitudes.empty()) return 0;
+  const auto place = magnitudes.begin() +
+                     static_cast<std::ptrdiff_t>(kUsualCommands * static_cast<double>(magnitudes.size() - 1));
+  std::ranges::nth_element(magnitudes, place);
+  return *place;
+}
+
+LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& s) {
+  const model::effects::EffectChain chain(model.effects);
+  std::vector<double> drive = s.torque_Nm;
+  if (s.torque_is_command) {
+    const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
+    for (std::size_t i = 0; i < s.size(); ++i) drive[i] += beyond[i];
+  }
+  const std::vector<double> load = at_positions(s, [&](double x) { return chain.load_Nm(x); });
+  const std::vector<double> motor = at_positions(s, [&](double x) { return chain.motor_load_Nm(x); });
+  return load_side(chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}), chain, s,
+                   {drive, motor, load, friction(chain, model, s, load)});
+}
+
 std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s) {
   const model::effects::EffectChain chain(model.effects);
   const model::effects::Mechanics mechanics = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
-  std::vector<double> load(s.size());
-  for (std::size_t i = 0; i < s.size(); ++i) load[i] = chain.load_Nm(s.position_rad[i]);
+  const std::vector<double> load = at_positions(s, [&](double x) { return chain.load_Nm(x); });
   std::vector<double> torque = friction(chain, model, s, load);
-  const double inertia = mechanics.inertia_kg_m2;
-  for (std::size_t i = 0; i < s.size(); ++i) torque[i] += inertia * s.acceleration_rad_per_s2[i];
-  if (mechanics.two_masses()) {
-    const std::vector<double> behind = load_side_Nm(mechanics, chain, s, load);
-    for (std::size_t i = 0; i < s.size(); ++i) torque[i] += mechanics.load_share * (behind[i] - torque[i]);
-  } else {
-    for (std::size_t i = 0; i < s.size(); ++i) torque[i] += load[i];
-  }
+  const bool two_masses = mechanics.two_masses();
+  const double inertia = (two_masses ? 1 - mechanics.load_share : 1) * mechanics.inertia_kg_m2;
+  const double rubs = two_masses ? 1 - mechanics.friction_share() : 1;
+  const std::vector<double> behind = two_masses ? load_side_of(model, s).torque_Nm : load;
+  for (std::size_t i = 0; i < s.size(); ++i)
+    torque[i] = inertia * s.acceleration_rad_per_s2[i] + rubs * torque[i] +
+                chain.motor_load_Nm(s.position_rad[i]) + behind[i];
   if (s.torque_is_command) {
     const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
     for (std::size_t i = 0; i < s.size(); ++i) torque[i] -= beyond[i];

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "identification/gap/load_side.h"
 #include "identification/gap/signals.h"
 #include "model/effects/drive_model.h"
 
@@ -17,9 +18,16 @@ namespace identification::gap {
 /// that it takes, actuator effects included.
 std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& signals);
 
+/// Of a model with a gap or a spring.
+LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& signals);
+
 /// What the actuator effects of `model` add to the command, at the samples of `signals`, filtered.
 std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel& model,
                                                 const Signals& signals);
+
+/// Magnitude that most commands stay below, but for one in ten. A threshold above it would make nearly all of
+/// them the same: what the motion is compared with would be its choice, and no measurement any more.
+double usual_command_Nm(const std::vector<Signals>& signals);
 
 /// Rows in which data and predictions are compared: means over stretches of half a period of the band's edge,
 /// where the joint moves at least half of the time.

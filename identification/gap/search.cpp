@@ -13,6 +13,9 @@
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/candidates.h"
 #include "identification/gap/chance_data.h"
+#include "identification/gap/confirmation.h"
+#include "identification/gap/exploration.h"
+#include "identification/gap/free_simulation.h"
 #include "identification/gap/noise_draws.h"
 #include "identification/gap/regression.h"
 
@@ -30,6 +33,9 @@ constexpr double kSure = 2;
 constexpr double kMuch = 0.2;
 /// Parameters more than the simplest that does as well.
 constexpr std::size_t kMuchFreer = 2;
+/// Of the squared residual: a true gap takes most of what is left when it is the strongest effect. One that
+/// is none bends enough to take some of what it is not.
+constexpr double kGapLeavesAtMost = 0.5;
 /// A rival gains this share of what the best one does.
 constexpr double kAsGood = 0.8;
 using Indices = std::vector<Eigen::Index>;
@@ -215,19 +221,32 @@ bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& bett
   return 5 * improved >= 4 * worse.held_out_of.size() && 1 - better.held_out / worse.held_out >= kMuch;
 }
 
+/// Whether one model, driven by the torque alone, moves more like the training data than another.
+bool simulates_better(const FittedModel& than, const FittedModel& candidate, const Rows& rows,
+                      const Training& training) {
+  const std::vector<Window> windows = windows_of(rows, training.rows);
+  const auto total = [&](const FittedModel& fitted) {
+    const std::vector<double> squares = squared_errors(fitted.model, rows, windows);
+    return std::accumulate(squares.begin(), squares.end(), 0.0);
+  };
+  return windows.empty() || total(candidate) < total(than);
+}
+
 /// The winner first, then those that would have won some draws of the noise; none when no gain is sure.
 /// `rivals`: with which it begins; their effects are not tried again.
-std::vector<Rival> contest(const std::vector<Round::Outcome>& outcomes, const BlockRegression::Fit& base,
-                           const Rows& rows, const Training& training, const Options& options,
-                           std::vector<Rival> rivals = {}) {
+std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::Outcome>& outcomes,
+                           const BlockRegression::Fit& base, const Rows& rows, const Training& training,
+                           const Options& options, std::vector<Rival> rivals = {}) {
   double most = 0;  // of those that hold
   for (const Rival& rival : rivals) most = std::max(most, 1 - rival.fit.held_out / base.held_out);
   for (const Round::Outcome& outcome : outcomes) {
     if (outcome.gain < std::max(kRival * most, options.least_gain)) break;
     if (std::ranges::find(rivals, outcome.effect, &Rival::effect) != rivals.end()) continue;
-    FittedModel model = refined(outcome.model, rows, training.rows);
+    FittedModel model = refined_widely(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
+    if (outcome.effect == "backlash" && fit.held_out > kGapLeavesAtMost * base.held_out) continue;
+    if (gives(outcome.effect) && !simulates_better(before, model, rows, training)) continue;
     const std::size_t parameters = freedom_of(model, rows);
     most = std::max(most, 1 - fit.held_out / base.held_out);
     rivals.push_back({outcome.effect, std::move(model), std::move(fit), parameters});
@@ -297,7 +316,7 @@ bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& tr
     Round round(*without, rows, training);
     std::vector<Rival> rivals{{result.added[i].effect, result.fitted, score(result.fitted, rows, training),
                                freedom_of(result.fitted, rows)}};
-    rivals = contest(round.outcomes(), round.base(), rows, training, options, std::move(rivals));
+    rivals = contest(*without, round.outcomes(), round.base(), rows, training, options, std::move(rivals));
     if (rivals.empty()) continue;
     const auto incumbent = std::ranges::find(rivals, result.added[i].effect, &Rival::effect);
     if (incumbent != rivals.end()) {
@@ -353,6 +372,7 @@ std::string reason_against(const Round::Outcome& outcome, const BlockRegression:
   if (p > options.false_positive_rate)
     return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
            short_text(options.false_positive_rate);
+  if (gives(outcome.effect)) return "its gain is not sure, or the data are simulated no better with it";
   return "its gain is not sure: made by too few of the left-out stretches";
 }
 
@@ -419,9 +439,10 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     report(options, "trying the same on chance data", passed(0.2));
     const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
     report(options, "fitting rivals", passed(0.4));
-    const std::vector<Rival> rivals = worth && p <= options.false_positive_rate
-                                          ? contest(outcomes, round.base(), rows, training, options)
-                                          : std::vector<Rival>();
+    const std::vector<Rival> rivals =
+        worth && p <= options.false_positive_rate
+            ? contest(result.fitted, outcomes, round.base(), rows, training, options)
+            : std::vector<Rival>();
     if (rivals.empty() && replaced < kMostReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
       choose_tail(result, rows, training);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <functional>
+#include <map>
 #include <numbers>
 #include <string>
 #include <unsupported/Eigen/FFT>
@@ -184,13 +185,18 @@ Simulated simulate(const model::effects::DriveModel& before, const model::effect
   double square_after = 0;
   double count = 0;
   std::vector<std::pair<double, Trace>> candidates;
+  std::map<std::size_t, std::pair<FreeSimulation, FreeSimulation>> drives;
   for (const Window& window : windows) {
     const Signals& s = signals[window.recording];
+    auto drive = drives.find(window.recording);
+    if (drive == drives.end())
+      drive = drives.emplace(window.recording, std::pair(FreeSimulation(before, s), FreeSimulation(after, s)))
+                  .first;
     Trace trace{.recording = s.name,
                 .time_s = {},
                 .measured_rad_per_s = {},
-                .before_rad_per_s = simulated_velocity(before, s, window),
-                .after_rad_per_s = simulated_velocity(after, s, window)};
+                .before_rad_per_s = drive->second.first.velocity(window),
+                .after_rad_per_s = drive->second.second.velocity(window)};
     for (std::size_t i = 0; i < window.length; ++i) {
       trace.time_s.push_back(s.time_s[window.first + i]);
       trace.measured_rad_per_s.push_back(s.velocity_rad_per_s[window.first + i]);

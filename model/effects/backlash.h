@@ -8,8 +8,10 @@
 namespace model::effects {
 
 struct BacklashParameters {
-  double gap_rad = 0.01;    ///< from one flank to the other
-  double load_share = 0.3;  ///< of inertia and friction, behind the gap
+  double gap_rad = 0.01;             ///< from one flank to the other
+  double load_share = 0.3;           ///< of inertia, behind the gap
+  double friction_ratio = 1;         ///< share of friction behind it, over that of inertia
+  double impact_loss_s_per_rad = 2;  ///< α: flanks that meet at a low speed v part with (1 − α·v)·v
 };
 
 class Backlash : public WithParameters<Backlash, BacklashParameters> {
@@ -19,12 +21,16 @@ class Backlash : public WithParameters<Backlash, BacklashParameters> {
       "after each reversal the motor turns with little torque until it meets the other flank";
   static constexpr auto kParameters = std::to_array<ParameterInfo<BacklashParameters>>(
       {{"gap_rad", member<&BacklashParameters::gap_rad>, 1e-6, 3},
-       {"load_share", member<&BacklashParameters::load_share>, 0.01, 0.99}});
+       {"load_share", member<&BacklashParameters::load_share>, 0.01, 0.99},
+       {"friction_ratio", member<&BacklashParameters::friction_ratio>, 0, 20},
+       {"impact_loss_s_per_rad", member<&BacklashParameters::impact_loss_s_per_rad>, 0, 1e4}});
   using WithParameters::WithParameters;
 
   void arrange(Mechanics& mechanics) const noexcept {
     mechanics.backlash_rad = parameters_.gap_rad;
     mechanics.load_share = parameters_.load_share;
+    mechanics.friction_ratio = parameters_.friction_ratio;
+    mechanics.flank_loss_s_per_rad = parameters_.impact_loss_s_per_rad;
   }
 };
 

@@ -1,5 +1,5 @@
 /// @file
-/// One harmonic of a torque ripple over the joint angle: magnets and slots, gear teeth.
+/// One harmonic of a torque ripple over the joint angle: magnets and slots, gear teeth on the motor's side.
 #pragma once
 #include <array>
 #include <cmath>
@@ -24,6 +24,7 @@ class Cogging : public WithParameters<Cogging, CoggingParameters> {
       {{"amplitude_Nm", member<&CoggingParameters::amplitude_Nm>, 0, kMostTorque_Nm},
        {"periods_per_rev", member<&CoggingParameters::periods_per_rev>, 0.5, 1e5},
        {"phase_rad", member<&CoggingParameters::phase_rad>, -6.2831853072, 6.2831853072}});
+  static constexpr bool kOnMotor = true;
   using WithParameters::WithParameters;
 
   double load_Nm(double position_rad) const noexcept {

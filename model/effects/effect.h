@@ -7,15 +7,18 @@
 ///
 ///   deliver(DelayLine&, torque, dt)  the actuator gives another torque than commanded
 ///   level_Nm(Sliding)                adds to the sliding friction: positive takes more torque
-///   load_Nm(position)                a torque against positive motion that depends on where the joint is
+///   load_Nm(position)                a torque against positive motion that depends on where the joint is; on
+///                                    the load, or where kOnMotor says so on the motor
 ///   arrange(Mechanics&)              changes masses, springs and gaps
 ///   report_Nm(torque)                the sensor reports another torque than delivered
 ///
 /// and a sentence on how it shows in measured data. Everything is joint side and SI. Simulation, fits and the
 /// search for what is missing use the same types.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <concepts>
+#include <numbers>
 #include <string_view>
 
 #include "model/effects/delay_line.h"
@@ -38,14 +41,30 @@ struct Sliding {
 /// Masses and springs of the drive. One mass, unless there is a gap or a spring.
 struct Mechanics {
   double inertia_kg_m2 = 0.0112;
-  double stiffness_Nm_per_rad = 0;  ///< of the friction contact (σ0); 0: as stiff as the step allows
-  double damping_Nm_s_per_rad = 0;  ///< of the friction contact (σ1), while it sticks
-  double bend_exponent = 0;         ///< of the friction contact (Dahl's α), towards sliding
-  double backlash_rad = 0;          ///< free travel between motor and load
-  double shaft_Nm_per_rad = 0;      ///< spring between motor and load; 0: rigid
-  double shaft_Nm_s_per_rad = 0;    ///< its damping
-  double load_share = 0;            ///< of inertia and friction, behind gap and spring
+  double stiffness_Nm_per_rad = 0;         ///< of the friction contact (σ0); 0: as stiff as the step allows
+  double damping_Nm_s_per_rad = 0;         ///< of the friction contact (σ1), while it sticks
+  double bend_exponent = 0;                ///< of the friction contact (Dahl's α), towards sliding
+  double backlash_rad = 0;                 ///< free travel between motor and load
+  double shaft_Nm_per_rad = 0;             ///< spring between motor and load; 0: rigid
+  double shaft_Nm_s_per_rad = 0;           ///< its damping
+  double load_share = 0;                   ///< of inertia, behind gap and spring
+  double friction_ratio = 1;               ///< share of friction behind them, over that of inertia
+  double flank_loss_s_per_rad = 0;         ///< α: what meets at a low speed v parts with (1 − α·v)·v
+  static constexpr double kFlankHz = 150;  ///< at which the masses would swing on the flanks of the gap
   bool two_masses() const noexcept { return backlash_rad > 0 || shaft_Nm_per_rad > 0; }
+  /// Neither mass is without any.
+  double friction_share() const noexcept { return std::clamp(friction_ratio * load_share, 1e-3, 1 - 1e-3); }
+  /// Torque from motor to load on a flank that is pressed in by `pressed_rad`, of either sign, and whose
+  /// pressure grows while `rate_rad_per_s` has the same: k·δ·(1 + 3/2·α·dδ/dt), never pulling.
+  /// [K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42:440, 1975]
+  double flank_Nm(double pressed_rad, double rate_rad_per_s) const noexcept {
+    const double closing = pressed_rad < 0 ? -rate_rad_per_s : rate_rad_per_s;
+    return flank_Nm_per_rad() * pressed_rad * std::max(1 + 1.5 * flank_loss_s_per_rad * closing, 0.0);
+  }
+  double flank_Nm_per_rad() const noexcept {
+    const double rad_per_s = 2 * std::numbers::pi * kFlankHz;
+    return inertia_kg_m2 * load_share * (1 - load_share) * rad_per_s * rad_per_s;
+  }
 };
 
 // Version 14 of clang-format takes the arrows apart.
@@ -56,6 +75,8 @@ template <class E>
 concept ActsOnFriction = requires(const E& e, const Sliding& s) { { e.level_Nm(s) } noexcept -> std::same_as<double>; };
 template <class E>
 concept ActsOnPosition = requires(const E& e, double x) { { e.load_Nm(x) } noexcept -> std::same_as<double>; };
+template <class E>
+concept ActsOnMotor = ActsOnPosition<E> && requires { requires E::kOnMotor; };
 template <class E>
 concept ActsOnMechanics = requires(const E& e, Mechanics& m) { { e.arrange(m) } noexcept -> std::same_as<void>; };
 template <class E>

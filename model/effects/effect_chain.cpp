@@ -66,7 +66,18 @@ double EffectChain::load_Nm(double position_rad) const noexcept {
   double load = 0;
   for (const AnyEffect& any : effects_) {
     ask(any, [&](const auto& effect) {
-      if constexpr (ActsOnPosition<std::decay_t<decltype(effect)>>) load += effect.load_Nm(position_rad);
+      using E = std::decay_t<decltype(effect)>;
+      if constexpr (ActsOnPosition<E> && !ActsOnMotor<E>) load += effect.load_Nm(position_rad);
+    });
+  }
+  return load;
+}
+
+double EffectChain::motor_load_Nm(double position_rad) const noexcept {
+  double load = 0;
+  for (const AnyEffect& any : effects_) {
+    ask(any, [&](const auto& effect) {
+      if constexpr (ActsOnMotor<std::decay_t<decltype(effect)>>) load += effect.load_Nm(position_rad);
     });
   }
   return load;

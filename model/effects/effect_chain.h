@@ -25,8 +25,10 @@ class EffectChain {
   /// The same as the effects add up, below zero where they would drive.
   double signed_level_Nm(double speed_rad_per_s, double direction, double running_s,
                          double load_Nm) const noexcept;
-  /// Torque against positive motion by where the joint is.
+  /// Torque against positive motion of the load by where it is; with one mass, of the joint.
   double load_Nm(double position_rad) const noexcept;
+  /// The same of the motor, where that is another mass.
+  double motor_load_Nm(double position_rad) const noexcept;
   /// What the torque sensor makes of a torque.
   double report_Nm(double torque_Nm) const noexcept;
   /// What effects make of masses, springs and gaps. @throws std::invalid_argument when no inertia is left.

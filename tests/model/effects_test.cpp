@@ -143,8 +143,11 @@ TEST(Effects, PositionTorquesRepeatAsOftenAsTheySay) {
   const EffectChain drive =
       chain({make_effect("cogging", {{"amplitude_Nm", 0.01}, {"periods_per_rev", 7}, {"phase_rad", 0.3}}),
              make_effect("imbalance", {{"torque_Nm", 0.02}, {"rest_position_rad", 0.5}})});
-  for (const double theta : {-3.0, 0.0, 0.7, 12.0})
-    EXPECT_NEAR(drive.load_Nm(theta), 0.01 * std::sin(7 * theta + 0.3) + 0.02 * std::sin(theta - 0.5), 1e-15);
+  for (const double theta : {-3.0, 0.0, 0.7, 12.0}) {
+    // Magnets are on the motor, a weight on the load.
+    EXPECT_NEAR(drive.motor_load_Nm(theta), 0.01 * std::sin(7 * theta + 0.3), 1e-15);
+    EXPECT_NEAR(drive.load_Nm(theta), 0.02 * std::sin(theta - 0.5), 1e-15);
+  }
   // It hangs at its rest position: pulled back from both sides.
   const EffectChain weight =
       chain({make_effect("imbalance", {{"torque_Nm", 0.02}, {"rest_position_rad", 0.5}})});
@@ -260,6 +263,39 @@ TEST(ModelDrive, AGapIsCrossedWithTheMotorsInertiaAlone) {
   // Momentum: all that was pushed in is in both masses now.
   const double pushed = torque * (std::floor(0.9 * crossing_s / 1e-4) + 20000) * 1e-4;
   EXPECT_NEAR(drive.velocity_rad_per_s(), pushed / inertia, 0.02 * pushed / inertia);
+}
+
+// Hunt and Crossley: flanks that meet at a low speed v part with (1 − α·v)·v, and no momentum is lost.
+TEST(ModelDrive, FlanksBounce) {
+  const double share = 0.4;
+  const double gap = 0.05;
+  for (const double loss : {0.0, 1.0, 2.0}) {
+    const double closing = 0.1;
+    sim::ModelDrive drive(
+        model({make_effect("backlash",
+                           {{"gap_rad", gap}, {"load_share", share}, {"impact_loss_s_per_rad", loss}})},
+              0.01),
+        1e-4, 4);
+    drive.set_velocity(closing);
+    drive.set_load(0, 0);
+    // Time to meet, and half of the way back at the speed at which they part.
+    for (int i = 0; i < 4000; ++i) drive.step(0);
+    const double parting = closing * (1 - loss * closing);
+    EXPECT_NEAR(drive.velocity_rad_per_s(), closing * (1 - share) - share * parting, 0.02 * closing) << loss;
+  }
+}
+
+// Behind a gap that is pressed shut from the start, a ratio of friction decides what the gap has to carry.
+TEST(ModelDrive, ALoadWithoutFrictionCoasts) {
+  sim::ModelDrive drive(
+      model({make_effect("coulomb", {{"torque_Nm", 0.05}}),
+             make_effect("backlash", {{"gap_rad", 2.0}, {"load_share", 0.5}, {"friction_ratio", 2}})},
+            0.01),
+      1e-4, 4);
+  // All friction is the load's: the motor goes on by itself.
+  drive.set_velocity(1.0);
+  for (int i = 0; i < 2000; ++i) drive.step(0);
+  EXPECT_NEAR(drive.velocity_rad_per_s(), 1.0, 0.01);
 }
 
 TEST(ModelDrive, SteppingNeitherAllocatesNorLocks) {
