@@ -1,6 +1,7 @@
 #include "identification/gap/fitted_model.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,6 +32,10 @@ constexpr int kMostRounds = 20;
 /// An exponent of zero moves as far as others.
 constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
+/// How stiff the flanks of a gap are is in no impact that the band shows, but how far they give looks like a
+/// wider gap: they may be so many times stiffer, or softer.
+constexpr std::string_view kFlank = "flank_Hz";
+constexpr double kFlankMayBe = 2;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
   const auto& described = model::effects::effect_descriptions()[effect.index()];
@@ -54,19 +59,47 @@ bool at_the_end(const FreeParameter& p) {
 Eigen::VectorXd lag_column(const Rows& rows) { return -rows.torque_rate_Nm_per_s(); }
 Eigen::VectorXd smoothing_column(const Rows& rows) { return -rows.torque_bend_Nm_per_s2(); }
 
+/// Of each recording; none where the model has no gap to bounce in.
+std::vector<LoadSide> bouncing_loads(const FittedModel& fitted, const Rows& rows) {
+  std::vector<LoadSide> loads;
+  if (fitted.model.find<model::effects::Backlash>() == nullptr ||
+      fitted.model.find<model::effects::Elasticity>() != nullptr)
+    return loads;
+  for (const Signals& s : rows.signals()) loads.push_back(load_side_of(fitted.model, s));
+  return loads;
+}
+
+/// As predicted_rows(), with these loads where there are any.
+Eigen::VectorXd rows_with(const std::vector<LoadSide>& loads, const FittedModel& fitted, const Rows& rows) {
+  Eigen::VectorXd result = rows.column([&](const Signals& s) {
+    const auto recording = static_cast<std::size_t>(&s - rows.signals().data());
+    return predicted_torque_Nm(fitted.model, s, loads.empty() ? nullptr : &loads[recording]);
+  });
+  if (fitted.lag_s != 0) result += fitted.lag_s * lag_column(rows);
+  if (fitted.smoothing_s2 != 0) result += fitted.smoothing_s2 * smoothing_column(rows);
+  return result;
+}
+
 /// How the prediction changes with one parameter, by differences: over a wide step, for what counts in
-/// events, such as a gap, narrower where the prediction bends within it.
+/// events, such as a spring, narrower where the prediction bends within it. A load that bounces in a gap
+/// never bends less: there the wide step says what a fit can do, and no narrower one does. It goes on as it
+/// bounces when any other parameter changes.
 Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreeParameter& p,
-                      const Eigen::VectorXd& here) {
+                      const Eigen::VectorXd& here, const std::vector<LoadSide>& loads) {
+  const bool bounces = !loads.empty() && p.kind == FreeParameter::Kind::kEffect &&
+                       std::holds_alternative<model::effects::Backlash>(fitted.model.effects[p.effect]);
+  const std::vector<LoadSide> none;
+  const std::vector<LoadSide>& known = bounces ? none : loads;
+  const int most_narrowings = bounces ? 1 : kMostNarrowings;
   Eigen::VectorXd straightest = Eigen::VectorXd::Zero(rows.count());
   double least_bend = std::numeric_limits<double>::infinity();
   double h = kWidestStep * p.scale;
-  for (int attempt = 0; attempt < kMostNarrowings && least_bend > kStraight; ++attempt, h *= 0.1) {
+  for (int attempt = 0; attempt < most_narrowings && least_bend > kStraight; ++attempt, h *= 0.1) {
     const double above = std::min(p.value + h, p.upper);
     const double below = std::max(p.value - h, p.lower);
     if (!(above > below)) break;
-    const Eigen::VectorXd up = predicted_rows(with_value(fitted, p, above), rows) - here;
-    const Eigen::VectorXd down = here - predicted_rows(with_value(fitted, p, below), rows);
+    const Eigen::VectorXd up = rows_with(known, with_value(fitted, p, above), rows) - here;
+    const Eigen::VectorXd down = here - rows_with(known, with_value(fitted, p, below), rows);
     const double length = (up + down).norm();
     const bool one_sided = above == p.value || below == p.value;
     const double bend = !(length > 0) ? std::numeric_limits<double>::max()
@@ -107,6 +140,24 @@ Eigen::VectorXd half_widths_of(const Eigen::MatrixXd& jacobian, const Eigen::Vec
   return widest;
 }
 
+/// By how much the fit would differ with flanks that are as stiff as they may be. Zero without any.
+Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows, const Eigen::MatrixXd& jacobian,
+                                const std::vector<Eigen::Index>& use) {
+  for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
+    if (!std::holds_alternative<model::effects::Backlash>(fitted.model.effects[i])) continue;
+    const double flank_Hz = model::effects::parameter_of(fitted.model.effects[i], kFlank);
+    const auto with = [&](double Hz) {
+      FittedModel other = fitted;
+      other.model.effects[i] = changed(fitted.model.effects[i], kFlank, Hz);
+      return predicted_rows(other, rows);
+    };
+    const Eigen::VectorXd moves = 0.5 * (with(kFlankMayBe * flank_Hz) - with(flank_Hz / kFlankMayBe))(use);
+    const Eigen::VectorXd unit = jacobian.colwise().norm().cwiseInverse();
+    return unit.cwiseProduct((jacobian * unit.asDiagonal()).colPivHouseholderQr().solve(moves));
+  }
+  return Eigen::VectorXd::Zero(jacobian.cols());
+}
+
 }  // namespace
 
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows) {
@@ -132,6 +183,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     const AnyEffect& effect = fitted.model.effects[i];
     for (const auto& parameter : model::effects::effect_descriptions()[effect.index()].parameters) {
       if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
+      if (parameter.name == kFlank) continue;
       const double value = model::effects::parameter_of(effect, parameter.name);
       double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
       // A ripple is out of step where the joint is far from its zero long before its periods differ by much.
@@ -174,23 +226,20 @@ FittedModel with_value(const FittedModel& fitted, const FreeParameter& parameter
 }
 
 Eigen::VectorXd predicted_rows(const FittedModel& fitted, const Rows& rows) {
-  Eigen::VectorXd result =
-      rows.column([&](const Signals& s) { return predicted_torque_Nm(fitted.model, s); });
-  if (fitted.lag_s != 0) result += fitted.lag_s * lag_column(rows);
-  if (fitted.smoothing_s2 != 0) result += fitted.smoothing_s2 * smoothing_column(rows);
-  return result;
+  return rows_with({}, fitted, rows);
 }
 
 Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
                                     const std::vector<FreeParameter>& parameters) {
   Eigen::MatrixXd jacobian(rows.count(), static_cast<Eigen::Index>(parameters.size()));
-  const Eigen::VectorXd here = predicted_rows(fitted, rows);
+  const std::vector<LoadSide> loads = bouncing_loads(fitted, rows);
+  const Eigen::VectorXd here = rows_with(loads, fitted, rows);
   in_parallel(parameters.size(), [&](std::size_t k) {
     const FreeParameter& p = parameters[k];
     jacobian.col(static_cast<Eigen::Index>(k)) = p.kind == FreeParameter::Kind::kLag ? lag_column(rows)
                                                  : p.kind == FreeParameter::Kind::kSmoothing
                                                      ? smoothing_column(rows)
-                                                     : slope(fitted, rows, p, here);
+                                                     : slope(fitted, rows, p, here, loads);
   });
   return jacobian;
 }
@@ -252,7 +301,10 @@ std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows
     const double effect = jacobian.col(k).norm() * parameters[static_cast<std::size_t>(k)].scale;
     if (effect > kUnseen * residual.norm()) seen.push_back(k);
   }
-  const Eigen::VectorXd half_widths = half_widths_of(jacobian(Eigen::all, seen), residual, rows, use);
+  const Eigen::MatrixXd moved = jacobian(Eigen::all, seen);
+  const Eigen::VectorXd by_flanks = moved_by_flanks(fitted, rows, moved, use);
+  const Eigen::VectorXd half_widths =
+      (half_widths_of(moved, residual, rows, use).cwiseAbs2() + by_flanks.cwiseAbs2()).cwiseSqrt();
   std::vector<fit::Estimate> result;
   for (const FreeParameter& p : parameters) {
     fit::Estimate estimate{.name = std::string(p.name), .value = p.value};

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "identification/gap/between_flanks.h"
 #include "identification/gap/zero_phase.h"
 
 namespace identification::gap {
@@ -15,14 +16,14 @@ constexpr double kStepsPerRadian = 12;
 /// A shaft that resonates so many times above the filter is rigid as far as the data can tell.
 constexpr double kRigidOverFilter = 4;
 
-/// An impact is short beside all that the data show: that many steps do.
-constexpr double kStepsPerRadianOfImpact = 4;
 /// How quickly the simulated motor is drawn to the measured one, of the band: slower than a bounce, which is
 /// its own affair, and quicker than what a torque sensor's drift makes of a position.
 constexpr double kFollowsOverBand = 0.4;
 
 /// Of a period of the band: in what flies for less, the data see a load that lies.
 constexpr double kShortestFlightInBand = 0.5;
+/// A bounce of less, of such a period, ends in the simulation.
+constexpr double kShortestBounceInBand = 0.1;
 
 /// The motor between two samples, from position and velocity at both.
 struct MotorStretch {
@@ -46,22 +47,11 @@ MotorStretch stretch_before(const Signals& s, std::size_t i) {
           s.period_s};
 }
 
-/// Sliding friction of all the drive in both directions.
-struct Levels {
-  double forward_Nm, backward_Nm;
-};
 Levels levels_at(const model::effects::EffectChain& chain, const Signals& s, std::size_t i, double load_Nm) {
   const double speed = std::abs(s.velocity_rad_per_s[i]);
   const double carried = std::abs(load_Nm);
   return {chain.level_Nm(speed, +1, s.running_s[i], carried),
           chain.level_Nm(speed, -1, s.running_s[i], carried)};
-}
-
-/// Velocity after friction has worked against it, which takes what `share` of `level` says: it stops a
-/// motion, it does not turn it round.
-double rubbed(double velocity, const Levels& level, double share) {
-  if (velocity > 0) return std::max(velocity - share * level.forward_Nm, 0.0);
-  return std::min(velocity + share * level.backward_Nm, 0.0);
 }
 
 /// Means over the periods before each sample become means around it.
@@ -82,7 +72,8 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
   const double dt = s.period_s / steps;
   const double rubs = mechanics.friction_share() / inertia * dt;
 
-  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size()), s.velocity_rad_per_s};
+  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size()), std::vector<double>(s.size()),
+                s.velocity_rad_per_s};
   double position = s.position_rad[0];
   double velocity = s.velocity_rad_per_s[0];
   for (std::size_t i = 1; i < s.size(); ++i) {
@@ -112,91 +103,78 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
       velocity = rubbed(pulled, level, rubs);
       position += dt * velocity;
     }
-    load.torque_Nm[i] = inertia * acceleration / steps;
+    load.simulated_Nm[i] = inertia * acceleration / steps;
     load.twist_rad[i] = s.position_rad[i] - position;
     load.velocity_rad_per_s[i] = velocity;
   }
-  centre(load.torque_Nm);
+  centre(load.simulated_Nm);
   return load;
 }
 
 LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
                     const Signals& s, const Pulls& pulls) {
   const double inertia = mechanics.load_share * mechanics.inertia_kg_m2;
-  const double motor_inertia = mechanics.inertia_kg_m2 - inertia;
-  const double half_gap = 0.5 * mechanics.backlash_rad;
-  const double most_step_s =
-      1 / (kStepsPerRadianOfImpact * 2 * std::numbers::pi * model::effects::Mechanics::kFlankHz);
-  const auto steps = static_cast<int>(std::ceil(s.period_s / most_step_s));
+  const auto steps = static_cast<int>(std::ceil(s.period_s / BetweenFlanks::longest_step_s(mechanics)));
   const double dt = s.period_s / steps;
-  const double rubs = mechanics.friction_share() / inertia * dt;
-  const double motor_rubs = (1 - mechanics.friction_share()) / motor_inertia * dt;
-  const double reduced = inertia * (1 - mechanics.load_share);
   // Critically damped.
   const double follows = kFollowsOverBand * 2 * std::numbers::pi * s.band_Hz;
 
-  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size()), s.velocity_rad_per_s};
+  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size(), 1),
+                std::vector<double>(s.size()), s.velocity_rad_per_s};
   std::vector<double> motor_velocity(s.velocity_rad_per_s);
-  std::vector<double> rubbing_Nm(s.size());
-  std::vector<double> lying(s.size(), 1);
+  std::vector<double> friction_Nm(s.size());
   const double shortest_s = kShortestFlightInBand / s.band_Hz;
   double flown_s = 0;
   const auto land = [&](std::size_t at) {
     if (flown_s > shortest_s)
       for (std::size_t k = 0; k <= at && static_cast<double>(k) * s.period_s < flown_s; ++k)
-        lying[at - k] = 0;
+        load.lies[at - k] = 0;
     flown_s = 0;
   };
-  double x = s.position_rad[0];
-  double v = s.velocity_rad_per_s[0];
-  double motor_x = x;
-  double motor_v = v;
+  BetweenFlanks masses(mechanics, kShortestBounceInBand / s.band_Hz, s.position_rad[0],
+                       s.velocity_rad_per_s[0]);
   for (std::size_t i = 1; i < s.size(); ++i) {
     const MotorStretch measured = stretch_before(s, i);
     const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
     const double drive_before = pulls.drive_Nm[i - 1] - pulls.motor_Nm[i - 1];
     const double drive_rise = pulls.drive_Nm[i] - pulls.motor_Nm[i] - drive_before;
-    double impulse = 0;
-    double rubbed_off = 0;  // velocity of the load
-    for (int n = 1; n <= steps; ++n) {
-      const double share = static_cast<double>(n) / steps;
-      const double twist = motor_x - x;
-      const double pressed = twist - std::clamp(twist, -half_gap, half_gap);
-      const double closing = motor_v - v;
-      // No more than what stops the one on the other: flanks that meet fast lose all of it within a step.
-      const double most = mechanics.flank_Nm_per_rad() * std::abs(pressed) + reduced / dt * std::abs(closing);
-      const double flank = pressed == 0 ? 0 : std::clamp(mechanics.flank_Nm(pressed, closing), -most, most);
-      const double drawn = follows * (follows * (measured.position(share) - motor_x) +
-                                      2 * (measured.velocity(share) - motor_v));
-      motor_v = rubbed(motor_v + dt * (drawn + (drive_before + share * drive_rise - flank) / motor_inertia),
-                       level, motor_rubs);
-      const double given = v + dt * (flank - pulls.load_Nm[i]) / inertia;
-      v = rubbed(given + dt * drawn, level, rubs);
-      rubbed_off += given - v;
-      motor_x += dt * motor_v;
-      x += dt * v;
-      impulse += flank;
-      if (pressed == 0)
-        flown_s += dt;
-      else
+    const auto push_at = [&](double share) {
+      return BetweenFlanks::Push{drive_before + share * drive_rise, pulls.load_Nm[i],
+                                 follows * (follows * (measured.position(share) - masses.motor_rad()) +
+                                            2 * (measured.velocity(share) - masses.motor_rad_per_s()))};
+    };
+    BetweenFlanks::Impulse sum;
+    for (int n = 0; n < steps;) {
+      const int left = masses.lies() ? steps - n : 1;
+      const BetweenFlanks::Push push = push_at((n + 0.5 * (left + 1)) / steps);
+      if (masses.lies() && !masses.stays(push, level, left * dt)) continue;
+      const BetweenFlanks::Impulse given =
+          masses.lies() ? masses.lie(push, level, left * dt) : masses.bounce(push, level, dt);
+      sum.flank += given.flank;
+      sum.friction += given.friction;
+      if (masses.touches())
         land(i);
+      else
+        flown_s += dt;
+      n += left;
     }
-    load.torque_Nm[i] = impulse / steps;
-    rubbing_Nm[i] = inertia * rubbed_off / s.period_s;
-    load.twist_rad[i] = motor_x - x;
-    load.velocity_rad_per_s[i] = v;
-    motor_velocity[i] = motor_v;
+    load.simulated_Nm[i] = sum.flank / s.period_s;
+    friction_Nm[i] = sum.friction / s.period_s;
+    load.twist_rad[i] = masses.twist_rad();
+    load.velocity_rad_per_s[i] = masses.load_rad_per_s();
+    motor_velocity[i] = masses.motor_rad_per_s();
   }
-  centre(load.torque_Nm);
-  centre(rubbing_Nm);
+  centre(load.simulated_Nm);
+  centre(friction_Nm);
   land(s.size() - 1);
-  lying = zero_phase(lying, s.period_s, s.band_Hz);
+  load.lies = zero_phase(load.lies, s.period_s, s.band_Hz);
   const std::vector<double> motor_acceleration = derivative(motor_velocity, s.period_s);
-  // Where it lies, the simulated torque leaves again what it brought: only the twist stays of the simulation.
-  for (std::size_t i = 0; i < s.size(); ++i)
-    load.torque_Nm[i] +=
-        std::clamp(lying[i], 0.0, 1.0) * (inertia * (s.acceleration_rad_per_s2[i] - motor_acceleration[i]) +
-                                          mechanics.friction_share() * pulls.friction_Nm[i] - rubbing_Nm[i]);
+  for (std::size_t i = 0; i < s.size(); ++i) {
+    load.lies[i] = std::clamp(load.lies[i], 0.0, 1.0);
+    // Where it lies, the simulated torque leaves again what it brought: only the twist stays of the
+    // simulation.
+    load.simulated_Nm[i] -= load.lies[i] * (inertia * motor_acceleration[i] + friction_Nm[i]);
+  }
   return load;
 }
 
@@ -205,9 +183,20 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
 LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
                    const Signals& s, const Pulls& pulls) {
   if (s.size() < 2)
-    return {std::vector<double>(s.size()), std::vector<double>(s.size()), s.velocity_rad_per_s};
+    return {std::vector<double>(s.size()), std::vector<double>(s.size()), std::vector<double>(s.size()),
+            s.velocity_rad_per_s};
   return mechanics.shaft_Nm_per_rad > 0 ? behind_spring(mechanics, chain, s, pulls)
                                         : behind_gap(mechanics, chain, s, pulls);
+}
+
+std::vector<double> torque_on_motor_Nm(const LoadSide& load, const model::effects::Mechanics& mechanics,
+                                       const Signals& s, std::span<const double> friction_Nm) {
+  std::vector<double> torque = load.simulated_Nm;
+  const double inertia = mechanics.load_share * mechanics.inertia_kg_m2;
+  for (std::size_t i = 0; i < s.size(); ++i)
+    torque[i] +=
+        load.lies[i] * (inertia * s.acceleration_rad_per_s2[i] + mechanics.friction_share() * friction_Nm[i]);
+  return torque;
 }
 
 }  // namespace identification::gap

@@ -12,15 +12,16 @@ namespace identification::gap {
 
 /// What works on a drive besides inertia and friction, at each sample.
 struct Pulls {
-  std::span<const double> drive_Nm;     ///< that the actuator delivers
-  std::span<const double> motor_Nm;     ///< against positive motion of the motor
-  std::span<const double> load_Nm;      ///< against that of the load
-  std::span<const double> friction_Nm;  ///< of all the drive, as the motor moves
+  std::span<const double> drive_Nm;  ///< that the actuator delivers
+  std::span<const double> motor_Nm;  ///< against positive motion of the motor
+  std::span<const double> load_Nm;   ///< against that of the load
 };
 
 /// At each sample.
 struct LoadSide {
-  std::vector<double> torque_Nm;  ///< on the motor, mean around the sample
+  std::vector<double>
+      simulated_Nm;               ///< torque on the motor, mean around the sample, but for what `lies` adds
+  std::vector<double> lies;       ///< 1 where the load goes with the measured motor, 0 where it does not
   std::vector<double> twist_rad;  ///< by how much the motor is ahead of the load
   std::vector<double> velocity_rad_per_s;
 };
@@ -36,5 +37,10 @@ struct LoadSide {
 /// as its own prediction.
 LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
                    const Signals& signals, const Pulls& pulls);
+
+/// What the load asks for, mean around each sample; `friction_Nm` is that of all the drive, as the motor
+/// moves.
+std::vector<double> torque_on_motor_Nm(const LoadSide& load, const model::effects::Mechanics& mechanics,
+                                       const Signals& signals, std::span<const double> friction_Nm);
 
 }  // namespace identification::gap

@@ -57,9 +57,8 @@ std::vector<double> friction(const model::effects::EffectChain& chain,
 
 template <class Torque>
 std::vector<double> at_positions(const Signals& s, const Torque& torque) {
-  std::vector<double> result;
-  result.reserve(s.size());
-  for (const double position : s.position_rad) result.push_back(torque(position));
+  std::vector<double> result(s.size());
+  std::ranges::transform(s.position_rad, result.begin(), torque);
   return result;
 }
 
@@ -97,13 +96,13 @@ LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& s)
     const std::vector<double> beyond = delivered_beyond_command_Nm(model, s);
     for (std::size_t i = 0; i < s.size(); ++i) drive[i] += beyond[i];
   }
-  const std::vector<double> load = at_positions(s, [&](double x) { return chain.load_Nm(x); });
-  const std::vector<double> motor = at_positions(s, [&](double x) { return chain.motor_load_Nm(x); });
   return load_side(chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}), chain, s,
-                   {drive, motor, load, friction(chain, model, s, load)});
+                   {drive, at_positions(s, [&](double x) { return chain.motor_load_Nm(x); }),
+                    at_positions(s, [&](double x) { return chain.load_Nm(x); })});
 }
 
-std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s) {
+std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s,
+                                        const LoadSide* known) {
   const model::effects::EffectChain chain(model.effects);
   const model::effects::Mechanics mechanics = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
   const std::vector<double> load = at_positions(s, [&](double x) { return chain.load_Nm(x); });
@@ -111,7 +110,10 @@ std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model,
   const bool two_masses = mechanics.two_masses();
   const double inertia = (two_masses ? 1 - mechanics.load_share : 1) * mechanics.inertia_kg_m2;
   const double rubs = two_masses ? 1 - mechanics.friction_share() : 1;
-  const std::vector<double> behind = two_masses ? load_side_of(model, s).torque_Nm : load;
+  const std::vector<double> behind =
+      two_masses
+          ? torque_on_motor_Nm(known != nullptr ? *known : load_side_of(model, s), mechanics, s, torque)
+          : load;
   for (std::size_t i = 0; i < s.size(); ++i)
     torque[i] = inertia * s.acceleration_rad_per_s2[i] + rubs * torque[i] +
                 chain.motor_load_Nm(s.position_rad[i]) + behind[i];

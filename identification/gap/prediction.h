@@ -15,8 +15,9 @@ namespace identification::gap {
 /// Inverse dynamics at each sample of `signals`, before mask and filter:
 ///   τ = J·a + friction(v, its history) + load(θ)
 /// with what backlash and elasticity change in it. Where the torque is only known as commanded, the command
-/// that it takes, actuator effects included.
-std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& signals);
+/// that it takes, actuator effects included. `known`: its load, where that needs no simulation.
+std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& signals,
+                                        const LoadSide* known = nullptr);
 
 /// Of a model with a gap or a spring.
 LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& signals);

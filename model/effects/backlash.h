@@ -12,6 +12,7 @@ struct BacklashParameters {
   double load_share = 0.3;           ///< of inertia, behind the gap
   double friction_ratio = 1;         ///< share of friction behind it, over that of inertia
   double impact_loss_s_per_rad = 2;  ///< α: flanks that meet at a low speed v part with (1 − α·v)·v
+  double flank_Hz = 150;             ///< at which both masses would swing on a flank; no fit moves it
 };
 
 class Backlash : public WithParameters<Backlash, BacklashParameters> {
@@ -23,7 +24,8 @@ class Backlash : public WithParameters<Backlash, BacklashParameters> {
       {{"gap_rad", member<&BacklashParameters::gap_rad>, 1e-6, 3},
        {"load_share", member<&BacklashParameters::load_share>, 0.01, 0.99},
        {"friction_ratio", member<&BacklashParameters::friction_ratio>, 0, 20},
-       {"impact_loss_s_per_rad", member<&BacklashParameters::impact_loss_s_per_rad>, 0, 1e4}});
+       {"impact_loss_s_per_rad", member<&BacklashParameters::impact_loss_s_per_rad>, 0, 1e4},
+       {"flank_Hz", member<&BacklashParameters::flank_Hz>, 20, 2000}});
   using WithParameters::WithParameters;
 
   void arrange(Mechanics& mechanics) const noexcept {
@@ -31,6 +33,7 @@ class Backlash : public WithParameters<Backlash, BacklashParameters> {
     mechanics.load_share = parameters_.load_share;
     mechanics.friction_ratio = parameters_.friction_ratio;
     mechanics.flank_loss_s_per_rad = parameters_.impact_loss_s_per_rad;
+    mechanics.flank_Hz = parameters_.flank_Hz;
   }
 };
 

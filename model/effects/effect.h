@@ -41,16 +41,16 @@ struct Sliding {
 /// Masses and springs of the drive. One mass, unless there is a gap or a spring.
 struct Mechanics {
   double inertia_kg_m2 = 0.0112;
-  double stiffness_Nm_per_rad = 0;         ///< of the friction contact (σ0); 0: as stiff as the step allows
-  double damping_Nm_s_per_rad = 0;         ///< of the friction contact (σ1), while it sticks
-  double bend_exponent = 0;                ///< of the friction contact (Dahl's α), towards sliding
-  double backlash_rad = 0;                 ///< free travel between motor and load
-  double shaft_Nm_per_rad = 0;             ///< spring between motor and load; 0: rigid
-  double shaft_Nm_s_per_rad = 0;           ///< its damping
-  double load_share = 0;                   ///< of inertia, behind gap and spring
-  double friction_ratio = 1;               ///< share of friction behind them, over that of inertia
-  double flank_loss_s_per_rad = 0;         ///< α: what meets at a low speed v parts with (1 − α·v)·v
-  static constexpr double kFlankHz = 150;  ///< at which the masses would swing on the flanks of the gap
+  double stiffness_Nm_per_rad = 0;  ///< of the friction contact (σ0); 0: as stiff as the step allows
+  double damping_Nm_s_per_rad = 0;  ///< of the friction contact (σ1), while it sticks
+  double bend_exponent = 0;         ///< of the friction contact (Dahl's α), towards sliding
+  double backlash_rad = 0;          ///< free travel between motor and load
+  double shaft_Nm_per_rad = 0;      ///< spring between motor and load; 0: rigid
+  double shaft_Nm_s_per_rad = 0;    ///< its damping
+  double load_share = 0;            ///< of inertia, behind gap and spring
+  double friction_ratio = 1;        ///< share of friction behind them, over that of inertia
+  double flank_loss_s_per_rad = 0;  ///< α: what meets at a low speed v parts with (1 − α·v)·v
+  double flank_Hz = 150;            ///< at which the masses would swing on the flanks of the gap
   bool two_masses() const noexcept { return backlash_rad > 0 || shaft_Nm_per_rad > 0; }
   /// Neither mass is without any.
   double friction_share() const noexcept { return std::clamp(friction_ratio * load_share, 1e-3, 1 - 1e-3); }
@@ -62,7 +62,7 @@ struct Mechanics {
     return flank_Nm_per_rad() * pressed_rad * std::max(1 + 1.5 * flank_loss_s_per_rad * closing, 0.0);
   }
   double flank_Nm_per_rad() const noexcept {
-    const double rad_per_s = 2 * std::numbers::pi * kFlankHz;
+    const double rad_per_s = 2 * std::numbers::pi * flank_Hz;
     return inertia_kg_m2 * load_share * (1 - load_share) * rad_per_s * rad_per_s;
   }
 };

@@ -65,7 +65,8 @@ std::vector<double> torque_on_motor(const model::effects::Mechanics& mechanics,
     const double direction = v < 0 ? -1 : 1;
     friction_Nm.push_back(direction * chain.level_Nm(std::abs(v), direction, s.running_s[i], 0));
   }
-  return load_side(mechanics, chain, s, {drive_Nm, none, load_Nm, friction_Nm}).torque_Nm;
+  return torque_on_motor_Nm(load_side(mechanics, chain, s, {drive_Nm, none, load_Nm}), mechanics, s,
+                            friction_Nm);
 }
 
 // J·ω²·A/(1 − (ω/ω0)²), undamped, far from resonance.
