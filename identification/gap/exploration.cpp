@@ -16,6 +16,7 @@ constexpr int kMostTours = 20;
 constexpr std::array kStartsWider{0.8, 0.9, 1.0, 1.12, 1.25, 1.4, 1.6, 1.8, 2.0};
 constexpr std::array kStartShares{0.3, 0.45};
 constexpr std::array kStartFrictionRatios{0.7, 1.3};
+constexpr std::array kStartLosses_s_per_rad{1.0, 3.0};
 
 using Direction = std::span<const model::effects::NamedValue>;  // a parameter and its power of the step
 
@@ -58,18 +59,19 @@ FittedModel best_start(const FittedModel& fitted, const Rows& rows, const std::v
   double least = square_of(best, rows, use);
   for (const double wider : kStartsWider)
     for (const double share : kStartShares)
-      for (const double ratio : kStartFrictionRatios) {
-        FittedModel trial = with_gap(fitted, rows, [&](const FreeParameter& p) {
-          return p.name == "gap_rad"          ? wider * p.value
-                 : p.name == "load_share"     ? share
-                 : p.name == "friction_ratio" ? ratio
-                                              : p.value;
-        });
-        const double left = square_of(trial, rows, use);
-        if (!(left < least)) continue;
-        best = std::move(trial);
-        least = left;
-      }
+      for (const double ratio : kStartFrictionRatios)
+        for (const double loss : kStartLosses_s_per_rad) {
+          FittedModel trial = with_gap(fitted, rows, [&](const FreeParameter& p) {
+            return p.name == "gap_rad"          ? wider * p.value
+                   : p.name == "load_share"     ? share
+                   : p.name == "friction_ratio" ? ratio
+                                                : loss;
+          });
+          const double left = square_of(trial, rows, use);
+          if (!(left < least)) continue;
+          best = std::move(trial);
+          least = left;
+        }
   return best;
 }
 

@@ -1,0 +1,86 @@
+/// Motor and load on the flanks of a gap, against mechanics by hand.
+#include "identification/gap/between_flanks.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace identification::gap {
+namespace gap_between_flanks_test {
+
+constexpr double kInertia = 0.01;
+constexpr double kShare = 0.4;
+constexpr double kBounce_s = 4e-3;
+constexpr Levels kNoFriction{0, 0};
+
+model::effects::Mechanics gap(double loss_s_per_rad) {
+  return {.inertia_kg_m2 = kInertia,
+          .backlash_rad = 0.01,
+          .load_share = kShare,
+          .flank_loss_s_per_rad = loss_s_per_rad};
+}
+
+/// Steps until they lie, `longest_s` at most; what the flanks gave to the load.
+double bounce(BetweenFlanks& masses, const model::effects::Mechanics& mechanics,
+              const BetweenFlanks::Push& push, double longest_s) {
+  const double step_s = BetweenFlanks::longest_step_s(mechanics);
+  double flank = 0;
+  for (double t = 0; t < longest_s && !masses.lies(); t += step_s)
+    flank += masses.bounce(push, kNoFriction, step_s).flank;
+  return flank;
+}
+
+// Hunt and Crossley: what meets at v parts with (1 − α·v)·v. A motor that is pushed for a moment meets a load
+// at rest.
+TEST(BetweenFlanks, AnImpactKeepsItsMomentumAndLosesWhatItSays) {
+  for (const double loss : {0.0, 1.0}) {
+    const model::effects::Mechanics mechanics = gap(loss);
+    BetweenFlanks masses(mechanics, kBounce_s, 0, 0);
+    const double step_s = BetweenFlanks::longest_step_s(mechanics);
+    const double closing = 0.1;
+    masses.bounce({(1 - kShare) * kInertia * closing / step_s, 0, 0}, kNoFriction, step_s);
+    ASSERT_NEAR(masses.motor_rad_per_s(), closing, 1e-12);
+    const double flank = bounce(masses, mechanics, {0, 0, 0}, 0.08);  // there, and half of the way back
+    EXPECT_NEAR(masses.load_rad_per_s() - masses.motor_rad_per_s(), (1 - loss * closing) * closing,
+                0.03 * closing)
+        << loss;
+    EXPECT_NEAR((1 - kShare) * masses.motor_rad_per_s() + kShare * masses.load_rad_per_s(),
+                (1 - kShare) * closing, 1e-12);
+    EXPECT_NEAR(flank, kShare * kInertia * masses.load_rad_per_s(), 1e-12);
+    EXPECT_FALSE(masses.lies());
+  }
+}
+
+TEST(BetweenFlanks, WhatIsPressedTogetherMovesAsOneMass) {
+  const model::effects::Mechanics mechanics = gap(5);
+  BetweenFlanks masses(mechanics, kBounce_s, 0, 0);
+  const BetweenFlanks::Push push{0.05, 0, 0};
+  double flank = bounce(masses, mechanics, push, 3);
+  ASSERT_TRUE(masses.lies());
+  const double before = masses.motor_rad_per_s();
+  ASSERT_TRUE(masses.stays(push, kNoFriction, 0.1));
+  flank += masses.lie(push, kNoFriction, 0.1).flank;
+  EXPECT_NEAR(masses.motor_rad_per_s() - before, 0.1 * 0.05 / kInertia, 1e-12);
+  EXPECT_EQ(masses.load_rad_per_s(), masses.motor_rad_per_s());
+  // By the gap, and by how much the flank gives.
+  EXPECT_NEAR(masses.twist_rad(), 0.005 + kShare * 0.05 / mechanics.flank_Nm_per_rad(), 1e-12);
+  EXPECT_NEAR(flank, kShare * kInertia * masses.load_rad_per_s(), 1e-9);
+}
+
+// Friction of 0.05 N·m, of which the load has two fifths: it stops a load that coasts, and holds the motor.
+TEST(BetweenFlanks, ALoadLeavesTheFlankOnceItsMotorSlowsDownFaster) {
+  const model::effects::Mechanics mechanics = gap(5);
+  const Levels level{0.05, 0.05};
+  BetweenFlanks masses(mechanics, kBounce_s, 0, 0);
+  const double step_s = BetweenFlanks::longest_step_s(mechanics);
+  for (double t = 0; t < 3 && !masses.lies(); t += step_s) masses.bounce({0.15, 0, 0}, level, step_s);
+  ASSERT_TRUE(masses.lies());
+  // By friction alone both slow down alike.
+  EXPECT_TRUE(masses.stays({0.01, 0, 0}, level, 2e-3));
+  EXPECT_FALSE(masses.stays({-0.01, 0, 0}, level, 2e-3));
+  EXPECT_FALSE(masses.lies());
+  EXPECT_NEAR(masses.twist_rad(), 0.005, 1e-12);
+}
+
+}  // namespace gap_between_flanks_test
+}  // namespace identification::gap

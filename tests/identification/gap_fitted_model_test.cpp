@@ -1,0 +1,68 @@
+/// Fits of a drive model to recordings, and their intervals.
+#include "identification/gap/fitted_model.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "sim/model_drive.h"
+
+namespace identification::gap {
+namespace gap_fitted_model_test {
+
+constexpr double kGap_rad = 3e-3;
+
+model::effects::DriveModel drive_with(double flank_Hz) {
+  model::effects::DriveModel model{.name = "bench", .inertia_kg_m2 = 0.01};
+  model.effects = {
+      model::effects::make_effect("coulomb", {{"torque_Nm", 0.04}}),
+      model::effects::make_effect("viscous", {{"coefficient_Nm_s_per_rad", 0.005}}),
+      model::effects::make_effect(
+          "backlash",
+          {{"gap_rad", kGap_rad}, {"load_share", 0.35}, {"friction_ratio", 1.1}, {"flank_Hz", flank_Hz}})};
+  return model;
+}
+
+/// Back and forth, without noise.
+Source reversals(const model::effects::DriveModel& model) {
+  constexpr double kPeriod_s = 1e-3;
+  sim::ModelDrive drive(model, kPeriod_s, 40);
+  std::vector<double> time, torque, position;
+  for (int i = 0; i < 20000; ++i) {
+    const double t = i * kPeriod_s;
+    time.push_back(t);
+    position.push_back(drive.position_rad());
+    torque.push_back(0.09 * std::sin(9 * t) + 0.05 * std::sin(23 * t + 1));
+    drive.step(torque.back());
+  }
+  // What is held from each sample to the next, at the sample.
+  for (std::size_t i = torque.size(); i-- > 1;) torque[i] = 0.5 * (torque[i - 1] + torque[i]);
+  Source source{.name = "reversals.csv", .recording = {}};
+  source.recording.columns = {{"time_s", time}, {"torque_measured_Nm", torque}, {"position_rad", position}};
+  return source;
+}
+
+// How stiff its flanks are no fit knows: what they give must be in the interval of the gap.
+TEST(Estimates, TheIntervalOfAGapAllowsForFlanksOfAnotherStiffness) {
+  const FittedModel start{.model = drive_with(150), .given_inertia_kg_m2 = 0.01};
+  for (const double flank_Hz : {110.0, 250.0}) {
+    const std::vector<Source> sources{reversals(drive_with(flank_Hz))};
+    const std::vector<Signals> signals{make_signals(sources.front(), choose_band(sources, start.model))};
+    const Rows rows(signals);
+    std::vector<Eigen::Index> all(static_cast<std::size_t>(rows.count()));
+    std::iota(all.begin(), all.end(), 0);
+    const FittedModel fitted = refined(start, rows, all);
+    for (const fit::Estimate& estimate : estimates(fitted, rows, all)) {
+      ASSERT_NE(estimate.name, "flank_Hz");
+      if (estimate.name != "gap_rad") continue;
+      EXPECT_LT(estimate.lower, kGap_rad) << flank_Hz;
+      EXPECT_GT(estimate.upper, kGap_rad) << flank_Hz;
+      EXPECT_LT(estimate.upper - estimate.lower, 0.3 * kGap_rad) << flank_Hz;
+    }
+  }
+}
+
+}  // namespace gap_fitted_model_test
+}  // namespace identification::gap
