@@ -173,7 +173,8 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
     load.lies[i] = std::clamp(load.lies[i], 0.0, 1.0);
     // Where it lies, the simulated torque leaves again what it brought: only the twist stays of the
     // simulation.
-    load.simulated_Nm[i] -= load.lies[i] * (inertia * motor_acceleration[i] + friction_Nm[i]);
+    load.simulated_Nm[i] -=
+        load.lies[i] * (inertia * motor_acceleration[i] + friction_Nm[i] + pulls.load_Nm[i]);
   }
   return load;
 }
@@ -190,12 +191,13 @@ LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effe
 }
 
 std::vector<double> torque_on_motor_Nm(const LoadSide& load, const model::effects::Mechanics& mechanics,
-                                       const Signals& s, std::span<const double> friction_Nm) {
+                                       const Signals& s, std::span<const double> friction_Nm,
+                                       std::span<const double> load_Nm) {
   std::vector<double> torque = load.simulated_Nm;
   const double inertia = mechanics.load_share * mechanics.inertia_kg_m2;
   for (std::size_t i = 0; i < s.size(); ++i)
-    torque[i] +=
-        load.lies[i] * (inertia * s.acceleration_rad_per_s2[i] + mechanics.friction_share() * friction_Nm[i]);
+    torque[i] += load.lies[i] * (inertia * s.acceleration_rad_per_s2[i] +
+                                 mechanics.friction_share() * friction_Nm[i] + load_Nm[i]);
   return torque;
 }
 

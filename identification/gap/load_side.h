@@ -39,8 +39,9 @@ LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effe
                    const Signals& signals, const Pulls& pulls);
 
 /// What the load asks for, mean around each sample; `friction_Nm` is that of all the drive, as the motor
-/// moves.
+/// moves, and `load_Nm` as in Pulls.
 std::vector<double> torque_on_motor_Nm(const LoadSide& load, const model::effects::Mechanics& mechanics,
-                                       const Signals& signals, std::span<const double> friction_Nm);
+                                       const Signals& signals, std::span<const double> friction_Nm,
+                                       std::span<const double> load_Nm);
 
 }  // namespace identification::gap

@@ -112,7 +112,7 @@ std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model,
   const double rubs = two_masses ? 1 - mechanics.friction_share() : 1;
   const std::vector<double> behind =
       two_masses
-          ? torque_on_motor_Nm(known != nullptr ? *known : load_side_of(model, s), mechanics, s, torque)
+          ? torque_on_motor_Nm(known != nullptr ? *known : load_side_of(model, s), mechanics, s, torque, load)
           : load;
   for (std::size_t i = 0; i < s.size(); ++i)
     torque[i] = inertia * s.acceleration_rad_per_s2[i] + rubs * torque[i] +

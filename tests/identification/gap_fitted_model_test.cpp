@@ -64,5 +64,22 @@ TEST(Estimates, TheIntervalOfAGapAllowsForFlanksOfAnotherStiffness) {
   }
 }
 
+// A load that goes on as it bounces while other parameters are differentiated still carries what pulls at it.
+TEST(Estimates, WhatPullsAtALoadBehindAGapIsDetermined) {
+  model::effects::DriveModel drive = drive_with(150);
+  drive.effects.push_back(model::effects::make_effect("torque_offset", {{"torque_Nm", 0.01}}));
+  const std::vector<Source> sources{reversals(drive)};
+  const std::vector<Signals> signals{make_signals(sources.front(), choose_band(sources, drive))};
+  const Rows rows(signals);
+  const FittedModel fitted{.model = drive, .given_inertia_kg_m2 = drive.inertia_kg_m2};
+  std::vector<FreeParameter> parameters = free_parameters(fitted, rows);
+  std::erase_if(parameters, [&](const FreeParameter& p) {
+    return p.kind != FreeParameter::Kind::kEffect || p.effect + 1 != drive.effects.size();
+  });
+  ASSERT_EQ(parameters.size(), 1U);
+  // But for the time in which it flies.
+  EXPECT_NEAR(prediction_jacobian(fitted, rows, parameters).mean(), 0.8, 0.2);
+}
+
 }  // namespace gap_fitted_model_test
 }  // namespace identification::gap

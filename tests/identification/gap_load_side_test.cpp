@@ -66,7 +66,7 @@ std::vector<double> torque_on_motor(const model::effects::Mechanics& mechanics,
     friction_Nm.push_back(direction * chain.level_Nm(std::abs(v), direction, s.running_s[i], 0));
   }
   return torque_on_motor_Nm(load_side(mechanics, chain, s, {drive_Nm, none, load_Nm}), mechanics, s,
-                            friction_Nm);
+                            friction_Nm, load_Nm);
 }
 
 // J·ω²·A/(1 − (ω/ω0)²), undamped, far from resonance.
