@@ -50,8 +50,6 @@ constexpr double kLeastBurst = 0.02;
 constexpr double kLeastOfNoise = 0.5;
 /// A model leaves less than the noise of the rows that it is fitted to, by up to this.
 constexpr double kFittedNoise = 1.2;
-/// With a floor so many times too high, the search has passed over what is worth a name.
-constexpr double kBlind = 1.5;
 
 double rms(const Eigen::VectorXd& residual, const Indices& use) {
   return use.empty() ? 0 : std::sqrt(residual(use).squaredNorm() / static_cast<double>(use.size()));
@@ -382,18 +380,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   SearchResult searching = search(given, rows, parts.training, options);
   // What the sensor reports beyond the command is noise, or torque that the command did not ask for: a model
   // that leaves less has shown that it is torque.
-  double left_Nm = rms(residual(searching.fitted), parts.training.rows);
-  while (result.noise_floor_Nm > kFittedNoise * left_Nm) {
-    const bool was_blind = result.noise_floor_Nm > kBlind * kFittedNoise * left_Nm;
-    result.noise_floor_Nm = kFittedNoise * left_Nm;
-    parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
-    if (!was_blind) break;
-    SearchResult again = search(given, rows, parts.training, options);
-    const double again_Nm = rms(residual(again.fitted), parts.training.rows);
-    if (again_Nm >= left_Nm) break;
-    left_Nm = again_Nm;
-    searching = std::move(again);
-  }
+  result.noise_floor_Nm =
+      std::min(result.noise_floor_Nm, kFittedNoise * rms(residual(searching.fitted), parts.training.rows));
   const Judged judged{
       rows, parts.training, quiet, !held_out.empty(), result.noise_floor_Nm, band.resolution_rad};
   progress("holding the answer against held-out data", 0.86);
