@@ -48,6 +48,7 @@ class BoundedBristle {
         velocity, [bound](double) { return bound; }, step_s);
   }
   double deflection() const noexcept { return deflection_; }
+  void set_deflection(double deflection) noexcept { deflection_ = deflection; }
 
  private:
   double bend(double velocity, double level, double step_s) noexcept {

@@ -26,6 +26,8 @@ class ModelDrive {
   void set_load(double position_rad, double velocity_rad_per_s) noexcept {
     parts_.set_load(position_rad, velocity_rad_per_s);
   }  ///< behind a gap or a spring
+  /// Of the friction contact.
+  void set_deflection(double deflection_rad) noexcept { parts_.set_deflection(deflection_rad); }
   void set_running(double running_s) noexcept {
     parts_.set_running(running_s);
   }  ///< for how long it has moved

@@ -39,6 +39,11 @@ class MovingParts {
     load_.position_rad = position_rad;
     load_.velocity_rad_per_s = velocity_rad_per_s;
   }
+  /// Of the friction contacts.
+  void set_deflection(double deflection_rad) noexcept {
+    motor_.contact.set_deflection(deflection_rad);
+    load_.contact.set_deflection(deflection_rad);
+  }
   void set_running(double running_s) noexcept { running_s_ = running_s; }  ///< for how long it has moved
 
  private:

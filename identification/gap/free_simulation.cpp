@@ -50,6 +50,8 @@ std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>
 FreeSimulation::FreeSimulation(const model::effects::DriveModel& model, const Signals& signals)
     : model_(signals.torque_is_command ? model : without_actuator(model)), signals_(signals) {
   if (model.find<model::effects::Backlash>() != nullptr) load_ = load_side_of(model, signals);
+  if (model.find<model::effects::Presliding>() != nullptr)
+    deflection_rad_ = bristle_deflection_rad(model, signals);
 }
 
 std::vector<double> FreeSimulation::velocity(const Window& window) const {
@@ -60,6 +62,7 @@ std::vector<double> FreeSimulation::velocity(const Window& window) const {
   if (load_)
     drive.set_load(s.position_rad[window.first] - load_->twist_rad[window.first],
                    load_->velocity_rad_per_s[window.first]);
+  if (!deflection_rad_.empty()) drive.set_deflection(deflection_rad_[window.first]);
   drive.set_running(s.running_s[window.first]);
   std::vector<double> velocity;
   for (std::size_t i = window.first; i < window.first + window.length; ++i) {

@@ -18,8 +18,9 @@ struct Window {
 /// One begins at each row of `use` that no earlier one covers; of many, some, spread evenly.
 std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>& use);
 
-/// One model on one recording. Where in a gap the load was, and how it moved, when a window begins comes from
-/// the recording before it.
+/// One model on one recording. A window begins with what the recording before it implies: where in a gap the
+/// load was, how it moved, and how far the friction contact had given. A bristle that has to bend first is
+/// slack, like a gap.
 class FreeSimulation {
  public:
   /// `signals` have to live as long.
@@ -31,6 +32,7 @@ class FreeSimulation {
   model::effects::DriveModel model_;
   const Signals& signals_;
   std::optional<LoadSide> load_;
+  std::vector<double> deflection_rad_;  // of the friction contact; empty where the model has no presliding
 };
 /// Its squared error over a window, summed over the samples.
 double squared_error(const std::vector<double>& simulated_rad_per_s, const Signals& signals,

@@ -20,24 +20,29 @@ constexpr double kReachPeriods = 3;
 constexpr double kNever = 1e-6;
 constexpr double kUsualCommands = 0.9;
 
+struct Friction {
+  std::vector<double> torque_Nm;
+  std::vector<double> deflection_rad;  // of the bristle; empty without one
+};
 /// Friction that is carried by a bristle between the levels of the two directions, or follows
 /// the sign of the velocity without one.
-std::vector<double> friction(const model::effects::EffectChain& chain,
-                             const model::effects::DriveModel& model, const Signals& s,
-                             const std::vector<double>& load) {
+Friction friction(const model::effects::EffectChain& chain, const model::effects::DriveModel& model,
+                  const Signals& s, const std::vector<double>& load) {
   const auto* contact = model.find<model::effects::Presliding>();
   const model::effects::PreslidingParameters bristle =
       contact ? contact->parameters() : model::effects::PreslidingParameters();
-  std::vector<double> result(s.size());
+  Friction result{.torque_Nm = std::vector<double>(s.size()), .deflection_rad = {}};
+  if (contact != nullptr) result.deflection_rad.reserve(s.size());
   double spring_Nm = 0;
   for (std::size_t i = 0; i < s.size(); ++i) {
+    double& torque_Nm = result.torque_Nm[i];
     const double v = s.velocity_rad_per_s[i];
     const double carried = std::abs(load[i]);
     if (contact == nullptr) {
       const double forward = 0.5 + 0.5 * s.direction[i];
-      if (forward > kNever) result[i] += forward * chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
+      if (forward > kNever) torque_Nm += forward * chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
       if (1 - forward > kNever)
-        result[i] -= (1 - forward) * chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
+        torque_Nm -= (1 - forward) * chain.level_Nm(std::abs(v), -1, s.running_s[i], carried);
       continue;
     }
     const double forward = chain.level_Nm(std::abs(v), +1, s.running_s[i], carried);
@@ -48,9 +53,10 @@ std::vector<double> friction(const model::effects::EffectChain& chain,
                                                              bristle.exponent, backward, forward));
     // As sim::BoundedBristle: on the deflection's rate, or what a bristle that does not bend lets through.
     const double rate = (spring_Nm - before_Nm) / (bristle.stiffness_Nm_per_rad * s.period_s);
-    result[i] = bristle.exponent > 0
+    torque_Nm = bristle.exponent > 0
                     ? spring_Nm + bristle.damping_Nm_s_per_rad * rate
                     : std::clamp(spring_Nm + bristle.damping_Nm_s_per_rad * v, -backward, forward);
+    result.deflection_rad.push_back(spring_Nm / bristle.stiffness_Nm_per_rad);
   }
   return result;
 }
@@ -101,12 +107,18 @@ LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& s)
                     at_positions(s, [&](double x) { return chain.load_Nm(x); })});
 }
 
+std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& s) {
+  const model::effects::EffectChain chain(model.effects);
+  return friction(chain, model, s, at_positions(s, [&](double x) { return chain.load_Nm(x); }))
+      .deflection_rad;
+}
+
 std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& s,
                                         const LoadSide* known) {
   const model::effects::EffectChain chain(model.effects);
   const model::effects::Mechanics mechanics = chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2});
   const std::vector<double> load = at_positions(s, [&](double x) { return chain.load_Nm(x); });
-  std::vector<double> torque = friction(chain, model, s, load);
+  std::vector<double> torque = friction(chain, model, s, load).torque_Nm;
   const bool two_masses = mechanics.two_masses();
   const double inertia = (two_masses ? 1 - mechanics.load_share : 1) * mechanics.inertia_kg_m2;
   const double rubs = two_masses ? 1 - mechanics.friction_share() : 1;

@@ -19,6 +19,9 @@ namespace identification::gap {
 std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& signals,
                                         const LoadSide* known = nullptr);
 
+/// How far the bristle of a model with presliding has given at each sample; empty without one.
+std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& signals);
+
 /// Of a model with a gap or a spring.
 LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& signals);
 
