@@ -33,11 +33,13 @@ constexpr double kSure = 2;
 constexpr double kMuch = 0.2;
 /// Parameters more than the simplest that does as well.
 constexpr std::size_t kMuchFreer = 2;
-/// Of the squared residual: a true gap takes most of what is left when it is the strongest effect. One that
-/// is none bends enough to take some of what it is not.
-constexpr double kGapLeavesAtMost = 0.5;
+/// Of the squared residual. A load that moves apart from the motor bends enough to take some of what is not
+/// its own: a gap always takes most of it, a spring or a bristle does or simulates better.
+constexpr double kSpringLeavesAtMost = 0.5;
 /// A rival gains this share of what the best one does.
 constexpr double kAsGood = 0.8;
+/// Of its periods a turn, to which a ripple is known: else it is any bend of the torque over the position.
+constexpr double kPeriodsKnownTo = 0.1;
 using Indices = std::vector<Eigen::Index>;
 
 Indices range(Eigen::Index from, Eigen::Index to) {
@@ -232,6 +234,15 @@ bool simulates_better(const FittedModel& than, const FittedModel& candidate, con
   return windows.empty() || total(candidate) < total(than);
 }
 
+/// Whether the data know how often a ripple that was added comes in a turn.
+bool knows_its_periods(const FittedModel& model, const Rows& rows, const Training& training) {
+  const std::vector<fit::Estimate> found = estimates(model, rows, training.rows);
+  const auto periods =
+      std::ranges::find(found.rbegin(), found.rend(), "periods_per_rev", &fit::Estimate::name);
+  return periods != found.rend() && periods->ok() &&
+         periods->upper - periods->value <= kPeriodsKnownTo * periods->value;
+}
+
 /// The winner first, then those that would have won some draws of the noise; none when no gain is sure.
 /// `rivals`: with which it begins; their effects are not tried again.
 std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::Outcome>& outcomes,
@@ -245,8 +256,10 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
     FittedModel model = refined_widely(outcome.model, rows, training.rows);
     BlockRegression::Fit fit = score(model, rows, training);
     if (!is_sure(base, fit)) continue;
-    if (outcome.effect == "backlash" && fit.held_out > kGapLeavesAtMost * base.held_out) continue;
-    if (gives(outcome.effect) && !simulates_better(before, model, rows, training)) continue;
+    if (outcome.effect == "cogging" && !knows_its_periods(model, rows, training)) continue;
+    if (gives(outcome.effect) && fit.held_out > kSpringLeavesAtMost * base.held_out &&
+        (outcome.effect == "backlash" || !simulates_better(before, model, rows, training)))
+      continue;
     const std::size_t parameters = freedom_of(model, rows);
     most = std::max(most, 1 - fit.held_out / base.held_out);
     rivals.push_back({outcome.effect, std::move(model), std::move(fit), parameters});
@@ -372,6 +385,8 @@ std::string reason_against(const Round::Outcome& outcome, const BlockRegression:
   if (p > options.false_positive_rate)
     return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
            short_text(options.false_positive_rate);
+  if (outcome.effect == "cogging")
+    return "its gain is not sure, or its periods a turn are not known to a tenth";
   if (gives(outcome.effect)) return "its gain is not sure, or the data are simulated no better with it";
   return "its gain is not sure: made by too few of the left-out stretches";
 }

@@ -49,6 +49,7 @@ std::string words(const Result& result) {
     if (effect.decided_by)
       text += ", by " + effect.decided_by->name + ": " + std::to_string(effect.decided_by->separation);
   }
+  for (const auto& effect : result.rejected) text += "\n  no " + effect.type + ": " + effect.reason;
   for (const auto& spot : result.blind_spots)
     text += "\n  " + spot.text + (spot.shown_by ? ": " + spot.shown_by->name : "");
   return text;
