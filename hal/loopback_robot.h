@@ -14,7 +14,7 @@ namespace hal {
 /// Each exchange() measures, then lets one period pass with the command applied, as a bus does: the sample
 /// answers the previous command. When the clock shows that cycles were skipped, the previous command first
 /// acts through them (kMaxPeriods an exchange at most, so that a debugger's stop is not simulated). A
-/// sample's stamp is the time that the plant has come to, less than a period from that of the exchange.
+/// sample's stamp is the time that the plant has come to: before or after the exchange, by a period at most.
 class LoopbackRobot final : public Robot {
  public:
   static constexpr int kMaxPeriods = 100;
