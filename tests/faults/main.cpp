@@ -15,7 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <map>
-#include <stdexcept>
+#include <optional>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -71,8 +71,9 @@ void report(std::FILE* pipe, std::size_t number, const Outcome& outcome) {
   std::fflush(pipe);
 }
 
-Verdict read_verdict(const std::string& line) {
-  if (std::ranges::count(line, '\t') != 6) throw std::runtime_error("a script's process reports: " + line);
+/// None: it is no report.
+std::optional<Verdict> read_verdict(const std::string& line) {
+  if (std::ranges::count(line, '\t') != 6) return std::nullopt;
   std::vector<std::string> fields;
   for (std::size_t begin = 0; fields.size() < 7;) {
     const std::size_t end = std::min(line.find('\t', begin), line.size());
@@ -159,7 +160,12 @@ class Pool {
     if (size == 0) return false;
     if (size > 0) child.unread.append(text.data(), static_cast<std::size_t>(size));
     for (std::size_t end = 0; (end = child.unread.find('\n')) != std::string::npos;) {
-      verdicts_[child.next] = read_verdict(child.unread.substr(0, end));
+      const std::optional<Verdict> verdict = read_verdict(child.unread.substr(0, end));
+      if (!verdict) {
+        kill(child.process, SIGKILL);
+        return false;
+      }
+      verdicts_[child.next] = *verdict;
       child.next += stride_;
       child.unread.erase(0, end + 1);
     }
