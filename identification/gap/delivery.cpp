@@ -176,7 +176,7 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     if (reason.empty() && gives(result.added[i].effect) && is_doubtful(bare, score))
       reason = "with it most of the gap stays, or the held-out data are simulated no better";
     // A threshold decides what the motion is compared with: only the motion itself can confirm it.
-    if (reason.empty() && result.added[i].effect == "torque_deadband" &&
+    if (reason.empty() && result.added[i].effect == "torque_deadband" && !bare.simulation.empty() &&
         total(score.simulation) >= total(bare.simulation))
       reason = "with it the held-out data are simulated no better from their commands";
     if (reason.empty()) continue;

@@ -151,7 +151,12 @@ Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows, con
       other.model.effects[i] = changed(fitted.model.effects[i], kFlank, Hz);
       return predicted_rows(other, rows);
     };
-    const Eigen::VectorXd moves = 0.5 * (with(kFlankMayBe * flank_Hz) - with(flank_Hz / kFlankMayBe))(use);
+    const auto& ranges = model::effects::effect_description("backlash").parameters;
+    const auto range =
+        std::ranges::find(ranges, kFlank, [](const auto& p) { return std::string_view(p.name); });
+    const double softest_Hz = std::max(range->lower, flank_Hz / kFlankMayBe);
+    const double stiffest_Hz = std::min(range->upper, flank_Hz * kFlankMayBe);
+    const Eigen::VectorXd moves = 0.5 * (with(stiffest_Hz) - with(softest_Hz))(use);
     const Eigen::VectorXd unit = jacobian.colwise().norm().cwiseInverse();
     return unit.cwiseProduct((jacobian * unit.asDiagonal()).colPivHouseholderQr().solve(moves));
   }

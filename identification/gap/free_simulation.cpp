@@ -1,8 +1,10 @@
 #include "identification/gap/free_simulation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "identification/gap/parallel.h"
@@ -14,8 +16,17 @@ namespace {
 constexpr double kWindow_s = 1.0;
 constexpr std::size_t kMostWindows = 60;
 constexpr std::size_t kLeastOfWindow = 4;
-/// Steps of the simulation in one of the signals.
-constexpr int kSubsteps = 20;
+/// Steps of the simulation in one of the signals,
+constexpr int kLeastSubsteps = 20;
+/// and per radian of a swing on the flanks of a gap.
+constexpr double kStepsPerRadian = 4;
+
+int substeps_for(const model::effects::DriveModel& model, double period_s) {
+  const auto* gap = model.find<model::effects::Backlash>();
+  if (gap == nullptr) return kLeastSubsteps;
+  const double radians = 2 * std::numbers::pi * gap->parameters().flank_Hz * period_s;
+  return std::max(kLeastSubsteps, static_cast<int>(std::ceil(kStepsPerRadian * radians)));
+}
 
 model::effects::DriveModel without_actuator(model::effects::DriveModel model) {
   std::erase_if(model.effects, [](const model::effects::AnyEffect& effect) {
@@ -56,7 +67,7 @@ FreeSimulation::FreeSimulation(const model::effects::DriveModel& model, const Si
 
 std::vector<double> FreeSimulation::velocity(const Window& window) const {
   const Signals& s = signals_;
-  sim::ModelDrive drive(model_, s.period_s, kSubsteps);
+  sim::ModelDrive drive(model_, s.period_s, substeps_for(model_, s.period_s));
   drive.set_position(s.position_rad[window.first]);
   drive.set_velocity(s.velocity_rad_per_s[window.first]);
   if (load_)

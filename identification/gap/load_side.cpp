@@ -16,6 +16,9 @@ constexpr double kStepsPerRadian = 12;
 /// A shaft that resonates so many times above the filter is rigid as far as the data can tell.
 constexpr double kRigidOverFilter = 4;
 
+/// Of a gap before a rigid shaft.
+constexpr double kGapStep_s = 1e-3;
+
 /// How quickly the simulated motor is drawn to the measured one, of the band: slower than a bounce, which is
 /// its own affair, and quicker than what a torque sensor's drift makes of a position.
 constexpr double kFollowsOverBand = 0.4;
@@ -67,7 +70,9 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
   const double resonance = std::sqrt(stiffness);
   const bool rigid = resonance >= kRigidOverFilter * 2 * std::numbers::pi * s.filter_Hz;
   const double damping = std::max(2 * kLeastDampingRatio * resonance, mechanics.shaft_Nm_s_per_rad / inertia);
-  const double most_step_s = rigid ? s.period_s : std::min(1 / (kStepsPerRadian * resonance), s.period_s);
+  const double most_step_s = std::min(s.period_s, !rigid         ? 1 / (kStepsPerRadian * resonance)
+                                                  : half_gap > 0 ? kGapStep_s
+                                                                 : s.period_s);
   const auto steps = static_cast<int>(std::ceil(std::max(1.0, s.period_s / most_step_s)));
   const double dt = s.period_s / steps;
   const double rubs = mechanics.friction_share() / inertia * dt;
@@ -85,12 +90,19 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
       const double share = static_cast<double>(n) / steps;
       const double motor_velocity = motor.velocity(share);
       if (rigid) {
+        const double coasting = rubbed(velocity + falling, level, rubs);
+        const double reach = motor.position(share) - (position + dt * coasting);
+        if (half_gap > 0 && std::abs(reach) <= half_gap) {
+          velocity = coasting;
+          position += dt * velocity;
+          continue;
+        }
         acceleration += (motor_velocity - velocity - falling) / dt;
         // Friction that the motor has to overcome, as far as the load slides.
         if (motor_velocity != 0)
           acceleration += rubs * (motor_velocity > 0 ? level.forward_Nm : -level.backward_Nm) / dt;
         velocity = motor_velocity;
-        position = motor.position(share);
+        position = motor.position(share) - std::copysign(half_gap, reach);
         continue;
       }
       const double twist = motor.position(share) - position;

@@ -54,13 +54,28 @@ TEST(Estimates, TheIntervalOfAGapAllowsForFlanksOfAnotherStiffness) {
     std::vector<Eigen::Index> all(static_cast<std::size_t>(rows.count()));
     std::iota(all.begin(), all.end(), 0);
     const FittedModel fitted = refined(start, rows, all);
+    bool is_there = false;
     for (const fit::Estimate& estimate : estimates(fitted, rows, all)) {
       ASSERT_NE(estimate.name, "flank_Hz");
+      is_there = is_there || estimate.name == "gap_rad";
       if (estimate.name != "gap_rad") continue;
       EXPECT_LT(estimate.lower, kGap_rad) << flank_Hz;
       EXPECT_GT(estimate.upper, kGap_rad) << flank_Hz;
       EXPECT_LT(estimate.upper - estimate.lower, 0.3 * kGap_rad) << flank_Hz;
     }
+    EXPECT_TRUE(is_there);
+  }
+}
+
+TEST(Estimates, FlanksMayBeAsStiffAndAsSoftAsTheEffectKnows) {
+  for (const double flank_Hz : {20.0, 2000.0}) {
+    const FittedModel fitted{.model = drive_with(flank_Hz), .given_inertia_kg_m2 = 0.01};
+    const std::vector<Source> sources{reversals(fitted.model)};
+    const std::vector<Signals> signals{make_signals(sources.front(), choose_band(sources, fitted.model))};
+    const Rows rows(signals);
+    std::vector<Eigen::Index> all(static_cast<std::size_t>(rows.count()));
+    std::iota(all.begin(), all.end(), 0);
+    EXPECT_FALSE(estimates(fitted, rows, all).empty());
   }
 }
 

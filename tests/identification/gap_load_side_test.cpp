@@ -69,6 +69,19 @@ std::vector<double> torque_on_motor(const model::effects::Mechanics& mechanics,
                             friction_Nm, load_Nm);
 }
 
+// A shaft that is rigid as far as the data can tell leaves the gap before it as it is.
+TEST(LoadSide, AGapBeforeARigidShaftStaysAGap) {
+  const double gap_rad = 0.05;
+  const model::effects::Mechanics mechanics{
+      .inertia_kg_m2 = kInertia, .backlash_rad = gap_rad, .shaft_Nm_per_rad = 1e6, .load_share = 0.3};
+  const Signals s = sine(1, 10);
+  const std::vector<double> none(s.size());
+  const LoadSide load = load_side(mechanics, rubbing(0.02), s, {none, none, none});
+  const auto [behind, ahead] = std::ranges::minmax(load.twist_rad);
+  EXPECT_NEAR(ahead, 0.5 * gap_rad, 1e-6);
+  EXPECT_NEAR(behind, -0.5 * gap_rad, 1e-6);
+}
+
 // J·ω²·A/(1 − (ω/ω0)²), undamped, far from resonance.
 TEST(LoadSide, ASpringAsksForMoreThanARigidShaftBelowItsResonanceAndForLessAbove) {
   const double w0 = 40;
