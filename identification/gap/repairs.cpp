@@ -44,6 +44,8 @@ constexpr double kHeldResolutions = 3;
 /// A column stops where it stays the same for as many usual runs of the same value.
 constexpr std::size_t kLeastHeld = 20;
 constexpr double kUsualRuns = 0.99;
+/// Noise turns round at two of three values; without any, a dead-band or a steady speed looks like a stop.
+constexpr double kTurnsOfNoise = 0.25;
 /// What moves meanwhile changes by this share of its usual value, or by so many of its least changes.
 constexpr double kMeanwhile = 0.05;
 constexpr double kMeanwhileChanges = 10;
@@ -210,14 +212,20 @@ void drop_dead_columns(Source& source, Diagnoses& diagnoses) {
 void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   const std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
   const std::vector<double>* const command = column_of(source, "torque_command_Nm");
-  const std::vector<double>* const moving = command != nullptr ? command : column_of(source, "position_rad");
+  const bool commanded = command != nullptr && least_change(steps_of(*command)) > 0;
+  const std::vector<double>* const moving = commanded ? command : column_of(source, "position_rad");
   if (torque == nullptr || moving == nullptr || torque->size() < kLeastRowsOfPart) return;
   std::map<std::size_t, std::size_t> runs;  // how many of each length
-  std::size_t count = 0;
+  std::vector<double> values;
   for_each_run(*torque, [&](const MarkedRun& run) {
     ++runs[run.to - run.from];
-    ++count;
+    values.push_back((*torque)[run.from]);
   });
+  const std::size_t count = values.size();
+  std::size_t turns = 0;
+  for (std::size_t i = 2; i < count; ++i)
+    turns += (values[i - 2] < values[i - 1]) == (values[i] < values[i - 1]) ? 1 : 0;
+  if (static_cast<double>(turns) < kTurnsOfNoise * static_cast<double>(count)) return;
   std::size_t usual = 1;
   std::size_t shorter = 0;
   for (const auto& [length, times] : runs) {
@@ -228,7 +236,7 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   if (runs.rbegin()->first < kLeastHeld * usual) return;
 
   const double moves = std::max(kMeanwhileChanges * least_change(steps_of(*moving)),
-                                command != nullptr ? kMeanwhile * quantile(magnitudes(*command), 0.9) : 0);
+                                commanded ? kMeanwhile * quantile(magnitudes(*command), 0.9) : 0);
   const auto [low, high] = std::ranges::minmax(*torque);
   std::vector<MarkedRun> held;
   for_each_run(*torque, [&](const MarkedRun& run) {
@@ -242,7 +250,7 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   const std::string first = "stays " + short_number((*torque)[held.front().from]) + " from " +
                             short_number(time_s[held.front().from]) + " s to " +
                             short_number(time_s[held.front().to - 1]) + " s, while " +
-                            (command != nullptr ? "its command changes" : "the joint turns");
+                            (commanded ? "its command changes" : "the joint turns");
   std::vector<std::size_t> kept;
   std::size_t next = 0;
   for (const MarkedRun& run : held) {

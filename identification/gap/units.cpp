@@ -41,7 +41,8 @@ bool is_about(double value, double expected, double tolerance) {
   return std::abs(value / expected - 1) < tolerance;
 }
 bool is_within_factor(double value, double expected, double factor) {
-  return value / expected < factor && expected / value < factor;
+  const double ratio = value / expected;
+  return ratio > 1 / factor && ratio < factor;  // a negative one is none
 }
 
 void check_rate(const Source& source, std::vector<Diagnosis>& diagnoses) {

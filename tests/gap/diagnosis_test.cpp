@@ -199,6 +199,17 @@ TEST(Diagnosis, ATorqueThatRestsWithTheJointStays) {
   EXPECT_FALSE(contains(noticed(diagnose({source}, base())), "torque_measured_Nm stays"));
 }
 
+/// Without noise a torque may well stay while the joint turns: in a dead-band, or at a steady speed.
+TEST(Diagnosis, ATorqueWithoutNoiseThatStaysDidNotStop) {
+  Source source = healthy();
+  std::vector<double>& torque = column(source, "torque_measured_Nm");
+  for (std::size_t i = 0; i < torque.size(); ++i) {
+    const double command = 0.3 * std::sin(1e-3 * static_cast<double>(i));
+    torque[i] = std::abs(command) < 0.1 ? 0.0 : command;
+  }
+  EXPECT_FALSE(contains(noticed(diagnose({source}, base())), "torque_measured_Nm stays"));
+}
+
 TEST(Diagnosis, ACoarseEncoderIsNotHeld) {
   Source source = healthy();
   for (double& p : column(source, "position_rad")) p = 0.01 * std::round(p / 0.01);
