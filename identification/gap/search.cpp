@@ -387,6 +387,7 @@ std::string reason_against(const Round::Outcome& outcome, const BlockRegression:
            short_text(options.false_positive_rate);
   if (outcome.effect == "cogging")
     return "its gain is not sure, or its periods a turn are not known to a tenth";
+  if (outcome.effect == "backlash") return "its gain is not sure, or it takes less than half of what is left";
   if (gives(outcome.effect)) return "its gain is not sure, or the data are simulated no better with it";
   return "its gain is not sure: made by too few of the left-out stretches";
 }
