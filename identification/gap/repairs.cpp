@@ -237,11 +237,11 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
 
   const double moves = std::max(kMeanwhileChanges * least_change(steps_of(*moving)),
                                 commanded ? kMeanwhile * quantile(magnitudes(*command), 0.9) : 0);
-  const auto [low, high] = std::ranges::minmax(*torque);
+  const auto range = std::ranges::minmax(*torque);
   std::vector<MarkedRun> held;
   for_each_run(*torque, [&](const MarkedRun& run) {
     const double value = (*torque)[run.from];
-    if (run.to - run.from < kLeastHeld * usual || value == low || value == high) return;
+    if (run.to - run.from < kLeastHeld * usual || value == range.min || value == range.max) return;
     const auto meanwhile = std::ranges::minmax(std::span(*moving).subspan(run.from, run.to - run.from));
     if (meanwhile.max - meanwhile.min > moves) held.push_back(run);
   });
