@@ -16,6 +16,7 @@
 #include <cstring>
 #include <map>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <system_error>
 #include <thread>
@@ -49,8 +50,8 @@ struct Verdict {
   double emulated_s = 0.0;
   long last_torque_ms = -1;  // -1: it went on
   double travel_m = 0.0;
-  std::string fault;
-  std::string violations;  // a line each
+  std::string fault{};
+  std::string violations{};  // a line each
 };
 
 std::string one_line(std::string text) {
@@ -71,7 +72,7 @@ void report(std::FILE* pipe, std::size_t number, const Outcome& outcome) {
   std::fflush(pipe);
 }
 
-/// None: it is no report.
+/// None if the line is not a report.
 std::optional<Verdict> read_verdict(const std::string& line) {
   if (std::ranges::count(line, '\t') != 6) return std::nullopt;
   std::vector<std::string> fields;
@@ -80,12 +81,15 @@ std::optional<Verdict> read_verdict(const std::string& line) {
     fields.push_back(line.substr(begin, end - begin));
     begin = std::min(end + 1, line.size());
   }
-  Verdict verdict{.digest = std::stoull(fields[1]),
-                  .emulated_s = std::stod(fields[2]),
-                  .last_torque_ms = std::stol(fields[3]),
-                  .travel_m = std::stod(fields[4]),
-                  .fault = fields[5],
-                  .violations = fields[6]};
+  Verdict verdict{.fault = fields[5], .violations = fields[6]};
+  try {
+    verdict.digest = std::stoull(fields[1]);
+    verdict.emulated_s = std::stod(fields[2]);
+    verdict.last_torque_ms = std::stol(fields[3]);
+    verdict.travel_m = std::stod(fields[4]);
+  } catch (const std::logic_error&) {
+    return std::nullopt;
+  }
   while (!verdict.violations.empty() && verdict.violations.back() == ' ') verdict.violations.pop_back();
   return verdict;
 }
@@ -132,7 +136,8 @@ class Pool {
     pid_t process = -1;
     int reports = -1;      // reading end
     std::size_t next = 0;  // the first script that is not judged yet
-    std::string unread;    // begin of a line
+    std::string unread;    // start of an incomplete line
+    bool malformed = false;
   };
 
   void start(std::size_t first) {
@@ -149,7 +154,8 @@ class Pool {
       std::_Exit(0);
     }
     close(ends[1]);
-    children_.push_back({.process = process, .reports = ends[0], .next = first, .unread = {}});
+    children_.push_back(
+        {.process = process, .reports = ends[0], .next = first, .unread = {}, .malformed = false});
   }
 
   /// False: the process ended.
@@ -162,6 +168,7 @@ class Pool {
     for (std::size_t end = 0; (end = child.unread.find('\n')) != std::string::npos;) {
       const std::optional<Verdict> verdict = read_verdict(child.unread.substr(0, end));
       if (!verdict) {
+        child.malformed = true;
         kill(child.process, SIGKILL);
         return false;
       }
@@ -180,9 +187,10 @@ class Pool {
     require(waitpid(child.process, &status, 0) == child.process, "waitpid");
     if (child.next >= scripts_.size()) return;
     verdicts_[child.next].crashed = true;
-    verdicts_[child.next].violations = WIFSIGNALED(status)
-                                           ? std::string("ended by signal ") + strsignal(WTERMSIG(status))
-                                           : "ended with exit code " + std::to_string(WEXITSTATUS(status));
+    verdicts_[child.next].violations =
+        child.malformed       ? "sent a malformed report: " + child.unread.substr(0, child.unread.find('\n'))
+        : WIFSIGNALED(status) ? std::string("ended by signal ") + strsignal(WTERMSIG(status))
+                              : "ended with exit code " + std::to_string(WEXITSTATUS(status));
     if (child.next + stride_ < scripts_.size()) start(child.next + stride_);
   }
 
