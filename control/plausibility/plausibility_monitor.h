@@ -43,7 +43,8 @@ class PlausibilityMonitor {
   std::optional<Finding> update(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                 double elapsed_s) noexcept;
 
-  /// The checks that have judged nothing for the last second, as too few samples came in time for them.
+  /// The checks that have judged nothing for the last second, as too few samples came in time for them. Not
+  /// S3 where no two samples are near enough: of such a robot hal::Robot::notes() reports it.
   ChecksOff silent() const noexcept;
 
  private:
@@ -70,6 +71,7 @@ class PlausibilityMonitor {
   std::optional<Arm> arm_;        // of a base with one
   double late_s_ = 0.0;           // since the last sample that came in time
   double without_steps_s_ = 0.0;  // since S3 last had enough regular samples
+  double irregular_s_ = 0.0;      // since the last sample that came regularly
 };
 
 }  // namespace control

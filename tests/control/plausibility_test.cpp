@@ -807,6 +807,20 @@ TEST(PlausibilityMonitor, ACheckThatIsOffFindsNothingAndTheOthersGoOn) {
   EXPECT_EQ(stuck_at(off), std::nullopt);
 }
 
+/// A robot that samples every 2 ms has no S3 by its set-up, and no machine that does less changes that.
+TEST(PlausibilityMonitor, ACheckThatNeverRunsIsNotSilencedByLateSamples) {
+  const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}};
+  for (const bool hastens : {false, true}) {
+    control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kFree);
+    for (int i = 0; i < 1000; ++i) {
+      // Two of them near enough now and then, but never a dozen in a row.
+      const double elapsed_s = hastens && i % 10 != 0 ? 1e-3 : 2e-3;
+      EXPECT_FALSE(monitor.update({}, {}, elapsed_s));
+    }
+    EXPECT_EQ(monitor.silent().has(control::PlausibilityCheck::kVelocityStep), hastens);
+  }
+}
+
 TEST(PlausibilityMonitor, AReadingThatIsNotANumberIsABadSampleWhateverIsOff) {
   const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}, {"wheel-2", 2.467}};
   control::ChecksOff off;
