@@ -2,6 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 
@@ -21,8 +23,12 @@ constexpr std::string_view kFormat = "youbot-drive-model/1";
 /// All of them act in each cycle.
 constexpr std::size_t kMostEffects = 32;
 
+/// Their defaults are not zero. Those of a gap came later than the format: files without them stay valid.
+constexpr std::array<std::string_view, 4> kWithDefault{"exponent", "friction_ratio", "impact_loss_s_per_rad",
+                                                       "flank_Hz"};
+
 bool may_be_absent(const ParameterDescription& parameter) {
-  return parameter.initial == 0 || parameter.name == "exponent";
+  return parameter.initial == 0 || std::ranges::find(kWithDefault, parameter.name) != kWithDefault.end();
 }
 
 const EffectDescription* description(std::string_view type) {

@@ -52,6 +52,16 @@ TEST_F(DriveModelFile, TheContractsExampleIsRead) {
   EXPECT_EQ(parameter_of(model.effects[1], "coefficient_Nm_s_per_rad"), 0.0125);
 }
 
+/// As `youbot-gap` wrote it when a gap had two parameters.
+TEST_F(DriveModelFile, AGapWithoutItsLaterParametersIsRead) {
+  const DriveModel model =
+      read(std::string(kHead) + "[[effect]]\ntype = \"backlash\"\ngap_rad = 0.01\nload_share = 0.3\n");
+  ASSERT_EQ(model.effects.size(), 1U);
+  EXPECT_EQ(parameter_of(model.effects[0], "gap_rad"), 0.01);
+  EXPECT_EQ(parameter_of(model.effects[0], "load_share"), 0.3);
+  EXPECT_EQ(parameter_of(model.effects[0], "friction_ratio"), 1) << "inertia and friction had one share";
+}
+
 TEST_F(DriveModelFile, EveryEffectReadsBackToTheLastDigit) {
   DriveModel model{.name = "a \"drive\"",
                    .inertia_kg_m2 = 0.1 + 0.2,
