@@ -24,11 +24,18 @@ constexpr double kWorthTelling = 1.05;  // a gap that is this many times another
 
 std::string torque_text(double torque_Nm) { return number_text(torque_Nm, "N·m"); }
 
-/// "stribeck and cogging"
+/// "stribeck and 3 harmonics of cogging": only a ripple has several.
 std::string names_of(std::span<const FoundEffect> effects) {
   std::vector<std::string> names;
-  names.reserve(effects.size());
   for (const FoundEffect& found : effects) names.push_back(name_with_rivals(found));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::string name = names[i];
+    const auto times = std::ranges::count(names, name);
+    if (times == 1) continue;
+    names[i] = fmt::format("{} harmonics of {}", times, name);
+    names.erase(std::remove(names.begin() + static_cast<std::ptrdiff_t>(i) + 1, names.end(), name),
+                names.end());
+  }
   std::string text;
   for (std::size_t i = 0; i < names.size(); ++i)
     text += (i == 0 ? "" : i + 1 == names.size() ? " and " : ", ") + names[i];

@@ -30,6 +30,13 @@ void add_diagnosis(report::Page& page, const Findings& findings) {
              "The recordings, before anything was explained with them");
 }
 
+/// "cogging 7.01 times a turn": its harmonics are steps of their own.
+std::string name_in_steps(const FoundEffect& found) {
+  const auto* const ripple = std::get_if<model::effects::Cogging>(&found.effect);
+  if (ripple == nullptr) return name_with_rivals(found);
+  return name_with_rivals(found) + " " + number_text(ripple->parameters().periods_per_rev, "times a turn");
+}
+
 void add_summary(report::Page& page, const Findings& findings) {
   const identification::gap::Result& result = findings.result;
   for (const std::string& step : next_steps(findings)) page.text("Next: " + step);
@@ -51,7 +58,7 @@ void add_summary(report::Page& page, const Findings& findings) {
   add("its parameters refitted", result.gap_base_Nm);
   for (const identification::gap::FoundEffect& found : result.effects)
     if (found.measured_on == FoundEffect::kHeldOut || found.measured_on == FoundEffect::kLeftOut)
-      add("the new one without " + name_with_rivals(found), found.gap_before);
+      add("the new one without " + name_in_steps(found), found.gap_before);
   add("the new one", result.gap_after_Nm);
   page.table({{"step"}, {"model"}, {"gap", "N·m"}, {"times the noise", "", 2}}, rows,
              "The gap, step by step; noise floor " + number_text(result.noise_floor_Nm, "N·m"));

@@ -35,4 +35,20 @@ TEST(GapWords, NameEveryParameterWithinWhatItMayBe) {
   EXPECT_NE(page.find("<td>tail</td>"), std::string::npos);
 }
 
+TEST(GapWords, CountTheHarmonicsOfARippleAndTellThemApart) {
+  youbot_gap::Findings findings = stribeck_with_tail();
+  findings.result.verdict = identification::gap::Verdict::kExplained;
+  for (const double periods : {7.0, 28.0})
+    findings.result.effects.push_back(
+        {.effect = model::effects::make_effect(
+             "cogging", {{"amplitude_Nm", 0.01}, {"periods_per_rev", periods}, {"phase_rad", 0}}),
+         .where = {}});
+  EXPECT_NE(youbot_gap::headline(findings).find("stribeck and 2 harmonics of cogging were missing"),
+            std::string::npos)
+      << youbot_gap::headline(findings);
+  const std::string page = youbot_gap::gap_report(findings).html();
+  for (const char* step : {"without cogging 7 times a turn", "without cogging 28 times a turn"})
+    EXPECT_NE(page.find(step), std::string::npos) << step;
+}
+
 }  // namespace gap_words_test
