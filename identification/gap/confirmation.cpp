@@ -179,10 +179,6 @@ class Confirmation {
 
 }  // namespace
 
-bool gives(std::string_view effect) noexcept {
-  return effect == "presliding" || effect == "backlash" || effect == "elasticity";
-}
-
 void confirm(SearchResult& result, const Judged& judged) {
   Confirmation confirmation(result, judged);
   for (std::size_t i = result.added.size(); i-- > 0;) {

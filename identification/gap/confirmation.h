@@ -20,9 +20,6 @@ struct Judged {
   double resolution_rad = 0;  ///< of the encoder
 };
 
-/// Whether an effect lets the load move against the motor or the ground: presliding, backlash, elasticity.
-bool gives(std::string_view effect) noexcept;
-
 /// Takes away, the latest first, and refits what stays:
 /// - an effect with which held-out recordings are predicted hardly better;
 /// - one whose size may as well be zero, when most is left over of them with it, too: a cause that is not in

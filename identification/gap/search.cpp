@@ -13,7 +13,6 @@
 #include "identification/gap/block_comparison.h"
 #include "identification/gap/candidates.h"
 #include "identification/gap/chance_data.h"
-#include "identification/gap/confirmation.h"
 #include "identification/gap/exploration.h"
 #include "identification/gap/free_simulation.h"
 #include "identification/gap/noise_draws.h"
@@ -388,7 +387,9 @@ std::string reason_against(const Round::Outcome& outcome, const BlockRegression:
   if (outcome.effect == "cogging")
     return "its gain is not sure, or its periods a turn are not known to a tenth";
   if (outcome.effect == "backlash") return "its gain is not sure, or it takes less than half of what is left";
-  if (gives(outcome.effect)) return "its gain is not sure, or the data are simulated no better with it";
+  if (gives(outcome.effect))
+    return "its gain is not sure, or it takes less than half of what is left and the data are simulated no "
+           "better";
   return "its gain is not sure: made by too few of the left-out stretches";
 }
 
@@ -397,6 +398,10 @@ void report(const Options& options, std::string_view what, double done) {
 }
 
 }  // namespace
+
+bool gives(std::string_view effect) noexcept {
+  return effect == "presliding" || effect == "backlash" || effect == "elasticity";
+}
 
 std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i) {
   const auto same = [&](const Added& other) { return other.effect == result.added[i].effect; };
@@ -425,7 +430,7 @@ std::vector<RivalModel> with_one_of(const FittedModel& without, const std::vecto
   Round round(without, rows, training);
   for (const Round::Outcome& outcome : round.outcomes())
     if (std::ranges::find(effects, outcome.effect) != effects.end())
-      rivals.push_back({std::string(outcome.effect), refined(outcome.model, rows, training.rows)});
+      rivals.push_back({std::string(outcome.effect), refined_widely(outcome.model, rows, training.rows)});
   return rivals;
 }
 
@@ -437,7 +442,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
                     const Options& options) {
   SearchResult result;
   report(options, "refitting the model's own parameters", 0.1);
-  result.fitted = refined(start, rows, training.rows);
+  result.fitted = refined_widely(start, rows, training.rows);
   const double least_square =
       training.least_Nm * training.least_Nm * static_cast<double>(training.rows.size());
   int replaced = 0;
@@ -453,12 +458,17 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
     report(options, "trying the same on chance data", passed(0.2));
-    const double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
+    double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
     report(options, "fitting rivals", passed(0.4));
-    const std::vector<Rival> rivals =
-        worth && p <= options.false_positive_rate
-            ? contest(result.fitted, outcomes, round.base(), rows, training, options)
-            : std::vector<Rival>();
+    std::vector<Rival> rivals;
+    if (worth && p <= options.false_positive_rate)
+      rivals = contest(result.fitted, outcomes, round.base(), rows, training, options);
+    if (!rivals.empty() && rivals.front().effect != outcomes.front().effect) {
+      // The first one may be no name, and chance does as well as a weaker one more often.
+      p = round.p_value(std::ranges::find(outcomes, rivals.front().effect, &Round::Outcome::effect)->gain,
+                        options);
+      if (p > options.false_positive_rate) rivals.clear();
+    }
     if (rivals.empty() && replaced < kMostReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
       choose_tail(result, rows, training);

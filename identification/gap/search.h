@@ -60,6 +60,9 @@ struct SearchResult {
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options);
 
+/// Whether an effect lets the load move against the motor or the ground: presliding, backlash, elasticity.
+bool gives(std::string_view effect) noexcept;
+
 /// Which effect of the model the i-th addition is: of its type, those of the given model come first, then in
 /// the order in which they were added. None when another one that contains it has replaced it.
 std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i);
