@@ -32,8 +32,8 @@ constexpr int kMostRounds = 20;
 /// An exponent of zero moves as far as others.
 constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
-/// How stiff the flanks of a gap are is in no impact that the band shows, but how far they give looks like a
-/// wider gap: they may be so many times stiffer, or softer.
+/// The band does not resolve impacts, so the stiffness of flanks cannot be fitted. How far they give looks
+/// like a wider gap: their frequency may be half or twice as high.
 constexpr std::string_view kFlank = "flank_Hz";
 constexpr double kFlankMayBe = 2;
 
@@ -138,29 +138,6 @@ Eigen::VectorXd half_widths_of(const Eigen::MatrixXd& jacobian, const Eigen::Vec
   consider(rows.means([](const Signals& s) { return s.velocity_rad_per_s; })(use), kMotionGroups);
   consider(rows.means([](const Signals& s) { return s.acceleration_rad_per_s2; })(use), kMotionGroups);
   return widest;
-}
-
-/// By how much the fit would differ with flanks that are as stiff as they may be. Zero without any.
-Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows, const Eigen::MatrixXd& jacobian,
-                                const std::vector<Eigen::Index>& use) {
-  for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
-    if (!std::holds_alternative<model::effects::Backlash>(fitted.model.effects[i])) continue;
-    const double flank_Hz = model::effects::parameter_of(fitted.model.effects[i], kFlank);
-    const auto with = [&](double Hz) {
-      FittedModel other = fitted;
-      other.model.effects[i] = changed(fitted.model.effects[i], kFlank, Hz);
-      return predicted_rows(other, rows);
-    };
-    const auto& ranges = model::effects::effect_description("backlash").parameters;
-    const auto range =
-        std::ranges::find(ranges, kFlank, [](const auto& p) { return std::string_view(p.name); });
-    const double softest_Hz = std::max(range->lower, flank_Hz / kFlankMayBe);
-    const double stiffest_Hz = std::min(range->upper, flank_Hz * kFlankMayBe);
-    const Eigen::VectorXd moves = 0.5 * (with(stiffest_Hz) - with(softest_Hz))(use);
-    const Eigen::VectorXd unit = jacobian.colwise().norm().cwiseInverse();
-    return unit.cwiseProduct((jacobian * unit.asDiagonal()).colPivHouseholderQr().solve(moves));
-  }
-  return Eigen::VectorXd::Zero(jacobian.cols());
 }
 
 }  // namespace
@@ -296,6 +273,36 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
   return current;
 }
 
+namespace {
+
+/// By how much each parameter differs in fits with flanks of half and of twice the frequency, the larger of
+/// both. Zero without a gap.
+Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows,
+                                const std::vector<FreeParameter>& parameters,
+                                const std::vector<Eigen::Index>& use) {
+  Eigen::VectorXd largest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
+  const auto is_gap = [](const AnyEffect& e) { return std::holds_alternative<model::effects::Backlash>(e); };
+  const auto gap = std::ranges::find_if(fitted.model.effects, is_gap);
+  if (gap == fitted.model.effects.end()) return largest;
+  const double flank_Hz = model::effects::parameter_of(*gap, kFlank);
+  const auto& ranges = model::effects::effect_description("backlash").parameters;
+  const auto range =
+      std::ranges::find(ranges, kFlank, [](const auto& p) { return std::string_view(p.name); });
+  for (const double factor : {1 / kFlankMayBe, kFlankMayBe}) {
+    FittedModel other = fitted;
+    other.model.effects[static_cast<std::size_t>(gap - fitted.model.effects.begin())] =
+        changed(*gap, kFlank, std::clamp(factor * flank_Hz, range->lower, range->upper));
+    const std::vector<FreeParameter> moved = free_parameters(refined(other, rows, use), rows);
+    for (std::size_t k = 0; k < parameters.size(); ++k) {
+      double& most = largest[static_cast<Eigen::Index>(k)];
+      most = std::max(most, std::abs(moved[k].value - parameters[k].value));
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
 std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
                                      const std::vector<Eigen::Index>& use) {
   const std::vector<FreeParameter> parameters = free_parameters(fitted, rows);
@@ -307,7 +314,7 @@ std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows
     if (effect > kUnseen * residual.norm()) seen.push_back(k);
   }
   const Eigen::MatrixXd moved = jacobian(Eigen::all, seen);
-  const Eigen::VectorXd by_flanks = moved_by_flanks(fitted, rows, moved, use);
+  const Eigen::VectorXd by_flanks = moved_by_flanks(fitted, rows, parameters, use)(seen);
   const Eigen::VectorXd half_widths =
       (half_widths_of(moved, residual, rows, use).cwiseAbs2() + by_flanks.cwiseAbs2()).cwiseSqrt();
   std::vector<fit::Estimate> result;

@@ -56,7 +56,8 @@ struct FreeParameter {
   double upper = 0;
   double scale = 1;  ///< how far it has to move to matter
 };
-/// All of them but the tail of a Stribeck curve, which is one form or the other: inertia (within its
+/// All of them but the tail of a Stribeck curve, which is one form or the other, and the `flank_Hz` of a gap,
+/// which does not show: inertia (within its
 /// tolerance, unless an inertia effect has taken over), lag and smoothing of the torque (of a command, half a
 /// period at most, unless a delay has taken over), and the parameters of all effects.
 std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows& rows);
@@ -73,8 +74,9 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
                     const std::function<bool(const FreeParameter&)>& is_free = {});
 
 /// Intervals that allow for residuals which belong together in time, at a speed or at an acceleration, as
-/// what a model lacks does: the widest of the three. In the order of free_parameters(). One that the data
-/// does not move gets a reason instead of a number.
+/// what a model lacks does: the widest of the three. With a gap they also allow for flanks of half and of
+/// twice the frequency. In the order of free_parameters(). One that the data does not move gets a reason
+/// instead of a number.
 std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows,
                                      const std::vector<Eigen::Index>& use);
 
