@@ -58,12 +58,7 @@ double MovingParts::shaft_torque_Nm(double step_s) const noexcept {
   const double half_gap = 0.5 * mechanics_.backlash_rad;
   if (std::abs(twist) <= half_gap && half_gap > 0) return 0;
   const double bent = twist - std::clamp(twist, -half_gap, half_gap);
-  if (!(mechanics_.shaft_Nm_per_rad > 0)) {
-    // No more than what stops the one on the other: flanks that meet fast lose all of it within a step.
-    const double reduced = load_.inertia_kg_m2 * (1 - mechanics_.load_share);
-    const double most = mechanics_.flank_Nm_per_rad() * std::abs(bent) + reduced / step_s * std::abs(rate);
-    return std::clamp(mechanics_.flank_Nm(bent, rate), -most, most);
-  }
+  if (!(mechanics_.shaft_Nm_per_rad > 0)) return mechanics_.flank_Nm(bent, rate, step_s);
   const double torque = mechanics_.shaft_Nm_per_rad * bent + mechanics_.shaft_Nm_s_per_rad * rate;
   // Flanks push, they do not pull.
   if (half_gap > 0 && torque * bent < 0) return 0;

@@ -27,7 +27,6 @@ BetweenFlanks::BetweenFlanks(const model::effects::Mechanics& mechanics, double 
       load_inertia_(mechanics.load_share * mechanics.inertia_kg_m2),
       per_motor_inertia_(1 / (mechanics.inertia_kg_m2 - load_inertia_)),
       per_load_inertia_(1 / load_inertia_),
-      reduced_inertia_(load_inertia_ * (1 - mechanics.load_share)),
       load_rubs_(mechanics.friction_share() * per_load_inertia_),
       motor_rubs_((1 - mechanics.friction_share()) * per_motor_inertia_),
       motor_rad_(position_rad),
@@ -49,14 +48,14 @@ double BetweenFlanks::pushed_load(const Push& push, const Levels& level, double 
                 time_s * load_rubs_);
 }
 
-bool BetweenFlanks::stays(const Push& push, const Levels& level, double time_s) {
+bool BetweenFlanks::keeps_contact(const Push& push, const Levels& level, double time_s) {
   if (side_ * (pushed_motor(push, level, time_s) - pushed_load(push, level, time_s)) >= 0) return true;
   load_rad_ = motor_rad_ - side_ * half_gap_rad_;
   side_ = 0;
   return false;
 }
 
-BetweenFlanks::Impulse BetweenFlanks::lie(const Push& push, const Levels& level, double time_s) {
+BetweenFlanks::Impulse BetweenFlanks::step_in_contact(const Push& push, const Levels& level, double time_s) {
   const double free = motor_rad_per_s_ + time_s * (push.drawn_rad_per_s2 +
                                                    (push.motor_Nm - push.load_Nm) / mechanics_.inertia_kg_m2);
   const double after = rubbed(free, level, time_s / mechanics_.inertia_kg_m2);
@@ -78,9 +77,7 @@ BetweenFlanks::Impulse BetweenFlanks::bounce(const Push& push, const Levels& lev
   double flank = 0;
   if (touches_) {
     const double closing = motor_rad_per_s_ - load_rad_per_s_;
-    // No more than what stops the one on the other: flanks that meet fast lose all of it within a step.
-    const double most = flank_Nm_per_rad_ * std::abs(pressed) + reduced_inertia_ / time_s * std::abs(closing);
-    flank = std::clamp(mechanics_.flank_Nm(pressed, closing), -most, most);
+    flank = mechanics_.flank_Nm(pressed, closing, time_s);
   }
   const double load_before = load_rad_per_s_;
   motor_rad_per_s_ = pushed_motor({push.motor_Nm - flank, 0, push.drawn_rad_per_s2}, level, time_s);
@@ -93,7 +90,7 @@ BetweenFlanks::Impulse BetweenFlanks::bounce(const Push& push, const Levels& lev
   return given;
 }
 
-/// Once it presses more than it bounces, they get one velocity.
+/// Gives both one velocity once they press more than they bounce.
 BetweenFlanks::Impulse BetweenFlanks::settle(double pressed_rad, const Push& push, const Levels& level,
                                              double time_s) {
   const double closing = motor_rad_per_s_ - load_rad_per_s_;
@@ -102,8 +99,8 @@ BetweenFlanks::Impulse BetweenFlanks::settle(double pressed_rad, const Push& pus
   const bool rests = motor_rad_per_s_ == 0 && load_rad_per_s_ == 0;
   if (!rests && !(pressing * pressed_rad > 0)) return {};
   const double ringing = flank_rad_per_s_ * pressed_rad - pressing / flank_rad_per_s_;
-  const double parts = 0.5 * bounce_s_ * pressing;  // the velocity with which a bounce of that length begins
-  if (!rests && ringing * ringing + closing * closing > parts * parts) return {};
+  const double rebound = 0.5 * bounce_s_ * pressing;  // velocity at which a bounce of that length begins
+  if (!rests && ringing * ringing + closing * closing > rebound * rebound) return {};
   side_ = pressed_rad > 0 ? 1 : -1;
   const double together = motor_rad_per_s_ - mechanics_.load_share * closing;
   const Impulse given{.flank = load_inertia_ * (together - load_rad_per_s_)};

@@ -13,16 +13,16 @@ struct Levels {
 /// motion, it does not turn it round.
 double rubbed(double velocity, const Levels& level, double share);
 
-/// Both as torques drive them. They bounce after Hunt and Crossley, in steps that an impact needs. Once a
-/// bounce would last no longer than the data could ever show, the load lies, and goes with the motor in one
-/// step of any length: that is most of the time.
+/// Motor and load, driven by torques. Impacts follow Hunt and Crossley, in steps short enough to resolve
+/// them. Once rebounds are shorter than the data can show, both move as one mass, in steps of any length:
+/// most of the time.
 class BetweenFlanks {
  public:
   /// `bounce_s`: the shortest that counts. It begins in the middle of the gap.
   BetweenFlanks(const model::effects::Mechanics& mechanics, double bounce_s, double position_rad,
                 double velocity_rad_per_s);
 
-  /// What works on them for a while.
+  /// Torques on them during a step.
   struct Push {
     double motor_Nm;          ///< on the motor
     double load_Nm;           ///< against positive motion of the load
@@ -33,14 +33,14 @@ class BetweenFlanks {
     double flank = 0;
     double friction = 0;  ///< and what draws it: all but the flank and `load_Nm`
   };
-  /// Of a step while they do not lie.
+  /// Of bounce().
   static double longest_step_s(const model::effects::Mechanics& mechanics);
-  bool lies() const noexcept { return side_ != 0; }
-  /// Makes them fly from now on when they would not stay together for such a time.
-  bool stays(const Push& push, const Levels& level, double time_s);
-  /// Of those that lie.
-  Impulse lie(const Push& push, const Levels& level, double time_s);
-  /// Of those that do not, over at most longest_step_s(); they may lie after it.
+  bool in_contact() const noexcept { return side_ != 0; }
+  /// False: they separate, as they would not stay together for such a time.
+  bool keeps_contact(const Push& push, const Levels& level, double time_s);
+  /// While they are in contact.
+  Impulse step_in_contact(const Push& push, const Levels& level, double time_s);
+  /// While they are not, over at most longest_step_s(); they may be in contact after it.
   Impulse bounce(const Push& push, const Levels& level, double time_s);
 
   bool touches() const noexcept { return touches_; }  ///< during the last step
@@ -62,14 +62,13 @@ class BetweenFlanks {
   double load_inertia_;
   double per_motor_inertia_;
   double per_load_inertia_;
-  double reduced_inertia_;
   double load_rubs_;
   double motor_rubs_;
   double motor_rad_;
   double motor_rad_per_s_;
   double load_rad_;
   double load_rad_per_s_;
-  int side_ = 0;  // on whose flank it lies
+  int side_ = 0;  // of the flank in contact; 0: none
   bool touches_ = false;
 };
 

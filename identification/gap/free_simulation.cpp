@@ -4,10 +4,11 @@
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <utility>
 
+#include "identification/gap/between_flanks.h"
 #include "identification/gap/parallel.h"
+#include "model/effects/effect_chain.h"
 #include "sim/model_drive.h"
 
 namespace identification::gap {
@@ -16,16 +17,14 @@ namespace {
 constexpr double kWindow_s = 1.0;
 constexpr std::size_t kMostWindows = 60;
 constexpr std::size_t kLeastOfWindow = 4;
-/// Steps of the simulation in one of the signals,
+/// Steps of the simulation in one of the signals: as many as friction needs.
 constexpr int kLeastSubsteps = 20;
-/// and per radian of a swing on the flanks of a gap.
-constexpr double kStepsPerRadian = 4;
 
 int substeps_for(const model::effects::DriveModel& model, double period_s) {
-  const auto* gap = model.find<model::effects::Backlash>();
-  if (gap == nullptr) return kLeastSubsteps;
-  const double radians = 2 * std::numbers::pi * gap->parameters().flank_Hz * period_s;
-  return std::max(kLeastSubsteps, static_cast<int>(std::ceil(kStepsPerRadian * radians)));
+  if (model.find<model::effects::Backlash>() == nullptr) return kLeastSubsteps;
+  const model::effects::EffectChain chain(model.effects);
+  const double step_s = BetweenFlanks::longest_step_s(chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}));
+  return std::max(kLeastSubsteps, static_cast<int>(std::ceil(period_s / step_s)));
 }
 
 model::effects::DriveModel without_actuator(model::effects::DriveModel model) {
@@ -60,7 +59,9 @@ std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>
 
 FreeSimulation::FreeSimulation(const model::effects::DriveModel& model, const Signals& signals)
     : model_(signals.torque_is_command ? model : without_actuator(model)), signals_(signals) {
-  if (model.find<model::effects::Backlash>() != nullptr) load_ = load_side_of(model, signals);
+  if (model.find<model::effects::Backlash>() != nullptr ||
+      model.find<model::effects::Elasticity>() != nullptr)
+    load_ = load_side_of(model, signals);
   if (model.find<model::effects::Presliding>() != nullptr)
     deflection_rad_ = bristle_deflection_rad(model, signals);
 }
@@ -72,7 +73,7 @@ std::vector<double> FreeSimulation::velocity(const Window& window) const {
   drive.set_velocity(s.velocity_rad_per_s[window.first]);
   if (load_)
     drive.set_load(s.position_rad[window.first] - load_->twist_rad[window.first],
-                   load_->velocity_rad_per_s[window.first]);
+                   s.velocity_rad_per_s[window.first] - load_->twist_rate_rad_per_s[window.first]);
   if (!deflection_rad_.empty()) drive.set_deflection(deflection_rad_[window.first]);
   drive.set_running(s.running_s[window.first]);
   std::vector<double> velocity;

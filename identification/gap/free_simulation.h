@@ -18,9 +18,9 @@ struct Window {
 /// One begins at each row of `use` that no earlier one covers; of many, some, spread evenly.
 std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>& use);
 
-/// One model on one recording. A window begins with what the recording before it implies: where in a gap the
-/// load was, how it moved, and how far the friction contact had given. A bristle that has to bend first is
-/// slack, like a gap.
+/// One model on one recording. A window begins with what the recording before it implies: where behind a gap
+/// or a spring the load was, how fast it moved against the motor, and how far the friction contact had given.
+/// A bristle that has to bend first is slack, like a gap.
 class FreeSimulation {
  public:
   /// `signals` have to live as long.

@@ -19,11 +19,11 @@ constexpr double kRigidOverFilter = 4;
 /// Of a gap before a rigid shaft.
 constexpr double kGapStep_s = 1e-3;
 
-/// How quickly the simulated motor is drawn to the measured one, of the band: slower than a bounce, which is
-/// its own affair, and quicker than what a torque sensor's drift makes of a position.
+/// How quickly the simulated motor is drawn to the measured one, of the band: slower than a bounce, so that
+/// it does not suppress rebounds, and quicker than what a torque sensor's drift makes of a position.
 constexpr double kFollowsOverBand = 0.4;
 
-/// Of a period of the band: in what flies for less, the data see a load that lies.
+/// Of a period of the band: flights that are shorter look like contact in the data.
 constexpr double kShortestFlightInBand = 0.5;
 /// A bounce of less, of such a period, ends in the simulation.
 constexpr double kShortestBounceInBand = 0.1;
@@ -57,8 +57,10 @@ Levels levels_at(const model::effects::EffectChain& chain, const Signals& s, std
           chain.level_Nm(speed, -1, s.running_s[i], carried)};
 }
 
-/// Means over the periods before each sample become means around it.
+/// Means over the periods before each sample become means around it. The first sample has no period before
+/// it.
 void centre(std::vector<double>& means) {
+  means.front() = means[1];
   for (std::size_t i = 0; i + 1 < means.size(); ++i) means[i] = 0.5 * (means[i] + means[i + 1]);
 }
 
@@ -77,8 +79,8 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
   const double dt = s.period_s / steps;
   const double rubs = mechanics.friction_share() / inertia * dt;
 
-  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size()), std::vector<double>(s.size()),
-                s.velocity_rad_per_s};
+  const std::vector<double> none(s.size());
+  LoadSide load{none, none, none, none};
   double position = s.position_rad[0];
   double velocity = s.velocity_rad_per_s[0];
   for (std::size_t i = 1; i < s.size(); ++i) {
@@ -117,7 +119,7 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
     }
     load.simulated_Nm[i] = inertia * acceleration / steps;
     load.twist_rad[i] = s.position_rad[i] - position;
-    load.velocity_rad_per_s[i] = velocity;
+    load.twist_rate_rad_per_s[i] = s.velocity_rad_per_s[i] - velocity;
   }
   centre(load.simulated_Nm);
   return load;
@@ -131,8 +133,8 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
   // Critically damped.
   const double follows = kFollowsOverBand * 2 * std::numbers::pi * s.band_Hz;
 
-  LoadSide load{std::vector<double>(s.size()), std::vector<double>(s.size(), 1),
-                std::vector<double>(s.size()), s.velocity_rad_per_s};
+  const std::vector<double> none(s.size());
+  LoadSide load{none, std::vector<double>(s.size(), 1), none, none};
   std::vector<double> motor_velocity(s.velocity_rad_per_s);
   std::vector<double> friction_Nm(s.size());
   const double shortest_s = kShortestFlightInBand / s.band_Hz;
@@ -140,7 +142,7 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
   const auto land = [&](std::size_t at) {
     if (flown_s > shortest_s)
       for (std::size_t k = 0; k <= at && static_cast<double>(k) * s.period_s < flown_s; ++k)
-        load.lies[at - k] = 0;
+        load.contact_share[at - k] = 0;
     flown_s = 0;
   };
   BetweenFlanks masses(mechanics, kShortestBounceInBand / s.band_Hz, s.position_rad[0],
@@ -157,11 +159,12 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
     };
     BetweenFlanks::Impulse sum;
     for (int n = 0; n < steps;) {
-      const int left = masses.lies() ? steps - n : 1;
+      const int left = masses.in_contact() ? steps - n : 1;
       const BetweenFlanks::Push push = push_at((n + 0.5 * (left + 1)) / steps);
-      if (masses.lies() && !masses.stays(push, level, left * dt)) continue;
-      const BetweenFlanks::Impulse given =
-          masses.lies() ? masses.lie(push, level, left * dt) : masses.bounce(push, level, dt);
+      if (masses.in_contact() && !masses.keeps_contact(push, level, left * dt)) continue;
+      const BetweenFlanks::Impulse given = masses.in_contact()
+                                               ? masses.step_in_contact(push, level, left * dt)
+                                               : masses.bounce(push, level, dt);
       sum.flank += given.flank;
       sum.friction += given.friction;
       if (masses.touches())
@@ -173,20 +176,20 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
     load.simulated_Nm[i] = sum.flank / s.period_s;
     friction_Nm[i] = sum.friction / s.period_s;
     load.twist_rad[i] = masses.twist_rad();
-    load.velocity_rad_per_s[i] = masses.load_rad_per_s();
+    load.twist_rate_rad_per_s[i] = masses.motor_rad_per_s() - masses.load_rad_per_s();
     motor_velocity[i] = masses.motor_rad_per_s();
   }
   centre(load.simulated_Nm);
   centre(friction_Nm);
   land(s.size() - 1);
-  load.lies = zero_phase(load.lies, s.period_s, s.band_Hz);
+  load.contact_share = zero_phase(load.contact_share, s.period_s, s.band_Hz);
   const std::vector<double> motor_acceleration = derivative(motor_velocity, s.period_s);
   for (std::size_t i = 0; i < s.size(); ++i) {
-    load.lies[i] = std::clamp(load.lies[i], 0.0, 1.0);
-    // Where it lies, the simulated torque leaves again what it brought: only the twist stays of the
-    // simulation.
+    load.contact_share[i] = std::clamp(load.contact_share[i], 0.0, 1.0);
+    // In contact only the effect of the twist stays of the simulation: without its inertia, friction and
+    // load.
     load.simulated_Nm[i] -=
-        load.lies[i] * (inertia * motor_acceleration[i] + friction_Nm[i] + pulls.load_Nm[i]);
+        load.contact_share[i] * (inertia * motor_acceleration[i] + friction_Nm[i] + pulls.load_Nm[i]);
   }
   return load;
 }
@@ -195,9 +198,8 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
 
 LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
                    const Signals& s, const Pulls& pulls) {
-  if (s.size() < 2)
-    return {std::vector<double>(s.size()), std::vector<double>(s.size()), std::vector<double>(s.size()),
-            s.velocity_rad_per_s};
+  const std::vector<double> none(s.size());
+  if (s.size() < 2) return {none, none, none, none};
   return mechanics.shaft_Nm_per_rad > 0 ? behind_spring(mechanics, chain, s, pulls)
                                         : behind_gap(mechanics, chain, s, pulls);
 }
@@ -208,8 +210,8 @@ std::vector<double> torque_on_motor_Nm(const LoadSide& load, const model::effect
   std::vector<double> torque = load.simulated_Nm;
   const double inertia = mechanics.load_share * mechanics.inertia_kg_m2;
   for (std::size_t i = 0; i < s.size(); ++i)
-    torque[i] += load.lies[i] * (inertia * s.acceleration_rad_per_s2[i] +
-                                 mechanics.friction_share() * friction_Nm[i] + load_Nm[i]);
+    torque[i] += load.contact_share[i] * (inertia * s.acceleration_rad_per_s2[i] +
+                                          mechanics.friction_share() * friction_Nm[i] + load_Nm[i]);
   return torque;
 }
 

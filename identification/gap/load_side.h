@@ -20,21 +20,21 @@ struct Pulls {
 /// At each sample.
 struct LoadSide {
   std::vector<double>
-      simulated_Nm;               ///< torque on the motor, mean around the sample, but for what `lies` adds
-  std::vector<double> lies;       ///< 1 where the load goes with the measured motor, 0 where it does not
-  std::vector<double> twist_rad;  ///< by how much the motor is ahead of the load
-  std::vector<double> velocity_rad_per_s;
+      simulated_Nm;  ///< torque on the motor, mean around the sample, but for the share of contact
+  std::vector<double> contact_share;         ///< 1: the load goes with the measured motor, 0: it moves freely
+  std::vector<double> twist_rad;             ///< by how much the motor is ahead of the load
+  std::vector<double> twist_rate_rad_per_s;  ///< by how much it is faster
 };
 
-/// The load of `mechanics`, simulated, for the motion of the motor alone does not show how it coasts through
-/// a gap and rings on a spring.
+/// The load of `mechanics`, simulated, because the motor's motion alone does not show how the load coasts
+/// through a gap and rings on a spring.
 ///
 /// Behind a spring it follows the measured motor. On the flanks of a gap it bounces, and the motor recoils:
-/// both move as the torque drives them, drawn to where the motor was measured so weakly that it answers each
-/// blow by itself. That tells when the load flies and when it lies on which flank. In flight it asks for
-/// nothing. Where it lies, or bounces faster than the data show, it has the measured motion less the twist
-/// and rubs as the motor moves: the torque that was measured, which drives the simulation, must not come back
-/// as its own prediction.
+/// both move as the torque drives them, and follow the measured motor so weakly that each impact keeps its
+/// own recoil. This gives the times of free flight and of contact with each flank. In flight the load asks
+/// for nothing. In contact, or while it bounces faster than the data show, it has the measured motion less
+/// the twist, and rubs as the motor moves: the measured torque, which drives the simulation, must not come
+/// back as its own prediction.
 LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
                    const Signals& signals, const Pulls& pulls);
 

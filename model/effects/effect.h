@@ -17,6 +17,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <concepts>
 #include <numbers>
 #include <string_view>
@@ -49,21 +50,26 @@ struct Mechanics {
   double shaft_Nm_s_per_rad = 0;    ///< its damping
   double load_share = 0;            ///< of inertia, behind gap and spring
   double friction_ratio = 1;        ///< share of friction behind them, over that of inertia
-  double flank_loss_s_per_rad = 0;  ///< α: what meets at a low speed v parts with (1 − α·v)·v
-  double flank_Hz = 150;            ///< at which the masses would swing on the flanks of the gap
+  double flank_loss_s_per_rad = 0;  ///< α: what meets at a low speed v separates at (1 − α·v)·v
+  double flank_Hz = 150;            ///< resonance of both masses on a flank of the gap
   bool two_masses() const noexcept { return backlash_rad > 0 || shaft_Nm_per_rad > 0; }
-  /// Neither mass is without any.
+  /// Clamped so that each mass has some friction.
   double friction_share() const noexcept { return std::clamp(friction_ratio * load_share, 1e-3, 1 - 1e-3); }
-  /// Torque from motor to load on a flank that is pressed in by `pressed_rad`, of either sign, and whose
-  /// pressure grows while `rate_rad_per_s` has the same: k·δ·(1 + 3/2·α·dδ/dt), never pulling.
+  /// Torque from motor to load over a step on a flank that is pressed in by `pressed_rad`, of either sign,
+  /// and whose pressure grows while `rate_rad_per_s` has the same: k·δ·(1 + 3/2·α·dδ/dt), never pulling. No
+  /// more than what stops the one on the other: flanks that meet fast lose all of their speed within a step.
   /// [K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42:440, 1975]
-  double flank_Nm(double pressed_rad, double rate_rad_per_s) const noexcept {
+  double flank_Nm(double pressed_rad, double rate_rad_per_s, double step_s) const noexcept {
     const double closing = pressed_rad < 0 ? -rate_rad_per_s : rate_rad_per_s;
-    return flank_Nm_per_rad() * pressed_rad * std::max(1 + 1.5 * flank_loss_s_per_rad * closing, 0.0);
+    const double spring_Nm = flank_Nm_per_rad() * pressed_rad;
+    const double stops_Nm = reduced_inertia_kg_m2() / step_s * std::abs(rate_rad_per_s);
+    const double most_Nm = std::abs(spring_Nm) + stops_Nm;
+    return std::clamp(spring_Nm * std::max(1 + 1.5 * flank_loss_s_per_rad * closing, 0.0), -most_Nm, most_Nm);
   }
+  double reduced_inertia_kg_m2() const noexcept { return inertia_kg_m2 * load_share * (1 - load_share); }
   double flank_Nm_per_rad() const noexcept {
     const double rad_per_s = 2 * std::numbers::pi * flank_Hz;
-    return inertia_kg_m2 * load_share * (1 - load_share) * rad_per_s * rad_per_s;
+    return reduced_inertia_kg_m2() * rad_per_s * rad_per_s;
   }
 };
 

@@ -25,7 +25,7 @@ double bounce(BetweenFlanks& masses, const model::effects::Mechanics& mechanics,
               const BetweenFlanks::Push& push, double longest_s) {
   const double step_s = BetweenFlanks::longest_step_s(mechanics);
   double flank = 0;
-  for (double t = 0; t < longest_s && !masses.lies(); t += step_s)
+  for (double t = 0; t < longest_s && !masses.in_contact(); t += step_s)
     flank += masses.bounce(push, kNoFriction, step_s).flank;
   return flank;
 }
@@ -47,7 +47,7 @@ TEST(BetweenFlanks, AnImpactKeepsItsMomentumAndLosesWhatItSays) {
     EXPECT_NEAR((1 - kShare) * masses.motor_rad_per_s() + kShare * masses.load_rad_per_s(),
                 (1 - kShare) * closing, 1e-12);
     EXPECT_NEAR(flank, kShare * kInertia * masses.load_rad_per_s(), 1e-12);
-    EXPECT_FALSE(masses.lies());
+    EXPECT_FALSE(masses.in_contact());
   }
 }
 
@@ -56,10 +56,10 @@ TEST(BetweenFlanks, WhatIsPressedTogetherMovesAsOneMass) {
   BetweenFlanks masses(mechanics, kBounce_s, 0, 0);
   const BetweenFlanks::Push push{0.05, 0, 0};
   double flank = bounce(masses, mechanics, push, 3);
-  ASSERT_TRUE(masses.lies());
+  ASSERT_TRUE(masses.in_contact());
   const double before = masses.motor_rad_per_s();
-  ASSERT_TRUE(masses.stays(push, kNoFriction, 0.1));
-  flank += masses.lie(push, kNoFriction, 0.1).flank;
+  ASSERT_TRUE(masses.keeps_contact(push, kNoFriction, 0.1));
+  flank += masses.step_in_contact(push, kNoFriction, 0.1).flank;
   EXPECT_NEAR(masses.motor_rad_per_s() - before, 0.1 * 0.05 / kInertia, 1e-12);
   EXPECT_EQ(masses.load_rad_per_s(), masses.motor_rad_per_s());
   // By the gap, and by how much the flank gives.
@@ -73,12 +73,12 @@ TEST(BetweenFlanks, ALoadLeavesTheFlankOnceItsMotorSlowsDownFaster) {
   const Levels level{0.05, 0.05};
   BetweenFlanks masses(mechanics, kBounce_s, 0, 0);
   const double step_s = BetweenFlanks::longest_step_s(mechanics);
-  for (double t = 0; t < 3 && !masses.lies(); t += step_s) masses.bounce({0.15, 0, 0}, level, step_s);
-  ASSERT_TRUE(masses.lies());
+  for (double t = 0; t < 3 && !masses.in_contact(); t += step_s) masses.bounce({0.15, 0, 0}, level, step_s);
+  ASSERT_TRUE(masses.in_contact());
   // By friction alone both slow down alike.
-  EXPECT_TRUE(masses.stays({0.01, 0, 0}, level, 2e-3));
-  EXPECT_FALSE(masses.stays({-0.01, 0, 0}, level, 2e-3));
-  EXPECT_FALSE(masses.lies());
+  EXPECT_TRUE(masses.keeps_contact({0.01, 0, 0}, level, 2e-3));
+  EXPECT_FALSE(masses.keeps_contact({-0.01, 0, 0}, level, 2e-3));
+  EXPECT_FALSE(masses.in_contact());
   EXPECT_NEAR(masses.twist_rad(), 0.005, 1e-12);
 }
 

@@ -12,8 +12,8 @@
 namespace identification::gap {
 namespace gap_free_simulation_test {
 
-// A joint that slides slowly has its bristle bent all the way, and 2 mrad of it: a window that begins in the
-// midst of that and has to bend it first would gain 50 mrad/s too much.
+// A joint that slides slowly has its bristle bent all the way, by 2 mrad. A window that begins during sliding
+// and had to bend it first would gain 50 mrad/s too much.
 TEST(FreeSimulation, BeginsWithTheBristleAsBentAsTheRecordingLeftIt) {
   constexpr double kPeriod_s = 1e-3;
   model::effects::DriveModel model{.name = "bench", .inertia_kg_m2 = 0.011};

@@ -285,8 +285,7 @@ TEST(ModelDrive, FlanksBounce) {
   }
 }
 
-// Behind a gap that is pressed shut from the start, a ratio of friction decides what the gap has to carry.
-TEST(ModelDrive, ALoadWithoutFrictionCoasts) {
+TEST(ModelDrive, AMotorWithoutFrictionCoastsThroughTheGap) {
   sim::ModelDrive drive(
       model({make_effect("coulomb", {{"torque_Nm", 0.05}}),
              make_effect("backlash", {{"gap_rad", 2.0}, {"load_share", 0.5}, {"friction_ratio", 2}})},
