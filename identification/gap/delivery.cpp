@@ -123,9 +123,18 @@ FittedModel with_given(const FittedModel& fitted, const std::vector<FreeParamete
   return refined(start, judged.rows, judged.training.rows, all_but(fixed));
 }
 
-/// Nothing stays that takes away nothing of held-out recordings or, without those, of the stretches that the
-/// search left out in turn. Those stretches decide as well where the recordings do not, as fast ones do not
-/// of a Stribeck curve. What stays knows the model without it.
+/// Share of a squared residual that an effect takes away, and how sure that is.
+struct Gain {
+  double share;
+  double decisiveness;
+};
+Gain gain_of(const std::vector<double>& bare, const std::vector<double>& left) {
+  return {total(bare) > 0 ? 1 - total(left) / total(bare) : 0, decisiveness(bare, left)};
+}
+
+/// Drops effects that do not reduce the residual of held-out recordings or, where these cannot decide (as
+/// fast ones cannot about a Stribeck curve), that of the stretches left out in turn. Each effect that stays
+/// keeps the model without it.
 void drop_useless(SearchResult& result, const std::vector<FreeParameter>& fixed, const HeldOut& held_out,
                   const Judged& judged) {
   for (std::size_t i = result.added.size(); i-- > 0;) {
@@ -133,16 +142,14 @@ void drop_useless(SearchResult& result, const std::vector<FreeParameter>& fixed,
     std::optional<FittedModel> without =
         without_added(result, i, judged.rows, judged.training, all_but(fixed));
     if (!without) continue;
-    const auto gain_of = [&](const std::vector<double>& bare, const std::vector<double>& left) {
-      added.gain = total(bare) > 0 ? 1 - total(left) / total(bare) : 0;
-      return decisiveness(bare, left);
-    };
-    added.judged_by_held_out =
-        judged.own_recordings && std::abs(gain_of(held_out.blocks(*without, judged.held_out),
-                                                  held_out.blocks(result.fitted, judged.held_out))) > kWorse;
-    if (!added.judged_by_held_out)
-      gain_of(left_out_squares(*without, judged.rows, judged.training),
-              left_out_squares(result.fitted, judged.rows, judged.training));
+    const Gain of_held_out =
+        gain_of(held_out.blocks(*without, judged.held_out), held_out.blocks(result.fitted, judged.held_out));
+    added.judged_by_held_out = judged.own_recordings && std::abs(of_held_out.decisiveness) > kWorse;
+    added.gain = added.judged_by_held_out
+                     ? of_held_out.share
+                     : gain_of(left_out_squares(*without, judged.rows, judged.training),
+                               left_out_squares(result.fitted, judged.rows, judged.training))
+                           .share;
     if (added.gain > 0) {
       added.without = std::move(*without);
       continue;

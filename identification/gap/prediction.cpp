@@ -18,7 +18,6 @@ constexpr double kEdgePeriods = 1;
 constexpr double kReachPeriods = 3;
 /// Share of the time that is none.
 constexpr double kNever = 1e-6;
-constexpr double kUsualCommands = 0.9;
 
 struct Friction {
   std::vector<double> torque_Nm;
@@ -82,17 +81,6 @@ std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel
   std::vector<double> result;
   for (std::size_t i = 0; i < smooth.size(); i += step) result.push_back(smooth[i]);
   return result;
-}
-
-double usual_command_Nm(const std::vector<Signals>& signals) {
-  std::vector<double> magnitudes;
-  for (const Signals& s : signals)
-    for (const double command : s.raw_command_Nm) magnitudes.push_back(std::abs(command));
-  if (magnitudes.empty()) return 0;
-  const auto place = magnitudes.begin() +
-                     static_cast<std::ptrdiff_t>(kUsualCommands * static_cast<double>(magnitudes.size() - 1));
-  std::ranges::nth_element(magnitudes, place);
-  return *place;
 }
 
 LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& s) {

@@ -29,10 +29,6 @@ LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& si
 std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel& model,
                                                 const Signals& signals);
 
-/// Magnitude that most commands stay below, but for one in ten. A threshold above it would make nearly all of
-/// them the same: what the motion is compared with would be its choice, and no measurement any more.
-double usual_command_Nm(const std::vector<Signals>& signals);
-
 /// Rows in which data and predictions are compared: means over stretches of half a period of the band's edge,
 /// where the joint moves at least half of the time.
 class Rows {

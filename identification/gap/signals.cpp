@@ -25,6 +25,7 @@ constexpr double kMostOfSampleRate = 0.25;
 /// joint.
 constexpr double kFromStandstill = 0.25;
 constexpr double kFromSaturation = 1;
+constexpr double kUsualCommands = 0.9;
 
 /// Encoder noise may reach this share of the torque when the torque sensor is quieter.
 constexpr double kAllowedNoiseShare = 0.01;
@@ -376,6 +377,17 @@ double farthest_rad(std::span<const Signals> signals) {
     farthest = std::max({farthest, std::abs(low), std::abs(high)});
   }
   return farthest;
+}
+
+double usual_command_Nm(std::span<const Signals> signals) {
+  std::vector<double> magnitudes;
+  for (const Signals& s : signals)
+    for (const double command : s.raw_command_Nm) magnitudes.push_back(std::abs(command));
+  if (magnitudes.empty()) return 0;
+  const auto place = magnitudes.begin() +
+                     static_cast<std::ptrdiff_t>(kUsualCommands * static_cast<double>(magnitudes.size() - 1));
+  std::ranges::nth_element(magnitudes, place);
+  return *place;
 }
 
 }  // namespace identification::gap

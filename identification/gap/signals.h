@@ -80,4 +80,8 @@ double widest_span_rad(std::span<const Signals> signals);
 /// From the position 0.
 double farthest_rad(std::span<const Signals> signals);
 
+/// The 90th percentile of the commands' magnitude. With a dead-band threshold above it, the threshold and not
+/// the measurement would determine the torque that the motion is compared with.
+double usual_command_Nm(std::span<const Signals> signals);
+
 }  // namespace identification::gap

@@ -42,7 +42,7 @@ bool is_about(double value, double expected, double tolerance) {
 }
 bool is_within_factor(double value, double expected, double factor) {
   const double ratio = value / expected;
-  return ratio > 1 / factor && ratio < factor;  // a negative one is none
+  return ratio > 1 / factor && ratio < factor;  // negative: never
 }
 
 void check_rate(const Source& source, std::vector<Diagnosis>& diagnoses) {

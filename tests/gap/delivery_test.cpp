@@ -36,20 +36,22 @@ model::effects::DriveModel given() {
                                                {"exponent", 1}})}};
 }
 
-/// Between 3 and 9 rad/s, one way or the other: too fast for the Stribeck curve to show.
-Source fast_motion(const std::string& name, unsigned seed, double side,
-                   const std::function<double(double time_s, double velocity_rad_per_s)>& more_Nm = {}) {
+struct Motion {
+  double velocity_rad_per_s;
+  double acceleration_rad_per_s2;
+};
+using Torque = std::function<double(double time_s, double velocity_rad_per_s)>;
+
+/// The torque of a drive with Coulomb and viscous friction for a motion, and `more_Nm`.
+Source recorded(const std::string& name, unsigned seed, int rows, const std::function<Motion(double)>& motion,
+                const Torque& more_Nm) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, 3e-3);
   std::vector<double> time, position, torque;
   double p = 0;
-  for (int i = 0; i < 12000; ++i) {
+  for (int i = 0; i < rows; ++i) {
     const double t = i * kPeriod_s;
-    const double rate = 1.3 + 0.1 * seed;
-    const double v = side * (6 + 3 * std::sin(rate * t) * std::sin(0.4 * rate * t));
-    const double a =
-        side * 3 * rate *
-        (std::cos(rate * t) * std::sin(0.4 * rate * t) + 0.4 * std::sin(rate * t) * std::cos(0.4 * rate * t));
+    const auto [v, a] = motion(t);
     time.push_back(t);
     position.push_back(p);
     p += (v + 0.5 * a * kPeriod_s) * kPeriod_s;
@@ -59,6 +61,30 @@ Source fast_motion(const std::string& name, unsigned seed, double side,
   Source source{.name = name, .recording = {}};
   source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
   return source;
+}
+
+/// Between 3 and 9 rad/s, one way or the other: too fast for the Stribeck curve to show.
+Source fast_motion(const std::string& name, unsigned seed, double side, const Torque& more_Nm = {}) {
+  const double rate = 1.3 + 0.1 * seed;
+  const auto motion = [=](double t) -> Motion {
+    return {side * (6 + 3 * std::sin(rate * t) * std::sin(0.4 * rate * t)),
+            side * 3 * rate *
+                (std::cos(rate * t) * std::sin(0.4 * rate * t) +
+                 0.4 * std::sin(rate * t) * std::cos(0.4 * rate * t))};
+  };
+  return recorded(name, seed, 12000, motion, more_Nm);
+}
+
+/// Slow enough for the drive's Stribeck curve to show, both ways.
+Source slow_motion(const std::string& name, unsigned seed) {
+  const auto motion = [](double t) -> Motion {
+    return {0.9 * std::sin(0.9 * t) + 0.5 * std::sin(2.3 * t),
+            0.81 * std::cos(0.9 * t) + 1.15 * std::cos(2.3 * t)};
+  };
+  const auto peak = [](double, double v) {
+    return std::copysign(0.05 * std::exp(-std::abs(v) / kStribeckVelocity), v);
+  };
+  return recorded(name, seed, 15000, motion, peak);
 }
 
 double value_of(const model::effects::DriveModel& model, const std::string& effect,
@@ -101,28 +127,6 @@ TEST(Delivery, WhatHeldOnlyInTheSearchedRecordingIsNotDelivered) {
   EXPECT_TRUE(std::ranges::any_of(result.notes, [](const std::string& note) {
     return note.find("keep their values") != std::string::npos;
   }));
-}
-
-/// Slow enough for a Stribeck curve to show, both ways.
-Source slow_motion(const std::string& name, unsigned seed) {
-  std::mt19937_64 random(seed);
-  std::normal_distribution<double> noise(0, 3e-3);
-  std::vector<double> time, position, torque;
-  double p = 0;
-  for (int i = 0; i < 15000; ++i) {
-    const double t = i * kPeriod_s;
-    const double v = 0.9 * std::sin(0.9 * t) + 0.5 * std::sin(2.3 * t);
-    const double a = 0.81 * std::cos(0.9 * t) + 1.15 * std::cos(2.3 * t);
-    time.push_back(t);
-    position.push_back(p);
-    p += (v + 0.5 * a * kPeriod_s) * kPeriod_s;
-    const double peak = 0.05 * std::exp(-std::abs(v) / kStribeckVelocity);
-    torque.push_back(kInertia_kg_m2 * a + std::copysign(kCoulomb_Nm + peak, v) + kViscous * v +
-                     noise(random));
-  }
-  Source source{.name = name, .recording = {}};
-  source.recording.columns = {{"time_s", time}, {"position_rad", position}, {"torque_measured_Nm", torque}};
-  return source;
 }
 
 /// Recordings that only know fast motion neither confirm a Stribeck curve nor refute it: whether it takes
