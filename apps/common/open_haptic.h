@@ -38,8 +38,8 @@ struct HapticOptions {
 /// Relative paths start at `folder`.
 void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOptions& options);
 
-/// For a pen with nothing real beside it, as then nothing moves and nothing pushes: one that is simulated
-/// bears a pause of 0.1 s, unless `stale_after` is another than hal::HapticLimits has.
+/// Raises the pause that a simulated pen bears to 0.1 s, unless `stale_after` differs from its default. Only
+/// where no real device is involved: then nothing moves and nothing pushes.
 void bear_pauses(HapticOptions& options);
 
 struct OpenedHaptic {
