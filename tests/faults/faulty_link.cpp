@@ -55,17 +55,17 @@ std::size_t FaultyLink::receive(std::span<std::uint8_t> buffer, std::chrono::nan
       size = std::min(buffer.size(), waiting_.front().size());
       std::copy_n(waiting_.front().begin(), size, buffer.begin());
       waiting_.pop_front();
-      return size;
+      return damage(buffer, size);
     }
     size = wire_->receive(buffer, std::max(end - now(), std::chrono::nanoseconds{}));
     if (size == 0) return 0;
-    size = spoil(buffer, size);
-    if (size != 0) return size;
+    size = delay(buffer, size);
+    if (size != 0) return damage(buffer, size);
   }
 }
 
-/// The size that is left; 0: lost.
-std::size_t FaultyLink::spoil(std::span<std::uint8_t> buffer, std::size_t size) noexcept {
+/// The size of what arrives now, the frame or one from before; 0: nothing does.
+std::size_t FaultyLink::delay(std::span<std::uint8_t> buffer, std::size_t size) noexcept {
   if (faults_.silent || happens(faults_.loses_reply)) return 0;
   const auto copy = [&] { return Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)); };
   if (happens(faults_.repeats)) waiting_.push_back(copy());
@@ -79,6 +79,11 @@ std::size_t FaultyLink::spoil(std::span<std::uint8_t> buffer, std::size_t size) 
     return size;
   }
   if (any_of(10) == 0) earlier_ = copy();
+  return size;
+}
+
+/// The size that is left.
+std::size_t FaultyLink::damage(std::span<std::uint8_t> buffer, std::size_t size) noexcept {
   constexpr std::size_t kHeader = ethercat::kEthernetHeaderBytes;
   if (happens(faults_.damages))
     buffer[kHeader + any_of(size - kHeader)] ^= static_cast<std::uint8_t>(1 + any_of(255));

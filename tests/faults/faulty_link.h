@@ -53,7 +53,8 @@ class FaultyLink final : public drivers::ethercat::Link {
   /// Below `count`, which is positive.
   std::size_t any_of(std::size_t count) noexcept;
   void send_as_other_master(std::uint16_t al_control) noexcept;
-  std::size_t spoil(std::span<std::uint8_t> buffer, std::size_t size) noexcept;
+  std::size_t delay(std::span<std::uint8_t> buffer, std::size_t size) noexcept;
+  std::size_t damage(std::span<std::uint8_t> buffer, std::size_t size) noexcept;
 
   std::unique_ptr<Link> wire_;
   const WireFaults& faults_;

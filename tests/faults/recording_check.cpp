@@ -62,6 +62,13 @@ TrueMotion::Window TrueMotion::around(nanoseconds time) const {
   return {begin, at + std::min(moments_.end() - at, kPeriods + 1)};
 }
 
+bool TrueMotion::ends_torque_mode(Window window, std::size_t joint) {
+  const auto ends = [joint](const Moment& moment, const Moment& next) {
+    return moment.in_torque_mode[joint] && !next.in_torque_mode[joint];
+  };
+  return std::ranges::adjacent_find(window, ends) != window.end();
+}
+
 bool TrueMotion::is_true(const Column& column, double value, Reading& reading, Window now) const {
   const auto range = [&column](Window window, auto member) {
     std::pair<double, double> found((window.front().*member)[column.joint],
@@ -90,14 +97,18 @@ bool TrueMotion::is_true(const Column& column, double value, Reading& reading, W
       return within(first_rad + end.first - begin.second, first_rad + end.second - begin.first,
                     kResolution_rad);
     }
-    case Quantity::kCommand:
+    case Quantity::kCommand: {
+      const Window window{reading.last.begin(), now.end()};
       if (column.joint >= kWheels && !reading.arm_was_in_torque_mode) return true;
       // Nothing goes out before the drives obey.
       reading.obeyed[column.joint] =
           reading.obeyed[column.joint] ||
           std::ranges::any_of(now, [&](const Moment& moment) { return moment.in_torque_mode[column.joint]; });
       if (!reading.obeyed[column.joint]) return true;
-      return torque_within(range({reading.last.begin(), now.end()}, &Moment::command_Nm));
+      // Switched off, or the arm in another mode, before the last torque was sent.
+      if (ends_torque_mode(window, column.joint)) return true;
+      return torque_within(range(window, &Moment::command_Nm));
+    }
     case Quantity::kMeasured: return torque_within(range(now, &Moment::measured_Nm));
   }
   return false;

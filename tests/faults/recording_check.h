@@ -65,6 +65,7 @@ class TrueMotion {
 
   static std::vector<Column> columns_of(std::string_view header);
   Window around(nanoseconds time) const;
+  static bool ends_torque_mode(Window window, std::size_t joint);
   bool is_true(const Column& column, double value, Reading& reading, Window now) const;
   void compare_file(const std::filesystem::path& file, nanoseconds first_cycle, bool samples_are_true,
                     std::vector<std::string>& problems) const;
