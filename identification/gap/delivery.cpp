@@ -20,7 +20,8 @@ constexpr double kWorse = 2;
 constexpr double kAsked = 1.5;
 /// Share of the square below which two models do alike, however sure the difference is.
 constexpr double kAlike = 0.01;
-/// The same where one of them keeps a given value that the data do not ask to change.
+/// The same where one of them keeps what the data do not ask to change: a given value, or a presliding that
+/// shows at rest.
 constexpr double kAlikeIfGiven = 0.05;
 constexpr double kMostOfIt = 0.5;
 /// Of the squared torque residual, what a gap, a spring or a bristle leaves at most.
@@ -224,6 +225,18 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
   }
   drop_useless(result, fixed, held_out, judged);
   return {};
+}
+
+WithPresliding with_presliding(const FittedModel& delivered, const model::effects::AnyEffect& presliding,
+                               const Judged& judged) {
+  FittedModel with = delivered;
+  with.model.effects.push_back(presliding);
+  const std::size_t at = with.model.effects.size() - 1;
+  with = refined(with, judged.rows, judged.training.rows, [at](const FreeParameter& p) {
+    return p.kind == FreeParameter::Kind::kEffect && p.effect == at && p.name == "damping_Nm_s_per_rad";
+  });
+  const HeldOut held_out(judged);
+  return {with, worse_at(held_out.score(delivered), held_out.score(with), kAlikeIfGiven)};
 }
 
 }  // namespace identification::gap

@@ -19,4 +19,13 @@ namespace identification::gap {
 /// @returns for people, what was taken back and why.
 std::vector<std::string> deliver(SearchResult& result, const FittedModel& given, const Judged& judged);
 
+/// The delivered model with a presliding that shows at rest, which gives its stiffness; its damping is fitted
+/// to the motion. `worse_at` is not empty when the held-out data are predicted or simulated worse with it.
+struct WithPresliding {
+  FittedModel model;
+  std::string worse_at;
+};
+WithPresliding with_presliding(const FittedModel& delivered, const model::effects::AnyEffect& presliding,
+                               const Judged& judged);
+
 }  // namespace identification::gap

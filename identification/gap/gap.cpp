@@ -197,11 +197,8 @@ void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& riva
   std::vector<std::optional<NextExperiment>*> answers;
   for (std::size_t i = 0; i < rivals.size(); ++i) {
     if (rivals[i].empty()) continue;
-    const bool in_model = model::effects::name_of(result.effects[i].effect) != "presliding" ||
-                          final.model.find<model::effects::Presliding>() != nullptr;
-    const FittedModel truth = in_model ? final : with(final, result.effects[i].effect);
     questions.emplace_back();
-    for (const FittedModel& rival : rivals[i]) questions.back().push_back({driven(truth), driven(rival)});
+    for (const FittedModel& rival : rivals[i]) questions.back().push_back({driven(final), driven(rival)});
     answers.push_back(&result.effects[i].decided_by);
   }
   const auto is_known = [&](const std::string& effect) {
@@ -390,8 +387,22 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   weigh_rivals(searching, rows, parts.training, options);
 
   progress("looking for what is left", 0.92);
-  const FittedModel& final = searching.fitted;
-  const RestFindings rest = rest_channel(searched, final.model, band, options);
+  RestFindings rest = rest_channel(searched, searching.fitted.model, band, options);
+  // Unless what gives at rest was found in motion already.
+  if (searching.fitted.model.find<model::effects::Elasticity>() ||
+      searching.fitted.model.find<model::effects::Backlash>())
+    rest.presliding.reset();
+  FittedModel final = searching.fitted;
+  if (rest.presliding) {
+    WithPresliding with_it = with_presliding(final, rest.presliding->effect, judged);
+    if (with_it.worse_at.empty()) {
+      final = std::move(with_it.model);
+    } else {
+      searching.rejected.push_back(
+          {"presliding", 0, "shows at rest, but with it the model " + with_it.worse_at});
+      rest.presliding.reset();
+    }
+  }
   result.notes = std::move(taken_back);
   result.blind_spots = blind_spots(searched, rest.rests);
   const FittedModel refitted = refined(given, rows, parts.training.rows);
@@ -472,15 +483,15 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     named.emplace(added.effect);
     result.effects.push_back(std::move(found));
   }
-  // Unless what gives at rest was found in motion already.
-  if (rest.presliding && !result.model.find<model::effects::Presliding>() &&
-      !result.model.find<model::effects::Elasticity>() && !result.model.find<model::effects::Backlash>()) {
-    result.model.effects.push_back(rest.presliding->effect);
-    result.effects.push_back(*rest.presliding);
-    rivals.resize(result.effects.size());
-    if (!rest.presliding->equivalent.empty())
-      rivals.back().push_back(with(final, spring_like(rest.presliding->effect)));
-    named.emplace(model::effects::name_of(rest.presliding->effect));
+  if (rest.presliding) {
+    FoundEffect& found = *rest.presliding;
+    found.effect = final.model.effects.back();
+    for (const fit::Estimate& estimate : parameters_of(&final.model.effects.back(), final, rows, all))
+      if (estimate.name == "damping_Nm_s_per_rad") found.parameters.push_back(estimate);
+    rivals.resize(result.effects.size() + 1);
+    if (!found.equivalent.empty()) rivals.back().push_back(with(searching.fitted, spring_like(found.effect)));
+    named.emplace(model::effects::name_of(found.effect));
+    result.effects.push_back(std::move(found));
   }
   for (const auto& [type, gain, reason] : searching.rejected)
     if (!named.contains(type))

@@ -165,10 +165,7 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
   found.parameters = {{.name = "stiffness_Nm_per_rad",
                        .value = stiffness,
                        .lower = 1 / (compliance + half),
-                       .upper = half < compliance ? 1 / (compliance - half) : 1e8},
-                      {.name = "damping_Nm_s_per_rad",
-                       .value = 0,
-                       .not_identifiable = "a joint that gives slowly does not show it"}};
+                       .upper = half < compliance ? 1 / (compliance - half) : 1e8}};
   // Stretches of one size say nothing between the two: no draw of the noise could decide.
   if (!both) found.equivalent = {"elasticity"};
   findings.presliding = std::move(found);
