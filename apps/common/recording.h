@@ -18,7 +18,7 @@ namespace apps {
 
 /// What cannot be written never stops the robot: it is counted and reported at the end.
 ///
-///     Recording<CycleRecord> recording({{std::move(file)}}, [&](const CycleRecord&) { new_recording.keep(); });
+///     Recording<CycleRecord> recording(std::move(tables), [&](const CycleRecord&) { made.keep(); });
 ///     ... recording.add(record), once a cycle ...
 ///     recording.close();
 template <typename Record>

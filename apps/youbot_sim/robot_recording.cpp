@@ -101,9 +101,9 @@ std::array<double, 3> numbers(const Eigen::Vector3d& v) noexcept { return {v.x()
 }  // namespace
 
 RobotRecording::RobotRecording(const std::filesystem::path& path, sim::bus::YoubotBus& robot, bool wait)
-    : robot_(robot), wait_(wait), recording_(open(path, robot, made_), [this](const RobotRecord&) {
-        made_.keep();
-      }) {
+    : robot_(robot),
+      wait_(wait),
+      recording_(open(path, robot, made_), [this](const RobotRecord&) { made_.keep(); }) {
   robot_.after_each_period([this] { take(); });
 }
 

@@ -58,7 +58,7 @@ class RobotRecording {
 
   sim::bus::YoubotBus& robot_;
   bool wait_;
-  apps::MadePaths made_;                     // takes the file away unless there are rows
+  apps::MadePaths made_;                    // takes the file away unless there are rows
   apps::Recording<RobotRecord> recording_;  // last: its thread uses what is above
 };
 

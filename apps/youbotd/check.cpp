@@ -86,8 +86,8 @@ Findings check(const Config& config, const CheckOptions& options) {
     for (Finding& finding : check_master(config.haptic, options.paths))
       findings.push_back(std::move(finding));
   if (options.record_directory)
-    findings.push_back(check_recording(
-        *options.record_directory, holds_recording(*options.record_directory), config.cycle.period));
+    findings.push_back(check_recording(*options.record_directory, holds_recording(*options.record_directory),
+                                       config.cycle.period));
   return findings;
 }
 

@@ -1,5 +1,5 @@
 /// @file
-/// What every run does around its cycle: it records it, keeps the last second for a fault report, and sums up.
+/// What every run does around its cycle: records it, sums it up, keeps the last second for a fault report.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -50,9 +50,7 @@ class RecordedRun : public Run {
     if (summary_.stop_reason.empty()) return;
     summary_.fault_report = apps::write_fault_report(
         options_.record_directory,
-        [&](const std::filesystem::path& path) {
-          flight_recorder_.write(path, rig_, summary_.stop_reason);
-        },
+        [&](const std::filesystem::path& path) { flight_recorder_.write(path, rig_, summary_.stop_reason); },
         frames, summary_.stop_reason, summary_.recording_problems);
   }
   Summary& summary() noexcept final { return summary_; }
@@ -60,9 +58,9 @@ class RecordedRun : public Run {
  protected:
   /// What a cycle is wrapped in, beside what it is made of.
   struct Around {
-    std::string rig;  ///< as the report on a fault calls it
-    std::unique_ptr<RunRecording<Record>> recording;         ///< null when nothing is recorded
-    std::function<void(const Record&)> after_cycle;          ///< may be empty
+    std::string rig;                                  ///< as the report on a fault calls it
+    std::unique_ptr<RunRecording<Record>> recording;  ///< null when nothing is recorded
+    std::function<void(const Record&)> after_cycle;   ///< may be empty
   };
   template <typename... CycleArguments>
   RecordedRun(const Config& config, const RunOptions& options, Around around, CycleArguments&&... of_cycle)

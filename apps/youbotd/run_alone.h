@@ -14,15 +14,17 @@
 namespace youbotd {
 
 struct AloneOptions : RunOptions {
-  std::optional<std::chrono::nanoseconds> duration{};  ///< of robot time; none: until it is finished or stopped
+  std::optional<std::chrono::nanoseconds>
+      duration{};  ///< of robot time; none: until it is finished or stopped
   bool allow_non_real_time = false;
 };
 
 /// Blocks until the run is finished, `options.duration` is over, `stop` is true or `is_done()`, which is
 /// called once a cycle, as a part of it. `whole`: how long it is to last, for who watches it.
 /// @throws hal::SetupError when real-time was refused and is not waived.
-void run_alone(hal::Clock& clock, const Config& config, const AloneOptions& options,
-               const apps::OpenedRobot& robot, Run& run, std::optional<std::chrono::nanoseconds> whole,
-               const std::atomic<bool>& stop, const std::function<bool()>& is_done = [] { return false; });
+void run_alone(
+    hal::Clock& clock, const Config& config, const AloneOptions& options, const apps::OpenedRobot& robot,
+    Run& run, std::optional<std::chrono::nanoseconds> whole, const std::atomic<bool>& stop,
+    const std::function<bool()>& is_done = [] { return false; });
 
 }  // namespace youbotd

@@ -61,7 +61,7 @@ void visit(const TeleopRecord& r, Column&& column) {
     column(name, "", number, decimals);
   };
   const auto vector = [&column](const char* name, const std::array<const char*, 3>& ends, const auto& numbers,
-                               int decimals) {
+                                int decimals) {
     for (std::size_t i = 0; i < 3; ++i) column(name, ends[i], numbers[i], decimals);
   };
   const auto rotation = [&column](const char* name, const auto& numbers) {

@@ -47,8 +47,8 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
     run_alone(*clock, config, options, robot, *run, options.duration, stop, [&] {
       if (!operating) return false;
       // While the robot comes to rest he has nothing to do.
-      const bool obeys = run->phase() == control::TeleopPhase::kOperating ||
-                         run->phase() == control::TeleopPhase::kLetGo;
+      const bool obeys =
+          run->phase() == control::TeleopPhase::kOperating || run->phase() == control::TeleopPhase::kLetGo;
       if (!obeys) return false;
       operating->step(period, robot.manipulator ? robot.manipulator->X_WT() : run->X_WT());
       return operating->finished();
