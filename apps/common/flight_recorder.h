@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "apps/common/build_info.h"
+#include "apps/common/record_rows.h"
 #include "apps/common/recording_file.h"
 #include "hal/setup_error.h"
 
@@ -25,17 +26,15 @@ class FlightRecorder {
   }
   std::size_t size() const noexcept { return kept_; }
 
-  /// Oldest first; `append(file, record)` writes a row of the `columns`. @throws hal::SetupError naming path
-  /// and cause, also when not all of it got there.
-  template <typename Append>
-  void write(const std::filesystem::path& path, const std::string& rig, const std::string& reason,
-             const std::vector<RecordingFile::Column>& columns, Append&& append) const {
+  /// Oldest first, with the columns of the record. @throws hal::SetupError naming path and cause, also when
+  /// not all of it got there.
+  void write(const std::filesystem::path& path, const std::string& rig, const std::string& reason) const {
     RecordingFile file(
         path,
         {{"rig", rig}, {"experiment", "fault report"}, {"reason", reason}, {"software", build_version()}},
-        columns);
+        columns_of(Record{}));
     const std::size_t oldest = (next_ + ring_.size() - kept_) % ring_.size();
-    for (std::size_t i = 0; i < kept_; ++i) append(file, ring_[(oldest + i) % ring_.size()]);
+    for (std::size_t i = 0; i < kept_; ++i) append_record(file, ring_[(oldest + i) % ring_.size()]);
     file.close();
     if (const std::string problem = file.error(); !problem.empty())
       throw hal::SetupError(path.string(), "write the last cycles", problem);

@@ -33,10 +33,10 @@ void NewRecording::write_new(const std::filesystem::path& path, const std::strin
   made_.add(path);
 }
 
-std::unique_ptr<RecordingFile> NewRecording::open(const std::string& rig,
+std::unique_ptr<RecordingFile> NewRecording::open(const std::string& name,
                                                   const std::vector<RecordingFile::Comment>& comments,
                                                   const std::vector<RecordingFile::Column>& columns) {
-  const std::filesystem::path path = directory_ / (rig + ".csv");
+  const std::filesystem::path path = directory_ / (name + ".csv");
   auto file = std::make_unique<RecordingFile>(path, comments, columns);
   made_.add(path);
   return file;

@@ -34,8 +34,8 @@ class NewRecording {
   NewRecording(const NewRecording&) = delete;
   NewRecording& operator=(const NewRecording&) = delete;
 
-  /// `rig`.csv, never over another. @throws hal::SetupError as RecordingFile, with a full disk among others.
-  std::unique_ptr<RecordingFile> open(const std::string& rig,
+  /// `name`.csv, never over another. @throws hal::SetupError as RecordingFile, with a full disk among others.
+  std::unique_ptr<RecordingFile> open(const std::string& name,
                                       const std::vector<RecordingFile::Comment>& comments,
                                       const std::vector<RecordingFile::Column>& columns);
   void keep() noexcept { made_.keep(); }

@@ -21,8 +21,8 @@
 #include "apps/common/open_haptic.h"
 #include "apps/common/output_directory.h"
 #include "apps/common/real_time.h"
-#include "apps/common/recorder.h"
-#include "apps/common/recording_file.h"
+#include "apps/common/record_rows.h"
+#include "apps/common/recording.h"
 #include "apps/common/robot_session.h"
 #include "apps/common/shared_tables.h"
 #include "apps/common/stop_on_signals.h"
@@ -47,7 +47,6 @@ constexpr std::chrono::milliseconds kPeriod{1};
 constexpr std::chrono::milliseconds kFadeOut{500};
 constexpr std::chrono::seconds kReadyTimeout{60};  // for homing
 constexpr const char* kRecording = "haptic.csv";
-constexpr std::size_t kRing = 8192;
 constexpr int kCyclesPerPoint = 10;  // of the report's plots
 
 /// One cycle of it. Plain numbers, because it crosses threads.
@@ -60,6 +59,20 @@ struct HoldRecord {
   double energy_J = 0.0;
   double buttons = 0.0;
 };
+template <typename Column>
+void visit(const HoldRecord& r, Column&& column) {
+  const auto vector = [&column](const char* name, const std::array<const char*, 3>& ends,
+                                const std::array<double, 3>& numbers, int decimals) {
+    for (std::size_t i = 0; i < 3; ++i) column(name, ends[i], numbers[i], decimals);
+  };
+  column("time_s", "", r.time_s, 6);
+  vector("position", {"_x_m", "_y_m", "_z_m"}, r.p_HD_m, 7);
+  vector("velocity", {"_x_m_per_s", "_y_m_per_s", "_z_m_per_s"}, r.v_HD_H_m_per_s, 6);
+  vector("force", {"_x_N", "_y_N", "_z_N"}, r.f_D_H_N, 5);
+  column("age_s", "", r.age_s, 6);
+  column("energy_J", "", r.energy_J, 8);
+  column("buttons", "", r.buttons, 0);
+}
 
 std::array<double, 3> numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
@@ -92,59 +105,46 @@ class Operator {
   int step_ = 0;
 };
 
-/// haptic.csv and what its thread could not write.
+std::vector<apps::Recording<HoldRecord>::Table> open(const std::filesystem::path& directory,
+                                                     const HapticHoldOptions& options,
+                                                     const hal::HapticInfo& device, apps::MadePaths& made) {
+  const std::filesystem::path path = directory / kRecording;
+  std::vector<apps::Recording<HoldRecord>::Table> tables;
+  tables.push_back({std::make_unique<apps::RecordingFile>(
+      path,
+      std::vector<apps::RecordingFile::Comment>{
+          {"rig", "haptic"},
+          {"experiment", "haptic-hold"},
+          {"device", device.name},
+          {"sample_rate_Hz", "1000"},
+          {"stiffness_N_per_m", std::to_string(options.stiffness_N_per_m)},
+          {"damping_N_s_per_m", std::to_string(options.damping_N_s_per_m)},
+          {"software", apps::build_version()}},
+      apps::columns_of(HoldRecord{}))});
+  made.add(path);
+  return tables;
+}
+
+/// haptic.csv, of which nothing is left without rows.
 class HoldRecording {
  public:
   HoldRecording(const std::filesystem::path& directory, const HapticHoldOptions& options,
                 const hal::HapticInfo& device)
-      : file_(directory / kRecording,
-              {{"rig", "haptic"},
-               {"experiment", "haptic-hold"},
-               {"device", device.name},
-               {"sample_rate_Hz", "1000"},
-               {"stiffness_N_per_m", std::to_string(options.stiffness_N_per_m)},
-               {"damping_N_s_per_m", std::to_string(options.damping_N_s_per_m)},
-               {"software", apps::build_version()}},
-              {{"time_s", 6},
-               {"position_x_m", 7},
-               {"position_y_m", 7},
-               {"position_z_m", 7},
-               {"velocity_x_m_per_s", 6},
-               {"velocity_y_m_per_s", 6},
-               {"velocity_z_m_per_s", 6},
-               {"force_x_N", 5},
-               {"force_y_N", 5},
-               {"force_z_N", 5},
-               {"age_s", 6},
-               {"energy_J", 8},
-               {"buttons", 0}}),
-        made_({directory / kRecording}),
-        recorder_(
-            kRing,
-            [this](const HoldRecord& r) {
-              made_.keep();
-              const auto &p = r.p_HD_m, &v = r.v_HD_H_m_per_s, &f = r.f_D_H_N;
-              file_.append_row(std::array{r.time_s, p[0], p[1], p[2], v[0], v[1], v[2], f[0], f[1], f[2],
-                                          r.age_s, r.energy_J, r.buttons});
-            },
-            [this] { file_.flush(); }) {}
+      : recording_(open(directory, options, device, made_), [this](const HoldRecord&) { made_.keep(); }) {}
 
   /// Cycle, unless the loop is in virtual time, which has to wait for the disk.
   void add(const HoldRecord& record, bool virtual_time) noexcept {
-    if (virtual_time) recorder_.wait_for_room();
-    recorder_.push(record);
+    if (virtual_time) recording_.wait_for_room();
+    recording_.add(record);
   }
   void close() {
-    recorder_.stop();
-    file_.close();
-    if (const std::string problem = file_.error(); !problem.empty()) spdlog::warn("recording: {}", problem);
-    for (const std::string& problem : recorder_.problems()) spdlog::warn("recording: {}", problem);
+    recording_.close();
+    for (const std::string& problem : recording_.problems()) spdlog::warn("recording: {}", problem);
   }
 
  private:
-  apps::RecordingFile file_;
-  apps::MadePaths made_;                 // takes the file away unless there are rows
-  apps::Recorder<HoldRecord> recorder_;  // last: its thread uses the file
+  apps::MadePaths made_;
+  apps::Recording<HoldRecord> recording_;  // last: its thread uses what is above
 };
 
 struct Outcome {

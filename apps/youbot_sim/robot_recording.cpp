@@ -1,10 +1,11 @@
 #include "apps/youbot_sim/robot_recording.h"
 
 #include <limits>
-#include <span>
+#include <memory>
 #include <utility>
 
 #include "apps/common/build_info.h"
+#include "apps/common/record_rows.h"
 #include "drivers/tmcl/gripper.h"
 #include "hal/gripper.h"
 
@@ -12,10 +13,7 @@ namespace youbot_sim {
 namespace {
 
 using drivers::tmcl::ControllerMode;
-using Column = apps::RecordingFile::Column;
 
-/// 16 s: longer than a disk stalls.
-constexpr std::size_t kRingCapacity = 16384;
 constexpr double kMetresPerMicrostep =
     hal::kGripperTravel_m / drivers::tmcl::kGripperBars / drivers::tmcl::kGripperTravel;
 
@@ -26,50 +24,57 @@ std::string name_of(const sim::bus::YoubotBus& robot, std::size_t joint) {
   return (arm_joint < 5 ? "arm_" : "arm2_") + std::to_string(arm_joint % 5 + 1);
 }
 
-/// Visits the values of a record as names and numbers, so that both stand in one place.
-template <typename Visit>
-void visit(const sim::bus::YoubotBus& robot, bool coupled, const RobotRecord& record, Visit&& value) {
-  value("", "time_s", std::chrono::duration<double>(record.time).count(), 3);
-  for (std::size_t i = 0; i < robot.joint_count(); ++i) {
-    value(i, "_mode", record.joints[i].mode, 0);
-    value(i, "_target", record.joints[i].target, 6);
-    value(i, "_position_rad", record.joints[i].position_rad, 7);
-    value(i, "_encoder_rad", record.joints[i].encoder_rad, 7);
+/// A record and what its robot has.
+struct RobotRow {
+  const RobotRecord& record;
+  const std::vector<std::string>& joints;  ///< their names
+  const sim::bus::YoubotBus& robot;
+  bool coupled;  ///< a base that carries one arm
+};
+template <typename Column>
+void visit(const RobotRow& row, Column&& column) {
+  const RobotRecord& r = row.record;
+  column("time_s", "", std::chrono::duration<double>(r.time).count(), 3);
+  for (std::size_t i = 0; i < row.joints.size(); ++i) {
+    const char* const name = row.joints[i].c_str();
+    column(name, "_mode", r.joints[i].mode, 0);
+    column(name, "_target", r.joints[i].target, 6);
+    column(name, "_position_rad", r.joints[i].position_rad, 7);
+    column(name, "_encoder_rad", r.joints[i].encoder_rad, 7);
   }
-  const auto vector = [&value](const char* name, const std::array<const char*, 3>& ends,
-                               const std::array<double, 3>& numbers) {
-    for (std::size_t i = 0; i < 3; ++i) value(name, ends[i], numbers[i], 6);
+  const auto vector = [&column](const char* name, const std::array<const char*, 3>& ends,
+                                const std::array<double, 3>& numbers) {
+    for (std::size_t i = 0; i < 3; ++i) column(name, ends[i], numbers[i], 6);
   };
-  if (robot.has_base()) vector("base", {"_x_m", "_y_m", "_yaw_rad"}, record.base_W);
-  if (coupled) {
-    vector("true_tip", {"_x_m", "_y_m", "_z_m"}, record.tip_p_WT_m);
-    vector("contact_force", {"_x_N", "_y_N", "_z_N"}, record.contact_force_W_N);
+  if (row.robot.has_base()) vector("base", {"_x_m", "_y_m", "_yaw_rad"}, r.base_W);
+  if (row.coupled) {
+    vector("true_tip", {"_x_m", "_y_m", "_z_m"}, r.tip_p_WT_m);
+    vector("contact_force", {"_x_N", "_y_N", "_z_N"}, r.contact_force_W_N);
   }
-  if (robot.gripper_count() > 0) value("", "gripper_opening_m", record.gripper_opening_m[0], 6);
-  if (robot.gripper_count() > 1) value("", "gripper2_opening_m", record.gripper_opening_m[1], 6);
+  if (row.robot.gripper_count() > 0) column("gripper_opening_m", "", r.gripper_opening_m[0], 6);
+  if (row.robot.gripper_count() > 1) column("gripper2_opening_m", "", r.gripper_opening_m[1], 6);
 }
 
-std::vector<Column> columns(sim::bus::YoubotBus& robot) {
-  struct Names {
-    const sim::bus::YoubotBus& robot;
-    std::vector<Column> columns{};
-    void operator()(const char* name, const char* end, double /*value*/, int decimals) {
-      columns.push_back({std::string(name) + end, decimals});
-    }
-    void operator()(std::size_t joint, const char* end, double /*value*/, int decimals) {
-      columns.push_back({name_of(robot, joint) + end, decimals});
-    }
-  } names{robot};
-  visit(robot, robot.manipulator() != nullptr, {}, names);
-  return names.columns;
-}
-
-void append(apps::RecordingFile& file, sim::bus::YoubotBus& robot, const RobotRecord& record) {
-  std::array<double, 128> row;
-  std::size_t width = 0;
-  visit(robot, robot.manipulator() != nullptr, record,
-        [&](auto, const char*, double number, int) { row[width++] = number; });
-  file.append_row(std::span(row).first(width));
+std::vector<apps::Recording<RobotRecord>::Table> open(const std::filesystem::path& path,
+                                                      sim::bus::YoubotBus& robot, apps::MadePaths& made) {
+  std::vector<std::string> joints;
+  for (std::size_t i = 0; i < robot.joint_count(); ++i) joints.push_back(name_of(robot, i));
+  const bool coupled = robot.manipulator() != nullptr;
+  auto file = std::make_unique<apps::RecordingFile>(
+      path,
+      std::vector<apps::RecordingFile::Comment>{
+          {"rig", "youbot-sim"},
+          {"sample_rate_Hz", "1000"},
+          {"mode", "-1 no power, 0 stopped, 1 position, 2 velocity, 5 PWM (target not given), 6 current"},
+          {"made_by", apps::build_version()}},
+      apps::columns_of(RobotRow{{}, joints, robot, coupled}));
+  made.add(path);
+  std::vector<apps::Recording<RobotRecord>::Table> tables;
+  tables.push_back(
+      {std::move(file), [joints, &robot, coupled](apps::RecordingFile& to, const RobotRecord& record) {
+         apps::append_record(to, RobotRow{record, joints, robot, coupled});
+       }});
+  return tables;
 }
 
 RobotRecord::Joint joint_of(sim::bus::YoubotBus& robot, std::size_t joint) noexcept {
@@ -98,20 +103,7 @@ std::array<double, 3> numbers(const Eigen::Vector3d& v) noexcept { return {v.x()
 RobotRecording::RobotRecording(const std::filesystem::path& path, sim::bus::YoubotBus& robot, bool wait)
     : robot_(robot),
       wait_(wait),
-      file_(path,
-            {{"rig", "youbot-sim"},
-             {"sample_rate_Hz", "1000"},
-             {"mode", "-1 no power, 0 stopped, 1 position, 2 velocity, 5 PWM (target not given), 6 current"},
-             {"made_by", apps::build_version()}},
-            columns(robot)),
-      made_({path}),
-      recorder_(
-          kRingCapacity,
-          [this](const RobotRecord& record) {
-            made_.keep();
-            append(file_, robot_, record);
-          },
-          [this] { file_.flush(); }) {
+      recording_(open(path, robot, made_), [this](const RobotRecord&) { made_.keep(); }) {
   robot_.after_each_period([this] { take(); });
 }
 
@@ -126,20 +118,13 @@ void RobotRecording::take() noexcept {
   for (std::size_t arm = 0; arm < robot_.gripper_count(); ++arm)
     record.gripper_opening_m[arm] =
         kMetresPerMicrostep * (robot_.gripper(arm).opening(0) + robot_.gripper(arm).opening(1));
-  if (wait_) recorder_.wait_for_room();
-  recorder_.push(record);
+  if (wait_) recording_.wait_for_room();
+  recording_.add(record);
 }
 
 void RobotRecording::close() noexcept {
   robot_.after_each_period(nullptr);
-  recorder_.stop();
-  file_.close();
-}
-
-std::vector<std::string> RobotRecording::problems() const {
-  std::vector<std::string> problems = recorder_.problems();
-  if (std::string error = file_.error(); !error.empty()) problems.push_back(std::move(error));
-  return problems;
+  recording_.close();
 }
 
 }  // namespace youbot_sim

@@ -10,8 +10,7 @@
 #include <vector>
 
 #include "apps/common/made_paths.h"
-#include "apps/common/recorder.h"
-#include "apps/common/recording_file.h"
+#include "apps/common/recording.h"
 #include "hal/joint.h"
 #include "sim/bus/youbot_bus.h"
 
@@ -52,16 +51,15 @@ class RobotRecording {
   /// Takes no further rows and writes out what is pending.
   void close() noexcept;
   /// What is missing in it, in words. After close().
-  std::vector<std::string> problems() const;
+  std::vector<std::string> problems() const { return recording_.problems(); }
 
  private:
   void take() noexcept;
 
   sim::bus::YoubotBus& robot_;
   bool wait_;
-  apps::RecordingFile file_;
-  apps::MadePaths made_;                  // takes the file away unless there are rows
-  apps::Recorder<RobotRecord> recorder_;  // last: its thread uses the file
+  apps::MadePaths made_;                    // takes the file away unless there are rows
+  apps::Recording<RobotRecord> recording_;  // last: its thread uses what is above
 };
 
 }  // namespace youbot_sim

@@ -7,7 +7,6 @@
 #include "apps/common/open_robot.h"
 #include "apps/common/robot_session.h"
 #include "apps/common/wording.h"
-#include "apps/youbotd/base_recording.h"
 #include "apps/youbotd/check_bus.h"
 #include "apps/youbotd/check_machine.h"
 #include "apps/youbotd/check_master.h"
@@ -15,8 +14,8 @@
 #include "apps/youbotd/check_rights.h"
 #include "apps/youbotd/cycle.h"
 #include "apps/youbotd/motion_source.h"
+#include "apps/youbotd/run_recording.h"
 #include "apps/youbotd/teleop_cycle.h"
-#include "apps/youbotd/teleop_recording.h"
 #include "hal/clock.h"
 #include "hal/setup_error.h"
 
@@ -67,11 +66,6 @@ void check_bus(const std::string& interface, const CheckOptions& options, Findin
   findings.push_back(check_raw_socket(interface));
 }
 
-bool holds_recording(const Config& config, const std::filesystem::path& directory) {
-  return config.teleoperated ? TeleopRecording::holds_recording(directory)
-                             : BaseRecording::holds_recording(directory);
-}
-
 const char* mark_text(Mark mark) {
   switch (mark) {
     case Mark::kOk: return "ok  ";
@@ -92,8 +86,8 @@ Findings check(const Config& config, const CheckOptions& options) {
     for (Finding& finding : check_master(config.haptic, options.paths))
       findings.push_back(std::move(finding));
   if (options.record_directory)
-    findings.push_back(check_recording(
-        *options.record_directory, holds_recording(config, *options.record_directory), config.cycle.period));
+    findings.push_back(check_recording(*options.record_directory, holds_recording(*options.record_directory),
+                                       config.cycle.period));
   return findings;
 }
 

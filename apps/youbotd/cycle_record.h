@@ -62,4 +62,46 @@ struct CycleRecord {
 };
 static_assert(std::is_trivially_copyable_v<CycleRecord>);
 
+/// The columns of base.csv and of the report on a fault, see apps/common/record_rows.h.
+template <typename Column>
+void visit(const CycleRecord& r, Column&& column) {
+  const auto vector = [&column](const char* name, const std::array<const char*, 3>& ends,
+                                const std::array<double, 3>& numbers, int decimals) {
+    for (std::size_t i = 0; i < 3; ++i) column(name, ends[i], numbers[i], decimals);
+  };
+  constexpr std::array<const char*, 3> kPose{"_x_m", "_y_m", "_yaw_rad"};
+  constexpr std::array<const char*, kWheels> kWheelNames{"wheel_1", "wheel_2", "wheel_3", "wheel_4"};
+  column("time_s", "", std::chrono::duration<double>(r.time).count(), 6);
+  column("phase", "", static_cast<double>(r.phase), 0);
+  column("limited", "", r.limited, 0);
+  vector("reference", kPose, r.reference_W, 6);
+  vector("odometry", kPose, r.odometry_W, 6);
+  vector("truth", kPose, r.truth_W, 6);
+  vector("", {"force_x_N", "force_y_N", "moment_Nm"}, r.wrench_B, 4);
+  for (std::size_t i = 0; i < kWheels; ++i) {
+    column(kWheelNames[i], "_torque_command_Nm", r.torque_command_Nm[i], 6);
+    column(kWheelNames[i], "_torque_measured_Nm", r.torque_measured_Nm[i], 6);
+    column(kWheelNames[i], "_position_rad", r.position_rad[i], 7);
+    column(kWheelNames[i], "_velocity_rad_per_s", r.velocity_rad_per_s[i], 6);
+    column(kWheelNames[i], "_reported_velocity_rad_per_s", r.reported_velocity_rad_per_s[i], 6);
+  }
+  column("wake_up_us", "", std::chrono::duration<double, std::micro>(r.wake_up).count(), 3);
+  column("step_us", "", std::chrono::duration<double, std::micro>(r.step).count(), 3);
+}
+
+/// One wheel of a record: the columns of wheel-1.csv to wheel-4.csv.
+struct WheelOfRecord {
+  const CycleRecord& record;
+  std::size_t wheel;
+};
+template <typename Column>
+void visit(const WheelOfRecord& of, Column&& column) {
+  const CycleRecord& r = of.record;
+  column("time_s", "", std::chrono::duration<double>(r.time).count(), 6);
+  column("torque_command_Nm", "", r.torque_command_Nm[of.wheel], 6);
+  column("torque_measured_Nm", "", r.torque_measured_Nm[of.wheel], 6);
+  column("position_rad", "", r.position_rad[of.wheel], 7);
+  column("velocity_rad_per_s", "", r.velocity_rad_per_s[of.wheel], 6);
+}
+
 }  // namespace youbotd

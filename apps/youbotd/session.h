@@ -2,18 +2,15 @@
 /// One run of the daemon, from opening the robot to the summary.
 #pragma once
 #include <atomic>
-#include <chrono>
 #include <functional>
-#include <optional>
 
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/config.h"
+#include "apps/youbotd/run_alone.h"
 
 namespace youbotd {
 
-struct SessionOptions : RunOptions {
-  std::optional<std::chrono::nanoseconds> duration{};  ///< of robot time; none: until the motion is finished
-  bool allow_non_real_time = false;
+struct SessionOptions : AloneOptions {
   /// Sees every cycle, as a part of it: outside virtual time it must neither allocate nor block.
   std::function<void(const CycleRecord&)> after_cycle{};
 };

@@ -2,17 +2,13 @@
 /// Base and arm by hand: a TeleopCycle with what records it and sums it up.
 #pragma once
 #include <functional>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "apps/common/flight_recorder.h"
 #include "apps/common/open_haptic.h"
-#include "apps/youbotd/config.h"
-#include "apps/youbotd/run.h"
+#include "apps/youbotd/recorded_run.h"
 #include "apps/youbotd/teleop_cycle.h"
-#include "apps/youbotd/teleop_recording.h"
 #include "sim/mobile_manipulator.h"
 #include "sim/simulated_operator.h"
 
@@ -37,45 +33,26 @@ struct TeleopSummary : RunSummary {
 /// The pen of the loopback has an omega.6's travel. Beside a simulated robot it bears pauses.
 apps::OpenedHaptic open_master(const Config& config, const hal::Clock& clock);
 
-/// @throws std::invalid_argument when recording there would replace something.
-void check_teleop_record_directory(const std::filesystem::path& directory);
-
-class TeleopRun final : public Run {
+class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSummary> {
  public:
   /// Robot, master, which is active, and `truth`, the simulated robot or null, outlive the run. `after_cycle`
   /// sees every cycle, as a part of it.
   /// @throws std::invalid_argument for a configuration that no part accepts, or a recording that would be
-  ///         replaced.
+  ///         replaced; hal::SetupError when nothing can be recorded where it is told to.
   TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot, hal::HapticDevice& master,
             const sim::MobileManipulator* truth, std::function<void(const TeleopRecord&)> after_cycle = {});
 
-  void step(std::chrono::nanoseconds now) noexcept override { cycle_.step(now); }
-  void request_stop() noexcept override { cycle_.request_stop(); }
-  void switch_off() noexcept override { cycle_.switch_off(); }
-  bool finished() const noexcept override { return cycle_.finished(); }
-  void keep() noexcept override;
   Progress progress() const noexcept override;
-  std::optional<RecordingState> recording() const override {
-    return recording_ ? std::optional(recording_->state()) : std::nullopt;
-  }
-  void wrap_up(const drivers::ethercat::PcapRing* frames) override;
-  TeleopSummary& summary() noexcept override { return summary_; }
-
   control::TeleopPhase phase() const noexcept { return cycle_.phase(); }
   const Eigen::Isometry3d& X_WT() const noexcept { return cycle_.X_WT(); }  ///< from the joints
 
  private:
-  void sum_up(const TeleopRecord& record) noexcept;
+  bool sum_up(TeleopRecord& record) noexcept override;
+  std::string stop_reason() override;
 
-  RunOptions options_;
   hal::Robot& robot_;
   hal::HapticDevice& master_;
   const sim::MobileManipulator* truth_;
-  TeleopSummary summary_;
-  TeleopCycle cycle_;
-  apps::FlightRecorder<TeleopRecord> flight_recorder_;
-  std::unique_ptr<TeleopRecording> recording_;  // null when nothing is recorded
-  std::function<void(const TeleopRecord&)> after_cycle_;
 };
 
 }  // namespace youbotd

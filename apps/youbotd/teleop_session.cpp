@@ -1,11 +1,11 @@
 #include "apps/youbotd/teleop_session.h"
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "apps/common/open_robot.h"
 #include "apps/common/robot_session.h"
-#include "apps/youbotd/run_progress.h"
 
 namespace youbotd {
 namespace {
@@ -24,7 +24,7 @@ void require_simulation(const Config& config, const TeleopOptions& options) {
 
 TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& options,
                                  const std::atomic<bool>& stop) {
-  if (options.record_directory) check_teleop_record_directory(*options.record_directory);
+  if (options.record_directory) check_record_directory(*options.record_directory);
   const nanoseconds period = config.cycle.period;
   const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
   const apps::OpenedRobot robot = apps::open_robot(config.robot, *clock, period);
@@ -44,37 +44,17 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
   {
     const apps::HapticActivation master_activation(*master.device);
     run.emplace(config, options, *robot.robot, *master.device, robot.manipulator.get(), options.after_cycle);
-    TeleopSummary& summary = run->summary();
-    const apps::RobotActivation robot_activation(*robot.robot);
-    RunProgress progress(options.show_progress, options.duration);
-    apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
-    if (!options.virtual_time)
-      summary.not_real_time = apps::enter_real_time(real_time, config.real_time, options.allow_non_real_time);
-    apps::run_loop(
-        *clock, period, *run,
-        [&](nanoseconds elapsed) {
-          bool done = false;
-          // While the robot comes to rest he has nothing to do.
-          const bool obeys = run->phase() == control::TeleopPhase::kOperating ||
-                             run->phase() == control::TeleopPhase::kLetGo;
-          if (operating && obeys) {
-            operating->step(period, robot.manipulator ? robot.manipulator->X_WT() : run->X_WT());
-            done = operating->finished();
-          }
-          const bool over = options.duration && elapsed >= *options.duration;
-          summary.cut_short = summary.cut_short || (!done && (over || stop.load(std::memory_order_relaxed)));
-          return done || summary.cut_short;
-        },
-        [&](const CycleTimes& /*times*/) {
-          run->keep();
-          progress.publish(run->progress());
-        },
-        summary.loop);
-    summary.robot_report = robot.robot->report();
+    run_alone(*clock, config, options, robot, *run, options.duration, stop, [&] {
+      if (!operating) return false;
+      // While the robot comes to rest he has nothing to do.
+      const bool obeys =
+          run->phase() == control::TeleopPhase::kOperating || run->phase() == control::TeleopPhase::kLetGo;
+      if (!obeys) return false;
+      operating->step(period, robot.manipulator ? robot.manipulator->X_WT() : run->X_WT());
+      return operating->finished();
+    });
   }
   TeleopSummary& summary = run->summary();
-  for (std::string& still_moving : robot.robot->report())
-    summary.robot_report.push_back(std::move(still_moving));
   if (operating)
     for (std::size_t i = 0; i < operating->tasks().size(); ++i)
       summary.tasks.push_back({std::string(sim::name_of(operating->tasks()[i])), operating->outcomes()[i]});

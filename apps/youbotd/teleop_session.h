@@ -2,19 +2,16 @@
 /// One run of teleoperation, from opening robot and master to the summary.
 #pragma once
 #include <atomic>
-#include <chrono>
 #include <functional>
-#include <optional>
 #include <vector>
 
 #include "apps/youbotd/config.h"
+#include "apps/youbotd/run_alone.h"
 #include "apps/youbotd/teleop_run.h"
 
 namespace youbotd {
 
-struct TeleopOptions : RunOptions {
-  std::optional<std::chrono::nanoseconds> duration{};  ///< of robot time; none: until stopped
-  bool allow_non_real_time = false;
+struct TeleopOptions : AloneOptions {
   /// What a simulated operator does on the loopback's pen once the robot obeys it; then the run ends. Empty:
   /// he holds the pen still.
   std::vector<sim::Task> tasks{};

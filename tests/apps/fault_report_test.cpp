@@ -19,6 +19,14 @@ namespace fault_report_test {
 
 namespace fs = std::filesystem;
 
+struct Record {
+  double time_s = 0;
+};
+template <typename Column>
+void visit(const Record& record, Column&& column) {
+  column("time_s", "", record.time_s, 3);
+}
+
 struct FaultReport : testing::Test {
   FaultReport() {
     if (const char* before = std::getenv("TMPDIR")) before_ = before;
@@ -29,10 +37,9 @@ struct FaultReport : testing::Test {
     return write_fault_report(
         record_directory,
         [](const fs::path& path) {
-          FlightRecorder<double> recorder(2);
-          recorder.add(0.5);
-          recorder.write(path, "base", "a test", {{"time_s"}},
-                         [](RecordingFile& file, double row) { file.append_row(std::span(&row, 1)); });
+          FlightRecorder<Record> recorder(2);
+          recorder.add({.time_s = 0.5});
+          recorder.write(path, "base", "a test");
         },
         &frames, "a test", problems);
   }
@@ -99,10 +106,9 @@ TEST_F(FaultReport, AFolderThatOthersCanWriteToIsNotUsed) {
 TEST_F(FaultReport, IsNeverWrittenThroughALinkOrOverAFile) {
   const fs::path victim = directory.write("victim", "precious");
   fs::create_symlink(victim, directory / "report.csv");
-  const FlightRecorder<double> recorder(2);
+  const FlightRecorder<Record> recorder(2);
   for (const fs::path& path : {directory / "report.csv", victim})
-    EXPECT_THROW(recorder.write(path, "base", "a test", {{"time_s"}}, [](RecordingFile&, double) {}),
-                 hal::SetupError);
+    EXPECT_THROW(recorder.write(path, "base", "a test"), hal::SetupError);
   EXPECT_EQ(fs::file_size(victim), 8U);
 }
 

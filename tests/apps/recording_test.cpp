@@ -25,6 +25,7 @@
 #include <utility>
 #include <vector>
 
+#include "apps/common/record_rows.h"
 #include "apps/common/recorder.h"
 #include "apps/common/recording_file.h"
 #include "apps/common/spsc_ring.h"
@@ -61,6 +62,19 @@ class OrderCheck {
 };
 
 // ---------------------------------------------------------------------------------------------- ring
+
+struct Wide {
+  int columns;
+};
+template <typename Column>
+void visit(const Wide& record, Column&& column) {
+  for (int i = 0; i < record.columns; ++i) column("column", std::to_string(i).c_str(), 0.5 * i, 1);
+}
+
+TEST(RecordRows, MoreColumnsThanARowHoldsAreRefused) {
+  EXPECT_EQ(apps::columns_of(Wide{128}).back().name, "column127");
+  EXPECT_THROW((void)apps::columns_of(Wide{129}), std::length_error);
+}
 
 TEST(SpscRing, RoundsItsCapacityUpToAPowerOfTwo) {
   EXPECT_EQ(SpscRing<int>(1).capacity(), 1u);

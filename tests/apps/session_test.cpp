@@ -195,7 +195,7 @@ TEST_F(Session, OneFileThatCannotBeMadeRefusesTheRunAndLeavesNothingBehind) {
     EXPECT_NE(std::string(error.what()).find((directory / "wheel-2.csv").string()), std::string::npos)
         << error.what();
   }
-  EXPECT_FALSE(BaseRecording::holds_recording(directory.path()));
+  EXPECT_FALSE(holds_recording(directory.path()));
   EXPECT_TRUE(fs::is_symlink(directory / "wheel-2.csv")) << "it was not ours";
 }
 
@@ -226,10 +226,10 @@ TEST_F(Session, AStartThatIsRefusedAfterTheRecordingWasOpenedLeavesNothingBehind
 
 TEST_F(Session, ARunThatEndsBeforeItsFirstCycleLeavesNothingOfItsRecording) {
   {
-    BaseRecording recording({.directory = directory / "new/run",
-                             .config = {options.config_file, "limits.force_N = 4\n"},
-                             .experiment = "velocity",
-                             .period = 1ms});
+    BaseRecording recording(base_recording({.directory = directory / "new/run",
+                                            .config = {options.config_file, "limits.force_N = 4\n"},
+                                            .experiment = "velocity",
+                                            .period = 1ms}));
     EXPECT_TRUE(recording.problems().empty());
     std::ifstream settings(directory / "new/run/settings.toml");
     std::string line;

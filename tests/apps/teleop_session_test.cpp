@@ -384,8 +384,8 @@ TEST(TeleopRecording, EachColumnHoldsWhatItsNameSays) {
 
     const support::TemporaryDirectory directory;
     const fs::path path = directory / "one.csv";
-    apps::RecordingFile file(path, {}, teleop_columns());
-    append_teleop(file, record);
+    apps::RecordingFile file(path, {}, apps::columns_of(record));
+    apps::append_record(file, record);
     file.close();
     const Recorded recorded(path);
     EXPECT_EQ(expected.size(), kColumns);

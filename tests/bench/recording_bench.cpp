@@ -29,10 +29,10 @@ youbotd::CycleRecord record_at(int cycle) {
 }
 
 youbotd::BaseRecording::Description into(const support::TemporaryDirectory& directory) {
-  return {.directory = directory / "run",
-          .config = {directory.write("config.toml", "")},
-          .experiment = "bench",
-          .period = 1ms};
+  return youbotd::base_recording({.directory = directory / "run",
+                                  .config = {directory.write("config.toml", "")},
+                                  .experiment = "bench",
+                                  .period = 1ms});
 }
 
 void check(benchmark::State& state, const youbotd::BaseRecording& recording) {
