@@ -434,6 +434,14 @@ nanoseconds EthercatRobot::time_by_frames() const noexcept {
 void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
   state_.losses = judged_losses();
+  // The counts begin again after a gap that was not bridged. While it lasts they are its own.
+  if (!gap_is_bridged()) {
+    const auto of_window = [](int cycles) { return std::min(cycles, static_cast<int>(LossWindow::kCycles)); };
+    state_.losses = {.cycles = of_window(bad_cycles_),
+                     .lost = of_window(unanswered_cycles_),
+                     .incomplete = of_window(bad_cycles_ - unanswered_cycles_),
+                     .level = BusLosses::Level::kFault};
+  }
   state_.link_error = gap_is_bridged() ? 0 : state_.bus.frames.link_error;
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());

@@ -586,11 +586,15 @@ TEST(LossBudget, OneBridgeIsNothingToWarnOf) {
 TEST(LossBudget, AGapThatWasAFaultOfItsOwnIsNotCountedAgain) {
   Losses test({.kind = FaultKind::kBrownOut, .duration = 500ms}, 2000);
   EXPECT_EQ(test.rig.status.fault, Fault::kFrameLost);
+  test.rig.run(200ms);
+  EXPECT_EQ(test.rig.robot->losses()->level, BusLosses::Level::kFault) << "while it lasts";
+  EXPECT_GE(test.rig.robot->losses()->cycles, 150);
   test.rig.counters_restart = true;
   test.rig.run(600ms);
   test.rig.command.enable = false;
   test.rig.run_until([&] { return test.rig.status.ok(); }, kRecovery);
   EXPECT_LE(test.rig.robot->losses()->cycles, 10);
+  EXPECT_EQ(test.rig.robot->losses()->level, BusLosses::Level::kOk);
 }
 
 // ---- during start-up ----
