@@ -204,6 +204,9 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
   } catch (const std::exception& error) {
     reply["ok"] = false;
     reply["error"] = shortened(error.what());
+    // A velocity comes many times a second.
+    if (request.starts_with("set ") && !request.starts_with("set velocity"))
+      spdlog::info("{}: '{}' is refused: {}", peer.name, shortened(request), shortened(error.what()));
   }
   (void)loop_.take(told_);
   reply["status"] = status();
