@@ -9,6 +9,8 @@ namespace apps {
 namespace {
 
 constexpr std::string_view kKey = "off";
+constexpr std::string_view kHall =
+    control::kPlausibilityCheckNames[static_cast<std::size_t>(control::PlausibilityCheck::kHallAgreement)];
 
 std::vector<std::string> names_of(const control::ChecksOff& off) {
   std::vector<std::string> names;
@@ -49,10 +51,16 @@ void warn_of(const control::ChecksOff& off) {
 std::vector<std::string> notes_on_silent(const control::ChecksOff& silent) {
   std::vector<std::string> notes;
   for (const std::string& name : names_of(silent))
-    notes.push_back(
-        fmt::format("for a second or more too few samples came in time for the check '{}'; give this "
-                    "machine less to do (docs/safety.md)",
-                    name));
+    if (name == kHall)
+      notes.push_back(fmt::format(
+          "for a second or more a motor controller's mailbox gave no reading of its Hall sensors, by which "
+          "the check '{}' judges its encoder: stop, and look at `youbot-bench diagnose` (docs/safety.md)",
+          name));
+    else
+      notes.push_back(
+          fmt::format("for a second or more too few samples came in time for the check '{}'; give this "
+                      "machine less to do (docs/safety.md)",
+                      name));
   return notes;
 }
 

@@ -37,8 +37,10 @@ void HallAgreement::restart() noexcept {
 
 bool HallAgreement::update(const hal::RotorReading& reading, double elapsed_s) noexcept {
   unjudged_s_ += elapsed_s;
+  unread_s_ += elapsed_s;
   if (reading.number == number_) return false;
   number_ = reading.number;
+  unread_s_ = 0.0;
   if (number_ == 0) return false;
   // The first after a restart may have begun before it.
   if (!begun_) {

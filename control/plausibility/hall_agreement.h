@@ -27,6 +27,8 @@ class HallAgreement {
   /// In which of two senses they turn alike, 1 or -1. 0: they have not turned enough to know, do not agree,
   /// or no reading has been judged for half a second.
   int sense() const noexcept;
+  /// Since the last reading. Zero before the first one: not every drive reports its Hall sensors.
+  double without_reading_s() const noexcept { return number_ == 0 ? 0.0 : unread_s_; }
 
  private:
   static constexpr std::size_t kOffsets = 32;
@@ -39,6 +41,7 @@ class HallAgreement {
   /// How often a constant was contradicted lately, by sense of turning and size.
   std::array<std::array<double, kOffsets>, 2> contradicted_{};
   std::uint32_t number_ = 0;  // of the latest reading
+  double unread_s_ = 0.0;     // since it
   double unjudged_s_ = 0.0;   // since the last one that was judged
   bool begun_ = false;
   double encoder_turn_ = 0.0;     // where readings were last forgotten

@@ -43,8 +43,9 @@ class PlausibilityMonitor {
   std::optional<Finding> update(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                 double elapsed_s) noexcept;
 
-  /// The checks that have judged nothing for the last second, as too few samples came in time for them. Not
-  /// S3 where no two samples are near enough: of such a robot hal::Robot::notes() reports it.
+  /// The checks that have judged nothing for the last second, as too few samples came in time for them, or no
+  /// reading of a joint's Hall sensors. Not S3 where no two samples are near enough: of such a robot
+  /// hal::Robot::notes() reports it.
   ChecksOff silent() const noexcept;
 
  private:
@@ -71,7 +72,9 @@ class PlausibilityMonitor {
   std::optional<Arm> arm_;        // of a base with one
   double late_s_ = 0.0;           // since the last sample that came in time
   double without_steps_s_ = 0.0;  // since S3 last had enough regular samples
-  double irregular_s_ = 0.0;      // since the last sample that came regularly
+  double irregular_s_ = 0.0;      // since the last sample that was late or came regularly
+  double last_elapsed_s_ = 0.0;   // before the last sample
+  bool regular_ = false;          // the last sample is one that S3 may use
 };
 
 }  // namespace control

@@ -19,6 +19,9 @@ constexpr double kSteadyOfStep = 0.6;
 constexpr double kAtOnceShare = 0.5;
 /// Of the step: how near its neighbours are to their side, so that it happens within one sample.
 constexpr double kNeighbourShare = 0.25;
+/// What a blow does to a light wheel for each second that is missing: 250 rad/s², half of it in the
+/// neighbours.
+constexpr double kBlow_rad_per_s2 = 500;
 constexpr double kAnyRate = std::numeric_limits<double>::infinity();
 
 template <std::size_t N>
@@ -67,6 +70,16 @@ double VelocityStep::least_difference_rad_per_s() const noexcept {
   return std::max({0.0, after_low - before_high, before_low - after_high});
 }
 
+double VelocityStep::usual_s() const noexcept {
+  const double longest_s = *std::max_element(elapsed_s_.begin(), elapsed_s_.end());
+  return (std::accumulate(elapsed_s_.begin(), elapsed_s_.end(), -longest_s)) / (kMemory - 1);
+}
+
+double VelocityStep::missing_s() const noexcept {
+  const double longest_s = std::max({elapsed_s_[kSide - 1], elapsed_s_[kSide], elapsed_s_[kSide + 1]});
+  return longest_s > kRegularSample_s ? longest_s - usual_s() : 0;
+}
+
 bool VelocityStep::update(double position_rad, const SampleTime& time) noexcept {
   if (count_ > 0) {
     append(rates_rad_per_s_, (position_rad - position_rad_) / time.elapsed_s);
@@ -83,11 +96,15 @@ bool VelocityStep::update(double position_rad, const SampleTime& time) noexcept 
   const double mean_before = mean_rate(before);
   const double mean_after = mean_rate(after);
   const double step = std::abs(mean_after - mean_before);
-  const double least = step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after));
+  const double least = step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after)) +
+                       kBlow_rad_per_s2 * missing_s();
   if (!(step > least && least_difference_rad_per_s() > least)) return false;
   // Means lie apart by acceleration, too: lines through both sides meet then, whatever the encoder's steps do
   // to the bounds below.
-  const double at_once = std::abs(extrapolated(after, -static_cast<double>(kSide)) - extrapolated(before, 1));
+  // To the middle of what is between.
+  const double ahead = elapsed_s_[kSide] > kRegularSample_s ? 0.5 + 0.5 * elapsed_s_[kSide] / usual_s() : 1;
+  const double at_once =
+      std::abs(extrapolated(after, 1 - static_cast<double>(kSide) - ahead) - extrapolated(before, ahead));
   if (!(at_once > kAtOnceShare * least)) return false;
   if (std::abs(before.back() - mean_before) > kNeighbourShare * step ||
       std::abs(after.front() - mean_after) > kNeighbourShare * step)

@@ -9,9 +9,10 @@
 
 namespace control {
 
-/// Looks at a dozen cycles: steady before, steady after, and a step between that no inertia allows. A blow, a
-/// wheel that slips or a late sample spreads over several cycles and leaves one side unsteady. A step that is
-/// none at some times within the samples' bounds does not count.
+/// Looks at a dozen samples: steady before, steady after, and a step between that no inertia allows. A blow,
+/// a wheel that slips or a late sample spreads over several samples and leaves one side unsteady. A step that
+/// is none at some times within the samples' bounds does not count. One missing sample does not blind it: the
+/// longer interval is one like the others, and what a steady acceleration does in it is no step.
 /// One thread. Cycle: update() and restart() neither allocate nor throw.
 class VelocityStep {
  public:
@@ -30,6 +31,10 @@ class VelocityStep {
 
   /// Of the mean rates of both sides, for any times within the bounds.
   double least_difference_rad_per_s() const noexcept;
+  /// Between samples, but for the longest interval.
+  double usual_s() const noexcept;
+  /// Of the interval between both sides and its neighbours, what a missing sample makes longer.
+  double missing_s() const noexcept;
 
   double step_rad_per_s_;
   double position_rad_ = 0.0;

@@ -309,6 +309,50 @@ TEST(VelocityStep, AScaleThatChangesOrACountThatStopsIsSeenAtOnce) {
   }
 }
 
+/// When a position that is counted shows a step, with the sample of one millisecond missing.
+double step_with_missing_s(double step_rad_per_s, double missing_s,
+                           const std::function<double(double)>& position_rad) {
+  control::VelocityStep check(step_rad_per_s);
+  double last_s = -kPeriod_s;
+  return detected_s(0.3, [&](double t) {
+    if (std::abs(t - missing_s) < kPeriod_s / 2) return false;
+    return check.update(counted(position_rad(t)), {t - std::exchange(last_s, t)});
+  });
+}
+
+TEST(VelocityStep, AMissingSampleMakesNone) {
+  for (double missing_s = 0.09; missing_s < 0.12; missing_s += kPeriod_s) {
+    for (double a = 0.1; a < 20'000; a *= 1.3)
+      EXPECT_EQ(kNever, step_with_missing_s(0.35, missing_s, [a](double t) { return a * t * t / 2; })) << a;
+    for (const double end_s : {0.003, 0.004, 0.005, 0.006})
+      for (const double a : {140.0, 180.0, 225.0})
+        EXPECT_EQ(kNever, step_with_missing_s(0.5, missing_s,
+                                              [&](double t) {
+                                                const double since = std::max(0.0, t - 0.1);
+                                                const double rising = std::min(since, end_s);
+                                                return a * rising * rising / 2 + a * end_s * (since - rising);
+                                              }))
+            << a << " rad/s^2 for " << end_s << " s, without the sample at " << missing_s;
+    for (const double a : {10.0, 50.0, 200.0, 1000.0})
+      EXPECT_EQ(kNever, step_with_missing_s(0.35, missing_s,
+                                            [a](double t) {
+                                              const double since = std::max(0.0, t - 0.1);
+                                              return a * since * since / 2;
+                                            }))
+          << a;
+  }
+}
+
+TEST(VelocityStep, AMissingSampleHidesNone) {
+  for (const double factor : {0.0, 0.5, 2.0, -1.0})
+    for (double missing_s = 0.091; missing_s < 0.11; missing_s += kPeriod_s) {
+      const double at_s = step_with_missing_s(
+          0.35, missing_s, [factor](double t) { return t < 0.1 ? 6 * t : 0.6 + factor * 6 * (t - 0.1); });
+      EXPECT_GT(at_s, 0.1) << factor << ", without the sample at " << missing_s;
+      EXPECT_LT(at_s, 0.12) << factor << ", without the sample at " << missing_s;
+    }
+}
+
 // ---- four wheels ----
 
 /// From rest along `twist`, with one wheel's reading times a factor (of `wheel` 4: of none).
@@ -813,12 +857,50 @@ TEST(PlausibilityMonitor, ACheckThatNeverRunsIsNotSilencedByLateSamples) {
   for (const bool hastens : {false, true}) {
     control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kFree);
     for (int i = 0; i < 1000; ++i) {
-      // Two of them near enough now and then, but never a dozen in a row.
-      const double elapsed_s = hastens && i % 10 != 0 ? 1e-3 : 2e-3;
+      // Near enough now and then, but never a dozen in a row of which no more than one is missing.
+      const double elapsed_s = hastens ? (i % 10 == 0 ? 3e-3 : 1e-3) : 2e-3;
       EXPECT_FALSE(monitor.update({}, {}, elapsed_s));
     }
     EXPECT_EQ(monitor.silent().has(control::PlausibilityCheck::kVelocityStep), hastens);
   }
+}
+
+/// With each second one missing a light wheel that speeds up within four milliseconds would look like a step.
+TEST(PlausibilityMonitor, EachSecondSampleMissingIsTooFewForAStep) {
+  const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}};
+  for (const bool misses : {false, true}) {
+    control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kFree);
+    hal::RobotSample sample;
+    std::optional<control::PlausibilityMonitor::Finding> found;
+    for (int i = 1; i <= 400; ++i) {
+      const double t = i * kPeriod_s;
+      sample.joints[0].position_rad = t < 0.2 ? 6 * t : 1.2 - 6 * (t - 0.2);
+      sample.joints[0].velocity_rad_per_s = t < 0.2 ? 6 : -6;
+      const double elapsed_s = !misses ? kPeriod_s : i % 2 == 0 ? 2 * kPeriod_s : 0;
+      const auto finding = monitor.update({}, sample, elapsed_s);
+      if (!found) found = finding;
+    }
+    EXPECT_EQ(found && found->fault == hal::JointFault::kVelocityStep, !misses);
+  }
+}
+
+/// As a motor controller's mailbox does that hangs, while its process data go on.
+TEST(PlausibilityMonitor, HallSensorsThatAreNoLongerReadAreNamedButNotThoseThatNeverWere) {
+  const std::vector<hal::JointInfo> joints{{"wheel-1", 2.467}, {"wheel-2", 2.467}};
+  control::PlausibilityMonitor monitor(joints, control::PlausibilityMonitor::Wheels::kFree);
+  hal::RobotSample sample;
+  const auto silent_after = [&](int cycles, bool reads) {
+    for (int i = 0; i < cycles; ++i) {
+      if (reads && i % 10 == 0) ++sample.joints[1].rotor.number;
+      EXPECT_FALSE(monitor.update({}, sample, kPeriod_s));
+    }
+    return monitor.silent().has(control::PlausibilityCheck::kHallAgreement);
+  };
+  EXPECT_FALSE(silent_after(3000, false)) << "not every drive reports them";
+  EXPECT_FALSE(silent_after(3000, true));
+  EXPECT_FALSE(silent_after(900, false));
+  EXPECT_TRUE(silent_after(200, false));
+  EXPECT_FALSE(silent_after(1000, true));
 }
 
 TEST(PlausibilityMonitor, AReadingThatIsNotANumberIsABadSampleWhateverIsOff) {
