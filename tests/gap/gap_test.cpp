@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -76,6 +77,21 @@ TEST(Gap, WhatShowsAtReversalsIsNamed) {
                          {CaseKind::kSingle, {kBacklash}, 5, 32},
                          {CaseKind::kSingle, {kElasticity}, 5, 33}}),
                  [](const Judgement& judgement) { return !judgement.right(); });
+}
+
+// What shows at rest has a damping that only motion shows, without which motion is predicted worse.
+TEST(Gap, IsThatOfTheDeliveredModelAlsoWithWhatShowsAtRest) {
+  const Case hidden = make_case({CaseKind::kPair, {Hidden::kPresliding, Hidden::kStribeck}, 5, 191}, kLength);
+  const identification::gap::Result result =
+      identification::gap::analyse(hidden.base, hidden.data, hidden.held_out);
+  const auto presliding = std::ranges::find(
+      result.effects, "presliding", [](const auto& found) { return model::effects::name_of(found.effect); });
+  ASSERT_NE(presliding, result.effects.end());
+  ASSERT_EQ(presliding->measured_on, "displacement at rest");
+  EXPECT_GT(model::effects::parameter_of(presliding->effect, "damping_Nm_s_per_rad"), 0);
+  const identification::gap::Result again =
+      identification::gap::analyse(result.model, hidden.data, hidden.held_out);
+  EXPECT_NEAR(again.gap_before_Nm, result.gap_after_Nm, 0.05 * result.gap_after_Nm);
 }
 
 TEST(Gap, ADipInTheMiddleIsNotAFallFromRest) {
