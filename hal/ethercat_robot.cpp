@@ -152,7 +152,8 @@ struct RobotState {
   std::bitset<kMaxJoints> without_hall;
   std::vector<GripperState> grippers;
   BusLosses losses;
-  int link_error = 0;  // errno, once it has lasted longer than is bridged
+  int lasting_gap = 0;  // cycles without a whole answer by now, once they are more than are bridged
+  int link_error = 0;   // errno, likewise
   bool simulation_gone = false;
 };
 
@@ -290,12 +291,12 @@ void EthercatRobot::activate() {
     throw SetupError("EtherCAT robot", "start up", error.what());
   }
   for (DriveChannel& drive : drives_) drive.attach(*bus_);
+  bad_cycles_ = unanswered_cycles_ = 0;
+  losses_.clear();
   copy_state();
   told_ = state_;
   states_.emplace(state_);
   enabled_ = sampled_ = false;
-  bad_cycles_ = unanswered_cycles_ = 0;
-  losses_.clear();
   counted_ = bus_->counters();
   begin_ = clock_.now() - time_by_frames();
   latched_ = {};
@@ -434,14 +435,7 @@ nanoseconds EthercatRobot::time_by_frames() const noexcept {
 void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
   state_.losses = judged_losses();
-  // The counts begin again after a gap that was not bridged. While it lasts they are its own.
-  if (!gap_is_bridged()) {
-    const auto of_window = [](int cycles) { return std::min(cycles, static_cast<int>(LossWindow::kCycles)); };
-    state_.losses = {.cycles = of_window(bad_cycles_),
-                     .lost = of_window(unanswered_cycles_),
-                     .incomplete = of_window(bad_cycles_ - unanswered_cycles_),
-                     .level = BusLosses::Level::kFault};
-  }
+  state_.lasting_gap = gap_is_bridged() ? 0 : bad_cycles_;
   state_.link_error = gap_is_bridged() ? 0 : state_.bus.frames.link_error;
   state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
@@ -609,7 +603,11 @@ std::string EthercatRobot::explain(const CycleStatus& status) const {
 
 std::optional<BusLosses> EthercatRobot::losses() const {
   if (!bus_) return std::nullopt;
-  return newest_state().losses;
+  const RobotState& state = newest_state();
+  if (state.lasting_gap == 0) return state.losses;
+  // The window's counts begin again after such a gap: while it lasts it speaks for itself.
+  const int cycles = std::min(state.lasting_gap, static_cast<int>(LossWindow::kCycles));
+  return BusLosses{.cycles = cycles, .lost = cycles, .level = BusLosses::Level::kFault};
 }
 
 std::vector<std::string> EthercatRobot::trouble() const {
