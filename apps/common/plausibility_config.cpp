@@ -53,7 +53,7 @@ std::vector<std::string> notes_on_silent(const control::ChecksOff& silent) {
   for (const std::string& name : names_of(silent))
     if (name == kHall)
       notes.push_back(fmt::format(
-          "for a second or more a motor controller's mailbox gave no reading of its Hall sensors, by which "
+          "for some seconds a motor controller's mailbox gave no reading of its Hall sensors, by which "
           "the check '{}' judges its encoder: stop, and look at `youbot-bench diagnose` (docs/safety.md)",
           name));
     else

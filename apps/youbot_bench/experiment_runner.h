@@ -58,7 +58,7 @@ struct ExperimentOutcome {
   std::filesystem::path frames;            ///< the last on the bus before the fault; empty without a bus
   std::vector<std::string> robot_report;   ///< see hal::Robot::report()
   std::vector<std::string> not_real_time;  ///< what the system refused
-  control::ChecksOff once_silent_checks;   ///< of the sensors, as answers came too late for them
+  control::ChecksOff once_silent_checks;   ///< of the sensors, that did not run for a while
   std::vector<std::string> recording_problems;
   std::vector<std::string> not_measured;  ///< results there are none of, and why; those of earlier runs, too
   std::chrono::nanoseconds robot_time{};

@@ -24,7 +24,7 @@ struct Progress {
   std::array<double, 3> base_W{};   ///< odometry: x, y, yaw
   std::array<double, 3> tip_p_WT_m{kNaN, kNaN, kNaN};
   std::array<double, 3> force_H_N{kNaN, kNaN, kNaN};  ///< on the hand
-  control::ChecksOff silent_checks{};                 ///< of the sensors, as answers come too late for them
+  control::ChecksOff silent_checks{};                 ///< of the sensors, that do not run now
 };
 
 /// Of the last cycle.

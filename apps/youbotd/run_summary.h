@@ -18,7 +18,7 @@ struct RunSummary {
   bool virtual_time = false;
   std::vector<std::string> not_real_time;  ///< what the system refused
   apps::LoopStatistics loop;
-  control::ChecksOff once_silent_checks;  ///< of the sensors, as answers came too late for them
+  control::ChecksOff once_silent_checks;  ///< of the sensors, that did not run for a while
   std::uint64_t cycles_setpoint_limited = 0;
   std::uint64_t cycles_torque_rate_limited = 0;
   std::uint64_t cycles_at_wall = 0;  ///< of the workspace

@@ -30,6 +30,8 @@ constexpr double kArmBlow_Nm_s2_per_rad = 0.028;
 
 /// A busy machine is late for a moment now and then.
 constexpr double kSilent_s = 1.0;
+/// A mailbox that lost a request answers the next one after a little more than a second.
+constexpr double kUnread_s = 2.5;
 /// An interval in which one sample is missing.
 constexpr double kOneMissing_s = kRegularSample_s + 0.001;
 /// A step of velocity shows only between samples whose times are known so well.
@@ -89,14 +91,17 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::update(const ha
   const SampleTime time{elapsed_s, bounds.count()};
   late_s_ = time.unsure_s() > 0 ? late_s_ + elapsed_s : 0.0;
   without_steps_s_ += elapsed_s;
+  // Late answers say nothing about how the robot is set up.
+  if (elapsed_s > kRegularSample_s && time.unsure_s() <= 0)
+    irregular_s_ += elapsed_s;
+  else if (elapsed_s > 0 && elapsed_s <= kRegularSample_s)
+    irregular_s_ = 0.0;
   if (elapsed_s > kComparable_s || time.unsure_s() > kComparable_s) {
     restart();
     return std::nullopt;
   }
   for (std::size_t i = 0; i < joints_.size(); ++i) joints_[i].torque.command(command.joints[i]);
   if (!(elapsed_s > 0)) return std::nullopt;
-  // Where answers are not late it is set up like that.
-  irregular_s_ = elapsed_s > kRegularSample_s && time.unsure_s() <= 0 ? irregular_s_ + elapsed_s : 0.0;
   const bool follows_regular = std::exchange(last_elapsed_s_, elapsed_s) <= kRegularSample_s;
   regular_ =
       time.unsure_s() <= kUnsureStep_s && elapsed_s <= (follows_regular ? kOneMissing_s : kRegularSample_s);
@@ -122,11 +127,11 @@ ChecksOff PlausibilityMonitor::silent() const noexcept {
   ChecksOff silent;
   if (late_s_ >= kSilent_s && wheels_) silent.add(PlausibilityCheck::kWheelAgreement);
   if (late_s_ >= kSilent_s && arm_) silent.add(PlausibilityCheck::kOpposedMotion);
-  // Where it is set up like that the robot's own notes say so.
+  // A robot that is set up to sample irregularly says so in its own notes.
   if (without_steps_s_ >= kSilent_s && irregular_s_ < kSilent_s &&
       !off_.has(PlausibilityCheck::kVelocityStep))
     silent.add(PlausibilityCheck::kVelocityStep);
-  const auto unread = [](const Joint& joint) { return joint.hall.without_reading_s() >= kSilent_s; };
+  const auto unread = [](const Joint& joint) { return joint.hall.without_reading_s() >= kUnread_s; };
   if (std::ranges::any_of(joints_, unread) && !off_.has(PlausibilityCheck::kHallAgreement))
     silent.add(PlausibilityCheck::kHallAgreement);
   return silent;
@@ -168,7 +173,7 @@ hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand
   if (!std::isfinite(sample.position_rad) || !std::isfinite(sample.velocity_rad_per_s) ||
       !std::isfinite(sample.torque_Nm))
     return hal::JointFault::kBadSample;
-  // A step of velocity shows only in regular samples, of which one may be missing.
+  // A step of velocity shows only in regular samples, of which no two in a row may be missing.
   if (!regular_) joint.step.restart();
   // All of them each time: none may miss a sample.
   const bool still = joint.still.update(command, sample, time);

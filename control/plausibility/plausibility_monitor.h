@@ -72,7 +72,7 @@ class PlausibilityMonitor {
   std::optional<Arm> arm_;        // of a base with one
   double late_s_ = 0.0;           // since the last sample that came in time
   double without_steps_s_ = 0.0;  // since S3 last had enough regular samples
-  double irregular_s_ = 0.0;      // since the last sample that was late or came regularly
+  double irregular_s_ = 0.0;      // of samples in time, since the last one that came regularly
   double last_elapsed_s_ = 0.0;   // before the last sample
   bool regular_ = false;          // the last sample is one that S3 may use
 };

@@ -72,7 +72,7 @@ double VelocityStep::least_difference_rad_per_s() const noexcept {
 
 double VelocityStep::usual_s() const noexcept {
   const double longest_s = *std::max_element(elapsed_s_.begin(), elapsed_s_.end());
-  return (std::accumulate(elapsed_s_.begin(), elapsed_s_.end(), -longest_s)) / (kMemory - 1);
+  return std::accumulate(elapsed_s_.begin(), elapsed_s_.end(), -longest_s) / (kMemory - 1);
 }
 
 double VelocityStep::missing_s() const noexcept {
@@ -101,7 +101,7 @@ bool VelocityStep::update(double position_rad, const SampleTime& time) noexcept 
   if (!(step > least && least_difference_rad_per_s() > least)) return false;
   // Means lie apart by acceleration, too: lines through both sides meet then, whatever the encoder's steps do
   // to the bounds below.
-  // To the middle of what is between.
+  // The lines are extrapolated to the middle of the interval between the sides.
   const double ahead = elapsed_s_[kSide] > kRegularSample_s ? 0.5 + 0.5 * elapsed_s_[kSide] / usual_s() : 1;
   const double at_once =
       std::abs(extrapolated(after, 1 - static_cast<double>(kSide) - ahead) - extrapolated(before, ahead));

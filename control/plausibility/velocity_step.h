@@ -11,9 +11,9 @@ namespace control {
 
 /// Looks at a dozen samples: steady before, steady after, and a step between that no inertia allows. A blow,
 /// a wheel that slips or a late sample spreads over several samples and leaves one side unsteady. A step that
-/// is none at some times within the samples' bounds does not count. One missing sample does not blind it: the
-/// longer interval is one like the others, and what a steady acceleration does in it is no step.
-/// One thread. Cycle: update() and restart() neither allocate nor throw.
+/// is none at some times within the samples' bounds does not count. A missing sample does not blind it, but
+/// no two may be missing in a row: a longer interval is one like the others, and what a steady acceleration
+/// does in it is no step. One thread. Cycle: update() and restart() neither allocate nor throw.
 class VelocityStep {
  public:
   /// @param step_rad_per_s the smallest that counts, besides a quarter of the speed.
@@ -31,9 +31,9 @@ class VelocityStep {
 
   /// Of the mean rates of both sides, for any times within the bounds.
   double least_difference_rad_per_s() const noexcept;
-  /// Between samples, but for the longest interval.
+  /// Mean interval without the longest.
   double usual_s() const noexcept;
-  /// Of the interval between both sides and its neighbours, what a missing sample makes longer.
+  /// How much longer a missing sample makes the interval between the sides, or one beside it.
   double missing_s() const noexcept;
 
   double step_rad_per_s_;
