@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <exception>
 #include <future>
 #include <stdexcept>
@@ -204,9 +205,6 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
   } catch (const std::exception& error) {
     reply["ok"] = false;
     reply["error"] = shortened(error.what());
-    // A velocity comes many times a second.
-    if (request.starts_with("set ") && !request.starts_with("set velocity"))
-      spdlog::info("{}: '{}' is refused: {}", peer.name, shortened(request), shortened(error.what()));
   }
   (void)loop_.take(told_);
   reply["status"] = status();
@@ -248,15 +246,29 @@ void Service::obey(const Peer& peer, const std::string& request) {
     if (key == "velocity") return set_velocity(words);
     std::getline(words >> std::ws, value);
     if (words.peek() != std::istringstream::traits_type::eof()) throw Refusal("a value is one line");
-    return set(peer, key, value);
+    return or_log_refusal(peer, [&] { set(peer, key, value); });
   }
   if (command == "unset") {
     std::string key;
     words >> key;
-    return unset(peer, key);
+    return or_log_refusal(peer, [&] { unset(peer, key); });
   }
   throw Refusal("there is no command '" + command +
                 "', but status, acknowledge, enable, stop, disable, mode, set and unset");
+}
+
+template <typename Change>
+void Service::or_log_refusal(const Peer& peer, const Change& change) {
+  try {
+    change();
+  } catch (const std::exception& error) {
+    std::string why = shortened(error.what());
+    // Keys and values come from outside, and a log has lines.
+    std::ranges::replace_if(
+        why, [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
+    spdlog::info("{} was refused a setting: {}", peer.name, why);
+    throw;
+  }
 }
 
 void Service::acknowledge(const Peer& peer) {

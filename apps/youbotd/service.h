@@ -92,6 +92,8 @@ class Service final : public ControlServer::Listener {
   void enable(const Peer& peer);
   void disable(const Peer& peer);
   void choose_mode(const std::string& mode);
+  template <typename Change>
+  void or_log_refusal(const Peer& peer, const Change& change);
   void set(const Peer& peer, const std::string& key, const std::string& value);
   void unset(const Peer& peer, const std::string& key);
   void set_velocity(std::istringstream& words);
