@@ -275,12 +275,12 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
 
 namespace {
 
-/// By how much each parameter differs in fits with flanks of half and of twice the frequency, the larger of
-/// both. Zero without a gap.
+/// By how much each free parameter differs in fits with flanks of half and of twice the frequency, the larger
+/// of both. Zero without a gap.
 Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows,
-                                const std::vector<FreeParameter>& parameters,
                                 const std::vector<Eigen::Index>& use) {
-  Eigen::VectorXd largest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(parameters.size()));
+  const std::size_t count = free_parameters(fitted, rows).size();
+  Eigen::VectorXd largest = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(count));
   const auto is_gap = [](const AnyEffect& e) { return std::holds_alternative<model::effects::Backlash>(e); };
   const auto gap = std::ranges::find_if(fitted.model.effects, is_gap);
   if (gap == fitted.model.effects.end()) return largest;
@@ -288,14 +288,16 @@ Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows,
   const auto& ranges = model::effects::effect_description("backlash").parameters;
   const auto range =
       std::ranges::find(ranges, kFlank, [](const auto& p) { return std::string_view(p.name); });
+  // Delivered parameters may keep given values: only what the flanks move counts.
+  const std::vector<FreeParameter> unmoved = free_parameters(refined(fitted, rows, use), rows);
   for (const double factor : {1 / kFlankMayBe, kFlankMayBe}) {
     FittedModel other = fitted;
     other.model.effects[static_cast<std::size_t>(gap - fitted.model.effects.begin())] =
         changed(*gap, kFlank, std::clamp(factor * flank_Hz, range->lower, range->upper));
     const std::vector<FreeParameter> moved = free_parameters(refined(other, rows, use), rows);
-    for (std::size_t k = 0; k < parameters.size(); ++k) {
+    for (std::size_t k = 0; k < count; ++k) {
       double& most = largest[static_cast<Eigen::Index>(k)];
-      most = std::max(most, std::abs(moved[k].value - parameters[k].value));
+      most = std::max(most, std::abs(moved[k].value - unmoved[k].value));
     }
   }
   return largest;
@@ -314,7 +316,7 @@ std::vector<fit::Estimate> estimates(const FittedModel& fitted, const Rows& rows
     if (effect > kUnseen * residual.norm()) seen.push_back(k);
   }
   const Eigen::MatrixXd moved = jacobian(Eigen::all, seen);
-  const Eigen::VectorXd by_flanks = moved_by_flanks(fitted, rows, parameters, use)(seen);
+  const Eigen::VectorXd by_flanks = moved_by_flanks(fitted, rows, use)(seen);
   const Eigen::VectorXd half_widths =
       (half_widths_of(moved, residual, rows, use).cwiseAbs2() + by_flanks.cwiseAbs2()).cwiseSqrt();
   std::vector<fit::Estimate> result;

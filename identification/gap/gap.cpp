@@ -450,6 +450,10 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     result.effects.push_back(found);
   }
   std::set<std::string> named;
+  // What shows at rest is in the delivered model, and not what is compared with it.
+  const auto as_delivered = [&](const FittedModel& other) {
+    return rest.presliding ? with(other, final.model.effects.back()) : other;
+  };
   std::vector<std::vector<FittedModel>> rivals;  // of each found effect
   for (std::size_t n = 0; n < searching.added.size(); ++n) {
     const Added& added = searching.added[n];
@@ -468,13 +472,13 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     found.blocks_improved = added.blocks_improved;
     found.p_value = added.p_value;
     // Of the model that is delivered, and without recordings to judge by of the blocks left out in turn.
-    found.gap_before = rms(residual(added.without), quiet);
+    found.gap_before = rms(residual(as_delivered(added.without)), quiet);
     found.gap_after = result.gap_after_Nm;
     found.held_out_gain = added.gain;
     if (!added.judged_by_held_out) found.measured_on = FoundEffect::kLeftOut;
     rivals.resize(result.effects.size() + 1);
     for (const RivalModel& rival : added.rivals) {
-      rivals.back().push_back(rival.model);
+      rivals.back().push_back(as_delivered(rival.model));
       if (found.wins.empty()) found.wins.push_back(added.wins);
       found.equivalent.push_back(rival.effect);
       found.wins.push_back(rival.wins);
