@@ -105,9 +105,13 @@ bool TrueMotion::is_true(const Column& column, double value, Reading& reading, W
           reading.obeyed[column.joint] ||
           std::ranges::any_of(now, [&](const Moment& moment) { return moment.in_torque_mode[column.joint]; });
       if (!reading.obeyed[column.joint]) return true;
-      // Switched off, or the arm in another mode, before the last torque was sent.
-      if (ends_torque_mode(window, column.joint)) return true;
-      return torque_within(range(window, &Moment::command_Nm));
+      bool& unsent = reading.unsent[column.joint];
+      const bool followed = torque_within(range(window, &Moment::command_Nm));
+      // One row's torque is not sent when the drive is switched off, or changes its mode, before the next
+      // exchange.
+      const bool excused = !followed && !unsent && ends_torque_mode(window, column.joint);
+      unsent = !followed;
+      return followed || excused;
     }
     case Quantity::kMeasured: return torque_within(range(now, &Moment::measured_Nm));
   }

@@ -61,6 +61,7 @@ class TrueMotion {
     std::array<double, kJoints> commands{};  // of the row before
     std::array<std::optional<double>, kJoints> first_rad{};
     std::array<bool, kJoints> obeyed{};
+    std::array<bool, kJoints> unsent{};  // the row before
   };
 
   static std::vector<Column> columns_of(std::string_view header);
