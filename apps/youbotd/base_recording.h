@@ -8,6 +8,7 @@
 
 #include "apps/youbotd/cycle_record.h"
 #include "apps/youbotd/run_recording.h"
+#include "control/workspace.h"
 
 namespace youbotd {
 

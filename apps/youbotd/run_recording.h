@@ -14,7 +14,6 @@
 #include "apps/common/recording_directory.h"
 #include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/way_report.h"
-#include "control/workspace.h"
 
 namespace youbotd {
 

@@ -6,6 +6,7 @@
 
 #include "apps/youbotd/run_recording.h"
 #include "apps/youbotd/teleop_record.h"
+#include "control/workspace.h"
 
 namespace youbotd {
 
