@@ -126,9 +126,7 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
 
 /// Base and arm by hand.
 int run_teleoperation(const Arguments& arguments, const youbotd::Config& config) {
-  youbotd::TeleopOptions options{static_cast<const youbotd::RunOptions&>(arguments.session)};
-  options.duration = arguments.session.duration;
-  options.allow_non_real_time = arguments.session.allow_non_real_time;
+  youbotd::TeleopOptions options{static_cast<const youbotd::AloneOptions&>(arguments.session)};
   if (arguments.demo) options.tasks = youbotd::demo_tasks();
   const youbotd::TeleopSummary summary = youbotd::run_teleop_session(config, options, apps::stop_requested);
   print(arguments, youbotd::report(summary));
