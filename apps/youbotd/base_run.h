@@ -20,7 +20,7 @@ class BaseRun final : public RecordedRun<Cycle, CycleRecord, Summary> {
  public:
   /// Robot and truth (may be null) outlive the run. `after_cycle` sees every cycle, as a part of it.
   /// @throws std::invalid_argument for a configuration that no part accepts, or a recording that would be
-  ///         replaced; hal::SetupError when nothing can be recorded where it is told to.
+  ///         replaced; hal::SetupError when the record directory cannot be used.
   BaseRun(const Config& config, const RunOptions& options, hal::Robot& robot,
           std::unique_ptr<MotionSource> motion, const control::PlanarPose* truth,
           std::function<void(const CycleRecord&)> after_cycle = {});

@@ -17,7 +17,7 @@
 
 namespace youbotd {
 
-/// Whether recording into this directory would replace an earlier recording, or somebody's configuration.
+/// Whether recording into this directory would replace an earlier recording, or a user's configuration.
 bool holds_recording(const std::filesystem::path& directory);
 /// Leaves nothing there. @throws std::invalid_argument when recording there would replace something,
 /// hal::SetupError when it cannot work.

@@ -38,7 +38,7 @@ class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSumm
   /// Robot, master, which is active, and `truth`, the simulated robot or null, outlive the run. `after_cycle`
   /// sees every cycle, as a part of it.
   /// @throws std::invalid_argument for a configuration that no part accepts, or a recording that would be
-  ///         replaced; hal::SetupError when nothing can be recorded where it is told to.
+  ///         replaced; hal::SetupError when the record directory cannot be used.
   TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot, hal::HapticDevice& master,
             const sim::MobileManipulator* truth, std::function<void(const TeleopRecord&)> after_cycle = {});
 
