@@ -21,14 +21,15 @@ set(rules
   "^control/"           "^(control|model|Eigen|kdl|urdf_parser)/"
   "^sim/"               "^((sim|control|model|Eigen)/|${plain_values})"
   "^identification/"    "^((identification|sim|control|model|Eigen|unsupported/Eigen|ceres)/|${plain_values})"
-  "^apps/"              "^(apps|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
+  "^runtime/"           "^((runtime|control|hal|Eigen)/|spdlog/fmt/)"
+  "^apps/"              "^(apps|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
 # A control step is a function of (config, state, input, dt): no clock, thread or file.
 set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future)$")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
-list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|apps)/")
+list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|apps)/")
 execute_process(
   COMMAND grep -noHE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"][^>\"]+" ${files}
   WORKING_DIRECTORY ${ROOT} OUTPUT_VARIABLE includes RESULT_VARIABLE result)

@@ -10,6 +10,12 @@
 
 namespace apps {
 
+/// Of the last cycle.
+struct CycleTimes {
+  std::chrono::nanoseconds wake_up{};  ///< after its deadline
+  std::chrono::nanoseconds step{};     ///< time the cycle took
+};
+
 struct LoopStatistics {
   std::uint64_t cycles = 0;
   std::uint64_t overruns = 0;  ///< periods skipped because a cycle ended after the next deadline

@@ -1,5 +1,7 @@
 #include "apps/youbot_bench/experiment_runner.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <exception>
@@ -7,11 +9,12 @@
 #include <system_error>
 #include <utility>
 
+#include "apps/common/loop.h"
 #include "apps/common/plausibility_config.h"
 #include "apps/common/robot_session.h"
-#include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_report.h"
+#include "apps/youbot_bench/experiment_task.h"
 #include "apps/youbot_bench/progress.h"
 #include "hal/seconds.h"
 #include "hal/setup_error.h"
@@ -43,7 +46,7 @@ std::vector<std::size_t> choose_joints(const std::vector<std::string>& names, co
 }
 
 /// Robot time of the measurements from each one on; a joint that takes longer holds up the others.
-std::vector<double> time_left_from(const std::vector<ExperimentCycle::Joint>& joints) {
+std::vector<double> time_left_from(const std::vector<ExperimentTask::Joint>& joints) {
   const int count = joints.front().experiment->measurement_count();
   std::vector<double> left(static_cast<std::size_t>(count) + 1, 0.0);
   for (int i = count - 1; i >= 0; --i) {
@@ -56,15 +59,15 @@ std::vector<double> time_left_from(const std::vector<ExperimentCycle::Joint>& jo
 
 /// What each joint with end stops can take; each moves what the others bear, so that they go one at a time.
 void fit_to_end_stops(const ExperimentPlan& plan, const ExperimentOptions& options, const hal::Robot& robot,
-                      int first_measurement, std::vector<ExperimentCycle::Joint>& joints) {
+                      int first_measurement, std::vector<ExperimentTask::Joint>& joints) {
   const auto all = robot.joints();
   const auto limited = std::ranges::count_if(
-      joints, [&](const ExperimentCycle::Joint& joint) { return all[joint.index].range.limited(); });
+      joints, [&](const ExperimentTask::Joint& joint) { return all[joint.index].range.limited(); });
   if (limited > 0 && joints.size() > 1)
     throw std::invalid_argument("--joint: joints of an arm are measured one at a time, without others");
   if (limited == 0 && options.start_rad)
     throw std::invalid_argument("--start: only a joint with end stops is taken to a place");
-  for (ExperimentCycle::Joint& joint : joints) {
+  for (ExperimentTask::Joint& joint : joints) {
     if (!all[joint.index].range.limited()) continue;
     const double period_s = seconds(options.period);
     const auto rehearsed = plan.make(all[joint.index], period_s);
@@ -126,36 +129,12 @@ void write_report(const ExperimentPlan& plan, const ExperimentOptions& options, 
   }
 }
 
-/// Absolute deadlines; a late cycle keeps the phase, and what it missed is skipped and counted.
-template <typename AfterStep>
-void run_loop(hal::Clock& clock, nanoseconds period, ExperimentCycle& cycle,
-              const ExperimentRecording& recording, const std::atomic<bool>& stop, AfterStep after_step,
-              ExperimentOutcome& outcome) noexcept {
-  const nanoseconds begin = clock.now();
-  nanoseconds deadline = begin;
-  while (!cycle.finished()) {
-    deadline += period;
-    clock.sleep_until(deadline);
-    if (stop.load(std::memory_order_relaxed) && !outcome.interrupted) {
-      outcome.interrupted = true;
-      cycle.request_stop();
-    }
-    if (recording.failed()) cycle.request_stop();
-    cycle.step(clock.now());
-    after_step();
-    const auto missed = (clock.now() - deadline) / period;
-    outcome.overruns += static_cast<std::uint64_t>(missed);
-    deadline += missed * period;
-  }
-  outcome.robot_time = clock.now() - begin;
-}
-
 }  // namespace
 
 ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
                                  hal::Robot& robot, hal::Clock& clock, const std::atomic<bool>& stop) {
   const double period_s = seconds(options.period);
-  std::vector<ExperimentCycle::Joint> joints;
+  std::vector<ExperimentTask::Joint> joints;
   ExperimentRecording::Description description{.directory = options.directory,
                                                .experiment = plan.name,
                                                .result = plan.result,
@@ -193,44 +172,54 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
 
   fit_to_end_stops(plan, options, robot, done_before, joints);
   apps::warn_of(options.checks_off);
-  ExperimentCycle cycle({.period = options.period,
-                         .enable_timeout = options.enable_timeout,
-                         .max_speed_rad_per_s = options.max_speed_rad_per_s,
-                         .max_travel_rad = options.max_travel_rad,
-                         .filter_cutoff_rad_per_s = options.filter_cutoff_rad_per_s,
-                         .cycles_per_row = cycles_per_row,
-                         .first_measurement = done_before,
-                         .first_time_s = std::max(0.0, recording.finished_until_s()),
-                         .wait_for_recording = options.virtual_time,
-                         .checks_off = options.checks_off},
-                        robot, std::move(joints), recording);
+  ExperimentCycle::Config config;
+  config.period = options.period;
+  config.enable_timeout = options.enable_timeout;
+  config.checks_off = options.checks_off;
+  config.max_speed_rad_per_s = options.max_speed_rad_per_s;
+  config.max_travel_rad = options.max_travel_rad;
+  config.filter_cutoff_rad_per_s = options.filter_cutoff_rad_per_s;
+  config.cycles_per_row = cycles_per_row;
+  config.first_measurement = done_before;
+  config.first_time_s = std::max(0.0, recording.finished_until_s());
+  config.wait_for_recording = options.virtual_time;
+  ExperimentCycle cycle(config, robot, std::move(joints), recording);
   const double planned_s = left_s[static_cast<std::size_t>(done_before)];
-  const hal::SteadyClock stopwatch;
-  const nanoseconds wall_begin = stopwatch.now();
+  apps::LoopStatistics loop;
   {
     const apps::RobotActivation activation(robot);
     apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time) require_real_time(real_time, options, outcome);
-    run_loop(
-        clock, options.period, cycle, recording, stop,
-        [&]() noexcept {
-          const auto next = static_cast<std::size_t>(std::min(cycle.measurement(), outcome.planned - 1));
-          const double ahead_s = std::max(0.0, left_s[next] - cycle.measurement_time_s());
+    apps::run_loop(
+        clock, options.period, cycle,
+        [&](nanoseconds /*elapsed*/) noexcept {
+          outcome.interrupted = outcome.interrupted || stop.load(std::memory_order_relaxed);
+          return outcome.interrupted || recording.failed();
+        },
+        [&](const apps::CycleTimes&) noexcept {
+          const ExperimentTask& task = cycle.task();
+          const auto next = static_cast<std::size_t>(std::min(task.measurement(), outcome.planned - 1));
+          const double ahead_s = std::max(0.0, left_s[next] - task.measurement_time_s());
           progress.set(static_cast<int>(next), planned_s - ahead_s, ahead_s);
         },
-        outcome);
-    if (const std::string misfit = cycle.misfit(); !misfit.empty()) throw std::invalid_argument(misfit);
+        loop);
+    if (const std::string misfit = cycle.task().misfit(); !misfit.empty())
+      throw std::invalid_argument(misfit);
     recording.keep();
     outcome.robot_report = robot.report();
   }
-  outcome.wall_time = stopwatch.now() - wall_begin;
+  outcome.robot_time = loop.robot_time;
+  outcome.wall_time = loop.wall_time;
+  outcome.overruns = loop.overruns;
   recording.close();
   progress.finish();
   outcome.finished = recording.measurements_on_disk();
   outcome.recording_problems = recording.problems();
   outcome.not_measured = recording.not_measured();
   outcome.once_silent_checks = cycle.once_silent_checks();
-  if (cycle.stop()) outcome.fault = describe(cycle.stop(), robot);
+  if (const runtime::StopReason& reason = cycle.stop_reason())
+    outcome.fault = fmt::format("measurement {}, {:.3f} s: {}", cycle.task().measurement() + 1,
+                                seconds(reason.time), what(reason, robot));
   write_report(plan, options, outcome);
   return outcome;
 }

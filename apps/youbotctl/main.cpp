@@ -244,7 +244,7 @@ int main(int argc, char** argv) {
           [&] { return ask(arguments, "stop"); });
   command("disable", "drives off at once: an arm FALLS", [&] { return ask(arguments, "disable"); });
   command("mode", "what it does once enabled", [&] { return ask(arguments, "mode " + arguments.mode); })
-      ->add_option("name", arguments.mode, "path or velocity; teleoperation where a master commands")
+      ->add_option("name", arguments.mode, "path, velocity or hold; teleoperation where a master commands")
       ->required();
   CLI::App* set = nullptr;
   set = command("set",

@@ -43,10 +43,10 @@ Progress BaseRun::progress() const noexcept {
 }
 
 std::string BaseRun::stop_reason() {
-  const StopReason& reason = cycle_.stop_reason();
+  using Kind = runtime::StopReason::Kind;
+  const runtime::StopReason& reason = cycle_.stop_reason();
   if (!reason) return {};
-  summary_.fell_behind =
-      reason.kind == StopReason::Kind::kBehind || reason.kind == StopReason::Kind::kTurnedBehind;
+  summary_.fell_behind = reason.kind == Kind::kBehind || reason.kind == Kind::kTurnedBehind;
   return describe(reason, robot_);
 }
 

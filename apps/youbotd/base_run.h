@@ -1,11 +1,11 @@
 /// @file
-/// The base on its own: a Cycle with what records and judges it.
+/// The base on its own: its task with what records and judges it.
 #pragma once
 #include <functional>
 #include <memory>
 #include <string>
 
-#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/base_task.h"
 #include "apps/youbotd/path_metrics.h"
 #include "apps/youbotd/recorded_run.h"
 

@@ -12,7 +12,7 @@
 #include "apps/youbotd/check_master.h"
 #include "apps/youbotd/check_recording.h"
 #include "apps/youbotd/check_rights.h"
-#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/base_task.h"
 #include "apps/youbotd/motion_source.h"
 #include "apps/youbotd/run_recording.h"
 #include "apps/youbotd/teleop_cycle.h"

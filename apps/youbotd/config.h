@@ -11,7 +11,7 @@
 #include "apps/common/open_haptic.h"
 #include "apps/common/open_robot.h"
 #include "apps/common/real_time.h"
-#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/base_task.h"
 #include "control/base_path.h"
 #include "control/teleoperation.h"
 

@@ -8,28 +8,13 @@
 #include <limits>
 #include <type_traits>
 
+#include "runtime/task.h"
+
 namespace youbotd {
 
 inline constexpr std::size_t kWheels = 4;
 
-enum class Phase : std::uint8_t {
-  kStarting,  ///< waiting for the drives to obey
-  kRunning,
-  kStopping,  ///< braking to rest
-  kFaulted,   ///< drives off, still cycling so that they hear it
-  kOff,
-};
-/// "starting"
-constexpr const char* name(Phase phase) noexcept {
-  switch (phase) {
-    case Phase::kStarting: return "starting";
-    case Phase::kRunning: return "running";
-    case Phase::kStopping: return "stopping";
-    case Phase::kFaulted: return "faulted";
-    case Phase::kOff: return "off";
-  }
-  return "unknown";
-}
+using runtime::Phase;
 
 /// What was cut in a cycle: bits, as in the recordings' column `limited`.
 namespace limiter {

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "apps/common/loop.h"
 #include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/run_summary.h"
 #include "control/plausibility/checks.h"
@@ -27,12 +28,6 @@ struct Progress {
   control::ChecksOff silent_checks{};                 ///< of the sensors, that do not run now
 };
 
-/// Of the last cycle.
-struct CycleTimes {
-  std::chrono::nanoseconds wake_up{};  ///< after its deadline
-  std::chrono::nanoseconds step{};     ///< time the cycle took
-};
-
 /// Made and wrapped up by one thread, stepped by one, as apps::run_loop() wants it.
 class Run {
  public:
@@ -48,7 +43,7 @@ class Run {
   /// Drives off with the next step. An arm falls.
   virtual void switch_off() noexcept = 0;
   virtual bool finished() const noexcept = 0;
-  CycleTimes& record() noexcept { return times_; }
+  apps::CycleTimes& record() noexcept { return times_; }
   /// After step(), when `record()` is complete: keeps and records the cycle.
   virtual void keep() noexcept = 0;
   virtual Progress progress() const noexcept = 0;
@@ -62,7 +57,7 @@ class Run {
   virtual RunSummary& summary() noexcept = 0;
 
  protected:
-  CycleTimes times_;
+  apps::CycleTimes times_;
 };
 
 /// What a run of any kind needs to know beside its configuration.

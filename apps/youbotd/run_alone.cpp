@@ -28,7 +28,7 @@ void run_alone(hal::Clock& clock, const Config& config, const AloneOptions& opti
           summary.cut_short = summary.cut_short || (!done && (over || stop.load(std::memory_order_relaxed)));
           return done || summary.cut_short;
         },
-        [&](const CycleTimes& /*times*/) {
+        [&](const apps::CycleTimes& /*times*/) {
           run.keep();
           progress.publish(run.progress());
         },

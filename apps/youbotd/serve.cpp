@@ -51,7 +51,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
         [&](std::chrono::nanoseconds) {
           return stop.load(std::memory_order_relaxed) || left.stop_requested();
         },
-        [&](const CycleTimes& /*times*/) { service.loop().keep(); }, statistics);
+        [&](const apps::CycleTimes& /*times*/) { service.loop().keep(); }, statistics);
     over.store(true, std::memory_order_release);
   };
   std::jthread cycles = apps::start_thread("the cycles", run_cycles);

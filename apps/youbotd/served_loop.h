@@ -54,7 +54,7 @@ class ServedLoop {
   /// Ends the run under way, then the loop.
   void request_stop() noexcept { ending_ = true; }
   bool finished() const noexcept { return ending_ && run_ == nullptr; }
-  CycleTimes& record() noexcept { return times_; }
+  apps::CycleTimes& record() noexcept { return times_; }
   /// After step(), when `record()` is complete.
   void keep() noexcept;
 
@@ -75,7 +75,7 @@ class ServedLoop {
   Run* run_ = nullptr;        // the one under way
   std::uint64_t number_ = 0;  // its number
   Told told_;
-  CycleTimes times_;
+  apps::CycleTimes times_;
   hal::RobotSample robot_sample_;
   hal::HapticSample master_sample_;
   bool ending_ = false;

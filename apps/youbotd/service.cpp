@@ -14,6 +14,7 @@
 #include "apps/common/control_socket.h"
 #include "apps/common/plausibility_config.h"
 #include "apps/youbotd/base_run.h"
+#include "apps/youbotd/hold_source.h"
 #include "apps/youbotd/teleop_run.h"
 
 namespace youbotd {
@@ -387,6 +388,8 @@ std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& o
     auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period, leash, walls_W_m);
     if (velocity != nullptr) *velocity = source.get();
     motion = std::move(source);
+  } else if (mode_ == "hold") {
+    motion = std::make_unique<HoldSource>();
   } else {
     if (const auto at = first_outside(from_here.path, base_W_m))
       throw Refusal(fmt::format(
@@ -401,7 +404,7 @@ std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& o
 
 void Service::choose_mode(const std::string& mode) {
   const std::vector<std::string> modes = config_.teleoperated ? std::vector<std::string>{"teleoperation"}
-                                                              : std::vector<std::string>{"path", "velocity"};
+                                                              : std::vector<std::string>{"path", "velocity", "hold"};
   if (std::find(modes.begin(), modes.end(), mode) == modes.end()) {
     std::string names;
     for (const std::string& name : modes) names += (names.empty() ? "" : ", ") + name;

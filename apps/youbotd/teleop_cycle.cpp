@@ -6,7 +6,7 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "apps/youbotd/stop_hints.h"
+#include "runtime/stop_hints.h"
 
 namespace youbotd {
 namespace {
@@ -69,7 +69,7 @@ void TeleopCycle::step(nanoseconds now) noexcept {
   input.drives_obey = robot_sample_.enabled;
   input.robot_fault = !robot_status_.ok();
   input.robot_elapsed_s = sample_clock_.elapsed_s(robot_sample_.stamp);
-  input.robot_taken = bounds_of(robot_sample_);
+  input.robot_taken = runtime::bounds_of(robot_sample_);
   for (std::size_t i = 0; i < kWheels; ++i)
     input.wheel_position_rad[static_cast<Eigen::Index>(i)] = robot_sample_.joints[i].position_rad;
   for (std::size_t i = kWheels; i < kJoints; ++i)
@@ -228,13 +228,14 @@ std::string describe(const TeleopCycle::End& end, const hal::Robot& robot, const
       const hal::CycleStatus& status = end.robot;
       const std::string joint =
           status.joint >= 0 ? robot.joints()[static_cast<std::size_t>(status.joint)].name : "the robot";
-      return when + then(end.pause) + joint + ": " +
+      return when + runtime::then(end.pause) + joint + ": " +
              (status.ok() ? "its drives went off" : robot.explain(status)) + "; drives switched off";
     }
     case TeleopEnd::kMasterFault:
-      return when + then(end.pause) + master.info().name + ": " + master.describe(end.master) + kLowered;
-    case TeleopEnd::kNotEnabled: return when + control::describe(end.end) + kNotEnabledHint;
-    case TeleopEnd::kStalled: return when + control::describe(end.end) + kLowered + kStalledHint;
+      return when + runtime::then(end.pause) + master.info().name + ": " + master.describe(end.master) +
+             kLowered;
+    case TeleopEnd::kNotEnabled: return when + control::describe(end.end) + runtime::kNotEnabledHint;
+    case TeleopEnd::kStalled: return when + control::describe(end.end) + kLowered + runtime::kStalledHint;
     case TeleopEnd::kNotHomed:
       return when + control::describe(end.end) +
              "; set ethercat.home_arms = true, which MOVES THE ARM when it is enabled";

@@ -6,15 +6,15 @@
 #include <cstddef>
 #include <string>
 
-#include "apps/common/monitored_robot.h"
-#include "apps/youbotd/recent_pause.h"
-#include "apps/youbotd/sample_clock.h"
 #include "apps/youbotd/teleop_record.h"
 #include "control/port_energy.h"
 #include "control/teleoperation.h"
 #include "control/torque_rate.h"
 #include "hal/haptic_device.h"
 #include "hal/robot.h"
+#include "runtime/monitored_robot.h"
+#include "runtime/recent_pause.h"
+#include "runtime/sample_clock.h"
 
 namespace youbotd {
 
@@ -78,13 +78,13 @@ class TeleopCycle {
   void end_early() noexcept;
 
   Config config_;
-  apps::MonitoredRobot robot_;
+  runtime::MonitoredRobot robot_;
   hal::HapticDevice& master_;
   control::Teleoperation control_;
   control::PortEnergy energy_;
   std::chrono::nanoseconds period_;
-  SampleClock sample_clock_;
-  RecentPause pause_;
+  runtime::SampleClock sample_clock_;
+  runtime::RecentPause pause_;
 
   std::array<control::TorqueRate, TeleopRecord::kJoints> torque_rates_;
 

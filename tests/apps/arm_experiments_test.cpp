@@ -18,9 +18,9 @@
 
 #include "apps/common/open_robot.h"
 #include "apps/common/recording_reader.h"
-#include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_runner.h"
+#include "apps/youbot_bench/experiment_task.h"
 #include "hal/youbot_axes.h"
 #include "identification/experiments/compensation.h"
 #include "identification/experiments/dahl.h"
@@ -560,7 +560,7 @@ TEST_F(ArmExperiment, TheCycleDoesNotAllocateOrLock) {
   JudgedRobot robot(in_pose(kPoses[0].arm_rad));
   const Experiment reversals = for_arms()[8];
   constexpr std::size_t kArm2 = 5;
-  std::vector<ExperimentCycle::Joint> joints;
+  std::vector<ExperimentTask::Joint> joints;
   joints.push_back({kArm2, reversals.make(robot.joints()[kArm2], 1e-3)});
   const auto rehearsed = reversals.make(robot.joints()[kArm2], 1e-3);
   joints.front().fit.emplace(
@@ -583,7 +583,7 @@ TEST_F(ArmExperiment, TheCycleDoesNotAllocateOrLock) {
     }
     EXPECT_EQ(guard.violations(), 0);
   }
-  EXPECT_FALSE(cycle.stop());
+  EXPECT_FALSE(cycle.stop_reason());
   recording.close();
 }
 

@@ -1,4 +1,4 @@
-#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/base_task.h"
 
 #include <gtest/gtest.h>
 
@@ -7,6 +7,7 @@
 #include <random>
 #include <vector>
 
+#include "apps/youbotd/hold_source.h"
 #include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"
 #include "sim/base.h"
@@ -20,6 +21,7 @@ namespace youbotd {
 namespace cycle_test {
 
 using namespace std::chrono_literals;
+using runtime::StopReason;
 using std::chrono::nanoseconds;
 
 /// Braking ends with all wheels below 0.02 rad/s (1 mm/s), seen through a filter that lags 14 ms at up to
@@ -103,6 +105,28 @@ TEST(Cycle, AFinishedMotionBrakesToRestAndEnds) {
   EXPECT_TRUE(rig.cycle.finished());
   EXPECT_FALSE(rig.cycle.stop_reason());
   EXPECT_LT(rig.speed_m_per_s(), kAtRest_m_per_s);
+}
+
+TEST(Cycle, ABaseThatHoldsItsPlaceIsPushedAsideByItsStiffnessAndComesBack) {
+  Rig rig;
+  HoldSource hold;
+  Cycle cycle(Rig::moving(), rig.robot, hold, &rig.base.pose());
+  const auto run = [&](nanoseconds duration) {
+    for (const nanoseconds end = rig.clock.now() + duration; rig.clock.now() < end;) {
+      rig.clock.sleep_until(rig.clock.now() + 1ms);
+      cycle.step(rig.clock.now());
+    }
+  };
+  run(1s);
+  EXPECT_NEAR(rig.base.pose().x_m, 0.0, 1e-3);
+  rig.base.push({25, 0, 0});
+  run(2s);
+  const double pushed_m = rig.base.pose().x_m;
+  rig.base.push({0, 0, 0});
+  run(3s);
+  EXPECT_FALSE(cycle.stop_reason()) << describe(cycle.stop_reason(), rig.robot);
+  EXPECT_GT(pushed_m, 0.01);
+  EXPECT_LT(rig.base.pose().x_m, pushed_m);
 }
 
 TEST(Cycle, ARequestedStopBrakesToRestAndEnds) {

@@ -7,7 +7,7 @@
 #include "apps/common/flight_recorder.h"
 #include "apps/common/recorder.h"
 #include "apps/youbotd/base_recording.h"
-#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/base_task.h"
 #include "apps/youbotd/path_metrics.h"
 #include "sim/base.h"
 #include "tests/support/no_alloc_guard.h"

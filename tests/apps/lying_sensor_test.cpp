@@ -8,7 +8,7 @@
 #include <random>
 #include <string>
 
-#include "apps/common/monitored_robot.h"
+#include "runtime/monitored_robot.h"
 #include "tests/apps/sensor_rigs.h"
 #include "tests/hal/ethercat_rig.h"
 #include "tests/support/lying_board.h"
@@ -57,8 +57,8 @@ TEST_P(LyingWheel, IsNamedWithin60MillisecondsAnd10Centimetres) {
     const control::PlanarPose begin = rig.base.pose();
     rig.liar.lie({wheel, GetParam().channel, GetParam().factor});
     rig.run(60ms);
-    const youbotd::StopReason& reason = rig.cycle.stop_reason();
-    ASSERT_EQ(reason.kind, youbotd::StopReason::Kind::kRobotFault);
+    const runtime::StopReason& reason = rig.cycle.stop_reason();
+    ASSERT_EQ(reason.kind, runtime::StopReason::Kind::kRobotFault);
     EXPECT_EQ(reason.joint, static_cast<int>(wheel)) << describe(reason, rig.robot);
     EXPECT_LT(std::hypot(rig.base.pose().x_m - begin.x_m, rig.base.pose().y_m - begin.y_m), 0.1);
   }
@@ -72,7 +72,7 @@ TEST(LyingWheel, StuckFromTheStartGoesNowhere) {
     rig.liar.lie({wheel, Channel::kEncoder, 0});
     rig.motion.tell({0.3, 0.0, 0.0});
     rig.run(4s);
-    ASSERT_EQ(rig.cycle.stop_reason().kind, youbotd::StopReason::Kind::kRobotFault);
+    ASSERT_EQ(rig.cycle.stop_reason().kind, runtime::StopReason::Kind::kRobotFault);
     EXPECT_EQ(rig.cycle.stop_reason().joint, static_cast<int>(wheel));
     EXPECT_LT(std::hypot(rig.base.pose().x_m, rig.base.pose().y_m), 0.05);
   }
@@ -87,8 +87,8 @@ TEST(LyingWheel, WrongByAFactorFromTheStartEndsTheRunAndNamesNoOther) {
       rig.liar.lie({wheel, Channel::kEncoder, factor});
       rig.motion.tell({0.3, 0.0, 0.0});
       rig.run(2s);
-      const youbotd::StopReason& reason = rig.cycle.stop_reason();
-      ASSERT_EQ(reason.kind, youbotd::StopReason::Kind::kRobotFault);
+      const runtime::StopReason& reason = rig.cycle.stop_reason();
+      ASSERT_EQ(reason.kind, runtime::StopReason::Kind::kRobotFault);
       EXPECT_TRUE(reason.joint == static_cast<int>(wheel) || reason.joint == -1)
           << describe(reason, rig.robot);
       EXPECT_LT(std::hypot(rig.base.pose().x_m, rig.base.pose().y_m), 0.1);
@@ -113,7 +113,7 @@ TEST(TrueWheels, EndNoRunOnAnyFloorUnderAnyLoad) {
           rig.run(std::chrono::milliseconds(100 + static_cast<int>(1000 * share(random))));
         }
         // On ice a wheel may spin too fast; its sensors are not to blame.
-        EXPECT_NE(rig.cycle.stop_reason().kind, youbotd::StopReason::Kind::kRobotFault)
+        EXPECT_NE(rig.cycle.stop_reason().kind, runtime::StopReason::Kind::kRobotFault)
             << describe(rig.cycle.stop_reason(), rig.robot);
       }
 }
@@ -233,7 +233,7 @@ TEST(TrueBoard, EndsNoRunWhileFramesAreLost) {
     at += std::chrono::milliseconds(burst + 9 + random() % 22);
   }
   hal::test::EthercatRig rig(hal::EthercatOptions::Kind::kBaseAndArm, drivers::tmcl::Firmware::k148, faults);
-  apps::MonitoredRobot robot(*rig.robot, control::PlausibilityMonitor::Wheels::kFree, {});
+  runtime::MonitoredRobot robot(*rig.robot, control::PlausibilityMonitor::Wheels::kFree, {});
   robot.activate();
   hal::CycleStatus status;
   int most_lost = 0;
@@ -266,7 +266,7 @@ TEST(LyingBoard, AnEncoderOfAnotherScaleIsNamedBeforeItsJointHasGoneATenthOfARad
       SCOPED_TRACE(testing::Message() << "joint " << joint << " times " << factor);
       hal::test::EthercatRig rig(hal::EthercatOptions::Kind::kBaseAndArm);
       support::LyingBoard board(rig.emulation.board(joint), rig.emulation.slave(joint));
-      apps::MonitoredRobot robot(*rig.robot, control::PlausibilityMonitor::Wheels::kFree, {});
+      runtime::MonitoredRobot robot(*rig.robot, control::PlausibilityMonitor::Wheels::kFree, {});
       robot.activate();
       hal::CycleStatus status;
       const auto step = [&](double velocity_rad_per_s) {

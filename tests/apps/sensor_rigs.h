@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/base_task.h"
 #include "apps/youbotd/teleop_cycle.h"
 #include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"

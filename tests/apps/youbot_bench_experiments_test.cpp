@@ -17,9 +17,9 @@
 #include <vector>
 
 #include "apps/common/recording_reader.h"
-#include "apps/youbot_bench/experiment_cycle.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_runner.h"
+#include "apps/youbot_bench/experiment_task.h"
 #include "identification/experiments/staircase.h"
 #include "identification/experiments/steady_state.h"
 #include "identification/experiments/torque_ramp.h"
@@ -570,7 +570,7 @@ TEST_F(BenchExperiment, TheCycleDoesNotAllocateOrLock) {
   if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the allocation guard is off under a sanitizer";
   hal::VirtualClock clock;
   const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
-  std::vector<ExperimentCycle::Joint> joints;
+  std::vector<ExperimentTask::Joint> joints;
   joints.push_back({2, map_at({0.5, 1.0}).make(opened.robot->joints()[2], 1e-3)});
   ExperimentRecording recording({.directory = options.directory,
                                  .experiment = "steady-state",
@@ -589,7 +589,7 @@ TEST_F(BenchExperiment, TheCycleDoesNotAllocateOrLock) {
     }
     EXPECT_EQ(guard.violations(), 0);
   }
-  EXPECT_FALSE(cycle.stop());
+  EXPECT_FALSE(cycle.stop_reason());
   recording.close();
 }
 

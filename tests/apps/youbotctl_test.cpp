@@ -232,6 +232,21 @@ TEST_F(Youbotctl, DrivesThePathOnceItIsEnabledAndThenTheDrivesAreOff) {
   EXPECT_FALSE(std::filesystem::exists(folder / "s")) << "the socket goes with it";
 }
 
+TEST_F(Youbotctl, HoldKeepsTheBaseWhereItStandsUntilAStop) {
+  Process youbotd(daemon());
+  ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
+  EXPECT_EQ(tell({"mode", "hold"}).exit_code, 0);
+  Process commander(ctl({"enable"}));
+  ASSERT_TRUE(commander.wait_for("running"));
+  EXPECT_TRUE(comes_to([](const json& now) { return now["time_s"] > 1.0; }));
+  const json now = status();
+  EXPECT_EQ(now["mode"], "hold");
+  EXPECT_NEAR(now["base_W"][0].get<double>(), 0.0, 0.001);
+  EXPECT_EQ(tell({"stop"}).exit_code, 0);
+  EXPECT_EQ(commander.finish().exit_code, 0);
+  EXPECT_TRUE(comes_to_rest());
+}
+
 TEST_F(Youbotctl, OneCommandsAndAnybodyMayStop) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
@@ -431,7 +446,7 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
   EXPECT_TRUE(says(refusal({"set", "can.module_id", "5"}), "read once"));
   EXPECT_TRUE(says(refusal({"set", "velocity", "0.1", "0", "0"}),
                    "not enabled in the mode velocity: choose that mode, then enable"));
-  EXPECT_TRUE(says(refusal({"mode", "teleoperation"}), "path, velocity"));
+  EXPECT_TRUE(says(refusal({"mode", "teleoperation"}), "path, velocity, hold"));
   EXPECT_TRUE(says(refusal({"set", "path", "5"}), "'path' is a table"));
   EXPECT_TRUE(says(refusal({"set", "path.leg.forward_m", "5"}), "'leg' is no table"));
   EXPECT_TRUE(says(refusal({"unset", "limits.force_N"}), "'limits.force_N' is not set"));

@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "apps/common/open_robot.h"
-#include "apps/youbotd/cycle.h"
+#include "apps/youbotd/base_task.h"
 #include "control/base_controller.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"

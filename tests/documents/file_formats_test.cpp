@@ -109,7 +109,7 @@ TEST_F(FileFormats, ThePhasesHaveTheirNumbers) {
   std::ranges::replace(text, '\n', ' ');
   std::string base;
   for (int i = 0; i <= static_cast<int>(youbotd::Phase::kOff); ++i)
-    base += (i == 0 ? "" : ", ") + std::to_string(i) + " " + youbotd::name(static_cast<youbotd::Phase>(i));
+    base += (i == 0 ? "" : ", ") + std::to_string(i) + " " + name(static_cast<youbotd::Phase>(i));
   EXPECT_TRUE(says(text, base)) << base;
   std::string teleoperation;
   for (int i = 0; i <= static_cast<int>(control::TeleopPhase::kFaulted); ++i)

@@ -98,8 +98,8 @@ class BaseRun {
   void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
   Truth truth() const { return {rig_.base.pose(), control::ArmVector::Zero()}; }
   Ending ending() const {
-    const youbotd::StopReason& reason = rig_.cycle.stop_reason();
-    return {rig_.over(), reason.kind == youbotd::StopReason::Kind::kRobotFault, reason.joint};
+    const runtime::StopReason& reason = rig_.cycle.stop_reason();
+    return {rig_.over(), reason.kind == runtime::StopReason::Kind::kRobotFault, reason.joint};
   }
   std::string explain() const { return describe(rig_.cycle.stop_reason(), rig_.robot); }
 

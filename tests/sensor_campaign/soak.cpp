@@ -200,8 +200,8 @@ void run_base(const Scenario& scenario, double duration_s, const Machine& machin
   rig.motion.tell(control::PlanarVector::Zero());
   rig.run(200ms);
   drive(rig, random, duration_s, scenario.push_N);
-  const youbotd::StopReason& reason = rig.cycle.stop_reason();
-  const bool alarm = reason.kind == youbotd::StopReason::Kind::kRobotFault;
+  const runtime::StopReason& reason = rig.cycle.stop_reason();
+  const bool alarm = reason.kind == runtime::StopReason::Kind::kRobotFault;
   count(result, alarm, rig.over() && !alarm, describe(reason, rig.robot));
   result.hours += hal::seconds(rig.clock.now()) / 3600;
 }

@@ -1,8 +1,8 @@
-#include "apps/common/monitored_robot.h"
+#include "runtime/monitored_robot.h"
 
 #include "hal/seconds.h"
 
-namespace apps {
+namespace runtime {
 
 hal::CycleStatus MonitoredRobot::exchange(const hal::RobotCommand& command,
                                           hal::RobotSample& sample) noexcept {
@@ -24,4 +24,4 @@ hal::CycleStatus MonitoredRobot::exchange(const hal::RobotCommand& command,
   return latched_;
 }
 
-}  // namespace apps
+}  // namespace runtime

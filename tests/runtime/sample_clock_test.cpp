@@ -1,10 +1,10 @@
-#include "apps/youbotd/sample_clock.h"
+#include "runtime/sample_clock.h"
 
 #include <gtest/gtest.h>
 
 #include <random>
 
-namespace youbotd {
+namespace runtime {
 namespace sample_clock_test {
 
 using namespace std::chrono_literals;
@@ -56,4 +56,4 @@ TEST(SampleClock, NoTimeIsCountedTwiceNorLeftOutHoweverLateOrEarlySamplesCome) {
 }
 
 }  // namespace sample_clock_test
-}  // namespace youbotd
+}  // namespace runtime

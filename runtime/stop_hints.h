@@ -2,10 +2,10 @@
 /// What to do about stops that base and arm have in common; behind what happened.
 #pragma once
 
-namespace youbotd {
+namespace runtime {
 
 inline constexpr const char* kNotEnabledHint =
     ": check the emergency stop and the 24 V; youbot-bench scan lists the boards that answer";
 inline constexpr const char* kStalledHint = ": end other programs that keep it from running";
 
-}  // namespace youbotd
+}  // namespace runtime

@@ -7,7 +7,7 @@
 #include "hal/robot.h"
 #include "hal/seconds.h"
 
-namespace youbotd {
+namespace runtime {
 
 inline control::SampleBounds bounds_of(const hal::RobotSample& sample) noexcept {
   return {hal::seconds(sample.earliest), hal::seconds(sample.latest)};
@@ -40,4 +40,4 @@ class SampleClock {
   std::chrono::nanoseconds counted_{};  // up to here the filter has come
 };
 
-}  // namespace youbotd
+}  // namespace runtime

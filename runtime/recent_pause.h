@@ -4,7 +4,7 @@
 #include <chrono>
 #include <string>
 
-namespace youbotd {
+namespace runtime {
 
 /// Cycle.
 class RecentPause {
@@ -30,4 +30,4 @@ class RecentPause {
 /// "this program did not run for 0.300 s, then " before what that may have caused; empty without a pause.
 std::string then(std::chrono::nanoseconds pause);
 
-}  // namespace youbotd
+}  // namespace runtime

@@ -4,7 +4,7 @@
 #include "control/plausibility/plausibility_monitor.h"
 #include "hal/robot_wrapper.h"
 
-namespace apps {
+namespace runtime {
 
 /// Passes everything on, and adds a fault where control::PlausibilityMonitor does not believe a sensor: as
 /// any other it is latched until the robot is disabled, and the drives go off with the next exchange. Every
@@ -30,4 +30,4 @@ class MonitoredRobot final : public hal::RobotWrapper {
   hal::CycleStatus latched_{};
 };
 
-}  // namespace apps
+}  // namespace runtime

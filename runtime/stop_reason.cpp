@@ -1,0 +1,41 @@
+#include "runtime/stop_reason.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "hal/seconds.h"
+#include "runtime/recent_pause.h"
+#include "runtime/stop_hints.h"
+
+namespace runtime {
+
+std::string what(const StopReason& reason, const hal::Robot& robot) {
+  using Kind = StopReason::Kind;
+  const std::string joint =
+      reason.joint >= 0 ? robot.joints()[static_cast<std::size_t>(reason.joint)].name : "the robot";
+  switch (reason.kind) {
+    case Kind::kNone: return "no stop reason";
+    case Kind::kRobotFault:
+      return fmt::format("{}{}: {}; drives switched off", then(reason.pause), joint,
+                         robot.explain(reason.status));
+    case Kind::kNotEnabled:
+      return fmt::format("the drives did not start to obey within {:g} s{}", reason.value, kNotEnabledHint);
+    case Kind::kNotObeying: return "the drives went off by themselves";
+    case Kind::kStalled:
+      return fmt::format("this program did not run for {:.3f} s; braked or switched off{}", reason.value,
+                         kStalledHint);
+    case Kind::kNotAtRest:
+      return fmt::format(
+          "after braking for {:g} s a joint still turns at {:.2f} rad/s; drives switched off: see what moves "
+          "it, a slope or somebody who pushes",
+          reason.limit, reason.value);
+    default:
+      return fmt::format(fmt::runtime(reason.text), fmt::arg("joint", joint), fmt::arg("value", reason.value),
+                         fmt::arg("limit", reason.limit));
+  }
+}
+
+std::string describe(const StopReason& reason, const hal::Robot& robot) {
+  return fmt::format("cycle {} ({:.3f} s): {}", reason.cycle, hal::seconds(reason.time), what(reason, robot));
+}
+
+}  // namespace runtime

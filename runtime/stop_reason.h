@@ -1,0 +1,55 @@
+/// @file
+/// Why a supervisor stopped its task, kept as plain values by the cycle and put into words afterwards.
+#pragma once
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include "hal/robot.h"
+
+namespace runtime {
+
+/// Only the first reason of a run is kept.
+struct StopReason {
+  enum class Kind : std::uint8_t {
+    kNone,
+    // What the supervisor sees.
+    kRobotFault,  ///< what `status` says
+    kNotEnabled,  ///< the drives did not start to obey within `value` s
+    kNotObeying,  ///< the drives went off by themselves
+    kStalled,     ///< this program did not run for `value` s
+    kNotAtRest,   ///< after braking for `limit` s a joint still turns at `value` rad/s
+    // What a task sees. It brings the words.
+    kCommandTimeout,  ///< set-points stopped coming
+    kOverspeed,       ///< `joint` turned faster than allowed
+    kBehind,          ///< too far from the reference
+    kTurnedBehind,    ///< likewise turned
+    kOutside,         ///< outside the workspace
+    kTooFar,          ///< `joint` moved further than allowed
+    kNearStop,        ///< `joint` came too near the end of its range
+    kTorque,          ///< `joint` took more torque than it is made for
+    kBlocked,         ///< `joint` is pushed and does not turn
+    kNotPlaced,       ///< `joint` did not reach the place where it was to begin
+    kMisfit,          ///< the task does not fit the robot; nothing moved
+  };
+  Kind kind = Kind::kNone;
+  /// Of what a task sees: a constant format string with {joint}, {value} and {limit}.
+  const char* text = nullptr;
+  int joint = -1;      ///< of hal::Robot::joints()
+  double value = 0.0;  ///< what was too much
+  double limit = 0.0;
+  hal::CycleStatus status{};
+  // Set by the supervisor.
+  std::uint64_t cycle = 0;
+  std::chrono::nanoseconds time{};   ///< since the first cycle, as in the recording
+  std::chrono::nanoseconds pause{};  ///< of this program, just before a fault of the robot
+  explicit operator bool() const noexcept { return kind != Kind::kNone; }
+};
+
+/// "wheel-2 turned at 14.1 rad/s, more than allowed (limits.wheel_speed_rad_per_s = 12); drives switched
+/// off".
+std::string what(const StopReason& reason, const hal::Robot& robot);
+/// "cycle 1200 (1.199 s): " and what().
+std::string describe(const StopReason& reason, const hal::Robot& robot);
+
+}  // namespace runtime

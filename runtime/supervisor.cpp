@@ -1,0 +1,142 @@
+#include "runtime/supervisor.h"
+
+#include "hal/seconds.h"
+
+namespace runtime {
+
+using std::chrono::nanoseconds;
+
+namespace {
+
+/// An arm without torque falls; a wheel rolls out.
+void rest(std::span<const hal::JointInfo> joints, hal::RobotCommand& command) noexcept {
+  for (std::size_t i = 0; i < joints.size(); ++i)
+    command.joints[i] =
+        joints[i].range.limited() ? hal::JointCommand::velocity_rad_per_s(0.0) : hal::JointCommand{};
+}
+
+}  // namespace
+
+Supervisor::Supervisor(const Config& config, hal::Robot& robot, Task& task)
+    : config_(config), robot_(robot, config.wheels, config.checks_off), task_(task) {
+  rest(robot.joints(), command_);
+}
+
+void Supervisor::step(nanoseconds now) noexcept {
+  if (count_++ == 0) first_ = phase_begin_ = now_ = now;
+  const nanoseconds gap = now - now_;
+  now_ = now;
+
+  // Stopped by a debugger or starved: what was computed before is not to act now.
+  const bool paused = gap > config_.command_timeout;
+  if (paused) {
+    pause_.note(now, gap);
+    rest(robot_.joints(), command_);
+  }
+  sent_ = command_;
+  const Moment moment{.now = now, .time = now - first_, .phase = phase_, .sample = sample_, .sent = sent_};
+  const hal::CycleStatus status = robot_.exchange(command_, sample_);
+  task_.read(moment);
+
+  if (!status.ok() && phase_ != Phase::kFaulted)
+    fail({.kind = StopReason::Kind::kRobotFault,
+          .joint = status.joint,
+          .status = status,
+          .pause = pause_.before(now)});
+  if (paused) {
+    const bool can_brake = task_.can_brake_after_pause();
+    const StopReason stalled{.kind = StopReason::Kind::kStalled, .value = hal::seconds(gap)};
+    if (moves(phase_) && !can_brake) fail(stalled);
+    if (phase_ == Phase::kRunning) {
+      keep(stalled);
+      enter(Phase::kStopping);
+    }
+  }
+
+  switch (phase_) {
+    case Phase::kStarting:
+      task_.wait(moment);
+      command_.enable = true;
+      if (sample_.enabled) {
+        enter(Phase::kRunning);
+        follow(task_.begin(moment, command_), moment);
+      } else if (now - phase_begin_ > config_.enable_timeout) {
+        fail({.kind = StopReason::Kind::kNotEnabled, .value = hal::seconds(config_.enable_timeout)});
+      }
+      break;
+    case Phase::kRunning:
+      if (sample_.enabled)
+        follow(task_.step(moment, command_), moment);
+      else
+        fail({.kind = StopReason::Kind::kNotObeying});
+      break;
+    case Phase::kStopping: brake(moment); break;
+    case Phase::kFaulted:
+    case Phase::kOff: task_.wait(moment); break;
+  }
+}
+
+void Supervisor::follow(const Verdict& verdict, const Moment& moment) noexcept {
+  switch (verdict.next) {
+    case Verdict::Next::kGoOn: break;
+    case Verdict::Next::kBrake:
+      keep(verdict.reason);
+      enter(Phase::kStopping);
+      brake(moment);
+      break;
+    case Verdict::Next::kFail: fail(verdict.reason); break;
+  }
+}
+
+void Supervisor::brake(const Moment& moment) noexcept {
+  double fastest_rad_per_s = 0.0;
+  if (const Verdict verdict = task_.brake(moment, command_, fastest_rad_per_s);
+      verdict.next == Verdict::Next::kFail)
+    return fail(verdict.reason);
+  // Negated so that NaN is no rest.
+  if (!(fastest_rad_per_s < config_.rest_rad_per_s)) last_motion_ = now_;
+  const bool resting = now_ - last_motion_ >= kRestHold;
+  const bool too_long = now_ - phase_begin_ > kBrakeTimeout;
+  if (!resting && too_long)
+    keep({.kind = StopReason::Kind::kNotAtRest,
+          .value = fastest_rad_per_s,
+          .limit = hal::seconds(kBrakeTimeout)});
+  if (!resting && !too_long) return;
+  command_ = {};
+  enter(Phase::kOff);
+}
+
+void Supervisor::request_stop() noexcept {
+  if (phase_ == Phase::kStarting) switch_off();
+  if (phase_ == Phase::kRunning) enter(Phase::kStopping);
+}
+
+void Supervisor::switch_off() noexcept {
+  if (phase_ == Phase::kFaulted || phase_ == Phase::kOff) return;
+  command_ = {};
+  enter(Phase::kOff);
+}
+
+bool Supervisor::finished() const noexcept {
+  return (phase_ == Phase::kOff || phase_ == Phase::kFaulted) && now_ - phase_begin_ >= kOffHold;
+}
+
+void Supervisor::enter(Phase phase) noexcept {
+  phase_ = phase;
+  phase_begin_ = last_motion_ = now_;
+}
+
+void Supervisor::fail(const StopReason& reason) noexcept {
+  keep(reason);
+  command_ = {};
+  enter(Phase::kFaulted);
+}
+
+void Supervisor::keep(const StopReason& reason) noexcept {
+  if (stop_reason_) return;
+  stop_reason_ = reason;
+  stop_reason_.cycle = count_;
+  stop_reason_.time = now_ - first_;
+}
+
+}  // namespace runtime
