@@ -116,16 +116,44 @@ void read_workspace(TomlTable table, control::Workspace& workspace) {
                  "and 'workspace.base_y_m' leave out the origin, where the base stands at the start");
 }
 
+/// Calls `look` with references along the path, from its start on, until it returns true.
+template <typename Look>
+void along(const control::BasePath::Plan& plan, Look look) {
+  constexpr int kSamplesPerLeg = 500;
+  const control::BasePath path(plan);
+  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
+  for (int i = 1; i <= samples; ++i)
+    if (look(path.at(path.duration_s() * i / samples))) return;
+}
+
+/// Diagonally a wheel turns up to √2 times as fast as straight ahead, and a turn adds to either.
+double fastest_wheel_rad_per_s(const control::BasePath::Plan& plan, const control::BaseGeometry& geometry) {
+  const control::LinkMap map = control::LinkMap::with_geometry(geometry);
+  double fastest_rad_per_s = 0;
+  along(plan, [&](const control::BaseReference& at) {
+    const control::PlanarVector twist_B = control::rotated(at.twist_W, -at.X_WB.yaw_rad);
+    fastest_rad_per_s = std::max(fastest_rad_per_s, map.wheel_velocity(twist_B).cwiseAbs().maxCoeff());
+    return false;
+  });
+  return fastest_rad_per_s;
+}
+
 /// A path is known before anything moves, so it is refused then.
-void check_path_inside(const control::BasePath::Plan& plan, const Eigen::AlignedBox2d& base_W_m,
-                       TomlTable& table) {
+void check_path(const Config& config, TomlTable& table) {
+  const control::BasePath::Plan& plan = config.path;
   // Refused already.
   if (std::any_of(plan.displacements_B.begin(), plan.displacements_B.end(),
                   [](const control::PlanarVector& displacement) { return displacement.isZero(); }))
     return;
-  if (const auto at = first_outside(plan, base_W_m))
+  if (const auto at = first_outside(plan, config.cycle.workspace.base_W_m))
     table.refuse("leg",
                  fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at->x_m, at->y_m));
+  const double fastest_rad_per_s = fastest_wheel_rad_per_s(plan, config.cycle.controller.geometry);
+  if (fastest_rad_per_s > config.cycle.wheel_speed_limit_rad_per_s)
+    table.refuse("leg", fmt::format("turns a wheel at {:.1f} rad/s, faster than "
+                                    "'limits.wheel_speed_rad_per_s': lower 'path.speed_m_per_s' or "
+                                    "'path.turn_speed_rad_per_s'",
+                                    fastest_rad_per_s));
 }
 
 /// Whether a name leads out of `folder`, by itself or by a link in it.
@@ -258,14 +286,6 @@ void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::
   read_simulated_wheels(table, folder, simulation);
 }
 
-/// When the path drives and turns at its limits at once.
-double fastest_wheel_rad_per_s(const Config& config) {
-  const control::BaseGeometry& geometry = config.cycle.controller.geometry;
-  const control::BasePath::Limits& limits = config.path.limits;
-  const double lever_m = (geometry.wheelbase_m + geometry.track_m) / 2;
-  return (limits.speed_m_per_s + lever_m * limits.turn_speed_rad_per_s) / geometry.wheel_radius_m;
-}
-
 /// What teleoperation shares with the rest.
 void complete(control::Teleoperation::Config& teleoperation, const Config& config) {
   const double period_s = std::chrono::duration<double>(config.cycle.period).count();
@@ -282,14 +302,12 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
 
 std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
                                                  const Eigen::AlignedBox2d& base_W_m) {
-  constexpr int kSamplesPerLeg = 500;
-  const control::BasePath path(plan);
-  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
-  for (int i = 1; i <= samples; ++i) {
-    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
-    if (!base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) return at;
-  }
-  return std::nullopt;
+  std::optional<control::PlanarPose> first;
+  along(plan, [&](const control::BaseReference& at) {
+    if (!base_W_m.contains(Eigen::Vector2d(at.X_WB.x_m, at.X_WB.y_m))) first = at.X_WB;
+    return first.has_value();
+  });
+  return first;
 }
 
 Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
@@ -345,12 +363,8 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   if (cutoff_rad_per_s * period_s > 1)
     compensation.refuse("filter_cutoff_rad_per_s",
                         "is too fast for 'loop.period_s': their product is above 1");
-  const double path_wheel_speed_rad_per_s = fastest_wheel_rad_per_s(config);
-  if (path_wheel_speed_rad_per_s > cycle.wheel_speed_limit_rad_per_s)
-    path.refuse("speed_m_per_s",
-                "and 'turn_speed_rad_per_s' turn wheels faster than 'limits.wheel_speed_rad_per_s'");
   apps::read_plausibility(root.table("plausibility"), config.cycle.checks_off);
-  check_path_inside(config.path, cycle.workspace.base_W_m, path);
+  check_path(config, path);
   toml.finish();
 
   config.cycle.controller.observer.filter.period_s =

@@ -24,6 +24,8 @@ using nlohmann::json;
 
 /// Of the following error, for the reference of a velocity.
 constexpr double kLeashShare = 2.0 / 3;
+/// Of the wheels' speed limit, for the reference of a velocity: whoever overshoots it a little is no fault.
+constexpr double kWheelSpeedShare = 0.95;
 /// Tables that are read when robot and master are opened. The rest is read for each run.
 constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geometry",   "ethercat",
                                                       "can",   "haptic", "simulation", "scene"};
@@ -385,7 +387,11 @@ std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& o
     // Outside, where it was pushed, the reference begins where the base is, and goes no further out.
     Eigen::AlignedBox2d walls_W_m = base_W_m;
     walls_W_m.extend(Eigen::Vector2d(X_WB_.x_m, X_WB_.y_m));
-    auto source = std::make_unique<VelocitySource>(config.path.limits, config.cycle.period, leash, walls_W_m);
+    const VelocitySource::Wheels wheels{
+        .map = control::LinkMap::with_geometry(config.cycle.controller.geometry),
+        .speed_limit_rad_per_s = kWheelSpeedShare * config.cycle.wheel_speed_limit_rad_per_s};
+    auto source =
+        std::make_unique<VelocitySource>(config.path.limits, wheels, config.cycle.period, leash, walls_W_m);
     if (velocity != nullptr) *velocity = source.get();
     motion = std::move(source);
   } else if (mode_ == "hold") {
@@ -403,8 +409,9 @@ std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& o
 }
 
 void Service::choose_mode(const std::string& mode) {
-  const std::vector<std::string> modes = config_.teleoperated ? std::vector<std::string>{"teleoperation"}
-                                                              : std::vector<std::string>{"path", "velocity", "hold"};
+  const std::vector<std::string> modes = config_.teleoperated
+                                             ? std::vector<std::string>{"teleoperation"}
+                                             : std::vector<std::string>{"path", "velocity", "hold"};
   if (std::find(modes.begin(), modes.end(), mode) == modes.end()) {
     std::string names;
     for (const std::string& name : modes) names += (names.empty() ? "" : ", ") + name;

@@ -21,6 +21,12 @@ PlanarVector cut(const PlanarVector& v, double linear, double turning) noexcept 
 
 }  // namespace
 
+PlanarVector VelocitySource::slow_enough_for_wheels(const PlanarVector& twist_B) const noexcept {
+  const double fastest_rad_per_s = wheels_.map.wheel_velocity(twist_B).cwiseAbs().maxCoeff();
+  if (fastest_rad_per_s <= wheels_.speed_limit_rad_per_s) return twist_B;
+  return twist_B * (wheels_.speed_limit_rad_per_s / fastest_rad_per_s);
+}
+
 PlanarVector VelocitySource::braked_before_walls(const PlanarVector& twist_B) const noexcept {
   PlanarVector twist_W = control::rotated(twist_B, reference_W_.yaw_rad);
   const Eigen::Vector2d p_W_m(reference_W_.x_m, reference_W_.y_m);
@@ -45,10 +51,13 @@ void VelocitySource::begin(std::chrono::nanoseconds now, const PlanarPose& X_WB)
 }
 
 Motion VelocitySource::read(std::chrono::nanoseconds now, const PlanarPose& X_WB) noexcept {
-  if (told_.take(wanted_B_)) wanted_B_ = cut(wanted_B_, limits_.speed_m_per_s, limits_.turn_speed_rad_per_s);
+  if (told_.take(wanted_B_))
+    wanted_B_ = slow_enough_for_wheels(cut(wanted_B_, limits_.speed_m_per_s, limits_.turn_speed_rad_per_s));
   const PlanarVector step = cut(wanted_B_ - twist_B_, limits_.acceleration_m_per_s2 * period_s_,
                                 limits_.turn_acceleration_rad_per_s2 * period_s_);
-  const PlanarVector before_B = std::exchange(twist_B_, braked_before_walls(twist_B_ + step));
+  // Speeding up and turning change at their own rates: on the way from one twist to the next they may add up.
+  const PlanarVector next_B = slow_enough_for_wheels(twist_B_ + step);
+  const PlanarVector before_B = std::exchange(twist_B_, braked_before_walls(next_B));
   // Over a pause, too: a base that went on meanwhile is not to be pulled back.
   const std::chrono::duration<double> elapsed = now - std::exchange(last_read_, now);
   const PlanarPose ahead_W = control::moved_by(reference_W_, twist_B_ * elapsed.count());
@@ -58,7 +67,7 @@ Motion VelocitySource::read(std::chrono::nanoseconds now, const PlanarPose& X_WB
   const Eigen::Vector2d free_W_m(X_WB.x_m + leashed[0], X_WB.y_m + leashed[1]);
   const Eigen::Vector2d held_W_m = control::held_in(box_W_m_, free_W_m);
   reference_W_ = {held_W_m.x(), held_W_m.y(), X_WB.yaw_rad + leashed[2]};
-  const bool at_wall = held_W_m != free_W_m || twist_B_ != before_B + step;
+  const bool at_wall = held_W_m != free_W_m || twist_B_ != next_B;
   return {.stamp = now,
           .reference = {reference_W_, control::rotated(twist_B_, reference_W_.yaw_rad),
                         control::rotated((twist_B_ - before_B) / period_s_, reference_W_.yaw_rad)},

@@ -3,6 +3,7 @@
 #pragma once
 #include "apps/youbotd/motion_source.h"
 #include "control/base_path.h"
+#include "control/link_map.h"
 #include "control/workspace.h"
 #include "hal/newest_value.h"
 
@@ -20,10 +21,17 @@ class VelocitySource final : public MotionSource {
     double rad = 0.2;
   };
 
+  /// What would turn a wheel faster is slowed down as a whole, so that its direction stays.
+  struct Wheels {
+    control::LinkMap map;
+    double speed_limit_rad_per_s;
+  };
+
   /// `box_W_m`: the reference brakes before its walls as hard as the limits allow, and stays inside.
-  VelocitySource(const control::BasePath::Limits& limits, std::chrono::nanoseconds period, const Leash& leash,
-                 const Eigen::AlignedBox2d& box_W_m)
+  VelocitySource(const control::BasePath::Limits& limits, const Wheels& wheels,
+                 std::chrono::nanoseconds period, const Leash& leash, const Eigen::AlignedBox2d& box_W_m)
       : limits_(limits),
+        wheels_(wheels),
         leash_(leash),
         box_W_m_(box_W_m),
         period_s_(std::chrono::duration<double>(period).count()) {}
@@ -35,10 +43,12 @@ class VelocitySource final : public MotionSource {
   Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept override;
 
  private:
+  control::PlanarVector slow_enough_for_wheels(const control::PlanarVector& twist_B) const noexcept;
   /// No faster towards a wall than it can be braked before it.
   control::PlanarVector braked_before_walls(const control::PlanarVector& twist_B) const noexcept;
 
   control::BasePath::Limits limits_;
+  Wheels wheels_;
   Leash leash_;
   Eigen::AlignedBox2d box_W_m_;
   double period_s_;

@@ -28,6 +28,8 @@ using std::chrono::nanoseconds;
 /// 0.2 m/s².
 constexpr double kAtRest_m_per_s = 0.001 + 0.014 * 0.2;
 
+const VelocitySource::Wheels kAnyWheelSpeed{control::LinkMap::with_geometry({}), 1e3};
+
 /// Asks for a pose far ahead, so that torque is wanted, until told otherwise.
 class ScriptedMotion final : public MotionSource {
  public:
@@ -624,8 +626,8 @@ TEST(Cycle, ABaseThatWasPushedOutDrivesBackInAndNoFurtherOut) {
   Eigen::AlignedBox2d walls_W_m = config.workspace.base_W_m;
   walls_W_m.extend(Eigen::Vector2d(0.3, 0));
   const auto drive = [&](double speed_m_per_s) {
-    VelocitySource source({.speed_m_per_s = 0.2, .acceleration_m_per_s2 = 0.1}, 1ms, {.m = 0.1, .rad = 0.2},
-                          walls_W_m);
+    VelocitySource source({.speed_m_per_s = 0.2, .acceleration_m_per_s2 = 0.1}, kAnyWheelSpeed, 1ms,
+                          {.m = 0.1, .rad = 0.2}, walls_W_m);
     source.tell({speed_m_per_s, 0, 0});
     Rig rig;
     Cycle cycle(config, rig.robot, source, nullptr);
@@ -669,8 +671,8 @@ TEST(Cycle, ABaseThatIsSteeredAtAWallStopsThereAndGoesOnWhenSteeredAway) {
   Cycle::Config config;
   config.controller.wrench_limits = {20, 5};
   config.workspace.base_W_m.max().x() = 0.3;
-  VelocitySource source({.speed_m_per_s = 0.2, .acceleration_m_per_s2 = 0.1}, 1ms, {.m = 0.09, .rad = 0.18},
-                        config.workspace.base_W_m);
+  VelocitySource source({.speed_m_per_s = 0.2, .acceleration_m_per_s2 = 0.1}, kAnyWheelSpeed, 1ms,
+                        {.m = 0.09, .rad = 0.18}, config.workspace.base_W_m);
   hal::VirtualClock clock;
   sim::Base base{sim::BaseParameters{}};
   support::WatchedLoopback robot(base, clock, 1ms,

@@ -62,6 +62,7 @@ struct BaseRig {
   support::HeldUpRobot bus{robot, clock};
   support::LyingRobot liar{bus};
   youbotd::VelocitySource motion{control::BasePath::Limits{0.8, 0.5, 1.5, 1.5},
+                                 {control::LinkMap::with_geometry({}), 1e3},
                                  kPeriod,
                                  {.m = 0.1, .rad = 0.2},
                                  control::Workspace{}.base_W_m};

@@ -164,6 +164,24 @@ TEST_F(Session, AWorkspaceThatCannotBeIsRefused) {
   EXPECT_NE(refusal("[workspace]\ntip_z_m = [1, 0]\n").find("no room"), std::string::npos);
 }
 
+TEST_F(Session, APathThatWouldTurnAWheelTooFastIsRefused) {
+  const auto problem = [&](const std::string& leg) {
+    try {
+      (void)load_config(directory.write(
+          "fast.toml",
+          "[limits]\nwheel_speed_rad_per_s = 9\n[path]\nspeed_m_per_s = 0.4\nacceleration_m_per_s2 = 1\n"
+          "[[path.leg]]\n" +
+              leg));
+    } catch (const apps::ConfigError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  // 0.4 m/s on wheels of 0.0475 m are 8.4 rad/s straight ahead, and times √2 diagonally.
+  EXPECT_EQ(problem("forward_m = 2\n"), "");
+  EXPECT_NE(problem("forward_m = 2\nleft_m = 2\n").find("turns a wheel at 11.9 rad/s"), std::string::npos);
+}
+
 TEST_F(Session, ARecordingIsNeverReplaced) {
   options.duration = 100ms;
   options.record_directory = directory.path();

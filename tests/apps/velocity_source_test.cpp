@@ -33,7 +33,8 @@ struct VelocitySourceTest : testing::Test {
                                    .turn_acceleration_rad_per_s2 = 0.5};
   VelocitySource::Leash leash{.m = 0.07, .rad = 0.15};
   Eigen::AlignedBox2d box = control::Workspace{}.base_W_m;
-  VelocitySource source{limits, 1ms, leash, box};
+  VelocitySource::Wheels wheels{.map = control::LinkMap::with_geometry({}), .speed_limit_rad_per_s = 100};
+  VelocitySource source{limits, wheels, 1ms, leash, box};
   PlanarPose base;
   PlanarVector motion_W = PlanarVector::Zero();
   double largest_step = 0;
@@ -67,6 +68,31 @@ TEST_F(VelocitySourceTest, IsNoFasterThanItsLimitsHoweverItIsTold) {
   const Motion motion = drive(4);
   EXPECT_NEAR(motion.reference.twist_W.head<2>().norm(), 0.5, 1e-9) << "shortened along its direction";
   EXPECT_NEAR(motion.reference.twist_W[2], -1.0, 1e-9);
+}
+
+TEST_F(VelocitySourceTest, SlowsDownAWholeTwistThatWouldTurnAWheelTooFastAndKeepsItsDirection) {
+  // Radius 0.0475 m, half of wheelbase and track 0.385 m: 0.3 m/s each way and 0.5 rad/s turn one wheel at
+  // (0.3 + 0.3 + 0.385 * 0.5) / 0.0475 = 16.7 rad/s.
+  wheels.speed_limit_rad_per_s = 10;
+  VelocitySource slowed(limits, wheels, 1ms, leash, box);
+  slowed.begin(0ns, {});
+  slowed.tell({0.3, 0.3, 0.5});
+  PlanarVector twist_B;
+  for (int i = 0; i < 6000; ++i) {
+    // From straight ahead to a turn on the spot, where both add up on the way.
+    if (i == 3000) slowed.tell({0, 0, -1});
+    const Motion motion = slowed.read(now += 1ms, base);
+    base = motion.reference.X_WB;
+    twist_B = control::rotated(motion.reference.twist_W, -base.yaw_rad);
+    const double fastest_m_per_s = std::abs(twist_B[0]) + std::abs(twist_B[1]) + 0.385 * std::abs(twist_B[2]);
+    ASSERT_LE(fastest_m_per_s / 0.0475, 10 * (1 + 1e-9)) << i;
+    if (i == 2999) {
+      EXPECT_NEAR(twist_B[0], 0.3 * 10 / 16.684, 1e-3);
+      EXPECT_NEAR(twist_B[1], 0.3 * 10 / 16.684, 1e-3);
+      EXPECT_NEAR(twist_B[2], 0.5 * 10 / 16.684, 1e-3);
+    }
+  }
+  EXPECT_NEAR(twist_B[2], -1.0, 1e-9) << "0.385 / 0.0475 = 8.1 rad/s";
 }
 
 TEST_F(VelocitySourceTest, AheadIsWhereTheBaseLooks) {
@@ -105,7 +131,7 @@ TEST_F(VelocitySourceTest, ABaseThatIsHeldBackIsNotLeftBehind) {
 
 TEST_F(VelocitySourceTest, BrakesBeforeAWallWithinTheAccelerationAndGlidesAlongIt) {
   box = {Eigen::Vector2d(-1, -1), Eigen::Vector2d(1, 1)};
-  VelocitySource walled(limits, 1ms, leash, box);
+  VelocitySource walled(limits, wheels, 1ms, leash, box);
   walled.begin(0ns, {});
   walled.tell({0.4, 0.1, 0});
   PlanarVector last = PlanarVector::Zero();
