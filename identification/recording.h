@@ -13,8 +13,8 @@
 namespace identification {
 
 /// Columns of equal length by name; SI, joint side, the unit at the end of each name ("position_rad"). What
-/// comes out of a file is checked by apps/common/recording_reader.h: numbers all finite, time_s rising. Only
-/// where the reader was told to take results that lack something they are NaN.
+/// comes out of a file is checked by runtime/recording/recording_reader.h: numbers all finite, time_s rising.
+/// Only where the reader was told to take results that lack something they are NaN.
 ///
 ///     for (const double torque_Nm : recording.column("torque_measured_Nm")) ...
 struct Recording {

@@ -21,7 +21,9 @@ set(rules
   "^control/"           "^(control|model|Eigen|kdl|urdf_parser)/"
   "^sim/"               "^((sim|control|model|Eigen)/|${plain_values})"
   "^identification/"    "^((identification|sim|control|model|Eigen|unsupported/Eigen|ceres)/|${plain_values})"
-  "^runtime/"           "^((runtime|control|hal|Eigen)/|spdlog/fmt/)"
+  # A recording is read into what identification works on.
+  "^runtime/recording/recording_reader\\.h$" "^(runtime/|identification/recording\\.h$)"
+  "^runtime/"           "^(runtime|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/"
   "^apps/"              "^(apps|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")

@@ -7,9 +7,9 @@
 #include <span>
 #include <stdexcept>
 
-#include "apps/common/whole_file.h"
 #include "apps/report/assets.h"
 #include "apps/report/decimate.h"
+#include "runtime/configuration/whole_file.h"
 
 namespace report {
 namespace {
@@ -272,6 +272,6 @@ std::string Page::html() const {
   return page;
 }
 
-void Page::write(const std::filesystem::path& path) const { apps::write_whole_file(path, html()); }
+void Page::write(const std::filesystem::path& path) const { runtime::write_whole_file(path, html()); }
 
 }  // namespace report

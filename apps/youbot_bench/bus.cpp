@@ -2,8 +2,8 @@
 
 #include <stdexcept>
 
-#include "apps/common/open_robot.h"
 #include "drivers/ethercat/raw_socket_link.h"
+#include "runtime/open_robot.h"
 #include "sim/bus/bus_link.h"
 
 namespace youbot_bench {
@@ -25,7 +25,7 @@ class EmulatedClock final : public hal::Clock {
 }  // namespace
 
 Bus open_bus(const std::string& robot) {
-  apps::check_robot_name(robot);
+  runtime::check_robot_name(robot);
   if (robot == "wire") {
     Bus bus;
     bus.emulation = std::make_unique<sim::bus::YoubotBus>(
@@ -34,12 +34,12 @@ Bus open_bus(const std::string& robot) {
     bus.clock = std::make_unique<EmulatedClock>(*bus.emulation);
     return bus;
   }
-  if (!robot.starts_with(apps::kEthercatPrefix))
+  if (!robot.starts_with(runtime::kEthercatPrefix))
     throw std::invalid_argument("--robot: this command needs an EtherCAT bus, wire or ethercat:IFACE, and " +
                                 robot + " has none");
   using drivers::ethercat::RawSocketLink;
   return {.emulation = nullptr,
-          .link = std::make_unique<RawSocketLink>(robot.substr(apps::kEthercatPrefix.size()),
+          .link = std::make_unique<RawSocketLink>(robot.substr(runtime::kEthercatPrefix.size()),
                                                   RawSocketLink::Wait::kBlock),
           .clock = std::make_unique<hal::SteadyClock>()};
 }

@@ -8,9 +8,9 @@
 #include <memory>
 #include <stdexcept>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
 #include "model/friction/wheel_curve.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/program/exit_code.h"
 
 namespace youbot_bench {
 
@@ -35,22 +35,22 @@ Subcommand add_curve(CLI::App& app) {
   const auto options = std::make_shared<CurveOptions>();
   CLI::App* const command = app.add_subcommand("curve", "print the measured friction curve of a wheel");
   command->add_option("--wheel", options->wheel, "number of the wheel")
-      ->check(apps::finite_range(1, 4))
+      ->check(runtime::finite_range(1, 4))
       ->required();
   command->add_option("--from", options->from_rad_per_s, "rad/s")
-      ->check(apps::finite_range(-1000, 1000))
+      ->check(runtime::finite_range(-1000, 1000))
       ->capture_default_str();
   command->add_option("--to", options->to_rad_per_s, "rad/s")
-      ->check(apps::finite_range(-1000, 1000))
+      ->check(runtime::finite_range(-1000, 1000))
       ->capture_default_str();
   command->add_option("--step", options->step_rad_per_s, "rad/s")
-      ->check(apps::finite_range(1e-6, 1000))
+      ->check(runtime::finite_range(1e-6, 1000))
       ->capture_default_str();
   command->add_flag("--quiet", options->quiet,
                     "the table only, without a remark on where nothing was measured");
   return {command, [options] {
             print_curve(*options);
-            return apps::kExitOk;
+            return runtime::kExitOk;
           }};
 }
 

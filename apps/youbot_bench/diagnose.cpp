@@ -8,9 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/stop_on_signals.h"
 #include "apps/youbot_bench/bus.h"
 #include "drivers/ethercat/pcap_ring.h"
 #include "drivers/ethercat/pre_op_bus.h"
@@ -18,6 +15,9 @@
 #include "drivers/tmcl/youbot_topology.h"
 #include "hal/clock.h"
 #include "hal/seconds.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/stop_on_signals.h"
 
 namespace youbot_bench {
 namespace {
@@ -110,16 +110,16 @@ Subcommand add_diagnose(CLI::App& app) {
       "diagnose", "cycle the bus with the motors stopped and tell how frames, slaves and cables fare");
   command->add_option("--robot", *robot, kBusHelp)->required();
   command->add_option("--duration", options->duration_s, "seconds")
-      ->check(apps::finite_range(0.1, 1e6))
+      ->check(runtime::finite_range(0.1, 1e6))
       ->capture_default_str();
   command->add_option("--capture", options->capture,
                       "pcapng file for the last second of frames, for Wireshark");
   command->add_flag("--quiet", options->quiet, "no progress");
   return {command, [robot, options] {
             const Bus bus = open_bus(*robot);
-            apps::stop_on_signals();
-            const bool sound = print_diagnosis(*bus.link, *bus.clock, *options, apps::stop_requested);
-            return sound ? apps::kExitOk : apps::kExitFault;
+            runtime::stop_on_signals();
+            const bool sound = print_diagnosis(*bus.link, *bus.clock, *options, runtime::stop_requested);
+            return sound ? runtime::kExitOk : runtime::kExitFault;
           }};
 }
 

@@ -8,10 +8,10 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "apps/common/recording_reader.h"
-#include "apps/common/regular_file.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/experiment_recording.h"
+#include "runtime/configuration/regular_file.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/recording/recording_reader.h"
 
 namespace youbot_bench {
 namespace {
@@ -39,8 +39,8 @@ std::string reason_for_missing(const identification::Recording& results, std::st
 /// Nothing, and a problem, when the file cannot be used.
 identification::Recording read(const fs::path& path, std::vector<std::string>& problems) {
   try {
-    return apps::read_recording(path, apps::NotMeasured::kTaken).recording;
-  } catch (const apps::RecordingError& error) {
+    return runtime::read_recording(path, runtime::NotMeasured::kTaken).recording;
+  } catch (const runtime::RecordingError& error) {
     problems.emplace_back(error.what());
     return {};
   }
@@ -52,7 +52,7 @@ std::vector<Setting> read_settings(const fs::path& path, std::vector<std::string
   std::vector<Setting> settings;
   std::istringstream file;
   try {
-    file.str(apps::read_regular_file(path, apps::kMaxToml_bytes));
+    file.str(runtime::read_regular_file(path, runtime::kMaxToml_bytes));
   } catch (const std::runtime_error& error) {
     problems.push_back(path.string() + ": " + error.what());
   }

@@ -11,19 +11,19 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/common/build_info.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/recording_reader.h"
-#include "apps/common/regular_file.h"
-#include "apps/common/whole_file.h"
 #include "hal/setup_error.h"
+#include "runtime/configuration/regular_file.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/program/build_info.h"
+#include "runtime/recording/output_directory.h"
+#include "runtime/recording/recording_reader.h"
 
 namespace youbot_bench {
 namespace {
 
 namespace fs = std::filesystem;
-using Column = apps::RecordingFile::Column;
-using Comment = apps::RecordingFile::Comment;
+using Column = runtime::RecordingFile::Column;
+using Comment = runtime::RecordingFile::Comment;
 
 /// 8 s at 1 kHz: longer than a disk stalls.
 constexpr std::size_t kRingCapacity = 8192;
@@ -61,12 +61,12 @@ std::string text_of(const fs::path& path) {
   const std::uintmax_t bytes = fs::file_size(path, error);
   if (error == std::errc::no_such_file_or_directory)
     throw std::invalid_argument("--resume: " + path.string() + " is not there");
-  if (!error && bytes > apps::kMaxRecordingBytes)
+  if (!error && bytes > runtime::kMaxRecordingBytes)
     throw std::invalid_argument("--resume: " + path.string() + " has " + std::to_string(bytes) +
-                                " bytes, but at most " + std::to_string(apps::kMaxRecordingBytes) +
+                                " bytes, but at most " + std::to_string(runtime::kMaxRecordingBytes) +
                                 " are read");
   try {
-    return apps::read_regular_file(path, apps::kMaxRecordingBytes);
+    return runtime::read_regular_file(path, runtime::kMaxRecordingBytes);
   } catch (const std::runtime_error& why) {
     throw hal::SetupError("--resume: " + path.string(), why.what(), "the recording stays as it was");
   }
@@ -159,10 +159,10 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
         " holds a recording already; name another directory, or go on with --resume " +
         description.directory.string());
   if (!resume_) {
-    made_.add(apps::make_output_directory(rows_directory));
-    if (result_values_ > 0) made_.add(apps::make_output_directory(result_directory));
+    made_.add(runtime::make_output_directory(rows_directory));
+    if (result_values_ > 0) made_.add(runtime::make_output_directory(result_directory));
     made_.add(rows_directory / "experiment.toml");
-    apps::write_whole_file(rows_directory / "experiment.toml", description.configuration);
+    runtime::write_whole_file(rows_directory / "experiment.toml", description.configuration);
   }
 
   const std::vector<Column> progress_columns{{"time_s", 6}, {"measurement", 0}};
@@ -181,7 +181,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
   };
 
   const std::vector<Comment> common{{"sample_rate_Hz", shortest(description.rate_Hz)},
-                                    {"software", apps::build_version()}};
+                                    {"software", runtime::build_version()}};
   const auto comments = [&common](const std::string& rig, const std::string& experiment) {
     std::vector<Comment> result{{"rig", rig}, {"experiment", experiment}};
     result.insert(result.end(), common.begin(), common.end());
@@ -194,7 +194,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
         [this](std::span<const double> row, int) { return row[0] <= finished_until_s_ + kTimeGrain_s; }));
     if (result_values_ > 0) {
       std::vector<Comment> result_comments{
-          {"rig", joint}, {"experiment", description.result}, {"software", apps::build_version()}};
+          {"rig", joint}, {"experiment", description.result}, {"software", runtime::build_version()}};
       std::ranges::move(reason_comments(joint, description.result_columns, reasons_),
                         std::back_inserter(result_comments));
       results_.push_back(
@@ -247,9 +247,9 @@ ExperimentRecording::File ExperimentRecording::open(
     const std::function<bool(std::span<const double>, int)>& keep) {
   const fs::path fresh = path.string() + (resume_ ? ".resumed" : "");
   // A resumption that was killed may have left one.
-  auto file = std::make_unique<apps::RecordingFile>(
+  auto file = std::make_unique<runtime::RecordingFile>(
       fresh, comments, columns,
-      resume_ ? apps::RecordingFile::Existing::kReplace : apps::RecordingFile::Existing::kRefuse);
+      resume_ ? runtime::RecordingFile::Existing::kReplace : runtime::RecordingFile::Existing::kRefuse);
   made_.add(fresh);
   if (!resume_) return file;
   int number = 0;

@@ -12,11 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/made_paths.h"
-#include "apps/common/recorder.h"
-#include "apps/common/recording_file.h"
 #include "hal/joint.h"
 #include "identification/experiments/joint_experiment.h"
+#include "runtime/recording/made_paths.h"
+#include "runtime/recording/recorder.h"
+#include "runtime/recording/recording_file.h"
 
 namespace youbot_bench {
 
@@ -49,7 +49,7 @@ struct ExperimentRecord {
 /// handed to the operating system. Resuming keeps what counts and leaves out the rest, so that the files read
 /// as if nothing had come between. Files are replaced by renaming: a crash while resuming loses nothing.
 ///
-/// A result that could not be measured is `nan`; the header says why (apps/common/recording_reader.h).
+/// A result that could not be measured is `nan`; the header says why (runtime/recording/recording_reader.h).
 ///
 /// Until keep() is called, destruction removes again what the constructor has made, so that a set-up which
 /// fails leaves nothing behind.
@@ -99,20 +99,20 @@ class ExperimentRecording {
   std::uint64_t rows_on_disk() const noexcept;  ///< of the joint that has fewest. After close().
 
  private:
-  using File = std::unique_ptr<apps::RecordingFile>;
-  File open(const std::filesystem::path& path, const std::vector<apps::RecordingFile::Comment>& comments,
-            const std::vector<apps::RecordingFile::Column>& columns,
+  using File = std::unique_ptr<runtime::RecordingFile>;
+  File open(const std::filesystem::path& path, const std::vector<runtime::RecordingFile::Comment>& comments,
+            const std::vector<runtime::RecordingFile::Column>& columns,
             const std::function<bool(std::span<const double>, int)>& keep);
-  std::vector<apps::RecordingFile::Column> choose_columns(
+  std::vector<runtime::RecordingFile::Column> choose_columns(
       const identification::experiments::RecordedCommands& commands);
   /// No more measurements count than `path` has rows, which must be of the same times.
   void count_finished(const std::filesystem::path& path,
-                      const std::vector<apps::RecordingFile::Column>& columns);
+                      const std::vector<runtime::RecordingFile::Column>& columns);
   void write(const ExperimentRecord& record);
   bool flush_all(std::vector<File>& files);
   void note_missing(std::size_t joint, int measurement, std::span<const double> values);
 
-  apps::MadePaths made_;  // first: outlives the files
+  runtime::MadePaths made_;  // first: outlives the files
   bool resume_;
   int finished_;  // -1: not known yet
   std::vector<double> finished_times_s_;
@@ -127,8 +127,8 @@ class ExperimentRecording {
   std::vector<File> results_;              // by joint, or none
   File progress_;
   std::atomic<bool> failed_{false};
-  std::vector<double> line_;                                  // the writer's
-  std::optional<apps::Recorder<ExperimentRecord>> recorder_;  // last: its thread uses the files
+  std::vector<double> line_;                                     // the writer's
+  std::optional<runtime::Recorder<ExperimentRecord>> recorder_;  // last: its thread uses the files
 };
 
 }  // namespace youbot_bench

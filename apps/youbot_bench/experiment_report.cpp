@@ -6,11 +6,11 @@
 #include <iterator>
 #include <vector>
 
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
 #include "apps/report/report.h"
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_findings.h"
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -55,7 +55,7 @@ std::string stopped_early(const ExperimentRun& run, const std::filesystem::path&
   if (!run.fault.empty()) text = "Stopped by a fault at " + run.fault + ". ";
   if (run.finished < run.planned)
     text += "Not finished: " + std::to_string(run.finished) + " of " +
-            apps::count_text(run.planned, "measurement") +
+            runtime::count_text(run.planned, "measurement") +
             ", and what was recorded of the next. Go on with: "
             "youbot-bench " +
             run.experiment + " --resume " + directory.string();
@@ -66,7 +66,7 @@ void add_configuration(report::Page& page, const std::vector<Setting>& settings)
   if (settings.empty()) return;
   std::vector<report::Row> rows;
   for (const Setting& setting : settings) {
-    const apps::Quantity quantity = apps::quantity_of(setting.key);
+    const runtime::Quantity quantity = runtime::quantity_of(setting.key);
     rows.push_back({quantity.name, setting.value.empty() ? std::string("–") : setting.value, quantity.unit,
                     setting.help});
   }
@@ -95,7 +95,7 @@ void write_experiment_report(const std::filesystem::path& directory, const Exper
     if (holds_experiment(directory, kind.experiment)) sections.push_back(section_of(directory, kind));
   const bool alone = sections.size() == 1;
   report::Page page(alone ? sections.front().findings.title
-                          : apps::count_text(static_cast<long long>(sections.size()), "experiment") +
+                          : runtime::count_text(static_cast<long long>(sections.size()), "experiment") +
                                 " on one robot");
   for (const Section& section : sections) {
     if (!alone) page.heading(section.findings.title);

@@ -15,15 +15,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "apps/common/build_info.h"
-#include "apps/common/can_config.h"
-#include "apps/common/drive_model_file.h"
-#include "apps/common/ethercat_config.h"
-#include "apps/common/exit_code.h"
-#include "apps/common/plausibility_config.h"
-#include "apps/common/shared_tables.h"
-#include "apps/common/stop_on_signals.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "apps/youbot_bench/progress.h"
@@ -34,6 +25,15 @@
 #include "model/friction/any_law.h"
 #include "model/friction/law_compensator.h"
 #include "model/friction/sliding_table.h"
+#include "runtime/configuration/can_config.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/ethercat_config.h"
+#include "runtime/configuration/plausibility_config.h"
+#include "runtime/configuration/shared_tables.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/stop_on_signals.h"
 
 namespace youbot_bench {
 namespace {
@@ -77,13 +77,13 @@ std::optional<double> start_of(const ExperimentSettings& config) {
 template <typename Value>
 std::string toml_text(const Value& value) {
   if constexpr (std::is_same_v<Value, std::string>)
-    return apps::toml_string(value);
+    return runtime::toml_string(value);
   else
     return fmt::format("{}", value);
 }
 
 template <typename Value>
-void read_toml(apps::TomlTable& table, const Parameter& parameter, Value& value) {
+void read_toml(runtime::TomlTable& table, const Parameter& parameter, Value& value) {
   if constexpr (std::is_same_v<Value, std::string>)
     table.text(parameter.key, value);
   else if constexpr (std::is_same_v<Value, int>)
@@ -140,8 +140,8 @@ model::friction::SlidingTable compensated_friction(const std::string& compensato
   if (!std::filesystem::exists(compensator))
     throw std::invalid_argument("--compensator: " + compensator +
                                 " is neither a file nor a law; identify --help lists the laws");
-  const model::effects::DriveModel model = apps::read_drive_model(compensator);
-  if (const std::string why = apps::driving_friction(model, model::effects::kUsualTopSpeed_rad_per_s);
+  const model::effects::DriveModel model = runtime::read_drive_model(compensator);
+  if (const std::string why = runtime::driving_friction(model, model::effects::kUsualTopSpeed_rad_per_s);
       !why.empty())
     throw std::invalid_argument("--compensator: " + compensator + ": " + why);
   return model::effects::resistance_of(model).sliding;
@@ -175,7 +175,7 @@ Made make(const ReversalsConfig& config, const std::string& /*joint*/, double /*
 }
 
 template <typename Config>
-void read(Config& config, apps::TomlTable table) {
+void read(Config& config, runtime::TomlTable table) {
   config.visit([&table](const Parameter& parameter, auto& value) { read_toml(table, parameter, value); });
 }
 
@@ -194,10 +194,10 @@ std::string configuration(const ExperimentRequest& request) {
       "# youbot-bench {0} --config THIS_FILE --out DIR makes it again\n"
       "# software: {1}\n"
       "experiment = \"{0}\"\n{2}\n[parameters]\n{3}\n{4}\n{5}\n{6}",
-      request.name, apps::build_version(), written(request.settings),
+      request.name, runtime::build_version(), written(request.settings),
       std::visit([](const auto& config) { return written(config); }, request.parameters),
-      apps::ethercat_text(request.ethercat), apps::can_text(request.can),
-      apps::plausibility_text(request.checks_off));
+      runtime::ethercat_text(request.ethercat), runtime::can_text(request.can),
+      runtime::plausibility_text(request.checks_off));
 }
 
 Confirmation confirmation(const ExperimentRequest& request) {
@@ -221,7 +221,8 @@ Confirmation confirmation(const ExperimentRequest& request) {
 int report(const ExperimentRequest& request, const ExperimentOutcome& outcome) {
   const std::filesystem::path& directory = request.directory;
   for (const std::string& problem : outcome.not_real_time) spdlog::warn("not real-time: {}", problem);
-  for (const std::string& note : apps::notes_on_silent(outcome.once_silent_checks)) spdlog::warn("{}", note);
+  for (const std::string& note : runtime::notes_on_silent(outcome.once_silent_checks))
+    spdlog::warn("{}", note);
   if (!request.quiet) {
     std::printf("%s: %d of %d measurements, %s of robot time in %s\n", request.name, outcome.finished,
                 outcome.planned,
@@ -246,8 +247,8 @@ int report(const ExperimentRequest& request, const ExperimentOutcome& outcome) {
   }
   if (outcome.finished < outcome.planned)
     spdlog::warn("not finished; go on with: youbot-bench {} --resume {}", request.name, directory.string());
-  if (!outcome.fault.empty()) return apps::kExitFault;
-  return outcome.recording_problems.empty() ? apps::kExitOk : apps::kExitSetup;
+  if (!outcome.fault.empty()) return runtime::kExitFault;
+  return outcome.recording_problems.empty() ? runtime::kExitOk : runtime::kExitSetup;
 }
 }  // namespace
 
@@ -306,20 +307,20 @@ ExperimentRequest experiment_request(const ExperimentParameters& parameters) {
 }
 
 void read_experiment(const std::filesystem::path& file, ExperimentRequest& request) {
-  apps::TomlFile toml = apps::TomlFile::parse(file);
-  apps::TomlTable root = toml.root();
+  runtime::TomlFile toml = runtime::TomlFile::parse(file);
+  runtime::TomlTable root = toml.root();
   std::string experiment = request.name;
   root.text("experiment", experiment);
   if (experiment != request.name)
     root.refuse("experiment", "is '" + experiment + "', not '" + request.name + "'");
   read(request.settings, root);
   std::visit([&root](auto& config) { read(config, root.table("parameters")); }, request.parameters);
-  apps::TomlTable ethercat = root.table("ethercat");
-  apps::read_ethercat(ethercat, ExperimentOptions{}.period, request.ethercat);
-  apps::TomlTable can = root.table("can");
-  apps::read_can(can, request.can);
-  apps::read_plausibility(root.table("plausibility"), request.checks_off);
-  apps::leave_to_others(root, {"robot", "ethercat", "can", "plausibility"});
+  runtime::TomlTable ethercat = root.table("ethercat");
+  runtime::read_ethercat(ethercat, ExperimentOptions{}.period, request.ethercat);
+  runtime::TomlTable can = root.table("can");
+  runtime::read_can(can, request.can);
+  runtime::read_plausibility(root.table("plausibility"), request.checks_off);
+  runtime::leave_to_others(root, {"robot", "ethercat", "can", "plausibility"});
   toml.finish();
 }
 
@@ -327,7 +328,7 @@ int run_experiment(ExperimentRequest request) {
   ExperimentSettings& settings = request.settings;
   settings = identification::experiments::checked(settings);
   std::visit([](auto& config) { make_paths_absolute(config); }, request.parameters);
-  const bool simulated = apps::is_simulated(settings.robot);
+  const bool simulated = runtime::is_simulated(settings.robot);
   if (!settings.model.empty() && !simulated)
     throw std::invalid_argument("--model: only a simulated robot follows a model, not " + settings.robot);
   if (settings.hidden_effect >= 0 && !simulated)
@@ -345,8 +346,8 @@ int run_experiment(ExperimentRequest request) {
                             .start_rad = start_of(settings),
                             .filter_cutoff_rad_per_s = settings.filter_cutoff_rad_per_s,
                             .checks_off = request.checks_off};
-  if (request.ethercat.home_arms) options.enable_timeout = apps::kHomingTimeout;
-  apps::RobotOptions robot;
+  if (request.ethercat.home_arms) options.enable_timeout = runtime::kHomingTimeout;
+  runtime::RobotOptions robot;
   robot.name = settings.robot;
   robot.ethercat = request.ethercat;
   robot.can = request.can;
@@ -355,7 +356,7 @@ int run_experiment(ExperimentRequest request) {
   robot.simulation.noise_seed = static_cast<std::uint64_t>(settings.noise_seed);
   // Where it is found again, from wherever the experiment is resumed.
   if (!settings.model.empty()) settings.model = std::filesystem::absolute(settings.model).string();
-  robot.simulation.model = apps::simulated_wheel_model(settings.model, hidden_effect_of(settings));
+  robot.simulation.model = runtime::simulated_wheel_model(settings.model, hidden_effect_of(settings));
   const ExperimentPlan plan{.name = request.name,
                             .result = request.result,
                             .make =
@@ -367,11 +368,11 @@ int run_experiment(ExperimentRequest request) {
                             .configuration = configuration(request)};
   // In virtual time nothing but a simulation moves.
   if (!options.virtual_time && !simulated && !request.yes) confirm(confirmation(request));
-  apps::stop_on_signals();
-  return report(request, run_experiment(plan, options, robot, apps::stop_requested));
+  runtime::stop_on_signals();
+  return report(request, run_experiment(plan, options, robot, runtime::stop_requested));
 }
 
-void leave_to_experiments(apps::TomlTable& root) {
+void leave_to_experiments(runtime::TomlTable& root) {
   for (const char* key : {"experiment", "parameters"}) root.ignore(key);
   ExperimentSettings().visit(
       [&root](const Parameter& parameter, const auto&) { root.ignore(parameter.key); });

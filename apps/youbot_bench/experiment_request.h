@@ -7,7 +7,6 @@
 #include <variant>
 #include <vector>
 
-#include "apps/common/hidden_effect.h"
 #include "control/plausibility/checks.h"
 #include "hal/can_robot.h"
 #include "hal/ethercat_robot.h"
@@ -20,10 +19,11 @@
 #include "identification/experiments/stick_slip.h"
 #include "identification/experiments/torque_ramp.h"
 #include "identification/experiments/torque_wave.h"
+#include "runtime/configuration/hidden_effect.h"
 
-namespace apps {
+namespace runtime {
 class TomlTable;
-}  // namespace apps
+}  // namespace runtime
 
 namespace youbot_bench {
 
@@ -49,7 +49,7 @@ struct ExperimentSettings {
       joints);
     v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
     v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and no output names; -1: none",
-                -1, apps::HiddenEffect::kMostSeed},
+                -1, runtime::HiddenEffect::kMostSeed},
       hidden_effect);
     v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
     v(Parameter{"max_speed_rad_per_s",
@@ -98,7 +98,7 @@ std::vector<ExperimentRequest> experiment_requests();
 /// The experiment of these parameters, otherwise with its defaults.
 ExperimentRequest experiment_request(const ExperimentParameters& parameters);
 
-/// Takes what an experiment.toml, or youbotd's configuration, says. @throws apps::ConfigError.
+/// Takes what an experiment.toml, or youbotd's configuration, says. @throws runtime::ConfigError.
 void read_experiment(const std::filesystem::path& file, ExperimentRequest& request);
 
 /// Runs it until it is finished, asked to stop (stop_on_signals.h) or stopped by a fault, and prints what
@@ -106,6 +106,6 @@ void read_experiment(const std::filesystem::path& file, ExperimentRequest& reque
 int run_experiment(ExperimentRequest request);
 
 /// `root` may be an experiment.toml; its keys belong to the experiment.
-void leave_to_experiments(apps::TomlTable& root);
+void leave_to_experiments(runtime::TomlTable& root);
 
 }  // namespace youbot_bench

@@ -9,9 +9,6 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/common/loop.h"
-#include "apps/common/plausibility_config.h"
-#include "apps/common/robot_session.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/experiment_task.h"
@@ -21,6 +18,9 @@
 #include "identification/experiments/low_pass.h"
 #include "identification/experiments/parameter.h"
 #include "identification/experiments/rehearsal.h"
+#include "runtime/configuration/plausibility_config.h"
+#include "runtime/loop.h"
+#include "runtime/robot_session.h"
 
 namespace youbot_bench {
 namespace {
@@ -92,7 +92,7 @@ void require_memory_shorter_than(double settle_s, double cutoff_rad_per_s) {
                                 "--filter-cutoff");
 }
 
-void require_real_time(apps::RealTimeThread& thread, const ExperimentOptions& options,
+void require_real_time(runtime::RealTimeThread& thread, const ExperimentOptions& options,
                        ExperimentOutcome& outcome) {
   outcome.not_real_time = thread.enter(options.real_time);
   if (outcome.not_real_time.empty() || options.allow_non_real_time) return;
@@ -171,7 +171,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   }
 
   fit_to_end_stops(plan, options, robot, done_before, joints);
-  apps::warn_of(options.checks_off);
+  runtime::warn_of(options.checks_off);
   ExperimentCycle::Config config;
   config.period = options.period;
   config.enable_timeout = options.enable_timeout;
@@ -185,18 +185,19 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   config.wait_for_recording = options.virtual_time;
   ExperimentCycle cycle(config, robot, std::move(joints), recording);
   const double planned_s = left_s[static_cast<std::size_t>(done_before)];
-  apps::LoopStatistics loop;
+  runtime::LoopStatistics loop;
   {
-    const apps::RobotActivation activation(robot);
-    apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
+    const runtime::RobotActivation activation(robot);
+    runtime::RealTimeThread
+        real_time;  // entered last, when everything is allocated and every other thread runs
     if (!options.virtual_time) require_real_time(real_time, options, outcome);
-    apps::run_loop(
+    runtime::run_loop(
         clock, options.period, cycle,
         [&](nanoseconds /*elapsed*/) noexcept {
           outcome.interrupted = outcome.interrupted || stop.load(std::memory_order_relaxed);
           return outcome.interrupted || recording.failed();
         },
-        [&](const apps::CycleTimes&) noexcept {
+        [&](const runtime::CycleTimes&) noexcept {
           const ExperimentTask& task = cycle.task();
           const auto next = static_cast<std::size_t>(std::min(task.measurement(), outcome.planned - 1));
           const double ahead_s = std::max(0.0, left_s[next] - task.measurement_time_s());
@@ -225,14 +226,14 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
 }
 
 ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
-                                 const apps::RobotOptions& robot, const std::atomic<bool>& stop) {
-  if (options.virtual_time) apps::check_virtual_time(robot.name);
+                                 const runtime::RobotOptions& robot, const std::atomic<bool>& stop) {
+  if (options.virtual_time) runtime::check_virtual_time(robot.name);
   std::unique_ptr<hal::Clock> clock;
   if (options.virtual_time)
     clock = std::make_unique<hal::VirtualClock>();
   else
     clock = std::make_unique<hal::SteadyClock>();
-  const apps::OpenedRobot opened = apps::open_robot(robot, *clock, options.period);
+  const runtime::OpenedRobot opened = runtime::open_robot(robot, *clock, options.period);
   ExperimentOutcome outcome = run_experiment(plan, options, *opened.robot, *clock, stop);
   if (!outcome.fault.empty() && opened.capture) keep_frames(*opened.capture, plan, options, outcome);
   return outcome;

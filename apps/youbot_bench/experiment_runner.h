@@ -10,12 +10,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/open_robot.h"
-#include "apps/common/real_time.h"
 #include "control/plausibility/checks.h"
 #include "hal/clock.h"
 #include "hal/robot.h"
 #include "identification/experiments/joint_experiment.h"
+#include "runtime/open_robot.h"
+#include "runtime/real_time.h"
 
 namespace youbot_bench {
 
@@ -47,7 +47,7 @@ struct ExperimentOptions {
   std::chrono::nanoseconds period{1'000'000};
   std::chrono::nanoseconds enable_timeout{30'000'000'000};
   control::ChecksOff checks_off{};  ///< of the sensors
-  apps::RealTimeConfig real_time{};
+  runtime::RealTimeConfig real_time{};
 };
 
 struct ExperimentOutcome {
@@ -80,6 +80,6 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
 
 /// The same on a robot that it opens.
 ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOptions& options,
-                                 const apps::RobotOptions& robot, const std::atomic<bool>& stop);
+                                 const runtime::RobotOptions& robot, const std::atomic<bool>& stop);
 
 }  // namespace youbot_bench

@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/loop.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/joint_fit.h"
 #include "apps/youbot_bench/joint_guard.h"
 #include "control/state_variable_filter.h"
 #include "hal/robot.h"
 #include "identification/experiments/joint_experiment.h"
+#include "runtime/loop.h"
 #include "runtime/supervisor.h"
 #include "runtime/task.h"
 
@@ -58,8 +58,8 @@ class ExperimentTask final : public runtime::Task {
   runtime::Verdict brake(const runtime::Moment& moment, hal::RobotCommand& command,
                          double& fastest_rad_per_s) noexcept override;
 
-  apps::CycleTimes& record() noexcept { return times_; }
-  const apps::CycleTimes& record() const noexcept { return times_; }
+  runtime::CycleTimes& record() noexcept { return times_; }
+  const runtime::CycleTimes& record() const noexcept { return times_; }
   /// Setup: why the experiment does not fit, in words; empty when it does.
   std::string misfit() const;
   int measurement() const noexcept { return measurement_; }
@@ -110,7 +110,7 @@ class ExperimentTask final : public runtime::Task {
   double reading_time_s_ = 0.0;
   int cycles_since_row_ = 0;
   ExperimentRecord record_{};
-  apps::CycleTimes times_{};
+  runtime::CycleTimes times_{};
 };
 
 using ExperimentCycle = runtime::Supervised<ExperimentTask>;

@@ -13,10 +13,10 @@
 #include <utility>
 #include <variant>
 
-#include "apps/common/ethercat_config.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/quantity.h"
 #include "apps/youbot_bench/experiment_request.h"
+#include "runtime/configuration/ethercat_config.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/configuration/quantity.h"
 
 namespace youbot_bench {
 
@@ -84,8 +84,8 @@ ExperimentCommand::ExperimentCommand(CLI::App& app, ExperimentRequest request)
 /// What is given is kept until the file was read, over which it stands.
 template <typename Value>
 void ExperimentCommand::add(const Parameter& parameter, const Value& value) {
-  const std::string option = apps::option_name(parameter.key);
-  const std::string unit = apps::quantity_of(parameter.key).unit;
+  const std::string option = runtime::option_name(parameter.key);
+  const std::string unit = runtime::quantity_of(parameter.key).unit;
   const std::string help = parameter.help + (unit.empty() ? "" : ", " + unit);
   CLI::Option* added = nullptr;
   if constexpr (std::is_same_v<Value, std::string>) {
@@ -100,7 +100,7 @@ void ExperimentCommand::add(const Parameter& parameter, const Value& value) {
     added = command_->add_option_function<Value>(
         option, [this, key = std::string(parameter.key)](const Value& given) { given_[key] = given; }, help);
     if constexpr (!std::is_same_v<Value, bool>)
-      added->check(apps::finite_range(parameter.min, parameter.max));
+      added->check(runtime::finite_range(parameter.min, parameter.max));
   }
   if (const std::string text = fmt::format("{}", value); !text.empty()) added->default_str(text);
 }
@@ -126,7 +126,7 @@ int ExperimentCommand::run() {
     read_experiment(config_file_, request_);
   take_given(request_.settings);
   std::visit([this](auto& config) { take_given(config); }, request_.parameters);
-  if (!kind_.empty()) request_.ethercat.kind = apps::ethercat_kind(kind_);
+  if (!kind_.empty()) request_.ethercat.kind = runtime::ethercat_kind(kind_);
   return run_experiment(request_);
 }
 

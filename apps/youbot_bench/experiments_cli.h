@@ -9,7 +9,7 @@ namespace youbot_bench {
 
 /// `steady-state`, `torque-ramp`, `dahl`, `presliding`, `stick-slip`, `compensation`, `staircase`,
 /// `reversals`, `multisine`. Each runs until it is finished, asked to stop or stopped by a fault.
-/// @throws apps::ConfigError, std::invalid_argument, hal::SetupError.
+/// @throws runtime::ConfigError, std::invalid_argument, hal::SetupError.
 std::vector<Subcommand> add_experiments(CLI::App& app);
 
 }  // namespace youbot_bench

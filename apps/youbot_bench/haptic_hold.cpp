@@ -14,25 +14,25 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/build_info.h"
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/made_paths.h"
-#include "apps/common/open_haptic.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/real_time.h"
-#include "apps/common/record_rows.h"
-#include "apps/common/recording.h"
-#include "apps/common/robot_session.h"
-#include "apps/common/shared_tables.h"
-#include "apps/common/stop_on_signals.h"
-#include "apps/common/toml_reader.h"
 #include "apps/report/report.h"
 #include "control/point_spring.h"
 #include "control/port_energy.h"
 #include "drivers/latency_histogram.h"
 #include "hal/seconds.h"
 #include "hal/setup_error.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/configuration/shared_tables.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/open_haptic.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/stop_on_signals.h"
+#include "runtime/real_time.h"
+#include "runtime/recording/made_paths.h"
+#include "runtime/recording/output_directory.h"
+#include "runtime/recording/record_rows.h"
+#include "runtime/recording/recording.h"
+#include "runtime/robot_session.h"
 
 namespace youbot_bench {
 namespace {
@@ -105,22 +105,23 @@ class Operator {
   int step_ = 0;
 };
 
-std::vector<apps::Recording<HoldRecord>::Table> open(const std::filesystem::path& directory,
-                                                     const HapticHoldOptions& options,
-                                                     const hal::HapticInfo& device, apps::MadePaths& made) {
+std::vector<runtime::Recording<HoldRecord>::Table> open(const std::filesystem::path& directory,
+                                                        const HapticHoldOptions& options,
+                                                        const hal::HapticInfo& device,
+                                                        runtime::MadePaths& made) {
   const std::filesystem::path path = directory / kRecording;
-  std::vector<apps::Recording<HoldRecord>::Table> tables;
-  tables.push_back({std::make_unique<apps::RecordingFile>(
+  std::vector<runtime::Recording<HoldRecord>::Table> tables;
+  tables.push_back({std::make_unique<runtime::RecordingFile>(
       path,
-      std::vector<apps::RecordingFile::Comment>{
+      std::vector<runtime::RecordingFile::Comment>{
           {"rig", "haptic"},
           {"experiment", "haptic-hold"},
           {"device", device.name},
           {"sample_rate_Hz", "1000"},
           {"stiffness_N_per_m", std::to_string(options.stiffness_N_per_m)},
           {"damping_N_s_per_m", std::to_string(options.damping_N_s_per_m)},
-          {"software", apps::build_version()}},
-      apps::columns_of(HoldRecord{}))});
+          {"software", runtime::build_version()}},
+      runtime::columns_of(HoldRecord{}))});
   made.add(path);
   return tables;
 }
@@ -143,8 +144,8 @@ class HoldRecording {
   }
 
  private:
-  apps::MadePaths made_;
-  apps::Recording<HoldRecord> recording_;  // last: its thread uses what is above
+  runtime::MadePaths made_;
+  runtime::Recording<HoldRecord> recording_;  // last: its thread uses what is above
 };
 
 struct Outcome {
@@ -289,7 +290,7 @@ class Hold {
   nanoseconds worst_age_{};
   std::uint64_t told_samples_ = 0;
   Outcome outcome_;
-  apps::Recorder<Line> teller_{64, print, [] { std::fflush(stdout); }};
+  runtime::Recorder<Line> teller_{64, print, [] { std::fflush(stdout); }};
 };
 
 void write_report(const std::filesystem::path& directory, const HapticHoldOptions& options,
@@ -355,27 +356,27 @@ void print_summary(const Outcome& outcome) {
                 static_cast<unsigned long long>(outcome.samples));
 }
 
-apps::HapticOptions load_options(const HapticHoldOptions& options) {
-  apps::HapticOptions haptic;
+runtime::HapticOptions load_options(const HapticHoldOptions& options) {
+  runtime::HapticOptions haptic;
   if (!options.config.empty()) {
     const std::filesystem::path path(options.config);
-    apps::TomlFile file = apps::TomlFile::parse(path);
-    apps::TomlTable root = file.root();
-    apps::TomlTable table = root.table("haptic");
-    apps::read_haptic(table, path.parent_path(), haptic);
-    apps::leave_to_others(root, {"haptic"});
+    runtime::TomlFile file = runtime::TomlFile::parse(path);
+    runtime::TomlTable root = file.root();
+    runtime::TomlTable table = root.table("haptic");
+    runtime::read_haptic(table, path.parent_path(), haptic);
+    runtime::leave_to_others(root, {"haptic"});
     file.finish();
   }
   if (!options.haptic.empty()) haptic.name = options.haptic;
-  if (options.virtual_time && !apps::is_simulated_haptic(haptic.name))
+  if (options.virtual_time && !runtime::is_simulated_haptic(haptic.name))
     throw std::invalid_argument("--virtual-time: " + haptic.name + " lives in real time");
   return haptic;
 }
 
 /// Whether this thread, and so the device's, may be real-time.
-void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& haptic) {
+void prepare_real_time(const HapticHoldOptions& options, runtime::HapticOptions& haptic) {
   std::string all;
-  apps::RealTimeThread attempt;  // given back at once
+  runtime::RealTimeThread attempt;  // given back at once
   for (const std::string& problem : attempt.enter({})) all += "\n  " + problem;
   if (all.empty()) return;
   if (!options.allow_non_real_time)
@@ -389,26 +390,26 @@ void prepare_real_time(const HapticHoldOptions& options, apps::HapticOptions& ha
 }  // namespace
 
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop) {
-  apps::HapticOptions haptic = load_options(options);
-  apps::bear_pauses(haptic);
-  apps::MadePaths made;
+  runtime::HapticOptions haptic = load_options(options);
+  runtime::bear_pauses(haptic);
+  runtime::MadePaths made;
   if (!options.out.empty()) {
-    apps::require_no_results(options.out, {kRecording, "report.html"});
-    made.add(apps::make_output_directory(options.out));
+    runtime::require_no_results(options.out, {kRecording, "report.html"});
+    made.add(runtime::make_output_directory(options.out));
   }
   if (!options.virtual_time) prepare_real_time(options, haptic);
-  const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
-  const apps::OpenedHaptic opened = apps::open_haptic(haptic, *clock, kPeriod);
+  const std::unique_ptr<hal::Clock> clock = runtime::make_clock(options.virtual_time);
+  const runtime::OpenedHaptic opened = runtime::open_haptic(haptic, *clock, kPeriod);
   std::unique_ptr<Operator> hand;
   if (opened.hand) hand = std::make_unique<Operator>(*opened.hand, Vector3d(options.point_m.data()));
 
   std::unique_ptr<HoldRecording> recording;
   Outcome outcome;
   {
-    const apps::HapticActivation activation(*opened.device);
+    const runtime::HapticActivation activation(*opened.device);
     const hal::HapticInfo& info = opened.device->info();
     if (!options.quiet) {
-      spdlog::info("{}: {}, {:g} N at most{}", apps::build_version(), info.name, info.force_limit_N,
+      spdlog::info("{}: {}, {:g} N at most{}", runtime::build_version(), info.name, info.force_limit_N,
                    options.virtual_time ? ", virtual time" : "; Ctrl-C stops");
       for (const std::string& warning : info.warnings) spdlog::warn("{}: {}", info.name, warning);
       std::printf("%8s %14s %10s %10s %10s %12s\n", "time s", "off point mm", "force N", "rate Hz", "age ms",
@@ -416,7 +417,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
     }
     if (!options.out.empty()) recording = std::make_unique<HoldRecording>(options.out, options, info);
     Hold hold(options, *opened.device, *clock);
-    apps::RealTimeThread real_time;
+    runtime::RealTimeThread real_time;
     if (!options.virtual_time) (void)real_time.enter({});  // a refusal was logged before
     outcome = hold.run(hand.get(), recording.get(), stop);
   }
@@ -428,10 +429,10 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
     print_summary(outcome);
     if (!options.out.empty()) std::printf("recorded in %s\n", options.out.c_str());
   }
-  if (measured && outcome.fault.ok()) return apps::kExitOk;
+  if (measured && outcome.fault.ok()) return runtime::kExitOk;
   spdlog::error("{}: stopped by a fault: {}", opened.device->info().name,
                 opened.device->describe(outcome.fault));
-  return apps::kExitFault;
+  return runtime::kExitFault;
 }
 
 Subcommand add_haptic_hold(CLI::App& app) {
@@ -442,18 +443,18 @@ Subcommand add_haptic_hold(CLI::App& app) {
                       "loopback, force-dimension, falcon, spacemouse; none: the file's, else loopback");
   command->add_option("--config", options->config, "TOML file with a [haptic] table");
   command->add_option("--stiffness", options->stiffness_N_per_m, "N/m")
-      ->check(apps::finite_range(0.0, kMostHoldStiffness_N_per_m))
+      ->check(runtime::finite_range(0.0, kMostHoldStiffness_N_per_m))
       ->capture_default_str();
   command->add_option("--damping", options->damping_N_s_per_m, "N·s/m")
-      ->check(apps::finite_range(0.0, kMostHoldDamping_N_s_per_m))
+      ->check(runtime::finite_range(0.0, kMostHoldDamping_N_s_per_m))
       ->capture_default_str();
   command
       ->add_option("--point", options->point_m,
                    "x y z in m, from the device's origin: x towards the user, y to the right, z up")
-      ->check(apps::finite_range(-0.2, 0.2))
+      ->check(runtime::finite_range(-0.2, 0.2))
       ->capture_default_str();
   command->add_option("--duration", options->duration_s, "seconds")
-      ->check(apps::finite_range(0.1, 3600.0))
+      ->check(runtime::finite_range(0.1, 3600.0))
       ->capture_default_str();
   command->add_option("--out", options->out, "directory for haptic.csv and report.html");
   command->add_flag("--virtual-time", options->virtual_time, "as fast as the machine allows (loopback)");
@@ -461,8 +462,8 @@ Subcommand add_haptic_hold(CLI::App& app) {
                     "go on when the system refuses real-time scheduling or memory locking");
   command->add_flag("--quiet", options->quiet, "print problems only");
   return {command, [options] {
-            apps::stop_on_signals();
-            return haptic_hold(*options, apps::stop_requested);
+            runtime::stop_on_signals();
+            return haptic_hold(*options, runtime::stop_requested);
           }};
 }
 

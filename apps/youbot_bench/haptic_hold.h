@@ -29,7 +29,7 @@ inline constexpr double kMostHoldDamping_N_s_per_m = 20.0;
 
 /// The exit code. Set `stop` to end it early; the force then fades out as at the end. On the loopback
 /// somebody pulls the pen away and lets it go, over and over.
-/// @throws apps::ConfigError, std::invalid_argument, hal::SetupError.
+/// @throws runtime::ConfigError, std::invalid_argument, hal::SetupError.
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop);
 
 Subcommand add_haptic_hold(CLI::App& app);

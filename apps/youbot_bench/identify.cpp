@@ -13,12 +13,6 @@
 #include <string_view>
 #include <utility>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/recording_reader.h"
-#include "apps/common/whole_file.h"
 #include "apps/youbot_bench/identify_report.h"
 #include "apps/youbot_bench/model_writer.h"
 #include "identification/fit/model_choice.h"
@@ -28,6 +22,12 @@
 #include "identification/fit/static_map.h"
 #include "model/effects/dissipation.h"
 #include "model/friction/any_law.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/recording/output_directory.h"
+#include "runtime/recording/recording_reader.h"
 
 namespace youbot_bench {
 namespace {
@@ -75,8 +75,8 @@ std::string decision_of(const fits::ChoiceStep& step) {
 }
 
 identification::Recording read(const std::filesystem::path& path,
-                               apps::NotMeasured not_measured = apps::NotMeasured::kRefused) {
-  apps::ReadRecording read = apps::read_recording(path, not_measured);
+                               runtime::NotMeasured not_measured = runtime::NotMeasured::kRefused) {
+  runtime::ReadRecording read = runtime::read_recording(path, not_measured);
   for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
   return std::move(read.recording);
 }
@@ -230,7 +230,7 @@ model::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
 /// A law that drives is none, and what compensates it drives too.
 void require_braking(const IdentifiedModel& model) {
   const std::string why =
-      apps::driving_friction(drive_model_of(model), model::effects::kUsualTopSpeed_rad_per_s);
+      runtime::driving_friction(drive_model_of(model), model::effects::kUsualTopSpeed_rad_per_s);
   if (!why.empty())
     throw std::invalid_argument(
         "no model of " + model.name + " is written: " + why +
@@ -311,7 +311,7 @@ void identify(const IdentifyOptions& options) {
   std::vector<Rig> rigs;
   for (const auto& named : options.maps)
     for (const auto& path : maps_at(named)) {
-      identification::Recording map = read(path, apps::NotMeasured::kTaken);
+      identification::Recording map = read(path, runtime::NotMeasured::kTaken);
       Rig& rig = rig_named(rigs, map.rig);
       rig.identified.model.evidence.push_back("sliding friction from " + path.filename().string());
       rig.maps.push_back(std::move(map));
@@ -331,9 +331,9 @@ void identify(const IdentifyOptions& options) {
   const auto directory_of = [&](const IdentifiedRig& rig) {
     return rigs.size() > 1 ? options.out / rig.model.name : options.out;
   };
-  apps::require_no_results(options.out, {"report.html"});
-  for (const Rig& rig : rigs) apps::require_no_results(directory_of(rig.identified), {"model.toml"});
-  for (const Rig& rig : rigs) apps::make_output_directory(directory_of(rig.identified));
+  runtime::require_no_results(options.out, {"report.html"});
+  for (const Rig& rig : rigs) runtime::require_no_results(directory_of(rig.identified), {"model.toml"});
+  for (const Rig& rig : rigs) runtime::make_output_directory(directory_of(rig.identified));
 
   const Teller tell(options.quiet);
   std::vector<IdentifiedRig> identified;
@@ -344,7 +344,7 @@ void identify(const IdentifyOptions& options) {
   }
   for (const IdentifiedRig& rig : identified) {
     const std::filesystem::path file = directory_of(rig) / "model.toml";
-    apps::write_whole_file(file, model_text(rig.model));
+    runtime::write_whole_file(file, model_text(rig.model));
     tell("written: {}\n", file.string());
   }
   write_identify_report(identified, options.out);
@@ -367,20 +367,20 @@ Subcommand add_identify(CLI::App& app) {
   command
       ->add_option("--speeds-above", options->speeds.above_rad_per_s,
                    "fit the map's speeds from this one on, rad/s")
-      ->check(apps::finite_range(0, 1e6))
+      ->check(runtime::finite_range(0, 1e6))
       ->capture_default_str();
   command
       ->add_option("--speeds-below", options->speeds.below_rad_per_s,
                    "fit the map's speeds up to this one, rad/s; when less than --speeds-above, what "
                    "lies between is left out")
-      ->check(apps::finite_range(0, 1e6));
+      ->check(runtime::finite_range(0, 1e6));
   command->add_option("--inertia", options->inertia_kg_m2, "kg·m², joint side, when it is known")
-      ->check(apps::finite_range(1e-12, 1e6));
+      ->check(runtime::finite_range(1e-12, 1e6));
   command->add_option("--out", options->out, "directory for model.toml and report.html")->required();
   command->add_flag("--quiet", options->quiet, "print problems only");
   return {command, [options] {
             identify(*options);
-            return apps::kExitOk;
+            return runtime::kExitOk;
           }};
 }
 

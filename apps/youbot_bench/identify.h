@@ -25,7 +25,7 @@ struct IdentifyOptions {
 
 /// Prints what was found, with intervals, errors and what the recordings do not tell, and writes
 /// `out`/model.toml and, about it, report.html. Maps of several rigs give `out`/RIG/model.toml for each and
-/// one report about all. @throws std::invalid_argument or apps::RecordingError for files that do not fit
+/// one report about all. @throws std::invalid_argument or runtime::RecordingError for files that do not fit
 /// together, an unknown law, one that would drive the joint or an older model in `out`; hal::SetupError when
 /// the files cannot be written.
 void identify(const IdentifyOptions& options);

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
 #include "apps/report/report.h"
 #include "apps/youbot_bench/findings_series.h"
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -133,7 +133,7 @@ void add_parameters(report::Page& page, std::span<const IdentifiedRig> rigs, Est
   std::vector<report::Row> rows;
   for (const auto& [model, evidence] : rigs)
     for (const fits::Estimate& estimate : estimates_of(model)) {
-      const apps::Quantity quantity = quantity_of(estimate);
+      const runtime::Quantity quantity = quantity_of(estimate);
       const bool known = estimate.ok() || is_given(estimate);
       rows.push_back({model.name, quantity.name, known ? estimate.value : kUnknown,
                       estimate.ok() ? estimate.lower : kUnknown, estimate.ok() ? estimate.upper : kUnknown,
@@ -156,7 +156,7 @@ std::string found(std::span<const IdentifiedRig> rigs, const std::string& what, 
     for (const auto& estimates : {sliding_estimates(model), model.moving, model.presliding})
       if (const fits::Estimate* const estimate = fits::find_estimate(estimates, effect, parameter))
         if (estimate->ok()) values.push_back(estimate->value);
-  return values.empty() ? "" : what + " " + apps::range_text(values, apps::quantity_of(parameter).unit);
+  return values.empty() ? "" : what + " " + runtime::range_text(values, runtime::quantity_of(parameter).unit);
 }
 
 std::string title_of(std::span<const IdentifiedRig> rigs) {
@@ -168,7 +168,8 @@ std::string title_of(std::span<const IdentifiedRig> rigs) {
                                      found(rigs, "inertia", "", "inertia_kg_m2"),
                                      found(rigs, "bristle stiffness", "presliding", "stiffness_Nm_per_rad")})
     if (!finding.empty()) findings += (findings.empty() ? ": " : ", ") + finding;
-  return "Drive model of " + apps::list_text(names) + (findings.empty() ? ": nothing identified" : findings);
+  return "Drive model of " + runtime::list_text(names) +
+         (findings.empty() ? ": nothing identified" : findings);
 }
 
 }  // namespace

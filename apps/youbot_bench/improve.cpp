@@ -18,17 +18,6 @@
 #include <string_view>
 #include <utility>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/hidden_effect.h"
-#include "apps/common/open_robot.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/progress_line.h"
-#include "apps/common/regular_file.h"
-#include "apps/common/stop_on_signals.h"
-#include "apps/common/toml_reader.h"
-#include "apps/common/whole_file.h"
 #include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiment_request.h"
 #include "apps/youbot_bench/improve_report.h"
@@ -36,6 +25,17 @@
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/demo_config.h"
 #include "hal/setup_error.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/configuration/hidden_effect.h"
+#include "runtime/configuration/regular_file.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/open_robot.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/progress_line.h"
+#include "runtime/program/stop_on_signals.h"
+#include "runtime/recording/output_directory.h"
 
 namespace youbot_bench {
 namespace {
@@ -74,13 +74,13 @@ void record(ExperimentRequest experiment, const ImproveOptions& options) {
   experiment.yes = true;  // improve() has asked
   experiment.quiet = true;
   const std::string name = experiment.name;
-  if (run_experiment(std::move(experiment)) != apps::kExitOk)
+  if (run_experiment(std::move(experiment)) != runtime::kExitOk)
     throw hal::SetupError("youbot-bench", "record the experiment " + name, "see above");
 }
 
 /// In virtual time nothing but a simulation moves.
 bool moves_a_machine(const ImproveOptions& options) {
-  return !apps::is_simulated(options.robot) && !options.virtual_time;
+  return !runtime::is_simulated(options.robot) && !options.virtual_time;
 }
 
 bool came_to_its_end(const Run& run) { return run.summary.stop_reason.empty() && !run.summary.cut_short; }
@@ -90,10 +90,10 @@ struct Stopped {};
 
 youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
   const fs::path directory = out / wheel_name(wheel);
-  apps::make_output_directory(directory);
-  model::effects::DriveModel model = apps::known_wheel_model();
+  runtime::make_output_directory(directory);
+  model::effects::DriveModel model = runtime::known_wheel_model();
   model.name = wheel_name(wheel);
-  apps::write_whole_file(directory / "base.toml", apps::drive_model_text(model));
+  runtime::write_whole_file(directory / "base.toml", runtime::drive_model_text(model));
   youbot_gap::GapOptions search{.inputs = {.model = directory / "base.toml"}, .out = directory};
   for (const ExperimentRequest& experiment : experiments())
     search.inputs.data.push_back(out / "recordings" / experiment.name / (wheel_name(wheel) + ".csv"));
@@ -101,7 +101,7 @@ youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
 }
 
 /// All wheels at once. @throws Stopped when the program is asked to end.
-std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, apps::ProgressLine& progress) {
+std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, runtime::ProgressLine& progress) {
   struct Search {
     youbot_gap::GapOptions options;
     youbot_gap::Inputs inputs;
@@ -119,7 +119,7 @@ std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, apps::P
     search.findings = std::async(std::launch::async, [&search] {
       return youbot_gap::write_findings(std::move(search.inputs), search.options,
                                         [&search](std::string_view, double done) {
-                                          if (apps::stop_requested) throw Stopped();
+                                          if (runtime::stop_requested) throw Stopped();
                                           search.done = done;
                                         });
     });
@@ -154,7 +154,7 @@ Run driven(const youbotd::Config& config, const fs::path& file, const ImproveOpt
   run.reference_X_WB.reserve(kMostPoints);
   youbotd::SessionOptions session;
   session.config_file = file;
-  session.virtual_time = options.virtual_time || apps::is_simulated(options.robot);
+  session.virtual_time = options.virtual_time || runtime::is_simulated(options.robot);
   session.allow_non_real_time = options.allow_non_real_time;
   session.after_cycle = [&run,
                          next = std::chrono::nanoseconds{}](const youbotd::CycleRecord& record) mutable {
@@ -165,13 +165,13 @@ Run driven(const youbotd::Config& config, const fs::path& file, const ImproveOpt
     run.X_WB.push_back(pose_of(std::isfinite(record.truth_W[0]) ? record.truth_W : record.odometry_W));
     run.reference_X_WB.push_back(pose_of(record.reference_W));
   };
-  run.summary = youbotd::run_session(config, session, apps::stop_requested);
+  run.summary = youbotd::run_session(config, session, runtime::stop_requested);
   return run;
 }
 
 std::string text_of(const fs::path& path) {
   try {
-    return apps::read_regular_file(path, apps::kMaxToml_bytes);
+    return runtime::read_regular_file(path, runtime::kMaxToml_bytes);
   } catch (const std::runtime_error& error) {
     throw std::invalid_argument("--config: " + path.string() + ": " + error.what());
   }
@@ -202,7 +202,7 @@ Drive drive(const ImproveOptions& options, const std::string& name, const std::s
   std::string text = with_line(configuration(options), "compensation", "models = [" + models + "]");
   if (!simulated_wheels.empty()) text = with_line(std::move(text), "simulation", simulated_wheels);
   const fs::path file = options.out / ("youbotd-" + name + ".toml");
-  apps::write_whole_file(file, text);
+  runtime::write_whole_file(file, text);
 
   youbotd::Config config = youbotd::load_config(file);
   config.robot.name = options.robot;
@@ -220,7 +220,7 @@ Drive drive(const ImproveOptions& options, const std::string& name, const std::s
 
 void check(const ImproveOptions& options) {
   using Stage = ImproveOptions::Stage;
-  if (apps::is_simulated(options.robot)) {
+  if (runtime::is_simulated(options.robot)) {
     if (options.robot != "loopback" || !options.config.empty() || options.stage != Stage::kBoth)
       throw std::invalid_argument(
           "--robot: ethercat:IFACE alone takes --config and --stage; without it the simulated robot in this "
@@ -229,7 +229,7 @@ void check(const ImproveOptions& options) {
       throw std::invalid_argument("--hidden-effect SEED is missing, or a robot: --robot ethercat:IFACE");
     return;
   }
-  apps::check_virtual_time(options.robot);
+  runtime::check_virtual_time(options.robot);
   if (options.hidden_effect)
     throw std::invalid_argument(
         "--hidden-effect: what a robot on a bus has is its own; youbot-sim --hidden-effect SEED hides it "
@@ -254,9 +254,9 @@ void check_measured(const ImproveOptions& options) {
 }
 
 /// False when it was asked to stop.
-bool measure(const ImproveOptions& options, apps::ProgressLine& progress, Improvement& improvement) {
-  apps::make_output_directory(options.out);
-  apps::require_empty(options.out);
+bool measure(const ImproveOptions& options, runtime::ProgressLine& progress, Improvement& improvement) {
+  runtime::make_output_directory(options.out);
+  runtime::require_empty(options.out);
   if (moves_a_machine(options) && !options.yes)
     confirm({.robot = options.robot,
              .what = "ALL WHEELS WILL TURN, for some minutes",
@@ -268,7 +268,7 @@ bool measure(const ImproveOptions& options, apps::ProgressLine& progress, Improv
   for (const ExperimentRequest& experiment : all) {
     progress.show(std::string("recording ") + experiment.name, done);
     record(experiment, options);
-    if (apps::stop_requested) return false;
+    if (runtime::stop_requested) return false;
     done += kRecorded / static_cast<double>(all.size());
   }
   try {
@@ -279,7 +279,7 @@ bool measure(const ImproveOptions& options, apps::ProgressLine& progress, Improv
   return true;
 }
 
-void drive_both(const ImproveOptions& options, apps::ProgressLine& progress, Improvement& improvement) {
+void drive_both(const ImproveOptions& options, runtime::ProgressLine& progress, Improvement& improvement) {
   const auto came_to_their_end = [](const Drive& drive) {
     return came_to_its_end(drive.demo) && came_to_its_end(drive.mirrored);
   };
@@ -302,19 +302,19 @@ void drive_both(const ImproveOptions& options, apps::ProgressLine& progress, Imp
 Improvement run_chain(const ImproveOptions& options) {
   using Stage = ImproveOptions::Stage;
   check(options);
-  apps::ProgressLine progress("youbot-bench improve", options.quiet);
+  runtime::ProgressLine progress("youbot-bench improve", options.quiet);
   Improvement improvement;
   if (options.stage == Stage::kDrive) check_measured(options);
   if (options.stage != Stage::kDrive && !measure(options, progress, improvement)) return improvement;
   if (options.stage != Stage::kMeasure) drive_both(options, progress, improvement);
-  if (apps::stop_requested) return improvement;
+  if (runtime::stop_requested) return improvement;
   progress.show("done", 1);
   progress.finish();
   return improvement;
 }
 
 int improve(const ImproveOptions& options) {
-  apps::stop_on_signals();
+  runtime::stop_on_signals();
   const Improvement improvement = run_chain(options);
   for (const Drive* drive : {improvement.nothing_hidden ? &*improvement.nothing_hidden : nullptr,
                              &improvement.base, &improvement.improved}) {
@@ -322,25 +322,25 @@ int improve(const ImproveOptions& options) {
     for (const Run* run : {&drive->demo, &drive->mirrored}) {
       if (run->summary.stop_reason.empty()) continue;
       spdlog::error("a drive was stopped by a fault at {}", run->summary.stop_reason);
-      return apps::kExitFault;
+      return runtime::kExitFault;
     }
   }
-  if (apps::stop_requested) {
+  if (runtime::stop_requested) {
     spdlog::info("stopped on request, nothing to compare");
-    return apps::kExitOk;
+    return runtime::kExitOk;
   }
   std::string text = improvement_text(improvement);
   if (options.stage == ImproveOptions::Stage::kMeasure) {
     text += "Now on the ground, with --stage drive and the same --out.\n";
   } else {
     const std::string reveal =
-        options.hidden_effect ? reveal_text(improvement, apps::HiddenEffect(*options.hidden_effect)) : "";
+        options.hidden_effect ? reveal_text(improvement, runtime::HiddenEffect(*options.hidden_effect)) : "";
     improvement_page(improvement, reveal).write(options.out / "report.html");
     text += "report: " + (options.out / "report.html").string() + "\n";
     if (!reveal.empty()) text += "\n" + reveal;
   }
   if (!options.quiet) std::fputs(text.c_str(), stdout);
-  return apps::kExitOk;
+  return runtime::kExitOk;
 }
 
 Subcommand add_improve(CLI::App& app) {
@@ -361,7 +361,7 @@ Subcommand add_improve(CLI::App& app) {
   command
       ->add_option("--hidden-effect", options->hidden_effect,
                    "seed that draws the effect of the simulated robot in this program")
-      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed));
+      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed));
   command->add_option("--robot", options->robot, "ethercat:IFACE: a robot or youbot-sim, with what it has");
   command->add_option("--config", options->config, "youbotd's TOML file for that robot; none: the demo's");
   command->add_option("--stage", options->stage, "measure, with the wheels off the ground, or drive, on it")
@@ -377,7 +377,7 @@ Subcommand add_improve(CLI::App& app) {
   command
       ->add_option("--wheel", options->wheel,
                    "explain this one and take its model for all; none: each wheel gets its own")
-      ->check(apps::finite_range(1, 4));
+      ->check(runtime::finite_range(1, 4));
   command->add_flag("--quiet", options->quiet, "print problems only");
   return {command, [options] { return improve(*options); }};
 }
@@ -386,11 +386,11 @@ Subcommand add_reveal(CLI::App& app) {
   const auto seed = std::make_shared<std::uint64_t>(0);
   CLI::App* const command = app.add_subcommand("reveal", "tell what --hidden-effect SEED hides; for the end");
   command->add_option("--hidden-effect", *seed, "the seed")
-      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed))
+      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed))
       ->required();
   return {command, [seed] {
-            std::printf("%s\n", apps::HiddenEffect(*seed).reveal().c_str());
-            return apps::kExitOk;
+            std::printf("%s\n", runtime::HiddenEffect(*seed).reveal().c_str());
+            return runtime::kExitOk;
           }};
 }
 

@@ -20,7 +20,7 @@ struct ImproveOptions {
   enum class Stage : std::uint8_t { kBoth, kMeasure, kDrive };
 
   std::string robot = "loopback";                ///< or ethercat:IFACE, with whatever its drives have
-  std::optional<std::uint64_t> hidden_effect{};  ///< of the loopback robot: seed, see apps::HiddenEffect
+  std::optional<std::uint64_t> hidden_effect{};  ///< of the loopback robot: seed, see runtime::HiddenEffect
   std::filesystem::path out{};
   std::filesystem::path config{};  ///< youbotd's, for a robot on a bus; none: the demo's
   int wheel = 0;  ///< the one to explain, whose model then stands for all four; 0: each wheel gets its own

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/wording.h"
 #include "apps/youbotd/report.h"
 #include "control/link_map.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -22,7 +22,7 @@ std::string named_by(const youbot_gap::Findings& findings) {
   std::vector<std::string> names;
   for (const identification::gap::FoundEffect& found : findings.result.effects)
     names.push_back(youbot_gap::name_with_rivals(found));
-  return apps::list_text(names);
+  return runtime::list_text(names);
 }
 
 bool names(const youbot_gap::Findings& findings, std::string_view effect) {
@@ -213,12 +213,12 @@ std::string improvement_text(const Improvement& improvement) {
   return text;
 }
 
-std::string reveal_text(const Improvement& improvement, const apps::HiddenEffect& hidden) {
+std::string reveal_text(const Improvement& improvement, const runtime::HiddenEffect& hidden) {
   const std::string_view effect = model::effects::name_of(hidden.effect());
   const auto right = std::ranges::count_if(
       improvement.wheels, [&](const youbot_gap::Findings& findings) { return names(findings, effect); });
   return fmt::format("Hidden was {}; named on {} of {}.\n", hidden.reveal(), right,
-                     apps::count_text(static_cast<long long>(improvement.wheels.size()), "wheel"));
+                     runtime::count_text(static_cast<long long>(improvement.wheels.size()), "wheel"));
 }
 
 report::Page improvement_page(const Improvement& improvement, const std::string& reveal) {

@@ -3,9 +3,9 @@
 #pragma once
 #include <string>
 
-#include "apps/common/hidden_effect.h"
 #include "apps/report/report.h"
 #include "apps/youbot_bench/improve.h"
+#include "runtime/configuration/hidden_effect.h"
 
 namespace youbot_bench {
 
@@ -21,7 +21,7 @@ bool less(double after, double before);
 /// done.
 std::string improvement_text(const Improvement& improvement);
 /// What was hidden, and whether the search named it. For the end.
-std::string reveal_text(const Improvement& improvement, const apps::HiddenEffect& hidden);
+std::string reveal_text(const Improvement& improvement, const runtime::HiddenEffect& hidden);
 /// Both for people, with plots. `reveal`: empty where nobody knows what is hidden.
 report::Page improvement_page(const Improvement& improvement, const std::string& reveal);
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "apps/common/wording.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
 
-using apps::number_text;
+using runtime::number_text;
 
 /// No plan goes nearer to the ends of the range.
 constexpr double kPlanMargin_rad = 0.05;

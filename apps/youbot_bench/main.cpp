@@ -2,8 +2,6 @@
 #include <CLI/CLI.hpp>
 #include <vector>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/run_app.h"
 #include "apps/youbot_bench/curve.h"
 #include "apps/youbot_bench/diagnose.h"
 #include "apps/youbot_bench/experiments_cli.h"
@@ -14,6 +12,8 @@
 #include "apps/youbot_bench/scan.h"
 #include "apps/youbot_bench/transparency.h"
 #include "apps/youbot_bench/usb_probe.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/run_app.h"
 
 namespace youbot_bench {
 namespace {
@@ -36,9 +36,9 @@ int main(int argc, char** argv) {
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 a fault.");
   app.require_subcommand(1);
   const std::vector<youbot_bench::Subcommand> commands = youbot_bench::add_all(app);
-  return apps::run_app(app, argc, argv, [&commands] {
+  return runtime::run_app(app, argc, argv, [&commands] {
     for (const youbot_bench::Subcommand& command : commands)
       if (command.app->parsed()) return command.run();
-    return apps::kExitUsage;
+    return runtime::kExitUsage;
   });
 }

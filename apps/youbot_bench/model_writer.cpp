@@ -10,8 +10,8 @@
 #include <string_view>
 #include <utility>
 
-#include "apps/common/drive_model_file.h"
 #include "model/effects/any_effect.h"
+#include "runtime/configuration/drive_model_file.h"
 
 namespace youbot_bench {
 namespace {
@@ -40,7 +40,7 @@ double rounded(double value) {
 struct Contents {
   model::effects::DriveModel model{};
   std::vector<std::string> header{};
-  std::vector<apps::EffectRemarks> remarks{};
+  std::vector<runtime::EffectRemarks> remarks{};
 };
 
 /// Adds an effect when all of its parameters are there, else the reasons to the header. An exponent that was
@@ -49,7 +49,7 @@ void add_effect(std::span<const Estimate> estimates, Contents& contents) {
   const std::string& effect = estimates.front().effect;
   const auto& described = model::effects::effect_description(effect).parameters;
   std::vector<model::effects::NamedValue> values;
-  apps::EffectRemarks remarks;
+  runtime::EffectRemarks remarks;
   remarks.parameters.resize(described.size());
   bool fitted = false;
   bool complete = true;
@@ -105,10 +105,10 @@ Contents contents_of(const IdentifiedModel& model) {
 
 }  // namespace
 
-apps::Quantity quantity_of(const Estimate& estimate) {
-  apps::Quantity quantity = apps::quantity_of(estimate.title());
+runtime::Quantity quantity_of(const Estimate& estimate) {
+  runtime::Quantity quantity = runtime::quantity_of(estimate.title());
   if (!estimate.effect.empty() && model::effects::effect_description(estimate.effect).parameters.size() == 1)
-    quantity.name = apps::quantity_of(estimate.effect).name;
+    quantity.name = runtime::quantity_of(estimate.effect).name;
   return quantity;
 }
 
@@ -116,7 +116,7 @@ bool is_given(const Estimate& estimate) { return estimate.not_identifiable.start
 
 std::string model_text(const IdentifiedModel& model) {
   const Contents contents = contents_of(model);
-  return apps::drive_model_text(contents.model, contents.header, contents.remarks);
+  return runtime::drive_model_text(contents.model, contents.header, contents.remarks);
 }
 
 model::effects::DriveModel drive_model_of(const IdentifiedModel& model) { return contents_of(model).model; }

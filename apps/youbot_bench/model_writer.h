@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/quantity.h"
 #include "identification/fit/static_fit.h"
 #include "identification/fit/statistics.h"
 #include "model/effects/drive_model.h"
+#include "runtime/configuration/quantity.h"
 
 namespace youbot_bench {
 
@@ -25,7 +25,7 @@ struct IdentifiedModel {
 };
 
 /// "coulomb", "stribeck velocity" and the unit: the effect alone where it has but one parameter.
-apps::Quantity quantity_of(const identification::fit::Estimate& estimate);
+runtime::Quantity quantity_of(const identification::fit::Estimate& estimate);
 /// Its value was set by the user: it counts, without an interval.
 bool is_given(const identification::fit::Estimate& estimate);
 

@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -75,14 +75,14 @@ Findings driven_findings(const MeasuredExperiment& measured, bool velocity_comma
     velocity.series.push_back(moved);
     torque.series.push_back(pushed);
     displacement.series.push_back(turned);
-    velocity.note = torque.note = "Means over " + apps::number_text(mean_over_s, "s") + ".";
+    velocity.note = torque.note = "Means over " + runtime::number_text(mean_over_s, "s") + ".";
     speeds_rad_per_s.push_back(std::fmax(std::abs(reached.least), std::abs(reached.greatest)));
     findings.table.rows.push_back({joint.name, std::fmax(reached.greatest, 0.0),
                                    std::fmin(reached.least, 0.0), needed.greatest, needed.least, travel_rad});
   }
   findings.title = findings.table.rows.empty() ? "nothing was recorded"
-                                               : apps::list_text(names(measured)) + " reached " +
-                                                     apps::range_text(speeds_rad_per_s, "rad/s");
+                                               : runtime::list_text(names(measured)) + " reached " +
+                                                     runtime::range_text(speeds_rad_per_s, "rad/s");
   findings.plots = {command, velocity, torque, displacement};
   return findings;
 }
@@ -100,7 +100,7 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
             .y = {"torque, commanded", "N·m"},
             .series = {}};
   const std::string slow =
-      "faster than " + apps::number_text(measured.setting("slip_speed_rad_per_s", kUnknown), "rad/s");
+      "faster than " + runtime::number_text(measured.setting("slip_speed_rad_per_s", kUnknown), "rad/s");
   std::vector<std::string> slipping;
   std::vector<std::string> holding;
   for (unsigned look = 0; look < measured.joints.size(); ++look) {
@@ -127,7 +127,7 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
         .title = joint.name, .x = {"time since the pull began", "s"}, .y = kVelocity, .series = {forward}};
     if (!slips.empty())
       velocity.title +=
-          all_slips > 0 ? ": " + apps::count_text(std::llround(all_slips), "slip") : ": no slip " + slow;
+          all_slips > 0 ? ": " + runtime::count_text(std::llround(all_slips), "slip") : ": no slip " + slow;
     if (!backward.x.empty()) velocity.series.push_back(backward);
     findings.plots.push_back(velocity);
     pull.series.push_back(pulled);
@@ -136,11 +136,11 @@ Findings stick_slip_findings(const MeasuredExperiment& measured) {
   if (slipping.empty() && holding.empty())
     findings.title = "Stick-slip: no pull was finished";
   else if (slipping.empty())
-    findings.title = "No stick-slip: " + apps::list_text(holding) + " never " + slow;
+    findings.title = "No stick-slip: " + runtime::list_text(holding) + " never " + slow;
   else
-    findings.title = "Stick-slip: " + apps::list_text(slipping) +
+    findings.title = "Stick-slip: " + runtime::list_text(slipping) +
                      (slipping.size() == 1 ? " sticks and slips" : " stick and slip") +
-                     (holding.empty() ? "" : ", " + apps::list_text(holding) + " never " + slow);
+                     (holding.empty() ? "" : ", " + runtime::list_text(holding) + " never " + slow);
   return findings;
 }
 
@@ -173,7 +173,7 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
       if (those.empty()) continue;
       std::vector<double>& all = is_with ? swings_with : swings_without;
       all.insert(all.end(), those.begin(), those.end());
-      const std::string count = apps::range_text(those);
+      const std::string count = runtime::range_text(those);
       (is_with ? with : without).name += ": " + count + (count == "1" ? " swing" : " swings");
     }
     if (without.x.empty()) continue;
@@ -189,17 +189,17 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
     findings.title = "Friction compensation: no measurement was finished";
   else
     findings.title = "Friction compensation: " +
-                     (swings_with.empty() ? "not measured yet" : apps::range_text(swings_with)) +
-                     " swings after a push, without it " + apps::range_text(swings_without);
+                     (swings_with.empty() ? "not measured yet" : runtime::range_text(swings_with)) +
+                     " swings after a push, without it " + runtime::range_text(swings_without);
   findings.remarks.push_back(
       "Each joint is on a spring in software, u = −Kp·(x − xr), pushed once and left "
       "alone. Friction ends the swinging; compensated in full it would never end. Swings "
       "smaller than " +
-      apps::number_text(measured.setting("smallest_swing_rad", kUnknown), "rad") + " are not counted.");
+      runtime::number_text(measured.setting("smallest_swing_rad", kUnknown), "rad") + " are not counted.");
   if (gains.empty()) return findings;
   const bool passive = std::ranges::all_of(gains, [](double gain) { return gain >= 1; });
   findings.remarks.push_back(
-      "Passive gain: " + apps::range_text(gains) +
+      "Passive gain: " + runtime::range_text(gains) +
       " times this help, following the measured speed, brings as much energy as the measured friction of the "
       "joint takes, at the speed where that is least. " +
       (passive ? "The compensated joint is passive: it supplies no energy."
@@ -213,8 +213,8 @@ Findings staircase_findings(const MeasuredExperiment& measured) {
   Findings findings = driven_findings(measured, velocity);
   findings.title =
       "Staircase of " +
-      (velocity ? "velocity up to " + apps::number_text(measured.setting("highest", kUnknown), "rad/s")
-                : "torque up to " + apps::number_text(measured.setting("highest", kUnknown), "N·m")) +
+      (velocity ? "velocity up to " + runtime::number_text(measured.setting("highest", kUnknown), "rad/s")
+                : "torque up to " + runtime::number_text(measured.setting("highest", kUnknown), "N·m")) +
       ": " + findings.title;
   return findings;
 }
@@ -222,7 +222,7 @@ Findings staircase_findings(const MeasuredExperiment& measured) {
 Findings reversals_findings(const MeasuredExperiment& measured) {
   Findings findings = driven_findings(measured, true);
   findings.title = "Reversals of velocity up to " +
-                   apps::number_text(measured.setting("highest_rad_per_s", kUnknown), "rad/s") + ": " +
+                   runtime::number_text(measured.setting("highest_rad_per_s", kUnknown), "rad/s") + ": " +
                    findings.title;
   return findings;
 }
@@ -230,7 +230,7 @@ Findings reversals_findings(const MeasuredExperiment& measured) {
 Findings multisine_findings(const MeasuredExperiment& measured) {
   Findings findings = driven_findings(measured, false);
   findings.title = "Multisine of torque up to " +
-                   apps::number_text(measured.setting("peak_Nm", kUnknown), "N·m") + ": " + findings.title;
+                   runtime::number_text(measured.setting("peak_Nm", kUnknown), "N·m") + ": " + findings.title;
   return findings;
 }
 

@@ -11,11 +11,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "apps/common/can_config.h"
-#include "apps/common/exit_code.h"
-#include "apps/common/open_robot.h"
-#include "apps/common/shared_tables.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbot_bench/bus.h"
 #include "apps/youbot_bench/experiment_request.h"
 #include "drivers/tmcl/axis_parameters.h"
@@ -23,6 +18,11 @@
 #include "drivers/tmcl/status_flags.h"
 #include "hal/ethercat_robot.h"
 #include "hal/setup_error.h"
+#include "runtime/configuration/can_config.h"
+#include "runtime/configuration/shared_tables.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/open_robot.h"
+#include "runtime/program/exit_code.h"
 
 namespace youbot_bench {
 namespace {
@@ -33,11 +33,11 @@ namespace tmcl = drivers::tmcl;
 hal::CanOptions can_options(const ParametersOptions& options) {
   hal::CanOptions can;
   if (options.config.empty()) return can;
-  apps::TomlFile toml = apps::TomlFile::parse(options.config);
-  apps::TomlTable root = toml.root();
-  apps::TomlTable table = root.table("can");
-  apps::read_can(table, can);
-  apps::leave_to_others(root, {"can"});
+  runtime::TomlFile toml = runtime::TomlFile::parse(options.config);
+  runtime::TomlTable root = toml.root();
+  runtime::TomlTable table = root.table("can");
+  runtime::read_can(table, can);
+  runtime::leave_to_others(root, {"can"});
   leave_to_experiments(root);
   toml.finish();
   return can;
@@ -143,9 +143,9 @@ void parameters(const ParametersOptions& options) {
   }
   if (options.store && settings.empty())
     throw std::invalid_argument("--store: what? It keeps what --set NAME=VALUE writes");
-  apps::check_robot_name(options.robot);
-  if (options.robot.starts_with(apps::kCanPrefix)) {
-    run(controllers_on_can(options.robot.substr(apps::kCanPrefix.size()), can_options(options)), options,
+  runtime::check_robot_name(options.robot);
+  if (options.robot.starts_with(runtime::kCanPrefix)) {
+    run(controllers_on_can(options.robot.substr(runtime::kCanPrefix.size()), can_options(options)), options,
         settings);
     return;
   }
@@ -217,7 +217,7 @@ Subcommand add_parameters(CLI::App& app) {
       ->needs(set);
   return {command, [options] {
             parameters(*options);
-            return apps::kExitOk;
+            return runtime::kExitOk;
           }};
 }
 

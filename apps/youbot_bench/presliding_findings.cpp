@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
 #include "identification/fit/statistics.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -143,11 +143,11 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
     findings.title = "Torque ramp: no ramp was finished";
   else if (all_held)
     findings.title = "Torque ramp: nothing broke away up to " +
-                     apps::number_text(measured.setting("highest_torque_Nm", kUnknown), "N·m");
+                     runtime::number_text(measured.setting("highest_torque_Nm", kUnknown), "N·m");
   else
-    findings.title = "Torque ramp: " + apps::list_text(names(measured)) +
+    findings.title = "Torque ramp: " + runtime::list_text(names(measured)) +
                      (measured.joints.size() == 1 ? " breaks" : " break") + " away at " +
-                     apps::range_text(breakaways_Nm, "N·m");
+                     runtime::range_text(breakaways_Nm, "N·m");
   if (!findings.table.rows.empty())
     findings.remarks.emplace_back(
         "Break-away is the torque command at the last moment at which the joint did not slide yet. x1 is its "
@@ -206,22 +206,22 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
               .series = {as_measured, commanded}};
     if (std::isfinite(stiffness)) {
       const double amplitude_Nm = measured.setting("amplitude_Nm", reach_rad * stiffness);
-      loop.title = joint.name + ": σ0 = " + apps::number_text(stiffness, "N·m/rad");
+      loop.title = joint.name + ": σ0 = " + runtime::number_text(stiffness, "N·m/rad");
       loop.series.push_back(
           slope("slope at the centre", stiffness, std::min(reach_rad, amplitude_Nm / stiffness), kInk));
     }
     findings.plots.push_back(loop);
   }
-  const std::string range = apps::range_text(stiffnesses, "N·m/rad");
+  const std::string range = runtime::range_text(stiffnesses, "N·m/rad");
   findings.title = findings.table.rows.empty() ? "Dahl's loop: no measurement was finished"
                                                : "Dahl's loop: pre-sliding stiffness of " +
-                                                     apps::list_text(names(measured)) + " is " + range;
+                                                     runtime::list_text(names(measured)) + " is " + range;
   if (!findings.plots.empty())
     findings.remarks.emplace_back("The loops are those of all cycles after the first, which only settles.");
   if (!spoiled.empty())
     findings.remarks.push_back(
         "The torque as commanded and as measured give stiffnesses that differ by more than 10 % for " +
-        apps::list_text(spoiled) +
+        runtime::list_text(spoiled) +
         ": the motors do not deliver what small commands ask for, so neither number is the stiffness.");
   return findings;
 }
@@ -267,12 +267,12 @@ Findings presliding_findings(const MeasuredExperiment& measured) {
   if (findings.table.rows.empty())
     findings.title = "Pre-sliding: no measurement was finished";
   else if (slid.empty())
-    findings.title = "Pre-sliding: " + apps::list_text(names(measured)) + " moved by " +
-                     apps::range_text(largest_rad, "rad") + " at most and came back";
+    findings.title = "Pre-sliding: " + runtime::list_text(names(measured)) + " moved by " +
+                     runtime::range_text(largest_rad, "rad") + " at most and came back";
   else
-    findings.title = "Pre-sliding: " + apps::list_text(slid) + " did not come back";
+    findings.title = "Pre-sliding: " + runtime::list_text(slid) + " did not come back";
   if (!slid.empty())
-    findings.remarks.push_back("The torque was more than " + apps::list_text(slid) +
+    findings.remarks.push_back("The torque was more than " + runtime::list_text(slid) +
                                " withstood without sliding. Measure again with a lower peak.");
   findings.plots = {torque, motion};
   findings.plots.insert(findings.plots.end(), loops.begin(), loops.end());

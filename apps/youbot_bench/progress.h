@@ -5,11 +5,11 @@
 #include <string>
 #include <utility>
 
-#include "apps/common/progress_line.h"
+#include "runtime/program/progress_line.h"
 
 namespace youbot_bench {
 
-using apps::duration_text;
+using runtime::duration_text;
 
 /// The worker calls set(), which is wait-free, from its cycle; another thread calls show(), as often as it
 /// likes.
@@ -29,7 +29,7 @@ class Progress {
   void finish();
 
  private:
-  apps::ProgressLine line_;
+  runtime::ProgressLine line_;
   int measurements_;
   std::atomic<int> measurement_{0};
   std::atomic<double> done_s_{0};

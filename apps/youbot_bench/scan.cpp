@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/exit_code.h"
 #include "apps/youbot_bench/bus.h"
 #include "apps/youbot_bench/controllers.h"
 #include "drivers/ethercat/bus_error.h"
 #include "drivers/ethercat/pre_op_bus.h"
 #include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/youbot_topology.h"
+#include "runtime/program/exit_code.h"
 
 namespace youbot_bench {
 namespace {
@@ -84,7 +84,7 @@ Subcommand add_scan(CLI::App& app) {
   command->add_option("--robot", *robot, kBusHelp)->required();
   return {command, [robot] {
             print_scan(*open_bus(*robot).link);
-            return apps::kExitOk;
+            return runtime::kExitOk;
           }};
 }
 

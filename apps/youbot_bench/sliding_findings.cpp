@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_findings.h"
 #include "apps/youbot_bench/findings_series.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -88,7 +88,7 @@ Findings steady_state_findings(const MeasuredExperiment& measured) {
            .series = {},
            .note = "Bars: 95 % interval of the mean."};
   Plot slow = all;
-  slow.title = "The same at low speed, up to " + apps::number_text(kSlow_rad_per_s, "rad/s");
+  slow.title = "The same at low speed, up to " + runtime::number_text(kSlow_rad_per_s, "rad/s");
   Plot interval{.title = "How well each point is known",
                 .x = {"velocity", "rad/s"},
                 .y = {"half the 95 % interval", "N·m"},
@@ -127,10 +127,11 @@ Findings steady_state_findings(const MeasuredExperiment& measured) {
     if (!forward.torque_Nm.empty()) findings.table.rows.push_back(row_of(joint.name, "forward", forward));
     if (!backward.torque_Nm.empty()) findings.table.rows.push_back(row_of(joint.name, "backward", backward));
   }
-  findings.title = findings.table.rows.empty() ? "Friction map: no speed was measured"
-                                               : "Friction of " + apps::list_text(names(measured)) + ": " +
-                                                     apps::range_text(torques_Nm, "N·m") + " at speeds of " +
-                                                     apps::range_text(speeds_rad_per_s, "rad/s");
+  findings.title = findings.table.rows.empty()
+                       ? "Friction map: no speed was measured"
+                       : "Friction of " + runtime::list_text(names(measured)) + ": " +
+                             runtime::range_text(torques_Nm, "N·m") + " at speeds of " +
+                             runtime::range_text(speeds_rad_per_s, "rad/s");
   findings.plots.push_back(all);
   if (beyond_slow) findings.plots.push_back(slow);
   findings.plots.push_back(interval);

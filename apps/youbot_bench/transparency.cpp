@@ -13,17 +13,17 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/open_haptic.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/progress_line.h"
-#include "apps/common/robot_session.h"
-#include "apps/common/stop_on_signals.h"
 #include "apps/youbot_bench/transparency_report.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/teleop_cycle.h"
 #include "control/master_frame.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/open_haptic.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/progress_line.h"
+#include "runtime/program/stop_on_signals.h"
+#include "runtime/recording/output_directory.h"
+#include "runtime/robot_session.h"
 
 namespace youbot_bench {
 namespace {
@@ -53,8 +53,8 @@ youbotd::TeleopCycle::Config cycle_config(const TransparencyPlan& plan,
   return config;
 }
 
-apps::HapticOptions haptic_options(const TransparencyPlan& plan) {
-  apps::HapticOptions options;
+runtime::HapticOptions haptic_options(const TransparencyPlan& plan) {
+  runtime::HapticOptions options;
   options.force_limit_N = plan.force_limit_N;
   options.limits.slew_N_per_s = plan.slew_N_per_s;
   options.hand = plan.hand;
@@ -71,7 +71,7 @@ class Measurement {
         direction_W_(Vector3d::Unit(plan.axis)),
         direction_H_(control::turned_H_W(direction_W_)),
         robot_(make_robot(clock_, kPeriod)),
-        master_(apps::open_haptic(haptic_options(plan), clock_, kPeriod)),
+        master_(runtime::open_haptic(haptic_options(plan), clock_, kPeriod)),
         cycle_(cycle_config(plan, condition), *robot_.robot, *master_.device),
         activation_(*robot_.robot) {
     if (plan.realizations < 2)
@@ -190,10 +190,10 @@ class Measurement {
   Vector3d direction_H_;
   std::vector<two_port::Excitation> excitations_;
   hal::VirtualClock clock_;
-  apps::OpenedRobot robot_;
-  apps::OpenedHaptic master_;
+  runtime::OpenedRobot robot_;
+  runtime::OpenedHaptic master_;
   youbotd::TeleopCycle cycle_;
-  apps::RobotActivation activation_;
+  runtime::RobotActivation activation_;
   Vector3d last_H_m_ = Vector3d::Zero();
   Vector3d last_W_m_ = Vector3d::Zero();
   std::optional<double> tethered_at_m_{};
@@ -297,13 +297,13 @@ int transparency(const TransparencyOptions& options, const std::atomic<bool>& st
   plan.hand.device_drag_N_s_per_m = config.haptic.hand.device_drag_N_s_per_m;
   const two_port::Excitation would_throw_before_anything_is_written(plan.excitation, kPeriod_s, 1);
   const std::filesystem::path out(options.out);
-  apps::make_output_directory(out);
-  apps::require_empty(out);
+  runtime::make_output_directory(out);
+  runtime::require_empty(out);
 
   const RobotMaker make_robot = [&config](const hal::Clock& clock, nanoseconds period) {
-    return apps::open_robot(config.robot, clock, period);
+    return runtime::open_robot(config.robot, clock, period);
   };
-  apps::ProgressLine progress("youbot-bench transparency", options.quiet);
+  runtime::ProgressLine progress("youbot-bench transparency", options.quiet);
   std::vector<TransparencyResult> results;
   for (const TransparencyCondition& condition : conditions) {
     const std::optional<TransparencyResult> result =
@@ -314,7 +314,7 @@ int transparency(const TransparencyOptions& options, const std::atomic<bool>& st
         });
     if (!result) {
       spdlog::info("stopped on request, nothing to report");
-      return apps::kExitOk;
+      return runtime::kExitOk;
     }
     write_transparency_csv(out, plan, *result, options.config);
     results.push_back(*result);
@@ -327,11 +327,11 @@ int transparency(const TransparencyOptions& options, const std::atomic<bool>& st
     std::fputs(transparency_text(plan, results).c_str(), stdout);
     std::printf("report: %s\n", (out / "report.html").c_str());
   }
-  int code = apps::kExitOk;
+  int code = runtime::kExitOk;
   for (const TransparencyResult& result : results) {
     if (result.fault.empty()) continue;
     spdlog::error("{}: ended by a fault at {}", condition_text(result.condition), result.fault);
-    code = apps::kExitFault;
+    code = runtime::kExitFault;
   }
   return code;
 }
@@ -350,33 +350,33 @@ Subcommand add_transparency(CLI::App& app) {
       ->add_option("--stiffness", options->stiffness_N_per_m,
                    "of the coupling, N/m; several with commas between")
       ->delimiter(',')
-      ->check(apps::finite_range(1.0, kMostCoupling_N_per_m))
+      ->check(runtime::finite_range(1.0, kMostCoupling_N_per_m))
       ->capture_default_str();
   command->add_option("--axis", options->axis, "x forward, y left, z up")->capture_default_str();
   command->add_option("--peak", options->excitation.peak_N, "largest force of the excitation, N")
-      ->check(apps::finite_range(1e-3, 100.0))
+      ->check(runtime::finite_range(1e-3, 100.0))
       ->capture_default_str();
   command->add_option("--lowest", options->excitation.lowest_Hz, "frequency, Hz")
-      ->check(apps::finite_range(1e-3, 500.0))
+      ->check(runtime::finite_range(1e-3, 500.0))
       ->capture_default_str();
   command->add_option("--highest", options->excitation.highest_Hz, "frequency, Hz")
-      ->check(apps::finite_range(1e-3, 500.0))
+      ->check(runtime::finite_range(1e-3, 500.0))
       ->capture_default_str();
   command->add_option("--lines", options->excitation.lines, "number of frequencies")
-      ->check(apps::finite_range(3, 500))
+      ->check(runtime::finite_range(3, 500))
       ->capture_default_str();
   command->add_option("--period", options->excitation.period_s, "of the excitation, s")
-      ->check(apps::finite_range(0.1, 1000.0))
+      ->check(runtime::finite_range(0.1, 1000.0))
       ->capture_default_str();
   command->add_option("--realizations", options->realizations, "excitations with other phases")
-      ->check(apps::finite_range(2, 100))
+      ->check(runtime::finite_range(2, 100))
       ->capture_default_str();
   command->add_option("--out", options->out, "directory for a CSV file of each condition, and report.html")
       ->required();
   command->add_flag("--quiet", options->quiet, "print problems only");
   return {command, [options] {
-            apps::stop_on_signals();
-            return transparency(*options, apps::stop_requested);
+            runtime::stop_on_signals();
+            return transparency(*options, runtime::stop_requested);
           }};
 }
 

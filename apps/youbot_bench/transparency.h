@@ -14,13 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/open_robot.h"
 #include "apps/youbot_bench/subcommand.h"
 #include "control/teleoperation.h"
 #include "hal/clock.h"
 #include "identification/two_port/excitation.h"
 #include "identification/two_port/hybrid_matrix.h"
 #include "identification/two_port/measures.h"
+#include "runtime/open_robot.h"
 #include "sim/hand.h"
 
 namespace youbot_bench {
@@ -73,7 +73,8 @@ struct TransparencyResult {
 };
 
 /// A simulated robot with an arm.
-using RobotMaker = std::function<apps::OpenedRobot(const hal::Clock& clock, std::chrono::nanoseconds period)>;
+using RobotMaker =
+    std::function<runtime::OpenedRobot(const hal::Clock& clock, std::chrono::nanoseconds period)>;
 
 /// From switching on through the whole start-up to the last period. `tell(done)` is called now and then with
 /// the share that is done; false from it ends the measurement, without a result.
@@ -99,7 +100,7 @@ struct TransparencyOptions {
 /// Largest value that --stiffness takes.
 inline constexpr double kMostCoupling_N_per_m = 5000.0;
 
-/// The exit code. Set `stop` to end it early. @throws apps::ConfigError, std::invalid_argument,
+/// The exit code. Set `stop` to end it early. @throws runtime::ConfigError, std::invalid_argument,
 /// hal::SetupError.
 int transparency(const TransparencyOptions& options, const std::atomic<bool>& stop);
 

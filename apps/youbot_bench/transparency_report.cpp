@@ -11,9 +11,9 @@
 #include <numbers>
 #include <utility>
 
-#include "apps/common/build_info.h"
-#include "apps/common/whole_file.h"
-#include "apps/common/wording.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
@@ -136,7 +136,7 @@ std::string discarded_text(const TransparencyResult& result) {
   if (discarded_Hz.empty()) return {};
   std::string text =
       fmt::format("{} of {} frequencies discarded, within {}: coherence below {:g}", discarded_Hz.size(),
-                  result.points.size(), apps::range_text(discarded_Hz, "Hz"),
+                  result.points.size(), runtime::range_text(discarded_Hz, "Hz"),
                   two_port::EstimateLimits{}.lowest_coherence);
   if (!result.measures) text += "; too few are left for measures";
   return text;
@@ -249,7 +249,7 @@ void write_transparency_csv(const std::filesystem::path& directory, const Transp
   add("force_scale", text(plan.control.feedback.force_scale));
   add("motion_scale", text(plan.control.mapping.motion_scale));
   add("configuration", config.empty() ? "defaults" : config);
-  add("software", apps::build_version());
+  add("software", runtime::build_version());
   if (!result.fault.empty()) add("fault", result.fault);
   csv +=
       "frequency_Hz,h11_re_N_s_per_m,h11_im_N_s_per_m,h12_re,h12_im,h21_re,h21_im,h22_re_m_per_N_s,"
@@ -265,7 +265,7 @@ void write_transparency_csv(const std::filesystem::path& directory, const Transp
     for (const double coherence : point.coherence) csv += fmt::format(",{:.6g}", coherence);
     csv += fmt::format(",{:.6g},{:d}\n", point.condition, point.ok);
   }
-  apps::write_whole_file(path, csv);
+  runtime::write_whole_file(path, csv);
 }
 
 std::string transparency_text(const TransparencyPlan& plan, const Results& results) {

@@ -12,14 +12,14 @@
 #include <stdexcept>
 #include <vector>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/stop_on_signals.h"
-#include "apps/common/whole_file.h"
 #include "drivers/haptic/haptic_usb.h"
 #include "drivers/haptic/space_mouse_models.h"
 #include "drivers/usb/usb_access.h"
 #include "drivers/usb/usb_descriptors.h"
 #include "drivers/usb/usb_devices.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/stop_on_signals.h"
 
 namespace youbot_bench {
 namespace {
@@ -187,7 +187,7 @@ void usb_probe(const UsbProbeOptions& options, const std::atomic<bool>& stop) {
   }
   if (report.empty()) throw absence(context, filter);
   std::printf("%s", report.c_str());
-  if (!options.out.empty()) apps::write_whole_file(options.out, report);
+  if (!options.out.empty()) runtime::write_whole_file(options.out, report);
 }
 
 Subcommand add_usb_probe(CLI::App& app) {
@@ -201,9 +201,9 @@ Subcommand add_usb_probe(CLI::App& app) {
   command->add_flag("--watch", options->watch, "go on and tell who comes and goes; Ctrl-C ends it")
       ->excludes(probe_out);
   return {command, [options] {
-            apps::stop_on_signals();
-            usb_probe(*options, apps::stop_requested);
-            return apps::kExitOk;
+            runtime::stop_on_signals();
+            usb_probe(*options, runtime::stop_requested);
+            return runtime::kExitOk;
           }};
 }
 

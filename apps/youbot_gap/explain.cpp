@@ -6,15 +6,15 @@
 #include <iterator>
 #include <utility>
 
-#include "apps/common/made_paths.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/progress_line.h"
-#include "apps/common/whole_file.h"
 #include "apps/youbot_gap/findings.h"
 #include "apps/youbot_gap/gap_json.h"
 #include "apps/youbot_gap/gap_model.h"
 #include "apps/youbot_gap/gap_report.h"
 #include "apps/youbot_gap/summary.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/program/progress_line.h"
+#include "runtime/recording/made_paths.h"
+#include "runtime/recording/output_directory.h"
 
 namespace youbot_gap {
 namespace {
@@ -31,8 +31,8 @@ std::string drive_name(const Inputs& inputs) {
 
 Findings write_findings(Inputs inputs, const GapOptions& options,
                         const std::function<void(std::string_view, double)>& progress) {
-  apps::require_no_results(options.out, {std::begin(kFiles), std::end(kFiles)});
-  apps::MadePaths made(apps::make_output_directory(options.out));
+  runtime::require_no_results(options.out, {std::begin(kFiles), std::end(kFiles)});
+  runtime::MadePaths made(runtime::make_output_directory(options.out));
   Findings findings{.base = inputs.model,
                     .base_path = options.inputs.model.string(),
                     .drive = drive_name(inputs),
@@ -50,12 +50,12 @@ Findings write_findings(Inputs inputs, const GapOptions& options,
   const std::string texts[] = {improved_model_text(findings), gap_report(findings).html(),
                                gap_json(findings)};
   for (std::size_t i = 0; i < std::size(kFiles); ++i)
-    apps::write_whole_file(options.out / kFiles[i], texts[i]);
+    runtime::write_whole_file(options.out / kFiles[i], texts[i]);
   return findings;
 }
 
 void explain_gap(const GapOptions& options) {
-  apps::ProgressLine progress("youbot-gap", options.quiet);
+  runtime::ProgressLine progress("youbot-gap", options.quiet);
   const auto show = [&progress](std::string_view what, double done) { progress.show(what, done); };
   Inputs inputs = read_inputs(options.inputs, show);
   if (!inputs.warnings.empty()) progress.finish();

@@ -27,7 +27,8 @@ Findings write_findings(Inputs inputs, const GapOptions& options,
                         const std::function<void(std::string_view what, double done)>& progress);
 
 /// Reads and writes the same with a progress line, and prints what was found.
-/// @throws likewise, and apps::ConfigError or std::invalid_argument when model or recordings cannot be used.
+/// @throws likewise, and runtime::ConfigError or std::invalid_argument when model or recordings cannot be
+/// used.
 void explain_gap(const GapOptions& options);
 
 }  // namespace youbot_gap

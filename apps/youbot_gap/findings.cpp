@@ -9,16 +9,16 @@
 #include <span>
 #include <utility>
 
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
 #include "identification/gap/noise_draws.h"
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_gap {
 namespace {
 
-using apps::number_text;
 using identification::gap::FoundEffect;
 using identification::gap::Verdict;
+using runtime::number_text;
 
 constexpr double kWorthTelling = 1.05;  // a gap that is this many times another one
 
@@ -89,7 +89,7 @@ std::string effect_words(std::string_view type) {
 std::string where_text(const identification::gap::Where& where) {
   std::string text;
   if (!where.coordinate.empty()) {
-    const apps::Quantity quantity = apps::quantity_of(where.coordinate);
+    const runtime::Quantity quantity = runtime::quantity_of(where.coordinate);
     text = quantity.name;
     if (where.from < where.to)
       text += " " + number_text(where.from) + " to " + number_text(where.to, quantity.unit);
@@ -149,7 +149,7 @@ std::string command_text(const identification::gap::NextExperiment& experiment, 
   const std::string& drive = findings.drive;
   if (drive.starts_with("arm-")) text += " --kind base+arm";
   if (drive.starts_with("arm-") || drive.starts_with("wheel-")) text += " --joint " + drive;
-  for (const auto& [key, value] : experiment.settings) text += " " + apps::option_name(key) + " " + value;
+  for (const auto& [key, value] : experiment.settings) text += " " + runtime::option_name(key) + " " + value;
   return text + " --out next-experiment";
 }
 

@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "apps/common/build_info.h"
 #include "identification/gap/noise_draws.h"
+#include "runtime/program/build_info.h"
 
 namespace youbot_gap {
 namespace {
@@ -95,7 +95,7 @@ std::string gap_json(const Findings& findings) {
             {"base_model", findings.base_path},
             {"data", findings.data},
             {"seed", findings.seed},
-            {"version", apps::build_version()}};
+            {"version", runtime::build_version()}};
   if (result.shrink)
     json["gap"]["shrink"] = {{"value", result.shrink->share},
                              {"ci95", {result.shrink->lower, result.shrink->upper}}};

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "apps/common/build_info.h"
-#include "apps/common/drive_model_file.h"
-#include "apps/common/wording.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_gap {
 namespace {
@@ -16,7 +16,7 @@ using identification::gap::FoundEffect;
 using model::effects::EffectDescription;
 
 /// One remark behind each parameter of an effect, from the estimates by their names.
-void remark(apps::EffectRemarks& remarks, const EffectDescription& effect, const std::string& parameter,
+void remark(runtime::EffectRemarks& remarks, const EffectDescription& effect, const std::string& parameter,
             const std::string& text) {
   remarks.parameters.resize(effect.parameters.size());
   for (std::size_t i = 0; i < effect.parameters.size(); ++i)
@@ -40,9 +40,9 @@ std::vector<std::string> evidence(const FoundEffect& found, const Findings& find
 std::vector<std::string> header(const Findings& findings) {
   const identification::gap::Result& result = findings.result;
   std::vector<std::string> lines{
-      "written by youbot-gap " + std::string(apps::build_version()),
+      "written by youbot-gap " + std::string(runtime::build_version()),
       fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
-      "searched: " + apps::list_text(findings.data), "held out: " + apps::list_text(result.held_out),
+      "searched: " + runtime::list_text(findings.data), "held out: " + runtime::list_text(result.held_out),
       fmt::format("verdict: {}; held-out gap {:.4g} -> {:.4g} N·m, noise floor {:.4g} N·m",
                   identification::gap::verdict_name(result.verdict), result.gap_before_Nm,
                   result.gap_after_Nm, result.noise_floor_Nm)};
@@ -58,7 +58,7 @@ std::vector<std::string> header(const Findings& findings) {
 std::string improved_model_text(const Findings& findings) {
   const identification::gap::Result& result = findings.result;
   const std::size_t given = findings.base.effects.size();
-  std::vector<apps::EffectRemarks> remarks(result.model.effects.size());
+  std::vector<runtime::EffectRemarks> remarks(result.model.effects.size());
   for (const Refitted& refitted : refitted_parameters(findings))
     if (refitted.effect < given)
       remark(remarks[refitted.effect], model::effects::effect_description(refitted.effect_type),
@@ -78,7 +78,7 @@ std::string improved_model_text(const Findings& findings) {
     for (const Estimate& estimate : parameters_of(found))
       remark(remarks[i], effect, estimate.name, interval_text(estimate));
   }
-  return apps::drive_model_text(result.model, header(findings), remarks);
+  return runtime::drive_model_text(result.model, header(findings), remarks);
 }
 
 }  // namespace youbot_gap

@@ -5,17 +5,17 @@
 #include <string>
 #include <utility>
 
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_gap {
 namespace {
 
-using apps::number_text;
-using apps::Quantity;
-using apps::quantity_of;
 using report::Series;
 using report::Style;
+using runtime::number_text;
+using runtime::Quantity;
+using runtime::quantity_of;
 
 constexpr unsigned kAfter = 0;
 constexpr unsigned kBefore = 1;

@@ -6,18 +6,18 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
 #include "apps/youbot_gap/gap_plots.h"
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_gap {
 namespace {
 
-using apps::number_text;
-using apps::Quantity;
-using apps::quantity_of;
 using identification::fit::Estimate;
 using identification::gap::FoundEffect;
+using runtime::number_text;
+using runtime::Quantity;
+using runtime::quantity_of;
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
@@ -194,8 +194,8 @@ void add_provenance(report::Page& page, const Findings& findings) {
   page.heading("What this is about");
   for (const std::string& note : notes(findings)) page.text(note);
   page.text("Model: " + findings.base_path + ".");
-  page.text("Searched: " + apps::list_text(findings.data) +
-            ". Held out: " + apps::list_text(findings.result.held_out) + ". Random numbers begin with " +
+  page.text("Searched: " + runtime::list_text(findings.data) +
+            ". Held out: " + runtime::list_text(findings.result.held_out) + ". Random numbers begin with " +
             std::to_string(findings.seed) + ".");
 }
 

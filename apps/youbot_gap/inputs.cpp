@@ -9,8 +9,8 @@
 #include <system_error>
 #include <utility>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/recording_reader.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/recording/recording_reader.h"
 
 namespace youbot_gap {
 namespace {
@@ -62,12 +62,12 @@ void require_distinct(const std::vector<fs::path>& data, const std::vector<fs::p
 /// nothing about a drive, and would take for ever.
 constexpr double kLongestStep_s = 1.0;
 
-/// @throws apps::ConfigError naming the line of the first row that comes too late.
-void require_dense(const apps::ReadRecording& read, const fs::path& path) {
+/// @throws runtime::ConfigError naming the line of the first row that comes too late.
+void require_dense(const runtime::ReadRecording& read, const fs::path& path) {
   const auto time_s = read.recording.column("time_s");
   for (std::size_t i = 1; i < time_s.size(); ++i)
     if (const double step_s = time_s[i] - time_s[i - 1]; !(step_s <= kLongestStep_s))
-      throw apps::ConfigError({fmt::format(
+      throw runtime::ConfigError({fmt::format(
           "{}:{}: time_s is {} s after the row before; rows may be up to {} s apart: is time_s in seconds? "
           "Split the file at a pause",
           path.string(), read.first_row_line + i, step_s, kLongestStep_s)});
@@ -131,11 +131,11 @@ Inputs read_inputs(const InputPaths& paths,
   const auto collect = [&problems](const auto& read) {
     try {
       read();
-    } catch (const apps::ConfigError& error) {
+    } catch (const runtime::ConfigError& error) {
       problems.insert(problems.end(), error.problems().begin(), error.problems().end());
     }
   };
-  collect([&] { inputs.model = apps::read_drive_model(paths.model); });
+  collect([&] { inputs.model = runtime::read_drive_model(paths.model); });
   const std::vector<std::string> names = short_names(files);
   std::vector<identification::gap::Source> sources;
   for (std::size_t i = 0; i < files.size(); ++i)
@@ -143,12 +143,12 @@ Inputs read_inputs(const InputPaths& paths,
       if (progress)
         progress(fmt::format("reading recording {} of {}", i + 1, files.size()),
                  std::numeric_limits<double>::quiet_NaN());
-      apps::ReadRecording read = apps::read_recording(files[i]);
+      runtime::ReadRecording read = runtime::read_recording(files[i]);
       require_dense(read, files[i]);
       inputs.warnings.insert(inputs.warnings.end(), read.warnings.begin(), read.warnings.end());
       sources.push_back({names[i], std::move(read.recording), files[i].string()});
     });
-  if (!problems.empty()) throw apps::ConfigError(std::move(problems));
+  if (!problems.empty()) throw runtime::ConfigError(std::move(problems));
 
   inputs.rig = common_rig(sources, files);
   if (!inputs.rig.empty() && !inputs.model.name.empty() && inputs.rig != inputs.model.name)

@@ -28,7 +28,7 @@ struct Inputs {
 
 /// Of a directory all *.csv in it, by name; not those in its subdirectories. The sources are named after
 /// their files, with as many directories before the name as tell them apart.
-/// @throws apps::ConfigError with what is wrong with the model and every recording; std::invalid_argument
+/// @throws runtime::ConfigError with what is wrong with the model and every recording; std::invalid_argument
 ///         for files that are given twice or do not fit together.
 /// `progress`: called with what is being read, and NaN, as its duration is not known.
 Inputs read_inputs(const InputPaths& paths,

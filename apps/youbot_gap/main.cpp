@@ -1,10 +1,10 @@
 // youbot-gap: find what a drive model lacks, name it, add it.
 #include <CLI/CLI.hpp>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/run_app.h"
 #include "apps/youbot_gap/explain.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/run_app.h"
 
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
@@ -24,12 +24,12 @@ int main(int argc, char** argv) {
                  "recordings that only judge; without them parts of --data are set aside");
   app.add_option("--out", options.out, "directory for model.toml, report.html and gap.json")->required();
   app.add_option("--seed", options.seed, "of the random numbers: the same seed gives the same answer")
-      ->check(apps::finite_range(0, 1e15))
+      ->check(runtime::finite_range(0, 1e15))
       ->capture_default_str();
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
 
-  return apps::run_app(app, argc, argv, [&] {
+  return runtime::run_app(app, argc, argv, [&] {
     youbot_gap::explain_gap(options);
-    return apps::kExitOk;
+    return runtime::kExitOk;
   });
 }

@@ -2,8 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
 
 namespace youbot_gap {
 namespace {
@@ -12,13 +12,14 @@ namespace {
 std::string parameters_text(const identification::gap::FoundEffect& found) {
   std::string text;
   for (const identification::fit::Estimate& estimate : parameters_of(found)) {
-    const apps::Quantity quantity = apps::quantity_of(estimate.name);
+    const runtime::Quantity quantity = runtime::quantity_of(estimate.name);
     text += text.empty() ? "" : ", ";
     if (estimate.ok())
-      text += fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
-                          apps::number_text(estimate.value, quantity.unit), estimate.lower, estimate.upper);
+      text +=
+          fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
+                      runtime::number_text(estimate.value, quantity.unit), estimate.lower, estimate.upper);
     else
-      text += fmt::format("{} {} ({})", quantity.name, apps::number_text(estimate.value, quantity.unit),
+      text += fmt::format("{} {} ({})", quantity.name, runtime::number_text(estimate.value, quantity.unit),
                           estimate.not_identifiable);
   }
   return text;
@@ -69,7 +70,7 @@ std::string summary_text(const Findings& findings) {
       "parameters refitted)\n",
       result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
   text += shrink_text(result);
-  text += fmt::format("held out: {}\n", apps::list_text(result.held_out));
+  text += fmt::format("held out: {}\n", runtime::list_text(result.held_out));
   for (const identification::gap::FoundEffect& found : result.effects) text += effect_text(found);
   text += rejected_text(result);
   for (const identification::gap::Unexplained& unexplained : result.unexplained)

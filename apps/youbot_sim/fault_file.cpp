@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "apps/common/toml_reader.h"
+#include "runtime/configuration/toml_reader.h"
 
 namespace youbot_sim {
 namespace {
@@ -15,20 +15,21 @@ using sim::bus::FaultKind;
 
 constexpr double kYear_s = 3e7;
 
-void read_time(apps::TomlTable& table, std::string_view key, std::chrono::nanoseconds& time) {
+void read_time(runtime::TomlTable& table, std::string_view key, std::chrono::nanoseconds& time) {
   double seconds = std::chrono::duration<double>(time).count();
   table.number(key, seconds, {.min = 0, .max = kYear_s});
   time = std::chrono::nanoseconds(std::llround(1e9 * seconds));
 }
 
 template <typename T>
-void read_integer(apps::TomlTable& table, std::string_view key, T& value, const apps::NumberRules& rules) {
+void read_integer(runtime::TomlTable& table, std::string_view key, T& value,
+                  const runtime::NumberRules& rules) {
   int number = static_cast<int>(value);
   table.integer(key, number, rules);
   value = static_cast<T>(number);
 }
 
-FaultEvent read_event(apps::TomlTable& table, std::size_t slaves) {
+FaultEvent read_event(runtime::TomlTable& table, std::size_t slaves) {
   FaultEvent event;
   table.choice("kind", event.kind,
                {{"drop_request", FaultKind::kDropRequest},
@@ -73,10 +74,10 @@ FaultEvent read_event(apps::TomlTable& table, std::size_t slaves) {
 }  // namespace
 
 std::vector<FaultEvent> load_faults(const std::filesystem::path& path, std::size_t slaves) {
-  apps::TomlFile file = apps::TomlFile::parse(path);
+  runtime::TomlFile file = runtime::TomlFile::parse(path);
   std::vector<FaultEvent> events;
-  apps::TomlTable root = file.root();
-  for (apps::TomlTable& table : root.tables("fault")) events.push_back(read_event(table, slaves));
+  runtime::TomlTable root = file.root();
+  for (runtime::TomlTable& table : root.tables("fault")) events.push_back(read_event(table, slaves));
   file.finish();
   return events;
 }

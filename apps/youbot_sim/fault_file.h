@@ -18,7 +18,7 @@ namespace youbot_sim {
 ///   slave = 3            # place on the bus, from 1 as in all messages; or the cable that leads to it
 /// and, where the kind wants them: count, delay_s, offset, mask, counter_change, datagram, and board_fault =
 /// "stuck_encoder" | "hall_sensor" | "undervoltage" | "overvoltage" | "overtemperature".
-/// `slaves` is how many there are. @throws apps::ConfigError
+/// `slaves` is how many there are. @throws runtime::ConfigError
 std::vector<sim::bus::FaultEvent> load_faults(const std::filesystem::path& path, std::size_t slaves);
 
 }  // namespace youbot_sim

@@ -9,20 +9,20 @@
 #include <optional>
 #include <stdexcept>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/hidden_effect.h"
-#include "apps/common/non_blocking_log.h"
-#include "apps/common/real_time.h"
-#include "apps/common/run_app.h"
-#include "apps/common/scene_config.h"
-#include "apps/common/stop_on_signals.h"
 #include "apps/youbot_sim/fault_file.h"
 #include "apps/youbot_sim/frame_socket.h"
 #include "apps/youbot_sim/robot_recording.h"
 #include "apps/youbot_sim/server.h"
 #include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/youbot_topology.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/configuration/hidden_effect.h"
+#include "runtime/configuration/scene_config.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/non_blocking_log.h"
+#include "runtime/program/run_app.h"
+#include "runtime/program/stop_on_signals.h"
+#include "runtime/real_time.h"
 #include "sim/bus/youbot_bus.h"
 
 namespace {
@@ -81,10 +81,10 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.slave.mailbox_demand = kDemands.at(arguments.boards);
   options.wire.timed = false;
   options.mark = arguments.lock_step ? drivers::ethercat::kLockStepMark : drivers::ethercat::kSimulatedMark;
-  options.base.model = apps::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
+  options.base.model = runtime::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
   if (!arguments.scene_file.empty()) {
     if (!options.coupled) throw std::invalid_argument("--scene needs --robot base+arm: only its tip touches");
-    options.scene = apps::load_scene(arguments.scene_file);
+    options.scene = runtime::load_scene(arguments.scene_file);
   }
   if (!arguments.faults_file.empty())
     options.wire.faults = youbot_sim::load_faults(arguments.faults_file, slaves_of(options.robot));
@@ -94,12 +94,13 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
 youbot_sim::ServerSummary serve(const Arguments& arguments, sim::bus::YoubotBus& robot,
                                 youbot_sim::FrameSocket& socket, std::chrono::nanoseconds duration) {
   if (arguments.lock_step)
-    return youbot_sim::serve_in_lock_step(robot, socket, duration, apps::stop_requested);
-  apps::RealTimeThread real_time;  // entered last, when everything is allocated and every other thread runs
+    return youbot_sim::serve_in_lock_step(robot, socket, duration, runtime::stop_requested);
+  runtime::RealTimeThread
+      real_time;  // entered last, when everything is allocated and every other thread runs
   for (const std::string& refused : real_time.enter({.priority = kPriority}))
     if (!arguments.quiet) spdlog::info("answers may be late on a busy machine: {}", refused);
-  const apps::NonBlockingLog log;  // or who reads the log could hold the robot up
-  return youbot_sim::serve(robot, socket, duration, apps::stop_requested);
+  const runtime::NonBlockingLog log;  // or who reads the log could hold the robot up
+  return youbot_sim::serve(robot, socket, duration, runtime::stop_requested);
 }
 
 int run(const Arguments& arguments) {
@@ -107,7 +108,7 @@ int run(const Arguments& arguments) {
   youbot_sim::FrameSocket socket(arguments.interface);
   std::optional<youbot_sim::RobotRecording> recording;
   if (!arguments.record_file.empty()) recording.emplace(arguments.record_file, robot, arguments.lock_step);
-  apps::stop_on_signals();
+  runtime::stop_on_signals();
   if (!arguments.quiet) {
     std::printf("serving %zu slaves on %s\n", robot.bus().size(), arguments.interface.c_str());
     std::fflush(stdout);  // scripts wait for this line
@@ -123,7 +124,7 @@ int run(const Arguments& arguments) {
     spdlog::warn("the machine was too busy: {:.3f} s did not pass for the robot",
                  std::chrono::duration<double>(summary.skipped).count());
   if (summary.refused > 0) spdlog::warn("{} replies were refused by the interface", summary.refused);
-  return apps::kExitOk;
+  return runtime::kExitOk;
 }
 
 }  // namespace
@@ -164,11 +165,11 @@ int main(int argc, char** argv) {
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,
                  "seed of an effect that the wheels have and nobody names; `youbot-bench reveal` tells")
-      ->check(apps::finite_range(0, apps::HiddenEffect::kMostSeed));
+      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed));
   app.add_flag("--lock-step", arguments.lock_step,
                "a millisecond passes with each frame and none without, for masters with --virtual-time");
   app.add_option("--duration", arguments.duration_s, "end after this many seconds of the robot's time")
-      ->check(apps::finite_range(0.001, 1e6));
+      ->check(runtime::finite_range(0.001, 1e6));
   app.add_flag("--quiet", arguments.quiet, "print problems only");
-  return apps::run_app(app, argc, argv, [&] { return run(arguments); });
+  return runtime::run_app(app, argc, argv, [&] { return run(arguments); });
 }

@@ -4,10 +4,10 @@
 #include <memory>
 #include <utility>
 
-#include "apps/common/build_info.h"
-#include "apps/common/record_rows.h"
 #include "drivers/tmcl/gripper.h"
 #include "hal/gripper.h"
+#include "runtime/program/build_info.h"
+#include "runtime/recording/record_rows.h"
 
 namespace youbot_sim {
 namespace {
@@ -55,24 +55,25 @@ void visit(const RobotRow& row, Column&& column) {
   if (row.robot.gripper_count() > 1) column("gripper2_opening_m", "", r.gripper_opening_m[1], 6);
 }
 
-std::vector<apps::Recording<RobotRecord>::Table> open(const std::filesystem::path& path,
-                                                      sim::bus::YoubotBus& robot, apps::MadePaths& made) {
+std::vector<runtime::Recording<RobotRecord>::Table> open(const std::filesystem::path& path,
+                                                         sim::bus::YoubotBus& robot,
+                                                         runtime::MadePaths& made) {
   std::vector<std::string> joints;
   for (std::size_t i = 0; i < robot.joint_count(); ++i) joints.push_back(name_of(robot, i));
   const bool coupled = robot.manipulator() != nullptr;
-  auto file = std::make_unique<apps::RecordingFile>(
+  auto file = std::make_unique<runtime::RecordingFile>(
       path,
-      std::vector<apps::RecordingFile::Comment>{
+      std::vector<runtime::RecordingFile::Comment>{
           {"rig", "youbot-sim"},
           {"sample_rate_Hz", "1000"},
           {"mode", "-1 no power, 0 stopped, 1 position, 2 velocity, 5 PWM (target not given), 6 current"},
-          {"made_by", apps::build_version()}},
-      apps::columns_of(RobotRow{{}, joints, robot, coupled}));
+          {"made_by", runtime::build_version()}},
+      runtime::columns_of(RobotRow{{}, joints, robot, coupled}));
   made.add(path);
-  std::vector<apps::Recording<RobotRecord>::Table> tables;
+  std::vector<runtime::Recording<RobotRecord>::Table> tables;
   tables.push_back(
-      {std::move(file), [joints, &robot, coupled](apps::RecordingFile& to, const RobotRecord& record) {
-         apps::append_record(to, RobotRow{record, joints, robot, coupled});
+      {std::move(file), [joints, &robot, coupled](runtime::RecordingFile& to, const RobotRecord& record) {
+         runtime::append_record(to, RobotRow{record, joints, robot, coupled});
        }});
   return tables;
 }

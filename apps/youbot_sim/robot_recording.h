@@ -9,9 +9,9 @@
 #include <type_traits>
 #include <vector>
 
-#include "apps/common/made_paths.h"
-#include "apps/common/recording.h"
 #include "hal/joint.h"
+#include "runtime/recording/made_paths.h"
+#include "runtime/recording/recording.h"
 #include "sim/bus/youbot_bus.h"
 
 namespace youbot_sim {
@@ -58,8 +58,8 @@ class RobotRecording {
 
   sim::bus::YoubotBus& robot_;
   bool wait_;
-  apps::MadePaths made_;                    // takes the file away unless there are rows
-  apps::Recording<RobotRecord> recording_;  // last: its thread uses what is above
+  runtime::MadePaths made_;                    // takes the file away unless there are rows
+  runtime::Recording<RobotRecord> recording_;  // last: its thread uses what is above
 };
 
 }  // namespace youbot_sim

@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "apps/common/control_socket.h"
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
+#include "runtime/program/control_socket.h"
 
 namespace youbotctl {
 namespace {
@@ -31,7 +31,7 @@ std::string hint(int error) {
 }  // namespace
 
 Client::Client(const std::filesystem::path& socket) : path_(socket) {
-  const sockaddr_un address = apps::control_address(path_);
+  const sockaddr_un address = runtime::control_address(path_);
   socket_ = ::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
   const auto connected = [&] {
     return drivers::uninterrupted([&] {
@@ -50,10 +50,10 @@ Client::~Client() { close(socket_); }
 
 nlohmann::json Client::ask(const std::string& request) {
   // youbotd would hang up, and a commander's robot come to rest.
-  if (request.size() > apps::kLongestRequest)
+  if (request.size() > runtime::kLongestRequest)
     throw std::invalid_argument("the request has " + std::to_string(request.size()) + " bytes, at most " +
-                                std::to_string(apps::kLongestRequest) + " are possible");
-  std::string answer(apps::kLongestAnswer, '\0');
+                                std::to_string(runtime::kLongestRequest) + " are possible");
+  std::string answer(runtime::kLongestAnswer, '\0');
   ssize_t size =
       drivers::uninterrupted([&] { return send(socket_, request.data(), request.size(), MSG_NOSIGNAL); });
   if (size >= 0)

@@ -16,7 +16,7 @@ class Client {
   ~Client();
 
   /// The answer, whatever it says. @throws hal::SetupError when youbotd has gone or does not answer;
-  /// std::invalid_argument for a request longer than apps::kLongestRequest.
+  /// std::invalid_argument for a request longer than runtime::kLongestRequest.
   nlohmann::json ask(const std::string& request);
 
  private:

@@ -15,13 +15,13 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/control_socket.h"
-#include "apps/common/exit_code.h"
-#include "apps/common/run_app.h"
-#include "apps/common/stop_on_signals.h"
 #include "apps/youbotctl/client.h"
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
+#include "runtime/program/control_socket.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/run_app.h"
+#include "runtime/program/stop_on_signals.h"
 
 namespace {
 
@@ -32,7 +32,7 @@ using youbotctl::Client;
 constexpr int kBeat_ms = 100;
 
 struct Arguments {
-  std::string socket = apps::kControlSocket;
+  std::string socket = runtime::kControlSocket;
   bool as_json = false;
   bool quiet = false;
   std::string mode;
@@ -105,13 +105,13 @@ void print(const json& status) {
 int tell(const json& reply, const Arguments& arguments, bool with_status) {
   if (reply["ok"] == false) {
     spdlog::error("{}", text(reply, "error"));
-    return apps::kExitUsage;
+    return runtime::kExitUsage;
   }
   if (arguments.as_json)
     std::printf("%s\n", reply["status"].dump(2).c_str());
   else if (with_status)
     print(reply["status"]);
-  return apps::kExitOk;
+  return runtime::kExitOk;
 }
 
 int ask(const Arguments& arguments, const std::string& request, bool with_status = false) {
@@ -127,14 +127,14 @@ class Input {
     const std::size_t end = pending_.find('\n');
     if (end == pending_.npos) {
       // Dropped as it comes, so that a line without end takes no memory.
-      too_long_ = too_long_ || pending_.size() > apps::kLongestRequest;
+      too_long_ = too_long_ || pending_.size() > runtime::kLongestRequest;
       if (too_long_) pending_.clear();
       return false;
     }
     line = pending_.substr(0, end);
     pending_.erase(0, end + 1);
-    if (std::exchange(too_long_, false) || line.size() > apps::kLongestRequest) {
-      spdlog::error("a line of more than {} bytes is ignored", apps::kLongestRequest);
+    if (std::exchange(too_long_, false) || line.size() > runtime::kLongestRequest) {
+      spdlog::error("a line of more than {} bytes is ignored", runtime::kLongestRequest);
       line.clear();
     }
     return true;
@@ -165,7 +165,7 @@ class Input {
 
 /// Enables and stays: the robot comes to rest when this ends.
 int enable(const Arguments& arguments) {
-  apps::stop_on_signals();
+  runtime::stop_on_signals();
   Client client(arguments.socket);
   json reply = client.ask("enable");
   if (reply["ok"] == false) return tell(reply, arguments, false);
@@ -185,7 +185,7 @@ int enable(const Arguments& arguments) {
     const bool told = input.take(line);
     // No further velocity can come.
     const bool abandoned = !told && input.ended() && text(reply["status"], "mode") == "velocity";
-    if (!stopping && (apps::stop_requested || abandoned)) {
+    if (!stopping && (runtime::stop_requested || abandoned)) {
       stopping = true;
       line = "stop";
     } else if (!told && input.ended()) {
@@ -196,16 +196,16 @@ int enable(const Arguments& arguments) {
   }
   if (reply["status"]["run"] != run) {
     spdlog::error("the run is over, and somebody has enabled the next one");
-    return apps::kExitUsage;
+    return runtime::kExitUsage;
   }
   if (const std::string fault = text(reply["status"], "fault"); !fault.empty()) {
     spdlog::error("stopped by a fault at {}", fault);
     for (const std::string& said : texts(reply["status"], "fault_robot_report"))
       spdlog::error("robot says: {}", said);
-    return apps::kExitFault;
+    return runtime::kExitFault;
   }
   if (!arguments.quiet) std::printf("off\n");
-  return apps::kExitOk;
+  return runtime::kExitOk;
 }
 
 }  // namespace
@@ -266,5 +266,5 @@ int main(int argc, char** argv) {
   // Without an option for it: the library would take an array of TOML apart.
   set->prefix_command();
   set->footer("The value comes after the key, as the file would have it.");
-  return apps::run_app(app, argc, argv, [&] { return chosen(); });
+  return runtime::run_app(app, argc, argv, [&] { return chosen(); });
 }

@@ -2,9 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "apps/common/build_info.h"
 #include "apps/youbotd/workspace_comments.h"
 #include "hal/seconds.h"
+#include "runtime/program/build_info.h"
 
 namespace youbotd {
 namespace {
@@ -22,16 +22,16 @@ BaseRecording::Description base_recording(const BaseRecordingOptions& options) {
       .comments = {{"experiment", options.experiment},
                    {"sample_rate_Hz", fmt::format("{:g}", 1 / hal::seconds(options.period))},
                    {"friction_compensation", options.friction_compensation ? "true" : "false"},
-                   {"software", apps::build_version()}},
+                   {"software", runtime::build_version()}},
       .tables = {},
       .way = {{{"reference", report::Style::kDashed}, {"base"}}, /*from_the_side=*/false, options.workspace},
       .places_W_m = reference_and_base};
   add_workspace(options.workspace, description.comments);
   for (std::size_t i = 0; i < kWheels; ++i)
     description.tables.push_back({.file = fmt::format("wheel-{}", i + 1),
-                                  .columns = apps::columns_of(WheelOfRecord{{}, i}),
-                                  .append = [i](apps::RecordingFile& file, const CycleRecord& record) {
-                                    apps::append_record(file, WheelOfRecord{record, i});
+                                  .columns = runtime::columns_of(WheelOfRecord{{}, i}),
+                                  .append = [i](runtime::RecordingFile& file, const CycleRecord& record) {
+                                    runtime::append_record(file, WheelOfRecord{record, i});
                                   }});
   description.tables.push_back({.file = "base"});
   return description;

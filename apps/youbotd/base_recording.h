@@ -16,7 +16,7 @@ using BaseRecording = RunRecording<CycleRecord>;
 
 struct BaseRecordingOptions {
   std::filesystem::path directory;
-  apps::RecordingConfig config;
+  runtime::RecordingConfig config;
   std::string experiment;
   bool friction_compensation = false;  ///< as run, whatever the configuration file says
   std::chrono::nanoseconds period;

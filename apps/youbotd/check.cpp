@@ -3,21 +3,21 @@
 #include <algorithm>
 #include <memory>
 
-#include "apps/common/open_haptic.h"
-#include "apps/common/open_robot.h"
-#include "apps/common/robot_session.h"
-#include "apps/common/wording.h"
+#include "apps/youbotd/base_task.h"
 #include "apps/youbotd/check_bus.h"
 #include "apps/youbotd/check_machine.h"
 #include "apps/youbotd/check_master.h"
 #include "apps/youbotd/check_recording.h"
 #include "apps/youbotd/check_rights.h"
-#include "apps/youbotd/base_task.h"
 #include "apps/youbotd/motion_source.h"
 #include "apps/youbotd/run_recording.h"
 #include "apps/youbotd/teleop_cycle.h"
 #include "hal/clock.h"
 #include "hal/setup_error.h"
+#include "runtime/open_haptic.h"
+#include "runtime/open_robot.h"
+#include "runtime/program/wording.h"
+#include "runtime/robot_session.h"
 
 namespace youbotd {
 namespace {
@@ -26,8 +26,8 @@ using Mark = Finding::Mark;
 
 /// Makes what a run is made of; nothing of it is opened before it is activated.
 Finding check_configuration(const Config& config, bool virtual_time) {
-  const std::unique_ptr<hal::Clock> clock = apps::make_clock(virtual_time);
-  const apps::OpenedRobot robot = apps::open_robot(config.robot, *clock, config.cycle.period);
+  const std::unique_ptr<hal::Clock> clock = runtime::make_clock(virtual_time);
+  const runtime::OpenedRobot robot = runtime::open_robot(config.robot, *clock, config.cycle.period);
   std::string found = "configuration: " + config.robot.name;
   if (!config.teleoperated) {
     PathSource motion(config.path);
@@ -36,7 +36,7 @@ Finding check_configuration(const Config& config, bool virtual_time) {
   }
   found += " by hand on " + config.haptic.name;
   try {
-    const apps::OpenedHaptic master = apps::open_haptic(config.haptic, *clock, config.cycle.period);
+    const runtime::OpenedHaptic master = runtime::open_haptic(config.haptic, *clock, config.cycle.period);
     const TeleopCycle cycle({.control = config.teleoperation}, *robot.robot, *master.device);
   } catch (const hal::SetupError& error) {
     return {Mark::kFail, std::string("configuration: ") + error.what(), "set haptic.falcon.firmware"};
@@ -45,7 +45,7 @@ Finding check_configuration(const Config& config, bool virtual_time) {
 }
 
 void check_real_time(const Config& config, const CheckOptions& options, Findings& findings) {
-  const bool on_bus = config.robot.name.starts_with(apps::kEthercatPrefix);
+  const bool on_bus = config.robot.name.starts_with(runtime::kEthercatPrefix);
   const Mark refused = options.allow_non_real_time ? Mark::kWarn : Mark::kFail;
   findings.push_back(check_kernel(options.paths));
   findings.push_back(check_clock_source(options.paths));
@@ -54,7 +54,7 @@ void check_real_time(const Config& config, const CheckOptions& options, Findings
   findings.push_back(check_memory_lock(refused));
   findings.push_back(check_priority("the cycle", config.real_time.priority, refused));
   if (config.real_time.cpu) findings.push_back(check_core(*config.real_time.cpu, refused));
-  if (config.teleoperated && !apps::is_simulated_haptic(config.haptic.name) &&
+  if (config.teleoperated && !runtime::is_simulated_haptic(config.haptic.name) &&
       config.haptic.thread.fifo_priority > 0)
     findings.push_back(check_priority("the master", config.haptic.thread.fifo_priority, refused));
 }
@@ -80,8 +80,8 @@ const char* mark_text(Mark mark) {
 Findings check(const Config& config, const CheckOptions& options) {
   Findings findings{check_configuration(config, options.virtual_time)};
   if (!options.virtual_time) check_real_time(config, options, findings);
-  if (config.robot.name.starts_with(apps::kEthercatPrefix))
-    check_bus(config.robot.name.substr(apps::kEthercatPrefix.size()), options, findings);
+  if (config.robot.name.starts_with(runtime::kEthercatPrefix))
+    check_bus(config.robot.name.substr(runtime::kEthercatPrefix.size()), options, findings);
   if (config.teleoperated)
     for (Finding& finding : check_master(config.haptic, options.paths))
       findings.push_back(std::move(finding));
@@ -102,7 +102,7 @@ std::string report(const Findings& findings, bool only_problems) {
   const auto count = [&](Mark mark) {
     return std::to_string(std::ranges::count(findings, mark, &Finding::mark));
   };
-  return text + apps::count_text(static_cast<long long>(findings.size()), "check") + ": " +
+  return text + runtime::count_text(static_cast<long long>(findings.size()), "check") + ": " +
          count(Mark::kFail) + " FAIL, " + count(Mark::kWarn) + " warn\n";
 }
 

@@ -46,7 +46,7 @@ Finding check_falcon(const std::string& port_path, const usb::SystemPaths& paths
   return {usable ? Mark::kOk : Mark::kFail, "Novint Falcon: " + verdict.found, usable ? "" : verdict.hint};
 }
 
-Finding check_force_dimension_library(const apps::HapticOptions& options) {
+Finding check_force_dimension_library(const runtime::HapticOptions& options) {
   if (options.force_dimension.transport == hal::ForceDimensionTransport::kUsb)
     return {Mark::kFail, "Force Dimension SDK: not to be used, and without it there is no way to the device",
             "set haptic.force_dimension.transport = \"sdk\""};
@@ -63,7 +63,7 @@ Finding check_space_mouse(const haptic::SpaceMouseChoice& choice, const usb::Sys
 
 }  // namespace
 
-Findings check_master(const apps::HapticOptions& options, const usb::SystemPaths& paths) {
+Findings check_master(const runtime::HapticOptions& options, const usb::SystemPaths& paths) {
   if (options.name == "falcon")
     return {finding_of("Novint Falcon", [&] { return check_falcon(options.falcon.port_path, paths); })};
   if (options.name == "spacemouse")

@@ -5,8 +5,8 @@
 #include <string>
 #include <system_error>
 
-#include "apps/common/output_directory.h"
 #include "hal/setup_error.h"
+#include "runtime/recording/output_directory.h"
 
 namespace youbotd {
 namespace {
@@ -59,7 +59,7 @@ Finding check_recording(const fs::path& directory, bool holds_recording, std::ch
             "name a new directory as --record"};
   std::error_code unknown;
   const fs::path parent = first_that_exists(fs::absolute(directory, unknown));
-  if (const std::string why = apps::why_not_writable(parent); !why.empty())
+  if (const std::string why = runtime::why_not_writable(parent); !why.empty())
     return {Mark::kFail, "recording: " + parent.string() + " cannot be written: " + why,
             "sudo install -d -o \"$USER\" " + directory.string() + ", or name another directory"};
   const fs::space_info space = fs::space(parent, unknown);

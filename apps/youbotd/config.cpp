@@ -13,29 +13,29 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/can_config.h"
-#include "apps/common/drive_model_file.h"
-#include "apps/common/ethercat_config.h"
-#include "apps/common/hidden_effect.h"
-#include "apps/common/plausibility_config.h"
-#include "apps/common/regular_file.h"
-#include "apps/common/scene_config.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/setting_bounds.h"
 #include "apps/youbotd/teleop_config.h"
 #include "model/effects/resistance.h"
+#include "runtime/configuration/can_config.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/ethercat_config.h"
+#include "runtime/configuration/hidden_effect.h"
+#include "runtime/configuration/plausibility_config.h"
+#include "runtime/configuration/regular_file.h"
+#include "runtime/configuration/scene_config.h"
+#include "runtime/configuration/toml_reader.h"
 
 namespace youbotd {
 namespace {
 
-using apps::TomlTable;
+using runtime::TomlTable;
 
 std::chrono::nanoseconds to_nanoseconds(double seconds) {
   return std::chrono::nanoseconds(std::llround(seconds * 1e9));
 }
 
 void read_duration(TomlTable& table, std::string_view key, std::chrono::nanoseconds& value,
-                   const apps::NumberRules& rules) {
+                   const runtime::NumberRules& rules) {
   double seconds = std::chrono::duration<double>(value).count();
   table.number(key, seconds, rules);
   value = to_nanoseconds(seconds);
@@ -166,7 +166,7 @@ bool leaves(const std::filesystem::path& folder, const std::filesystem::path& na
 }
 
 /// Whether only root, the user of this program or who owns the configuration's folder can have written it.
-bool is_trusted(const std::filesystem::path& folder, const apps::RegularFile& file) {
+bool is_trusted(const std::filesystem::path& folder, const runtime::RegularFile& file) {
   struct stat home {};
   const bool known =
       file.owner() == 0 || file.owner() == ::geteuid() ||
@@ -186,14 +186,14 @@ std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::stri
     return refuse("file outside the configuration's folder, which only the file itself may: " + name);
   const std::filesystem::path path = folder / name;
   try {
-    if (!table.is_set(key)) return apps::read_drive_model(path);
+    if (!table.is_set(key)) return runtime::read_drive_model(path);
     // What is judged is what is read, however often the path leads elsewhere meanwhile.
-    const apps::RegularFile file(path);
+    const runtime::RegularFile file(path);
     if (!is_trusted(folder, file))
       return refuse(
           "file that others can write, by its owner or its rights, which only the file itself may: " + name);
-    return apps::read_drive_model(path, file);
-  } catch (const apps::ConfigError& error) {
+    return runtime::read_drive_model(path, file);
+  } catch (const runtime::ConfigError& error) {
     for (const std::string& problem : error.problems()) refuse("drive model that cannot be used: " + problem);
     return std::nullopt;
   } catch (const std::runtime_error& error) {
@@ -216,7 +216,7 @@ void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, do
   for (const std::string& name : names) {
     const auto model = read_model(table, kKey, folder, name);
     if (!model) continue;
-    if (const std::string why = apps::driving_friction(*model, top_speed_rad_per_s); !why.empty())
+    if (const std::string why = runtime::driving_friction(*model, top_speed_rad_per_s); !why.empty())
       table.refuse(kKey,
                    "names a drive model that cannot be compensated up to 'limits.wheel_speed_rad_per_s': " +
                        (folder / name).string() + ": " + why);
@@ -263,12 +263,12 @@ void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder
   std::string model;
   int seed = -1;
   table.text("model", model);
-  table.integer("hidden_effect", seed, {.min = 0, .max = apps::HiddenEffect::kMostSeed});
+  table.integer("hidden_effect", seed, {.min = 0, .max = runtime::HiddenEffect::kMostSeed});
   if (!model.empty() && seed >= 0)
     return table.refuse("hidden_effect",
                         "and 'simulation.model' exclude each other: wheels follow one of them");
   if (!model.empty()) simulation.model = read_model(table, "model", folder, model);
-  if (seed >= 0) simulation.model = apps::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model();
+  if (seed >= 0) simulation.model = runtime::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model();
 }
 
 void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation) {
@@ -312,12 +312,12 @@ std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& 
 
 Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
   Config config;
-  apps::TomlFile toml = apps::TomlFile::parse(file);
+  runtime::TomlFile toml = runtime::TomlFile::parse(file);
   for (const auto& [key, value] : settings) toml.set(key, value);
   TomlTable root = toml.root();
   root.text("robot", config.robot.name);
   // A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
-  if (!apps::is_robot_name(config.robot.name))
+  if (!runtime::is_robot_name(config.robot.name))
     root.refuse("robot", "is none of loopback, wire, ethercat:IFACE");
   TomlTable loop = root.table("loop");
   TomlTable limits = root.table("limits");
@@ -333,15 +333,15 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   read_workspace(root.table("workspace"), config.cycle.workspace);
   read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
   TomlTable haptic = root.table("haptic");
-  apps::read_haptic(haptic, file.parent_path(), config.haptic);
+  runtime::read_haptic(haptic, file.parent_path(), config.haptic);
   config.teleoperated = root.has("teleoperation");
   read_teleoperation(root.table("teleoperation"), config.teleoperation);
-  apps::read_scene(root.table("scene"), config.robot.scene);
+  runtime::read_scene(root.table("scene"), config.robot.scene);
   TomlTable ethercat = root.table("ethercat");
-  apps::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
+  runtime::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
   TomlTable can = root.table("can");
-  apps::read_can(can, config.robot.can);
-  if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = apps::kHomingTimeout;
+  runtime::read_can(can, config.robot.can);
+  if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = runtime::kHomingTimeout;
 
   // What one value demands of another.
   const Cycle::Config& cycle = config.cycle;
@@ -363,7 +363,7 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   if (cutoff_rad_per_s * period_s > 1)
     compensation.refuse("filter_cutoff_rad_per_s",
                         "is too fast for 'loop.period_s': their product is above 1");
-  apps::read_plausibility(root.table("plausibility"), config.cycle.checks_off);
+  runtime::read_plausibility(root.table("plausibility"), config.cycle.checks_off);
   check_path(config, path);
   toml.finish();
 

@@ -7,24 +7,24 @@
 #include <optional>
 #include <string>
 
-#include "apps/common/control_socket.h"
-#include "apps/common/open_haptic.h"
-#include "apps/common/open_robot.h"
-#include "apps/common/real_time.h"
 #include "apps/youbotd/base_task.h"
 #include "control/base_path.h"
 #include "control/teleoperation.h"
+#include "runtime/open_haptic.h"
+#include "runtime/open_robot.h"
+#include "runtime/program/control_socket.h"
+#include "runtime/real_time.h"
 
 namespace youbotd {
 
 struct Config {
-  apps::RobotOptions robot;
-  apps::RealTimeConfig real_time;
+  runtime::RobotOptions robot;
+  runtime::RealTimeConfig real_time;
   /// A robot whose commander says nothing for longer comes to rest.
-  std::chrono::nanoseconds commander_timeout = apps::kCommanderTimeout;
+  std::chrono::nanoseconds commander_timeout = runtime::kCommanderTimeout;
   Cycle::Config cycle;
   control::BasePath::Plan path;
-  apps::HapticOptions haptic;
+  runtime::HapticOptions haptic;
   /// Only with a master; what it says of the base is in `cycle`.
   control::Teleoperation::Config teleoperation;
   /// The configuration holds [teleoperation]: it is a master's hand that moves the robot.
@@ -39,7 +39,7 @@ std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& 
 /// `settings`, keys with their tables and values as TOML has them, stand over what the file says. They come
 /// from outside: none makes the machine stronger, faster or later to stop than the file
 /// (setting_bounds.h), and none names a file outside its folder.
-/// @throws apps::ConfigError listing all problems, each with file and line.
+/// @throws runtime::ConfigError listing all problems, each with file and line.
 Config load_config(const std::filesystem::path& file,
                    const std::map<std::string, std::string>& settings = {});
 

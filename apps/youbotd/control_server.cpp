@@ -13,9 +13,9 @@
 #include <thread>
 #include <utility>
 
-#include "apps/common/control_socket.h"
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
+#include "runtime/program/control_socket.h"
 
 namespace youbotd {
 namespace {
@@ -75,7 +75,7 @@ std::string name_of(const ucred& peer) {
 }
 
 int listen_at(const std::filesystem::path& path) {
-  const sockaddr_un address = apps::control_address(path);
+  const sockaddr_un address = runtime::control_address(path);
   remove_leftover(path, address);
   const int listening = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (listening < 0 || bind(listening, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
@@ -225,7 +225,7 @@ void ControlServer::drop_one() {
 }
 
 bool ControlServer::hear(Connection& connection) {
-  std::array<char, apps::kLongestRequest> request{};
+  std::array<char, runtime::kLongestRequest> request{};
   const ssize_t size = recv(connection.socket, request.data(), request.size(), MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR;
   // No request is as long.

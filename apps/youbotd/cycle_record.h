@@ -47,7 +47,7 @@ struct CycleRecord {
 };
 static_assert(std::is_trivially_copyable_v<CycleRecord>);
 
-/// The columns of base.csv and of the report on a fault, see apps/common/record_rows.h.
+/// The columns of base.csv and of the report on a fault, see runtime/recording/record_rows.h.
 template <typename Column>
 void visit(const CycleRecord& r, Column&& column) {
   const auto vector = [&column](const char* name, const std::array<const char*, 3>& ends,

@@ -11,13 +11,6 @@
 #include <optional>
 #include <stdexcept>
 
-#include "apps/common/build_info.h"
-#include "apps/common/exit_code.h"
-#include "apps/common/finite_range.h"
-#include "apps/common/non_blocking_log.h"
-#include "apps/common/real_time.h"
-#include "apps/common/run_app.h"
-#include "apps/common/stop_on_signals.h"
 #include "apps/youbotd/check.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/report.h"
@@ -25,6 +18,13 @@
 #include "apps/youbotd/session.h"
 #include "apps/youbotd/teleop_demo.h"
 #include "apps/youbotd/teleop_session.h"
+#include "runtime/configuration/finite_range.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/non_blocking_log.h"
+#include "runtime/program/run_app.h"
+#include "runtime/program/stop_on_signals.h"
+#include "runtime/real_time.h"
 
 namespace {
 
@@ -45,7 +45,7 @@ void print(const Arguments& arguments, const std::string& text) {
 }
 
 int exit_code(const youbotd::RunSummary& summary) {
-  return summary.stop_reason.empty() ? apps::kExitOk : apps::kExitFault;
+  return summary.stop_reason.empty() ? runtime::kExitOk : runtime::kExitFault;
 }
 
 /// Errors are printed even with --quiet.
@@ -61,8 +61,8 @@ void log_problems(const youbotd::RunSummary& summary) {
 }
 
 /// The master's thread is not refused what the loop may do without.
-void relax(apps::HapticOptions& haptic) {
-  apps::RealTimeThread attempt;  // given back at once
+void relax(runtime::HapticOptions& haptic) {
+  runtime::RealTimeThread attempt;  // given back at once
   if (!attempt.enter({.priority = haptic.thread.fifo_priority}).empty()) haptic.thread.fifo_priority = 0;
 }
 
@@ -71,7 +71,7 @@ youbotd::Config configuration(const Arguments& arguments,
                               const std::map<std::string, std::string>& settings = {}) {
   youbotd::Config config = youbotd::load_config(arguments.session.config_file, settings);
   if (!arguments.robot.empty()) config.robot.name = arguments.robot;
-  apps::check_robot_name(config.robot.name);
+  runtime::check_robot_name(config.robot.name);
   if (!arguments.haptic.empty()) {
     config.haptic.name = arguments.haptic;
     config.teleoperated = true;
@@ -81,7 +81,7 @@ youbotd::Config configuration(const Arguments& arguments,
 }
 
 int run_once(const Arguments& arguments, const youbotd::Config& config) {
-  const youbotd::Summary summary = youbotd::run_session(config, arguments.session, apps::stop_requested);
+  const youbotd::Summary summary = youbotd::run_session(config, arguments.session, runtime::stop_requested);
   print(arguments, youbotd::report(summary));
   log_problems(summary);
   return exit_code(summary);
@@ -99,7 +99,7 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
 
   // Without compensation it falls behind, which is what the comparison is to show: how far, a simulation may.
   // A robot stops, which is a finding too.
-  if (apps::is_simulated(config.robot.name)) config.cycle.allow_any_following_error();
+  if (runtime::is_simulated(config.robot.name)) config.cycle.allow_any_following_error();
   std::array<youbotd::Summary, 2> summaries;
   for (const bool compensate : {false, true}) {
     config.cycle.controller.compensate_friction = compensate;
@@ -107,7 +107,7 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
     options.record_directory = recording_of(compensate);
     print(arguments, compensate ? "\n== with friction compensation\n" : "== without friction compensation\n");
     youbotd::Summary& summary = summaries[compensate ? 1 : 0];
-    summary = youbotd::run_session(config, options, apps::stop_requested);
+    summary = youbotd::run_session(config, options, runtime::stop_requested);
     print(arguments, youbotd::report(summary));
     if (!compensate && summary.fell_behind) {
       spdlog::info("stopped at {}", summary.stop_reason);
@@ -115,20 +115,21 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
     }
     log_problems(summary);
     if (const int code = exit_code(summary)) return code;
-    if (apps::stop_requested) {
+    if (runtime::stop_requested) {
       spdlog::info("stopped on request, nothing to compare");
-      return apps::kExitOk;
+      return runtime::kExitOk;
     }
   }
   print(arguments, "\n" + youbotd::compare(summaries[0], summaries[1]));
-  return apps::kExitOk;
+  return runtime::kExitOk;
 }
 
 /// Base and arm by hand.
 int run_teleoperation(const Arguments& arguments, const youbotd::Config& config) {
   youbotd::TeleopOptions options{static_cast<const youbotd::AloneOptions&>(arguments.session)};
   if (arguments.demo) options.tasks = youbotd::demo_tasks();
-  const youbotd::TeleopSummary summary = youbotd::run_teleop_session(config, options, apps::stop_requested);
+  const youbotd::TeleopSummary summary =
+      youbotd::run_teleop_session(config, options, runtime::stop_requested);
   print(arguments, youbotd::report(summary));
   log_problems(summary);
   return exit_code(summary);
@@ -148,8 +149,8 @@ int serve(const Arguments& arguments) {
                                   }},
                   .control_socket = arguments.control_socket,
                   .allow_non_real_time = arguments.session.allow_non_real_time},
-                 apps::stop_requested);
-  return apps::kExitOk;
+                 runtime::stop_requested);
+  return runtime::kExitOk;
 }
 
 int run_check(const Arguments& arguments, const youbotd::Config& config) {
@@ -158,15 +159,15 @@ int run_check(const Arguments& arguments, const youbotd::Config& config) {
                               .virtual_time = arguments.session.virtual_time,
                               .allow_non_real_time = arguments.session.allow_non_real_time});
   std::fputs(youbotd::report(findings, arguments.quiet).c_str(), stdout);
-  return youbotd::passed(findings) ? apps::kExitOk : apps::kExitSetup;
+  return youbotd::passed(findings) ? runtime::kExitOk : runtime::kExitSetup;
 }
 
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
 /// No machine moves and no device pushes: a late loop does no harm.
 bool is_all_simulated(const youbotd::Config& config) {
-  return apps::is_simulated(config.robot.name) &&
-         (!config.teleoperated || apps::is_simulated_haptic(config.haptic.name));
+  return runtime::is_simulated(config.robot.name) &&
+         (!config.teleoperated || runtime::is_simulated_haptic(config.haptic.name));
 }
 
 int run(Arguments arguments) {
@@ -176,9 +177,9 @@ int run(Arguments arguments) {
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;
   if (arguments.check) return run_check(arguments, config);
   if (is_all_simulated(config)) arguments.session.allow_non_real_time = true;
-  apps::stop_on_signals();
+  runtime::stop_on_signals();
   if (!arguments.quiet)
-    spdlog::info("{}: running {}{}, {:g} Hz{}", apps::build_version(), config.robot.name,
+    spdlog::info("{}: running {}{}, {:g} Hz{}", runtime::build_version(), config.robot.name,
                  config.teleoperated ? " by hand on " + config.haptic.name : "",
                  1 / std::chrono::duration<double>(config.cycle.period).count(),
                  arguments.session.virtual_time ? ", virtual time" : "; Ctrl-C stops");
@@ -211,7 +212,7 @@ int main(int argc, char** argv) {
                  "move base and arm by hand on this master: loopback, force-dimension, falcon, spacemouse")
       ->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
-      ->check(apps::finite_range(0.001, 1e6));
+      ->check(runtime::finite_range(0.001, 1e6));
   app.add_option("--record", arguments.record_directory, "directory for recordings, made if missing")
       ->check(not_empty);
   app.add_option("--control", arguments.control_socket,
@@ -231,8 +232,8 @@ int main(int argc, char** argv) {
   app.add_flag("--check", arguments.check,
                "tell whether this machine lets it run, and what to do where not; nothing moves");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
-  std::optional<apps::NonBlockingLog> log;  // of a service, to the reason for a start that is refused
-  return apps::run_app(app, argc, argv, [&] {
+  std::optional<runtime::NonBlockingLog> log;  // of a service, to the reason for a start that is refused
+  return runtime::run_app(app, argc, argv, [&] {
     if (!arguments.control_socket.empty()) log.emplace();
     return run(arguments);
   });

@@ -10,17 +10,18 @@
 #include <string>
 #include <utility>
 
-#include "apps/common/flight_recorder.h"
-#include "apps/common/plausibility_config.h"
-#include "apps/common/robot_session.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/run.h"
 #include "apps/youbotd/run_recording.h"
+#include "runtime/configuration/plausibility_config.h"
+#include "runtime/recording/flight_recorder.h"
+#include "runtime/robot_session.h"
 
 namespace youbotd {
 
 /// `Cycle` has step(), request_stop(), switch_off(), finished(), record(), silent_checks() and
-/// once_silent_checks(); `Record` has a schema (apps/common/record_rows.h), `limited`, `wake_up` and `step`.
+/// once_silent_checks(); `Record` has a schema (runtime/recording/record_rows.h), `limited`, `wake_up` and
+/// `step`.
 template <typename Cycle, typename Record, typename Summary>
 class RecordedRun : public Run {
  public:
@@ -48,7 +49,7 @@ class RecordedRun : public Run {
     summary_.once_silent_checks = cycle_.once_silent_checks();
     summary_.stop_reason = stop_reason();
     if (summary_.stop_reason.empty()) return;
-    summary_.fault_report = apps::write_fault_report(
+    summary_.fault_report = runtime::write_fault_report(
         options_.record_directory,
         [&](const std::filesystem::path& path) { flight_recorder_.write(path, rig_, summary_.stop_reason); },
         frames, summary_.stop_reason, summary_.recording_problems);
@@ -72,7 +73,7 @@ class RecordedRun : public Run {
         after_cycle_(std::move(around.after_cycle)) {
     summary_.robot = config.robot.name;
     summary_.virtual_time = options.virtual_time;
-    apps::warn_of(config.cycle.checks_off);
+    runtime::warn_of(config.cycle.checks_off);
   }
 
   /// Cycle: adds it to the summary. False for one that a report on a fault is to leave out.
@@ -88,7 +89,7 @@ class RecordedRun : public Run {
 
   RunOptions options_;
   std::string rig_;
-  apps::FlightRecorder<Record> flight_recorder_;
+  runtime::FlightRecorder<Record> flight_recorder_;
   std::unique_ptr<RunRecording<Record>> recording_;
   std::function<void(const Record&)> after_cycle_;
 };

@@ -2,8 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "apps/common/plausibility_config.h"
 #include "hal/seconds.h"
+#include "runtime/configuration/plausibility_config.h"
 
 namespace youbotd {
 namespace {
@@ -40,12 +40,12 @@ std::string verdict(const Summary& without, const Summary& with) {
 }  // namespace
 
 std::string report_of_any_run(const RunSummary& summary) {
-  const apps::LoopStatistics& loop = summary.loop;
+  const runtime::LoopStatistics& loop = summary.loop;
   std::string text = fmt::format("loop         {} cycles, {} overruns; step {}\n", loop.cycles, loop.overruns,
                                  quantiles(loop.step));
   text += summary.virtual_time ? "wake-up      not measured in virtual time\n"
                                : fmt::format("wake-up      {}\n", quantiles(loop.wake_up));
-  const apps::Disturbances& events = loop.disturbances;
+  const runtime::Disturbances& events = loop.disturbances;
   text += fmt::format("memory, CPU  {} page faults (major {}), {} involuntary context switches\n",
                       events.minor_faults + events.major_faults, events.major_faults,
                       events.involuntary_switches);
@@ -55,7 +55,7 @@ std::string report_of_any_run(const RunSummary& summary) {
   for (const std::string& line : summary.robot_report) text += fmt::format("robot says   {}\n", line);
   for (const std::string& problem : summary.not_real_time)
     text += fmt::format("NOT REAL-TIME: {}\n", problem);
-  for (const std::string& note : apps::notes_on_silent(summary.once_silent_checks))
+  for (const std::string& note : runtime::notes_on_silent(summary.once_silent_checks))
     text += fmt::format("NOT CHECKED: {}\n", note);
   if (summary.recorded)
     text += fmt::format("recording    {} cycles written, {} lost\n", summary.cycles_recorded,
@@ -64,7 +64,7 @@ std::string report_of_any_run(const RunSummary& summary) {
 }
 
 std::string report(const Summary& summary) {
-  const apps::LoopStatistics& loop = summary.loop;
+  const runtime::LoopStatistics& loop = summary.loop;
   const PathMetrics& path = summary.path;
   std::string text = fmt::format("robot        {}, {:.1f} s of robot time in {:.2f} s{}\n", summary.robot,
                                  seconds(loop.robot_time), seconds(loop.wall_time),

@@ -8,11 +8,11 @@
 #include <optional>
 #include <string>
 
-#include "apps/common/loop.h"
 #include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/run_summary.h"
 #include "control/plausibility/checks.h"
 #include "drivers/ethercat/pcap_ring.h"
+#include "runtime/loop.h"
 
 namespace youbotd {
 
@@ -28,7 +28,7 @@ struct Progress {
   control::ChecksOff silent_checks{};                 ///< of the sensors, that do not run now
 };
 
-/// Made and wrapped up by one thread, stepped by one, as apps::run_loop() wants it.
+/// Made and wrapped up by one thread, stepped by one, as runtime::run_loop() wants it.
 class Run {
  public:
   Run() = default;
@@ -43,7 +43,7 @@ class Run {
   /// Drives off with the next step. An arm falls.
   virtual void switch_off() noexcept = 0;
   virtual bool finished() const noexcept = 0;
-  apps::CycleTimes& record() noexcept { return times_; }
+  runtime::CycleTimes& record() noexcept { return times_; }
   /// After step(), when `record()` is complete: keeps and records the cycle.
   virtual void keep() noexcept = 0;
   virtual Progress progress() const noexcept = 0;
@@ -57,7 +57,7 @@ class Run {
   virtual RunSummary& summary() noexcept = 0;
 
  protected:
-  apps::CycleTimes times_;
+  runtime::CycleTimes times_;
 };
 
 /// What a run of any kind needs to know beside its configuration.

@@ -6,10 +6,10 @@
 #include <functional>
 #include <optional>
 
-#include "apps/common/open_robot.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/run.h"
 #include "hal/clock.h"
+#include "runtime/open_robot.h"
 
 namespace youbotd {
 
@@ -23,7 +23,7 @@ struct AloneOptions : RunOptions {
 /// called once a cycle, as a part of it. `whole`: how long it is to last, for who watches it.
 /// @throws hal::SetupError when real-time was refused and is not waived.
 void run_alone(
-    hal::Clock& clock, const Config& config, const AloneOptions& options, const apps::OpenedRobot& robot,
+    hal::Clock& clock, const Config& config, const AloneOptions& options, const runtime::OpenedRobot& robot,
     Run& run, std::optional<std::chrono::nanoseconds> whole, const std::atomic<bool>& stop,
     const std::function<bool()>& is_done = [] { return false; });
 

@@ -4,21 +4,21 @@
 #include <limits>
 #include <mutex>
 
-#include "apps/common/progress_line.h"
-#include "apps/common/start_thread.h"
+#include "runtime/program/progress_line.h"
+#include "runtime/start_thread.h"
 
 namespace youbotd {
 
 RunProgress::RunProgress(bool shown, std::optional<std::chrono::nanoseconds> whole) {
   if (!shown) return;
-  thread_ = apps::start_thread("the progress line",
-                               [this, whole](const std::stop_token& ended) { show(ended, whole); });
+  thread_ = runtime::start_thread("the progress line",
+                                  [this, whole](const std::stop_token& ended) { show(ended, whole); });
 }
 
 void RunProgress::show(const std::stop_token& ended, std::optional<std::chrono::nanoseconds> whole) {
   using Seconds = std::chrono::duration<double>;
   constexpr std::chrono::milliseconds kLook{100};
-  apps::ProgressLine line("youbotd", /*quiet=*/false);
+  runtime::ProgressLine line("youbotd", /*quiet=*/false);
   std::mutex mutex;
   std::condition_variable_any wake_up;  // notified by the stop request
   const auto pause = [&] {
@@ -29,7 +29,7 @@ void RunProgress::show(const std::stop_token& ended, std::optional<std::chrono::
     if (!newest_.take(progress)) continue;
     const double done =
         whole ? Seconds(progress.time) / Seconds(*whole) : std::numeric_limits<double>::quiet_NaN();
-    line.show(progress.phase, done, apps::duration_text(Seconds(progress.time).count()));
+    line.show(progress.phase, done, runtime::duration_text(Seconds(progress.time).count()));
   }
 }
 

@@ -3,8 +3,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "apps/common/output_directory.h"
 #include "apps/youbotd/check_recording.h"
+#include "runtime/recording/output_directory.h"
 
 namespace youbotd {
 
@@ -20,7 +20,7 @@ void check_record_directory(const std::filesystem::path& directory) {
   if (holds_recording(directory))
     throw std::invalid_argument("--record: " + directory.string() +
                                 " holds a recording already; name a new directory");
-  apps::try_output_directory(directory);
+  runtime::try_output_directory(directory);
   require_room(directory);
 }
 

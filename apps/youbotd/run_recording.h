@@ -9,11 +9,11 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/record_rows.h"
-#include "apps/common/recording.h"
-#include "apps/common/recording_directory.h"
 #include "apps/youbotd/recording_state.h"
 #include "apps/youbotd/way_report.h"
+#include "runtime/recording/record_rows.h"
+#include "runtime/recording/recording.h"
+#include "runtime/recording/recording_directory.h"
 
 namespace youbotd {
 
@@ -31,13 +31,13 @@ class RunRecording {
   struct Table {
     std::string file;  ///< without .csv
     std::string rig = file;
-    std::vector<apps::RecordingFile::Column> columns = apps::columns_of(Record{});
-    std::function<void(apps::RecordingFile&, const Record&)> append = apps::append_record<Record>;
+    std::vector<runtime::RecordingFile::Column> columns = runtime::columns_of(Record{});
+    std::function<void(runtime::RecordingFile&, const Record&)> append = runtime::append_record<Record>;
   };
   struct Description {
     std::filesystem::path directory;
-    apps::RecordingConfig config;
-    std::vector<apps::RecordingFile::Comment> comments;  ///< of each table, after its rig
+    runtime::RecordingConfig config;
+    std::vector<runtime::RecordingFile::Comment> comments;  ///< of each table, after its rig
     std::vector<Table> tables;
     WayReport way;
     std::vector<Eigen::Vector3d> (*places_W_m)(const Record&);  ///< for WayReport::add()
@@ -85,10 +85,10 @@ class RunRecording {
   }
 
  private:
-  std::vector<typename apps::Recording<Record>::Table> open(const Description& description) {
-    std::vector<typename apps::Recording<Record>::Table> opened;
+  std::vector<typename runtime::Recording<Record>::Table> open(const Description& description) {
+    std::vector<typename runtime::Recording<Record>::Table> opened;
     for (const Table& table : description.tables) {
-      std::vector<apps::RecordingFile::Comment> comments{{"rig", table.rig}};
+      std::vector<runtime::RecordingFile::Comment> comments{{"rig", table.rig}};
       comments.insert(comments.end(), description.comments.begin(), description.comments.end());
       opened.push_back({new_recording_.open(table.file, comments, table.columns), table.append});
     }
@@ -96,11 +96,11 @@ class RunRecording {
   }
 
   std::vector<std::string> setup_problems_;
-  apps::NewRecording new_recording_;  // takes the files away unless there are rows
+  runtime::NewRecording new_recording_;  // takes the files away unless there are rows
   WayReport way_;
   std::filesystem::path report_;
   std::string report_problem_;
-  apps::Recording<Record> recording_;  // last: its thread uses what is above
+  runtime::Recording<Record> recording_;  // last: its thread uses what is above
 };
 
 }  // namespace youbotd

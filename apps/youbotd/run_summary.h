@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/loop.h"
 #include "apps/youbotd/cycle_record.h"
 #include "control/plausibility/checks.h"
+#include "runtime/loop.h"
 
 namespace youbotd {
 
@@ -17,7 +17,7 @@ struct RunSummary {
   std::string robot;
   bool virtual_time = false;
   std::vector<std::string> not_real_time;  ///< what the system refused
-  apps::LoopStatistics loop;
+  runtime::LoopStatistics loop;
   control::ChecksOff once_silent_checks;  ///< of the sensors, that did not run for a while
   std::uint64_t cycles_setpoint_limited = 0;
   std::uint64_t cycles_torque_rate_limited = 0;

@@ -7,54 +7,54 @@
 #include <thread>
 #include <vector>
 
-#include "apps/common/loop.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/real_time.h"
-#include "apps/common/robot_session.h"
-#include "apps/common/start_thread.h"
 #include "apps/youbotd/teleop_run.h"
+#include "runtime/loop.h"
+#include "runtime/real_time.h"
+#include "runtime/recording/output_directory.h"
+#include "runtime/robot_session.h"
+#include "runtime/start_thread.h"
 
 namespace youbotd {
 
 /// Devices and socket are opened here and the loop runs in a thread of its own; this one may wait.
 void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
-  if (options.service.record_directory) apps::try_output_directory(*options.service.record_directory);
+  if (options.service.record_directory) runtime::try_output_directory(*options.service.record_directory);
   hal::SteadyClock clock;
   const Config config = options.service.configuration({});
-  apps::OpenedRobot robot = apps::open_robot(config.robot, clock, config.cycle.period);
-  apps::OpenedHaptic master;
+  runtime::OpenedRobot robot = runtime::open_robot(config.robot, clock, config.cycle.period);
+  runtime::OpenedHaptic master;
   if (config.teleoperated) master = open_master(config, clock);
   Service service(options.service, config, robot, master, clock);
   ControlServer server(options.control_socket, service);
-  std::optional<apps::HapticActivation> master_activation;
+  std::optional<runtime::HapticActivation> master_activation;
   if (master.device) {
     master_activation.emplace(*master.device);
     for (const std::string& warning : master.device->info().warnings)
       spdlog::warn("{}: {}", master.device->info().name, warning);
   }
   service.require_usable_configuration();
-  const apps::RobotActivation robot_activation(*robot.robot);
+  const runtime::RobotActivation robot_activation(*robot.robot);
 
-  apps::LoopStatistics statistics;
+  runtime::LoopStatistics statistics;
   std::atomic<bool> over{false};
   std::promise<std::vector<std::string>> entered;
   const auto run_cycles = [&](const std::stop_token& left) {  // asked when an exception leaves this function
-    apps::RealTimeThread real_time;
+    runtime::RealTimeThread real_time;
     try {
-      entered.set_value(apps::enter_real_time(real_time, config.real_time, options.allow_non_real_time));
+      entered.set_value(runtime::enter_real_time(real_time, config.real_time, options.allow_non_real_time));
     } catch (...) {
       entered.set_exception(std::current_exception());
       return;
     }
-    apps::run_loop(
+    runtime::run_loop(
         clock, config.cycle.period, service.loop(),
         [&](std::chrono::nanoseconds) {
           return stop.load(std::memory_order_relaxed) || left.stop_requested();
         },
-        [&](const apps::CycleTimes& /*times*/) { service.loop().keep(); }, statistics);
+        [&](const runtime::CycleTimes& /*times*/) { service.loop().keep(); }, statistics);
     over.store(true, std::memory_order_release);
   };
-  std::jthread cycles = apps::start_thread("the cycles", run_cycles);
+  std::jthread cycles = runtime::start_thread("the cycles", run_cycles);
   const std::vector<std::string> not_real_time = entered.get_future().get();
   for (const std::string& problem : not_real_time) spdlog::warn("not real-time: {}", problem);
   service.set_not_real_time(not_real_time);

@@ -34,7 +34,7 @@ struct Told {
   bool master_left = false;
 };
 
-/// Stands between two threads: one steps it, as apps::run_loop() wants it, the other gives orders and is
+/// Stands between two threads: one steps it, as runtime::run_loop() wants it, the other gives orders and is
 /// told.
 class ServedLoop {
  public:
@@ -54,7 +54,7 @@ class ServedLoop {
   /// Ends the run under way, then the loop.
   void request_stop() noexcept { ending_ = true; }
   bool finished() const noexcept { return ending_ && run_ == nullptr; }
-  apps::CycleTimes& record() noexcept { return times_; }
+  runtime::CycleTimes& record() noexcept { return times_; }
   /// After step(), when `record()` is complete.
   void keep() noexcept;
 
@@ -75,7 +75,7 @@ class ServedLoop {
   Run* run_ = nullptr;        // the one under way
   std::uint64_t number_ = 0;  // its number
   Told told_;
-  apps::CycleTimes times_;
+  runtime::CycleTimes times_;
   hal::RobotSample robot_sample_;
   hal::HapticSample master_sample_;
   bool ending_ = false;

@@ -11,11 +11,11 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "apps/common/control_socket.h"
-#include "apps/common/plausibility_config.h"
 #include "apps/youbotd/base_run.h"
 #include "apps/youbotd/hold_source.h"
 #include "apps/youbotd/teleop_run.h"
+#include "runtime/configuration/plausibility_config.h"
+#include "runtime/program/control_socket.h"
 
 namespace youbotd {
 namespace {
@@ -37,7 +37,7 @@ constexpr std::chrono::seconds kLongHoldUp{1};
 /// In which the requests that wait after a hold-up are heard, one of each connection at a time.
 constexpr std::chrono::milliseconds kBacklog{500};
 /// Of all settings together: the status, which holds them, has to fit an answer.
-constexpr std::size_t kMaxSettings_bytes = apps::kLongestAnswer / 4;
+constexpr std::size_t kMaxSettings_bytes = runtime::kLongestAnswer / 4;
 
 /// A request that is refused, with the reason for who asked.
 struct Refusal : std::runtime_error {
@@ -51,7 +51,7 @@ constexpr const char* kUnheard =
 
 /// So that an answer holds it.
 std::string shortened(std::string text) {
-  constexpr std::size_t kMax_bytes = apps::kLongestAnswer / 8;  // in JSON up to six times as long
+  constexpr std::size_t kMax_bytes = runtime::kLongestAnswer / 8;  // in JSON up to six times as long
   if (text.size() > kMax_bytes) text = text.substr(0, kMax_bytes) + " ...";
   return text;
 }
@@ -62,8 +62,8 @@ bool same_geometry(const control::BaseGeometry& a, const control::BaseGeometry& 
 
 }  // namespace
 
-Service::Service(const ServiceOptions& options, const Config& config, apps::OpenedRobot& robot,
-                 apps::OpenedHaptic& master, hal::Clock& clock)
+Service::Service(const ServiceOptions& options, const Config& config, runtime::OpenedRobot& robot,
+                 runtime::OpenedHaptic& master, hal::Clock& clock)
     : options_(options),
       config_(config),
       robot_(robot),
@@ -121,7 +121,7 @@ void Service::watch_robot() {
 
 void Service::watch_checks() {
   notes_.clear();
-  if (run_) notes_ = apps::notes_on_silent(told_.progress.silent_checks);
+  if (run_) notes_ = runtime::notes_on_silent(told_.progress.silent_checks);
   for (const std::string& note : notes_) {
     if (std::find(notes_logged_.begin(), notes_logged_.end(), note) != notes_logged_.end()) continue;
     spdlog::warn("{}", note);
@@ -215,7 +215,7 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
   const auto text = [&reply] { return reply.dump(-1, ' ', false, json::error_handler_t::replace); };
   std::string answer = text();
   for (const char* list : {"settings", "fault_robot_report", "robot_trouble"}) {
-    if (answer.size() <= apps::kLongestAnswer) break;
+    if (answer.size() <= runtime::kLongestAnswer) break;
     reply["status"][list] = "too long for an answer";
     answer = text();
   }

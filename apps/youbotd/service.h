@@ -15,9 +15,6 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/common/open_haptic.h"
-#include "apps/common/open_robot.h"
-#include "apps/common/service_manager.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/control_server.h"
 #include "apps/youbotd/run.h"
@@ -25,6 +22,9 @@
 #include "apps/youbotd/trouble_log.h"
 #include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"
+#include "runtime/open_haptic.h"
+#include "runtime/open_robot.h"
+#include "runtime/program/service_manager.h"
 
 namespace youbotd {
 
@@ -56,8 +56,8 @@ class Service final : public ControlServer::Listener {
  public:
   /// `robot` and `master`, which is empty without teleoperation, are active whenever the loop is stepped. All
   /// outlive the service; so does the clock, on which it waits.
-  Service(const ServiceOptions& options, const Config& config, apps::OpenedRobot& robot,
-          apps::OpenedHaptic& master, hal::Clock& clock);
+  Service(const ServiceOptions& options, const Config& config, runtime::OpenedRobot& robot,
+          runtime::OpenedHaptic& master, hal::Clock& clock);
 
   /// Refuses what cannot run before `enable` does, once the master is active.
   /// @throws std::invalid_argument for a configuration no part accepts.
@@ -66,7 +66,7 @@ class Service final : public ControlServer::Listener {
   ServedLoop& loop() noexcept { return loop_; }
   /// What the system refused the loop: it is in each status.
   void set_not_real_time(std::vector<std::string> problems) { not_real_time_ = std::move(problems); }
-  const apps::ServiceManager& manager() const noexcept { return manager_; }
+  const runtime::ServiceManager& manager() const noexcept { return manager_; }
 
   /// Every kBeat: repeats the orders, reads what became of them and reports to log and service manager.
   void beat();
@@ -125,10 +125,10 @@ class Service final : public ControlServer::Listener {
 
   ServiceOptions options_;
   Config config_;
-  apps::OpenedRobot& robot_;
-  apps::OpenedHaptic& master_;
+  runtime::OpenedRobot& robot_;
+  runtime::OpenedHaptic& master_;
   hal::Clock& clock_;
-  apps::ServiceManager manager_;
+  runtime::ServiceManager manager_;
   ServedLoop loop_;
 
   std::string mode_;

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "apps/common/build_info.h"
 #include "apps/youbotd/service.h"
+#include "runtime/program/build_info.h"
 
 namespace youbotd {
 namespace {
@@ -49,7 +49,7 @@ std::string Service::robot_state() const {
 json Service::status() const {
   const Progress& now = told_.progress;
   json status{{"format", "youbotd-status/1"},
-              {"version", apps::build_version()},
+              {"version", runtime::build_version()},
               {"robot", config_.robot.name},
               {"mode", mode_},
               {"run", orders_.number},

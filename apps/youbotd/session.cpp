@@ -3,18 +3,18 @@
 #include <memory>
 #include <utility>
 
-#include "apps/common/open_robot.h"
-#include "apps/common/robot_session.h"
 #include "apps/youbotd/motion_source.h"
+#include "runtime/open_robot.h"
+#include "runtime/robot_session.h"
 
 namespace youbotd {
 
 Summary run_session(const Config& config, const SessionOptions& options, const std::atomic<bool>& stop) {
   if (options.record_directory) check_record_directory(*options.record_directory);
-  if (options.virtual_time) apps::check_virtual_time(config.robot.name);
+  if (options.virtual_time) runtime::check_virtual_time(config.robot.name);
 
-  const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
-  const apps::OpenedRobot opened = apps::open_robot(config.robot, *clock, config.cycle.period);
+  const std::unique_ptr<hal::Clock> clock = runtime::make_clock(options.virtual_time);
+  const runtime::OpenedRobot opened = runtime::open_robot(config.robot, *clock, config.cycle.period);
   auto path = std::make_unique<PathSource>(config.path);
   const auto whole =
       options.duration.value_or(std::chrono::duration_cast<std::chrono::nanoseconds>(path->duration()));

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/toml_reader.h"
+#include "runtime/configuration/toml_reader.h"
 
 namespace youbotd {
 namespace {
@@ -308,7 +308,7 @@ void require_no_weaker(const Config& set, const Config& from_file, const std::fi
   if (!set.cycle.checks_off.within(from_file.cycle.checks_off))
     problems.push_back(
         fmt::format("set: 'plausibility.off' switches off a check that {} has on", file.string()));
-  if (!problems.empty()) throw apps::ConfigError(std::move(problems));
+  if (!problems.empty()) throw runtime::ConfigError(std::move(problems));
 }
 
 }  // namespace youbotd

@@ -9,7 +9,7 @@
 namespace youbotd {
 
 /// A setting may make the machine weaker, slower and sooner to stop than `from_file`, and not the reverse.
-/// @throws apps::ConfigError naming each key of `set` that does, and what `file` allows.
+/// @throws runtime::ConfigError naming each key of `set` that does, and what `file` allows.
 void require_no_weaker(const Config& set, const Config& from_file, const std::filesystem::path& file);
 
 }  // namespace youbotd

@@ -6,8 +6,8 @@
 namespace youbotd {
 namespace {
 
-using apps::TomlTable;
 using control::Teleoperation;
+using runtime::TomlTable;
 
 constexpr double kDegree = std::numbers::pi / 180;
 

@@ -54,7 +54,7 @@ struct TeleopRecord {
 };
 static_assert(std::is_trivially_copyable_v<TeleopRecord>);
 
-/// The columns of teleoperation.csv and of the report on a fault, see apps/common/record_rows.h.
+/// The columns of teleoperation.csv and of the report on a fault, see runtime/recording/record_rows.h.
 template <typename Column>
 void visit(const TeleopRecord& r, Column&& column) {
   const auto plain = [&column](const char* name, double number, int decimals) {

@@ -2,9 +2,9 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "apps/common/build_info.h"
 #include "apps/youbotd/workspace_comments.h"
 #include "hal/seconds.h"
+#include "runtime/program/build_info.h"
 
 namespace youbotd {
 namespace {
@@ -30,7 +30,7 @@ TeleopRecording::Description teleop_recording(const TeleopRecordingOptions& opti
       .comments = {{"experiment", "teleoperation"},
                    {"sample_rate_Hz", fmt::format("{:g}", 1 / hal::seconds(options.period))},
                    {"not_measured", kNoOpening},
-                   {"software", apps::build_version()}},
+                   {"software", runtime::build_version()}},
       .tables = {},
       .way = {{{"base"}, {"set-point", report::Style::kDashed}, {"tip"}},
               /*from_the_side=*/true,

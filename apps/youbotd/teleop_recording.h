@@ -14,7 +14,7 @@ using TeleopRecording = RunRecording<TeleopRecord>;
 
 struct TeleopRecordingOptions {
   std::filesystem::path directory;
-  apps::RecordingConfig config;
+  runtime::RecordingConfig config;
   std::chrono::nanoseconds period;
   bool simulated = false;  ///< the truth is known
   control::Workspace workspace{};

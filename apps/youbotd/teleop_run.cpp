@@ -47,11 +47,11 @@ double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0],
 
 }  // namespace
 
-apps::OpenedHaptic open_master(const Config& config, const hal::Clock& clock) {
-  apps::HapticOptions options = config.haptic;
+runtime::OpenedHaptic open_master(const Config& config, const hal::Clock& clock) {
+  runtime::HapticOptions options = config.haptic;
   options.hand.travel.emplace();
-  if (apps::is_simulated(config.robot.name)) apps::bear_pauses(options);
-  return apps::open_haptic(options, clock, config.cycle.period);
+  if (runtime::is_simulated(config.robot.name)) runtime::bear_pauses(options);
+  return runtime::open_haptic(options, clock, config.cycle.period);
 }
 
 TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot,

@@ -6,9 +6,9 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/open_haptic.h"
 #include "apps/youbotd/recorded_run.h"
 #include "apps/youbotd/teleop_cycle.h"
+#include "runtime/open_haptic.h"
 #include "sim/mobile_manipulator.h"
 #include "sim/simulated_operator.h"
 
@@ -31,7 +31,7 @@ struct TeleopSummary : RunSummary {
 };
 
 /// The pen of the loopback has an omega.6's travel. Beside a simulated robot it bears pauses.
-apps::OpenedHaptic open_master(const Config& config, const hal::Clock& clock);
+runtime::OpenedHaptic open_master(const Config& config, const hal::Clock& clock);
 
 class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSummary> {
  public:

@@ -4,8 +4,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "apps/common/open_robot.h"
-#include "apps/common/robot_session.h"
+#include "runtime/open_robot.h"
+#include "runtime/robot_session.h"
 
 namespace youbotd {
 namespace {
@@ -13,10 +13,10 @@ namespace {
 using std::chrono::nanoseconds;
 
 void require_simulation(const Config& config, const TeleopOptions& options) {
-  if (options.virtual_time) apps::check_virtual_time(config.robot.name);
-  if (options.virtual_time && !apps::is_simulated_haptic(config.haptic.name))
+  if (options.virtual_time) runtime::check_virtual_time(config.robot.name);
+  if (options.virtual_time && !runtime::is_simulated_haptic(config.haptic.name))
     throw std::invalid_argument("--virtual-time: " + config.haptic.name + " lives in real time");
-  if (!options.tasks.empty() && !apps::is_simulated_haptic(config.haptic.name))
+  if (!options.tasks.empty() && !runtime::is_simulated_haptic(config.haptic.name))
     throw std::invalid_argument("--demo: the simulated operator needs the simulated pen, --haptic loopback");
 }
 
@@ -26,9 +26,9 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
                                  const std::atomic<bool>& stop) {
   if (options.record_directory) check_record_directory(*options.record_directory);
   const nanoseconds period = config.cycle.period;
-  const std::unique_ptr<hal::Clock> clock = apps::make_clock(options.virtual_time);
-  const apps::OpenedRobot robot = apps::open_robot(config.robot, *clock, period);
-  const apps::OpenedHaptic master = open_master(config, *clock);
+  const std::unique_ptr<hal::Clock> clock = runtime::make_clock(options.virtual_time);
+  const runtime::OpenedRobot robot = runtime::open_robot(config.robot, *clock, period);
+  const runtime::OpenedHaptic master = open_master(config, *clock);
   require_simulation(config, options);  // names nobody knows were refused above; no device was touched
   std::optional<sim::SimulatedOperator> operating;
   if (master.hand && !options.tasks.empty()) {
@@ -42,7 +42,7 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
 
   std::optional<TeleopRun> run;
   {
-    const apps::HapticActivation master_activation(*master.device);
+    const runtime::HapticActivation master_activation(*master.device);
     run.emplace(config, options, *robot.robot, *master.device, robot.manipulator.get(), options.after_cycle);
     run_alone(*clock, config, options, robot, *run, options.duration, stop, [&] {
       if (!operating) return false;

@@ -6,14 +6,14 @@
 #include <cmath>
 #include <vector>
 
-#include "apps/common/recording_file.h"
 #include "control/workspace.h"
+#include "runtime/recording/recording_file.h"
 
 namespace youbotd {
 
 /// "workspace_base_x_m: -1 3" and so on; nothing of an axis without walls.
 inline void add_workspace(const control::Workspace& workspace,
-                          std::vector<apps::RecordingFile::Comment>& comments) {
+                          std::vector<runtime::RecordingFile::Comment>& comments) {
   const auto add = [&comments](const char* key, double lower_m, double upper_m) {
     if (std::isfinite(lower_m) || std::isfinite(upper_m))
       comments.push_back({key, fmt::format("{:g} {:g}", lower_m, upper_m)});

@@ -16,8 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/open_robot.h"
-#include "apps/common/recording_reader.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "apps/youbot_bench/experiment_task.h"
@@ -33,6 +31,8 @@
 #include "model/friction/any_law.h"
 #include "model/friction/law_compensator.h"
 #include "model/friction/sliding_table.h"
+#include "runtime/open_robot.h"
+#include "runtime/recording/recording_reader.h"
 #include "sim/mobile_manipulator.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/built_paths.h"
@@ -392,7 +392,7 @@ TEST_F(ArmExperiment, WhatFitsIsMeasured) {
     const sim::bus::ArmJointData& data = sim::bus::kArmJointData[static_cast<std::size_t>(joint - 1)];
     // Below 0.3 rad/s the simulated friction stays what it is there (model/friction/sliding_table.h).
     const double friction_Nm = data.coulomb_Nm + 0.3 * data.viscous_Nm_s_per_rad;
-    const apps::ReadRecording read = apps::read_recording(file, apps::NotMeasured::kTaken);
+    const runtime::ReadRecording read = runtime::read_recording(file, runtime::NotMeasured::kTaken);
     for (std::size_t i = 0; i < read.recording.rows(); ++i) {
       const double velocity = read.recording.column("velocity_rad_per_s")[i];
       EXPECT_NEAR(read.recording.column("torque_measured_Nm")[i], std::copysign(friction_Nm, velocity),
@@ -590,13 +590,13 @@ TEST_F(ArmExperiment, TheCycleDoesNotAllocateOrLock) {
 TEST_F(ArmExperiment, OnTheEmulatedBusItIsHomedTakenToItsStartAndMeasured) {
   for (int joint = 1; joint <= 5; ++joint) {
     SCOPED_TRACE("arm-" + std::to_string(joint));
-    apps::RobotOptions options;
+    runtime::RobotOptions options;
     options.name = "wire";
     options.ethercat.kind = hal::EthercatOptions::Kind::kBaseAndArm;
     options.ethercat.home_arms = true;
     options.simulation.on_ground = false;
     hal::VirtualClock clock;
-    const apps::OpenedRobot opened = apps::open_robot(options, clock, 1ms);
+    const runtime::OpenedRobot opened = runtime::open_robot(options, clock, 1ms);
     JudgedBus robot(*opened.robot, *opened.manipulator);
     const Experiment reversals = for_arms()[8];
     const ExperimentOutcome outcome =

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/can_config.h"
-#include "apps/common/ethercat_config.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
 #include "hal/youbot_axes.h"
+#include "runtime/configuration/can_config.h"
+#include "runtime/configuration/ethercat_config.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbotd {
@@ -21,7 +21,7 @@ struct BusConfig : testing::Test {
   std::vector<std::string> problems(const std::string& text) {
     try {
       (void)load_config(write(text));
-    } catch (const apps::ConfigError& error) {
+    } catch (const runtime::ConfigError& error) {
       std::vector<std::string> all = error.problems();
       for (std::string& problem : all) problem.erase(0, directory.path().string().size() + 1);
       return all;
@@ -46,8 +46,8 @@ TEST_F(BusConfig, ABenchRigIsWhatItsTableSays) {
   EXPECT_EQ(said.patience_cycles, 4);
   EXPECT_EQ(said.tolerated_cycles, 20);
   EXPECT_TRUE(said.unsigned_current);
-  EXPECT_EQ(apps::can_text(can(apps::can_text(said))), apps::can_text(said));
-  EXPECT_EQ(apps::can_text(can("")), apps::can_text({}));
+  EXPECT_EQ(runtime::can_text(can(runtime::can_text(said))), runtime::can_text(said));
+  EXPECT_EQ(runtime::can_text(can("")), runtime::can_text({}));
   EXPECT_EQ(can("[can]\njoint = \"wheel-3\"\n").axis.current_limit_A, hal::kWheelAxis.current_limit_A);
 }
 
@@ -64,7 +64,7 @@ TEST_F(BusConfig, TheJointOnARigMayHaveLimitsOfItsOwn) {
   EXPECT_EQ(said.axis.range.lower_rad, -0.5);
   EXPECT_EQ(said.axis.range.upper_rad, 0.25);
   EXPECT_TRUE(said.range_is_stated);
-  EXPECT_EQ(apps::can_text(can(apps::can_text(said))), apps::can_text(said));
+  EXPECT_EQ(runtime::can_text(can(runtime::can_text(said))), runtime::can_text(said));
   EXPECT_EQ(
       problems("[can]\nrange_rad = [1, 0]\n"),
       std::vector<std::string>{"lab.toml:2: 'can.range_rad' must be [lower, upper], the lower one first"});

@@ -15,8 +15,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/control_socket.h"
 #include "hal/setup_error.h"
+#include "runtime/program/control_socket.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_directory.h"
 
@@ -41,7 +41,7 @@ struct Echo final : ControlServer::Listener {
 /// A caller without our client.
 struct Caller {
   explicit Caller(const std::filesystem::path& path) : socket(::socket(AF_UNIX, SOCK_SEQPACKET, 0)) {
-    const sockaddr_un address = apps::control_address(path);
+    const sockaddr_un address = runtime::control_address(path);
     connected = connect(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   }
   ~Caller() { hang_up(); }
@@ -128,7 +128,7 @@ TEST_F(ControlServerTest, WhoIsConnectedIsServedWhileNobodyElseCanBeAccepted) {
 TEST_F(ControlServerTest, DropsWhoSendsMoreThanARequest) {
   ControlServer server(path, echo);
   const Caller loud(path);
-  ASSERT_TRUE(loud.say(std::string(apps::kLongestRequest + 1, 'x')));
+  ASSERT_TRUE(loud.say(std::string(runtime::kLongestRequest + 1, 'x')));
   serve(server);
   EXPECT_TRUE(echo.asked.empty());
   EXPECT_EQ(echo.left.size(), 1U);
@@ -303,7 +303,7 @@ TEST_F(ControlServerTest, AMemberOfOurGroupMayCommandHoweverManyGroupsItHas) {
 TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   {
     const int left = socket(AF_UNIX, SOCK_SEQPACKET, 0);
-    const sockaddr_un address = apps::control_address(path);
+    const sockaddr_un address = runtime::control_address(path);
     ASSERT_EQ(bind(left, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
     close(left);
   }
@@ -316,7 +316,7 @@ TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   EXPECT_FALSE(std::filesystem::exists(path));
 
   const int stranger = socket(AF_UNIX, SOCK_STREAM, 0);
-  const sockaddr_un address = apps::control_address(path);
+  const sockaddr_un address = runtime::control_address(path);
   ASSERT_EQ(bind(stranger, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
   ASSERT_EQ(listen(stranger, 1), 0);
   EXPECT_THROW(ControlServer(path, echo), hal::SetupError) << "another program serves it";
@@ -327,7 +327,7 @@ TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
   EXPECT_THROW(ControlServer(file, echo), hal::SetupError);
   EXPECT_TRUE(std::filesystem::exists(file));
   EXPECT_THROW(ControlServer(folder / "no/such/place", echo), hal::SetupError);
-  EXPECT_EQ(apps::control_address(std::string(107, 'x')).sun_path, std::string(107, 'x'));
+  EXPECT_EQ(runtime::control_address(std::string(107, 'x')).sun_path, std::string(107, 'x'));
   EXPECT_THROW(ControlServer(std::string(108, 'x'), echo), std::invalid_argument);
 }
 

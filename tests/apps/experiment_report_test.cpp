@@ -13,13 +13,13 @@
 #include <memory>
 #include <string>
 
-#include "apps/common/quantity.h"
-#include "apps/common/wording.h"
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_report.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "identification/experiments/torque_ramp.h"
 #include "identification/fit/statistics.h"
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
 #include "tests/support/temporary_directory.h"
 
 namespace youbot_bench {
@@ -64,7 +64,7 @@ class ExperimentReport : public ::testing::Test {
     };
     stop = false;
     StopsIn clock(stop, stop_in > 0 ? std::chrono::seconds(6 * stop_in - 1) : std::chrono::hours(1));
-    const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+    const runtime::OpenedRobot opened = runtime::open_robot(loopback, clock, options.period);
     return run_experiment({.name = "torque-ramp",
                            .result = "torque-ramp-result",
                            .make =
@@ -80,7 +80,7 @@ class ExperimentReport : public ::testing::Test {
 
   support::TemporaryDirectory directory;
   ExperimentOptions options;
-  apps::RobotOptions loopback;
+  runtime::RobotOptions loopback;
   std::atomic<bool> stop{false};
 };
 
@@ -197,7 +197,7 @@ TEST_F(ExperimentReport, TracesAreTheMeasurementsFromTheEndOfTheirRestOn) {
 }
 
 TEST(Wording, NamesAreListedAsPeopleDo) {
-  const auto list = [](std::vector<std::string> names) { return apps::list_text(names); };
+  const auto list = [](std::vector<std::string> names) { return runtime::list_text(names); };
   EXPECT_EQ(list({"wheel-2"}), "wheel-2");
   EXPECT_EQ(list({"wheel-1", "wheel-2"}), "wheel-1 and wheel-2");
   EXPECT_EQ(list({"wheel-1", "wheel-2", "wheel-3"}), "wheel-1 to wheel-3");
@@ -207,9 +207,9 @@ TEST(Wording, NamesAreListedAsPeopleDo) {
 
 TEST(Wording, RangesLeaveOutWhatIsNoNumber) {
   const double nan = std::nan("");
-  EXPECT_EQ(apps::range_text(std::array{nan, 0.0721, 0.10355}, "N·m"), "0.0721 to 0.104 N·m");
-  EXPECT_EQ(apps::range_text(std::array{280.0, 280.01}), "280");
-  EXPECT_EQ(apps::range_text(std::array{nan}, "N·m"), "–");
+  EXPECT_EQ(runtime::range_text(std::array{nan, 0.0721, 0.10355}, "N·m"), "0.0721 to 0.104 N·m");
+  EXPECT_EQ(runtime::range_text(std::array{280.0, 280.01}), "280");
+  EXPECT_EQ(runtime::range_text(std::array{nan}, "N·m"), "–");
 }
 
 TEST(Wording, MeansHaveTheirInterval) {
@@ -222,11 +222,11 @@ TEST(Wording, MeansHaveTheirInterval) {
 }
 
 TEST(Wording, UnitsAreTakenFromTheNames) {
-  EXPECT_EQ(apps::quantity_of("viscous_Nm_s_per_rad").name, "viscous");
-  EXPECT_EQ(apps::quantity_of("viscous_Nm_s_per_rad").unit, "N·m·s/rad");
-  EXPECT_EQ(apps::quantity_of("stribeck_exponent").name, "stribeck exponent");
-  EXPECT_EQ(apps::quantity_of("stribeck_exponent").unit, "");
-  EXPECT_EQ(apps::quantity_of("rest_s").unit, "s");
+  EXPECT_EQ(runtime::quantity_of("viscous_Nm_s_per_rad").name, "viscous");
+  EXPECT_EQ(runtime::quantity_of("viscous_Nm_s_per_rad").unit, "N·m·s/rad");
+  EXPECT_EQ(runtime::quantity_of("stribeck_exponent").name, "stribeck exponent");
+  EXPECT_EQ(runtime::quantity_of("stribeck_exponent").unit, "");
+  EXPECT_EQ(runtime::quantity_of("rest_s").unit, "s");
 }
 
 }  // namespace experiment_report_test

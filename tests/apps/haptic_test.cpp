@@ -9,9 +9,9 @@
 #include <span>
 #include <string>
 
-#include "apps/common/open_haptic.h"
-#include "apps/common/recording_reader.h"
 #include "hal/setup_error.h"
+#include "runtime/open_haptic.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -22,35 +22,35 @@ using namespace std::chrono_literals;
 
 bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-apps::HapticOptions read(const support::TemporaryDirectory& folder, const std::string& text) {
+runtime::HapticOptions read(const support::TemporaryDirectory& folder, const std::string& text) {
   const std::filesystem::path path = folder.write("haptic.toml", text);
-  apps::TomlFile file = apps::TomlFile::parse(path);
-  apps::TomlTable root = file.root();
-  apps::TomlTable table = root.table("haptic");
-  apps::HapticOptions options;
-  apps::read_haptic(table, path.parent_path(), options);
+  runtime::TomlFile file = runtime::TomlFile::parse(path);
+  runtime::TomlTable root = file.root();
+  runtime::TomlTable table = root.table("haptic");
+  runtime::HapticOptions options;
+  runtime::read_haptic(table, path.parent_path(), options);
   file.finish();
   return options;
 }
 
 TEST(OpenHaptic, NamesThoseThereAre) {
   const hal::VirtualClock clock;
-  apps::HapticOptions options;
+  runtime::HapticOptions options;
   options.name = "phantom";
   try {
-    (void)apps::open_haptic(options, clock, 1ms);
+    (void)runtime::open_haptic(options, clock, 1ms);
     FAIL();
   } catch (const std::invalid_argument& error) {
     for (const char* name : {"phantom", "loopback", "force-dimension", "falcon", "spacemouse"})
       EXPECT_TRUE(says(error.what(), name)) << error.what();
   }
-  EXPECT_TRUE(apps::is_simulated_haptic("loopback"));
-  EXPECT_FALSE(apps::is_simulated_haptic("falcon"));
+  EXPECT_TRUE(runtime::is_simulated_haptic("loopback"));
+  EXPECT_FALSE(runtime::is_simulated_haptic("falcon"));
 }
 
 TEST(OpenHaptic, TheLoopbackHasAHandInIt) {
   hal::VirtualClock clock;
-  const apps::OpenedHaptic opened = apps::open_haptic({}, clock, 1ms);
+  const runtime::OpenedHaptic opened = runtime::open_haptic({}, clock, 1ms);
   ASSERT_NE(opened.hand, nullptr);
   opened.device->activate();
   opened.hand->hold_at({0.01, 0, 0});
@@ -64,7 +64,7 @@ TEST(OpenHaptic, TheLoopbackHasAHandInIt) {
 
 TEST(OpenHaptic, ReadsEveryKey) {
   const support::TemporaryDirectory folder;
-  const apps::HapticOptions options = read(folder, R"(
+  const runtime::HapticOptions options = read(folder, R"(
 [haptic]
 device = "falcon"
 force_limit_N = 5.0
@@ -144,7 +144,7 @@ TEST(OpenHaptic, AFalconWhoseOneMissingReplyEndsTheForceIsRefused) {
   try {
     (void)read(folder, "[haptic]\n[haptic.falcon]\nreply_deadline_s = 0.02\n");
     FAIL() << "it was taken";
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     EXPECT_NE(std::string(error.what()).find(":3: 'haptic.falcon.reply_deadline_s' is not below"),
               std::string::npos)
         << error.what();
@@ -160,8 +160,8 @@ TEST(OpenHaptic, TheConfigurationInTheDocumentShowsTheDefaults) {
   const std::size_t begin = readme.find("[haptic]\n", readme.find("```toml\n[haptic]"));
   ASSERT_NE(begin, std::string::npos);
   const support::TemporaryDirectory folder;
-  const apps::HapticOptions shown = read(folder, readme.substr(begin, readme.find("```", begin) - begin));
-  const apps::HapticOptions defaults;
+  const runtime::HapticOptions shown = read(folder, readme.substr(begin, readme.find("```", begin) - begin));
+  const runtime::HapticOptions defaults;
   EXPECT_EQ(shown.name, defaults.name);
   EXPECT_EQ(shown.force_limit_N, defaults.force_limit_N);
   EXPECT_EQ(shown.limits.slew_N_per_s, defaults.limits.slew_N_per_s);
@@ -195,25 +195,25 @@ TEST(OpenHaptic, RefusesWhatIsNotSafeWithFileAndLine) {
     try {
       (void)read(folder, std::string("[haptic]\n") + line + "\n");
       ADD_FAILURE() << line;
-    } catch (const apps::ConfigError& error) {
+    } catch (const runtime::ConfigError& error) {
       EXPECT_TRUE(says(error.what(), "haptic.toml:2")) << error.what();
     }
   }
-  EXPECT_THROW((void)read(folder, "[haptic.force_dimension]\nwatchdog_s = 0.0\n"), apps::ConfigError)
+  EXPECT_THROW((void)read(folder, "[haptic.force_dimension]\nwatchdog_s = 0.0\n"), runtime::ConfigError)
       << "never off";
 }
 
 TEST(OpenHaptic, AFirmwareFileThatCannotBeReadIsNamed) {
   const support::TemporaryDirectory folder;
   const hal::VirtualClock clock;
-  apps::HapticOptions options;
+  runtime::HapticOptions options;
   options.name = "falcon";
   for (const std::filesystem::path& path :
        {folder.path() / "missing.bin", folder.path(), folder.write("empty.bin", ""),
         folder.write("long.bin", std::string((1 << 20) + 1, 'x'))}) {
     options.falcon.firmware = path;
     try {
-      (void)apps::open_haptic(options, clock, 1ms);
+      (void)runtime::open_haptic(options, clock, 1ms);
       ADD_FAILURE() << path;
     } catch (const hal::SetupError& error) {
       EXPECT_TRUE(says(error.what(), path.string())) << error.what();
@@ -233,7 +233,7 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
   EXPECT_TRUE(says(result.output, "energy given to the hand")) << result.output;
   EXPECT_TRUE(std::filesystem::exists(out + "/report.html"));
 
-  const identification::Recording recording = apps::read_recording(out + "/haptic.csv").recording;
+  const identification::Recording recording = runtime::read_recording(out + "/haptic.csv").recording;
   const std::span<const double> time_s = recording.column("time_s");
   const std::span<const double> y_m = recording.column("position_y_m");
   const std::span<const double> force_N = recording.column("force_y_N");

@@ -1,5 +1,5 @@
 // An effect that nobody was told of: drawn from a seed, and kept to itself until somebody asks.
-#include "apps/common/hidden_effect.h"
+#include "runtime/configuration/hidden_effect.h"
 
 #include <gtest/gtest.h>
 
@@ -9,13 +9,13 @@
 #include <string>
 #include <string_view>
 
-#include "apps/common/drive_model_file.h"
 #include "model/effects/effect_chain.h"
+#include "runtime/configuration/drive_model_file.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
 
-namespace apps {
+namespace runtime {
 namespace hidden_effect_test {
 
 namespace fs = std::filesystem;
@@ -146,4 +146,4 @@ TEST_F(HiddenEffectCommands, ARecordingMadeAgainFromItsFileHidesTheSame) {
 }
 
 }  // namespace hidden_effect_test
-}  // namespace apps
+}  // namespace runtime

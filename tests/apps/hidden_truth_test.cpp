@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/recording_reader.h"
 #include "identification/fit/static_fit.h"
 #include "identification/fit/static_map.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -83,9 +83,9 @@ TEST_F(HiddenTruth, SlidingFrictionComesBackWithinItsIntervalsAndFivePercent) {
   int covered = 0;
   for (int wheel = 1; wheel <= 4; ++wheel) {
     const std::vector<identification::Recording> recordings = {
-        apps::read_recording(
+        runtime::read_recording(
             fs::path(out()) / "steady-state-map" / ("wheel-" + std::to_string(wheel) + ".csv"),
-            apps::NotMeasured::kTaken)
+            runtime::NotMeasured::kTaken)
             .recording};
     const identification::fit::StaticFit fit = identification::fit::fit_static(
         identification::fit::static_map(recordings), identification::fit::form_named("kfm"));

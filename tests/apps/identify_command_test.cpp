@@ -8,9 +8,9 @@
 #include <sstream>
 #include <string>
 
-#include "apps/common/drive_model_file.h"
 #include "apps/youbot_bench/model_writer.h"
 #include "model/friction/wheel_curve.h"
+#include "runtime/configuration/drive_model_file.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
 #include "tests/support/run_command.h"
@@ -56,7 +56,7 @@ class IdentifyCommand : public testing::Test {
   std::string model() const { return text_of(directory_ / "out" / "model.toml"); }
   /// The model file, which loads wherever one is asked for and makes sense.
   model::effects::DriveModel drive_model() const {
-    model::effects::DriveModel model = apps::read_drive_model(directory_ / "out" / "model.toml");
+    model::effects::DriveModel model = runtime::read_drive_model(directory_ / "out" / "model.toml");
     const auto* const coulomb = model.find<model::effects::Coulomb>();
     if (const auto* const stribeck = model.find<model::effects::Stribeck>()) {
       const double coulomb_Nm = coulomb != nullptr ? coulomb->parameters().torque_Nm : 0;

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/hidden_effect.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/hidden_effect.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
@@ -53,7 +53,7 @@ class ImproveOverVeth : public testing::Test {
 };
 
 TEST_F(ImproveOverVeth, WhatTheRobotHidesIsNamedAndTheBaseDrivesCloserToItsPath) {
-  const auto hidden = apps::HiddenEffect(8).wheel_model();
+  const auto hidden = runtime::HiddenEffect(8).wheel_model();
   const auto* const truth = hidden.find<model::effects::Cogging>();
   ASSERT_NE(truth, nullptr);
   const support::Simulator simulator(namespaces_, "--robot base --lock-step --hidden-effect 8");
@@ -65,7 +65,7 @@ TEST_F(ImproveOverVeth, WhatTheRobotHidesIsNamedAndTheBaseDrivesCloserToItsPath)
   ASSERT_FALSE(findings.at("effects").empty()) << findings;
   EXPECT_EQ(findings.at("effects").at(0).at("type"), "cogging");
   EXPECT_LT(findings.at("gap").at("after"), 0.2 * findings.at("gap").at("before").get<double>());
-  const auto model = apps::read_drive_model(out_ / "wheel-1/model.toml");
+  const auto model = runtime::read_drive_model(out_ / "wheel-1/model.toml");
   const auto* const found = model.find<model::effects::Cogging>();
   ASSERT_NE(found, nullptr);
   EXPECT_NEAR(found->parameters().amplitude_Nm, truth->parameters().amplitude_Nm,
@@ -101,7 +101,7 @@ TEST_F(ImproveOverVeth, WhatMayBeARobotDoesNotMoveWithoutAWordAndNeverBothWaysUn
   EXPECT_EQ(driving.exit_code, 2);
   EXPECT_TRUE(driving.said("--stage measure writes it")) << driving.output;
   for (const char* const file : {"new/wheel-1/base.toml", "new/wheel-1/model.toml"})
-    directory_.write(file, apps::drive_model_text(apps::known_wheel_model()));
+    directory_.write(file, runtime::drive_model_text(runtime::known_wheel_model()));
   const support::CommandResult unwatched = improve("--stage drive");
   EXPECT_EQ(unwatched.exit_code, 2);
   EXPECT_TRUE(unwatched.said("THE BASE WILL DRIVE")) << unwatched.output;

@@ -7,9 +7,9 @@
 #include <string>
 #include <string_view>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/hidden_effect.h"
 #include "apps/youbot_bench/improve_report.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/hidden_effect.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -54,7 +54,7 @@ void expect_better(const Improvement& improvement, std::string_view effect) {
 }
 
 TEST_F(Improve, ACoggingIsFoundCompensatedAndDrivenBetter) {
-  ASSERT_EQ(model::effects::name_of(apps::HiddenEffect(8).effect()), "cogging");
+  ASSERT_EQ(model::effects::name_of(runtime::HiddenEffect(8).effect()), "cogging");
   expect_better(chain(8), "cogging");
   for (const char* file : {"wheel-1/base.toml", "wheel-1/gap.json", "wheel-1/report.html",
                            "youbotd-base.toml", "youbotd-improved.toml", "recordings/reversals/wheel-4.csv"})
@@ -62,7 +62,7 @@ TEST_F(Improve, ACoggingIsFoundCompensatedAndDrivenBetter) {
 }
 
 TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
-  const apps::HiddenEffect hidden(3);
+  const runtime::HiddenEffect hidden(3);
   const auto* const truth = hidden.wheel_model().find<model::effects::Imbalance>();
   ASSERT_NE(truth, nullptr);
   const support::CommandResult result = run("--wheel 1 --hidden-effect 3");
@@ -75,14 +75,14 @@ TEST_F(Improve, TheCommandNamesAnImbalanceDrivesBetterAndRevealsItLast) {
   EXPECT_EQ(output.find('\n', at), output.size() - 1) << output;
   EXPECT_TRUE(fs::exists(directory_ / "report.html"));
 
-  const auto model = apps::read_drive_model(directory_ / "wheel-1/model.toml");
+  const auto model = runtime::read_drive_model(directory_ / "wheel-1/model.toml");
   const auto* const found = model.find<model::effects::Imbalance>();
   ASSERT_NE(found, nullptr);
   EXPECT_NEAR(found->parameters().torque_Nm, truth->parameters().torque_Nm,
               0.05 * truth->parameters().torque_Nm);
   // A second time there is a run already, which is not replaced.
   EXPECT_EQ(run("--wheel 1 --hidden-effect 3").exit_code, 2);
-  EXPECT_TRUE(apps::read_drive_model(directory_ / "wheel-1/model.toml").find<model::effects::Imbalance>());
+  EXPECT_TRUE(runtime::read_drive_model(directory_ / "wheel-1/model.toml").find<model::effects::Imbalance>());
 }
 
 TEST_F(Improve, WhatIsInADirectoryAlreadyIsNotWrittenOver) {

@@ -1,14 +1,14 @@
-#include "apps/common/loop.h"
+#include "runtime/loop.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "apps/common/flight_recorder.h"
-#include "apps/common/recorder.h"
 #include "apps/youbotd/base_recording.h"
 #include "apps/youbotd/base_task.h"
 #include "apps/youbotd/path_metrics.h"
+#include "runtime/recording/flight_recorder.h"
+#include "runtime/recording/recorder.h"
 #include "sim/base.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/watched_robot.h"
@@ -60,13 +60,13 @@ struct Loop {
   IdleRobot robot;
   Holding motion;
   Cycle cycle{Cycle::Config{}, robot, motion, nullptr};
-  apps::LoopStatistics statistics;
+  runtime::LoopStatistics statistics;
 
   /// Runs for `cycles` periods of robot time; `disturb(n)` acts after cycle n, counted from 1.
   template <typename Disturb>
   void run(int cycles, Disturb&& disturb) {
     int n = 0;
-    apps::run_loop(
+    runtime::run_loop(
         clock, 1ms, cycle, [&](nanoseconds elapsed) { return elapsed >= cycles * 1ms; },
         [&](const CycleRecord&) { disturb(++n); }, statistics);
   }
@@ -101,14 +101,14 @@ TEST(Loop, AllThatAYoubotdCycleDoesNeitherAllocatesNorLocks) {
   PathSource motion({{}, {{0.05, 0.02, 0.3}}, 0.1, {}});
   Cycle cycle(Cycle::Config{}, robot, motion, &base.pose());
   PathMetrics metrics;
-  apps::FlightRecorder<CycleRecord> flight_recorder(1000);
+  runtime::FlightRecorder<CycleRecord> flight_recorder(1000);
   std::uint64_t written = 0;
-  apps::Recorder<CycleRecord> recorder(
+  runtime::Recorder<CycleRecord> recorder(
       65536, [&written](const CycleRecord&) { ++written; }, [] {});
-  apps::LoopStatistics statistics;
+  runtime::LoopStatistics statistics;
   {
     const support::NoAllocGuard guard;
-    apps::run_loop(
+    runtime::run_loop(
         clock, 1ms, cycle, [](nanoseconds) { return false; },
         [&](const CycleRecord& record) {
           metrics.add(record);

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/hidden_effect.h"
 #include "apps/youbot_bench/experiment_request.h"
 #include "apps/youbot_gap/findings.h"
 #include "identification/gap/bench_experiments.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/hidden_effect.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -37,7 +37,8 @@ TEST(NextExperimentCommand, RunsAsItIsPrintedOnTheLoopbackRobot) {
   const youbot_gap::Findings findings{
       .base = {}, .base_path = {}, .drive = "wheel-1", .data = {}, .result = {}};
   std::set<std::string> names;
-  for (const auto& experiment : identification::gap::bench_experiments(apps::known_wheel_model(), limits)) {
+  for (const auto& experiment :
+       identification::gap::bench_experiments(runtime::known_wheel_model(), limits)) {
     if (!names.insert(experiment.name).second) continue;
     const std::string command =
         youbot_gap::command_text({.name = experiment.name, .settings = experiment.settings}, findings);
@@ -57,7 +58,7 @@ TEST(NextExperimentCommand, ThePlanKnowsWhereTheBenchStops) {
     const identification::gap::DriveLimits limits{.torque_Nm = 0.25,
                                                   .speed_rad_per_s = speed_rad_per_s,
                                                   .travel_rad = std::numeric_limits<double>::infinity()};
-    for (const auto& planned : identification::gap::bench_experiments(apps::known_wheel_model(), limits)) {
+    for (const auto& planned : identification::gap::bench_experiments(runtime::known_wheel_model(), limits)) {
       SCOPED_TRACE(planned.name);
       const auto request =
           std::ranges::find_if(requests, [&](const auto& known) { return planned.name == known.name; });
@@ -84,8 +85,8 @@ TEST(NextExperimentCommand, AnArmsJointIsMeasuredAlone) {
 
 TEST(GapTour, TheModelIsThatOfTheWheelsThatHideAnEffect) {
   const model::effects::DriveModel file =
-      apps::read_drive_model(fs::path(support::source_dir()) / "apps/youbot_gap/known_wheel.toml");
-  const model::effects::DriveModel known = apps::known_wheel_model();
+      runtime::read_drive_model(fs::path(support::source_dir()) / "apps/youbot_gap/known_wheel.toml");
+  const model::effects::DriveModel known = runtime::known_wheel_model();
   EXPECT_EQ(file.inertia_kg_m2, known.inertia_kg_m2);
   ASSERT_EQ(file.effects.size(), known.effects.size());
   for (std::size_t i = 0; i < known.effects.size(); ++i) {

@@ -1,4 +1,4 @@
-#include "apps/common/open_robot.h"
+#include "runtime/open_robot.h"
 
 #include <gtest/gtest-spi.h>
 #include <gtest/gtest.h>
@@ -9,14 +9,14 @@
 #include <stdexcept>
 #include <string>
 
-#include "apps/common/wire_robot.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/session.h"
 #include "drivers/tmcl/process_data.h"
+#include "runtime/wire_robot.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/watched_open_robot.h"
 
-namespace apps {
+namespace runtime {
 namespace open_robot_test {
 
 using namespace std::chrono_literals;
@@ -168,4 +168,4 @@ TEST(OpenRobot, TheBasesPathIsNotDrivenOnOneJoint) {
 }
 
 }  // namespace open_robot_test
-}  // namespace apps
+}  // namespace runtime

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <string>
 
-#include "apps/common/output_directory.h"
 #include "hal/setup_error.h"
+#include "runtime/recording/output_directory.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 TEST(OutputDirectory, IsMadeWithThoseItIsInAndTellsWhichWereMissing) {
   const support::TemporaryDirectory folder;
   const fs::path deep = folder / "a/b";
-  EXPECT_EQ(apps::make_output_directory(deep), (std::vector<fs::path>{folder / "a", deep}));
+  EXPECT_EQ(runtime::make_output_directory(deep), (std::vector<fs::path>{folder / "a", deep}));
   EXPECT_TRUE(fs::is_directory(deep));
-  EXPECT_TRUE(apps::make_output_directory(deep).empty());
+  EXPECT_TRUE(runtime::make_output_directory(deep).empty());
 }
 
 TEST(OutputDirectory, ThatCannotBeMadeLeavesNothingBehind) {
@@ -27,7 +27,7 @@ TEST(OutputDirectory, ThatCannotBeMadeLeavesNothingBehind) {
   const fs::path file = folder.write("file", "x");
   for (const fs::path& path :
        {file, file / "below", folder / std::string(300, 'x'), folder / "new" / std::string(300, 'x')})
-    EXPECT_THROW(apps::make_output_directory(path), hal::SetupError) << path;
+    EXPECT_THROW(runtime::make_output_directory(path), hal::SetupError) << path;
   EXPECT_FALSE(fs::exists(folder / "new"));
 }
 
@@ -35,7 +35,7 @@ TEST(OutputDirectory, ThatCannotBeMadeIsToldWithTheFirstCause) {
   const support::TemporaryDirectory folder;
   fs::create_symlink(folder / "missing", folder / "link");
   try {
-    apps::make_output_directory(folder / "link/below");
+    runtime::make_output_directory(folder / "link/below");
     FAIL();
   } catch (const hal::SetupError& error) {
     EXPECT_NE(std::string(error.what()).find("File exists"), std::string::npos) << error.what();
@@ -44,19 +44,19 @@ TEST(OutputDirectory, ThatCannotBeMadeIsToldWithTheFirstCause) {
 
 TEST(OutputDirectory, IsTriedWithAFileAsRightsAloneMayLie) {
   const support::TemporaryDirectory folder;
-  EXPECT_EQ(apps::why_not_writable(folder.path()), "");
+  EXPECT_EQ(runtime::why_not_writable(folder.path()), "");
   EXPECT_TRUE(fs::is_empty(folder.path()));
   // Root has every right there, and nobody can make a file.
-  EXPECT_THROW(apps::make_output_directory("/proc"), hal::SetupError);
+  EXPECT_THROW(runtime::make_output_directory("/proc"), hal::SetupError);
 }
 
 TEST(OutputDirectory, ThatIsOnlyTriedIsTakenAwayAgain) {
   const support::TemporaryDirectory folder;
-  apps::try_output_directory(folder / "a/b");
+  runtime::try_output_directory(folder / "a/b");
   EXPECT_TRUE(fs::is_empty(folder.path()));
-  apps::try_output_directory(folder.path());
+  runtime::try_output_directory(folder.path());
   EXPECT_TRUE(fs::exists(folder.path())) << "it was there before";
-  EXPECT_THROW(apps::try_output_directory(folder.write("file", "x")), hal::SetupError);
+  EXPECT_THROW(runtime::try_output_directory(folder.write("file", "x")), hal::SetupError);
 }
 
 TEST(OutputDirectory, IsRefusedAlikeByAllCommandsThatNeedNoData) {

@@ -5,9 +5,9 @@
 #include <sstream>
 #include <string>
 
-#include "apps/common/plausibility_config.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
+#include "runtime/configuration/plausibility_config.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -36,7 +36,7 @@ TEST(PlausibilityConfig, AnUnknownCheckIsRefusedWithTheNamesOfAll) {
   try {
     loaded("[plausibility]\noff = [\"wheels\"]\n");
     FAIL() << "accepted";
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     ASSERT_EQ(error.problems().size(), 1U);
     EXPECT_NE(error.problems().front().find(
                   "lab.toml:2: 'plausibility.off' has no check 'wheels' to switch off, but still_encoder, "
@@ -51,15 +51,15 @@ TEST(PlausibilityConfig, NoSettingSwitchesACheckOffThatTheFileHasOn) {
   const support::TemporaryDirectory folder;
   const auto file = folder.write("lab.toml", "[plausibility]\noff = [\"velocity_step\"]\n");
   EXPECT_THROW(youbotd::load_config(file, {{"plausibility.off", "[\"velocity_step\", \"still_encoder\"]"}}),
-               apps::ConfigError);
+               runtime::ConfigError);
   EXPECT_TRUE(youbotd::load_config(file, {{"plausibility.off", "[]"}}).cycle.checks_off.none());
 }
 
 TEST(PlausibilityConfig, ACheckThatDoesNotRunIsNotedWithItsNameAndTheReason) {
   control::ChecksOff silent;
-  EXPECT_TRUE(apps::notes_on_silent(silent).empty());
+  EXPECT_TRUE(runtime::notes_on_silent(silent).empty());
   silent.add(PlausibilityCheck::kOpposedMotion);
-  const std::vector<std::string> notes = apps::notes_on_silent(silent);
+  const std::vector<std::string> notes = runtime::notes_on_silent(silent);
   ASSERT_EQ(notes.size(), 1U);
   EXPECT_TRUE(notes.front().find("in time for the check 'opposed_motion'") != std::string::npos)
       << notes.front();

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/base_recording.h"
 #include "hal/setup_error.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
@@ -151,7 +151,7 @@ TEST_F(Session, AWorkspaceThatCannotBeIsRefused) {
   const auto refusal = [&](const std::string& text) {
     try {
       (void)load_config(directory.write("walls.toml", text));
-    } catch (const apps::ConfigError& error) {
+    } catch (const runtime::ConfigError& error) {
       return std::string(error.what());
     }
     return std::string("accepted");
@@ -172,7 +172,7 @@ TEST_F(Session, APathThatWouldTurnAWheelTooFastIsRefused) {
           "[limits]\nwheel_speed_rad_per_s = 9\n[path]\nspeed_m_per_s = 0.4\nacceleration_m_per_s2 = 1\n"
           "[[path.leg]]\n" +
               leg));
-    } catch (const apps::ConfigError& error) {
+    } catch (const runtime::ConfigError& error) {
       return std::string(error.what());
     }
     return std::string();
@@ -406,7 +406,7 @@ TEST_F(Session, ConfigurationMistakesAreAllListedWithTheirLines) {
   try {
     (void)load_config(bad);
     FAIL();
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     ASSERT_EQ(error.problems().size(), 6U) << error.what();
     const std::vector<std::pair<int, const char*>> expected{{2, "period_s"}, {3, "priority"},
                                                             {6, "mass_kg"},  {7, "loaded_friction_scale"},

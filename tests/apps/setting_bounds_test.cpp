@@ -7,8 +7,8 @@
 #include <regex>
 #include <string>
 
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
@@ -67,7 +67,7 @@ bool takes(const std::filesystem::path& file, const std::string& key, const std:
   try {
     (void)load_config(file, {{key, value}});
     return true;
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     EXPECT_TRUE(std::string(error.what()).starts_with("set: '" + key)) << error.what();
     return false;
   }
@@ -136,8 +136,8 @@ TEST(SettingBounds, WallsComeNoFurtherApart) {
     const auto file =
         directory.write("file.toml", "[workspace]\n" + key.substr(key.rfind('.') + 1) + " = [-1, 2]\n");
     EXPECT_TRUE(takes(file, key, "[-0.9, 1.9]")) << key;
-    EXPECT_THROW((void)load_config(file, {{key, "[-1.1, 2]"}}), apps::ConfigError) << key;
-    EXPECT_THROW((void)load_config(file, {{key, "[-1, 2.1]"}}), apps::ConfigError) << key;
+    EXPECT_THROW((void)load_config(file, {{key, "[-1.1, 2]"}}), runtime::ConfigError) << key;
+    EXPECT_THROW((void)load_config(file, {{key, "[-1, 2.1]"}}), runtime::ConfigError) << key;
   }
 }
 
@@ -152,7 +152,7 @@ TEST(SettingBounds, AnOldSetPointIsFollowedForNoLongerThanASilentCommanderIsWait
   try {
     (void)load("0.5");
     FAIL() << "accepted";
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     EXPECT_NE(std::string(error.what())
                   .find("file.toml:2: 'loop.command_timeout_s' is more than 'loop.commander_timeout_s'"),
               std::string::npos)

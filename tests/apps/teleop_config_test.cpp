@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
@@ -207,7 +207,7 @@ class TeleopConfig : public testing::Test {
     std::vector<std::string> found;
     try {
       (void)load(text);
-    } catch (const apps::ConfigError& error) {
+    } catch (const runtime::ConfigError& error) {
       for (const std::string& problem : error.problems())
         found.push_back(problem.substr(directory_.path().string().size() + 1));
     }
@@ -365,10 +365,10 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
             {"teleoperation.arm.viscous_Nm_s_per_rad", "[10, 0.4, 0.25, 0.15, 0.1]",
              "[0.4, 0.4, 0.25, 0.15, 0]"},
             {"teleoperation.arm.posture_limit_Nm", "20", "2"}})) {
-    EXPECT_THROW((void)set(key, weaker), apps::ConfigError) << key;
+    EXPECT_THROW((void)set(key, weaker), runtime::ConfigError) << key;
     EXPECT_NO_THROW((void)set(key, stricter)) << key;
   }
-  EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "2"), apps::ConfigError)
+  EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "2"), runtime::ConfigError)
       << "the arm would carry 20 N that are not there";
   // With less damping hand, tip and posture swing, with more their sampled velocity pushes.
   for (const auto& [key, less, more] : std::to_array<std::array<const char*, 3>>(
@@ -376,12 +376,12 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
             {"teleoperation.arm.posture_Nm_s_per_rad", "1.4", "1.6"},
             {"teleoperation.start.centring_N_s_per_m", "0.4", "0.6"},
             {"teleoperation.feedback.damping_N_s_per_m", "2.9", "3.1"}}))
-    for (const char* other : {less, more}) EXPECT_THROW((void)set(key, other), apps::ConfigError) << key;
+    for (const char* other : {less, more}) EXPECT_THROW((void)set(key, other), runtime::ConfigError) << key;
   // A release is judged by these two: of a heavier grip, or of a lighter one, no motion would be a free
   // one's.
   for (const char* key :
        {"teleoperation.feedback.device_mass_kg", "teleoperation.feedback.device_drag_N_s_per_m"})
-    for (const char* other : {"0.1", "5"}) EXPECT_THROW((void)set(key, other), apps::ConfigError) << key;
+    for (const char* other : {"0.1", "5"}) EXPECT_THROW((void)set(key, other), runtime::ConfigError) << key;
 }
 
 TEST_F(TeleopConfig, ASettingReadsNoModelThatOthersCanWrite) {
@@ -395,11 +395,11 @@ TEST_F(TeleopConfig, ASettingReadsNoModelThatOthersCanWrite) {
   EXPECT_NO_THROW((void)set());
   using std::filesystem::perms;
   std::filesystem::permissions(wheel, perms::others_write, std::filesystem::perm_options::add);
-  EXPECT_THROW((void)set(), apps::ConfigError);
+  EXPECT_THROW((void)set(), runtime::ConfigError);
   std::filesystem::permissions(wheel, perms::others_write, std::filesystem::perm_options::remove);
   if (::geteuid() != 0) GTEST_SKIP() << "only root gives files away";
   ASSERT_EQ(::chown(wheel.c_str(), 65534, 65534), 0);
-  EXPECT_THROW((void)set(), apps::ConfigError);
+  EXPECT_THROW((void)set(), runtime::ConfigError);
   (void)directory_.write("mine.toml", "[compensation]\nmodels = " + models + "\n");
   EXPECT_NO_THROW((void)load_config(file)) << "the file itself names whatever it wants";
 }
@@ -409,7 +409,7 @@ TEST_F(TeleopConfig, ARefusalNamesTheWallAsTheFileHasIt) {
   try {
     (void)load_config(file, {{"workspace.base_x_m", "[-2, 1]"}});
     FAIL() << "accepted";
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     EXPECT_EQ(error.problems().front(),
               "set: 'workspace.base_x_m[0]' is -2, and " + file.string() + " allows no less than -0.5");
   }

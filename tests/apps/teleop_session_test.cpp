@@ -13,10 +13,10 @@
 #include <tuple>
 #include <utility>
 
-#include "apps/common/recording_reader.h"
 #include "apps/youbotd/report.h"
 #include "apps/youbotd/teleop_demo.h"
 #include "apps/youbotd/teleop_recording.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
@@ -384,8 +384,8 @@ TEST(TeleopRecording, EachColumnHoldsWhatItsNameSays) {
 
     const support::TemporaryDirectory directory;
     const fs::path path = directory / "one.csv";
-    apps::RecordingFile file(path, {}, apps::columns_of(record));
-    apps::append_record(file, record);
+    runtime::RecordingFile file(path, {}, runtime::columns_of(record));
+    runtime::append_record(file, record);
     file.close();
     const Recorded recorded(path);
     EXPECT_EQ(expected.size(), kColumns);
@@ -433,8 +433,8 @@ TEST_F(TeleopSession, ItsRecordingReadsAsOneWithColumnsOfItsOwn) {
   be_quick();
   options.record_directory = directory.path();
   (void)run();
-  const apps::ReadRecording read =
-      apps::read_recording(directory / "teleoperation.csv", apps::NotMeasured::kTaken);
+  const runtime::ReadRecording read =
+      runtime::read_recording(directory / "teleoperation.csv", runtime::NotMeasured::kTaken);
   EXPECT_EQ(read.recording.rig, "base+arm");
   EXPECT_EQ(read.recording.experiment, "teleoperation");
   EXPECT_EQ(read.recording.rows(), seen.size());

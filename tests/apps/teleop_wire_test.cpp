@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "apps/common/open_robot.h"
+#include "runtime/open_robot.h"
 #include "tests/apps/teleop_rig.h"
 
 namespace teleop_wire_test {
@@ -21,7 +21,7 @@ Vector3d vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 class WireRig {
  public:
   explicit WireRig(const sim::EnvironmentParameters& scene)
-      : robot(apps::open_robot(
+      : robot(runtime::open_robot(
             {.name = "wire",
              .ethercat = {.kind = hal::EthercatOptions::Kind::kBaseAndArm, .home_arms = true},
              .can = {},
@@ -56,7 +56,7 @@ class WireRig {
   const youbotd::TeleopRecord& last() { return cycle.record(); }
 
   hal::VirtualClock clock;
-  apps::OpenedRobot robot;
+  runtime::OpenedRobot robot;
   sim::Hand hand;
   hal::LockstepHapticDevice master;
   youbotd::TeleopCycle cycle;

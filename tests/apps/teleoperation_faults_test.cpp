@@ -214,7 +214,7 @@ TEST(OpenMaster, BesideASimulatedRobotAPenBearsAPauseOfATenthOfASecond) {
     hal::VirtualClock clock;
     youbotd::Config config;
     config.robot.name = robot;
-    const apps::OpenedHaptic opened = youbotd::open_master(config, clock);
+    const runtime::OpenedHaptic opened = youbotd::open_master(config, clock);
     opened.device->activate();
     hal::HapticSample sample;
     for (const std::chrono::nanoseconds wait : {std::chrono::nanoseconds(1ms), pause}) {

@@ -39,14 +39,14 @@ bool says(const std::string& text, const std::string& part) { return text.find(p
 
 /// What makes teleoperation nonlinear is left out or nearly nothing: friction and what compensates it, the
 /// energy tank. Gears are stiff, because behind one that gives the tip is not where the encoders see it.
-apps::OpenedRobot linear_robot(const hal::Clock& clock, std::chrono::nanoseconds period) {
+runtime::OpenedRobot linear_robot(const hal::Clock& clock, std::chrono::nanoseconds period) {
   sim::MobileManipulatorParameters parameters = teleop_rig::unfolded_scene().robot;
   parameters.masses = {};
   parameters.gear.stiffness_Nm_per_rad = 4e4;
   parameters.wheels.loaded_friction_scale.fill(1e-3);
   parameters.wheels.roller_resistance = 0.0;
   for (sim::bus::ArmJointData& joint : parameters.arm) joint.coulomb_Nm = joint.viscous_Nm_s_per_rad = 1e-4;
-  apps::OpenedRobot opened;
+  runtime::OpenedRobot opened;
   opened.manipulator = std::make_unique<sim::MobileManipulator>(parameters);
   opened.robot =
       std::make_unique<support::WatchedLoopback>(*opened.manipulator, clock, period, teleop_rig::joints());

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/hidden_effect.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/demo_config.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/hidden_effect.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
 
@@ -22,13 +22,15 @@ namespace fs = std::filesystem;
 
 class WheelModels : public testing::Test {
  protected:
-  WheelModels() { directory_.write("models/good.toml", apps::drive_model_text(apps::known_wheel_model())); }
+  WheelModels() {
+    directory_.write("models/good.toml", runtime::drive_model_text(runtime::known_wheel_model()));
+  }
 
   /// The one problem of a configuration, without the directory.
   std::string problem(const std::string& text) const {
     try {
       (void)load_config(directory_.write("lab.toml", text));
-    } catch (const apps::ConfigError& error) {
+    } catch (const runtime::ConfigError& error) {
       EXPECT_EQ(error.problems().size(), 1U) << error.what();
       std::string what = error.problems().front();
       const std::string front = directory_.path().string() + "/";
@@ -110,11 +112,11 @@ TEST_F(WheelModels, SimulatedWheelsFollowAModelOrHideAnEffectNotBoth) {
   const Config follows =
       load_config(directory_.write("a.toml", "[simulation]\nmodel = \"models/good.toml\"\n"));
   ASSERT_TRUE(follows.robot.simulation.model.has_value());
-  EXPECT_EQ(follows.robot.simulation.model->effects.size(), apps::known_wheel_model().effects.size());
+  EXPECT_EQ(follows.robot.simulation.model->effects.size(), runtime::known_wheel_model().effects.size());
   const Config hides = load_config(directory_.write("b.toml", "[simulation]\nhidden_effect = 3\n"));
   ASSERT_TRUE(hides.robot.simulation.model.has_value());
-  EXPECT_EQ(apps::drive_model_text(*hides.robot.simulation.model),
-            apps::drive_model_text(apps::HiddenEffect(3).wheel_model()));
+  EXPECT_EQ(runtime::drive_model_text(*hides.robot.simulation.model),
+            runtime::drive_model_text(runtime::HiddenEffect(3).wheel_model()));
   const std::string both = problem("[simulation]\nmodel = \"models/good.toml\"\nhidden_effect = 3\n");
   EXPECT_EQ(both.find("lab.toml:3: 'simulation.hidden_effect' and 'simulation.model' exclude each other"), 0U)
       << both;

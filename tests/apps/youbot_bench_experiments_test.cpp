@@ -16,7 +16,6 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/recording_reader.h"
 #include "apps/youbot_bench/experiment_recording.h"
 #include "apps/youbot_bench/experiment_runner.h"
 #include "apps/youbot_bench/experiment_task.h"
@@ -24,6 +23,7 @@
 #include "identification/experiments/steady_state.h"
 #include "identification/experiments/torque_ramp.h"
 #include "model/friction/wheel_curve.h"
+#include "runtime/recording/recording_reader.h"
 #include "sim/joint_sensors.h"
 #include "tests/hal/can_bench.h"
 #include "tests/support/built_paths.h"
@@ -119,7 +119,7 @@ class BenchExperiment : public ::testing::Test {
   }
   ExperimentOutcome run(const ExperimentPlan& plan, HookedRobot::Hook hook = pass_on()) {
     hal::VirtualClock clock;
-    const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+    const runtime::OpenedRobot opened = runtime::open_robot(loopback, clock, options.period);
     return run_on(*opened.robot, clock, plan, std::move(hook));
   }
   ExperimentOutcome run_on(hal::Robot& watched, hal::Clock& clock, const ExperimentPlan& plan,
@@ -149,7 +149,7 @@ class BenchExperiment : public ::testing::Test {
     EXPECT_TRUE(run(plan).fault.empty());
     options.directory = directory / "in-parts";
     hal::VirtualClock clock;
-    const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+    const runtime::OpenedRobot opened = runtime::open_robot(loopback, clock, options.period);
     EXPECT_TRUE(run_on(*opened.robot, clock, plan, stop_after(cycles)).interrupted);
     stop = false;
     options.resume = true;
@@ -166,7 +166,7 @@ class BenchExperiment : public ::testing::Test {
 
   support::TemporaryDirectory directory;
   ExperimentOptions options;
-  apps::RobotOptions loopback;
+  runtime::RobotOptions loopback;
   std::atomic<bool> stop{false};
   hal::RobotCommand last_command{};
 };
@@ -320,7 +320,7 @@ TEST_F(BenchExperiment, AResultThatThereIsNoneOfIsSaidInWordsAndReadAgain) {
   EXPECT_EQ(run_unchecked(plan).not_measured, told) << "with nothing left to do";
 
   const fs::path result = options.directory / "torque-ramp-result/wheel-3.csv";
-  const apps::ReadRecording read = apps::read_recording(result, apps::NotMeasured::kTaken);
+  const runtime::ReadRecording read = runtime::read_recording(result, runtime::NotMeasured::kTaken);
   ASSERT_EQ(read.recording.rows(), 2U);
   EXPECT_EQ(read.recording.column("direction")[1], -1.0);
   EXPECT_TRUE(std::isnan(read.recording.column("breakaway_command_Nm")[1]));
@@ -331,9 +331,9 @@ TEST_F(BenchExperiment, AResultThatThereIsNoneOfIsSaidInWordsAndReadAgain) {
       std::string::npos)
       << read.warnings.back();
   try {
-    (void)apps::read_recording(result);
+    (void)runtime::read_recording(result);
     FAIL() << "taken as a recording of motion";
-  } catch (const apps::RecordingError& error) {
+  } catch (const runtime::RecordingError& error) {
     EXPECT_NE(std::string(error.what()).find("wheel-3 never moved up to 0.002 N·m"), std::string::npos)
         << error.what();
   }
@@ -410,7 +410,7 @@ TEST_F(BenchExperiment, AFaultStopsTheMotorsAndKeepsWhatWasMeasured) {
 TEST_F(BenchExperiment, ReportsAStretchInWhichLateAnswersSilencedACheck) {
   using control::PlausibilityCheck;
   hal::VirtualClock clock;
-  const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+  const runtime::OpenedRobot opened = runtime::open_robot(loopback, clock, options.period);
   support::HeldUpRobot bus(*opened.robot, clock);
   int cycle = 0;
   bus.hold_up([&] {
@@ -569,7 +569,7 @@ TEST_F(BenchExperiment, RowsOfATorqueExperimentShowTheCommandThatActsFromThenOn)
 TEST_F(BenchExperiment, TheCycleDoesNotAllocateOrLock) {
   if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the allocation guard is off under a sanitizer";
   hal::VirtualClock clock;
-  const apps::OpenedRobot opened = apps::open_robot(loopback, clock, options.period);
+  const runtime::OpenedRobot opened = runtime::open_robot(loopback, clock, options.period);
   std::vector<ExperimentTask::Joint> joints;
   joints.push_back({2, map_at({0.5, 1.0}).make(opened.robot->joints()[2], 1e-3)});
   ExperimentRecording recording({.directory = options.directory,

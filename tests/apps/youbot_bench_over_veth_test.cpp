@@ -24,9 +24,9 @@
 #include <thread>
 #include <vector>
 
-#include "apps/common/recording_reader.h"
 #include "drivers/ethercat/frame.h"
 #include "drivers/tmcl/process_data.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
@@ -264,13 +264,13 @@ TEST_F(BenchExperimentOverVeth, ATorqueRampLeavesReadableRecordingsAndStoppedMot
   ASSERT_EQ(result.exit_code, 0) << result.output;
 
   const identification::Recording rows =
-      apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording;
+      runtime::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording;
   EXPECT_EQ(rows.rig, "wheel-3");
   EXPECT_GT(rows.rows(), 400U);
   EXPECT_GT(std::ranges::max(rows.column("torque_command_Nm")), 0.05);
   EXPECT_LT(std::ranges::min(rows.column("torque_command_Nm")), -0.05);
-  const apps::ReadRecording results =
-      apps::read_recording(directory / "run/torque-ramp-result/wheel-3.csv", apps::NotMeasured::kTaken);
+  const runtime::ReadRecording results =
+      runtime::read_recording(directory / "run/torque-ramp-result/wheel-3.csv", runtime::NotMeasured::kTaken);
   ASSERT_EQ(results.recording.rows(), 2U);
   EXPECT_EQ(results.recording.column("direction")[1], -1.0);
 }
@@ -291,7 +291,7 @@ TEST_F(BenchExperimentOverVeth, InterruptedItStopsTheMotorsAndGoesOnLater) {
     EXPECT_TRUE(!interrupted || result.said("not finished; go on with")) << result.output;
   }
   ASSERT_TRUE(interrupted);
-  EXPECT_GE(apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
+  EXPECT_GE(runtime::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
 }
 
 TEST_F(BenchExperimentOverVeth, WhenTheCableIsPulledItEndsWithFourAndKeepsWhatItHas) {
@@ -311,7 +311,7 @@ TEST_F(BenchExperimentOverVeth, WhenTheCableIsPulledItEndsWithFourAndKeepsWhatIt
     pulled = result.said("no answer from the simulated bus");
   }
   ASSERT_TRUE(pulled);
-  EXPECT_GE(apps::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
+  EXPECT_GE(runtime::read_recording(directory / "run/torque-ramp/wheel-3.csv").recording.rows(), 500U);
 }
 
 TEST_F(BenchExperimentOverVeth, ARobotThatIsNotThereOrAnotherLeavesNothingBehind) {

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/drive_model_file.h"
+#include "runtime/configuration/drive_model_file.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -182,7 +182,7 @@ TEST_F(GapCommand, NamesTheMissingEffectInModelReportNumbersAndWords) {
   EXPECT_EQ(gap.at("effects").at(0).at("type"), "viscous") << gap;
   EXPECT_LT(gap.at("gap").at("after"), 0.3 * gap.at("gap").at("before").get<double>());
 
-  const model::effects::DriveModel model = apps::read_drive_model(directory_ / "out" / "model.toml");
+  const model::effects::DriveModel model = runtime::read_drive_model(directory_ / "out" / "model.toml");
   EXPECT_EQ(model.name, "wheel-1");
   ASSERT_GE(model.effects.size(), 2U);
   EXPECT_NEAR(model::effects::parameter_of(model.effects.at(1), "coefficient_Nm_s_per_rad"), 0.0125, 0.0006);

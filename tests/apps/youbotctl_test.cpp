@@ -17,7 +17,7 @@
 #include <utility>
 #include <vector>
 
-#include "apps/common/control_socket.h"
+#include "runtime/program/control_socket.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/hostile_clients.h"
 #include "tests/support/process.h"
@@ -580,7 +580,7 @@ TEST_F(Youbotctl, ARequestIsUpTo4096BytesLong) {
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   const std::string key = "path.rest_s";
   const std::string longest =
-      "1 #" + std::string(apps::kLongestRequest - ("set " + key + " 1 #").size(), 'x');
+      "1 #" + std::string(runtime::kLongestRequest - ("set " + key + " 1 #").size(), 'x');
   EXPECT_EQ(tell({"set", key, longest}).exit_code, 0);
   const CommandResult refused = tell({"set", key, longest + "x"});
   EXPECT_EQ(refused.exit_code, 2);

@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/common/build_info.h"
+#include "runtime/program/build_info.h"
 
 namespace {
 
@@ -41,7 +41,7 @@ std::string machine_text() {
 #endif
   return processor + ", " + std::to_string(sysconf(_SC_NPROCESSORS_ONLN)) + " cores" +
          (is_virtual ? " of a virtual machine" : "") + "; " + system.sysname + " " + system.release + "; " +
-         compiler + "; youbot-hal " + apps::build_version();
+         compiler + "; youbot-hal " + runtime::build_version();
 }
 
 /// Of UTF-8, as a terminal shows it.

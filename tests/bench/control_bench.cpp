@@ -3,12 +3,12 @@
 
 #include <chrono>
 
-#include "apps/common/open_robot.h"
 #include "apps/youbotd/base_task.h"
 #include "control/base_controller.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 #include "model/friction/wheel_curve.h"
+#include "runtime/open_robot.h"
 #include "sim/base.h"
 #include "tests/bench/quantiles.h"
 
@@ -84,9 +84,9 @@ class CirclingMotion final : public youbotd::MotionSource {
 /// compensation. The counters are quantiles over single cycles, the time is their mean.
 void whole_cycle(benchmark::State& state, const char* robot_name) {
   hal::VirtualClock clock;
-  apps::RobotOptions options;
+  runtime::RobotOptions options;
   options.name = robot_name;
-  const apps::OpenedRobot opened = apps::open_robot(options, clock, 1ms);
+  const runtime::OpenedRobot opened = runtime::open_robot(options, clock, 1ms);
   opened.robot->activate();
   CirclingMotion motion;
   youbotd::Cycle cycle(youbotd::Cycle::Config{}, *opened.robot, motion, opened.truth);

@@ -16,9 +16,9 @@
 #include <thread>
 #include <vector>
 
-#include "apps/common/control_socket.h"
 #include "apps/youbotctl/client.h"
 #include "drivers/latency_histogram.h"
+#include "runtime/program/control_socket.h"
 #include "tests/bench/figures.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/hostile_clients.h"

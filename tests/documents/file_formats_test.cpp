@@ -8,15 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/recording_reader.h"
-#include "apps/common/scene_config.h"
 #include "apps/youbot_gap/gap_json.h"
 #include "apps/youbot_sim/fault_file.h"
 #include "apps/youbotd/base_recording.h"
 #include "apps/youbotd/cycle_record.h"
 #include "control/teleoperation.h"
 #include "model/effects/any_effect.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/scene_config.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/documents/commands.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/temporary_directory.h"
@@ -58,7 +58,7 @@ class FileFormats : public testing::Test {
 };
 
 TEST_F(FileFormats, TheExampleOfARecordingIsOne) {
-  const apps::ReadRecording read = apps::read_recording(example("# youbot recording v1"));
+  const runtime::ReadRecording read = runtime::read_recording(example("# youbot recording v1"));
   EXPECT_EQ(read.recording.rig, "wheel-1");
   EXPECT_EQ(read.recording.rows(), 1U);
   EXPECT_TRUE(read.warnings.empty()) << read.warnings[0];
@@ -66,13 +66,13 @@ TEST_F(FileFormats, TheExampleOfARecordingIsOne) {
 
 TEST_F(FileFormats, TheExampleOfADriveModelIsOne) {
   const model::effects::DriveModel model =
-      apps::read_drive_model(example("format = \"youbot-drive-model/1\""));
+      runtime::read_drive_model(example("format = \"youbot-drive-model/1\""));
   EXPECT_EQ(model.name, "wheel-1");
   EXPECT_EQ(model.effects.size(), 2U);
 }
 
 TEST_F(FileFormats, TheExampleOfASceneIsOne) {
-  EXPECT_EQ(apps::load_scene(example("[[scene.wall]]")).walls.size(), 1U);
+  EXPECT_EQ(runtime::load_scene(example("[[scene.wall]]")).walls.size(), 1U);
 }
 
 TEST_F(FileFormats, TheExampleOfAFaultScriptIsOne) {

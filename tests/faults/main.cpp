@@ -22,8 +22,8 @@
 #include <thread>
 #include <vector>
 
-#include "apps/common/build_info.h"
-#include "apps/common/run_app.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/run_app.h"
 #include "tests/faults/campaign.h"
 #include "tests/support/temporary_directory.h"
 
@@ -326,7 +326,7 @@ int run_campaign(const Arguments& arguments) {
       "%s: seeds from %llu: %zu scripts of %zu kinds of fault, %zu failed; %.0f s of emulated time in "
       "%.1f s (%.0f times real time on %u processes) and %.1f s of processor time (%.0f times); "
       "digest %016llx\n",
-      apps::build_version(), static_cast<unsigned long long>(arguments.seed), scripts.size(),
+      runtime::build_version(), static_cast<unsigned long long>(arguments.seed), scripts.size(),
       faults::kinds().size(), failures, emulated_s, took_s, emulated_s / took_s, arguments.jobs, used_s,
       emulated_s / used_s, static_cast<unsigned long long>(digest));
   return failures == 0 ? 0 : 1;
@@ -369,5 +369,5 @@ int main(int argc, char** argv) {
   app.add_option("--kind", arguments.kind, "only this one")->needs(each);
   app.add_flag("--no-shrink", arguments.no_shrink, "print failing scripts as they were drawn");
   app.add_flag("--verbose", arguments.verbose, "with the daemon's log");
-  return apps::run_app(app, argc, argv, [&] { return run(arguments); });
+  return runtime::run_app(app, argc, argv, [&] { return run(arguments); });
 }

@@ -112,7 +112,7 @@ World::~World() {
 }
 
 void World::open_devices() {
-  // As apps::open_robot() and apps::open_haptic() do, with what a script spoils in between.
+  // As runtime::open_robot() and runtime::open_haptic() do, with what a script spoils in between.
   robot_ = {};
   robot_.emulation = emulation_;
   robot_.manipulator = {emulation_, emulation_->manipulator()};
@@ -199,7 +199,7 @@ void World::step() {
     // Its firmware lets go when nothing is exchanged with it.
     master_.hand->advance(Eigen::Vector3d::Zero(), kPeriod);
   }
-  // A cycle that took long skips those it missed, as apps::run_loop() does.
+  // A cycle that took long skips those it missed, as runtime::run_loop() does.
   while (next_cycle_ <= now()) next_cycle_ += kPeriod;
   if (!service_ || answering_) return;  // its thread answers a request, or goes on below
   if (service_->loop().finished()) {

@@ -16,8 +16,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/robot_session.h"
 #include "apps/youbotd/service.h"
+#include "runtime/robot_session.h"
 #include "sim/bus/youbot_bus.h"
 #include "sim/hand.h"
 #include "tests/faults/faulty_link.h"
@@ -161,11 +161,11 @@ class World final : public hal::Clock {
   std::shared_ptr<sim::bus::YoubotBus> emulation_;
   std::vector<std::unique_ptr<support::LyingBoard>> boards_;
 
-  apps::OpenedHaptic master_;  // its hand stays when the daemon goes
-  apps::OpenedRobot robot_;
+  runtime::OpenedHaptic master_;  // its hand stays when the daemon goes
+  runtime::OpenedRobot robot_;
   std::unique_ptr<youbotd::Service> service_;
-  std::optional<apps::HapticActivation> master_activation_;
-  std::optional<apps::RobotActivation> robot_activation_;
+  std::optional<runtime::HapticActivation> master_activation_;
+  std::optional<runtime::RobotActivation> robot_activation_;
   std::string start_error_;
   std::vector<Left> left_;
   nanoseconds next_cycle_{};

@@ -5,9 +5,9 @@
 #include <string>
 #include <string_view>
 
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/config.h"
 #include "apps/youbotd/demo_config.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/fuzz/ceilings.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
@@ -114,7 +114,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const Config config = youbotd::load_config(file.path(), settings);
     check_ranges(config);
     if (!settings.empty()) fuzz::check_ceilings(config, youbotd::load_config(file.path()));
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     require(!error.problems().empty());
     for (const std::string& problem : error.problems())
       require(file.names_line(problem) ||

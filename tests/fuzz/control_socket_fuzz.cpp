@@ -14,9 +14,9 @@
 #include <string_view>
 #include <thread>
 
-#include "apps/common/control_socket.h"
-#include "apps/common/toml_reader.h"
 #include "apps/youbotd/serve.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/program/control_socket.h"
 #include "spdlog/spdlog.h"
 #include "tests/fuzz/ceilings.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -33,7 +33,7 @@ class Connection {
  public:
   explicit Connection(const std::filesystem::path& path)
       : socket_(socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0)) {
-    const sockaddr_un address = apps::control_address(path);
+    const sockaddr_un address = runtime::control_address(path);
     // Refused while the service starts.
     while (connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
       std::this_thread::sleep_for(1ms);
@@ -44,11 +44,11 @@ class Connection {
 
   /// None: the service hung up, as it does to whoever says nothing or too much.
   std::optional<std::string> ask(std::string_view request) const {
-    static std::array<char, 2 * apps::kLongestAnswer> answer;
+    static std::array<char, 2 * runtime::kLongestAnswer> answer;
     if (send(socket_, request.data(), request.size(), MSG_NOSIGNAL) < 0) return std::nullopt;
     const ssize_t size = recv(socket_, answer.data(), answer.size(), MSG_TRUNC);
     if (size <= 0) return std::nullopt;
-    require(static_cast<std::size_t>(size) <= apps::kLongestAnswer);
+    require(static_cast<std::size_t>(size) <= runtime::kLongestAnswer);
     return std::string(answer.data(), static_cast<std::size_t>(size));
   }
 
@@ -105,7 +105,7 @@ class RunningService {
     if (!settings.is_object()) return;  // too long for an answer
     try {
       fuzz::check_ceilings(configuration(settings.get<std::map<std::string, std::string>>()), file_limits_);
-    } catch (const apps::ConfigError&) {
+    } catch (const runtime::ConfigError&) {
       // What is left after an unset need not be usable: enable says so.
     }
   }
@@ -129,7 +129,7 @@ void tidy_up(const RunningService& service, const std::set<std::string>& keys) {
   }
   // A key too long for that was too long to be set.
   for (const std::string& key : keys)
-    if (const std::string unset = "unset " + key; unset.size() <= apps::kLongestRequest)
+    if (const std::string unset = "unset " + key; unset.size() <= runtime::kLongestRequest)
       require(connection.ask(unset).has_value());
   require(connection.ask("mode path").has_value());
   require(json::parse(connection.ask("status").value()).at("status").at("settings").empty());
@@ -170,10 +170,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     std::optional<Connection>& connection = connections[other ? 1 : 0];
     if (!connection) connection.emplace(service.path());
     if (const auto answer = connection->ask(request)) {
-      require(!request.empty() && request.size() <= apps::kLongestRequest);
+      require(!request.empty() && request.size() <= runtime::kLongestRequest);
       (void)service.check(*answer, request);
     } else {
-      require(request.empty() || request.size() > apps::kLongestRequest);
+      require(request.empty() || request.size() > runtime::kLongestRequest);
       connection.reset();
     }
   }

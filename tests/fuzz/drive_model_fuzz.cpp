@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/toml_reader.h"
 #include "model/effects/resistance.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 
@@ -32,7 +32,7 @@ void check_ranges(const DriveModel& model) {
 
 /// What the controller adds brakes at all speeds that a joint may have.
 void check_compensation(const DriveModel& model) {
-  if (!apps::driving_friction(model, kTopSpeed_rad_per_s).empty()) return;
+  if (!runtime::driving_friction(model, kTopSpeed_rad_per_s).empty()) return;
   try {
     const model::JointResistance resistance = model::effects::resistance_of(model);
     for (double speed = 0; speed <= kTopSpeed_rad_per_s; speed += 0.5)
@@ -48,9 +48,9 @@ void check_compensation(const DriveModel& model) {
 
 /// Written, it reads back the same to the last digit.
 void check_round_trip(const DriveModel& model, const fuzz::MemoryFile& file) {
-  const std::string text = apps::drive_model_text(model);
+  const std::string text = runtime::drive_model_text(model);
   file.hold(text);
-  require(apps::drive_model_text(apps::read_drive_model(file.path())) == text);
+  require(runtime::drive_model_text(runtime::read_drive_model(file.path())) == text);
 }
 
 }  // namespace
@@ -64,9 +64,9 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
     DriveModel one{.name = "wheel-1", .inertia_kg_m2 = 0.0112};
     one.effects.push_back(model::effects::make_effect(effect.name));
     all.effects.push_back(one.effects.front());
-    seeds.push_back(bytes_of(apps::drive_model_text(one)));
+    seeds.push_back(bytes_of(runtime::drive_model_text(one)));
   }
-  seeds.push_back(bytes_of(apps::drive_model_text(all)));
+  seeds.push_back(bytes_of(runtime::drive_model_text(all)));
   return seeds;
 }
 
@@ -74,11 +74,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const fuzz::MemoryFile file;
   file.hold({data, size});
   try {
-    const DriveModel model = apps::read_drive_model(file.path());
+    const DriveModel model = runtime::read_drive_model(file.path());
     check_ranges(model);
     check_compensation(model);
     check_round_trip(model, file);
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     require(!error.problems().empty());
     for (const std::string& problem : error.problems()) require(problem.starts_with(file.path() + ":"));
   }

@@ -1,8 +1,8 @@
 // Fault scripts, and with them the reader of all our TOML files.
 #include <string_view>
 
-#include "apps/common/toml_reader.h"
 #include "apps/youbot_sim/fault_file.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 
@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       require(event.count >= 1 && event.mask != 0);
       require(event.at.count() >= 0 && event.duration.count() >= 0 && event.delay.count() >= 0);
     }
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     require(!error.problems().empty());
   }
   return 0;

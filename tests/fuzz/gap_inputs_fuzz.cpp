@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "apps/common/toml_reader.h"
 #include "apps/youbot_gap/inputs.h"
+#include "runtime/configuration/toml_reader.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 
@@ -74,7 +74,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         {.model = files[0].path(), .data = {files[1].path()}, .held_out = {files[2].path()}});
     require(inputs.data.size() == 1 && inputs.held_out.size() == 1);
     for (const auto& sources : {inputs.data, inputs.held_out}) check(sources.front());
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     require(!error.problems().empty() && std::ranges::all_of(error.problems(), names_one));
   } catch (const std::invalid_argument& error) {
     require(names_one(error.what()));  // two rigs

@@ -3,7 +3,7 @@
 #include <string>
 #include <string_view>
 
-#include "apps/common/recording_reader.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/fuzz/fuzz_target.h"
 
 using fuzz::require;
@@ -24,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fuzz::Bytes copy(data, data + size);
   const std::string_view text(reinterpret_cast<const char*>(copy.data()), copy.size());
   try {
-    const apps::ReadRecording read = apps::parse_recording(text, "f.csv");
+    const runtime::ReadRecording read = runtime::parse_recording(text, "f.csv");
     require(read.recording.rows() > 0);
     for (const auto& column : read.recording.columns) {
       require(column.values.size() == read.recording.rows());
@@ -32,9 +32,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     const auto time = read.recording.column("time_s");
     for (std::size_t i = 1; i < time.size(); ++i) require(time[i] > time[i - 1]);
-  } catch (const apps::RecordingError& error) {
+  } catch (const runtime::RecordingError& error) {
     require(!error.problems().empty());
-    require(error.problems().size() <= apps::RecordingError::kMaxProblems + 1);
+    require(error.problems().size() <= runtime::RecordingError::kMaxProblems + 1);
   }
   return 0;
 }

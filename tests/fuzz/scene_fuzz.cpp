@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "apps/common/scene_config.h"
-#include "apps/common/toml_reader.h"
+#include "runtime/configuration/scene_config.h"
+#include "runtime/configuration/toml_reader.h"
 #include "sim/environment.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
@@ -63,7 +63,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const fuzz::MemoryFile file;
   file.hold({data, size});
   try {
-    const sim::EnvironmentParameters scene = apps::load_scene(file.path());
+    const sim::EnvironmentParameters scene = runtime::load_scene(file.path());
     for (const sim::Wall& wall : scene.walls) {
       check(wall.p_W_m, -100, 100);
       check(wall.normal_W, -1, 1);
@@ -75,7 +75,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
       within(scene.box->mass_kg, 0.01, 50);
     }
     touch(scene);
-  } catch (const apps::ConfigError& error) {
+  } catch (const runtime::ConfigError& error) {
     require(!error.problems().empty());
     for (const std::string& problem : error.problems()) require(problem.starts_with(file.path() + ":"));
   }

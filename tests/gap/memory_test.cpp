@@ -13,9 +13,9 @@
 #include <string>
 #include <utility>
 
-#include "apps/common/recording_reader.h"
 #include "identification/gap/gap.h"
 #include "model/effects/effect.h"
+#include "runtime/recording/recording_reader.h"
 #include "tests/support/temporary_directory.h"
 
 namespace {
@@ -113,7 +113,8 @@ TEST(GapMemory, AFileIsReadWithoutBeingInMemory) {
     for (std::size_t i = 0; i < kRows; ++i) file << i << ".125,0.0123456,0.1234567\n";
   }
   const auto bytes = static_cast<double>(std::filesystem::file_size(path));
-  const double most = most_bytes_of([&] { EXPECT_EQ(apps::read_recording(path).recording.rows(), kRows); });
+  const double most =
+      most_bytes_of([&] { EXPECT_EQ(runtime::read_recording(path).recording.rows(), kRows); });
   EXPECT_GE(most, 3.0 * sizeof(double) * kRows);
   EXPECT_LT(most, 1.2 * bytes);  // what is set aside for the numbers, and a piece of the text
 }

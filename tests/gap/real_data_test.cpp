@@ -11,10 +11,10 @@
 #include <set>
 #include <string>
 
-#include "apps/common/drive_model_file.h"
 #include "apps/youbot_gap/explain.h"
 #include "apps/youbot_gap/inputs.h"
 #include "model/effects/effect_chain.h"
+#include "runtime/configuration/drive_model_file.h"
 #include "tests/gap/real/converted_drive.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/measured_data.h"
@@ -41,7 +41,7 @@ class RealData : public testing::Test {
     EXPECT_EQ(inputs.rig, drive.base.name);
     youbot_gap::write_findings(inputs, options, {});
     gap_ = json::parse(std::ifstream(options.out / "gap.json"));
-    model_ = apps::read_drive_model(options.out / "model.toml");
+    model_ = runtime::read_drive_model(options.out / "model.toml");
     std::printf("%s: %s, gap %.3g, refitted %.3g, left %.3g N·m; found %s\n", inputs.rig.c_str(),
                 gap_.at("verdict").get<std::string>().c_str(), gap("before"), gap("refitted"), gap("after"),
                 types().c_str());

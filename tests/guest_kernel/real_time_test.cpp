@@ -1,6 +1,6 @@
 // Real-time rights as a PREEMPT_RT kernel gives them to root. How quick it is then says nothing here: the
 // processor is emulated.
-#include "apps/common/real_time.h"
+#include "runtime/real_time.h"
 
 #include <gtest/gtest.h>
 #include <sched.h>
@@ -31,7 +31,7 @@ TEST(RealTime, KernelIsFullyPreemptible) {
 TEST(RealTime, ThreadGetsWhatItAsksForAndGivesItBack) {
   ASSERT_EQ(locked_kB(), 0);
   {
-    apps::RealTimeThread thread;
+    runtime::RealTimeThread thread;
     for (const std::string& refused : thread.enter({.priority = 80, .cpu = 1})) ADD_FAILURE() << refused;
     sched_param parameters{};
     ASSERT_EQ(::sched_getparam(0, &parameters), 0);
@@ -44,7 +44,7 @@ TEST(RealTime, ThreadGetsWhatItAsksForAndGivesItBack) {
 }
 
 TEST(RealTime, CoreThatIsNotThereIsRefusedAloneAndInWords) {
-  apps::RealTimeThread thread;
+  runtime::RealTimeThread thread;
   const auto refused = thread.enter({.priority = 80, .cpu = 63});
   ASSERT_EQ(refused.size(), 1U);
   EXPECT_NE(refused[0].find("pinning to the core refused"), std::string::npos) << refused[0];

@@ -15,7 +15,7 @@
 #include <string>
 #include <vector>
 
-#include "apps/common/run_app.h"
+#include "runtime/program/run_app.h"
 #include "tests/sensor_campaign/detection.h"
 #include "tests/sensor_campaign/sensor_faults.h"
 #include "tests/sensor_campaign/soak.h"
@@ -112,7 +112,7 @@ int main(int argc, char** argv) {
   app.add_option("--off", off, "without this check; hall_agreement: as where no Hall sensors are read")
       ->check(CLI::IsMember(std::vector<std::string>(control::kPlausibilityCheckNames.begin(),
                                                      control::kPlausibilityCheckNames.end())));
-  return apps::run_app(app, argc, argv, [&] {
+  return runtime::run_app(app, argc, argv, [&] {
     if (!detect && !soak) throw CLI::RequiredError("--detect or --soak");
     if (detect)
       sensor_campaign::run_detection(

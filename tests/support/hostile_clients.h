@@ -17,7 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "apps/common/control_socket.h"
+#include "runtime/program/control_socket.h"
 
 namespace support {
 
@@ -26,7 +26,7 @@ class RawClient {
  public:
   explicit RawClient(const std::filesystem::path& path)
       : socket_(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0)) {
-    const sockaddr_un address = apps::control_address(path);
+    const sockaddr_un address = runtime::control_address(path);
     connected_ = connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0;
   }
   RawClient(const RawClient&) = delete;
@@ -46,7 +46,7 @@ class RawClient {
  private:
   int socket_;
   bool connected_ = false;
-  std::string answer_ = std::string(apps::kLongestAnswer, '\0');
+  std::string answer_ = std::string(runtime::kLongestAnswer, '\0');
 };
 
 /// One thread for each kind of nuisance, none of which ever waits.
@@ -61,7 +61,7 @@ class HostileClients {
       std::minstd_rand random;
       flood(
           [&random] {
-            std::string text(1 + random() % (apps::kLongestRequest + 10), '\0');
+            std::string text(1 + random() % (runtime::kLongestRequest + 10), '\0');
             for (char& c : text) c = static_cast<char>(random());
             return text;
           },

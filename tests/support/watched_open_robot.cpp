@@ -1,14 +1,14 @@
-// The linker gives this apps::open_robot() to all that calls it, also to a session or an experiment that
+// The linker gives this runtime::open_robot() to all that calls it, also to a session or an experiment that
 // opens its robot by itself.
 #include "tests/support/watched_open_robot.h"
 
 #include <memory>
 #include <utility>
 
-#include "apps/common/open_robot.h"
+#include "runtime/open_robot.h"
 #include "tests/support/watched_robot.h"
 
-namespace apps {
+namespace runtime {
 
 OpenedRobot open_robot_unwatched(const RobotOptions& options, const hal::Clock& clock,
                                  std::chrono::nanoseconds period) asm("__real_" YOUBOT_OPEN_ROBOT);
@@ -45,6 +45,6 @@ OpenedRobot open_robot_watched(const RobotOptions& options, const hal::Clock& cl
   return opened;
 }
 
-}  // namespace apps
+}  // namespace runtime
 
-int support::watched_robots_opened() { return apps::opened_so_far; }
+int support::watched_robots_opened() { return runtime::opened_so_far; }

@@ -1,5 +1,5 @@
 /// @file
-/// The apps::open_robot() that watch_opened_robots (tests/CMakeLists.txt) gives to a test program.
+/// The runtime::open_robot() that watch_opened_robots (tests/CMakeLists.txt) gives to a test program.
 #pragma once
 
 namespace support {

@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <filesystem>
 
-#include "apps/common/exit_code.h"
-#include "apps/common/run_app.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/run_app.h"
 #include "tests/gap/real/converted_drive.h"
 
 int main(int argc, char** argv) {
@@ -16,12 +16,12 @@ int main(int argc, char** argv) {
   std::filesystem::path to;
   app.add_option("DIR_IN", from, "tests/data")->required()->check(CLI::ExistingDirectory);
   app.add_option("DIR_OUT", to, "one directory for each drive is made in it")->required();
-  return apps::run_app(app, argc, argv, [&] {
+  return runtime::run_app(app, argc, argv, [&] {
     for (const auto& drive : real_recordings::converted_drives(from)) {
       real_recordings::write_drive(drive, to / drive.base.name);
       std::printf("%s: %zu recordings, %zu held out\n", (to / drive.base.name).c_str(), drive.data.size(),
                   drive.held_out.size());
     }
-    return apps::kExitOk;
+    return runtime::kExitOk;
   });
 }

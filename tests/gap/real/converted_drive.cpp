@@ -3,9 +3,9 @@
 #include <fstream>
 #include <stdexcept>
 
-#include "apps/common/drive_model_file.h"
-#include "apps/common/output_directory.h"
-#include "apps/common/recording_file.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/recording/output_directory.h"
+#include "runtime/recording/recording_file.h"
 
 namespace real_recordings {
 namespace {
@@ -13,12 +13,12 @@ namespace {
 namespace fs = std::filesystem;
 
 void write_recording(const identification::Recording& recording, const fs::path& path) {
-  std::vector<apps::RecordingFile::Comment> comments{{"rig", recording.rig},
-                                                     {"experiment", recording.experiment}};
+  std::vector<runtime::RecordingFile::Comment> comments{{"rig", recording.rig},
+                                                        {"experiment", recording.experiment}};
   for (const auto& [key, value] : recording.comments) comments.push_back({key, value});
-  std::vector<apps::RecordingFile::Column> columns;
+  std::vector<runtime::RecordingFile::Column> columns;
   for (const auto& column : recording.columns) columns.push_back({column.name});
-  apps::RecordingFile file(path, comments, columns);
+  runtime::RecordingFile file(path, comments, columns);
   std::vector<double> row(recording.columns.size());
   for (std::size_t i = 0; i < recording.rows(); ++i) {
     for (std::size_t c = 0; c < row.size(); ++c) row[c] = recording.columns[c].values[i];
@@ -40,13 +40,13 @@ std::vector<ConvertedDrive> converted_drives(const fs::path& data) {
 }
 
 void write_drive(const ConvertedDrive& drive, const fs::path& directory) {
-  apps::make_output_directory(directory / "data");
+  runtime::make_output_directory(directory / "data");
   std::ofstream model(directory / "base.toml", std::ios::binary);
-  model << apps::drive_model_text(drive.base, drive.remarks);
+  model << runtime::drive_model_text(drive.base, drive.remarks);
   if (!model.flush()) throw std::runtime_error((directory / "base.toml").string() + ": cannot be written");
   for (const ConvertedRecording& converted : drive.data)
     write_recording(converted.recording, directory / "data" / converted.file);
-  if (!drive.held_out.empty()) apps::make_output_directory(directory / "held_out");
+  if (!drive.held_out.empty()) runtime::make_output_directory(directory / "held_out");
   for (const ConvertedRecording& converted : drive.held_out)
     write_recording(converted.recording, directory / "held_out" / converted.file);
 }

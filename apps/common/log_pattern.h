@@ -1,9 +1,0 @@
-/// @file
-#pragma once
-
-namespace apps {
-
-/// Lines of all programs' logs, as spdlog wants it: "youbotd: warning: ...".
-inline constexpr const char* kLogPattern = "%n: %^%l%$: %v";
-
-}  // namespace apps

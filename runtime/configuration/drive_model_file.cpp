@@ -1,0 +1,145 @@
+#include "runtime/configuration/drive_model_file.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+
+#include "model/effects/dissipation.h"
+#include "runtime/configuration/toml_reader.h"
+
+namespace runtime {
+namespace {
+
+using model::effects::AnyEffect;
+using model::effects::DriveModel;
+using model::effects::EffectDescription;
+using model::effects::NamedValue;
+using model::effects::ParameterDescription;
+
+constexpr std::string_view kFormat = "youbot-drive-model/1";
+/// All of them act in each cycle.
+constexpr std::size_t kMostEffects = 32;
+
+/// Their defaults are not zero. Those of a gap came later than the format: files without them stay valid.
+constexpr std::array<std::string_view, 4> kWithDefault{"exponent", "friction_ratio", "impact_loss_s_per_rad",
+                                                       "flank_Hz"};
+
+bool may_be_absent(const ParameterDescription& parameter) {
+  return parameter.initial == 0 || std::ranges::find(kWithDefault, parameter.name) != kWithDefault.end();
+}
+
+const EffectDescription* description(std::string_view type) {
+  for (const EffectDescription& effect : model::effects::effect_descriptions())
+    if (effect.name == type) return &effect;
+  return nullptr;
+}
+
+std::string effect_names() {
+  std::string names;
+  for (const EffectDescription& effect : model::effects::effect_descriptions())
+    (names += names.empty() ? "" : ", ") += effect.name;
+  return names;
+}
+
+void read_effect(TomlTable& table, std::vector<AnyEffect>& effects) {
+  std::string type;
+  table.text("type", type, {.required = true});
+  const EffectDescription* const effect = description(type);
+  if (effect == nullptr) {
+    if (!type.empty()) table.refuse("type", fmt::format("is '{}'; there are {}", type, effect_names()));
+    for (const EffectDescription& other : model::effects::effect_descriptions())
+      for (const ParameterDescription& parameter : other.parameters) table.ignore(parameter.name);
+    return;
+  }
+  std::vector<NamedValue> values;
+  for (const ParameterDescription& parameter : effect->parameters) {
+    double value = parameter.initial;
+    table.number(parameter.name, value, {parameter.lower, parameter.upper, !may_be_absent(parameter)});
+    values.push_back({parameter.name, value});
+  }
+  effects.push_back(model::effects::make_effect(type, values));
+}
+
+/// Shortest text that reads back as the same number; always a TOML float.
+std::string number(double value) {
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+std::string comment(std::string_view text) {
+  std::string line = "# ";
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) >= 0x20 && c != 0x7f) line += c;
+  return line;
+}
+
+DriveModel read_model(TomlFile file) {
+  TomlTable root = file.root();
+  DriveModel model;
+  std::string format;
+  root.text("format", format, {.required = true});
+  if (!format.empty() && format != kFormat)
+    root.refuse("format", fmt::format("is '{}'; this program reads '{}'", format, kFormat));
+  root.text("name", model.name);
+  root.number("inertia_kg_m2", model.inertia_kg_m2, {.min = 1e-12, .max = 1e6, .required = true});
+  TomlTable sensor = root.table("sensor");
+  const auto optional_number = [&sensor](std::string_view key, std::optional<double>& value, double min) {
+    double found = std::nan("");
+    sensor.number(key, found, {.min = min});
+    if (std::isfinite(found)) value = found;
+  };
+  optional_number("encoder_ticks_per_rev", model.encoder_ticks_per_rev, 1);
+  optional_number("torque_noise_Nm", model.torque_noise_Nm, 0);
+  for (TomlTable& table : root.tables("effect", {.most = kMostEffects})) read_effect(table, model.effects);
+  file.finish();
+  return model;
+}
+
+}  // namespace
+
+DriveModel read_drive_model(const std::filesystem::path& path) { return read_model(TomlFile::parse(path)); }
+
+DriveModel read_drive_model(const std::filesystem::path& path, const RegularFile& file) {
+  return read_model(TomlFile::parse(path, file));
+}
+
+std::string drive_model_text(const DriveModel& model, std::span<const std::string> header,
+                             std::span<const EffectRemarks> remarks) {
+  std::string text;
+  for (const std::string& line : header) text += comment(line) + "\n";
+  text += fmt::format("format = \"{}\"\nname = {}\ninertia_kg_m2 = {}\n", kFormat, toml_string(model.name),
+                      number(model.inertia_kg_m2));
+  if (model.encoder_ticks_per_rev || model.torque_noise_Nm) text += "\n[sensor]\n";
+  if (model.encoder_ticks_per_rev)
+    text += fmt::format("encoder_ticks_per_rev = {}\n", number(*model.encoder_ticks_per_rev));
+  if (model.torque_noise_Nm) text += fmt::format("torque_noise_Nm = {}\n", number(*model.torque_noise_Nm));
+  for (std::size_t i = 0; i < model.effects.size(); ++i) {
+    const AnyEffect& effect = model.effects[i];
+    const EffectDescription& described = model::effects::effect_descriptions()[effect.index()];
+    text += "\n";
+    if (i < remarks.size())
+      for (const std::string& line : remarks[i].evidence) text += comment(line) + "\n";
+    text += fmt::format("[[effect]]\ntype = \"{}\"\n", described.name);
+    for (std::size_t k = 0; k < described.parameters.size(); ++k) {
+      const std::string_view name = described.parameters[k].name;
+      text += fmt::format("{} = {}", name, number(model::effects::parameter_of(effect, name)));
+      if (i < remarks.size() && k < remarks[i].parameters.size() && !remarks[i].parameters[k].empty())
+        text += "  " + comment(remarks[i].parameters[k]);
+      text += "\n";
+    }
+  }
+  return text;
+}
+
+std::string driving_friction(const DriveModel& model, double top_speed_rad_per_s) {
+  const auto from = model::effects::driving_velocity_rad_per_s(model, top_speed_rad_per_s);
+  return from
+             ? fmt::format("its friction drives the joint from {:.3g} rad/s on, instead of braking it", *from)
+             : "";
+}
+
+}  // namespace runtime

@@ -1,0 +1,17 @@
+/// @file
+/// What the configuration says about what a simulated robot can touch.
+#pragma once
+#include <filesystem>
+
+#include "runtime/configuration/toml_reader.h"
+#include "sim/environment.h"
+
+namespace runtime {
+
+/// [scene], with walls, tables and a free box; apps/youbotd/teleop.toml has one.
+void read_scene(TomlTable table, sim::EnvironmentParameters& scene);
+
+/// The same of a whole file, whose other tables are other programs' business. @throws ConfigError
+sim::EnvironmentParameters load_scene(const std::filesystem::path& path);
+
+}  // namespace runtime

@@ -1,0 +1,132 @@
+/// @file
+/// Reads a TOML file into plain structs and reports everything that is wrong with it at once.
+///
+///     TomlFile file = TomlFile::parse("demo.toml");
+///     TomlTable root = file.root();
+///     root.number("cycle_period_s", config.cycle_period_s, {.min = 0.0005, .max = 0.01});
+///     root.choice("robot", config.robot, {{"base", Robot::kBase}, {"arm", Robot::kArm}}, {.required =
+///     true}); for (TomlTable& segment : root.tables("path")) segment.number("turn_rad", ...); file.finish();
+///     // throws if anything above was refused, and for keys that nobody asked for
+///
+/// A key that is absent or refused leaves its value as it was, so defaults live in the struct.
+#pragma once
+#include <cstddef>
+#include <filesystem>
+#include <initializer_list>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace runtime {
+
+class RegularFile;
+
+/// Files that a person writes are no longer. Longer ones are refused.
+inline constexpr std::size_t kMaxToml_bytes = 4 << 20;
+
+/// The file cannot be used. what() holds its problems, one per line: the first hundred and how many more.
+class ConfigError : public std::runtime_error {
+ public:
+  explicit ConfigError(std::vector<std::string> problems);
+  /// Each as "file:line: message" (without line when the file could not be read), sorted by line.
+  const std::vector<std::string>& problems() const noexcept { return problems_; }
+
+ private:
+  std::vector<std::string> problems_;
+};
+
+struct KeyRules {
+  bool required = false;
+  std::size_t most = 1000;  ///< elements of an array
+};
+/// Both limits are allowed values. Not-a-number and infinity are refused whatever the limits.
+struct NumberRules {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+  bool required = false;
+};
+
+/// One table of a TomlFile, to be used while that file lives. An absent table reads like an empty one.
+class TomlTable {
+ public:
+  /// Takes whole numbers too.
+  void number(std::string_view key, double& value, const NumberRules& rules = {});
+  /// Takes whole numbers only.
+  void integer(std::string_view key, int& value, const NumberRules& rules = {});
+  /// Takes an array of exactly `values.size()` numbers.
+  void numbers(std::string_view key, std::span<double> values, const NumberRules& rules = {});
+  void boolean(std::string_view key, bool& value, const KeyRules& rules = {});
+  void text(std::string_view key, std::string& value, const KeyRules& rules = {});
+  /// Takes an array of strings, of up to `rules.most`.
+  void texts(std::string_view key, std::vector<std::string>& values, const KeyRules& rules = {});
+
+  template <typename Value>
+  using Choices = std::initializer_list<std::pair<std::string_view, std::type_identity_t<Value>>>;
+  template <typename Value>
+  void choice(std::string_view key, Value& value, Choices<Value> choices, const KeyRules& rules = {}) {
+    std::vector<std::string_view> names;
+    for (const auto& [name, meaning] : choices) names.push_back(name);
+    if (const auto index = choice_index(key, names, rules)) value = std::data(choices)[*index].second;
+  }
+
+  /// Reports a value that only together with others is wrong, at the line of `key`, or of the table without
+  /// it.
+  void refuse(std::string_view key, const std::string& complaint);
+
+  /// Whatever is there is another program's business.
+  void ignore(std::string_view key);
+
+  /// Whether TomlFile::set() gave the value of this key, and not the file.
+  bool is_set(std::string_view key) const;
+  /// Whether there is such a key or table; does not count as asking for it.
+  bool has(std::string_view key) const;
+  TomlTable table(std::string_view key, const KeyRules& rules = {});
+  /// The elements of an array of tables, `[[key]]`: up to `rules.most`.
+  std::vector<TomlTable> tables(std::string_view key, const KeyRules& rules = {});
+
+ private:
+  friend class TomlFile;
+  struct Node;
+  explicit TomlTable(Node& node) : node_(&node) {}
+  std::optional<std::size_t> choice_index(std::string_view key, std::span<const std::string_view> names,
+                                          const KeyRules& rules);
+  Node* node_;
+};
+
+/// `text` quoted as TOML has it. Control characters, which such text cannot hold, become blanks.
+std::string toml_string(std::string_view text);
+
+class TomlFile {
+ public:
+  /// @throws ConfigError when the file cannot be read, or at its first syntax error.
+  static TomlFile parse(const std::filesystem::path& path);
+  /// Of a file that is open already; messages name it by its path.
+  static TomlFile parse(const std::filesystem::path& path, const RegularFile& file);
+  TomlFile(TomlFile&&) noexcept;
+  TomlFile& operator=(TomlFile&&) noexcept;
+  ~TomlFile();
+
+  /// Before root(): as if the file held `value`, written as TOML has it, for the dotted `key`.
+  /// @throws ConfigError when that is not one key and its value.
+  void set(const std::string& key, const std::string& value);
+
+  TomlTable root();
+  /// To be called when everything has been asked for.
+  /// @throws ConfigError with all problems, among them the keys of every table that nobody asked for.
+  void finish() const;
+
+ private:
+  friend class TomlTable;
+  struct State;
+  explicit TomlFile(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace runtime

@@ -1,0 +1,64 @@
+/// @file
+/// Turns `--haptic NAME` into a haptic master.
+#pragma once
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "drivers/haptic/falcon.h"
+#include "hal/clock.h"
+#include "hal/haptic/force_dimension_link.h"
+#include "hal/haptic/space_mouse_link.h"
+#include "hal/haptic_device.h"
+#include "hal/haptic_servo.h"
+#include "hal/threaded_haptic_device.h"
+#include "runtime/configuration/toml_reader.h"
+#include "sim/hand.h"
+
+namespace runtime {
+
+struct HapticOptions {
+  std::string name = "loopback";
+  double force_limit_N = 8.0;
+  hal::HapticLimits limits;
+  hal::HapticThreadOptions thread{.fifo_priority =
+                                      85};  ///< above the robot's loop, so that a force does not wait for it
+  hal::ForceDimensionLinkConfig force_dimension;
+  struct Falcon {
+    std::filesystem::path firmware;  ///< the user's image; empty: the device has to be running
+    std::string port_path;           ///< "1-1.2"; empty: the first one
+    drivers::haptic::FalconConfig device;
+  } falcon;
+  hal::SpaceMouseLinkConfig space_mouse;
+  sim::HandParameters hand;  ///< on the loopback
+};
+
+/// Takes over what the `[haptic]` table of a configuration holds; drivers/haptic/README.md shows every key.
+/// Relative paths start at `folder`.
+void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOptions& options);
+
+/// Raises the pause that a simulated pen bears to 0.1 s, unless `stale_after` differs from its default. Only
+/// where no real device is involved: then nothing moves and nothing pushes.
+void bear_pauses(HapticOptions& options);
+
+struct OpenedHaptic {
+  std::unique_ptr<sim::Hand> hand;  ///< of the loopback; else null
+  std::unique_ptr<hal::HapticDevice> device;
+};
+
+/// - `loopback`: a simulated hand on a simulated grip, in lock-step with the caller's `period`.
+/// - `force-dimension`: an omega.6 through the vendor's library.
+/// - `falcon`: a Novint Falcon over USB.
+/// - `spacemouse`: a 3Dconnexion SpaceMouse, without force.
+/// All but the first have a thread of their own, and live in real time. `clock` outlives the result. Nothing
+/// is opened before HapticDevice::activate().
+/// @throws std::invalid_argument for a name nobody knows, listing those there are; hal::SetupError when the
+///         firmware's file cannot be read.
+OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
+                         std::chrono::nanoseconds period);
+
+/// Whether such a master can run in virtual time.
+bool is_simulated_haptic(const std::string& name);
+
+}  // namespace runtime

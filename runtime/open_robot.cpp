@@ -1,0 +1,126 @@
+#include "runtime/open_robot.h"
+
+#include <stdexcept>
+#include <vector>
+
+#include "hal/axis_scale.h"
+#include "hal/loopback_robot.h"
+#include "hal/youbot_axes.h"
+#include "runtime/wire_robot.h"
+
+namespace runtime {
+namespace {
+
+std::vector<hal::JointInfo> wheel_joints() {
+  std::vector<hal::JointInfo> joints;
+  for (const char* name : {"wheel-1", "wheel-2", "wheel-3", "wheel-4"})
+    joints.push_back(hal::joint_info(name, hal::kWheelAxis));
+  return joints;
+}
+
+std::vector<hal::JointInfo> wheel_and_arm_joints() {
+  std::vector<hal::JointInfo> joints = wheel_joints();
+  for (std::size_t i = 0; i < hal::kArmAxes.size(); ++i)
+    joints.push_back(hal::joint_info("arm-" + std::to_string(i + 1), hal::kArmAxes[i]));
+  return joints;
+}
+
+/// The simulated drive is the real axis: same gear, motor constant, current limit and sensor counts.
+sim::BaseParameters with_youbot_wheels(sim::BaseParameters parameters) {
+  const hal::AxisData& axis = hal::kWheelAxis;
+  const hal::AxisScale scale(axis.constants);
+  parameters.drive.gear_ratio = axis.constants.gear_ratio;
+  parameters.drive.motor.torque_constant_Nm_per_A = axis.constants.torque_constant_Nm_per_A;
+  parameters.drive.motor.current_limit_A = axis.current_limit_A;
+  parameters.drive.sensors.position_resolution_rad = scale.position_resolution_rad();
+  parameters.drive.sensors.velocity_resolution_rad_per_s = scale.velocity_resolution_rad_per_s();
+  parameters.drive.sensors.torque_resolution_Nm = scale.torque_resolution_Nm();
+  return parameters;
+}
+
+bool names_interface(const std::string& name, std::string_view prefix) {
+  return name.starts_with(prefix) && name.size() > prefix.size();
+}
+
+/// The last second: a frame out and one back each cycle.
+std::unique_ptr<drivers::ethercat::PcapRing> make_capture(const std::string& interface) {
+  return std::make_unique<drivers::ethercat::PcapRing>(
+      drivers::ethercat::PcapRing::Options{.interface = interface, .frames = 2000});
+}
+
+sim::bus::RobotKind emulated_kind(hal::EthercatOptions::Kind kind) {
+  switch (kind) {
+    case hal::EthercatOptions::Kind::kBase: return sim::bus::RobotKind::kBase;
+    case hal::EthercatOptions::Kind::kArm: return sim::bus::RobotKind::kArm;
+    case hal::EthercatOptions::Kind::kBaseAndArm: return sim::bus::RobotKind::kBaseAndArm;
+    case hal::EthercatOptions::Kind::kBaseAndTwoArms: return sim::bus::RobotKind::kTwoArms;
+  }
+  return sim::bus::RobotKind::kBase;
+}
+
+}  // namespace
+
+OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
+                       std::chrono::nanoseconds period) {
+  check_robot_name(options.name);
+  OpenedRobot opened;
+  hal::EthercatOptions ethercat = options.ethercat;
+  const sim::BaseParameters simulation = with_youbot_wheels(options.simulation);
+  if (options.name == "loopback" && options.ethercat.kind == hal::EthercatOptions::Kind::kBaseAndArm) {
+    sim::MobileManipulatorParameters parameters;
+    parameters.wheels = static_cast<const sim::MecanumWheelParameters&>(simulation);
+    parameters.step = simulation.step;
+    opened.manipulator = std::make_shared<sim::MobileManipulator>(parameters, options.scene);
+    opened.robot =
+        std::make_unique<hal::LoopbackRobot>(*opened.manipulator, clock, period, wheel_and_arm_joints());
+  } else if (options.name == "loopback") {
+    opened.plant = std::make_unique<sim::Base>(simulation);
+    opened.robot = std::make_unique<hal::LoopbackRobot>(*opened.plant, clock, period, wheel_joints());
+    opened.truth = &opened.plant->pose();
+  } else if (options.name == "wire") {
+    sim::bus::YoubotBusOptions emulation;
+    emulation.robot = emulated_kind(options.ethercat.kind);
+    emulation.base = simulation;
+    emulation.coupled = emulation.robot == sim::bus::RobotKind::kBaseAndArm;
+    emulation.scene = options.scene;
+    opened.emulation = std::make_shared<sim::bus::YoubotBus>(emulation);
+    opened.manipulator = {opened.emulation, opened.emulation->manipulator()};
+    opened.capture = make_capture(options.name);
+    ethercat.tap = opened.capture.get();
+    opened.robot = std::make_unique<WireRobot>(*opened.emulation, ethercat, clock, period);
+    if (opened.emulation->has_base()) opened.truth = &opened.emulation->pose();
+  } else if (names_interface(options.name, kEthercatPrefix)) {
+    const std::string interface = options.name.substr(kEthercatPrefix.size());
+    ethercat.lifted = !simulation.on_ground;
+    opened.capture = make_capture(interface);
+    ethercat.tap = opened.capture.get();
+    opened.robot = hal::make_ethercat_robot(interface, ethercat, clock, period);
+  } else {
+    opened.robot = hal::make_can_robot(options.name.substr(kCanPrefix.size()), options.can, clock, period);
+  }
+  // Off the ground the simulated body stays where it is, and the wheels tell more.
+  if (!simulation.on_ground) opened.truth = nullptr;
+  return opened;
+}
+
+bool is_robot_name(const std::string& name) {
+  return name == "loopback" || name == "wire" || names_interface(name, kEthercatPrefix) ||
+         names_interface(name, kCanPrefix);
+}
+
+void check_robot_name(const std::string& name) {
+  if (!is_robot_name(name))
+    throw std::invalid_argument("--robot: there is no '" + name +
+                                "', but loopback, wire, ethercat:IFACE, can:IFACE");
+}
+
+bool is_simulated(const std::string& name) {
+  return !name.starts_with(kEthercatPrefix) && !name.starts_with(kCanPrefix);
+}
+
+void check_virtual_time(const std::string& name) {
+  if (name.starts_with(kCanPrefix))
+    throw std::invalid_argument("--virtual-time: " + name + " lives in real time");
+}
+
+}  // namespace runtime

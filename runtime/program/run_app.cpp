@@ -1,0 +1,61 @@
+#include "runtime/program/run_app.h"
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/exit_code.h"
+#include "runtime/program/log_pattern.h"
+
+namespace runtime {
+namespace {
+
+/// The library only says that a command is missing when one is misspelled.
+std::optional<CLI::RequiredError> unknown_command(const CLI::App& app) {
+  const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
+  const std::vector<std::string> left_over = app.remaining();
+  if (commands.empty() || !app.get_subcommands().empty() || left_over.empty() ||
+      left_over.front().starts_with('-'))
+    return std::nullopt;
+  std::string names;
+  for (const CLI::App* command : commands) names += (names.empty() ? "" : ", ") + command->get_name();
+  return CLI::RequiredError("There is no command '" + left_over.front() + "' but " + names,
+                            CLI::ExitCodes::RequiredError);
+}
+
+}  // namespace
+
+int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
+  app.set_version_flag("--version", build_version());
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::RequiredError& error) {
+    return app.exit(unknown_command(app).value_or(error)) == 0 ? kExitOk : kExitUsage;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+  }
+  spdlog::set_default_logger(spdlog::stderr_color_st(app.get_name()));
+  spdlog::set_pattern(kLogPattern);
+  try {
+    return body();
+  } catch (const ConfigError& error) {
+    for (const std::string& problem : error.problems()) spdlog::error("{}", problem);
+    return kExitUsage;
+  } catch (const std::invalid_argument& error) {
+    spdlog::error("{}", error.what());
+    return kExitUsage;
+  } catch (const std::exception& error) {
+    spdlog::error("{}", error.what());
+    return kExitSetup;
+  }
+}
+
+}  // namespace runtime

@@ -1,0 +1,45 @@
+#include "runtime/recording/recording_directory.h"
+
+#include <stdexcept>
+#include <system_error>
+
+#include "runtime/configuration/regular_file.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/configuration/whole_file.h"
+#include "runtime/recording/output_directory.h"
+
+namespace runtime {
+
+NewRecording::NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
+                           std::vector<std::string>& problems)
+    : directory_(directory), made_(make_output_directory(directory)) {
+  try {
+    write_new(directory / "config.toml", read_regular_file(config.file, kMaxToml_bytes));
+  } catch (const std::runtime_error& why) {
+    problems.push_back("copy of " + config.file.string() + ": " + why.what());
+  }
+  if (config.settings.empty()) return;
+  try {
+    write_new(directory / "settings.toml", config.settings);
+  } catch (const std::runtime_error& why) {
+    problems.push_back(std::string("settings.toml: ") + why.what());
+  }
+}
+
+void NewRecording::write_new(const std::filesystem::path& path, const std::string& text) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) throw std::runtime_error("is there already");
+  write_whole_file(path, text);
+  made_.add(path);
+}
+
+std::unique_ptr<RecordingFile> NewRecording::open(const std::string& name,
+                                                  const std::vector<RecordingFile::Comment>& comments,
+                                                  const std::vector<RecordingFile::Column>& columns) {
+  const std::filesystem::path path = directory_ / (name + ".csv");
+  auto file = std::make_unique<RecordingFile>(path, comments, columns);
+  made_.add(path);
+  return file;
+}
+
+}  // namespace runtime

@@ -1,0 +1,389 @@
+#include "runtime/recording/recording_reader.h"
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <limits>
+#include <map>
+#include <set>
+#include <stdexcept>
+#include <system_error>
+
+#include "runtime/recording/lines.h"
+
+namespace runtime {
+namespace {
+
+struct KnownColumn {
+  std::string_view quantity;
+  std::string_view name;
+};
+/// Longer quantities first, so that velocity_command_deg_per_s is not taken for a velocity.
+constexpr auto kKnownColumns = std::to_array<KnownColumn>({{"velocity_command", "velocity_command_rad_per_s"},
+                                                           {"position_command", "position_command_rad"},
+                                                           {"torque_measured", "torque_measured_Nm"},
+                                                           {"torque_command", "torque_command_Nm"},
+                                                           {"torque_ci95", "torque_ci95_Nm"},
+                                                           {"temperature", "temperature_C"},
+                                                           {"position", "position_rad"},
+                                                           {"velocity", "velocity_rad_per_s"},
+                                                           {"current", "current_A"},
+                                                           {"time", "time_s"}});
+/// Lower case; what units in column names are made of.
+constexpr auto kColumnUnitWords = std::to_array<std::string_view>(
+    {"s",   "ms",  "us",  "ns", "min",  "h",     "rad", "mrad",  "urad", "deg",     "rev",   "turns",
+     "rpm", "per", "nm",  "n",  "mnm",  "knm",   "ncm", "m",     "a",    "ma",      "c",     "k",
+     "f",   "kg",  "cm2", "g",  "ozin", "ticks", "inc", "count", "raw",  "percent", "counts"});
+
+bool is_unit(std::string_view words) {
+  while (!words.empty()) {
+    const std::size_t end = std::min(words.find('_'), words.size());
+    std::string word(words.substr(0, end));
+    std::transform(word.begin(), word.end(), word.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (std::find(kColumnUnitWords.begin(), kColumnUnitWords.end(), word) == kColumnUnitWords.end())
+      return false;
+    words.remove_prefix(std::min(end + 1, words.size()));
+  }
+  return true;
+}
+
+/// The name the contract has for the quantity of `column`, which has another unit or none; else empty.
+std::string_view right_name(std::string_view column) {
+  for (const KnownColumn& known : kKnownColumns) {
+    if (!column.starts_with(known.quantity)) continue;
+    const std::string_view rest = column.substr(known.quantity.size());
+    if (rest.empty() || (rest.front() == '_' && is_unit(rest.substr(1)))) return known.name;
+  }
+  return {};
+}
+
+bool is_known(std::string_view column) {
+  return std::any_of(kKnownColumns.begin(), kKnownColumns.end(),
+                     [column](const KnownColumn& known) { return known.name == column; });
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) text.remove_prefix(1);
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\t')) text.remove_suffix(1);
+  return text;
+}
+
+/// As much of a field as fits a message, whatever bytes it has.
+std::string quoted(std::string_view text) {
+  constexpr std::size_t kLongest = 40;
+  std::string result = "'";
+  for (const char c : text.substr(0, kLongest))
+    result += std::isprint(static_cast<unsigned char>(c)) ? c : '?';
+  return result + (text.size() > kLongest ? "…'" : "'");
+}
+
+std::string shortest(double value) {
+  std::array<char, 32> text{};
+  return {text.data(), std::to_chars(text.data(), text.data() + text.size(), value).ptr};
+}
+
+/// The whole of `text` as a number, not necessarily a finite one.
+bool parse_number(std::string_view text, double& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc() && end == text.data() + text.size();
+}
+
+class Reader {
+ public:
+  Reader(Lines lines, const std::string& name, NotMeasured not_measured)
+      : lines_(std::move(lines)), name_(name), not_measured_(not_measured) {}
+
+  ReadRecording read() {
+    std::string_view line;
+    bool whole = true;
+    bool have_line = next_line(line, whole);
+    constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+    if (have_line && line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
+    if (!have_line || (line.empty() && !whole))
+      fail(0, "the file is empty; a recording begins with '# youbot recording v1'");
+    for (; have_line && (line.starts_with('#') || line.empty()); have_line = next_line(line, whole))
+      read_comment(line);
+    if (!have_line) {
+      problem(line_, "no row of column names; it follows the '#' lines: time_s,torque_command_Nm,…");
+    } else if (read_header(line, whole)) {
+      read_rows();
+      if (result_.recording.rows() == 0 && problems_.empty())
+        problem(line_, "no data rows; was anything recorded?");
+    }
+    finish();
+    return std::move(result_);
+  }
+
+ private:
+  bool next_line(std::string_view& line, bool& whole) {
+    const bool there = lines_.next(line, whole);
+    line_ += there ? 1 : 0;
+    return there;
+  }
+
+  void read_comment(std::string_view line) {
+    identification::Recording& recording = result_.recording;
+    if (line.empty()) return;
+    const std::string_view text = trimmed(line.substr(1));
+    if (line_ == 1 && text.starts_with("youbot recording")) {
+      titled_ = true;
+      if (text != "youbot recording v1")
+        problem(line_, quoted(text) + " is a format this program does not know; it reads v1");
+      return;
+    }
+    const std::size_t colon = text.find(':');
+    if (colon == text.npos) return;  // a remark
+    const std::string key(trimmed(text.substr(0, colon)));
+    const std::string_view value = trimmed(text.substr(colon + 1));
+    recording.comments.emplace_back(key, value);
+    if (key == "rig") recording.rig = value;
+    if (key == "experiment") recording.experiment = value;
+    if (key == "not_measured") read_reason(value);
+    if (key == "sample_rate_Hz" && !(parse_number(value, recording.sample_rate_Hz) &&
+                                     std::isfinite(recording.sample_rate_Hz) && recording.sample_rate_Hz > 0))
+      problem(line_, "sample_rate_Hz is " + quoted(value) + "; expected a positive number");
+  }
+
+  /// "COLUMN,COLUMN: reason"
+  void read_reason(std::string_view text) {
+    const std::size_t colon = text.find(':');
+    if (colon == text.npos) return;
+    const std::string reason(trimmed(text.substr(colon + 1)));
+    for (std::string_view names = text.substr(0, colon);;) {
+      const std::size_t comma = names.find(',');
+      reasons_.emplace(trimmed(names.substr(0, comma)), reason);
+      if (comma == names.npos) return;
+      names.remove_prefix(comma + 1);
+    }
+  }
+
+  bool read_header(std::string_view line, bool whole) {
+    if (!titled_) warn(1, "does not begin with '# youbot recording v1'; read as if it did");
+    double number = 0;
+    if (parse_number(trimmed(line.substr(0, line.find_first_of(",;"))), number)) {
+      problem(line_, "data begin here, but no row of column names came before; add one: time_s,…");
+      return false;
+    }
+    if (!whole) {
+      problem(line_, "the file ends within the row of column names; nothing was recorded");
+      return false;
+    }
+    if (line.find(';') != line.npos || (line.find('\t') != line.npos && line.find(',') == line.npos)) {
+      problem(line_, "columns are not separated by commas; export with ',' between and '.' as decimal point");
+      return false;
+    }
+    if (const auto columns = 1 + std::count(line.begin(), line.end(), ',');
+        static_cast<std::size_t>(columns) > kMaxRecordingColumns) {
+      problem(line_, std::to_string(columns) + " columns, but at most " +
+                         std::to_string(kMaxRecordingColumns) +
+                         " are read; is this the row of column names?");
+      return false;
+    }
+    std::set<std::string_view> seen;
+    for (;;) {
+      const std::size_t comma = line.find(',');
+      add_column(trimmed(line.substr(0, comma)), seen);
+      if (comma == line.npos) break;
+      line.remove_prefix(comma + 1);
+    }
+    if (!titled_ && std::none_of(seen.begin(), seen.end(), [](std::string_view name) {
+          return is_known(name) || !right_name(name).empty();
+        })) {
+      problems_.clear();
+      problem_count_ = 0;
+      problem(line_, "this is not a recording: neither its first line nor any column name is known");
+      return false;
+    }
+    const bool misnamed_time = std::any_of(
+        seen.begin(), seen.end(), [](std::string_view name) { return right_name(name) == "time_s"; });
+    if (!seen.contains("time_s") && !misnamed_time)
+      problem(line_, "column time_s is missing; every recording needs it");
+    return true;
+  }
+
+  void add_column(std::string_view name, std::set<std::string_view>& seen) {
+    identification::Recording& recording = result_.recording;
+    if (name.empty())
+      problem(line_, "column " + std::to_string(recording.columns.size() + 1) + " has no name");
+    else if (!seen.insert(name).second)
+      problem(line_, "column " + quoted(name) + " is there twice; keep one");
+    else if (name == "time_s")
+      time_column_ = recording.columns.size();
+    else if (!is_known(name)) {
+      if (const std::string_view right = right_name(name); !right.empty())
+        problem(line_, "column " + quoted(name) + " must be " + std::string(right) +
+                           ": convert its values and rename it");
+      else
+        warn(line_, "column " + quoted(name) + " is not part of the format; kept as it is");
+    }
+    recording.columns.push_back({std::string(name), {}});
+  }
+
+  void read_rows() {
+    std::vector<identification::Recording::Column>& columns = result_.recording.columns;
+    std::vector<double> row(columns.size());
+    result_.first_row_line = line_ + 1;
+    for (auto& column : columns) column.values.reserve(lines_.left_bytes() / (8 * columns.size()) + 1);
+    std::string_view line;
+    bool whole = true;
+    std::size_t blank = 0;  // lines, which may stand at the end
+    while (next_line(line, whole)) {
+      if (line.empty() && (whole || blank > 0)) {
+        ++blank;
+        continue;
+      }
+      for (line_ -= blank; blank > 0; --blank, ++line_) read_row({}, row);
+      if (!whole) {
+        warn(line_, "the last line is torn (no line end) and was left out");
+        return;
+      }
+      if (!read_row(line, row)) continue;
+      for (std::size_t i = 0; i < row.size(); ++i) columns[i].values.push_back(row[i]);
+    }
+  }
+
+  bool read_row(std::string_view line, std::vector<double>& row) {
+    missing_.clear();
+    std::size_t fields = 0;
+    bool good = true;
+    for (std::string_view rest = line;; ++fields) {
+      const std::size_t comma = rest.find(',');
+      if (fields < row.size()) good &= read_field(rest.substr(0, comma), fields, row[fields]);
+      if (comma == rest.npos) break;
+      rest.remove_prefix(comma + 1);
+    }
+    ++fields;
+    if (fields != row.size()) {
+      const bool decimal_commas = fields == 2 * row.size() || line.find(';') != line.npos;
+      problem(line_, std::to_string(fields) + " values for " + std::to_string(row.size()) + " columns; " +
+                         (decimal_commas ? "are these decimal commas? Export with '.' as decimal point"
+                                         : "delete or repair this line"));
+      return false;
+    }
+    if (good && time_column_ < row.size()) {
+      const double time_s = row[time_column_];
+      if (have_time_ && !(time_s > last_time_s_)) {
+        problem(line_, "time_s " + std::string(time_s == last_time_s_ ? "repeats " : "runs backward, from ") +
+                           shortest(last_time_s_) +
+                           (time_s == last_time_s_ ? "" : " to " + shortest(time_s)) +
+                           "; split the file there or delete the line");
+        good = false;
+      }
+      have_time_ = true;
+      last_time_s_ = time_s;
+    }
+    return tell_missing() && good;
+  }
+
+  /// True when the row may be taken.
+  bool tell_missing() {
+    if (missing_.empty()) return true;
+    const std::string& first = result_.recording.columns[missing_.front()].name;
+    const std::string others =
+        missing_.size() > 1 ? " and " + std::to_string(missing_.size() - 1) + " more were" : " was";
+    const std::string message = first + others + " not measured: " + reasons_.at(first);
+    if (not_measured_ == NotMeasured::kTaken)
+      warn(line_, message);
+    else
+      problem(line_, message);
+    return not_measured_ == NotMeasured::kTaken;
+  }
+
+  bool read_field(std::string_view field, std::size_t column, double& value) {
+    if (!parse_number(field, value)) {
+      field = trimmed(field);
+      if (!parse_number(field, value)) return refuse_field(field, column);
+    }
+    if (std::isnan(value) && column != time_column_ &&
+        reasons_.contains(result_.recording.columns[column].name)) {
+      missing_.push_back(column);
+      return true;
+    }
+    return std::isfinite(value) || refuse_field(field, column);
+  }
+  bool refuse_field(std::string_view field, std::size_t column) {
+    const char* why = " is not a number";
+    std::string lower(field.substr(0, 4));
+    std::transform(lower.begin(), lower.end(), lower.begin(),
+                   [](unsigned char c) { return std::tolower(c); });
+    if (lower.find("nan") != lower.npos || lower.find("inf") != lower.npos)
+      why = " is not a finite number";
+    else if (field.starts_with('#'))
+      why = ": comments belong above the column names";
+    problem(line_, result_.recording.columns[column].name + " " +
+                       (field.empty() ? "is empty" : quoted(field) + why) +
+                       "; delete the line or measure again");
+    return false;
+  }
+
+  std::string located(std::size_t line, const std::string& message) const {
+    return name_ + (line > 0 ? ":" + std::to_string(line) : "") + ": " + message;
+  }
+  void warn(std::size_t line, const std::string& message) {
+    if (warning_count_++ < ReadRecording::kMaxWarnings) result_.warnings.push_back(located(line, message));
+  }
+  void problem(std::size_t line, const std::string& message) {
+    if (problem_count_++ < RecordingError::kMaxProblems) problems_.push_back(located(line, message));
+  }
+  [[noreturn]] void fail(std::size_t line, const std::string& message) {
+    throw RecordingError({located(line, message)});
+  }
+  void count_more(std::vector<std::string>& lines, std::size_t count, const char* what) const {
+    if (count > lines.size())
+      lines.push_back(located(0, "and " + std::to_string(count - lines.size()) + " more " + what));
+  }
+  void finish() {
+    count_more(result_.warnings, warning_count_, "warnings");
+    if (problems_.empty()) return;
+    count_more(problems_, problem_count_, "problems");
+    throw RecordingError(std::move(problems_));
+  }
+
+  Lines lines_;
+  const std::string& name_;
+  NotMeasured not_measured_;
+  std::map<std::string, std::string, std::less<>> reasons_;  // of what is not measured, by column
+  std::vector<std::size_t> missing_;                         // columns of the row being read
+  std::size_t line_ = 0;
+  bool titled_ = false;
+  std::size_t time_column_ = static_cast<std::size_t>(-1);
+  bool have_time_ = false;
+  double last_time_s_ = 0;
+  ReadRecording result_;
+  std::vector<std::string> problems_;
+  std::size_t problem_count_ = 0;
+  std::size_t warning_count_ = 0;
+};
+
+}  // namespace
+
+ReadRecording parse_recording(std::string_view text, const std::string& name, NotMeasured not_measured) {
+  return Reader(Lines(text), name, not_measured).read();
+}
+
+ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_measured) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error))
+    throw RecordingError({path.string() + ": is a directory; give the files in it"});
+  // A pipe or a device may never end, and reading it may not even begin.
+  if (std::filesystem::exists(path, error) && !std::filesystem::is_regular_file(path, error) && !error)
+    throw RecordingError({path.string() + ": is not a regular file; write the recording to one"});
+  if (const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+      !error && bytes > kMaxRecordingBytes)
+    throw RecordingError({path.string() + ": has " + std::to_string(bytes) + " bytes, but at most " +
+                          std::to_string(kMaxRecordingBytes) + " are read; split it"});
+  try {
+    const RegularFile file(path);
+    return Reader(Lines(file, kMaxRecordingBytes), path.string(), not_measured).read();
+  } catch (const RecordingError&) {
+    throw;
+  } catch (const std::runtime_error& why) {
+    throw RecordingError({path.string() + ": " + why.what()});
+  }
+}
+
+}  // namespace runtime

@@ -1,0 +1,121 @@
+// Model files: what is written reads back, and what is wrong is named with its line.
+#include "runtime/configuration/drive_model_file.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "runtime/configuration/toml_reader.h"
+#include "tests/support/temporary_directory.h"
+
+namespace runtime {
+namespace drive_model_file_test {
+
+using model::effects::DriveModel;
+using model::effects::make_effect;
+
+class DriveModelFile : public testing::Test {
+ protected:
+  DriveModel read(const std::string& text) { return read_drive_model(directory_.write(kName, text)); }
+  /// Without the path in front.
+  std::vector<std::string> problems(const std::string& text) {
+    try {
+      (void)read(text);
+    } catch (const ConfigError& error) {
+      std::vector<std::string> found;
+      for (const std::string& problem : error.problems())
+        found.push_back(problem.substr((directory_ / kName).string().size()));
+      return found;
+    }
+    return {};
+  }
+
+  static constexpr const char* kName = "model.toml";
+  support::TemporaryDirectory directory_;
+};
+
+constexpr const char* kHead =
+    "format = \"youbot-drive-model/1\"\nname = \"wheel-1\"\ninertia_kg_m2 = 0.0112\n";
+
+TEST_F(DriveModelFile, TheContractsExampleIsRead) {
+  const DriveModel model = read(std::string(kHead) +
+                                "[sensor]\nencoder_ticks_per_rev = 104000\ntorque_noise_Nm = 0.0015\n"
+                                "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.045\n"
+                                "[[effect]]\ntype = \"viscous\"\ncoefficient_Nm_s_per_rad = 0.0125\n");
+  EXPECT_EQ(model.name, "wheel-1");
+  EXPECT_EQ(model.inertia_kg_m2, 0.0112);
+  EXPECT_EQ(model.encoder_ticks_per_rev, 104000);
+  EXPECT_EQ(model.torque_noise_Nm, 0.0015);
+  ASSERT_EQ(model.effects.size(), 2U);
+  EXPECT_EQ(parameter_of(model.effects[0], "torque_Nm"), 0.045);
+  EXPECT_EQ(parameter_of(model.effects[1], "coefficient_Nm_s_per_rad"), 0.0125);
+}
+
+/// As `youbot-gap` wrote it when a gap had two parameters.
+TEST_F(DriveModelFile, AGapWithoutItsLaterParametersIsRead) {
+  const DriveModel model =
+      read(std::string(kHead) + "[[effect]]\ntype = \"backlash\"\ngap_rad = 0.01\nload_share = 0.3\n");
+  ASSERT_EQ(model.effects.size(), 1U);
+  EXPECT_EQ(parameter_of(model.effects[0], "gap_rad"), 0.01);
+  EXPECT_EQ(parameter_of(model.effects[0], "load_share"), 0.3);
+  EXPECT_EQ(parameter_of(model.effects[0], "friction_ratio"), 1) << "inertia and friction had one share";
+}
+
+TEST_F(DriveModelFile, EveryEffectReadsBackToTheLastDigit) {
+  DriveModel model{.name = "a \"drive\"",
+                   .inertia_kg_m2 = 0.1 + 0.2,
+                   .encoder_ticks_per_rev = 4096,
+                   .torque_noise_Nm = 1.0 / 3,
+                   .effects = {}};
+  for (const auto& description : model::effects::effect_descriptions())
+    model.effects.push_back(make_effect(description.name));
+  const DriveModel again = read(
+      drive_model_text(model, std::vector<std::string>{"made by a test\nin two lines"},
+                       std::vector<EffectRemarks>{{.evidence = {"seen"}, .parameters = {"95 %: 1 to 2"}}}));
+  EXPECT_EQ(again.name, model.name);
+  EXPECT_EQ(again.inertia_kg_m2, model.inertia_kg_m2);
+  EXPECT_EQ(again.torque_noise_Nm, model.torque_noise_Nm);
+  ASSERT_EQ(again.effects.size(), model.effects.size());
+  for (std::size_t i = 0; i < model.effects.size(); ++i) {
+    ASSERT_EQ(again.effects[i].index(), model.effects[i].index());
+    for (const auto& parameter : model::effects::effect_descriptions()[i].parameters)
+      EXPECT_EQ(parameter_of(again.effects[i], parameter.name),
+                parameter_of(model.effects[i], parameter.name));
+  }
+}
+
+TEST_F(DriveModelFile, WhatIsWrongIsNamedWithItsLine) {
+  EXPECT_EQ(problems("format = \"youbot-drive-model/2\"\nname = \"x\"\ninertia_kg_m2 = 0.01\n"),
+            std::vector<std::string>{
+                ":1: 'format' is 'youbot-drive-model/2'; this program reads 'youbot-drive-model/1'"});
+  const auto unknown = problems(std::string(kHead) + "[[effect]]\ntype = \"stiction\"\ntorque_Nm = 1.0\n");
+  ASSERT_EQ(unknown.size(), 1U);
+  EXPECT_TRUE(unknown[0].starts_with(":5: 'effect[0].type' is 'stiction'; there are coulomb, viscous"))
+      << unknown[0];
+  const auto key =
+      problems(std::string(kHead) + "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.1\ntorque = 1.0\n");
+  ASSERT_EQ(key.size(), 1U);
+  EXPECT_TRUE(key[0].starts_with(":7: unknown key 'effect[0].torque'")) << key[0];
+  const auto missing =
+      problems(std::string(kHead) + "[[effect]]\ntype = \"stribeck\"\nstatic_torque_Nm = 0.1\n");
+  ASSERT_EQ(missing.size(), 1U);
+  EXPECT_NE(missing[0].find("'effect[0].velocity_rad_per_s' is missing"), std::string::npos) << missing[0];
+  EXPECT_NE(
+      problems(std::string(kHead) + "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = -0.1\n").at(0).find(":6: "),
+      std::string::npos);
+  EXPECT_EQ(problems("name = \"x\"\n").size(), 2U);  // format and inertia
+}
+
+TEST_F(DriveModelFile, AModelHasUpTo32Effects) {
+  const auto effects = [](int count) {
+    std::string text(kHead);
+    for (int i = 0; i < count; ++i) text += "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.1\n";
+    return text;
+  };
+  EXPECT_EQ(problems(effects(32)), std::vector<std::string>{});
+  EXPECT_EQ(problems(effects(33)), std::vector<std::string>{":4: 'effect' has 33 elements, allowed are 32"});
+}
+
+}  // namespace drive_model_file_test
+}  // namespace runtime

@@ -1,0 +1,254 @@
+// The strict reader of recordings: whatever the file, a recording that can be used or the reason why not.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "runtime/recording/recording_file.h"
+#include "runtime/recording/recording_reader.h"
+#include "tests/support/processor_time.h"
+#include "tests/support/temporary_directory.h"
+
+namespace recording_reader_test {
+
+using runtime::parse_recording;
+using runtime::RecordingError;
+
+const std::string kHead =
+    "# youbot recording v1\n# rig: wheel-1\n# experiment: staircase\n# sample_rate_Hz: 1000\n";
+const std::string kValid = kHead +
+                           "time_s,torque_command_Nm,position_rad\n"
+                           "0.000,0.01,1.5\n"
+                           "0.001,-0.02,1.25e-1\n";
+
+/// All problems in one text; "" when there are none.
+std::string problems(const std::string& text) {
+  try {
+    parse_recording(text, "f.csv");
+    return "";
+  } catch (const RecordingError& error) {
+    return error.what();
+  }
+}
+void expect_problem(const std::string& text, const std::string& part) {
+  const std::string all = problems(text);
+  EXPECT_NE(all.find(part), std::string::npos) << "expected '" << part << "' in: " << all;
+}
+
+TEST(RecordingReader, ReadsColumnsAndWhatIsSaidOfThem) {
+  const auto read = parse_recording(kValid, "f.csv");
+  EXPECT_TRUE(read.warnings.empty());
+  EXPECT_EQ(read.recording.rig, "wheel-1");
+  EXPECT_EQ(read.recording.experiment, "staircase");
+  EXPECT_EQ(read.recording.sample_rate_Hz, 1000);
+  EXPECT_EQ(read.recording.comments.size(), 3u);
+  ASSERT_EQ(read.recording.rows(), 2u);
+  EXPECT_EQ(read.recording.column("position_rad")[1], 0.125);
+  EXPECT_EQ(read.recording.column("torque_command_Nm")[1], -0.02);
+  EXPECT_FALSE(read.recording.has("velocity_rad_per_s"));
+  EXPECT_THROW(static_cast<void>(read.recording.column("velocity_rad_per_s")), std::invalid_argument);
+}
+
+TEST(RecordingReader, TakesAnyOrderCarriageReturnsBlanksAndAByteOrderMark) {
+  const auto read = parse_recording(
+      "\xEF\xBB\xBF# youbot recording v1\r\n# a remark\r\n position_rad , time_s\r\n 1.5 , "
+      "0\r\n2,\t0.5\r\n\r\n",
+      "f.csv");
+  EXPECT_TRUE(read.warnings.empty());
+  EXPECT_EQ(read.recording.column("time_s")[1], 0.5);
+  EXPECT_EQ(read.recording.column("position_rad")[0], 1.5);
+}
+
+TEST(RecordingReader, KeepsUnknownColumnsAndSaysSo) {
+  const auto read = parse_recording(kHead + "time_s,mood,wake_up_us\n0,1,2\n", "f.csv");
+  ASSERT_EQ(read.warnings.size(), 2u);
+  EXPECT_EQ(read.warnings[0], "f.csv:5: column 'mood' is not part of the format; kept as it is");
+  EXPECT_EQ(read.recording.column("mood")[0], 1);
+}
+
+TEST(RecordingReader, LeavesOutATornLastLineAndSaysSo) {
+  const auto read = parse_recording(kValid + "0.002,0.0", "f.csv");
+  EXPECT_EQ(read.recording.rows(), 2u);
+  ASSERT_EQ(read.warnings.size(), 1u);
+  EXPECT_NE(read.warnings[0].find("f.csv:8: the last line is torn"), std::string::npos);
+}
+
+TEST(RecordingReader, EveryPrefixIsReadOrRefusedAndNeverMore) {
+  for (std::size_t length = 0; length < kValid.size(); ++length) {
+    try {
+      const auto read = parse_recording(kValid.substr(0, length), "f.csv");
+      EXPECT_EQ(read.recording.rows(), 1u) << length;
+      for (const auto& column : read.recording.columns) EXPECT_EQ(column.values.size(), 1u) << length;
+      EXPECT_EQ(read.recording.column("position_rad")[0], 1.5);
+    } catch (const RecordingError& error) {
+      EXPECT_LE(error.problems().size(), 2u) << error.what();
+    }
+  }
+}
+
+TEST(RecordingReader, SaysWhatAColumnWithAnotherUnitMustBe) {
+  for (const auto& [wrong, right] : std::vector<std::pair<std::string, std::string>>{
+           {"position_deg", "position_rad"},
+           {"torque_measured_mNm", "torque_measured_Nm"},
+           {"torque_measured_nm", "torque_measured_Nm"},
+           {"velocity_rpm", "velocity_rad_per_s"},
+           {"velocity_rad_s", "velocity_rad_per_s"},
+           {"velocity_command_deg_per_s", "velocity_command_rad_per_s"},
+           {"position_command", "position_command_rad"},
+           {"current_mA", "current_A"},
+           {"temperature_K", "temperature_C"}}) {
+    expect_problem("# youbot recording v1\ntime_s," + wrong + "\n0,1\n",
+                   "f.csv:2: column '" + wrong + "' must be " + right);
+  }
+  expect_problem("# youbot recording v1\ntime_ms,position_rad\n0,1\n", "column 'time_ms' must be time_s");
+}
+
+TEST(RecordingReader, RefusesWithFileLineAndRemedy) {
+  expect_problem("", "f.csv: the file is empty");
+  expect_problem(kHead, "no row of column names");
+  expect_problem(kHead + "time_s,position_rad\n", "no data rows");
+  EXPECT_EQ(problems("# Some text\n\nabout, something\nelse\n"),
+            "f.csv:3: this is not a recording: neither its first line nor any column name is known");
+  expect_problem(kHead + "0,1\n1,2\n", "f.csv:5: data begin here, but no row of column names");
+  expect_problem(kHead + "position_rad\n1\n", "column time_s is missing");
+  expect_problem(kHead + "time_s,time_s\n0,1\n", "is there twice");
+  expect_problem(kHead + "time_s,,position_rad\n0,1,2\n", "column 2 has no name");
+  expect_problem(kHead + "time_s,position_rad\n0,1\n1\n", "f.csv:7: 1 values for 2 columns");
+  expect_problem(kHead + "time_s,position_rad\n0,1\n1,nan\n",
+                 "f.csv:7: position_rad 'nan' is not a finite number");
+  expect_problem(kHead + "time_s,position_rad\n0,-inf\n", "not a finite number");
+  expect_problem(kHead + "time_s,position_rad\n0,1e999\n", "position_rad '1e999'");
+  expect_problem(kHead + "time_s,position_rad\n0,\n", "position_rad is empty");
+  expect_problem(kHead + "time_s,position_rad\n0,1x\n", "'1x' is not a number");
+  expect_problem(kHead + "time_s,position_rad\n0,1\n0,2\n", "f.csv:7: time_s repeats 0");
+  expect_problem(kHead + "time_s,position_rad\n0.5,1\n0.25,2\n", "time_s runs backward, from 0.5 to 0.25");
+  expect_problem(kHead + "time_s;position_rad\n0;1\n", "not separated by commas");
+  expect_problem(kHead + "time_s,position_rad\n0,001,0,5\n", "decimal commas");
+  expect_problem(kHead + "time_s,position_rad\n0;1\n", "decimal commas");
+  expect_problem("# youbot recording v2\ntime_s\n0\n", "f.csv:1: 'youbot recording v2'");
+  expect_problem("# youbot recording v1\n# sample_rate_Hz: fast\ntime_s\n0\n",
+                 "f.csv:2: sample_rate_Hz is 'fast'");
+}
+
+TEST(RecordingReader, ListsTheFirstTenProblemsAndCountsTheRest) {
+  std::string text = kHead + "time_s,position_deg\n";
+  for (int i = 0; i < 50; ++i) text += "0,1\n";
+  try {
+    parse_recording(text, "f.csv");
+    FAIL();
+  } catch (const RecordingError& error) {
+    ASSERT_EQ(error.problems().size(), 11u);
+    EXPECT_EQ(error.problems()[10], "f.csv: and 40 more problems");
+  }
+}
+
+TEST(RecordingReader, ReadsWhatTheRecorderWrites) {
+  const support::TemporaryDirectory directory;
+  const auto path = directory / "run.csv";
+  {
+    runtime::RecordingFile file(path, {{"rig", "wheel-2"}}, {{"time_s", 6}, {"position_rad"}});
+    for (int i = 0; i < 100; ++i) file.append_row(std::vector{i * 1e-3, 0.1 * i});
+  }
+  const auto read = runtime::read_recording(path);
+  EXPECT_EQ(read.recording.rows(), 100u);
+  EXPECT_EQ(read.recording.column("position_rad")[7], 0.1 * 7);
+  EXPECT_TRUE(read.warnings.empty());
+  std::filesystem::remove(path);
+  EXPECT_THROW(runtime::read_recording(path), RecordingError);
+  EXPECT_THROW(runtime::read_recording(directory.path()), RecordingError);
+}
+
+TEST(RecordingReader, ReadsAMillionRowsWellWithinASecondOrTwo) {
+  std::string text = kHead + "time_s,torque_command_Nm,torque_measured_Nm,position_rad\n";
+  constexpr int kRows = 1'000'000;
+  char row[96];
+  for (int i = 0; i < kRows; ++i) {
+    const int length =
+        std::snprintf(row, sizeof row, "%d.%03d,0.012345,-0.0%06d,1.%07d\n", i / 1000, i % 1000, i, i);
+    text.append(row, static_cast<std::size_t>(length));
+  }
+  const auto start = support::processor_time();
+  const auto read = parse_recording(text, "f.csv");
+  const std::chrono::duration<double> took = support::processor_time() - start;
+  EXPECT_EQ(read.recording.rows(), static_cast<std::size_t>(kRows));
+  RecordProperty("milliseconds", static_cast<int>(1e3 * took.count()));
+  std::printf("read 1 M rows of 4 columns in %.0f ms\n", 1e3 * took.count());
+  EXPECT_LT(took.count(), 20);  // under a sanitizer
+}
+
+TEST(RecordingReader, AFileIsUpTo2GibibytesLong) {
+  const support::TemporaryDirectory directory;
+  const std::filesystem::path path = directory.write("f.csv", kValid);
+  std::filesystem::resize_file(path, (std::uintmax_t{2} << 30) + 1);  // takes no room on the disk
+  try {
+    (void)runtime::read_recording(path);
+    FAIL() << "read";
+  } catch (const RecordingError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              path.string() + ": has 2147483649 bytes, but at most 2147483648 are read; split it");
+  }
+}
+
+TEST(RecordingReader, AFileHasUpToAThousandColumns) {
+  const auto columns = [](int count) {
+    std::string names = "time_s";
+    std::string row = "0";
+    for (int i = 1; i < count; ++i) {
+      names += ",x" + std::to_string(i);
+      row += ",0";
+    }
+    return kHead + names + "\n" + row + "\n";
+  };
+  EXPECT_EQ(parse_recording(columns(1000), "f.csv").recording.columns.size(), 1000U);
+  EXPECT_EQ(problems(columns(1001)),
+            "f.csv:5: 1001 columns, but at most 1000 are read; is this the row of column names?");
+}
+
+TEST(RecordingReader, ListsTheFirstThousandWarningsAndCountsTheRest) {
+  const auto rows_without_a_result = [](int count) {
+    std::string text = kHead + "# not_measured: position_rad: the joint never moved\ntime_s,position_rad\n";
+    for (int i = 0; i < count; ++i) text += std::to_string(i) + ",nan\n";
+    return parse_recording(text, "f.csv", runtime::NotMeasured::kTaken).warnings;
+  };
+  EXPECT_EQ(rows_without_a_result(1000).size(), 1000U);
+  const std::vector<std::string> warnings = rows_without_a_result(1002);
+  ASSERT_EQ(warnings.size(), 1001U);
+  EXPECT_EQ(warnings.back(), "f.csv: and 2 more warnings");
+}
+
+// A file is read piece by piece: wherever a piece ends, it is the text that it would be in memory.
+TEST(RecordingReader, ReadsALongFileLikeItsText) {
+  const support::TemporaryDirectory directory;
+  std::string text = kHead + "time_s,position_rad\r\n";
+  for (int i = 0; i < 60'000; ++i)
+    text += std::to_string(i) + "," + std::string(static_cast<std::size_t>(i) % 7, ' ') +
+            std::to_string(2 * i) + "\r\n";
+  const std::string end = "\r\n\n\r\n";
+  const auto whole = runtime::read_recording(directory.write("whole.csv", text + end));
+  EXPECT_TRUE(whole.warnings.empty());
+  ASSERT_EQ(whole.recording.rows(), 60'000u);
+  for (std::size_t i = 0; i < 60'000; ++i)
+    ASSERT_EQ(whole.recording.column("position_rad")[i], 2 * static_cast<double>(i));
+
+  const auto torn = runtime::read_recording(directory.write("torn.csv", text + "60000,1"));
+  EXPECT_EQ(torn.recording.rows(), 60'000u);
+  EXPECT_EQ(torn.warnings.size(), 1u);
+
+  const auto path = directory.write("blank.csv", text + end + "60000,1\n");
+  try {
+    runtime::read_recording(path);
+    FAIL();
+  } catch (const RecordingError& error) {
+    ASSERT_EQ(error.problems().size(),
+              6u);  // of each of the three lines, that it has one value, which is empty
+    EXPECT_NE(error.problems()[0].find("blank.csv:60006: time_s is empty"), std::string::npos)
+        << error.problems()[0];
+  }
+}
+
+}  // namespace recording_reader_test
