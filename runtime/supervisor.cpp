@@ -1,5 +1,7 @@
 #include "runtime/supervisor.h"
 
+#include <span>
+
 #include "hal/seconds.h"
 
 namespace runtime {
