@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "drivers/ethercat/frame.h"
 #include "runtime/configuration/toml_reader.h"
 
 namespace youbot_sim {
@@ -44,7 +45,8 @@ FaultEvent read_event(runtime::TomlTable& table, std::size_t slaves) {
                 {"cable_out", FaultKind::kCableOut},
                 {"brown_out", FaultKind::kBrownOut},
                 {"mailbox_hung", FaultKind::kMailboxHung},
-                {"board_fault", FaultKind::kBoardFault}},
+                {"board_fault", FaultKind::kBoardFault},
+                {"foreign_write", FaultKind::kForeignWrite}},
                {.required = true});
   read_time(table, "at_s", event.at);
   int at_frame = -1;
@@ -62,6 +64,12 @@ FaultEvent read_event(runtime::TomlTable& table, std::size_t slaves) {
   read_integer(table, "mask", event.mask, {.min = 1, .max = 255});
   read_integer(table, "counter_change", event.counter_change, {});
   read_integer(table, "datagram", event.datagram, {.min = 0});
+  read_integer(table, "value", event.value, {.min = 0, .max = 0xFFFF});
+  if (event.kind == FaultKind::kForeignWrite) {
+    if (event.offset > 0xFFFF) table.refuse("offset", "is above 65535: there is no such register");
+    if (event.count > drivers::ethercat::kMaxDatagramBytes / 2)
+      table.refuse("count", "is more than fits a frame");
+  }
   table.choice("board_fault", event.board_fault,
                {{"stuck_encoder", BoardFault::kStuckEncoder},
                 {"hall_sensor", BoardFault::kHallSensor},

@@ -1,5 +1,7 @@
 #include "sim/bus/emulated_bus.h"
 
+#include <algorithm>
+#include <array>
 #include <utility>
 
 #include "drivers/ethercat/frame.h"
@@ -51,6 +53,21 @@ bool EmulatedBus::process(std::span<std::uint8_t> frame) noexcept {
   if (!good || falls_out) return false;
   frame[kSourceMac] |= kReturnedBit;
   return true;
+}
+
+void EmulatedBus::write_as_another_master(std::size_t position, std::uint16_t first_register,
+                                          std::uint16_t value, std::size_t count) noexcept {
+  namespace ethercat = drivers::ethercat;
+  ethercat::FrameWriter writer;
+  const std::uint16_t place = ethercat::position_address(static_cast<std::uint16_t>(position));
+  const Datagram datagram =
+      writer.add(ethercat::Command::kApwr, 0, ethercat::address_of(place, first_register), 2 * count);
+  if (datagram.counter == nullptr) return;
+  for (std::size_t i = 0; i < count; ++i) ethercat::store_le(&datagram.data[2 * i], value);
+  std::array<std::uint8_t, ethercat::kMaxFrameBytes> frame{};
+  const std::span<const std::uint8_t> bytes = writer.bytes();
+  std::ranges::copy(bytes, frame.begin());
+  (void)process(std::span(frame).first(bytes.size()));
 }
 
 void EmulatedBus::advance(nanoseconds step) noexcept {

@@ -30,6 +30,10 @@ class EmulatedBus {
   /// is damaged on the way, and of one that PassingFrame finds invalid: the slave that notices spoils its
   /// check sequence and counts it.
   bool process(std::span<std::uint8_t> frame) noexcept;
+  /// Another master writes `count` times `value` to this slave, from `first_register` on, by a frame that
+  /// nobody else sees.
+  void write_as_another_master(std::size_t position, std::uint16_t first_register, std::uint16_t value,
+                               std::size_t count = 1) noexcept;
   /// Lets emulated time pass for all slaves.
   void advance(std::chrono::nanoseconds step) noexcept;
   std::chrono::nanoseconds now() const noexcept { return now_; }

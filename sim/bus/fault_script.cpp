@@ -40,6 +40,10 @@ FaultPlayer::FaultPlayer(EmulatedBus& bus, std::vector<FaultEvent> events) : bus
         !concerns_one_slave(event.kind) || event.slave < bus.size(),
         "there is no slave " + std::to_string(event.slave + 1) + ", but 1 to " + std::to_string(bus.size()));
     require(!concerns_frames(event.kind) || event.count > 0, "it spoils no frame");
+    require(event.kind != FaultKind::kForeignWrite ||
+                (event.count > 0 && event.count <= drivers::ethercat::kMaxDatagramBytes / 2),
+            "it writes nothing, or more than fits a frame");
+    require(event.kind != FaultKind::kForeignWrite || event.offset <= 0xFFFF, "there is no such register");
     require(event.at.count() >= 0 && event.duration.count() >= 0 && event.delay.count() >= 0,
             "a time is negative");
     require(event.kind != FaultKind::kDelay || event.delay.count() > 0, "there is no delay");
@@ -120,6 +124,7 @@ void FaultPlayer::begin(Entry& entry, nanoseconds now) noexcept {
   entry.phase = Phase::kActive;
   entry.frames_left = entry.event.count;
   entry.end = now + entry.event.duration;
+  if (entry.event.kind == FaultKind::kForeignWrite) entry.phase = Phase::kOver;
   if (!concerns_frames(entry.event.kind)) apply_to_bus(entry.event, true);
 }
 
@@ -132,6 +137,10 @@ void FaultPlayer::apply_to_bus(const FaultEvent& event, bool present) noexcept {
       break;
     case FaultKind::kMailboxHung: bus_.slave(event.slave).hang_mailbox(present); break;
     case FaultKind::kBoardFault: bus_.slave(event.slave).set_fault(event.board_fault, present); break;
+    case FaultKind::kForeignWrite:
+      bus_.write_as_another_master(event.slave, static_cast<std::uint16_t>(event.offset), event.value,
+                                   event.count);
+      break;
     default: break;
   }
 }

@@ -27,6 +27,10 @@ enum class FaultKind : std::uint8_t {
   kBrownOut,     ///< every slave without power
   kMailboxHung,  ///< `slave` neither takes requests nor answers
   kBoardFault,   ///< `board_fault` of the application on `slave`
+  // Once.
+  /// another master, whose frames are not seen, writes `count` times `value` to `slave`, from register
+  /// `offset` on
+  kForeignWrite,
 };
 
 struct FaultEvent {
@@ -41,6 +45,7 @@ struct FaultEvent {
   std::uint8_t mask = 0xFF;
   std::int32_t counter_change = -1;
   std::uint32_t datagram = 0;
+  std::uint16_t value = 0;
   BoardFault board_fault = BoardFault::kStuckEncoder;
 };
 

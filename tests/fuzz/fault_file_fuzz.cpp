@@ -15,6 +15,7 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
         "[[fault]]\nkind = \"corrupt\"\nat_frame = 1000\ncount = 3\noffset = 0x1A\nmask = 255\n",
         "[[fault]]\nkind = \"delay\"\ndelay_s = 7e-4\n[[fault]]\nkind = \"wrong_counter\"\n"
         "counter_change = -1\ndatagram = 2\n",
+        "[[fault]]\nkind = \"foreign_write\"\nat_s = 1\nslave = 2\noffset = 0x600\ncount = 16\nvalue = 0\n",
         "fault = [{ kind = \"board_fault\", board_fault = 'overvoltage' }] # comment\n"})
     result.push_back(bytes_of(text));
   return result;
@@ -25,7 +26,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   file.hold({data, size});
   try {
     for (const sim::bus::FaultEvent& event : youbot_sim::load_faults(file.path(), 5)) {
-      require(event.kind <= sim::bus::FaultKind::kBoardFault);
+      require(event.kind <= sim::bus::FaultKind::kForeignWrite);
       require(event.count >= 1 && event.mask != 0);
       require(event.at.count() >= 0 && event.duration.count() >= 0 && event.delay.count() >= 0);
     }

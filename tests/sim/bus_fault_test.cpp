@@ -171,18 +171,35 @@ TEST_F(Script, MailboxAndBoardFaultsReachTheSlave) {
   EXPECT_EQ(board.request.size(), 32U);
 }
 
+TEST_F(Script, AnotherMasterWritesOnceAndItsFramesAreNotSeen) {
+  HandMaster master(bus);
+  master.bring_up(AlState::kOp);
+  wire({{.kind = FaultKind::kForeignWrite, .at = 1ms, .slave = 1, .offset = 0x0420, .value = 0x1234},
+        {.kind = FaultKind::kForeignWrite, .at = 2ms, .count = 8, .slave = 2, .offset = 0x0600}});
+  ASSERT_EQ(master.read(2, 0x060C, 1).number(), 1U) << "its FMMU 0 is active";
+  EXPECT_EQ(master.read(1, 0x0420, 2).number(), 1000U);
+  wire_->advance(2ms);
+  EXPECT_EQ(exchange(0), (Seen{{0, 3}})) << "no other frame comes back";
+  EXPECT_EQ(master.read(1, 0x0420, 2).number(), 0x1234U);
+  EXPECT_EQ(master.read(0, 0x0420, 2).number(), 1000U) << "another slave's is as it was";
+  EXPECT_EQ(master.read(2, 0x060C, 1).number(), 0U);
+  EXPECT_TRUE(wire_->faults().finished());
+}
+
 TEST_F(Script, EventsThatCannotBeAreAllNamed) {
   const std::vector<FaultEvent> events{{.kind = FaultKind::kSlaveOff, .slave = 3},
                                        {.kind = FaultKind::kDropReply, .count = 0},
-                                       {.kind = FaultKind::kDelay}};
+                                       {.kind = FaultKind::kDelay},
+                                       {.kind = FaultKind::kForeignWrite, .count = 744, .offset = 0x10000}};
   try {
     const FaultPlayer player(bus, events);
     FAIL();
   } catch (const std::invalid_argument& error) {
-    EXPECT_STREQ(error.what(),
-                 "fault script; event 1: there is no slave 4, but 1 to 3; event 2: it spoils no frame; event "
-                 "3: there is no "
-                 "delay");
+    EXPECT_STREQ(
+        error.what(),
+        "fault script; event 1: there is no slave 4, but 1 to 3; event 2: it spoils no frame; event "
+        "3: there is no delay; event 4: it writes nothing, or more than fits a frame; event 4: there is no "
+        "such register");
   }
 }
 
@@ -237,7 +254,8 @@ TEST_F(Script, ACycleDoesNotAllocateOrLock) {
   wire({{.kind = FaultKind::kSlaveOff, .at = 20ms, .duration = 5ms, .slave = 1},
         {.kind = FaultKind::kDuplicate, .at_frame = 3},
         {.kind = FaultKind::kDelay, .at_frame = 4, .delay = 2ms},
-        {.kind = FaultKind::kMailboxHung, .at = 10ms, .duration = 3ms, .slave = 0}});
+        {.kind = FaultKind::kMailboxHung, .at = 10ms, .duration = 3ms, .slave = 0},
+        {.kind = FaultKind::kForeignWrite, .at = 12ms, .slave = 0, .offset = 0x0420}});
   BusLink link(*wire_);
   const Bytes frame =
       HandFrame()
