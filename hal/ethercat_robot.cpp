@@ -206,6 +206,7 @@ class EthercatRobot final : public Robot {
   void add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard& board, std::size_t slave);
   CycleStatus check_command(const RobotCommand& command) const noexcept;
   CycleStatus check_bus(const ethercat::CycleResult& result) noexcept;
+  std::int8_t first_tampered() const noexcept;
   CycleStatus bridge(const ethercat::CycleResult& result) noexcept;
   bool gap_is_bridged() const noexcept;
   CycleStatus check_losses(const ethercat::CycleResult& result) noexcept;
@@ -483,18 +484,28 @@ bool has_left(const ethercat::SlaveHealth& health) noexcept {
   switch (health.condition) {
     case ethercat::SlaveCondition::kRestarting:
     case ethercat::SlaveCondition::kNeedsParameters:
-    case ethercat::SlaveCondition::kForeign: return true;
+    case ethercat::SlaveCondition::kForeign:
+    case ethercat::SlaveCondition::kTampered: return true;
     default: break;
   }
   return health.al_error ||
          (health.state != ethercat::AlState::kOp && health.state != ethercat::AlState::kNone);
 }
 
+/// The first drive that another master has configured otherwise; -1: none.
+std::int8_t EthercatRobot::first_tampered() const noexcept {
+  const auto found = std::ranges::find_if(drives_, [this](const DriveChannel& drive) {
+    return bus_->health(drive.slave()).condition == ethercat::SlaveCondition::kTampered;
+  });
+  return found == drives_.end() ? std::int8_t{-1} : static_cast<std::int8_t>(found - drives_.begin());
+}
+
 /// Health is working counter, AL state and fresh inputs together; a short silence is bridged.
 CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexcept {
-  if (bus_->other_master_present()) return {Fault::kOtherMaster};
-  const CycleStatus loss = check_losses(result);
+  // A gap that began beside another master goes on when that has left.
   const CycleStatus gap = bridge(result);
+  if (bus_->other_master_present()) return {Fault::kOtherMaster, first_tampered()};
+  const CycleStatus loss = check_losses(result);
   // A gap that was not bridged is a fault of its own, and none to be counted again once the bus is back.
   if (!gap.ok()) losses_.clear();
   return gap.ok() ? loss : gap;
@@ -568,7 +579,8 @@ CycleStatus EthercatRobot::check_drives() const noexcept {
 void EthercatRobot::repair() noexcept {
   for (std::size_t slave = 0; slave < bus_->size(); ++slave) {
     const ethercat::SlaveCondition condition = bus_->health(slave).condition;
-    if (condition == ethercat::SlaveCondition::kStopped) bus_->resume(slave);
+    if (condition == ethercat::SlaveCondition::kStopped || condition == ethercat::SlaveCondition::kTampered)
+      bus_->resume(slave);
     if (condition == ethercat::SlaveCondition::kNeedsParameters) restore(slave);
   }
 }

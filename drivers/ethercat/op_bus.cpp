@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "drivers/ethercat/bus_error.h"
+#include "drivers/ethercat/register_text.h"
 #include "drivers/ethercat/registers.h"
 
 namespace drivers::ethercat {
@@ -31,7 +32,7 @@ std::size_t bytes_of(const Slave& slave) noexcept {
 
 bool is_repaired(SlaveCondition condition) noexcept {
   return condition == SlaveCondition::kLost || condition == SlaveCondition::kRestarting ||
-         condition == SlaveCondition::kResuming;
+         condition == SlaveCondition::kResuming || condition == SlaveCondition::kTampered;
 }
 
 std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<SetupStep>& second) {
@@ -39,9 +40,8 @@ std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<Se
   return first;
 }
 
-/// Half of the 100 ms that a slave's watchdog waits for process data by default; the configured value is not
-/// read. If another slave is down for that long, an order to SAFE-OP is taken for the watchdog.
-constexpr std::chrono::milliseconds kFed{50};
+/// If another slave is down for that long, an order to SAFE-OP is taken for the watchdog.
+constexpr std::chrono::milliseconds kFed = kProcessDataWatchdog / 2;
 
 /// A slave that leaves operation by itself says so by its error flag, and one that lost its power has no
 /// station address any more. To SAFE-OP it also goes when its process data end: only one that had them until
@@ -60,6 +60,8 @@ bool was_ordered_down(const SlaveHealth& health, bool fed) noexcept {
 /// What is wrong with a slave that is not operational.
 std::string condition_text(const Slave& slave, const SlaveHealth& health, const SlaveSetup& failed_setup) {
   std::string text = slave.label() + ": " + describe(health.condition);
+  if (health.condition == SlaveCondition::kTampered)
+    text += ": register " + register_text(health.tampered_register);
   if (failed_setup.status() == SlaveSetup::Status::kFailed) text += "; " + failed_setup.failure();
   return text;
 }
@@ -75,6 +77,7 @@ const char* describe(SlaveCondition condition) noexcept {
     case SlaveCondition::kNeedsParameters: return "in PRE-OP, waits for its parameters";
     case SlaveCondition::kResuming: return "on its way to OP";
     case SlaveCondition::kForeign: return "another device is in its place";
+    case SlaveCondition::kTampered: return "another EtherCAT master wrote its configuration";
   }
   return "in an unknown condition";
 }
@@ -85,12 +88,14 @@ OpBus::Station::Station(Slave slave)
       restart_steps(joined(steps_to_identify(info), steps_to_pre_op(info))),
       resume_steps(joined(steps_to_safe_op(info), steps_to_op())),
       op_steps(steps_to_op()),
-      expected_counter(counter_of(info)) {}
+      expected_counter(counter_of(info)),
+      at_place(info.station) {}
 
 OpBus::OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options,
              std::optional<DistributedClocks> clocks)
     : transceiver_(std::move(transceiver)),
       options_(options),
+      watch_(slaves),
       diagnostics_(slaves),
       clocks_(std::move(clocks)) {
   if (slaves.empty()) throw BusError(transceiver_->link().name(), "start", "there are no slaves");
@@ -135,9 +140,9 @@ std::span<const std::uint8_t> OpBus::inputs(std::size_t i) const noexcept {
 
 void OpBus::send(nanoseconds now) noexcept {
   result_ = {};
-  image_whole_ = broadcast_clean_ = false;
+  image_whole_ = broadcast_clean_ = chain_whole_ = false;
   for (Station& station : slaves_) {
-    station.asked = station.probed = false;
+    station.asked = station.probed = station.placed = station.flowing = station.given = false;
     station.health.inputs_fresh = false;
     result_.expected_working_counter =
         static_cast<std::uint16_t>(result_.expected_working_counter + station.expected_counter);
@@ -207,6 +212,9 @@ void OpBus::build_frame(nanoseconds now) noexcept {
   for (std::size_t n = 1; n < slaves_.size() && suspicious_; ++n)
     add_supervision(writer, index, (turn_ + n) % slaves_.size());
   add_services(false);
+  look_due_ = suspicious_ || !look_due_;
+  if (look_due_ && watch_.add(writer, index))
+    entries_.push_back({Purpose::kLook, static_cast<std::uint16_t>(watch_.next().slave)});
   // Last and least: without room it waits for the next frame.
   if (++cycles_to_counters_ >= kCyclesBetweenCounters && diagnostics_.add(writer, index)) {
     entries_.push_back({Purpose::kErrorCounters, 0});
@@ -224,7 +232,7 @@ void OpBus::add_supervision(FrameWriter& writer, std::uint8_t index, std::size_t
   const Slave& slave = slaves_[i].info;
   slaves_[i].asked = add(Purpose::kProbe, i,
                          writer.add(Command::kFprd, index, address_of(slave.station, reg::kAlStatus), 6));
-  if (slaves_[i].health.condition != SlaveCondition::kLost && !slaves_[i].mute) return;
+  if (!is_sought(slaves_[i])) return;
   // A slave that lost power has lost its address, and another master gives it another one, with which its
   // process data go on: look at its place.
   const std::uint16_t place = position_address(static_cast<std::uint16_t>(slave.position - 1));
@@ -235,6 +243,7 @@ void OpBus::add_service(FrameWriter& writer, std::uint8_t index, std::size_t i, 
   Station& station = slaves_[i];
   switch (station.health.condition) {
     case SlaveCondition::kForeign: station.mailbox.expire(now); return;
+    case SlaveCondition::kTampered:
     case SlaveCondition::kLost:
       station.mailbox.expire(now);
       if (station.found) {
@@ -270,35 +279,80 @@ void OpBus::take(const Entry& entry, const Datagram& datagram, nanoseconds now) 
       break;
     case Purpose::kSlaveImage:
       result_.working_counter = static_cast<std::uint16_t>(result_.working_counter + counter);
-      if (counter == station.expected_counter)
-        accept_inputs(station, datagram.data.subspan(station.info.outputs.bytes));
+      station.flowing = counter == station.expected_counter;
+      if (station.flowing) accept_inputs(station, datagram.data.subspan(station.info.outputs.bytes));
       break;
     case Purpose::kBroadcastState:
       most_answering_ = std::max(most_answering_, counter);
+      chain_whole_ = counter >= slaves_.size() && counter <= slaves_.size() + options_.bystanders;
       broadcast_clean_ =
           counter == slaves_.size() + options_.bystanders && datagram.data[0] == expected_states();
       break;
     case Purpose::kProbe: take_probe(station, datagram); break;
     case Purpose::kMailbox: station.mailbox.answer(datagram); break;
     case Purpose::kSetup: station.setup.answer(datagram, now); break;
-    case Purpose::kFind:
-      // The place may be a neighbour's while others are missing: only a device without address is ours.
-      station.found = counter != 0 && load_le<std::uint16_t>(datagram.data.data()) == 0;
-      if (counter == 1 && is_foreign(load_le<std::uint16_t>(datagram.data.data())))
-        transceiver_->other_master().note_order(transceiver_->link().now());
-      break;
+    case Purpose::kFind: take_place(station, datagram); break;
     case Purpose::kAddress:
-      if (counter != 0) restart(station);
+      station.given = counter != 0;
+      if (station.given) restart(station);
       break;
+    case Purpose::kLook: take_look(station, datagram); break;
     case Purpose::kErrorCounters: diagnostics_.answer(datagram); break;
     case Purpose::kClock: (void)clocks_->answer(datagram); break;
   }
 }
 
-/// A station address that we did not give.
-bool OpBus::is_foreign(std::uint16_t station) const noexcept {
-  return station != 0 && std::none_of(slaves_.begin(), slaves_.end(),
-                                      [&](const Station& ours) { return ours.info.station == station; });
+void OpBus::take_place(Station& station, const Datagram& datagram) noexcept {
+  const auto address = load_le<std::uint16_t>(datagram.data.data());
+  station.placed = datagram.working_counter() != 0;
+  // The place may be a neighbour's while others are missing: only a device without address is ours.
+  if (station.health.condition == SlaveCondition::kLost) station.found = station.placed && address == 0;
+  if (!station.placed || station.given) return;
+  // A second look, as a byte may be damaged on the way.
+  const bool again = std::exchange(station.at_place, address) == address;
+  if (again && is_foreign(station, address)) tamper(station, reg::kStationAddress);
+  if (again && address == station.info.station && station.differs != 0)
+    tamper(station, std::exchange(station.differs, std::uint16_t{0}));
+}
+
+/// Whether its place is to be asked what is there.
+bool OpBus::is_sought(const Station& station) noexcept {
+  return station.health.condition == SlaveCondition::kLost ||
+         station.health.condition == SlaveCondition::kTampered || station.mute || station.differs != 0 ||
+         station.at_place != station.info.station;
+}
+
+/// Whether only another master may have given it this address.
+bool OpBus::is_foreign(const Station& station, std::uint16_t address) const noexcept {
+  // While some are missing, or one too many is there, another slave may be in its place.
+  if (address == station.info.station || !chain_whole_) return false;
+  // Who lost his power has none, but also lost OP and his part of the image.
+  return address != 0 || broadcast_clean_ || station.flowing;
+}
+
+/// What differs was written by a master, or lost with the power, and with it the address: its place tells.
+void OpBus::take_look(Station& station, const Datagram& datagram) noexcept {
+  const std::uint16_t address = watch_.next().written.address;
+  const bool differs = watch_.answer(datagram);
+  if (address == reg::kStationAddress)
+    take_place(station, datagram);
+  else if (differs && station.written)
+    station.differs = address;
+}
+
+void OpBus::tamper(Station& station, std::uint16_t register_address) noexcept {
+  SlaveHealth& health = station.health;
+  if (health.condition == SlaveCondition::kTampered || health.condition == SlaveCondition::kForeign) return;
+  if (health.condition == SlaveCondition::kOperational) ++health.times_lost;
+  health.condition = SlaveCondition::kTampered;
+  health.tampered_register = register_address;
+  station.silent_cycles = 0;
+  station.found = false;
+  station.mailbox.clear();
+  // Once: what it finds again before it is configured anew is no new order.
+  if (std::exchange(station.written, false))
+    transceiver_->other_master().note_order({station.info.position, register_address},
+                                            transceiver_->link().now());
 }
 
 void OpBus::take_probe(Station& station, const Datagram& datagram) noexcept {
@@ -317,7 +371,8 @@ void OpBus::take_probe(Station& station, const Datagram& datagram) noexcept {
 }
 
 void OpBus::restart(Station& station) noexcept {
-  station.configured = station.found = false;
+  station.configured = station.written = station.found = false;
+  station.differs = 0;
   station.silent_cycles = 0;
   station.mailbox.clear();
   station.health.condition = SlaveCondition::kRestarting;
@@ -350,16 +405,23 @@ void OpBus::update_conditions() noexcept {
       }
       station.silent_cycles = 0;
     } else if ((station.asked || !result_.answered) && suspicious_ && !station.probed &&
+               !(station.placed && health.condition == SlaveCondition::kTampered) &&
                health.condition != SlaveCondition::kLost) {
       if (++station.silent_cycles >= options_.lost_after_cycles) lose(station);
     }
+    // It is there, and its data are not: are they still mapped?
+    const bool starves = station.probed && suspicious_ && bytes_of(station.info) > 0 && !station.flowing;
+    if (starves && !station.starved) watch_.suspect(station.info.position - 1U);
+    if (starves || station.flowing) station.starved = starves;
     const bool in_op = health.state == AlState::kOp && !health.al_error;
     switch (health.condition) {
       case SlaveCondition::kOperational:
         if (!in_op) {
           health.condition = SlaveCondition::kStopped;
           ++health.times_lost;
-          if (was_ordered_down(health, fed)) transceiver_->other_master().note_order(now);
+          watch_.suspect(station.info.position - 1U);
+          if (was_ordered_down(health, fed))
+            transceiver_->other_master().note_order({station.info.position, reg::kAlControl}, now);
         }
         break;
       case SlaveCondition::kRestarting:
@@ -377,6 +439,7 @@ void OpBus::update_conditions() noexcept {
       case SlaveCondition::kResuming:
         if (station.setup.status() == SlaveSetup::Status::kDone) {
           health.condition = SlaveCondition::kOperational;
+          station.written = true;
           station.failed_setup = {};
           health.state = AlState::kOp;  // the probe may be older
           health.al_error = false;
@@ -392,7 +455,8 @@ void OpBus::update_conditions() noexcept {
         break;
       case SlaveCondition::kLost:
       case SlaveCondition::kStopped:
-      case SlaveCondition::kForeign: break;
+      case SlaveCondition::kForeign:
+      case SlaveCondition::kTampered: break;
     }
     all_operational = all_operational && health.condition == SlaveCondition::kOperational;
   }
@@ -446,6 +510,13 @@ void OpBus::leave_op() noexcept {
 void OpBus::resume(std::size_t i) noexcept {
   Station& station = slaves_[i];
   SlaveHealth& health = station.health;
+  if (health.condition == SlaveCondition::kTampered) {
+    if (station.at_place != station.info.station)
+      station.found = true;  // by its place it is given its address first
+    else
+      restart(station);
+    return;
+  }
   if (health.condition != SlaveCondition::kStopped && health.condition != SlaveCondition::kNeedsParameters)
     return;
   station.configured = true;
@@ -455,8 +526,14 @@ void OpBus::resume(std::size_t i) noexcept {
   };
   switch (health.state) {
     case AlState::kSafeOp:
-    case AlState::kOp: run(station.op_steps); break;
-    case AlState::kPreOp: run(station.resume_steps); break;
+    case AlState::kOp:
+      // What kept it from OP may have been written while it was configured.
+      station.written ? run(station.op_steps) : restart(station);
+      break;
+    case AlState::kPreOp:
+      station.written = false;
+      run(station.resume_steps);
+      break;
     default: restart(station); break;  // it forgot its configuration
   }
 }

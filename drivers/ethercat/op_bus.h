@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/ethercat/configuration_watch.h"
 #include "drivers/ethercat/diagnostics.h"
 #include "drivers/ethercat/distributed_clocks.h"
 #include "drivers/ethercat/mailbox_line.h"
@@ -27,6 +28,7 @@ enum class SlaveCondition : std::uint8_t {
   kNeedsParameters,  ///< in PRE-OP, lost its RAM: mailbox works; waits for resume()
   kResuming,         ///< on its way to OP
   kForeign,          ///< another device came in its place; left alone until that is gone
+  kTampered,         ///< another master changed its configuration; waits for resume()
 };
 
 const char* describe(SlaveCondition condition) noexcept;
@@ -36,8 +38,9 @@ struct SlaveHealth {
   AlState state = AlState::kNone;
   bool al_error = false;
   std::uint16_t al_code = 0;
-  bool inputs_fresh = false;     ///< in the last cycle
-  std::uint64_t times_lost = 0;  ///< transitions away from kOperational
+  bool inputs_fresh = false;            ///< in the last cycle
+  std::uint64_t times_lost = 0;         ///< transitions away from kOperational
+  std::uint16_t tampered_register = 0;  ///< while kTampered
 };
 
 struct CycleResult {
@@ -65,13 +68,15 @@ struct BusState {
 /// - a broadcast read of the AL status, which shows any slave that left OP although it still answers;
 /// - one supervision datagram for one slave in turn, for all while something is wrong;
 /// - at most one mailbox or repair datagram per slave, in turn, as room permits;
+/// - every second time one register that is configured, every time while anything is wrong;
 /// - every tenth time the error counters of one slave;
 /// - with distributed clocks, before all that, the reference's time to all.
 /// A lost slave that answers to its station address again was only out of reach. One that lost its address,
 /// and with it its memory, is looked for at its place on the bus, gets the address back, and if vendor and
 /// product are right is brought to PRE-OP, where it waits for its parameters and resume(). A slave that fell
-/// out of OP with its memory intact waits for resume() alone.
-/// Cycle-safe after construction; one thread.
+/// out of OP with its memory intact waits for resume() alone. One that another master has configured
+/// otherwise, whose outputs are zero from then on, is brought back from INIT by resume(), its address given
+/// by its place. Cycle-safe after construction; one thread.
 class OpBus {
  public:
   struct Options {
@@ -113,7 +118,7 @@ class OpBus {
   /// answer too, or with the first that has none when silence is final. Nothing is to be exchanged
   /// afterwards.
   void leave_op() noexcept;
-  /// Takes slave i from kStopped or kNeedsParameters to OP.
+  /// Takes slave i from kStopped or kNeedsParameters to OP, from kTampered to kNeedsParameters.
   void resume(std::size_t i) noexcept;
   /// Setup: why an attempt to change the state of slave i failed since it was last in OP, in words; empty if
   /// none did.
@@ -150,6 +155,7 @@ class OpBus {
     kSetup,
     kFind,
     kAddress,
+    kLook,
     kErrorCounters,
     kClock
   };
@@ -169,11 +175,18 @@ class OpBus {
     std::vector<SetupStep> op_steps;       // from SAFE-OP to OP
     std::uint16_t expected_counter = 0;
     int silent_cycles = 0;
-    bool asked = false;      // for its state, in this frame
-    bool probed = false;     // and it answered
-    bool mute = false;       // did not answer when it was asked last
-    bool found = false;      // something without address answers at its place
-    bool configured = true;  // what has its address is the right device, with all it was given
+    bool asked = false;          // for its state, in this frame
+    bool probed = false;         // and it answered
+    bool mute = false;           // did not answer when it was asked last
+    bool given = false;          // its address, in this frame: what the frame read there is older
+    bool placed = false;         // something answered at its place, in this frame
+    bool flowing = false;        // its part of the image was whole, in this frame
+    bool starved = false;        // it answered, and its part was not, in the last frame that told
+    bool found = false;          // what answers at its place is to be given its address
+    bool configured = true;      // what has its address is the right device, with all it was given
+    bool written = true;         // and its registers hold what the steps to SAFE-OP write
+    std::uint16_t at_place = 0;  // the address that was seen there last
+    std::uint16_t differs = 0;   // a register of what has its address; 0: none
   };
 
   void build_frame(std::chrono::nanoseconds now) noexcept;
@@ -183,11 +196,15 @@ class OpBus {
                    std::chrono::nanoseconds now) noexcept;
   void take(const Entry& entry, const Datagram& datagram, std::chrono::nanoseconds now) noexcept;
   void take_probe(Station& station, const Datagram& datagram) noexcept;
+  void take_place(Station& station, const Datagram& datagram) noexcept;
+  void take_look(Station& station, const Datagram& datagram) noexcept;
   void accept_inputs(Station& station, std::span<const std::uint8_t> inputs) noexcept;
   void update_conditions() noexcept;
   std::uint8_t expected_states() const noexcept;
   void lose(Station& station) noexcept;
-  bool is_foreign(std::uint16_t station) const noexcept;
+  static bool is_sought(const Station& station) noexcept;
+  bool is_foreign(const Station& station, std::uint16_t address) const noexcept;
+  void tamper(Station& station, std::uint16_t register_address) noexcept;
   void restart(Station& station) noexcept;
 
   std::unique_ptr<Transceiver> transceiver_;
@@ -203,8 +220,11 @@ class OpBus {
   bool image_whole_ = false;                            // the single LRW had its full counter
   std::optional<std::chrono::nanoseconds> last_clean_;  // when all were in OP
   bool broadcast_clean_ = false;
+  bool chain_whole_ = false;          // as many answer as at the start: each one is in its place
   std::uint16_t most_answering_ = 0;  // slaves, to a broadcast, since the start
   unsigned cycles_to_counters_ = 0;
+  bool look_due_ = false;
+  ConfigurationWatch watch_;
   Diagnostics diagnostics_;
   std::optional<DistributedClocks> clocks_;
   CycleResult result_;

@@ -4,6 +4,9 @@
 #include <array>
 #include <cstdio>
 
+#include "drivers/ethercat/register_text.h"
+#include "drivers/ethercat/registers.h"
+
 namespace drivers::ethercat {
 namespace {
 
@@ -45,8 +48,9 @@ void OtherMaster::note_frame(MacAddress source, nanoseconds now) noexcept {
     for (Sender& sender : senders_) --sender.weight;
 }
 
-void OtherMaster::note_order(nanoseconds now) noexcept {
+void OtherMaster::note_order(Order order, nanoseconds now) noexcept {
   ordered_ = true;
+  order_ = order;
   last_order_ = now;
 }
 
@@ -67,13 +71,19 @@ const OtherMaster::Sender* OtherMaster::most_frames() const noexcept {
   return most;
 }
 
+std::string OtherMaster::order_text() const {
+  const std::string slave = "slave " + std::to_string(order_.slave);
+  if (order_.register_address == reg::kAlControl)
+    return slave + " has a state that this program did not set, unless its firmware restarted";
+  return "it wrote register " + register_text(order_.register_address) + " of " + slave;
+}
+
 std::string OtherMaster::describe() const {
   const Sender* const sender = most_frames();
-  const std::string evidence =
-      sender != nullptr
-          ? std::to_string(sender->frames) + " frames from " + source()
-          : "a slave has a state or a station address that this program did not set, unless its "
-            "firmware restarted";
+  std::string evidence;
+  if (sender != nullptr) evidence = std::to_string(sender->frames) + " frames from " + source();
+  if (ordered_ && (sender == nullptr || last_order_ + kMemory >= sender->last))
+    evidence += (evidence.empty() ? "" : "; ") + order_text();
   return "another EtherCAT master is on this bus (" + evidence +
          "): end that program, or unplug that machine";
 }

@@ -20,13 +20,18 @@ class OtherMaster {
   /// left on the wire, and one may be damaged: only those that keep coming from one source are a master's,
   /// also between the frames of others.
   void note_frame(MacAddress source, std::chrono::nanoseconds now) noexcept;
-  /// A slave has a state or a station address that only a master gives, and we did not.
-  void note_order(std::chrono::nanoseconds now) noexcept;
+  /// What only a master writes, and we did not.
+  struct Order {
+    std::uint16_t slave = 0;  ///< position on the bus, from 1
+    std::uint16_t register_address = 0;
+  };
+  /// A slave shows that it was given such an order: a state, or a register that does not hold what we wrote.
+  void note_order(Order order, std::chrono::nanoseconds now) noexcept;
 
   /// Whether it was at work within the last second.
   bool present(std::chrono::nanoseconds now) const noexcept;
   /// Setup: "another EtherCAT master is on this bus (57 frames from 01:01:01:01:01:01): ...", with what to
-  /// do. Of those at work last, the one with the most frames.
+  /// do. Of those at work last, the one with the most frames; and the last order, when it is as new.
   std::string describe() const;
   /// Setup: "01:01:01:01:01:01", as its frames say.
   std::string source() const;
@@ -47,9 +52,11 @@ class OtherMaster {
   };
   /// Null: none yet.
   const Sender* most_frames() const noexcept;
+  std::string order_text() const;
 
   std::array<Sender, kMostSenders> senders_{};
   bool ordered_ = false;
+  Order order_;
   std::chrono::nanoseconds last_order_{};
 };
 

@@ -50,6 +50,18 @@ SetupStep fmmu(unsigned number, const ProcessDataWindow& window, std::uint8_t ty
   return step;
 }
 
+/// Whatever another master has left there.
+void add_watchdog(std::vector<SetupStep>& steps) {
+  constexpr std::chrono::microseconds kTick{100};
+  constexpr std::uint16_t kTickDivider = 2498;  // of 40 ns, plus 2
+  for (const auto& [address, value] :
+       {std::pair(reg::kWatchdogDivider, kTickDivider),
+        std::pair(reg::kWatchdogProcessData, static_cast<std::uint16_t>(kProcessDataWatchdog / kTick))}) {
+    steps.push_back(write(address, 2));
+    store_le(steps.back().data.data(), value);
+  }
+}
+
 SetupStep state(AlState wanted) {
   SetupStep step;
   step.state = wanted;
@@ -109,6 +121,7 @@ std::vector<SetupStep> steps_to_safe_op(const Slave& slave) {
     steps.push_back(sync_manager(window->sync_manager, window->start, window->bytes, window->control));
     steps.push_back(fmmu(next_fmmu++, *window, type));
   }
+  if (slave.outputs.bytes > 0) add_watchdog(steps);
   steps.push_back(state(AlState::kSafeOp));
   return steps;
 }

@@ -14,6 +14,10 @@
 
 namespace drivers::ethercat {
 
+/// How long a slave waits for process data before it leaves OP: a controller's own default, so that one whose
+/// watchdog cannot be set has it too.
+inline constexpr std::chrono::milliseconds kProcessDataWatchdog{100};
+
 /// A register write that must be acknowledged, a number that must be found in the SII, or a state to be
 /// reached.
 struct SetupStep {

@@ -557,7 +557,7 @@ TEST_F(Operation, ADeviceWithAnothersAddressIsNotTouched) {
   Bytes frame(writer.bytes().begin(), writer.bytes().end());
   ASSERT_TRUE(robot->bus.process(frame));
   cycles(50);
-  EXPECT_EQ(condition(kHand), kLost);
+  EXPECT_EQ(condition(kHand), kTampered);
   EXPECT_EQ(robot->bus.slave(kHand).controller().get<std::uint16_t>(reg::kStationAddress), 0x2222);
 }
 
@@ -726,7 +726,7 @@ TEST_P(EveryFault, IsSurvivedAndRecoveredFromWithin2s) {
     case FaultKind::kBrownOut: EXPECT_EQ(bus->health(event.slave).times_lost, 1U); break;
     case FaultKind::kMailboxHung:
     case FaultKind::kBoardFault: EXPECT_FALSE(noticed) << "not a matter of the bus"; break;
-    case FaultKind::kForeignWrite: break;
+    case FaultKind::kForeignWrite: EXPECT_TRUE(bus->other_master_present()); break;
   }
 }
 
@@ -754,7 +754,10 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"first_cable", {.kind = FaultKind::kCableOut, .duration = 300ms, .slave = 0}, 300},
         Case{"brown_out", {.kind = FaultKind::kBrownOut, .duration = 50ms}, 50},
         Case{"mailbox", {.kind = FaultKind::kMailboxHung, .duration = 50ms, .slave = 3}, 0},
-        Case{"board", {.kind = FaultKind::kBoardFault, .duration = 50ms, .slave = 3}, 0}),
+        Case{"board", {.kind = FaultKind::kBoardFault, .duration = 50ms, .slave = 3}, 0},
+        Case{"foreign_write",
+             {.kind = FaultKind::kForeignWrite, .count = 16, .slave = 3, .offset = reg::kFmmu},
+             0}),
     [](const auto& test) { return test.param.name; });
 
 TEST_F(Operation, SlowSlavesRecoverAsWell) {
@@ -877,26 +880,61 @@ TEST_F(Operation, FramesOfAnotherMasterAreCountedAndNamedUntilASecondAfterItHasL
 /// What another master does below our socket: its frames are not seen here.
 class HiddenMaster : public Operation {
  protected:
-  void order(std::size_t i, std::uint16_t register_address, std::uint16_t value) {
-    robot->wire->send(
-        frame_of_another_master(Command::kFpwr, address_of(bus->slave(i).station, register_address), value));
-    std::array<std::uint8_t, kMaxFrameBytes> answer{};
-    ASSERT_GT(robot->wire_link->receive(answer, 1ms), 0U);
+  void start_and_work() {
+    timed = true;
+    start();
+    cycles(200);
+    ASSERT_TRUE(cycle().all_operational);
   }
-  bool named_within(int count) {
-    for (; count > 0 && !bus->other_master_present(); --count) cycle();
-    return contains(bus->other_master().describe(),
-                    "a state or a station address that this program did not set") &&
-           bus->other_master_present();
+  void write(std::size_t i, std::uint16_t register_address, std::uint16_t value, std::size_t count = 1) {
+    robot->bus.write_as_another_master(i, register_address, value, count);
+  }
+  /// The cycles until it is; -1 when it is not within `count`.
+  int named_after(int count, const std::string& evidence) {
+    for (int n = 1; n <= count; ++n) {
+      cycle();
+      if (!bus->other_master_present()) continue;
+      EXPECT_TRUE(contains(bus->other_master().describe(), "(" + evidence));
+      return n;
+    }
+    return -1;
+  }
+  /// As a robot does: nothing while another master is there.
+  bool comes_back_once_it_has_left() {
+    for (int n = 0; n < 1500; ++n) {
+      const bool whole = cycle().all_operational;
+      if (bus->other_master_present()) continue;
+      if (whole) return true;
+      for (std::size_t i = 0; i < bus->size(); ++i) bus->resume(i);
+    }
+    return false;
+  }
+  Bytes registers(std::size_t i, std::uint16_t first, std::uint16_t count) {
+    Bytes bytes;
+    for (std::uint16_t n = 0; n < count; ++n)
+      bytes.push_back(
+          robot->bus.slave(i).controller().get<std::uint8_t>(static_cast<std::uint16_t>(first + n)));
+    return bytes;
+  }
+  std::uint16_t station(std::size_t i) {
+    return robot->bus.slave(i).controller().get<std::uint16_t>(reg::kStationAddress);
   }
 };
+
+// The second wheel's data are in the image behind the first one's 25 bytes. 4: what the slave has there when
+// the master has configured it (ESC data sheet section II, FMMU).
+const Bytes kWheelOutputs{25, 0, 0, 0, 5, 0, 0, 7, 0x00, 0x11, 0, 2, 1, 0, 0, 0};
+const Bytes kWheelInputs{30, 0, 0, 0, 20, 0, 0, 7, 0x80, 0x11, 0, 1, 1, 0, 0, 0};
+const Bytes kHundredMilliseconds{0xE8, 0x03};  // in ticks of
+const Bytes kTick{0xC2, 0x09};                 // 100 us: 2500 times 40 ns
 
 TEST_F(HiddenMaster, ShowsByAStateThatNobodyHereAskedFor) {
   for (const AlState state : {AlState::kInit, AlState::kPreOp, AlState::kSafeOp}) {
     start();
     cycles(5);
-    order(kWheel, reg::kAlControl, static_cast<std::uint16_t>(state));
-    EXPECT_TRUE(named_within(20)) << static_cast<int>(state);
+    write(kWheel, reg::kAlControl, static_cast<std::uint16_t>(state));
+    EXPECT_GT(named_after(20, "slave 3 has a state that this program did not set"), 0)
+        << static_cast<int>(state);
   }
 }
 
@@ -908,18 +946,206 @@ TEST_F(HiddenMaster, IsNoSafeOpWithoutFlagAfterAPauseAsLongAsTheWatchdog) {
   for (int i = 0; i < 150; ++i) robot->wire->advance(1ms);
   ASSERT_EQ(robot->state(kWheel), AlState::kSafeOp);
   for (std::size_t i = 0; i < bus->size(); ++i)
-    if (robot->state(i) == AlState::kSafeOp) order(i, reg::kAlControl, 0x0014);  // acknowledges the flag
+    if (robot->state(i) == AlState::kSafeOp) write(i, reg::kAlControl, 0x0014);  // acknowledges the flag
   cycles(50);
   EXPECT_EQ(condition(kWheel), kStopped);
   EXPECT_EQ(robot->state(kWheel), AlState::kSafeOp);
   EXPECT_FALSE(bus->other_master_present());
 }
 
+// While its process data flow it is no slave that lost its power.
 TEST_F(HiddenMaster, ShowsByAStationAddressThatNobodyHereGave) {
-  start();
-  cycles(5);
-  order(kHand, reg::kStationAddress, 0x0007);
-  EXPECT_TRUE(named_within(30)) << "each slave is asked in turn, and then its place";
+  for (const std::uint16_t address : {std::uint16_t{0}, std::uint16_t{7}}) {
+    for (const std::size_t i : {std::size_t{0}, kWheel, kHand}) {
+      start_and_work();
+      const std::uint16_t own = station(i);
+      write(i, reg::kStationAddress, address);
+      const std::string slave = std::to_string(i + 1);
+      EXPECT_GT(named_after(35, "it wrote register 0x0010 (station address) of slave " + slave), 0)
+          << "each slave is asked in turn, then its place, and again";
+      EXPECT_EQ(condition(i), kTampered);
+      cycles(500);
+      EXPECT_EQ(station(i), address) << "it is left to that master while that is there";
+      EXPECT_TRUE(comes_back_once_it_has_left());
+      EXPECT_EQ(station(i), own);
+    }
+  }
+}
+
+TEST_F(HiddenMaster, ShowsByAnAddressThatTwoSlavesHave) {
+  start_and_work();
+  const std::uint16_t own = station(kWheel);
+  write(kWheel, reg::kStationAddress, station(kHand));
+  EXPECT_GT(named_after(35, "it wrote register 0x0010 (station address) of slave 3"), 0);
+  EXPECT_EQ(condition(kWheel), kTampered);
+  EXPECT_EQ(condition(kHand), kOperational);
+  EXPECT_TRUE(comes_back_once_it_has_left());
+  EXPECT_EQ(station(kWheel), own);
+  EXPECT_EQ(bus->health(kHand).times_lost, 0U) << "it kept its own";
+}
+
+// Each answers where the other is asked.
+TEST_F(HiddenMaster, ShowsByAddressesThatAreExchanged) {
+  start_and_work();
+  const std::uint16_t own = station(kWheel);
+  const std::uint16_t others = station(kHand);
+  write(kWheel, reg::kStationAddress, others);
+  write(kHand, reg::kStationAddress, own);
+  EXPECT_GT(named_after(220, "it wrote register 0x0010 (station address) of slave "), 0);
+  EXPECT_TRUE(comes_back_once_it_has_left());
+  EXPECT_EQ(station(kWheel), own);
+  EXPECT_EQ(station(kHand), others);
+}
+
+TEST_F(HiddenMaster, ShowsByDataThatAreNotMappedAnyMore) {
+  struct Cleared {
+    std::uint16_t first;
+    std::size_t words;
+    const char* evidence;
+  };
+  for (const Cleared& cleared : {Cleared{0x0600, 8, "it wrote register 0x0600 (FMMU) of slave 3"},
+                                 Cleared{0x0610, 8, "it wrote register 0x0610 (FMMU) of slave 3"},
+                                 Cleared{0x0600, 16, "it wrote register 0x0600 (FMMU) of slave 3"}}) {
+    start_and_work();
+    write(kWheel, cleared.first, 0, cleared.words);
+    EXPECT_GT(named_after(10, cleared.evidence), 0) << "before a gap would be too long to be bridged";
+    EXPECT_TRUE(comes_back_once_it_has_left());
+    EXPECT_EQ(registers(kWheel, 0x0600, 16), kWheelOutputs);
+    EXPECT_EQ(registers(kWheel, 0x0610, 16), kWheelInputs);
+    cycle();
+    EXPECT_EQ(robot->board(kWheel).outputs[0], 0x77);
+  }
+}
+
+TEST_F(HiddenMaster, ShowsByDataThatAreMappedToAnotherPlace) {
+  start_and_work();
+  write(kWheel, 0x0610, 5);  // over the first wheel's inputs: all counters stay
+  EXPECT_GT(named_after(220, "it wrote register 0x0610 (FMMU) of slave 3"), 0);
+  EXPECT_TRUE(comes_back_once_it_has_left());
+  EXPECT_EQ(registers(kWheel, 0x0610, 16), kWheelInputs);
+}
+
+TEST_F(HiddenMaster, ShowsByAWatchdogThatIsOff) {
+  start_and_work();
+  write(kWheel, 0x0420, 0);
+  EXPECT_GT(named_after(220, "it wrote register 0x0420 (process data watchdog) of slave 3"), 0);
+  cycle();
+  EXPECT_EQ(robot->board(kWheel).outputs[0], 0) << "it is stopped";
+  EXPECT_TRUE(comes_back_once_it_has_left());
+  EXPECT_EQ(registers(kWheel, 0x0420, 2), kHundredMilliseconds);
+  for (int i = 0; i < 101; ++i) robot->wire->advance(1ms);
+  EXPECT_EQ(robot->state(kWheel), AlState::kSafeOp) << "it works again";
+}
+
+TEST_F(HiddenMaster, ShowsByAWatchdogThatExpiresAtOnce) {
+  start_and_work();
+  write(kWheel, 0x0400, 0);
+  EXPECT_GT(named_after(20, "it wrote register 0x0400 (watchdog divider) of slave 3"), 0);
+  EXPECT_TRUE(comes_back_once_it_has_left());
+  EXPECT_EQ(registers(kWheel, 0x0400, 2), kTick);
+}
+
+TEST_F(HiddenMaster, ShowsByASyncManagerThatIsOff) {
+  for (int manager = 0; manager < 4; ++manager) {
+    start_and_work();
+    const auto first = static_cast<std::uint16_t>(0x0800 + 8 * manager);
+    write(kWheel, static_cast<std::uint16_t>(first + 6), 0);
+    const std::string number = std::array{"00", "08", "10", "18"}[static_cast<std::size_t>(manager)];
+    EXPECT_GT(named_after(20, "it wrote register 0x08" + number + " (sync manager) of slave 3"), 0);
+    EXPECT_TRUE(comes_back_once_it_has_left()) << manager;
+    EXPECT_EQ(registers(kWheel, static_cast<std::uint16_t>(first + 6), 1), Bytes{1});
+  }
+}
+
+TEST_F(HiddenMaster, MayHaveWrittenAllSlavesAtOnce) {
+  start_and_work();
+  for (std::size_t i = 0; i < bus->size(); ++i) {
+    write(i, reg::kStationAddress, 0);
+    write(i, 0x0600, 0, 16);
+    write(i, 0x0420, 0);
+  }
+  EXPECT_GT(named_after(220, "it wrote register 0x"), 0);
+  EXPECT_TRUE(comes_back_once_it_has_left());
+  EXPECT_EQ(registers(kWheel, 0x0600, 16), kWheelOutputs);
+  EXPECT_EQ(registers(kWheel, 0x0420, 2), kHundredMilliseconds);
+}
+
+// Whoever used the bus before may have left anything there.
+TEST_F(HiddenMaster, BeforeTheStartIsOverwritten) {
+  robot.emplace(youbot());
+  link.emplace(robot->connect());
+  write(kWheel, 0x0420, 0);
+  write(kWheel, 0x0400, 7);
+  PreOpBus setup(*link, nullptr, impatient());
+  setup.enter_pre_op();
+  bus.emplace(std::move(setup).start());
+  EXPECT_EQ(registers(kWheel, 0x0420, 2), kHundredMilliseconds);
+  EXPECT_EQ(registers(kWheel, 0x0400, 2), kTick);
+  cycles(200);
+  EXPECT_FALSE(bus->other_master_present());
+}
+
+// A network card lets no damaged frame through; a cable that is simulated in software does.
+TEST_F(HiddenMaster, IsNoByteThatIsDamagedOnTheWayBack) {
+  counting = false;
+  start_and_work();
+  int damaged = 0;
+  link->on_receive = [&](std::span<std::uint8_t> frame) {
+    const auto look = find_datagram(frame, [](const Datagram& d) {
+      return d.command == Command::kAprd && (d.offset() == 0x0420 || d.offset() == 0x0600);
+    });
+    if (look && damaged++ % 2 == 0) look->data[0] ^= 0x10;
+    return true;
+  };
+  for (int i = 0; i < 500; ++i) {
+    cycle();
+    ASSERT_FALSE(bus->other_master_present()) << i;
+  }
+  EXPECT_GT(damaged, 10);
+}
+
+TEST_F(HiddenMaster, IsNoDeviceThatIsPluggedInBeforeTheOthers) {
+  counting = false;
+  start_and_work();
+  // As the places read then: a new device is in the first, and everybody else one further.
+  link->on_receive = [this](std::span<std::uint8_t> frame) {
+    FrameReader reader;
+    Datagram datagram;
+    if (reader.parse(frame) != FrameError::kNone) return true;
+    while (reader.next(datagram)) {
+      if (datagram.command == Command::kBrd) ++datagram.counter[0];
+      if (datagram.command != Command::kAprd || datagram.offset() != reg::kStationAddress) continue;
+      const auto address = load_le<std::uint16_t>(datagram.data.data());
+      store_le<std::uint16_t>(datagram.data.data(),
+                              static_cast<std::uint16_t>(address == station(0) ? 0 : address - 1));
+    }
+    return true;
+  };
+  cycles(500);
+  EXPECT_FALSE(bus->other_master_present());
+  for (std::size_t i = 0; i < bus->size(); ++i) EXPECT_EQ(bus->health(i).times_lost, 0U);
+}
+
+TEST_F(HiddenMaster, CostsAFrameInTwoASmallDatagramToBeSeen) {
+  counting = false;
+  start_and_work();
+  int looks = 0;
+  link->on_send = [&](Bytes& frame) {
+    FrameReader reader;
+    Datagram datagram;
+    EXPECT_EQ(reader.parse(frame), FrameError::kNone);
+    int in_this_frame = 0;
+    while (reader.next(datagram)) {
+      const bool look = datagram.command == Command::kAprd;
+      in_this_frame += look ? 1 : 0;
+      EXPECT_TRUE(!look || datagram.data.size() <= 16U);
+    }
+    EXPECT_LE(in_this_frame, 1);
+    looks += in_this_frame;
+    return false;
+  };
+  cycles(100);
+  EXPECT_EQ(looks, 50);
 }
 
 // The other faults that take slaves out of operation are not laid at another master's door.

@@ -80,7 +80,7 @@ TEST_F(Setup, SyncManagersAndFmmusAreTheSiisBytes) {
   EXPECT_EQ(pre_op[3].state, AlState::kPreOp);
 
   const std::vector<SetupStep> safe_op = steps_to_safe_op(slave);
-  ASSERT_EQ(safe_op.size(), 5U);
+  ASSERT_EQ(safe_op.size(), 7U);
   EXPECT_EQ(safe_op[0].address, 0x0810);
   EXPECT_EQ(Bytes(safe_op[0].data.begin(), safe_op[0].data.begin() + 8),
             (Bytes{0x00, 0x11, 5, 0, 0x64, 0, 1, 0}));
@@ -92,7 +92,13 @@ TEST_F(Setup, SyncManagersAndFmmusAreTheSiisBytes) {
   EXPECT_EQ(Bytes(safe_op[3].data.begin(), safe_op[3].data.end()),
             (Bytes{5, 0, 0, 0, 20, 0, 0, 7, 0x80, 0x11, 0, 1, 1, 0, 0, 0}))
       << "inputs: the master reads";
-  EXPECT_EQ(safe_op[4].state, AlState::kSafeOp) << "after the FMMUs";
+  EXPECT_EQ(safe_op[4].address, 0x0400);
+  EXPECT_EQ(Bytes(safe_op[4].data.begin(), safe_op[4].data.begin() + safe_op[4].length), (Bytes{0xC2, 0x09}))
+      << "2498 + 2 times 40 ns";
+  EXPECT_EQ(safe_op[5].address, 0x0420);
+  EXPECT_EQ(Bytes(safe_op[5].data.begin(), safe_op[5].data.begin() + safe_op[5].length), (Bytes{0xE8, 0x03}))
+      << "1000 times that";
+  EXPECT_EQ(safe_op[6].state, AlState::kSafeOp) << "after the FMMUs";
 }
 
 TEST_F(Setup, APowerBoardNeedsNothingButStates) {

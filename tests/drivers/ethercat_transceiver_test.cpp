@@ -275,11 +275,10 @@ TEST(AnotherMaster, IsForgottenASecondAfterItHasLeft) {
 
 TEST(AnotherMaster, ShowsByWhatItAsksOfTheSlaves) {
   OtherMaster other;
-  other.note_order(5ms);
+  other.note_order({.slave = 3, .register_address = reg::kAlControl}, 5ms);
   EXPECT_TRUE(other.present(5ms));
   EXPECT_FALSE(other.present(1006ms));
-  EXPECT_TRUE(
-      contains(other.describe(), "a slave has a state or a station address that this program did not set"));
+  EXPECT_TRUE(contains(other.describe(), "slave 3 has a state that this program did not set"));
 }
 
 TEST_F(Exchange, TheIndexWrapsAndGoesOnMatching) {

@@ -212,16 +212,22 @@ void record(const Fault& fault) {
   captured_link = nullptr;
 }
 
-/// Set values and modes of the four drives as the master's frame has them.
+/// Modes of the four drives as the master's frame has them, in one piece or slave by slave.
 std::optional<std::array<ControllerMode, 4>> modes_of(Bytes frame) {
-  const std::optional<Datagram> image = drivers::ethercat::test::find_datagram(
-      frame, [](const Datagram& datagram) { return datagram.command == Command::kLrw; });
-  if (!image || image->data.size() < 8 * kProcessData_bytes) return std::nullopt;
+  Bytes image;
+  drivers::ethercat::FrameReader reader;
+  Datagram datagram;
+  if (reader.parse(frame) != drivers::ethercat::FrameError::kNone) return std::nullopt;
+  while (reader.next(datagram))
+    if (datagram.command == Command::kLrw)
+      image.insert(image.end(), datagram.data.begin(), datagram.data.end());
+  if (image.size() < 8 * kProcessData_bytes) return std::nullopt;
   std::array<ControllerMode, 4> modes{};
   for (std::size_t i = 0; i < modes.size(); ++i) {
     drivers::tmcl::DriveOutput output;
     // Of each slave its outputs, then its inputs.
-    if (!drivers::tmcl::unpack(image->data.subspan(2 * i * kProcessData_bytes, kProcessData_bytes), output))
+    if (!drivers::tmcl::unpack(std::span(image).subspan(2 * i * kProcessData_bytes, kProcessData_bytes),
+                               output))
       return std::nullopt;
     modes[i] = output.mode;
   }
@@ -400,7 +406,7 @@ TEST(CapturedFault, AStationAddressThatNobodyHereGaveIsAnotherMasters) {
          ASSERT_GT(hidden.receive(answer, 1ms), 0U);
        }});
   EXPECT_GE(reported_after(seen), 0);
-  EXPECT_TRUE(contains(seen.explained, "a state or a station address that this program did not set"));
+  EXPECT_TRUE(contains(seen.explained, "it wrote register 0x0010 (station address) of slave 4"));
   expect_latched_and_off(seen);
 }
 
