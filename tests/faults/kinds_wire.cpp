@@ -1,11 +1,13 @@
 #include <cerrno>
 
+#include "drivers/ethercat/registers.h"
 #include "tests/faults/kinds.h"
 
 namespace faults {
 namespace {
 
 using namespace std::chrono_literals;
+namespace reg = drivers::ethercat::reg;
 
 /// A probability: some per cent, or nearly all.
 double share(const Event& event) { return event.size < 0.5 ? 0.1 * event.size : event.size; }
@@ -40,10 +42,70 @@ Kind fails(std::string_view name) {
           .end = [](World& world, const Event& /*event*/) { world.wire.*Member = 0; }};
 }
 
+/// By another master whose frames the daemon does not see. Over at once; the run has to end by `noticed`.
+Kind writes(std::string_view name, Kind::Where where, std::chrono::milliseconds noticed,
+            void (*write)(World& world, const Event& event)) {
+  return {.name = name, .where = where, .last_torque_after = noticed, .begin = write};
+}
+
+/// `count` times `value` to the joint's slave, from `first` on.
+void write_to_joint(World& world, const Event& event, std::uint16_t first, std::uint16_t value,
+                    std::size_t count) {
+  world.emulation().bus().write_as_another_master(world.emulation().position(event.place), first, value,
+                                                  count);
+}
+
+std::uint16_t address_of_the_next(World& world, const Event& event) {
+  sim::bus::EmulatedBus& bus = world.emulation().bus();
+  return bus.slave((event.place + 1) % bus.size()).controller().get<std::uint16_t>(reg::kStationAddress);
+}
+
+std::vector<Kind> other_masters_writes() {
+  return {
+      writes("address-cleared-by-other-master", Kind::Where::kSlave, 150ms,
+             [](World& world, const Event& event) {
+               world.emulation().bus().write_as_another_master(event.place, reg::kStationAddress, 0);
+             }),
+      // A neighbour's, so that two answer to it, or one that nobody has.
+      writes("address-changed-by-other-master", Kind::Where::kSlave, 150ms,
+             [](World& world, const Event& event) {
+               const std::uint16_t address =
+                   event.size < 0.7 ? address_of_the_next(world, event) : std::uint16_t{0x7000};
+               world.emulation().bus().write_as_another_master(event.place, reg::kStationAddress, address);
+             }),
+      // The outputs', the inputs' or both.
+      writes("mapping-cleared-by-other-master", Kind::Where::kJoint, kLoss,
+             [](World& world, const Event& event) {
+               const bool inputs_alone = event.size < 0.3;
+               write_to_joint(world, event,
+                              static_cast<std::uint16_t>(reg::kFmmu + (inputs_alone ? reg::kFmmuBytes : 0)),
+                              0, (event.size > 0.6 ? 2 : 1) * std::size_t{reg::kFmmuBytes} / 2);
+             }),
+      writes("watchdog-off-by-other-master", Kind::Where::kJoint, 300ms,
+             [](World& world, const Event& event) {
+               write_to_joint(world, event, reg::kWatchdogProcessData, 0, 1);
+             }),
+      // With which it expires at once.
+      writes("watchdog-shortened-by-other-master", Kind::Where::kJoint, kLoss,
+             [](World& world, const Event& event) {
+               write_to_joint(world, event, reg::kWatchdogDivider, 0, 1);
+             }),
+      writes("sync-manager-off-by-other-master", Kind::Where::kJoint, kLoss,
+             [](World& world, const Event& event) {
+               const int manager = static_cast<int>(3.99 * event.size);
+               write_to_joint(
+                   world, event,
+                   static_cast<std::uint16_t>(reg::kSyncManager + manager * reg::kSyncManagerBytes +
+                                              reg::kSyncManagerActivate),
+                   0, 1);
+             }),
+  };
+}
+
 }  // namespace
 
 std::vector<Kind> wire_kinds() {
-  return {
+  std::vector<Kind> kinds{
       spoils<&WireFaults::loses_request>("requests-lost", "requests"),
       spoils<&WireFaults::loses_reply>("replies-lost", "replies"),
       spoils<&WireFaults::repeats>("replies-twice"),
@@ -114,6 +176,9 @@ std::vector<Kind> wire_kinds() {
              for (std::size_t slave = 2; slave < bus.size(); slave += 2) bus.set_power(slave, true);
            }},
   };
+  const std::vector<Kind> writes = other_masters_writes();
+  kinds.insert(kinds.end(), writes.begin(), writes.end());
+  return kinds;
 }
 
 }  // namespace faults
