@@ -14,9 +14,12 @@ SetupStep address_step(const Slave& slave) {
   return step;
 }
 
-/// Of a sync manager the slave itself sets the status and its own bits, and a mailbox toggles the repeat bit.
+/// Of a sync manager the slave itself sets the status and its own bits, and a mailbox toggles the repeat bit;
+/// the last bytes of an FMMU are reserved.
 std::uint8_t bits_of_the_master(std::uint16_t address, std::size_t byte) noexcept {
-  if (address < reg::kSyncManager) return 0xFF;
+  constexpr std::size_t kReservedOfFmmu = 13;
+  if (address < reg::kFmmu) return 0xFF;
+  if (address < reg::kSyncManager) return byte < kReservedOfFmmu ? 0xFF : 0;
   if (byte == reg::kSyncManagerStatus || byte == reg::kSyncManagerPdi) return 0;
   return byte == reg::kSyncManagerActivate ? static_cast<std::uint8_t>(~reg::kRepeatRequest) : 0xFF;
 }

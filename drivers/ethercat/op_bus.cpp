@@ -85,7 +85,7 @@ const char* describe(SlaveCondition condition) noexcept {
 OpBus::Station::Station(Slave slave)
     : info(std::move(slave)),
       mailbox(info),
-      restart_steps(joined(steps_to_identify(info), steps_to_pre_op(info))),
+      restart_steps(joined(joined(steps_to_identify(info), steps_to_clear(info)), steps_to_pre_op(info))),
       resume_steps(joined(steps_to_safe_op(info), steps_to_op())),
       op_steps(steps_to_op()),
       expected_counter(counter_of(info)),
@@ -310,6 +310,10 @@ void OpBus::take_place(Station& station, const Datagram& datagram) noexcept {
   if (!station.placed || station.given) return;
   // A second look, as a byte may be damaged on the way.
   const bool again = std::exchange(station.at_place, address) == address;
+  // An address that another master gave is no proof of who it is: that needs all in their places.
+  if (station.health.condition == SlaveCondition::kTampered && !(again && chain_whole_))
+    station.found = false;
+  if (address != 0 && address != station.info.station) station.differs = 0;  // it is not its own place
   if (again && is_foreign(station, address)) tamper(station, reg::kStationAddress);
   if (again && address == station.info.station && station.differs != 0)
     tamper(station, std::exchange(station.differs, std::uint16_t{0}));
@@ -336,7 +340,7 @@ void OpBus::take_look(Station& station, const Datagram& datagram) noexcept {
   const bool differs = watch_.answer(datagram);
   if (address == reg::kStationAddress)
     take_place(station, datagram);
-  else if (differs && station.written)
+  else if (differs && station.written && chain_whole_ && station.at_place == station.info.station)
     station.differs = address;
 }
 
@@ -471,6 +475,7 @@ void OpBus::lose(Station& station) noexcept {
   station.health.condition = SlaveCondition::kLost;
   station.health.state = AlState::kNone;
   station.found = false;
+  station.differs = 0;
   station.mailbox.clear();
 }
 
@@ -512,7 +517,7 @@ void OpBus::resume(std::size_t i) noexcept {
   SlaveHealth& health = station.health;
   if (health.condition == SlaveCondition::kTampered) {
     if (station.at_place != station.info.station)
-      station.found = true;  // by its place it is given its address first
+      station.found = chain_whole_;  // by its place it is given its address first
     else
       restart(station);
     return;

@@ -111,6 +111,20 @@ std::vector<SetupStep> steps_to_pre_op(const Slave& slave) {
   return steps;
 }
 
+std::vector<SetupStep> steps_to_clear(const Slave& slave) {
+  std::vector<SetupStep> steps{state(AlState::kInit)};
+  const auto disable = [&steps](unsigned number) {
+    steps.push_back(write(static_cast<std::uint16_t>(reg::kSyncManager + number * reg::kSyncManagerBytes +
+                                                     reg::kSyncManagerActivate),
+                          1));
+  };
+  if (slave.mailbox_fits)
+    for (const unsigned number : {0U, 1U}) disable(number);
+  for (const ProcessDataWindow* window : {&slave.outputs, &slave.inputs})
+    if (window->bytes > 0) disable(window->sync_manager);
+  return steps;
+}
+
 std::vector<SetupStep> steps_to_safe_op(const Slave& slave) {
   // FMMUs before the state change: some slaves take them over only then.
   std::vector<SetupStep> steps;

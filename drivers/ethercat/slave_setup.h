@@ -32,6 +32,9 @@ struct SetupStep {
 /// Makes sure that vendor, product and serial number are those of `slave`: before anything else is written to
 /// a device that was not seen without interruption.
 std::vector<SetupStep> steps_to_identify(const Slave& slave);
+/// Disables the sync managers that the steps below write: one that is enabled takes no other start, length or
+/// control, and another master may have left it so.
+std::vector<SetupStep> steps_to_clear(const Slave& slave);
 /// The steps that configure a slave from scratch; the state changes split them.
 std::vector<SetupStep> steps_to_pre_op(const Slave& slave);
 std::vector<SetupStep> steps_to_safe_op(const Slave& slave);

@@ -997,6 +997,19 @@ TEST_F(HiddenMaster, ShowsByAddressesThatAreExchanged) {
   EXPECT_EQ(station(kHand), others);
 }
 
+// A sync manager that is enabled takes no other start (section II, table 89), so it is disabled first.
+TEST_F(HiddenMaster, ShowsByASyncManagerThatIsMovedAndEnabledAgain) {
+  start_and_work();
+  const Bytes before = registers(kWheel, 0x0810, 5);
+  ASSERT_EQ(before[1], 0x11) << "the outputs at 0x1100";
+  write(kWheel, 0x0816, 0);
+  write(kWheel, 0x0810, 0x1400);
+  write(kWheel, 0x0816, 1);
+  EXPECT_GT(named_after(220, "it wrote register 0x0810 (sync manager) of slave 3"), 0);
+  EXPECT_TRUE(comes_back_once_it_has_left());
+  EXPECT_EQ(registers(kWheel, 0x0810, 5), before);
+}
+
 TEST_F(HiddenMaster, ShowsByDataThatAreNotMappedAnyMore) {
   struct Cleared {
     std::uint16_t first;
