@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "hal/seconds.h"
@@ -299,7 +300,11 @@ Verdict ExperimentTask::brake(const Moment& moment, hal::RobotCommand& command,
   for (const Channel& channel : channels_) {
     // What is pressed against something must not be pushed on.
     command.joints[channel.joint.index] = pressed_ ? rest : bounded(channel, rest, moment.sent);
-    fastest_rad_per_s = std::max(fastest_rad_per_s, std::abs(channel.reading.velocity_rad_per_s));
+    const double speed_rad_per_s = std::abs(channel.reading.velocity_rad_per_s);
+    // Not a number: nothing shows that it rests.
+    fastest_rad_per_s =
+        std::max(fastest_rad_per_s,
+                 std::isnan(speed_rad_per_s) ? std::numeric_limits<double>::infinity() : speed_rad_per_s);
   }
   return {};
 }

@@ -116,25 +116,17 @@ void read_workspace(TomlTable table, control::Workspace& workspace) {
                  "and 'workspace.base_y_m' leave out the origin, where the base stands at the start");
 }
 
-/// Calls `look` with references along the path, from its start on, until it returns true.
-template <typename Look>
-void along(const control::BasePath::Plan& plan, Look look) {
-  constexpr int kSamplesPerLeg = 500;
-  const control::BasePath path(plan);
-  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
-  for (int i = 1; i <= samples; ++i)
-    if (look(path.at(path.duration_s() * i / samples))) return;
-}
-
 /// Diagonally a wheel turns up to √2 times as fast as straight ahead, and a turn adds to either.
 double fastest_wheel_rad_per_s(const control::BasePath::Plan& plan, const control::BaseGeometry& geometry) {
+  constexpr double kPeakOfMean = 15.0 / 8;  // of the polynomial that a leg follows, see control::BasePath
   const control::LinkMap map = control::LinkMap::with_geometry(geometry);
   double fastest_rad_per_s = 0;
-  along(plan, [&](const control::BaseReference& at) {
-    const control::PlanarVector twist_B = control::rotated(at.twist_W, -at.X_WB.yaw_rad);
-    fastest_rad_per_s = std::max(fastest_rad_per_s, map.wheel_velocity(twist_B).cwiseAbs().maxCoeff());
-    return false;
-  });
+  for (const control::PlanarVector& displacement_B : plan.displacements_B) {
+    const control::BasePath leg(
+        {.start = {}, .displacements_B = {displacement_B}, .rest_s = 0, .limits = plan.limits});
+    const control::PlanarVector peak_B = displacement_B * kPeakOfMean / leg.duration_s();
+    fastest_rad_per_s = std::max(fastest_rad_per_s, map.wheel_velocity(peak_B).cwiseAbs().maxCoeff());
+  }
   return fastest_rad_per_s;
 }
 
@@ -149,8 +141,8 @@ void check_path(const Config& config, TomlTable& table) {
     table.refuse("leg",
                  fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at->x_m, at->y_m));
   const double fastest_rad_per_s = fastest_wheel_rad_per_s(plan, config.cycle.controller.geometry);
-  if (fastest_rad_per_s > config.cycle.wheel_speed_limit_rad_per_s)
-    table.refuse("leg", fmt::format("turns a wheel at {:.1f} rad/s, faster than "
+  if (fastest_rad_per_s > kWheelSpeedShare * config.cycle.wheel_speed_limit_rad_per_s)
+    table.refuse("leg", fmt::format("turns a wheel at {:.1f} rad/s, faster than 95 % of "
                                     "'limits.wheel_speed_rad_per_s': lower 'path.speed_m_per_s' or "
                                     "'path.turn_speed_rad_per_s'",
                                     fastest_rad_per_s));
@@ -302,12 +294,14 @@ void complete(control::Teleoperation::Config& teleoperation, const Config& confi
 
 std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
                                                  const Eigen::AlignedBox2d& base_W_m) {
-  std::optional<control::PlanarPose> first;
-  along(plan, [&](const control::BaseReference& at) {
-    if (!base_W_m.contains(Eigen::Vector2d(at.X_WB.x_m, at.X_WB.y_m))) first = at.X_WB;
-    return first.has_value();
-  });
-  return first;
+  constexpr int kSamplesPerLeg = 500;
+  const control::BasePath path(plan);
+  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
+  for (int i = 1; i <= samples; ++i) {
+    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
+    if (!base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) return at;
+  }
+  return std::nullopt;
 }
 
 Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {

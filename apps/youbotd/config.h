@@ -31,6 +31,9 @@ struct Config {
   bool teleoperated = false;
 };
 
+/// Of the wheels' speed limit, which references may ask for: who overshoots them a little is no fault.
+inline constexpr double kWheelSpeedShare = 0.95;
+
 /// Where a path from its start leaves the box first, sampled; nowhere: it stays inside. Setup.
 std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
                                                  const Eigen::AlignedBox2d& base_W_m);

@@ -24,8 +24,6 @@ using nlohmann::json;
 
 /// Of the following error, for the reference of a velocity.
 constexpr double kLeashShare = 2.0 / 3;
-/// Of the wheels' speed limit, for the reference of a velocity: whoever overshoots it a little is no fault.
-constexpr double kWheelSpeedShare = 0.95;
 /// Tables that are read when robot and master are opened. The rest is read for each run.
 constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geometry",   "ethercat",
                                                       "can",   "haptic", "simulation", "scene"};

@@ -21,7 +21,8 @@ class VelocitySource final : public MotionSource {
     double rad = 0.2;
   };
 
-  /// What would turn a wheel faster is slowed down as a whole, so that its direction stays.
+  /// What would turn a wheel faster is slowed down as a whole, so that its direction stays; where a turn adds
+  /// to a fast drive, harder than the acceleration allows, which the cycle's ReferenceLimiter bounds.
   struct Wheels {
     control::LinkMap map;
     double speed_limit_rad_per_s;
