@@ -81,23 +81,10 @@ int excused_cycles(const EthercatOptions& options, nanoseconds period, bool simu
   return std::max(0, static_cast<int>(kSimulatorPatience / cycle) - kToleratedCycles);
 }
 
-/// In lock-step nothing is late, however long a busy machine lets either end wait.
 ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   ethercat::PreOpBus::Options bus{.distributed_clocks = options.distributed_clocks};
   bus.cyclic.frame_timeout = options.frame_timeout;
-  if (options.lock_step) {
-    bus.access = {.frame_timeout = std::chrono::seconds(2), .tries = 3};
-    bus.cyclic.frame_timeout = std::chrono::seconds(5);  // once: who is silent for so long is gone
-    bus.cyclic.silence_is_final = true;
-    bus.state_timeout = bus.mailbox_timeout = std::chrono::seconds(60);
-  }
   return bus;
-}
-
-void check_lock_step(const std::vector<ethercat::Slave>& slaves) {
-  if (const ethercat::Slave* const slave = first_without(ethercat::kLockStepMark, slaves))
-    throw SetupError(slave->label(), "check that it is simulated in lock-step",
-                     "it does not say so; in virtual time nothing is driven but youbot-sim --lock-step");
 }
 
 /// Why an interface takes no frames, and what to do.
@@ -113,6 +100,9 @@ std::string link_text(const std::string& interface, int error) {
     case ENXIO: return link + " is gone" + cause + "plug it in again, then restart this program";
     // So the kernel says that there is no carrier, when no queue lies between.
     case ENOBUFS: return link + " sends nothing" + cause + "is the cable in at both ends?";
+    case ETIME:  // of a LockStepLink
+      return "the simulation in lock-step on " + interface +
+             " does not answer any more: start it again, then this program";
     case EMSGSIZE:
       return link + " takes no frames of this size" + cause + "'ip link set " + interface + " mtu 1500'";
     default: return link + " refuses frames" + cause + "see 'ip -s link show " + interface + "'";
@@ -154,7 +144,6 @@ struct RobotState {
   BusLosses losses;
   int lasting_gap = 0;  // cycles without a whole answer by now, once they are more than are bridged
   int link_error = 0;   // errno, likewise
-  bool simulation_gone = false;
 };
 
 /// The link's time, which on an emulated bus is not the machine's.
@@ -178,8 +167,6 @@ class EthercatRobot final : public Robot {
         clock_(clock),
         period_(period),
         tolerated_cycles_(options.tolerated_cycles.value_or(kToleratedCycles)) {
-    if (options.lock_step && period != ethercat::kLockStepPeriod)
-      throw std::invalid_argument("in lock-step a cycle takes 1 ms, and no other period");
     for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(kind_of(options.kind))) {
       if (board.kind == tmcl::BoardKind::kPower) continue;
       joints_.push_back(joint_info(joint_name(board), axis_of(board)));
@@ -238,10 +225,8 @@ class EthercatRobot final : public Robot {
   bool enabled_ = false;
   // A sample has come since: a command made before is a guess, as homing moves the zero of positions.
   bool sampled_ = false;
-  // In lock-step, which waits long for an answer and so for none again: nothing is asked any more.
-  bool simulation_gone_ = false;
   bool simulated_ = false;       // by youbot-sim, as its EEPROMs say
-  bool goes_by_frames_ = false;  // simulated in lock-step, and the clock is the machine's
+  bool goes_by_frames_ = false;  // simulated in lock-step
   nanoseconds begin_{};          // of the simulation's time, by the clock
   const int tolerated_cycles_;
   int excused_cycles_ = 0;  // if they have no answer
@@ -270,14 +255,8 @@ void EthercatRobot::activate() {
     check_topology(setup.slaves(), tmcl::youbot_topology(around), link_->name());
     drives_left_off_ = drives_of(around) - drives_of(kind);
     tmcl::require_youbot_boards(setup.slaves());
-    if (options_.lock_step) {
-      check_lock_step(setup.slaves());
-      const std::array<std::uint8_t, 1> lifted{options_.lifted};
-      setup.broadcast_write(ethercat::kLiftedAddress, lifted);
-    }
     simulated_ = first_without(ethercat::kSimulatedMark, setup.slaves()) == nullptr;
-    goes_by_frames_ =
-        !options_.lock_step && first_without(ethercat::kLockStepMark, setup.slaves()) == nullptr;
+    goes_by_frames_ = first_without(ethercat::kLockStepMark, setup.slaves()) == nullptr;
     excused_cycles_ = excused_cycles(options_, period_, simulated_);
     // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
     // slave, and the slave would move again without a new enable.
@@ -338,12 +317,11 @@ void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard
 }
 
 void EthercatRobot::deactivate() noexcept {
-  if (bus_ && !simulation_gone_) {
+  if (bus_) {
     stop_grippers();
-    if (!simulation_gone_) bus_->leave_op();
+    bus_->leave_op();
   }
   bus_.reset();
-  simulation_gone_ = false;
   grippers_.clear();
   gripper_trouble_.clear();
   drives_.clear();
@@ -362,7 +340,7 @@ void EthercatRobot::stop_grippers() noexcept {
   };
   RobotSample sample;
   std::array<std::uint8_t, ethercat::kMaxFrameBytes> stray{};
-  for (int i = 0; i < kCycles && any_moves() && !simulation_gone_; ++i) {
+  for (int i = 0; i < kCycles && any_moves(); ++i) {
     (void)exchange({}, sample);
     // Waits in the bus' own time, emulated or not; what comes late is dropped.
     (void)link_->receive(stray, kPause);
@@ -371,9 +349,9 @@ void EthercatRobot::stop_grippers() noexcept {
 }
 
 CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sample) noexcept {
-  if (!bus_ || simulation_gone_) {
+  if (!bus_) {
     sample.enabled = false;
-    return {bus_ ? Fault::kFrameLost : Fault::kNotActive};
+    return {Fault::kNotActive};
   }
   if (!command.enable) latched_ = {};
   if (latched_.ok()) latched_ = check_command(command);
@@ -394,7 +372,6 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   nanoseconds latest = arrived;
   if (simulated_) stamp = latest;  // it goes on until just before it answers
   if (goes_by_frames_) earliest = stamp = latest = begin_ + time_by_frames();
-  simulation_gone_ = options_.lock_step && !result.answered;
 
   bool all_fresh = true;
   for (DriveChannel& drive : drives_) {
@@ -406,8 +383,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   if (latched_.ok()) latched_ = bus_status;
   if (latched_.ok() && command.enable) latched_ = check_drives();
   if (!latched_.ok()) switch_off(!command.enable);
-  // Not against another master, and whatever is there now: in lock-step only activate() looks what it is.
-  if (!options_.lock_step && !bus_->other_master_present()) repair();
+  if (!link_->may_lead_elsewhere() && !bus_->other_master_present()) repair();
 
   if (all_fresh) {
     sample.stamp = stamp;
@@ -426,7 +402,7 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   return latched_;
 }
 
-/// On the machine's clock a simulation in lock-step still goes by the frames that it is sent.
+/// A simulation in lock-step goes by the frames that it is sent, on the machine's clock too.
 nanoseconds EthercatRobot::time_by_frames() const noexcept {
   const ethercat::FrameCounters& frames = bus_->counters();
   return static_cast<std::int64_t>(frames.sent - frames.not_sent) * ethercat::kLockStepPeriod;
@@ -438,7 +414,6 @@ void EthercatRobot::copy_state() noexcept {
   state_.losses = judged_losses();
   state_.lasting_gap = gap_is_bridged() ? 0 : bad_cycles_;
   state_.link_error = gap_is_bridged() ? 0 : state_.bus.frames.link_error;
-  state_.simulation_gone = simulation_gone_;
   state_.failures.resize(drives_.size());
   for (std::size_t i = 0; i < drives_.size(); ++i) {
     state_.failures[i] = drives_[i].failure();
@@ -552,7 +527,7 @@ CycleStatus EthercatRobot::bridge(const ethercat::CycleResult& result) noexcept 
       return {Fault::kPartialBus, static_cast<std::int8_t>(i), result.working_counter};
   if (!result.answered) ++unanswered_cycles_;
   ++bad_cycles_;
-  if (gap_is_bridged() && !simulation_gone_) return {};
+  if (gap_is_bridged()) return {};
   if (const int error = bus_->counters().link_error; error != 0)
     return {Fault::kLinkDown, -1, static_cast<std::uint32_t>(error)};
   // Mostly silence: slaves that are missing behind one that answers are another matter.
@@ -644,9 +619,6 @@ std::vector<std::string> EthercatRobot::report() const {
   }
   const RobotState& state = newest_state();
   std::vector<std::string> lines = bus_->findings(state.bus);
-  if (state.simulation_gone)
-    lines.emplace_back(
-        "the simulation in lock-step does not answer any more: start it anew, then this program");
   for (std::size_t i = 0; i < joints_.size(); ++i)
     if (const std::string failure = describe(state.failures[i]); !failure.empty())
       lines.push_back(joints_[i].name + ": " + failure);
@@ -691,13 +663,14 @@ std::unique_ptr<Robot> make_ethercat_robot(const std::string& interface, const E
                                            const Clock& clock, nanoseconds period) {
   const auto wait =
       options.busy_wait ? ethercat::RawSocketLink::Wait::kBusy : ethercat::RawSocketLink::Wait::kBlock;
-  EthercatOptions checked = options;
-  checked.lock_step = !clock.is_real();
+  if (!clock.is_real())
+    throw std::invalid_argument(interface +
+                                ": a robot lives in real time, and the clock is not the machine's");
   return make_ethercat_robot(
       [interface, wait]() -> std::unique_ptr<ethercat::Link> {
         return std::make_unique<ethercat::RawSocketLink>(interface, wait);
       },
-      checked, clock, period);
+      options, clock, period);
 }
 
 }  // namespace hal

@@ -46,12 +46,6 @@ struct EthercatOptions {
   /// Arm joints that do not know their zero find it at their end stops when the robot is enabled: the arm
   /// MOVES, all joints at once. Fold it by hand first.
   bool home_arms = false;
-  /// Drive a simulation in lock-step (drivers/ethercat/simulated_bus.h) and nothing else: any other bus is
-  /// refused before it is asked to leave its state. Its answers may take seconds; what leaves operation is
-  /// not taken back.
-  bool lock_step = false;
-  /// Whether that simulation's wheels are to be off the ground, from activate() on.
-  bool lifted = false;
   /// Written to the drives at start-up, and again to one that lost its power. Not kept in EEPROM.
   struct Parameter {
     std::string joint{};  ///< "wheel-1"
@@ -93,8 +87,8 @@ std::unique_ptr<Robot> make_ethercat_robot(
 /// Setup: what is wrong with such a parameter, to follow its name in a message; empty when nothing is.
 std::string check(const EthercatOptions::Parameter& parameter);
 
-/// On a network interface, "eth0". Where `clock` is not the machine's, in lock-step: no robot is ever driven
-/// in virtual time.
+/// On a network interface, "eth0". @throws std::invalid_argument when `clock` is not the machine's: in
+/// virtual time only a drivers::ethercat::LockStepLink leads to slaves outside this program.
 std::unique_ptr<Robot> make_ethercat_robot(const std::string& interface, const EthercatOptions& options,
                                            const Clock& clock, std::chrono::nanoseconds period);
 

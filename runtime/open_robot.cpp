@@ -3,6 +3,9 @@
 #include <stdexcept>
 #include <vector>
 
+#include "drivers/ethercat/lock_step_link.h"
+#include "drivers/ethercat/raw_socket_link.h"
+#include "drivers/ethercat/simulated_bus.h"
 #include "hal/axis_scale.h"
 #include "hal/loopback_robot.h"
 #include "hal/youbot_axes.h"
@@ -58,6 +61,20 @@ sim::bus::RobotKind emulated_kind(hal::EthercatOptions::Kind kind) {
   return sim::bus::RobotKind::kBase;
 }
 
+/// youbot-sim --lock-step, at the other end of a network interface.
+std::unique_ptr<hal::Robot> lock_step_robot(const std::string& interface, const hal::EthercatOptions& options,
+                                            bool lifted, const hal::Clock& clock,
+                                            std::chrono::nanoseconds period) {
+  namespace ethercat = drivers::ethercat;
+  if (period != ethercat::kLockStepPeriod)
+    throw std::invalid_argument("in lock-step a cycle takes 1 ms, and no other period");
+  const auto open_link = [interface, lifted]() -> std::unique_ptr<ethercat::Link> {
+    return std::make_unique<ethercat::LockStepLink>(
+        std::make_unique<ethercat::RawSocketLink>(interface, ethercat::RawSocketLink::Wait::kBlock), lifted);
+  };
+  return hal::make_ethercat_robot(open_link, options, clock, period);
+}
+
 }  // namespace
 
 OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
@@ -91,10 +108,11 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     if (opened.emulation->has_base()) opened.truth = &opened.emulation->pose();
   } else if (names_interface(options.name, kEthercatPrefix)) {
     const std::string interface = options.name.substr(kEthercatPrefix.size());
-    ethercat.lifted = !simulation.on_ground;
     opened.capture = make_capture(interface);
     ethercat.tap = opened.capture.get();
-    opened.robot = hal::make_ethercat_robot(interface, ethercat, clock, period);
+    opened.robot = clock.is_real()
+                       ? hal::make_ethercat_robot(interface, ethercat, clock, period)
+                       : lock_step_robot(interface, ethercat, !simulation.on_ground, clock, period);
   } else {
     opened.robot = hal::make_can_robot(options.name.substr(kCanPrefix.size()), options.can, clock, period);
   }

@@ -12,8 +12,8 @@
 
 namespace drivers::ethercat {
 
-/// Implementations: RawSocketLink (a network interface), the emulated bus of sim/bus (in process), and
-/// decorators that spoil chosen frames in tests. One thread.
+/// Implementations: RawSocketLink (a network interface), the emulated bus of sim/bus (in process),
+/// LockStepLink over either (virtual time), and decorators that spoil chosen frames in tests. One thread.
 class Link {
  public:
   Link() = default;
@@ -33,6 +33,9 @@ class Link {
   virtual std::chrono::nanoseconds now() const noexcept { return monotonic_now(); }
   /// Setup: sleeps on that clock.
   virtual void wait(std::chrono::nanoseconds duration) { std::this_thread::sleep_for(duration); }
+  /// Whether what answers after a break may be another bus than the one that was set up, so that none of its
+  /// slaves may be configured again.
+  virtual bool may_lead_elsewhere() const noexcept { return false; }
   /// errno of the last failure of send() or receive(), 0 if none.
   virtual int last_error() const noexcept = 0;
   /// For messages: "eth0".

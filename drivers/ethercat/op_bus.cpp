@@ -498,7 +498,6 @@ void OpBus::leave_op() noexcept {
       if (request.counter != nullptr) request.data[0] = static_cast<std::uint8_t>(state);
       (void)writer.add(Command::kBrd, index, address_of(0, reg::kAlStatus), 2);
       if (!transceiver_->exchange(options_.frame_timeout)) {
-        if (options_.silence_is_final) return;
         patience -= kLostLeaveFrame;
         continue;
       }

@@ -82,8 +82,6 @@ class OpBus {
   struct Options {
     std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
     std::chrono::nanoseconds step_timeout = std::chrono::seconds(3);  ///< of one step to a state
-    /// Who did not answer once is gone: leave_op() tries no further.
-    bool silence_is_final = false;
     int lost_after_cycles = 3;  ///< cycles without an answer until a slave counts as lost
     /// Slaves behind these that stay in PRE-OP. They are neither mapped nor supervised: whatever becomes of
     /// them, the others work on.

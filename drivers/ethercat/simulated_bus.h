@@ -25,7 +25,7 @@ inline constexpr std::string_view kSimulatedMark = "simulated by youbot-sim";
 inline constexpr std::string_view kLockStepMark = "simulated in lock-step by youbot-sim";
 
 /// A simulation in lock-step lets this time pass with each frame and none without: its master may cycle as
-/// fast as both ends can, or wait for seconds. One that does not answer for so long is gone.
+/// fast as both ends can, or wait for seconds (LockStepLink).
 inline constexpr std::chrono::milliseconds kLockStepPeriod{1};
 
 /// In the user memory of its slaves, which means nothing to their controllers: whether the simulated robot's

@@ -47,6 +47,13 @@ TEST(OpenRobot, ABenchRigHasOneJointAndLivesInRealTime) {
   EXPECT_TRUE(is_simulated("loopback"));
 }
 
+TEST(OpenRobot, InLockStepNoOtherPeriodWillDo) {
+  const hal::VirtualClock clock;
+  RobotOptions options;
+  options.name = "ethercat:eth0";
+  EXPECT_THROW((void)open_robot(options, clock, 2ms), std::invalid_argument);
+}
+
 TEST(OpenRobot, ARobotOnTheEmulatedBusTellsWhatItsMasterFound) {
   hal::VirtualClock clock;
   sim::bus::YoubotBusOptions options;

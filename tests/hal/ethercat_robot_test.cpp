@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "drivers/ethercat/frame_tap.h"
+#include "drivers/ethercat/lock_step_link.h"
 #include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/axis_parameters.h"
 #include "hal/setup_error.h"
@@ -994,52 +995,6 @@ TEST(EthercatRobot, ASimulationInLockStepGoesByItsFramesAndNotByTheClock) {
   }
 }
 
-TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
-  Rig rig(Rig::options(EthercatOptions::Kind::kBase),
-          {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
-  try {
-    rig.robot->activate();
-    ADD_FAILURE() << "it took a robot that may be real";
-  } catch (const SetupError& error) {
-    EXPECT_NE(std::string(error.what()).find("slave 1 (KR-845)"), std::string::npos) << error.what();
-    EXPECT_NE(std::string(error.what()).find("youbot-sim --lock-step"), std::string::npos) << error.what();
-  }
-  for (std::size_t slave = 0; slave < rig.emulation.bus().size(); ++slave)
-    EXPECT_EQ(rig.emulation.bus().slave(slave).state(), drivers::ethercat::AlState::kInit);
-  rig.command.enable = true;
-  EXPECT_EQ(rig.step().fault, Fault::kNotActive);
-}
-
-TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSoAndLiftsIt) {
-  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.mark = drivers::ethercat::kLockStepMark;
-  for (const bool lifted : {true, false}) {
-    Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true, .lifted = lifted});
-    rig.robot->activate();
-    const auto& first_slave = rig.emulation.bus().slave(0).controller();
-    EXPECT_EQ(first_slave.get<std::uint8_t>(drivers::ethercat::kLiftedAddress), lifted ? 1 : 0);
-    rig.enable();
-    rig.command_all_velocity(2.0);
-    rig.run(500ms);
-    EXPECT_GT(rig.sample.joints[3].position_rad, 0.3);
-  }
-}
-
-TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
-  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.mark = drivers::ethercat::kLockStepMark;
-  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
-  rig.robot->activate();
-  rig.enable();
-  rig.emulation.slave(2).report_error(drivers::ethercat::AlState::kSafeOp, 0x001B);
-  rig.run(500ms);
-  EXPECT_EQ(rig.status.fault, Fault::kPartialBus);
-  // Without lock-step this brings it back; here it may be another robot by now.
-  rig.command.enable = false;
-  rig.run(2s);
-  EXPECT_EQ(rig.emulation.slave(2).state(), drivers::ethercat::AlState::kSafeOp);
-}
-
 /// To a simulation that can go away, and nothing comes back.
 class Forsaken final : public drivers::ethercat::Link {
  public:
@@ -1070,32 +1025,82 @@ class Forsaken final : public drivers::ethercat::Link {
   State& state_;
 };
 
-TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
-  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
-  bus.mark = drivers::ethercat::kLockStepMark;
+/// A simulation in lock-step over a link in lock-step.
+struct LockStepRig : Rig {
+  explicit LockStepRig(EthercatOptions::Kind kind, std::string_view mark = drivers::ethercat::kLockStepMark)
+      : Rig(marked(kind, mark), {.kind = kind}) {
+    robot = watch.over(make_ethercat_robot(
+        [this]() -> std::unique_ptr<drivers::ethercat::Link> {
+          return std::make_unique<drivers::ethercat::LockStepLink>(
+              std::make_unique<Forsaken>(std::make_unique<sim::bus::BusLink>(emulation.wire(), &emulation),
+                                         simulation),
+              /*lifted=*/true);
+        },
+        {.kind = kind}, clock, 1ms));
+  }
+  static sim::bus::YoubotBusOptions marked(EthercatOptions::Kind kind, std::string_view mark) {
+    sim::bus::YoubotBusOptions bus = options(kind);
+    bus.mark = mark;
+    return bus;
+  }
+
   Forsaken::State simulation;
-  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase, .lock_step = true});
-  rig.robot = rig.watch.over(make_ethercat_robot(
-      [&]() -> std::unique_ptr<drivers::ethercat::Link> {
-        return std::make_unique<Forsaken>(
-            std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), simulation);
-      },
-      {.kind = EthercatOptions::Kind::kBase, .lock_step = true}, rig.clock, 1ms));
+};
+
+TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
+  LockStepRig rig(EthercatOptions::Kind::kBase, "");
+  try {
+    rig.robot->activate();
+    ADD_FAILURE() << "it took a robot that may be real";
+  } catch (const SetupError& error) {
+    EXPECT_NE(std::string(error.what()).find("slave 1 (KR-845)"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("youbot-sim --lock-step"), std::string::npos) << error.what();
+  }
+  for (std::size_t slave = 0; slave < rig.emulation.bus().size(); ++slave)
+    EXPECT_EQ(rig.emulation.bus().slave(slave).state(), drivers::ethercat::AlState::kInit);
+  rig.command.enable = true;
+  EXPECT_EQ(rig.step().fault, Fault::kNotActive);
+}
+
+TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSo) {
+  LockStepRig rig(EthercatOptions::Kind::kBase);
   rig.robot->activate();
   rig.enable();
-  simulation.gone = true;
-  EXPECT_EQ(rig.step().fault, Fault::kFrameLost) << "nothing is bridged";
+  rig.command_all_velocity(2.0);
+  rig.run(500ms);
+  EXPECT_GT(rig.sample.joints[3].position_rad, 0.3);
+}
+
+TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
+  LockStepRig rig(EthercatOptions::Kind::kBase);
+  rig.robot->activate();
+  rig.enable();
+  rig.emulation.slave(2).report_error(drivers::ethercat::AlState::kSafeOp, 0x001B);
+  rig.run(500ms);
+  EXPECT_EQ(rig.status.fault, Fault::kPartialBus);
+  // Without lock-step this brings it back; here it may be another robot by now.
+  rig.command.enable = false;
+  rig.run(2s);
+  EXPECT_EQ(rig.emulation.slave(2).state(), drivers::ethercat::AlState::kSafeOp);
+}
+
+TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
+  LockStepRig rig(EthercatOptions::Kind::kBase);
+  rig.robot->activate();
+  rig.enable();
+  rig.simulation.gone = true;
+  rig.run(11ms);
+  EXPECT_EQ(rig.status.fault, Fault::kLinkDown);
+  EXPECT_NE(rig.robot->explain(rig.status).find("simulation in lock-step on emulated bus does not answer"),
+            std::string::npos)
+      << rig.robot->explain(rig.status);
   EXPECT_FALSE(rig.sample.enabled);
   rig.command.enable = false;
   rig.run(50ms);
-  EXPECT_EQ(rig.status.fault, Fault::kFrameLost);
-  const std::vector<std::string> report = rig.robot->report();
-  EXPECT_TRUE(std::ranges::any_of(report, [](const std::string& line) {
-    return line.find("simulation in lock-step does not answer any more") != std::string::npos;
-  }));
+  EXPECT_EQ(rig.status.fault, Fault::kLinkDown);
   rig.robot->deactivate();
-  EXPECT_EQ(simulation.sent_since, 1) << "each frame would be waited for";
-  simulation.gone = false;
+  EXPECT_EQ(rig.simulation.sent_since, 1) << "each frame would be waited for";
+  rig.simulation.gone = false;
   rig.robot->activate();
   rig.enable();
   EXPECT_TRUE(rig.status.ok());
@@ -1103,17 +1108,7 @@ TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
 
 /// A simulation in lock-step that goes away; `frames` of the way out are still answered.
 int sent_to_the_dead(bool gripper_moves, int frames) {
-  constexpr auto kKind = EthercatOptions::Kind::kArm;
-  sim::bus::YoubotBusOptions bus = Rig::options(kKind);
-  bus.mark = drivers::ethercat::kLockStepMark;
-  Rig rig(bus, {.kind = kKind, .lock_step = true});
-  Forsaken::State simulation;
-  rig.robot = rig.watch.over(make_ethercat_robot(
-      [&]() -> std::unique_ptr<drivers::ethercat::Link> {
-        return std::make_unique<Forsaken>(
-            std::make_unique<sim::bus::BusLink>(rig.emulation.wire(), &rig.emulation), simulation);
-      },
-      {.kind = kKind, .lock_step = true}, rig.clock, 1ms));
+  LockStepRig rig(EthercatOptions::Kind::kArm);
   rig.robot->activate();
   rig.enable();
   if (gripper_moves) {
@@ -1121,9 +1116,9 @@ int sent_to_the_dead(bool gripper_moves, int frames) {
     rig.run(200ms);
     EXPECT_EQ(rig.sample.grippers[0].state, GripperState::kMoving);
   }
-  simulation.gone_after = frames;
+  rig.simulation.gone_after = frames;
   rig.robot->deactivate();
-  return simulation.sent_since;
+  return rig.simulation.sent_since;
 }
 
 TEST(EthercatRobot, InLockStepASimulationThatGoesWhileItIsLeftIsWaitedForOnce) {
@@ -1134,9 +1129,9 @@ TEST(EthercatRobot, InLockStepASimulationThatGoesWhileItIsLeftIsWaitedForOnce) {
     EXPECT_EQ(sent_to_the_dead(/*gripper_moves=*/true, frames), 1) << frames;
 }
 
-TEST(EthercatRobot, InLockStepNoOtherPeriodWillDo) {
+TEST(EthercatRobot, InVirtualTimeAnInterfaceIsRefused) {
   const VirtualClock clock;
-  EXPECT_THROW((void)make_ethercat_robot("eth0", {}, clock, 2ms), std::invalid_argument);
+  EXPECT_THROW((void)make_ethercat_robot("eth0", {}, clock, 1ms), std::invalid_argument);
 }
 
 }  // namespace ethercat_robot_test
