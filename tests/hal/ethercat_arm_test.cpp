@@ -414,7 +414,7 @@ TEST(EthercatArm, ParametersAreWrittenAtTheStartAndAgainToADriveThatLostItsPower
 }
 
 TEST(EthercatArm, AParameterThatCannotBeIsRefusedBeforeAnythingMoves) {
-  const VirtualClock clock;
+  const SteadyClock clock;
   const auto refused = [&clock](const char* name, std::int32_t value) -> std::string {
     try {
       (void)make_ethercat_robot("nowhere", {.parameters = {{"wheel-1", name, value}}}, clock, 1ms);
