@@ -1,7 +1,6 @@
 /// @file
 /// A link in virtual time: to youbot-sim --lock-step and to nothing else.
 #pragma once
-#include <cerrno>
 #include <chrono>
 #include <cstdint>
 #include <memory>
@@ -14,17 +13,19 @@ namespace drivers::ethercat {
 
 inline constexpr std::chrono::seconds kLockStepPatience{5};
 
-/// The simulation's time goes with the frames (kLockStepPeriod each), and so does this link's clock. Nothing
-/// is late on it: an answer may take kLockStepPatience, however busy the machine is, and every time-out above
-/// the link counts simulated time. wait() sends the frames that let that time pass.
+/// Each frame advances the simulation by kLockStepPeriod, and this link's clock with it. Every time-out above
+/// the link counts simulated time, so a busy machine makes no answer late. wait() sends frames until the
+/// simulated time has passed.
 ///
-/// After that silence the simulation is gone: from then on send() refuses every frame with ETIME at once,
-/// until a new link is opened. One thread; send() and receive() are cycle-safe.
+/// The simulation is gone once it leaves a frame unanswered for kLockStepPatience (last_error() is ETIME,
+/// also where the interface went down meanwhile) or the link below refuses a frame (its error). From then on
+/// send() refuses every frame at once: what answers later may be another bus. One thread; send() and
+/// receive() are cycle-safe.
 class LockStepLink final : public Link {
  public:
   /// Scans the bus and puts the simulated wheels on the ground or lifts them off it.
-  /// @throws BusError naming the first slave that does not say that it is simulated in lock-step. No slave
-  /// has been asked to leave its state by then: no robot is ever driven in virtual time.
+  /// @throws BusError naming the first slave that is not marked as simulated in lock-step. All slaves are
+  /// still in their state then: a real robot is never driven in virtual time.
   LockStepLink(std::unique_ptr<Link> link, bool lifted);
 
   bool send(std::span<const std::uint8_t> frame) noexcept override;
@@ -32,15 +33,15 @@ class LockStepLink final : public Link {
   std::chrono::nanoseconds now() const noexcept override { return now_; }
   void wait(std::chrono::nanoseconds duration) noexcept override;
   bool may_lead_elsewhere() const noexcept override { return true; }
-  int last_error() const noexcept override { return gone_ ? ETIME : link_->last_error(); }
+  int last_error() const noexcept override { return gone_ != 0 ? gone_ : link_->last_error(); }
   const std::string& name() const noexcept override { return link_->name(); }
 
  private:
   std::unique_ptr<Link> link_;
   std::chrono::nanoseconds now_{};
-  bool under_way_ = false;  // a frame that has no answer yet
-  std::uint8_t index_ = 0;  // of its first datagram, by which its answer is known
-  bool gone_ = false;
+  bool under_way_ = false;  // a frame has no answer yet
+  std::uint8_t index_ = 0;  // of its first datagram, which its answer repeats
+  int gone_ = 0;            // errno that ended the simulation
 };
 
 }  // namespace drivers::ethercat

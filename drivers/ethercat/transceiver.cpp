@@ -3,14 +3,8 @@
 #include <algorithm>
 
 namespace drivers::ethercat {
-namespace {
 
 using std::chrono::nanoseconds;
-
-/// A frame that is not ours to wait for must not keep us for ever.
-constexpr int kMostStrangers = 64;
-
-}  // namespace
 
 FrameWriter& Transceiver::begin() noexcept {
   writer_.clear();
@@ -38,7 +32,7 @@ bool Transceiver::send() noexcept {
 
 bool Transceiver::receive(nanoseconds timeout) noexcept {
   nanoseconds left = timeout;
-  for (int strangers = 0; strangers < kMostStrangers; ++strangers) {
+  for (int strangers = 0; strangers < kMaxStrangers; ++strangers) {
     const std::size_t size = link_.receive(received_, left);
     const nanoseconds passed = link_.now() - sent_at_;
     left = std::max(timeout - passed, nanoseconds{0});

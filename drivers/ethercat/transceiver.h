@@ -13,6 +13,9 @@
 
 namespace drivers::ethercat {
 
+/// Frames that are not the answer, in one wait: a flood of them must not hold the cycle.
+inline constexpr int kMaxStrangers = 64;
+
 struct FrameCounters {
   std::uint64_t sent = 0;
   std::uint64_t received = 0;   ///< answers to the frame that was waited for

@@ -94,6 +94,7 @@ class MeddlingLink final : public Link {
   explicit MeddlingLink(Link& link) : link_(link) {}
   bool send(std::span<const std::uint8_t> frame) noexcept override {
     ++frames;
+    if (refused != 0) return false;
     longest = std::max(longest, frame.size());
     if (!on_send) return link_.send(frame);
     Bytes copy(frame.begin(), frame.end());
@@ -106,9 +107,10 @@ class MeddlingLink final : public Link {
   }
   std::chrono::nanoseconds now() const noexcept override { return link_.now(); }
   void wait(std::chrono::nanoseconds duration) override { link_.wait(duration); }
-  int last_error() const noexcept override { return link_.last_error(); }
+  int last_error() const noexcept override { return refused != 0 ? refused : link_.last_error(); }
   const std::string& name() const noexcept override { return link_.name(); }
 
+  int refused = 0;  // errno with which it refuses all frames
   std::function<bool(Bytes&)> on_send;
   std::function<bool(std::span<std::uint8_t>)> on_receive;
   int frames = 0;

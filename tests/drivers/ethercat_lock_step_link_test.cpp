@@ -1,5 +1,4 @@
-// Virtual time over the wire: it goes with the frames, whoever is slow is waited for, whoever is silent is
-// gone.
+// Virtual time over the wire: each frame advances it, a slow simulation is waited for, a silent one is gone.
 #include "drivers/ethercat/lock_step_link.h"
 
 #include <gtest/gtest.h>
@@ -100,7 +99,7 @@ TEST(LockStep, AStrangersFrameIsNotTheAnswer) {
   EXPECT_TRUE(exchange_status(transceiver)) << "each answer belongs to its frame";
 }
 
-TEST(LockStep, WhoeverIsSilentIsWaitedForOnce) {
+TEST(LockStep, ASilentSimulationIsWaitedForOnce) {
   Rig rig;
   Transceiver transceiver(*rig.link);
   rig.wire->on_send = [](Bytes&) { return true; };
@@ -116,17 +115,40 @@ TEST(LockStep, WhoeverIsSilentIsWaitedForOnce) {
   rig.link->wait(10ms);
   EXPECT_EQ(rig.wire->frames - frames, 1);
   EXPECT_EQ(transceiver.counters().link_error, ETIME);
-  // Whoever waits for something gives up.
+  // Time-outs above the link end.
   EXPECT_EQ(rig.link->now() - begin, 13ms);
+}
+
+TEST(LockStep, ARefusedFrameEndsIt) {
+  Rig rig;
+  Transceiver transceiver(*rig.link);
+  rig.wire->refused = ENETDOWN;
+  EXPECT_FALSE(exchange_status(transceiver));
+  rig.wire->refused = 0;
+  EXPECT_FALSE(exchange_status(transceiver)) << "it may be another bus by now";
+  EXPECT_EQ(transceiver.counters().link_error, ENETDOWN);
+}
+
+TEST(LockStep, AWaitEndsAmongFramesOfAnotherMaster) {
+  Rig rig;
+  const auto begin = rig.link->now();
+  rig.wire->on_send = [&](Bytes&) {
+    for (int n = 0; n < 100; ++n)
+      rig.robot.wire->send(frame_of_another_master(Command::kBrd, address_of(0, reg::kAlStatus)));
+    return true;
+  };
+  rig.link->wait(3ms);
+  EXPECT_EQ(rig.link->now() - begin, 3ms);
 }
 
 TEST(LockStep, ASilenceDuringSetupEndsIt) {
   Rig rig;
   PreOpBus setup(*rig.link, nullptr, {});
   rig.wire->on_send = [](Bytes&) { return true; };
-  EXPECT_NE(error_of([&] { setup.enter_pre_op(); }), "");
-  PreOpBus::Options options;
-  EXPECT_NE(error_of([&] { PreOpBus(*rig.link, nullptr, options); }), "");
+  const std::string error = error_of([&] { setup.enter_pre_op(); });
+  EXPECT_TRUE(contains(error, "no frame comes back")) << error;
+  const std::string again = error_of([&] { PreOpBus(*rig.link, nullptr, {}); });
+  EXPECT_TRUE(contains(again, "Timer expired")) << again;
 }
 
 }  // namespace ethercat_lock_step_link_test
