@@ -33,17 +33,7 @@ namespace ethercat = drivers::ethercat;
 namespace tmcl = drivers::tmcl;
 using std::chrono::nanoseconds;
 
-tmcl::YoubotKind kind_of(EthercatOptions::Kind kind) noexcept {
-  switch (kind) {
-    case EthercatOptions::Kind::kBase: return tmcl::YoubotKind::kBase;
-    case EthercatOptions::Kind::kArm: return tmcl::YoubotKind::kArm;
-    case EthercatOptions::Kind::kBaseAndArm: return tmcl::YoubotKind::kBaseAndArm;
-    case EthercatOptions::Kind::kBaseAndTwoArms: return tmcl::YoubotKind::kBaseAndTwoArms;
-  }
-  return tmcl::YoubotKind::kBase;
-}
-
-std::size_t drives_of(tmcl::YoubotKind kind) {
+std::size_t drives_of(YoubotKind kind) {
   return static_cast<std::size_t>(std::ranges::count_if(
       tmcl::youbot_boards(kind), [](const auto& board) { return board.kind != tmcl::BoardKind::kPower; }));
 }
@@ -167,7 +157,7 @@ class EthercatRobot final : public Robot {
         clock_(clock),
         period_(period),
         tolerated_cycles_(options.tolerated_cycles.value_or(kToleratedCycles)) {
-    for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(kind_of(options.kind))) {
+    for (const tmcl::YoubotBoard& board : tmcl::youbot_boards(options.kind)) {
       if (board.kind == tmcl::BoardKind::kPower) continue;
       joints_.push_back(joint_info(joint_name(board), axis_of(board)));
       settings_.push_back(settings_of(options, joints_.back().name));
@@ -248,10 +238,10 @@ void EthercatRobot::activate() {
     link_ = open_link_();
     interface_ = link_->name();
     ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
-    const tmcl::YoubotKind kind = kind_of(options_.kind);
+    const YoubotKind kind = options_.kind;
     // An arm that is there and not asked for stays out of operation: its drives are sent nothing, so neither
     // do their watchdogs make them hold it when this ends.
-    const tmcl::YoubotKind around = tmcl::youbot_around(kind, setup.slaves().size());
+    const YoubotKind around = tmcl::youbot_around(kind, setup.slaves().size());
     check_topology(setup.slaves(), tmcl::youbot_topology(around), link_->name());
     drives_left_off_ = drives_of(around) - drives_of(kind);
     tmcl::require_youbot_boards(setup.slaves());

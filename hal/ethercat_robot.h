@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/tmcl/youbot_kind.h"
 #include "hal/clock.h"
 #include "hal/robot.h"
 
@@ -19,13 +20,14 @@ class Link;
 
 namespace hal {
 
+using drivers::tmcl::YoubotKind;
+
 inline constexpr int kToleratedCycles = 10;
 /// As long as the boards' own watchdog.
 inline constexpr std::chrono::milliseconds kSimulatorPatience{100};
 
 struct EthercatOptions {
-  enum class Kind : std::uint8_t { kBase, kArm, kBaseAndArm, kBaseAndTwoArms };
-  Kind kind = Kind::kBaseAndArm;
+  YoubotKind kind = YoubotKind::kBaseAndArm;
   /// Poll the network interface instead of sleeping on it: faster, and takes the core.
   bool busy_wait = false;
   /// The motor controllers report the current's magnitude only (a property of the firmware).

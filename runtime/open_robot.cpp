@@ -51,16 +51,6 @@ std::unique_ptr<drivers::ethercat::PcapRing> make_capture(const std::string& int
       drivers::ethercat::PcapRing::Options{.interface = interface, .frames = 2000});
 }
 
-sim::bus::RobotKind emulated_kind(hal::EthercatOptions::Kind kind) {
-  switch (kind) {
-    case hal::EthercatOptions::Kind::kBase: return sim::bus::RobotKind::kBase;
-    case hal::EthercatOptions::Kind::kArm: return sim::bus::RobotKind::kArm;
-    case hal::EthercatOptions::Kind::kBaseAndArm: return sim::bus::RobotKind::kBaseAndArm;
-    case hal::EthercatOptions::Kind::kBaseAndTwoArms: return sim::bus::RobotKind::kTwoArms;
-  }
-  return sim::bus::RobotKind::kBase;
-}
-
 /// youbot-sim --lock-step, at the other end of a network interface.
 std::unique_ptr<hal::Robot> lock_step_robot(const std::string& interface, const hal::EthercatOptions& options,
                                             bool lifted, const hal::Clock& clock,
@@ -69,6 +59,7 @@ std::unique_ptr<hal::Robot> lock_step_robot(const std::string& interface, const 
   if (period != ethercat::kLockStepPeriod)
     throw std::invalid_argument("in lock-step a cycle takes 1 ms, and no other period");
   const auto open_link = [interface, lifted]() -> std::unique_ptr<ethercat::Link> {
+    // Blocking: a busy wait would take the core from the simulation.
     return std::make_unique<ethercat::LockStepLink>(
         std::make_unique<ethercat::RawSocketLink>(interface, ethercat::RawSocketLink::Wait::kBlock), lifted);
   };
@@ -83,7 +74,7 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
   OpenedRobot opened;
   hal::EthercatOptions ethercat = options.ethercat;
   const sim::BaseParameters simulation = with_youbot_wheels(options.simulation);
-  if (options.name == "loopback" && options.ethercat.kind == hal::EthercatOptions::Kind::kBaseAndArm) {
+  if (options.name == "loopback" && options.ethercat.kind == hal::YoubotKind::kBaseAndArm) {
     sim::MobileManipulatorParameters parameters;
     parameters.wheels = static_cast<const sim::MecanumWheelParameters&>(simulation);
     parameters.step = simulation.step;
@@ -96,9 +87,9 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
     opened.truth = &opened.plant->pose();
   } else if (options.name == "wire") {
     sim::bus::YoubotBusOptions emulation;
-    emulation.robot = emulated_kind(options.ethercat.kind);
+    emulation.robot = options.ethercat.kind;
     emulation.base = simulation;
-    emulation.coupled = emulation.robot == sim::bus::RobotKind::kBaseAndArm;
+    emulation.coupled = emulation.robot == drivers::tmcl::YoubotKind::kBaseAndArm;
     emulation.scene = options.scene;
     opened.emulation = std::make_shared<sim::bus::YoubotBus>(emulation);
     opened.manipulator = {opened.emulation, opened.emulation->manipulator()};

@@ -21,7 +21,7 @@ namespace runtime {
 
 struct RobotOptions {
   std::string name = "loopback";
-  hal::EthercatOptions ethercat{.kind = hal::EthercatOptions::Kind::kBase};
+  hal::EthercatOptions ethercat{.kind = hal::YoubotKind::kBase};
   hal::CanOptions can;
   /// Of loopback and wire. A simulation in lock-step reads whether its wheels are on the ground; a robot
   /// reads nothing of it.

@@ -4,7 +4,7 @@
 cmake_minimum_required(VERSION 3.25)
 
 # Pattern of the including file, pattern of what it may include. The first match counts.
-set(plain_values "hal/(plant|joint|hand_plant|seconds)\\.h$|drivers/.*(_wire|/frame|/registers|/lock_step|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port)\\.h$")
+set(plain_values "hal/(plant|joint|hand_plant|seconds)\\.h$|drivers/.*(_wire|/frame|/registers|/lock_step|/al_status|/link|/telegram|/process_data|/status_flags|/axis_parameters?|/firmware_version|/usb_port|/youbot_kind)\\.h$")
 set(rules
   "^drivers/[^/]+$"     "^drivers/[^/]+$"
   "^drivers/ethercat/"  "^drivers/(ethercat/|(interface_lock|latency_histogram|packet_age|uninterrupted)\\.h)"
@@ -13,7 +13,7 @@ set(rules
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/(setup_error|uninterrupted)\\.h)"
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
-  "^hal/.*\\.h$"        "^(hal|Eigen)/"
+  "^hal/.*\\.h$"        "^((hal|Eigen)/|drivers/tmcl/youbot_kind\\.h$)"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
   "^model/"             "^(model|Eigen)/"
   # Its subject is what the HAL's robots report.

@@ -29,7 +29,7 @@ Bus open_bus(const std::string& robot) {
   if (robot == "wire") {
     Bus bus;
     bus.emulation = std::make_unique<sim::bus::YoubotBus>(
-        sim::bus::YoubotBusOptions{.robot = sim::bus::RobotKind::kBaseAndArm});
+        sim::bus::YoubotBusOptions{.robot = drivers::tmcl::YoubotKind::kBaseAndArm});
     bus.link = std::make_unique<sim::bus::BusLink>(bus.emulation->wire(), bus.emulation.get());
     bus.clock = std::make_unique<EmulatedClock>(*bus.emulation);
     return bus;

@@ -81,7 +81,7 @@ struct ExperimentRequest {
   const char* about = "";
   ExperimentSettings settings{};
   ExperimentParameters parameters{};
-  hal::EthercatOptions ethercat{.kind = hal::EthercatOptions::Kind::kBase};
+  hal::EthercatOptions ethercat{.kind = hal::YoubotKind::kBase};
   hal::CanOptions can{};
   control::ChecksOff checks_off{};  ///< of the sensors
   std::filesystem::path directory{};

@@ -242,7 +242,7 @@ void require_simulation(const char* option, const std::string& name) {
 youbotd::Config load(const TransparencyOptions& options) {
   youbotd::Config config;
   if (options.config.empty()) {
-    config.robot.ethercat.kind = hal::EthercatOptions::Kind::kBaseAndArm;
+    config.robot.ethercat.kind = hal::YoubotKind::kBaseAndArm;
     config.teleoperation.robot.base.wrench_limits = {.force_N = 60.0, .moment_Nm = 20.0};
   } else {
     config = youbotd::load_config(options.config);
@@ -251,7 +251,7 @@ youbotd::Config load(const TransparencyOptions& options) {
   if (!options.haptic.empty()) config.haptic.name = options.haptic;
   require_simulation("--robot", config.robot.name);
   require_simulation("--haptic", config.haptic.name);
-  if (config.robot.ethercat.kind != hal::EthercatOptions::Kind::kBaseAndArm)
+  if (config.robot.ethercat.kind != hal::YoubotKind::kBaseAndArm)
     throw std::invalid_argument("--config: " + options.config +
                                 " is of a robot without a tip; set ethercat.kind = \"base+arm\"");
   if (config.cycle.period != kPeriod)

@@ -28,14 +28,12 @@
 namespace {
 
 using drivers::tmcl::Firmware;
+using drivers::tmcl::kYoubotKinds;
+using drivers::tmcl::YoubotKind;
 using sim::bus::Hardware;
 using sim::bus::MailboxDemand;
-using sim::bus::RobotKind;
 
-const std::map<std::string, RobotKind> kRobots{{"base", RobotKind::kBase},
-                                               {"arm", RobotKind::kArm},
-                                               {"base+arm", RobotKind::kBaseAndArm},
-                                               {"base+two-arms", RobotKind::kTwoArms}};
+const std::map<std::string, YoubotKind> kRobots(kYoubotKinds.begin(), kYoubotKinds.end());
 const std::map<std::string, Firmware> kFirmwares{{"148", Firmware::k148}, {"200", Firmware::k200}};
 const std::map<std::string, MailboxDemand> kDemands{{"lenient", MailboxDemand::kWhereSiiNames},
                                                     {"strict", MailboxDemand::kAlways}};
@@ -60,22 +58,11 @@ struct Arguments {
   bool quiet = false;
 };
 
-std::size_t slaves_of(RobotKind robot) {
-  using drivers::tmcl::YoubotKind;
-  switch (robot) {
-    case RobotKind::kBase: return youbot_boards(YoubotKind::kBase).size();
-    case RobotKind::kArm: return youbot_boards(YoubotKind::kArm).size();
-    case RobotKind::kBaseAndArm: return youbot_boards(YoubotKind::kBaseAndArm).size();
-    case RobotKind::kTwoArms: break;
-  }
-  return youbot_boards(YoubotKind::kBaseAndTwoArms).size();
-}
-
 /// The wire takes its time by itself here, so emulated round trips stay off.
 sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   sim::bus::YoubotBusOptions options;
   options.robot = kRobots.at(arguments.robot);
-  options.coupled = options.robot == RobotKind::kBaseAndArm;
+  options.coupled = options.robot == YoubotKind::kBaseAndArm;
   options.board.firmware = kFirmwares.at(arguments.firmware);
   options.hardware = kGenerations.at(arguments.hardware);
   options.slave.mailbox_demand = kDemands.at(arguments.boards);
@@ -87,7 +74,7 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
     options.scene = runtime::load_scene(arguments.scene_file);
   }
   if (!arguments.faults_file.empty())
-    options.wire.faults = youbot_sim::load_faults(arguments.faults_file, slaves_of(options.robot));
+    options.wire.faults = youbot_sim::load_faults(arguments.faults_file, youbot_boards(options.robot).size());
   return options;
 }
 

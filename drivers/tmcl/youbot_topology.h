@@ -7,10 +7,9 @@
 #include <vector>
 
 #include "drivers/ethercat/bus_scan.h"
+#include "drivers/tmcl/youbot_kind.h"
 
 namespace drivers::tmcl {
-
-enum class YoubotKind : std::uint8_t { kBase, kArm, kBaseAndArm, kBaseAndTwoArms };
 
 enum class BoardKind : std::uint8_t { kPower, kWheel, kArmJoint };
 

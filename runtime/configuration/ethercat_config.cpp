@@ -13,14 +13,6 @@
 namespace runtime {
 namespace {
 
-using Kind = hal::EthercatOptions::Kind;
-
-constexpr auto kKinds =
-    std::to_array<std::pair<std::string_view, Kind>>({{"base", Kind::kBase},
-                                                      {"arm", Kind::kArm},
-                                                      {"base+arm", Kind::kBaseAndArm},
-                                                      {"base+two-arms", Kind::kBaseAndTwoArms}});
-
 constexpr std::chrono::milliseconds kLongestBridge{100};
 /// Of which hal::EthercatOptions::loss_fault is a share.
 constexpr int kLossCycles = 1000;
@@ -28,7 +20,7 @@ constexpr int kLossCycles = 1000;
 }  // namespace
 
 void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::EthercatOptions& options) {
-  table.choice("kind", options.kind, {kKinds[0], kKinds[1], kKinds[2], kKinds[3]});
+  table.choice("kind", options.kind, drivers::tmcl::kYoubotKinds);
   table.boolean("busy_wait", options.busy_wait);
   table.boolean("unsigned_current", options.unsigned_current);
   table.boolean("distributed_clocks", options.distributed_clocks);
@@ -73,13 +65,10 @@ void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::Ether
 }
 
 std::string ethercat_text(const hal::EthercatOptions& options) {
-  std::string_view kind;
-  for (const auto& [name, value] : kKinds)
-    if (value == options.kind) kind = name;
   std::string text = fmt::format(
       "[ethercat]\nkind = {}\nbusy_wait = {}\nunsigned_current = {}\n"
       "loss_warning = {}\nloss_fault = {}\nframe_timeout_s = {}\ndistributed_clocks = {}\nhome_arms = {}\n",
-      toml_string(kind), options.busy_wait, options.unsigned_current, options.loss_warning,
+      toml_string(name_of(options.kind)), options.busy_wait, options.unsigned_current, options.loss_warning,
       options.loss_fault, std::chrono::duration<double>(options.frame_timeout).count(),
       options.distributed_clocks, options.home_arms);
   if (options.tolerated_cycles) text += fmt::format("tolerated_cycles = {}\n", *options.tolerated_cycles);
@@ -89,9 +78,9 @@ std::string ethercat_text(const hal::EthercatOptions& options) {
   return text;
 }
 
-Kind ethercat_kind(const std::string& name) {
+hal::YoubotKind ethercat_kind(const std::string& name) {
   std::string known;
-  for (const auto& [kind_name, kind] : kKinds) {
+  for (const auto& [kind_name, kind] : drivers::tmcl::kYoubotKinds) {
     if (kind_name == name) return kind;
     known += (known.empty() ? "" : ", ") + std::string(kind_name);
   }

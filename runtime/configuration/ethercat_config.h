@@ -20,6 +20,6 @@ void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::Ether
 std::string ethercat_text(const hal::EthercatOptions& options);
 
 /// "base+arm" → the kind. @throws std::invalid_argument listing those there are.
-hal::EthercatOptions::Kind ethercat_kind(const std::string& name);
+hal::YoubotKind ethercat_kind(const std::string& name);
 
 }  // namespace runtime

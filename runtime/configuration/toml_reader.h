@@ -71,9 +71,15 @@ class TomlTable {
   using Choices = std::initializer_list<std::pair<std::string_view, std::type_identity_t<Value>>>;
   template <typename Value>
   void choice(std::string_view key, Value& value, Choices<Value> choices, const KeyRules& rules = {}) {
+    choice(key, value, std::span(choices), rules);
+  }
+  template <typename Value>
+  void choice(std::string_view key, Value& value,
+              std::span<const std::pair<std::string_view, std::type_identity_t<Value>>> choices,
+              const KeyRules& rules = {}) {
     std::vector<std::string_view> names;
     for (const auto& [name, meaning] : choices) names.push_back(name);
-    if (const auto index = choice_index(key, names, rules)) value = std::data(choices)[*index].second;
+    if (const auto index = choice_index(key, names, rules)) value = choices[*index].second;
   }
 
   /// Reports a value that only together with others is wrong, at the line of `key`, or of the table without

@@ -47,9 +47,11 @@ MobileManipulatorParameters manipulator_parameters(const YoubotBusOptions& optio
 }  // namespace
 
 YoubotBus::YoubotBus(const YoubotBusOptions& options) {
-  const bool base = options.robot != RobotKind::kArm;
-  const int arms = options.robot == RobotKind::kBase ? 0 : options.robot == RobotKind::kTwoArms ? 2 : 1;
-  if (options.coupled && options.robot != RobotKind::kBaseAndArm)
+  const bool base = options.robot != YoubotKind::kArm;
+  const int arms = options.robot == YoubotKind::kBase             ? 0
+                   : options.robot == YoubotKind::kBaseAndTwoArms ? 2
+                                                                  : 1;
+  if (options.coupled && options.robot != YoubotKind::kBaseAndArm)
     throw std::invalid_argument("emulated robot: coupled needs a base and one arm");
   if (options.coupled)
     manipulator_ = std::make_unique<ManipulatorMechanics>(manipulator_parameters(options), options.scene);

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "drivers/tmcl/youbot_kind.h"
 #include "sim/base.h"
 #include "sim/bus/arm_joint.h"
 #include "sim/bus/axis_data.h"
@@ -26,13 +27,13 @@
 
 namespace sim::bus {
 
-/// kTwoArms: a base with two.
-enum class RobotKind : std::uint8_t { kBase, kArm, kBaseAndArm, kTwoArms };
+using drivers::tmcl::YoubotKind;
+
 /// Boards were renamed: TMCM-174 and -KR-841, later TMCM-1632 and -1610.
 enum class Hardware : std::uint8_t { kFirst, kLater };
 
 struct YoubotBusOptions {
-  RobotKind robot = RobotKind::kBase;
+  YoubotKind robot = YoubotKind::kBase;
   Hardware hardware = Hardware::kLater;
   /// For every board, but for what belongs to its axis: `controller` and `axis` are filled in.
   TmcmOptions board = {};

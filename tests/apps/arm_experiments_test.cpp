@@ -592,7 +592,7 @@ TEST_F(ArmExperiment, OnTheEmulatedBusItIsHomedTakenToItsStartAndMeasured) {
     SCOPED_TRACE("arm-" + std::to_string(joint));
     runtime::RobotOptions options;
     options.name = "wire";
-    options.ethercat.kind = hal::EthercatOptions::Kind::kBaseAndArm;
+    options.ethercat.kind = hal::YoubotKind::kBaseAndArm;
     options.ethercat.home_arms = true;
     options.simulation.on_ground = false;
     hal::VirtualClock clock;

@@ -34,7 +34,7 @@ struct Control {
   Control() : robot(hal::make_ethercat_robot("veth-c", options(), clock, 1ms)) {}
   static hal::EthercatOptions options() {
     // As long as the drives' own watchdog: a shared machine may not run us for a while.
-    return {.kind = hal::EthercatOptions::Kind::kBase, .tolerated_cycles = 90, .frame_timeout = 3ms};
+    return {.kind = hal::YoubotKind::kBase, .tolerated_cycles = 90, .frame_timeout = 3ms};
   }
   /// A shared machine may starve either process for longer than any watchdog allows; that is a fault,
   /// rightly, and answered here as an operator would: disabled and enabled again. A slave that is missing is

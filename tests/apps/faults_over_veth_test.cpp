@@ -42,7 +42,7 @@ struct Operator {
   }
   static hal::EthercatOptions options() {
     hal::EthercatOptions options;
-    options.kind = hal::EthercatOptions::Kind::kBase;
+    options.kind = hal::YoubotKind::kBase;
     // A busy machine may suspend either process for a while.
     options.tolerated_cycles = 90;
     options.frame_timeout = 3ms;

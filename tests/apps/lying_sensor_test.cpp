@@ -232,7 +232,7 @@ TEST(TrueBoard, EndsNoRunWhileFramesAreLost) {
          .count = burst});
     at += std::chrono::milliseconds(burst + 9 + random() % 22);
   }
-  hal::test::EthercatRig rig(hal::EthercatOptions::Kind::kBaseAndArm, drivers::tmcl::Firmware::k148, faults);
+  hal::test::EthercatRig rig(hal::YoubotKind::kBaseAndArm, drivers::tmcl::Firmware::k148, faults);
   runtime::MonitoredRobot robot(*rig.robot, control::PlausibilityMonitor::Wheels::kFree, {});
   robot.activate();
   hal::CycleStatus status;
@@ -264,7 +264,7 @@ TEST(LyingBoard, AnEncoderOfAnotherScaleIsNamedBeforeItsJointHasGoneATenthOfARad
   for (const double factor : {0.0, 0.5, 2.0, -1.0})
     for (std::size_t joint = 0; joint < 9; ++joint) {
       SCOPED_TRACE(testing::Message() << "joint " << joint << " times " << factor);
-      hal::test::EthercatRig rig(hal::EthercatOptions::Kind::kBaseAndArm);
+      hal::test::EthercatRig rig(hal::YoubotKind::kBaseAndArm);
       support::LyingBoard board(rig.emulation.board(joint), rig.emulation.slave(joint));
       runtime::MonitoredRobot robot(*rig.robot, control::PlausibilityMonitor::Wheels::kFree, {});
       robot.activate();

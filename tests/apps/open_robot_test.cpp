@@ -61,7 +61,7 @@ TEST(OpenRobot, ARobotOnTheEmulatedBusTellsWhatItsMasterFound) {
   options.wire.faults = {
       {.kind = sim::bus::FaultKind::kDamageOnCable, .at_frame = 1000, .count = 3, .slave = 1}};
   sim::bus::YoubotBus emulation(options);
-  WireRobot robot(emulation, {.kind = hal::EthercatOptions::Kind::kBase}, clock, 1ms);
+  WireRobot robot(emulation, {.kind = hal::YoubotKind::kBase}, clock, 1ms);
   EXPECT_TRUE(robot.report().empty());
   robot.activate();
   const hal::RobotCommand at_rest;
@@ -82,7 +82,7 @@ TEST(OpenRobot, ARobotOnTheEmulatedBusTellsWhatItsMasterFound) {
 TEST(OpenRobot, ABaseWithAnArmStandsInTheSceneAlsoBehindTheEmulatedBus) {
   const hal::VirtualClock clock;
   RobotOptions options;
-  options.ethercat.kind = hal::EthercatOptions::Kind::kBaseAndArm;
+  options.ethercat.kind = hal::YoubotKind::kBaseAndArm;
   options.scene.box = sim::FreeBox{.block = {.centre_W_m = {0.5, 0.1, 0.05}, .size_m = {0.1, 0.1, 0.1}}};
   for (const char* name : {"loopback", "wire"}) {
     options.name = name;
@@ -91,7 +91,7 @@ TEST(OpenRobot, ABaseWithAnArmStandsInTheSceneAlsoBehindTheEmulatedBus) {
     ASSERT_TRUE(opened.manipulator) << name;
     EXPECT_EQ(opened.manipulator->environment().box_p_W_m(), options.scene.box->block.centre_W_m) << name;
   }
-  for (const auto kind : {hal::EthercatOptions::Kind::kBase, hal::EthercatOptions::Kind::kBaseAndTwoArms}) {
+  for (const auto kind : {hal::YoubotKind::kBase, hal::YoubotKind::kBaseAndTwoArms}) {
     options.ethercat.kind = kind;
     EXPECT_FALSE(open_robot(options, clock, 1ms).manipulator);
   }

@@ -280,7 +280,7 @@ TEST_F(TeleopSession, AskedToStopInMidMotionItComesToRestBeforeTheDrivesGoOff) {
 // --- What cannot be run ---
 
 TEST_F(TeleopSession, ARobotThatIsNotABaseWithOneArmIsRefusedWithWhatToDo) {
-  using Kind = hal::EthercatOptions::Kind;
+  using Kind = hal::YoubotKind;
   for (const auto& [name, kind, joints] : {std::tuple("loopback", Kind::kBase, 4),
                                            {"wire", Kind::kArm, 5},
                                            {"wire", Kind::kBaseAndTwoArms, 14}}) {

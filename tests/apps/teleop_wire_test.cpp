@@ -21,13 +21,12 @@ Vector3d vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
 class WireRig {
  public:
   explicit WireRig(const sim::EnvironmentParameters& scene)
-      : robot(runtime::open_robot(
-            {.name = "wire",
-             .ethercat = {.kind = hal::EthercatOptions::Kind::kBaseAndArm, .home_arms = true},
-             .can = {},
-             .simulation = {},
-             .scene = scene},
-            clock, teleop_rig::kPeriod)),
+      : robot(runtime::open_robot({.name = "wire",
+                                   .ethercat = {.kind = hal::YoubotKind::kBaseAndArm, .home_arms = true},
+                                   .can = {},
+                                   .simulation = {},
+                                   .scene = scene},
+                                  clock, teleop_rig::kPeriod)),
         hand({.travel = sim::GripTravel{}}),
         master(std::make_unique<hal::LoopbackHapticLink>(
                    hand, teleop_rig::kPeriod,

@@ -57,7 +57,7 @@ sim::bus::YoubotBusOptions robot_options(Machine machine, std::mt19937_64& rando
     return std::uniform_real_distribution<>(low, high)(random);
   };
   sim::bus::YoubotBusOptions options;
-  options.robot = machine == Machine::kBase ? sim::bus::RobotKind::kBase : sim::bus::RobotKind::kBaseAndArm;
+  options.robot = machine == Machine::kBase ? sim::bus::YoubotKind::kBase : sim::bus::YoubotKind::kBaseAndArm;
   options.coupled = machine == Machine::kManipulator;
   options.base.noise_seed = random();
   options.noise_seed = random();

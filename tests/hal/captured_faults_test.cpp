@@ -67,8 +67,8 @@ class Master {
  public:
   Master(std::function<std::unique_ptr<Link>()> open_link, drivers::ethercat::FrameTap* tap)
       : robot(make_ethercat_robot(std::move(open_link),
-                                  {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = 10, .tap = tap},
-                                  clock_, 1ms)) {}
+                                  {.kind = YoubotKind::kBase, .tolerated_cycles = 10, .tap = tap}, clock_,
+                                  1ms)) {}
 
   /// `cycle_ends` lets the time of the bus go on until the end of the period.
   template <typename Now, typename CycleEnds>

@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
 using sim::bus::FaultEvent;
 using sim::bus::FaultKind;
-using Kind = EthercatOptions::Kind;
+using Kind = YoubotKind;
 using Rig = test::EthercatRig;
 
 constexpr std::size_t kHand = 4;         // arm joint 5, whose mailbox leads to the gripper

@@ -22,8 +22,8 @@ using sim::bus::FaultEvent;
 
 /// The robot and its emulated boards in one process, a millisecond a step.
 struct EthercatRig {
-  explicit EthercatRig(EthercatOptions::Kind kind = EthercatOptions::Kind::kBase,
-                       Firmware firmware = Firmware::k148, std::vector<FaultEvent> faults = {})
+  explicit EthercatRig(YoubotKind kind = YoubotKind::kBase, Firmware firmware = Firmware::k148,
+                       std::vector<FaultEvent> faults = {})
       : EthercatRig(options(kind, firmware, std::move(faults)), {.kind = kind}) {}
 
   /// `sabotage` gets between the calls of the test and the true robot.
@@ -38,13 +38,13 @@ struct EthercatRig {
             },
             ethercat, clock, 1ms)))) {}
 
-  static sim::bus::YoubotBusOptions options(EthercatOptions::Kind kind, Firmware firmware = Firmware::k148,
+  static sim::bus::YoubotBusOptions options(YoubotKind kind, Firmware firmware = Firmware::k148,
                                             std::vector<FaultEvent> faults = {}) {
     sim::bus::YoubotBusOptions options;
-    options.robot = kind == EthercatOptions::Kind::kBase         ? sim::bus::RobotKind::kBase
-                    : kind == EthercatOptions::Kind::kArm        ? sim::bus::RobotKind::kArm
-                    : kind == EthercatOptions::Kind::kBaseAndArm ? sim::bus::RobotKind::kBaseAndArm
-                                                                 : sim::bus::RobotKind::kTwoArms;
+    options.robot = kind == YoubotKind::kBase         ? sim::bus::YoubotKind::kBase
+                    : kind == YoubotKind::kArm        ? sim::bus::YoubotKind::kArm
+                    : kind == YoubotKind::kBaseAndArm ? sim::bus::YoubotKind::kBaseAndArm
+                                                      : sim::bus::YoubotKind::kBaseAndTwoArms;
     options.board.firmware = firmware;
     options.base.on_ground = false;
     options.wire.faults = std::move(faults);

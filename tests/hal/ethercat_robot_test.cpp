@@ -35,7 +35,7 @@ using std::chrono::nanoseconds;
 using Rig = test::EthercatRig;
 
 TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
-  const Rig rig(EthercatOptions::Kind::kBaseAndArm);
+  const Rig rig(YoubotKind::kBaseAndArm);
   const auto joints = rig.robot->joints();
   ASSERT_EQ(joints.size(), 9U);
   EXPECT_EQ(joints[0].name, "wheel-1");
@@ -51,7 +51,7 @@ TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
   EXPECT_FALSE(joints[0].range.limited());
 }
 
-class EthercatRobotKinds : public ::testing::TestWithParam<std::tuple<EthercatOptions::Kind, Firmware>> {};
+class EthercatRobotKinds : public ::testing::TestWithParam<std::tuple<YoubotKind, Firmware>> {};
 
 TEST_P(EthercatRobotKinds, StartsCommutatesAndTurnsEveryJointTheWayItIsTold) {
   const auto [kind, firmware] = GetParam();
@@ -79,10 +79,9 @@ TEST_P(EthercatRobotKinds, StartsCommutatesAndTurnsEveryJointTheWayItIsTold) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(AllRobotsAndFirmwares, EthercatRobotKinds,
-                         ::testing::Combine(::testing::Values(EthercatOptions::Kind::kBase,
-                                                              EthercatOptions::Kind::kArm,
-                                                              EthercatOptions::Kind::kBaseAndArm,
-                                                              EthercatOptions::Kind::kBaseAndTwoArms),
+                         ::testing::Combine(::testing::Values(YoubotKind::kBase, YoubotKind::kArm,
+                                                              YoubotKind::kBaseAndArm,
+                                                              YoubotKind::kBaseAndTwoArms),
                                             ::testing::Values(Firmware::k148, Firmware::k200)));
 
 TEST(EthercatRobot, TorqueGoesOutAndComesBackAsTorque) {
@@ -126,7 +125,7 @@ TEST(EthercatRobot, ATargetThatIsNotANumberSwitchesEverythingOff) {
 }
 
 TEST(EthercatRobot, ATargetThatIsNotANumberIsFoundAtWhicheverJoint) {
-  Rig rig(EthercatOptions::Kind::kBaseAndArm);
+  Rig rig(YoubotKind::kBaseAndArm);
   rig.robot->activate();
   for (std::size_t i = 0; i < rig.robot->joints().size(); ++i) {
     rig.enable();
@@ -153,7 +152,7 @@ struct FirstWheel final : drivers::ethercat::FrameTap {
 
 TEST(EthercatRobot, VelocityBeyondTheLimitOfTheAxisDoesNotGoOut) {
   FirstWheel wheel;
-  Rig rig(Rig::options(EthercatOptions::Kind::kBase), {.kind = EthercatOptions::Kind::kBase, .tap = &wheel});
+  Rig rig(Rig::options(YoubotKind::kBase), {.kind = YoubotKind::kBase, .tap = &wheel});
   rig.robot->activate();
   rig.enable();
   rig.run(20ms);
@@ -168,7 +167,7 @@ TEST(EthercatRobot, VelocityBeyondTheLimitOfTheAxisDoesNotGoOut) {
 TEST(EthercatRobot, ACommutationThatFailedIsTriedAgainByTheNextEnable) {
   for (const Firmware firmware : {Firmware::k148, Firmware::k200})
     for (const auto broken : {700ms, 3000ms}) {
-      Rig rig(EthercatOptions::Kind::kBase, firmware);
+      Rig rig(YoubotKind::kBase, firmware);
       rig.robot->activate();
       rig.command.enable = true;
       rig.run(20ms);
@@ -204,7 +203,7 @@ TEST(EthercatRobot, ACommutationThatKeepsFailingIsAFaultEveryTime) {
 
 TEST(EthercatRobot, ADriveWhoseWatchdogHoldsItIsLetGoWhenTheRobotIsDisabledAndNotBefore) {
   using drivers::tmcl::StatusFlag;
-  Rig rig(EthercatOptions::Kind::kBase, Firmware::k148,
+  Rig rig(YoubotKind::kBase, Firmware::k148,
           {FaultEvent{.kind = FaultKind::kCableOut, .at = 3s, .duration = 300ms, .slave = 0}});
   rig.robot->activate();
   rig.enable();
@@ -233,9 +232,9 @@ TEST(EthercatRobot, ADriveWhoseWatchdogHoldsItIsLetGoWhenTheRobotIsDisabledAndNo
 }
 
 TEST(EthercatRobot, ALateAnswerToAnAttemptThatWasGivenUpDoesNotCountForTheNext) {
-  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  sim::bus::YoubotBusOptions bus = Rig::options(YoubotKind::kBase);
   bus.board.reply_latency = 30ms;
-  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  Rig rig(bus, {.kind = YoubotKind::kBase});
   rig.robot->activate();
   rig.run(100ms);
   const auto starting = [&] {
@@ -247,7 +246,7 @@ TEST(EthercatRobot, ALateAnswerToAnAttemptThatWasGivenUpDoesNotCountForTheNext) 
   EXPECT_GT(once, 29ms) << "it asks first whether that is needed";
   ASSERT_LT(once, 100ms);
 
-  Rig second(bus, {.kind = EthercatOptions::Kind::kBase});
+  Rig second(bus, {.kind = YoubotKind::kBase});
   second.robot->activate();
   second.run(100ms);
   second.command.enable = true;
@@ -284,7 +283,7 @@ TEST(EthercatRobot, ABaseIsNotTakenForABaseWithAnArm) {
       [&base]() -> std::unique_ptr<drivers::ethercat::Link> {
         return std::make_unique<sim::bus::BusLink>(base.wire(), &base);
       },
-      {.kind = EthercatOptions::Kind::kBaseAndArm}, clock, 1ms);
+      {.kind = YoubotKind::kBaseAndArm}, clock, 1ms);
   EXPECT_THROW(robot->activate(), SetupError);
 }
 
@@ -308,8 +307,7 @@ TEST(EthercatRobot, AFewLostFramesAreBridgedWithTheLastSample) {
 
 TEST(EthercatRobot, AsManyCyclesAreBridgedAsAreToleratedAndNotOneMore) {
   for (const int tolerated : {0, 3, 10}) {
-    Rig rig(Rig::options(EthercatOptions::Kind::kBase),
-            {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = tolerated});
+    Rig rig(Rig::options(YoubotKind::kBase), {.kind = YoubotKind::kBase, .tolerated_cycles = tolerated});
     rig.robot->activate();
     rig.run(50ms);
     rig.enable();
@@ -346,7 +344,7 @@ TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoTroubleAsLongAsThatIsBridged
   Rig rig;
   rig.robot =
       rig.watch.over(make_ethercat_robot([&] { return std::make_unique<RefusingLink>(rig.emulation, error); },
-                                         {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms));
+                                         {.kind = YoubotKind::kBase}, rig.clock, 1ms));
   rig.robot->activate();
   rig.enable();
   const auto is_told = [&rig] {
@@ -380,9 +378,9 @@ TEST(EthercatRobot, WhatIsBridgedLeavesTheLastCommandAndMoreIsOffUntilANewEnable
   for (const int lost : {1, 4, kTolerated, kTolerated + 1, 2 * kTolerated}) {
     for (const bool requests : {true, false}) {
       const FaultKind kind = requests ? FaultKind::kDropRequest : FaultKind::kDropReply;
-      Rig rig(Rig::options(EthercatOptions::Kind::kBase, Firmware::k148,
+      Rig rig(Rig::options(YoubotKind::kBase, Firmware::k148,
                            {FaultEvent{.kind = kind, .at = 6s, .count = static_cast<std::uint32_t>(lost)}}),
-              {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = kTolerated});
+              {.kind = YoubotKind::kBase, .tolerated_cycles = kTolerated});
       rig.robot->activate();
       rig.enable();
       rig.command_all_velocity(2.0);
@@ -435,7 +433,7 @@ class EthercatRobotFaults : public ::testing::TestWithParam<FaultCase> {};
 
 TEST_P(EthercatRobotFaults, StopsEverythingRecoversByItselfAndMovesOnlyAfterANewEnable) {
   const FaultCase& fault = GetParam();
-  Rig rig(EthercatOptions::Kind::kBase, Firmware::k148,
+  Rig rig(YoubotKind::kBase, Firmware::k148,
           {FaultEvent{.kind = fault.kind, .at = 5s, .duration = 400ms, .slave = fault.slave}});
   rig.robot->activate();
   rig.enable();
@@ -487,8 +485,8 @@ constexpr int kLongTolerance = 90;
 
 TEST(EthercatRobot, ADriveThatLeavesOperationIsAFaultHoweverShortAndHoweverMuchIsTolerated) {
   for (const int tolerated_cycles : {10, kLongTolerance}) {
-    Rig rig(Rig::options(EthercatOptions::Kind::kBase),
-            {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = tolerated_cycles});
+    Rig rig(Rig::options(YoubotKind::kBase),
+            {.kind = YoubotKind::kBase, .tolerated_cycles = tolerated_cycles});
     rig.robot->activate();
     rig.enable();
     rig.command_all_velocity(2.0);
@@ -509,9 +507,9 @@ TEST(EthercatRobot, ADriveThatLeavesOperationIsAFaultHoweverShortAndHoweverMuchI
 
 TEST(EthercatRobot, AnAnswerIsInTimeForAsLongAsACycleWaits) {
   for (const auto frame_timeout : {std::chrono::microseconds(500), std::chrono::microseconds(3000)}) {
-    Rig rig(Rig::options(EthercatOptions::Kind::kBase, Firmware::k148,
+    Rig rig(Rig::options(YoubotKind::kBase, Firmware::k148,
                          {FaultEvent{.kind = FaultKind::kDelay, .at = 6s, .count = 100, .delay = 2ms}}),
-            {.kind = EthercatOptions::Kind::kBase, .frame_timeout = frame_timeout});
+            {.kind = YoubotKind::kBase, .frame_timeout = frame_timeout});
     rig.robot->activate();
     rig.enable();
     rig.run_until([&] { return rig.emulation.wire().now() >= 5990ms; });
@@ -523,9 +521,9 @@ TEST(EthercatRobot, AnAnswerIsInTimeForAsLongAsACycleWaits) {
 
 TEST(EthercatRobot, APowerBlipIsAFaultAndNothingTurnsByItself) {
   for (const Firmware firmware : {Firmware::k148, Firmware::k200}) {
-    Rig rig(Rig::options(EthercatOptions::Kind::kBase, firmware,
+    Rig rig(Rig::options(YoubotKind::kBase, firmware,
                          {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 6s, .duration = 15ms, .slave = 4}}),
-            {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = kLongTolerance});
+            {.kind = YoubotKind::kBase, .tolerated_cycles = kLongTolerance});
     rig.robot->activate();
     rig.enable();
     rig.command_all_velocity(2.0);
@@ -540,9 +538,9 @@ TEST(EthercatRobot, APowerBlipIsAFaultAndNothingTurnsByItself) {
 }
 
 TEST(EthercatRobot, ADriveThatIsReadyBeforeTheOthersHoldsStill) {
-  Rig rig(Rig::options(EthercatOptions::Kind::kArm, Firmware::k148,
+  Rig rig(Rig::options(YoubotKind::kArm, Firmware::k148,
                        {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 5s, .duration = 50ms, .slave = 5}}),
-          {.kind = EthercatOptions::Kind::kArm});
+          {.kind = YoubotKind::kArm});
   rig.robot->activate();
   rig.enable();
   rig.run_until([&] { return !rig.status.ok(); });
@@ -565,9 +563,9 @@ TEST(EthercatRobot, ADriveThatIsReadyBeforeTheOthersHoldsStill) {
 }
 
 TEST(EthercatRobot, ASlaveThatFallsBackWhileItWaitsForItsParametersIsConfiguredAnew) {
-  Rig rig(Rig::options(EthercatOptions::Kind::kBase, Firmware::k148,
+  Rig rig(Rig::options(YoubotKind::kBase, Firmware::k148,
                        {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 3s, .duration = 50ms, .slave = 2}}),
-          {.kind = EthercatOptions::Kind::kBase, .parameters = {{"wheel-2", "motor_acceleration", 4321}}});
+          {.kind = YoubotKind::kBase, .parameters = {{"wheel-2", "motor_acceleration", 4321}}});
   rig.robot->activate();
   rig.enable();
   rig.run_until([&] { return !rig.status.ok(); });
@@ -586,8 +584,8 @@ TEST(EthercatRobot, ADriveThatIsLostAgainOnItsWayBackGetsItsParametersAllTheSame
     for (auto after = 5ms; after <= 40ms; after += 1ms) {
       const std::string when =
           std::to_string(after.count()) + " ms after its return" + (loses_power ? ", without power" : "");
-      Rig rig(Rig::options(EthercatOptions::Kind::kBase),
-              {.kind = EthercatOptions::Kind::kBase,
+      Rig rig(Rig::options(YoubotKind::kBase),
+              {.kind = YoubotKind::kBase,
                .parameters = {{"wheel-4", "motor_acceleration", 1500}, {"wheel-4", "velocity_pid1_p", 777}}});
       const auto lose = [&](bool power, std::chrono::milliseconds duration) {
         sim::bus::EmulatedBus& bus = rig.emulation.bus();
@@ -611,9 +609,9 @@ TEST(EthercatRobot, ADriveThatIsLostAgainOnItsWayBackGetsItsParametersAllTheSame
 }
 
 TEST(EthercatRobot, TooLittleProcessDataIsRefusedInsteadOfWaitedFor) {
-  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  sim::bus::YoubotBusOptions bus = Rig::options(YoubotKind::kBase);
   bus.process_data_bytes = 16;
-  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  Rig rig(bus, {.kind = YoubotKind::kBase});
   try {
     rig.robot->activate();
     FAIL() << "started with process data that nobody can read";
@@ -640,7 +638,7 @@ TEST(EthercatRobot, ADrivesErrorFlagStopsTheRobotAndSaysWhich) {
 
 TEST(EthercatRobot, TheCycleDoesNotAllocateOrLockInAnyPhase) {
   if (!support::NoAllocGuard::kActive) GTEST_SKIP() << "the sanitizer owns the allocator";
-  Rig rig(EthercatOptions::Kind::kBaseAndArm, Firmware::k148,
+  Rig rig(YoubotKind::kBaseAndArm, Firmware::k148,
           {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 4s, .duration = 300ms, .slave = 8}});
   rig.robot->activate();
   rig.run(10ms);
@@ -697,9 +695,8 @@ using drivers::ethercat::AlState;
 constexpr std::size_t kFirstArmSlave = 5;  // its power board, behind the base's five slaves
 
 struct BaseWithArms {
-  explicit BaseWithArms(EthercatOptions::Kind on_the_bus = EthercatOptions::Kind::kBaseAndArm,
-                        EthercatOptions::Kind wanted = EthercatOptions::Kind::kBase,
-                        std::vector<FaultEvent> faults = {})
+  explicit BaseWithArms(YoubotKind on_the_bus = YoubotKind::kBaseAndArm,
+                        YoubotKind wanted = YoubotKind::kBase, std::vector<FaultEvent> faults = {})
       : rig(Rig::options(on_the_bus, Firmware::k148, std::move(faults)), {.kind = wanted}) {
     rig.robot->activate();
   }
@@ -708,7 +705,7 @@ struct BaseWithArms {
 };
 
 TEST(EthercatRobot, ABaseIsDrivenAlsoWithAnArmOnItWhoseDrivesStayOff) {
-  for (const auto arms : {EthercatOptions::Kind::kBaseAndArm, EthercatOptions::Kind::kBaseAndTwoArms}) {
+  for (const auto arms : {YoubotKind::kBaseAndArm, YoubotKind::kBaseAndTwoArms}) {
     BaseWithArms base(arms);
     Rig& rig = base.rig;
     ASSERT_EQ(rig.robot->joints().size(), 4U);
@@ -736,10 +733,10 @@ TEST(EthercatRobot, ABaseIsDrivenAlsoWithAnArmOnItWhoseDrivesStayOff) {
 }
 
 TEST(EthercatRobot, AnArmThatIsLeftOffIsNoted) {
-  const auto notes = [](EthercatOptions::Kind on_the_bus, EthercatOptions::Kind wanted) {
+  const auto notes = [](YoubotKind on_the_bus, YoubotKind wanted) {
     return BaseWithArms(on_the_bus, wanted).rig.robot->notes();
   };
-  using enum EthercatOptions::Kind;
+  using enum YoubotKind;
   for (const auto& [on_the_bus, wanted, drives] :
        {std::tuple(kBaseAndArm, kBase, "5"), std::tuple(kBaseAndTwoArms, kBase, "10"),
         std::tuple(kBaseAndTwoArms, kBaseAndArm, "5")}) {
@@ -753,7 +750,7 @@ TEST(EthercatRobot, AnArmThatIsLeftOffIsNoted) {
 }
 
 TEST(EthercatRobot, TheBaseDrivesOnWhateverBecomesOfTheArmThatIsLeftOff) {
-  BaseWithArms base(EthercatOptions::Kind::kBaseAndArm, EthercatOptions::Kind::kBase,
+  BaseWithArms base(YoubotKind::kBaseAndArm, YoubotKind::kBase,
                     {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 6s, .duration = 1s, .slave = 7}});
   base.rig.enable();
   base.rig.command_all_velocity(2.0);
@@ -780,7 +777,7 @@ TEST(EthercatRobot, WithAnArmLeftOffEachSlaveOfTheBaseIsWatchedAsEver) {
 
 TEST(EthercatRobot, WhatIsNoWholeArmBehindTheBaseIsRefused) {
   const auto refusal = [](std::size_t unplugged) {
-    Rig rig(Rig::options(EthercatOptions::Kind::kBaseAndArm), {.kind = EthercatOptions::Kind::kBase});
+    Rig rig(Rig::options(YoubotKind::kBaseAndArm), {.kind = YoubotKind::kBase});
     rig.emulation.bus().set_cable(unplugged, false);
     try {
       rig.robot->activate();
@@ -800,10 +797,10 @@ TEST(EthercatRobot, WhatIsNoWholeArmBehindTheBaseIsRefused) {
 struct LateAnswers {
   explicit LateAnswers(std::string_view mark, int lost, std::optional<int> tolerated = {},
                        FaultKind kind = FaultKind::kDropReply)
-      : rig(bus(mark, lost, kind), {.kind = EthercatOptions::Kind::kBase, .tolerated_cycles = tolerated}) {}
+      : rig(bus(mark, lost, kind), {.kind = YoubotKind::kBase, .tolerated_cycles = tolerated}) {}
   static sim::bus::YoubotBusOptions bus(std::string_view mark, int lost, FaultKind kind) {
     sim::bus::YoubotBusOptions options = Rig::options(
-        EthercatOptions::Kind::kBase, Firmware::k148,
+        YoubotKind::kBase, Firmware::k148,
         {FaultEvent{.kind = kind, .at = 6s, .count = static_cast<std::uint32_t>(lost), .slave = 3}});
     options.mark = mark;
     return options;
@@ -865,9 +862,9 @@ TEST(EthercatRobot, LateAnswersOfASimulatedBusAreNoLostFrames) {
     std::vector<FaultEvent> late;
     for (int n = 0; n < 750; ++n)
       late.push_back({.kind = FaultKind::kDelay, .at = 6s + n * 2ms, .delay = 2200us});
-    sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase, Firmware::k148, late);
+    sim::bus::YoubotBusOptions bus = Rig::options(YoubotKind::kBase, Firmware::k148, late);
     bus.mark = mark;
-    Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+    Rig rig(bus, {.kind = YoubotKind::kBase});
     rig.robot->activate();
     rig.enable();
     rig.command_all_velocity(2.0);
@@ -881,10 +878,9 @@ TEST(EthercatRobot, LateAnswersOfASimulatedBusAreNoLostFrames) {
 
 /// The fault that such answers of a simulated bus end with within a second, the window of losses.
 Fault drive_simulated(std::vector<FaultEvent> faults) {
-  sim::bus::YoubotBusOptions bus =
-      Rig::options(EthercatOptions::Kind::kBase, Firmware::k148, std::move(faults));
+  sim::bus::YoubotBusOptions bus = Rig::options(YoubotKind::kBase, Firmware::k148, std::move(faults));
   bus.mark = drivers::ethercat::kSimulatedMark;
-  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  Rig rig(bus, {.kind = YoubotKind::kBase});
   rig.robot->activate();
   rig.enable();
   rig.command_all_velocity(2.0);
@@ -966,7 +962,7 @@ TEST(EthercatRobot, ASamplesStampIsWhenItsFrameHadBeenSent) {
         link = slow.get();
         return slow;
       },
-      {.kind = EthercatOptions::Kind::kBase}, rig.clock, 1ms));
+      {.kind = YoubotKind::kBase}, rig.clock, 1ms));
   rig.robot->activate();
   rig.enable();
   for (int n = 0; n < 10; ++n) {
@@ -980,9 +976,9 @@ TEST(EthercatRobot, ASamplesStampIsWhenItsFrameHadBeenSent) {
 
 /// On a clock as the machine's, on which the loop is late.
 TEST(EthercatRobot, ASimulationInLockStepGoesByItsFramesAndNotByTheClock) {
-  sim::bus::YoubotBusOptions bus = Rig::options(EthercatOptions::Kind::kBase);
+  sim::bus::YoubotBusOptions bus = Rig::options(YoubotKind::kBase);
   bus.mark = drivers::ethercat::kLockStepMark;
-  Rig rig(bus, {.kind = EthercatOptions::Kind::kBase});
+  Rig rig(bus, {.kind = YoubotKind::kBase});
   rig.robot->activate();
   rig.enable();
   for (const auto late : {0ms, 0ms, 10ms, 0ms, 30ms, 1ms}) {
@@ -1027,7 +1023,7 @@ class Forsaken final : public drivers::ethercat::Link {
 
 /// A simulation in lock-step over a link in lock-step.
 struct LockStepRig : Rig {
-  explicit LockStepRig(EthercatOptions::Kind kind, std::string_view mark = drivers::ethercat::kLockStepMark)
+  explicit LockStepRig(YoubotKind kind, std::string_view mark = drivers::ethercat::kLockStepMark)
       : Rig(marked(kind, mark), {.kind = kind}) {
     robot = watch.over(make_ethercat_robot(
         [this]() -> std::unique_ptr<drivers::ethercat::Link> {
@@ -1038,7 +1034,7 @@ struct LockStepRig : Rig {
         },
         {.kind = kind}, clock, 1ms));
   }
-  static sim::bus::YoubotBusOptions marked(EthercatOptions::Kind kind, std::string_view mark) {
+  static sim::bus::YoubotBusOptions marked(YoubotKind kind, std::string_view mark) {
     sim::bus::YoubotBusOptions bus = options(kind);
     bus.mark = mark;
     return bus;
@@ -1048,7 +1044,7 @@ struct LockStepRig : Rig {
 };
 
 TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
-  LockStepRig rig(EthercatOptions::Kind::kBase, "");
+  LockStepRig rig(YoubotKind::kBase, "");
   try {
     rig.robot->activate();
     ADD_FAILURE() << "it took a robot that may be real";
@@ -1063,7 +1059,7 @@ TEST(EthercatRobot, InLockStepItLeavesABusAloneThatDoesNotSayItIsSimulated) {
 }
 
 TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSo) {
-  LockStepRig rig(EthercatOptions::Kind::kBase);
+  LockStepRig rig(YoubotKind::kBase);
   rig.robot->activate();
   rig.enable();
   rig.command_all_velocity(2.0);
@@ -1072,7 +1068,7 @@ TEST(EthercatRobot, InLockStepItDrivesASimulationThatSaysSo) {
 }
 
 TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
-  LockStepRig rig(EthercatOptions::Kind::kBase);
+  LockStepRig rig(YoubotKind::kBase);
   rig.robot->activate();
   rig.enable();
   rig.emulation.slave(2).report_error(drivers::ethercat::AlState::kSafeOp, 0x001B);
@@ -1085,7 +1081,7 @@ TEST(EthercatRobot, InLockStepItTakesNothingBackThatLeftOperation) {
 }
 
 TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
-  LockStepRig rig(EthercatOptions::Kind::kBase);
+  LockStepRig rig(YoubotKind::kBase);
   rig.robot->activate();
   rig.enable();
   rig.simulation.gone = true;
@@ -1108,7 +1104,7 @@ TEST(EthercatRobot, InLockStepASimulationThatIsGoneIsWaitedForOnce) {
 
 /// A simulation in lock-step that goes away; `frames` of the way out are still answered.
 int sent_to_the_dead(bool gripper_moves, int frames) {
-  LockStepRig rig(EthercatOptions::Kind::kArm);
+  LockStepRig rig(YoubotKind::kArm);
   rig.robot->activate();
   rig.enable();
   if (gripper_moves) {

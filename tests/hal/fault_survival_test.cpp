@@ -28,7 +28,7 @@ using sim::bus::FaultEvent;
 using sim::bus::FaultKind;
 using std::chrono::milliseconds;
 using std::chrono::nanoseconds;
-using Kind = EthercatOptions::Kind;
+using Kind = YoubotKind;
 
 constexpr double kSpeed_rad_per_s = 1.0;
 // A drive that hears nothing goes on for 100 ms (parameter 90), then returns to where it was at that moment:
@@ -76,7 +76,7 @@ struct Rig {
 
   static sim::bus::YoubotBusOptions options(Kind kind, Firmware firmware, std::vector<FaultEvent> faults) {
     sim::bus::YoubotBusOptions options;
-    options.robot = kind == Kind::kBase ? sim::bus::RobotKind::kBase : sim::bus::RobotKind::kBaseAndArm;
+    options.robot = kind == Kind::kBase ? sim::bus::YoubotKind::kBase : sim::bus::YoubotKind::kBaseAndArm;
     options.board.firmware = firmware;
     options.base.on_ground = false;
     options.wire.faults = std::move(faults);

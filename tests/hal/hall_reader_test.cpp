@@ -98,7 +98,7 @@ TEST_F(Reader, AsksOneThatIsSilentOnlyOnceASecond) {
 
 /// By the emulated boards, which are written apart: the angle between encoder and Hall sensors is constant.
 TEST(HallReading, FollowsTheEncoderOnTheEmulatedBus) {
-  test::EthercatRig rig(EthercatOptions::Kind::kBaseAndArm);
+  test::EthercatRig rig(YoubotKind::kBaseAndArm);
   rig.robot->activate();
   rig.enable();
   rig.command_all_velocity(0.1);

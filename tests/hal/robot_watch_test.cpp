@@ -70,8 +70,8 @@ class RobotWatch : public ::testing::Test {
   }
 
   Defect defect;
-  EthercatRig rig{EthercatRig::options(EthercatOptions::Kind::kBase),
-                  {.kind = EthercatOptions::Kind::kBase},
+  EthercatRig rig{EthercatRig::options(YoubotKind::kBase),
+                  {.kind = YoubotKind::kBase},
                   [this](std::unique_ptr<Robot> robot) -> std::unique_ptr<Robot> {
                     return std::make_unique<DefectiveRobot>(std::move(robot), defect);
                   }};
@@ -157,8 +157,7 @@ TEST_F(RobotWatch, CatchesAnEnableTooMany) {
 }
 
 TEST(RobotWatchOfAnArm, CatchesAPositionOutOfAHomedJointsRange) {
-  EthercatRig rig(EthercatRig::options(EthercatOptions::Kind::kArm),
-                  {.kind = EthercatOptions::Kind::kArm, .home_arms = true});
+  EthercatRig rig(EthercatRig::options(YoubotKind::kArm), {.kind = YoubotKind::kArm, .home_arms = true});
   rig.robot->activate();
   rig.command.enable = true;
   rig.run_until([&] { return rig.sample.enabled; }, 60s);

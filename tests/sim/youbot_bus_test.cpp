@@ -80,17 +80,17 @@ class Driven {
 
 TEST(YoubotBus, StandsInTheOrderOfTheRobot) {
   const std::string w = "TMCM-1632", j = "TMCM-1610", b = "KR-845", a = "KR-843";
-  EXPECT_EQ(names({.robot = RobotKind::kBase}), (std::vector{b, w, w, w, w}));
-  EXPECT_EQ(names({.robot = RobotKind::kArm}), (std::vector{a, j, j, j, j, j}));
-  EXPECT_EQ(names({.robot = RobotKind::kBaseAndArm}), (std::vector{b, w, w, w, w, a, j, j, j, j, j}));
-  EXPECT_EQ(names({.robot = RobotKind::kTwoArms}).size(), 17U);
+  EXPECT_EQ(names({.robot = YoubotKind::kBase}), (std::vector{b, w, w, w, w}));
+  EXPECT_EQ(names({.robot = YoubotKind::kArm}), (std::vector{a, j, j, j, j, j}));
+  EXPECT_EQ(names({.robot = YoubotKind::kBaseAndArm}), (std::vector{b, w, w, w, w, a, j, j, j, j, j}));
+  EXPECT_EQ(names({.robot = YoubotKind::kBaseAndTwoArms}).size(), 17U);
   const std::string w0 = "TMCM-174", j0 = "TMCM-KR-841";
-  EXPECT_EQ(names({.robot = RobotKind::kBaseAndArm, .hardware = Hardware::kFirst}),
+  EXPECT_EQ(names({.robot = YoubotKind::kBaseAndArm, .hardware = Hardware::kFirst}),
             (std::vector{b, w0, w0, w0, w0, a, j0, j0, j0, j0, j0}));
 }
 
 TEST(YoubotBus, PowerBoardsHaveNoProcessDataAndMotorBoardsFortyBytesEachWay) {
-  YoubotBus robot({.robot = RobotKind::kBaseAndArm});
+  YoubotBus robot({.robot = YoubotKind::kBaseAndArm});
   for (std::size_t i = 0; i < robot.bus().size(); ++i) {
     const SlaveDescription& slave = robot.bus().slave(i).description();
     const int bytes = slave.name.starts_with("KR") ? 0 : 40;
@@ -116,7 +116,7 @@ TEST(YoubotBus, HasTheAxesThatTheDriverSoftwareExpects) {
   for (std::size_t i = 0; i < 5; ++i) compare(kArmJointData[i].axis, hal::kArmAxes[i]);
 }
 
-class EveryRobot : public ::testing::TestWithParam<std::tuple<RobotKind, Firmware>> {
+class EveryRobot : public ::testing::TestWithParam<std::tuple<YoubotKind, Firmware>> {
  protected:
   YoubotBusOptions options() const {
     YoubotBusOptions result{.robot = std::get<0>(GetParam())};
@@ -125,8 +125,9 @@ class EveryRobot : public ::testing::TestWithParam<std::tuple<RobotKind, Firmwar
   }
 };
 INSTANTIATE_TEST_SUITE_P(Robots, EveryRobot,
-                         ::testing::Combine(::testing::Values(RobotKind::kBase, RobotKind::kArm,
-                                                              RobotKind::kBaseAndArm, RobotKind::kTwoArms),
+                         ::testing::Combine(::testing::Values(YoubotKind::kBase, YoubotKind::kArm,
+                                                              YoubotKind::kBaseAndArm,
+                                                              YoubotKind::kBaseAndTwoArms),
                                             ::testing::Values(Firmware::k148, Firmware::k200)));
 
 TEST_P(EveryRobot, ComesToOpAndFindsItsCommutation) {
@@ -173,7 +174,7 @@ TEST(YoubotBus, AnArmJointDrivenIntoItsHomeStopDrawsTheCurrentThatHomingLooksFor
   // Speeds and thresholds of the official driver; all motors turn positive.
   constexpr std::array<std::int32_t, 5> kSpeed_rpm{156, 156, 100, 71, 71};
   constexpr std::array<std::int32_t, 5> kThreshold_mA{2000, 500, 1000, 500, 500};
-  Driven driven({.robot = RobotKind::kArm});
+  Driven driven({.robot = YoubotKind::kArm});
   driven.commutate();
   for (std::size_t i = 0; i < 5; ++i) driven.outputs[i] = {ControllerMode::kVelocity, kSpeed_rpm[i]};
   driven.run(1000);  // 6 degrees a second: 0.1 of the 0.2 rad
@@ -202,7 +203,7 @@ TEST(YoubotBus, AnArmJointDrivenIntoItsHomeStopDrawsTheCurrentThatHomingLooksFor
 }
 
 TEST(YoubotBus, AnArmJointStopsAtItsFarEndToo) {
-  YoubotBusOptions options{.robot = RobotKind::kArm};
+  YoubotBusOptions options{.robot = YoubotKind::kArm};
   options.arm_start_rad = {5.8, 2.6, -5.1, 3.5, 5.8};  // all less than 0.12 rad away from it
   Driven driven(options);
   driven.commutate();
@@ -214,7 +215,7 @@ TEST(YoubotBus, AnArmJointStopsAtItsFarEndToo) {
 }
 
 TEST(YoubotBus, ABlockedJointStopsBeforeItsHomeStop) {
-  Driven driven({.robot = RobotKind::kArm});
+  Driven driven({.robot = YoubotKind::kArm});
   driven.commutate();
   driven.robot.arm_joint(0, 0).block_at(0.1);
   driven.outputs[0] = {ControllerMode::kVelocity, 156};
@@ -261,7 +262,7 @@ TEST(YoubotBus, TheSizeOfTheStepsDoesNotMatter) {
 }
 
 TEST(YoubotBus, AdvanceDoesNotAllocateOrLock) {
-  Driven driven({.robot = RobotKind::kTwoArms});
+  Driven driven({.robot = YoubotKind::kBaseAndTwoArms});
   driven.commutate();
   const support::NoAllocGuard guard;
   for (int i = 0; i < 200; ++i) driven.robot.advance(1ms);
@@ -271,7 +272,7 @@ TEST(YoubotBus, AdvanceDoesNotAllocateOrLock) {
 // ---- base and arm as one body ----
 
 YoubotBusOptions coupled(Firmware firmware = Firmware::k148) {
-  YoubotBusOptions options{.robot = RobotKind::kBaseAndArm, .coupled = true};
+  YoubotBusOptions options{.robot = YoubotKind::kBaseAndArm, .coupled = true};
   options.board.firmware = firmware;
   return options;
 }
@@ -364,16 +365,16 @@ TEST(CoupledYoubotBus, AdvanceDoesNotAllocateOrLock) {
 }
 
 TEST(CoupledYoubotBus, NeedsABaseWithOneArmThatStartsBetweenItsEndStops) {
-  for (const RobotKind kind : {RobotKind::kBase, RobotKind::kArm, RobotKind::kTwoArms})
+  for (const YoubotKind kind : {YoubotKind::kBase, YoubotKind::kArm, YoubotKind::kBaseAndTwoArms})
     EXPECT_THROW(YoubotBus({.robot = kind, .coupled = true}), std::invalid_argument);
-  EXPECT_EQ(YoubotBus({.robot = RobotKind::kBaseAndArm}).manipulator(), nullptr);
+  EXPECT_EQ(YoubotBus({.robot = YoubotKind::kBaseAndArm}).manipulator(), nullptr);
   YoubotBusOptions options = coupled();
   options.arm_start_rad[2] = 0.5;
   EXPECT_THROW(YoubotBus{options}, std::invalid_argument);
 }
 
 TEST(YoubotBus, RefusesAStartOutsideTheEndStops) {
-  YoubotBusOptions options{.robot = RobotKind::kArm};
+  YoubotBusOptions options{.robot = YoubotKind::kArm};
   options.arm_start_rad[2] = 0.5;
   EXPECT_THROW(YoubotBus{options}, std::invalid_argument);
 }
