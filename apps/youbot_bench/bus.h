@@ -1,5 +1,5 @@
 /// @file
-/// `--robot` of the commands that look at a bus: scan, parameters, diagnose.
+/// `--robot` of the commands that look at a bus: scan, parameters, sdo, diagnose.
 #pragma once
 #include <memory>
 #include <string>

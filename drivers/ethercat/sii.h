@@ -37,9 +37,15 @@ struct MailboxWindow {
   std::uint16_t length = 0;  ///< 0: no mailbox
 };
 
+/// Bits of the mailbox protocols (ETG.1000.6, table 18).
 namespace mailbox_protocol {
+inline constexpr std::uint16_t kAoe = 0x0001;
+inline constexpr std::uint16_t kEoe = 0x0002;
 inline constexpr std::uint16_t kCoe = 0x0004;
-}
+inline constexpr std::uint16_t kFoe = 0x0008;
+inline constexpr std::uint16_t kSoe = 0x0010;
+inline constexpr std::uint16_t kVoe = 0x0020;
+}  // namespace mailbox_protocol
 
 /// Word addresses of the identity.
 inline constexpr std::uint16_t kSiiVendorWord = 0x08;
