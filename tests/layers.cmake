@@ -24,14 +24,18 @@ set(rules
   # A recording is read into what identification works on.
   "^runtime/recording/recording_reader\\.h$" "^(runtime/|identification/recording\\.h$)"
   "^runtime/"           "^(runtime|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/"
-  "^apps/"              "^(apps|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
+  "^report/"            "^(report|runtime)/"
+  "^operation/"         "^(operation|report|runtime|sim|control|model|hal|drivers|Eigen|spdlog|toml\\+\\+|nlohmann)/"
+  "^analysis/"          "^(analysis|report|runtime|identification|model|hal|Eigen|spdlog|nlohmann)/"
+  # No program includes another: @1 is its own folder.
+  "^apps/([a-z_]+)/"    "^(apps/@1|operation|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
 # A control step is a function of (config, state, input, dt): no clock, thread or file.
 set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future)$")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
-list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|apps)/")
+list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|report|operation|analysis|apps)/")
 execute_process(
   COMMAND grep -noHE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"][^>\"]+" ${files}
   WORKING_DIRECTORY ${ROOT} OUTPUT_VARIABLE includes RESULT_VARIABLE result)
@@ -53,7 +57,7 @@ foreach(include IN LISTS includes)  # such as: hal/robot.h:12:#include <Eigen/Co
   while(rest)
     list(POP_FRONT rest pattern allowance)
     if(file MATCHES "${pattern}")
-      set(allowed "${allowance}")
+      string(REPLACE "@1" "${CMAKE_MATCH_1}" allowed "${allowance}")
       break()
     endif()
   endwhile()

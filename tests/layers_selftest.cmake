@@ -4,9 +4,11 @@ cmake_minimum_required(VERSION 3.25)
 
 # File and include, one pair a line, in the order in which violations are listed.
 set(refused
+  analysis/a.cpp          "\"operation/config.h\""
   apps/youbotd/a.cpp      "\"tests/support/no_alloc_guard.h\""
   apps/youbotd/b.cpp      "<gtest/gtest.h>"
   apps/youbotd/c.cpp      "<undeclared/library.h>"
+  apps/youbotd/d.cpp      "\"apps/youbotctl/client.h\""
   control/a.h             "\"hal/robot.h\""
   control/b.cpp           "<thread>"
   control/c.cpp           "<fstream>"
@@ -35,6 +37,8 @@ set(refused
   identification/b.cpp    "\"hal/robot.h\""
   model/a.h               "\"control/limits.h\""
   model/b.cpp             "<fstream>"
+  operation/a.cpp         "\"apps/youbotd/service.h\""
+  report/a.cpp            "\"operation/report.h\""
   sim/a.h                 "\"hal/robot.h\""
   sim/b.cpp               "\"drivers/ethercat/master.h\""
   sim/c.cpp               "<toml++/toml.h>"
@@ -61,7 +65,9 @@ set(allowed
   identification/fit/a.cpp "<ceres/ceres.h>"
   apps/youbotd/a.cpp      "<toml++/toml.h>"
   apps/youbotd/b.cpp      "\"hal/robot.h\""
-  tests/hal/a.cpp         "\"apps/youbotd/config.h\"")
+  apps/youbotd/c.cpp      "\"apps/youbotd/service.h\""
+  apps/youbot_bench/a.cpp "\"operation/session.h\""
+  tests/hal/a.cpp         "\"operation/config.h\"")
 
 # Writes the pairs of that list as a source tree; sets `output` and `result` from checking it and
 # `violations` to what should be said if each of its includes were refused.

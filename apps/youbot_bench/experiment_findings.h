@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/report/report.h"
 #include "apps/youbot_bench/experiment_data.h"
+#include "report/report.h"
 
 namespace youbot_bench {
 

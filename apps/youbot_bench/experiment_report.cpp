@@ -6,9 +6,9 @@
 #include <iterator>
 #include <vector>
 
-#include "apps/report/report.h"
 #include "apps/youbot_bench/experiment_data.h"
 #include "apps/youbot_bench/experiment_findings.h"
+#include "report/report.h"
 #include "runtime/configuration/quantity.h"
 #include "runtime/program/wording.h"
 

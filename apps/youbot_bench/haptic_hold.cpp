@@ -14,12 +14,12 @@
 #include <utility>
 #include <vector>
 
-#include "apps/report/report.h"
 #include "control/point_spring.h"
 #include "control/port_energy.h"
 #include "drivers/latency_histogram.h"
 #include "hal/seconds.h"
 #include "hal/setup_error.h"
+#include "report/report.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/configuration/shared_tables.h"
 #include "runtime/configuration/toml_reader.h"

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/report/report.h"
 #include "apps/youbot_bench/findings_series.h"
+#include "report/report.h"
 #include "runtime/configuration/quantity.h"
 #include "runtime/program/wording.h"
 

@@ -18,13 +18,13 @@
 #include <string_view>
 #include <utility>
 
+#include "analysis/explain.h"
 #include "apps/youbot_bench/confirm.h"
 #include "apps/youbot_bench/experiment_request.h"
 #include "apps/youbot_bench/improve_report.h"
-#include "apps/youbot_gap/explain.h"
-#include "apps/youbotd/config.h"
-#include "apps/youbotd/demo_config.h"
 #include "hal/setup_error.h"
+#include "operation/config.h"
+#include "operation/demo_config.h"
 #include "runtime/configuration/drive_model_file.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/configuration/hidden_effect.h"
@@ -88,42 +88,42 @@ bool came_to_its_end(const Run& run) { return run.summary.stop_reason.empty() &&
 /// Thrown through a search, which nothing else can stop.
 struct Stopped {};
 
-youbot_gap::GapOptions prepare_search(int wheel, const fs::path& out) {
+analysis::GapOptions prepare_search(int wheel, const fs::path& out) {
   const fs::path directory = out / wheel_name(wheel);
   runtime::make_output_directory(directory);
   model::effects::DriveModel model = runtime::known_wheel_model();
   model.name = wheel_name(wheel);
   runtime::write_whole_file(directory / "base.toml", runtime::drive_model_text(model));
-  youbot_gap::GapOptions search{.inputs = {.model = directory / "base.toml"}, .out = directory};
+  analysis::GapOptions search{.inputs = {.model = directory / "base.toml"}, .out = directory};
   for (const ExperimentRequest& experiment : experiments())
     search.inputs.data.push_back(out / "recordings" / experiment.name / (wheel_name(wheel) + ".csv"));
   return search;
 }
 
 /// All wheels at once. @throws Stopped when the program is asked to end.
-std::vector<youbot_gap::Findings> explain(const ImproveOptions& options, runtime::ProgressLine& progress) {
+std::vector<analysis::Findings> explain(const ImproveOptions& options, runtime::ProgressLine& progress) {
   struct Search {
-    youbot_gap::GapOptions options;
-    youbot_gap::Inputs inputs;
+    analysis::GapOptions options;
+    analysis::Inputs inputs;
     std::atomic<double> done{0};
-    std::future<youbot_gap::Findings> findings;  // last: waits for its thread, which uses the others
+    std::future<analysis::Findings> findings;  // last: waits for its thread, which uses the others
   };
   std::deque<Search> searches;
   for (const int wheel : explained_wheels(options)) {
     Search& search = searches.emplace_back();
     search.options = prepare_search(wheel, options.out);
-    search.inputs = youbot_gap::read_inputs(search.options.inputs);
+    search.inputs = analysis::read_inputs(search.options.inputs);
     for (const std::string& warning : search.inputs.warnings) spdlog::warn("{}", warning);
   }
   for (Search& search : searches)
     search.findings = std::async(std::launch::async, [&search] {
-      return youbot_gap::write_findings(std::move(search.inputs), search.options,
-                                        [&search](std::string_view, double done) {
-                                          if (runtime::stop_requested) throw Stopped();
-                                          search.done = done;
-                                        });
+      return analysis::write_findings(std::move(search.inputs), search.options,
+                                      [&search](std::string_view, double done) {
+                                        if (runtime::stop_requested) throw Stopped();
+                                        search.done = done;
+                                      });
     });
-  std::vector<youbot_gap::Findings> findings;
+  std::vector<analysis::Findings> findings;
   for (Search& search : searches) {
     while (search.findings.wait_for(std::chrono::milliseconds(100)) != std::future_status::ready) {
       double done = 0;
@@ -144,7 +144,7 @@ std::string with_line(std::string config, const std::string& table, const std::s
 
 control::PlanarPose pose_of(const std::array<double, 3>& values) { return {values[0], values[1], values[2]}; }
 
-Run driven(const youbotd::Config& config, const fs::path& file, const ImproveOptions& options) {
+Run driven(const operation::Config& config, const fs::path& file, const ImproveOptions& options) {
   static constexpr std::chrono::milliseconds kBetweenPoints{50};
   static constexpr std::size_t kMostPoints =
       50'000;  // of which the memory is there: a drive may be in real time
@@ -152,12 +152,12 @@ Run driven(const youbotd::Config& config, const fs::path& file, const ImproveOpt
   run.time_s.reserve(kMostPoints);
   run.X_WB.reserve(kMostPoints);
   run.reference_X_WB.reserve(kMostPoints);
-  youbotd::SessionOptions session;
+  operation::SessionOptions session;
   session.config_file = file;
   session.virtual_time = options.virtual_time || runtime::is_simulated(options.robot);
   session.allow_non_real_time = options.allow_non_real_time;
   session.after_cycle = [&run,
-                         next = std::chrono::nanoseconds{}](const youbotd::CycleRecord& record) mutable {
+                         next = std::chrono::nanoseconds{}](const operation::CycleRecord& record) mutable {
     if (record.time < next || !std::isfinite(record.reference_W[0]) || run.time_s.size() == kMostPoints)
       return;
     next = record.time + kBetweenPoints;
@@ -165,7 +165,7 @@ Run driven(const youbotd::Config& config, const fs::path& file, const ImproveOpt
     run.X_WB.push_back(pose_of(std::isfinite(record.truth_W[0]) ? record.truth_W : record.odometry_W));
     run.reference_X_WB.push_back(pose_of(record.reference_W));
   };
-  run.summary = youbotd::run_session(config, session, runtime::stop_requested);
+  run.summary = operation::run_session(config, session, runtime::stop_requested);
   return run;
 }
 
@@ -189,7 +189,7 @@ void confirm_it_may_drive(const ImproveOptions& options, const std::string& name
 
 /// What is driven without the models.
 std::string configuration(const ImproveOptions& options) {
-  return options.config.empty() ? std::string(youbotd::kDemoConfig) : text_of(options.config);
+  return options.config.empty() ? std::string(operation::kDemoConfig) : text_of(options.config);
 }
 
 /// Writes the configuration beside the models and drives what it says. Ends early on request and on a fault.
@@ -204,7 +204,7 @@ Drive drive(const ImproveOptions& options, const std::string& name, const std::s
   const fs::path file = options.out / ("youbotd-" + name + ".toml");
   runtime::write_whole_file(file, text);
 
-  youbotd::Config config = youbotd::load_config(file);
+  operation::Config config = operation::load_config(file);
   config.robot.name = options.robot;
   if (!moves_a_machine(options)) config.cycle.allow_any_following_error();
   Drive result;

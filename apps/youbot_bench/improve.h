@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
+#include "analysis/findings.h"
 #include "apps/youbot_bench/subcommand.h"
-#include "apps/youbot_gap/findings.h"
-#include "apps/youbotd/session.h"
 #include "control/planar.h"
+#include "operation/session.h"
 
 namespace youbot_bench {
 
@@ -33,7 +33,7 @@ struct ImproveOptions {
 
 /// A run of the demo: its summary, and where the base was and should have been every twentieth of a second.
 struct Run {
-  youbotd::Summary summary{};
+  operation::Summary summary{};
   std::vector<double> time_s{};
   std::vector<control::PlanarPose> X_WB{};  ///< the truth where there is one, else by odometry
   std::vector<control::PlanarPose> reference_X_WB{};
@@ -46,10 +46,10 @@ struct Drive {
 };
 
 struct Improvement {
-  std::vector<youbot_gap::Findings> wheels{};  ///< of those explained
-  std::optional<Drive> nothing_hidden{};       ///< loopback: wheels and compensator as the known model
-  Drive base{};                                ///< with the known model in the compensator
-  Drive improved{};                            ///< with the models that the search gave
+  std::vector<analysis::Findings> wheels{};  ///< of those explained
+  std::optional<Drive> nothing_hidden{};     ///< loopback: wheels and compensator as the known model
+  Drive base{};                              ///< with the known model in the compensator
+  Drive improved{};                          ///< with the models that the search gave
 };
 
 /// 1. Records staircases, a multisine, ramps, pre-sliding and reversals of all wheels, in the air.

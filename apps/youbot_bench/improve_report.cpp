@@ -10,22 +10,22 @@
 #include <utility>
 #include <vector>
 
-#include "apps/youbotd/report.h"
 #include "control/link_map.h"
+#include "operation/report.h"
 #include "runtime/program/wording.h"
 
 namespace youbot_bench {
 namespace {
 
 /// "stribeck", "torque offset or direction asymmetry and cogging", "nothing".
-std::string named_by(const youbot_gap::Findings& findings) {
+std::string named_by(const analysis::Findings& findings) {
   std::vector<std::string> names;
   for (const identification::gap::FoundEffect& found : findings.result.effects)
-    names.push_back(youbot_gap::name_with_rivals(found));
+    names.push_back(analysis::name_with_rivals(found));
   return runtime::list_text(names);
 }
 
-bool names(const youbot_gap::Findings& findings, std::string_view effect) {
+bool names(const analysis::Findings& findings, std::string_view effect) {
   return std::ranges::any_of(findings.result.effects, [&](const identification::gap::FoundEffect& found) {
     return model::effects::name_of(found.effect) == effect ||
            std::ranges::find(found.equivalent, effect) != found.equivalent.end();
@@ -106,7 +106,7 @@ struct Named {
 };
 
 report::Row driving_row(const Named& run, const std::optional<Drive>& plain, const Way& way) {
-  const youbotd::PathMetrics& path = (run.drive.*way.run).summary.path;
+  const operation::PathMetrics& path = (run.drive.*way.run).summary.path;
   report::Row row{std::string(run.name), 1e3 * path_error_m(run.drive),
                   1e3 * path.rms_m(),    1e3 * path.worst_m(),
                   path.worst_rad(),      100 * path.limited_share()};
@@ -173,11 +173,11 @@ namespace {
 
 std::string search_table(const Improvement& improvement) {
   std::size_t width = 5;
-  for (const youbot_gap::Findings& findings : improvement.wheels)
+  for (const analysis::Findings& findings : improvement.wheels)
     width = std::max(width, named_by(findings).size());
   std::string text = fmt::format("{:<9}{:<18}{:<{}}  {:<22}{}\n", "drive", "verdict", "named", width,
                                  "gap, held out, N·m", "noise, N·m");
-  for (const youbot_gap::Findings& findings : improvement.wheels) {
+  for (const analysis::Findings& findings : improvement.wheels) {
     const identification::gap::Result& result = findings.result;
     text += fmt::format("{:<9}{:<18}{:<{}}  {:<22}{:.2g}\n", findings.drive,
                         identification::gap::verdict_name(result.verdict), named_by(findings), width,
@@ -191,8 +191,8 @@ std::string driving_table(const Improvement& improvement) {
   const Drive& base = improvement.base;
   const Drive& improved = improvement.improved;
   const Way way = shown_way(improvement);
-  std::string text = youbotd::side_by_side(way.name, "known model", (base.*way.run).summary, "improved",
-                                           (improved.*way.run).summary);
+  std::string text = operation::side_by_side(way.name, "known model", (base.*way.run).summary, "improved",
+                                             (improved.*way.run).summary);
   const auto row = [&text](const char* name, double left_m, double right_m) {
     text += fmt::format("{:<26}{:>14}{:>14}\n", name, millimetres(left_m), millimetres(right_m));
   };
@@ -216,7 +216,7 @@ std::string improvement_text(const Improvement& improvement) {
 std::string reveal_text(const Improvement& improvement, const runtime::HiddenEffect& hidden) {
   const std::string_view effect = model::effects::name_of(hidden.effect());
   const auto right = std::ranges::count_if(
-      improvement.wheels, [&](const youbot_gap::Findings& findings) { return names(findings, effect); });
+      improvement.wheels, [&](const analysis::Findings& findings) { return names(findings, effect); });
   return fmt::format("Hidden was {}; named on {} of {}.\n", hidden.reveal(), right,
                      runtime::count_text(static_cast<long long>(improvement.wheels.size()), "wheel"));
 }
@@ -233,7 +233,7 @@ report::Page improvement_page(const Improvement& improvement, const std::string&
       "otherwise its wheels tell.");
   page.text(driving_text(improvement));
   std::vector<report::Row> rows;
-  for (const youbot_gap::Findings& findings : improvement.wheels) {
+  for (const analysis::Findings& findings : improvement.wheels) {
     const identification::gap::Result& result = findings.result;
     rows.push_back({findings.drive, std::string(identification::gap::verdict_name(result.verdict)),
                     named_by(findings), result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm});

@@ -3,8 +3,8 @@
 #pragma once
 #include <string>
 
-#include "apps/report/report.h"
 #include "apps/youbot_bench/improve.h"
+#include "report/report.h"
 #include "runtime/configuration/hidden_effect.h"
 
 namespace youbot_bench {

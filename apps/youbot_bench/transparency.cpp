@@ -14,9 +14,9 @@
 #include <utility>
 
 #include "apps/youbot_bench/transparency_report.h"
-#include "apps/youbotd/config.h"
-#include "apps/youbotd/teleop_cycle.h"
 #include "control/master_frame.h"
+#include "operation/config.h"
+#include "operation/teleop_cycle.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/open_haptic.h"
 #include "runtime/program/exit_code.h"
@@ -41,9 +41,9 @@ constexpr int kRestCycles = 3000;
 constexpr double kStartUp_s = 35.0;
 constexpr int kCyclesPerTelling = 200;
 
-youbotd::TeleopCycle::Config cycle_config(const TransparencyPlan& plan,
-                                          const TransparencyCondition& condition) {
-  youbotd::TeleopCycle::Config config{.control = plan.control};
+operation::TeleopCycle::Config cycle_config(const TransparencyPlan& plan,
+                                            const TransparencyCondition& condition) {
+  operation::TeleopCycle::Config config{.control = plan.control};
   control::Teleoperation::Config& control = config.control;
   control.stiff.translation_N_per_m = condition.stiffness_N_per_m;
   control.soft.translation_N_per_m = std::min(control.soft.translation_N_per_m, condition.stiffness_N_per_m);
@@ -91,7 +91,7 @@ class Measurement {
         start() && measure("free", experiments) && tether() && measure("tethered", experiments);
     if (stopped_) return std::nullopt;
     if (!measured) {
-      result_.fault = youbotd::describe(cycle_.end(), *robot_.robot, *master_.device);
+      result_.fault = operation::describe(cycle_.end(), *robot_.robot, *master_.device);
       return result_;
     }
     for (double* share : {&result_.passive_share, &result_.limited_share, &result_.rate_share})
@@ -153,7 +153,7 @@ class Measurement {
                                              kPeriod_s);
     record.environment_force_N.push_back(environment_N_);
     record.slave_velocity_m_per_s.push_back(tip_velocity_m_per_s());
-    const youbotd::TeleopRecord& cycle = cycle_.record();
+    const operation::TeleopRecord& cycle = cycle_.record();
     ++counted_;
     result_.passive_share += cycle.withheld_N > 0.0 ? 1.0 : 0.0;
     result_.limited_share += cycle.limited ? 1.0 : 0.0;
@@ -192,7 +192,7 @@ class Measurement {
   hal::VirtualClock clock_;
   runtime::OpenedRobot robot_;
   runtime::OpenedHaptic master_;
-  youbotd::TeleopCycle cycle_;
+  operation::TeleopCycle cycle_;
   runtime::RobotActivation activation_;
   Vector3d last_H_m_ = Vector3d::Zero();
   Vector3d last_W_m_ = Vector3d::Zero();
@@ -239,13 +239,13 @@ void require_simulation(const char* option, const std::string& name) {
       "pen tell them: loopback");
 }
 
-youbotd::Config load(const TransparencyOptions& options) {
-  youbotd::Config config;
+operation::Config load(const TransparencyOptions& options) {
+  operation::Config config;
   if (options.config.empty()) {
     config.robot.ethercat.kind = hal::YoubotKind::kBaseAndArm;
     config.teleoperation.robot.base.wrench_limits = {.force_N = 60.0, .moment_Nm = 20.0};
   } else {
-    config = youbotd::load_config(options.config);
+    config = operation::load_config(options.config);
   }
   if (!options.robot.empty()) config.robot.name = options.robot;
   if (!options.haptic.empty()) config.haptic.name = options.haptic;
@@ -285,7 +285,7 @@ std::optional<TransparencyResult> measure_transparency(const TransparencyPlan& p
 
 int transparency(const TransparencyOptions& options, const std::atomic<bool>& stop) {
   const std::vector<TransparencyCondition> conditions = conditions_of(options);
-  const youbotd::Config config = load(options);
+  const operation::Config config = load(options);
   TransparencyPlan plan{.axis = axis_from(options.axis),
                         .excitation = options.excitation,
                         .realizations = options.realizations,

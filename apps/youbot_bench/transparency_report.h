@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "apps/report/report.h"
 #include "apps/youbot_bench/transparency.h"
+#include "report/report.h"
 
 namespace youbot_bench {
 

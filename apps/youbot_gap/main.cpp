@@ -1,7 +1,7 @@
 // youbot-gap: find what a drive model lacks, name it, add it.
 #include <CLI/CLI.hpp>
 
-#include "apps/youbot_gap/explain.h"
+#include "analysis/explain.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/run_app.h"
@@ -16,7 +16,7 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, whatever the verdict; 2 usage, model or recordings; 3 a directory or file that "
       "cannot be written.");
 
-  youbot_gap::GapOptions options;
+  analysis::GapOptions options;
   app.add_option("--model", options.inputs.model, "the drive model, TOML")->required();
   app.add_option("--data", options.inputs.data, "recordings of the drive, or directories of them")
       ->required();
@@ -29,7 +29,7 @@ int main(int argc, char** argv) {
   app.add_flag("--quiet", options.quiet, "no progress and no summary");
 
   return runtime::run_app(app, argc, argv, [&] {
-    youbot_gap::explain_gap(options);
+    analysis::explain_gap(options);
     return runtime::kExitOk;
   });
 }

@@ -3,17 +3,17 @@
 #include <algorithm>
 #include <memory>
 
-#include "apps/youbotd/base_task.h"
 #include "apps/youbotd/check_bus.h"
 #include "apps/youbotd/check_machine.h"
 #include "apps/youbotd/check_master.h"
 #include "apps/youbotd/check_recording.h"
 #include "apps/youbotd/check_rights.h"
-#include "apps/youbotd/motion_source.h"
-#include "apps/youbotd/run_recording.h"
-#include "apps/youbotd/teleop_cycle.h"
 #include "hal/clock.h"
 #include "hal/setup_error.h"
+#include "operation/base_task.h"
+#include "operation/motion_source.h"
+#include "operation/run_recording.h"
+#include "operation/teleop_cycle.h"
 #include "runtime/open_haptic.h"
 #include "runtime/open_robot.h"
 #include "runtime/program/wording.h"
@@ -25,26 +25,26 @@ namespace {
 using Mark = Finding::Mark;
 
 /// Makes what a run is made of; nothing of it is opened before it is activated.
-Finding check_configuration(const Config& config, bool virtual_time) {
+Finding check_configuration(const operation::Config& config, bool virtual_time) {
   const std::unique_ptr<hal::Clock> clock = runtime::make_clock(virtual_time);
   const runtime::OpenedRobot robot = runtime::open_robot(config.robot, *clock, config.cycle.period);
   std::string found = "configuration: " + config.robot.name;
   if (!config.teleoperated) {
-    PathSource motion(config.path);
-    const Cycle cycle(config.cycle, *robot.robot, motion, robot.truth);
+    operation::PathSource motion(config.path);
+    const operation::Cycle cycle(config.cycle, *robot.robot, motion, robot.truth);
     return {Mark::kOk, found};
   }
   found += " by hand on " + config.haptic.name;
   try {
     const runtime::OpenedHaptic master = runtime::open_haptic(config.haptic, *clock, config.cycle.period);
-    const TeleopCycle cycle({.control = config.teleoperation}, *robot.robot, *master.device);
+    const operation::TeleopCycle cycle({.control = config.teleoperation}, *robot.robot, *master.device);
   } catch (const hal::SetupError& error) {
     return {Mark::kFail, std::string("configuration: ") + error.what(), "set haptic.falcon.firmware"};
   }
   return {Mark::kOk, found};
 }
 
-void check_real_time(const Config& config, const CheckOptions& options, Findings& findings) {
+void check_real_time(const operation::Config& config, const CheckOptions& options, Findings& findings) {
   const bool on_bus = config.robot.name.starts_with(runtime::kEthercatPrefix);
   const Mark refused = options.allow_non_real_time ? Mark::kWarn : Mark::kFail;
   findings.push_back(check_kernel(options.paths));
@@ -77,7 +77,7 @@ const char* mark_text(Mark mark) {
 
 }  // namespace
 
-Findings check(const Config& config, const CheckOptions& options) {
+Findings check(const operation::Config& config, const CheckOptions& options) {
   Findings findings{check_configuration(config, options.virtual_time)};
   if (!options.virtual_time) check_real_time(config, options, findings);
   if (config.robot.name.starts_with(runtime::kEthercatPrefix))
@@ -86,7 +86,8 @@ Findings check(const Config& config, const CheckOptions& options) {
     for (Finding& finding : check_master(config.haptic, options.paths))
       findings.push_back(std::move(finding));
   if (options.record_directory)
-    findings.push_back(check_recording(*options.record_directory, holds_recording(*options.record_directory),
+    findings.push_back(check_recording(*options.record_directory,
+                                       operation::holds_recording(*options.record_directory),
                                        config.cycle.period));
   return findings;
 }

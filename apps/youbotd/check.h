@@ -6,9 +6,9 @@
 #include <optional>
 #include <string>
 
-#include "apps/youbotd/config.h"
 #include "apps/youbotd/finding.h"
 #include "drivers/usb/system_paths.h"
+#include "operation/config.h"
 
 namespace youbotd {
 
@@ -20,7 +20,7 @@ struct CheckOptions {
 };
 
 /// @throws std::invalid_argument for a configuration no part accepts.
-Findings check(const Config& config, const CheckOptions& options);
+Findings check(const operation::Config& config, const CheckOptions& options);
 
 /// A line for each, what to do below it, and how many fail; or only those there is something to do about.
 std::string report(const Findings& findings, bool only_problems);

@@ -5,7 +5,7 @@
 #include <string>
 #include <system_error>
 
-#include "hal/setup_error.h"
+#include "operation/run_recording.h"
 #include "runtime/recording/output_directory.h"
 
 namespace youbotd {
@@ -17,30 +17,8 @@ using Mark = Finding::Mark;
 /// A row of teleoperation has 750 bytes, the five of a base together 550.
 constexpr double kBytesPerCycle = 800;
 constexpr double kEnough_h = 1;
-/// Half a minute at 1 kHz.
-constexpr double kLeast_bytes = 24e6;
-
-/// The directory itself, or the one in which it would be made.
-fs::path first_that_exists(fs::path directory) {
-  std::error_code unknown;
-  while (directory.has_relative_path() && !fs::exists(directory, unknown))
-    directory = directory.parent_path();
-  return directory;
-}
 
 }  // namespace
-
-void require_room(const fs::path& directory) {
-  std::error_code unknown;
-  const fs::path parent = first_that_exists(fs::absolute(directory, unknown));
-  const fs::space_info space = fs::space(parent, unknown);
-  if (unknown || static_cast<double>(space.available) >= kLeast_bytes) return;
-  throw hal::SetupError(
-      directory.string(),
-      fmt::format("cannot be recorded to: its disk has {:.1f} MB left, and half a minute takes {:.0f}",
-                  1e-6 * static_cast<double>(space.available), 1e-6 * kLeast_bytes),
-      "make room, or name another directory");
-}
 
 Finding check_room(const fs::path& directory, double free_bytes, std::chrono::nanoseconds period) {
   const double bytes_per_h = kBytesPerCycle * (std::chrono::duration<double>(std::chrono::hours(1)) / period);
@@ -48,7 +26,7 @@ Finding check_room(const fs::path& directory, double free_bytes, std::chrono::na
   const std::string found = fmt::format("recording: {} can be written, room for {:.1f} h at {:.1f} GB/h",
                                         directory.string(), hours, bytes_per_h * 1e-9);
   const std::string hint = "df -h " + directory.string() + "; name another directory, or make room";
-  if (free_bytes < kLeast_bytes) return {Mark::kFail, found + "; a run would be refused", hint};
+  if (free_bytes < operation::kMinRoom_bytes) return {Mark::kFail, found + "; a run would be refused", hint};
   if (hours >= kEnough_h) return {Mark::kOk, found};
   return {Mark::kWarn, found + "; a full disk ends the recording, not the run", hint};
 }
@@ -58,7 +36,7 @@ Finding check_recording(const fs::path& directory, bool holds_recording, std::ch
     return {Mark::kFail, "recording: " + directory.string() + " holds one already",
             "name a new directory as --record"};
   std::error_code unknown;
-  const fs::path parent = first_that_exists(fs::absolute(directory, unknown));
+  const fs::path parent = runtime::existing_ancestor(directory);
   if (const std::string why = runtime::why_not_writable(parent); !why.empty())
     return {Mark::kFail, "recording: " + parent.string() + " cannot be written: " + why,
             "sudo install -d -o \"$USER\" " + directory.string() + ", or name another directory"};

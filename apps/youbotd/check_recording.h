@@ -13,9 +13,6 @@ namespace youbotd {
 Finding check_recording(const std::filesystem::path& directory, bool holds_recording,
                         std::chrono::nanoseconds period);
 
-/// @throws hal::SetupError when its disk is full, or has no room for half a minute.
-void require_room(const std::filesystem::path& directory);
-
 /// Of a disk with so many bytes left.
 Finding check_room(const std::filesystem::path& directory, double free_bytes,
                    std::chrono::nanoseconds period);

@@ -12,12 +12,12 @@
 #include <stdexcept>
 
 #include "apps/youbotd/check.h"
-#include "apps/youbotd/config.h"
-#include "apps/youbotd/report.h"
 #include "apps/youbotd/serve.h"
-#include "apps/youbotd/session.h"
-#include "apps/youbotd/teleop_demo.h"
-#include "apps/youbotd/teleop_session.h"
+#include "operation/config.h"
+#include "operation/report.h"
+#include "operation/session.h"
+#include "operation/teleop_demo.h"
+#include "operation/teleop_session.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"
@@ -37,19 +37,19 @@ struct Arguments {
   bool demo = false;
   bool quiet = false;
   bool check = false;
-  youbotd::SessionOptions session;
+  operation::SessionOptions session;
 };
 
 void print(const Arguments& arguments, const std::string& text) {
   if (!arguments.quiet) std::fputs(text.c_str(), stdout);
 }
 
-int exit_code(const youbotd::RunSummary& summary) {
+int exit_code(const operation::RunSummary& summary) {
   return summary.stop_reason.empty() ? runtime::kExitOk : runtime::kExitFault;
 }
 
 /// Errors are printed even with --quiet.
-void log_problems(const youbotd::RunSummary& summary) {
+void log_problems(const operation::RunSummary& summary) {
   for (const std::string& problem : summary.not_real_time) spdlog::warn("not real-time: {}", problem);
   for (const std::string& problem : summary.recording_problems) spdlog::warn("recording: {}", problem);
   if (summary.cycles_lost > 0)
@@ -67,9 +67,9 @@ void relax(runtime::HapticOptions& haptic) {
 }
 
 /// The file, what was set over it, and what the command line says.
-youbotd::Config configuration(const Arguments& arguments,
-                              const std::map<std::string, std::string>& settings = {}) {
-  youbotd::Config config = youbotd::load_config(arguments.session.config_file, settings);
+operation::Config configuration(const Arguments& arguments,
+                                const std::map<std::string, std::string>& settings = {}) {
+  operation::Config config = operation::load_config(arguments.session.config_file, settings);
   if (!arguments.robot.empty()) config.robot.name = arguments.robot;
   runtime::check_robot_name(config.robot.name);
   if (!arguments.haptic.empty()) {
@@ -80,35 +80,36 @@ youbotd::Config configuration(const Arguments& arguments,
   return config;
 }
 
-int run_once(const Arguments& arguments, const youbotd::Config& config) {
-  const youbotd::Summary summary = youbotd::run_session(config, arguments.session, runtime::stop_requested);
-  print(arguments, youbotd::report(summary));
+int run_once(const Arguments& arguments, const operation::Config& config) {
+  const operation::Summary summary =
+      operation::run_session(config, arguments.session, runtime::stop_requested);
+  print(arguments, operation::report(summary));
   log_problems(summary);
   return exit_code(summary);
 }
 
 /// The same path without and with compensation, each into its own recording.
-int run_demo(const Arguments& arguments, youbotd::Config config) {
+int run_demo(const Arguments& arguments, operation::Config config) {
   const auto recording_of = [&](bool compensate) {
     auto directory = arguments.session.record_directory;
     if (directory) *directory /= compensate ? "with" : "without";
     return directory;
   };
   for (const bool compensate : {false, true})
-    if (const auto directory = recording_of(compensate)) youbotd::check_record_directory(*directory);
+    if (const auto directory = recording_of(compensate)) operation::check_record_directory(*directory);
 
   // Without compensation it falls behind, which is what the comparison is to show: how far, a simulation may.
   // A robot stops, which is a finding too.
   if (runtime::is_simulated(config.robot.name)) config.cycle.allow_any_following_error();
-  std::array<youbotd::Summary, 2> summaries;
+  std::array<operation::Summary, 2> summaries;
   for (const bool compensate : {false, true}) {
     config.cycle.controller.compensate_friction = compensate;
-    youbotd::SessionOptions options = arguments.session;
+    operation::SessionOptions options = arguments.session;
     options.record_directory = recording_of(compensate);
     print(arguments, compensate ? "\n== with friction compensation\n" : "== without friction compensation\n");
-    youbotd::Summary& summary = summaries[compensate ? 1 : 0];
-    summary = youbotd::run_session(config, options, runtime::stop_requested);
-    print(arguments, youbotd::report(summary));
+    operation::Summary& summary = summaries[compensate ? 1 : 0];
+    summary = operation::run_session(config, options, runtime::stop_requested);
+    print(arguments, operation::report(summary));
     if (!compensate && summary.fell_behind) {
       spdlog::info("stopped at {}", summary.stop_reason);
       continue;
@@ -120,17 +121,17 @@ int run_demo(const Arguments& arguments, youbotd::Config config) {
       return runtime::kExitOk;
     }
   }
-  print(arguments, "\n" + youbotd::compare(summaries[0], summaries[1]));
+  print(arguments, "\n" + operation::compare(summaries[0], summaries[1]));
   return runtime::kExitOk;
 }
 
 /// Base and arm by hand.
-int run_teleoperation(const Arguments& arguments, const youbotd::Config& config) {
-  youbotd::TeleopOptions options{static_cast<const youbotd::AloneOptions&>(arguments.session)};
-  if (arguments.demo) options.tasks = youbotd::demo_tasks();
-  const youbotd::TeleopSummary summary =
-      youbotd::run_teleop_session(config, options, runtime::stop_requested);
-  print(arguments, youbotd::report(summary));
+int run_teleoperation(const Arguments& arguments, const operation::Config& config) {
+  operation::TeleopOptions options{static_cast<const operation::AloneOptions&>(arguments.session)};
+  if (arguments.demo) options.tasks = operation::demo_tasks();
+  const operation::TeleopSummary summary =
+      operation::run_teleop_session(config, options, runtime::stop_requested);
+  print(arguments, operation::report(summary));
   log_problems(summary);
   return exit_code(summary);
 }
@@ -153,7 +154,7 @@ int serve(const Arguments& arguments) {
   return runtime::kExitOk;
 }
 
-int run_check(const Arguments& arguments, const youbotd::Config& config) {
+int run_check(const Arguments& arguments, const operation::Config& config) {
   const youbotd::Findings findings =
       youbotd::check(config, {.record_directory = arguments.session.record_directory,
                               .virtual_time = arguments.session.virtual_time,
@@ -165,13 +166,13 @@ int run_check(const Arguments& arguments, const youbotd::Config& config) {
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
 /// No machine moves and no device pushes: a late loop does no harm.
-bool is_all_simulated(const youbotd::Config& config) {
+bool is_all_simulated(const operation::Config& config) {
   return runtime::is_simulated(config.robot.name) &&
          (!config.teleoperated || runtime::is_simulated_haptic(config.haptic.name));
 }
 
 int run(Arguments arguments) {
-  const youbotd::Config config = configuration(arguments);
+  const operation::Config config = configuration(arguments);
   if (arguments.duration_s)
     arguments.session.duration = std::chrono::nanoseconds(std::llround(*arguments.duration_s * 1e9));
   if (!arguments.record_directory.empty()) arguments.session.record_directory = arguments.record_directory;

@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-#include "apps/youbotd/teleop_run.h"
+#include "operation/teleop_run.h"
 #include "runtime/loop.h"
 #include "runtime/real_time.h"
 #include "runtime/recording/output_directory.h"
@@ -20,10 +20,10 @@ namespace youbotd {
 void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   if (options.service.record_directory) runtime::try_output_directory(*options.service.record_directory);
   hal::SteadyClock clock;
-  const Config config = options.service.configuration({});
+  const operation::Config config = options.service.configuration({});
   runtime::OpenedRobot robot = runtime::open_robot(config.robot, clock, config.cycle.period);
   runtime::OpenedHaptic master;
-  if (config.teleoperated) master = open_master(config, clock);
+  if (config.teleoperated) master = operation::open_master(config, clock);
   Service service(options.service, config, robot, master, clock);
   ControlServer server(options.control_socket, service);
   std::optional<runtime::HapticActivation> master_activation;

@@ -5,31 +5,31 @@
 #include <cstdint>
 #include <optional>
 
-#include "apps/youbotd/run.h"
 #include "drivers/ethercat/pcap_ring.h"
 #include "hal/haptic_device.h"
 #include "hal/newest_value.h"
 #include "hal/robot.h"
+#include "operation/run.h"
 
 namespace youbotd {
 
 /// A level: what is to be done now.
 struct Orders {
-  std::uint64_t serial = 0;   ///< grows by one with each order given
-  std::uint64_t number = 0;   ///< of the run; each is done once. 0: none
-  Run* run = nullptr;         ///< lives until Told::ended says its number
-  bool stop = false;          ///< comes to rest, then drives off
-  bool off = false;           ///< drives off at once
-  bool leave_master = false;  ///< no exchange with the master, so that it can be opened anew
+  std::uint64_t serial = 0;       ///< grows by one with each order given
+  std::uint64_t number = 0;       ///< of the run; each is done once. 0: none
+  operation::Run* run = nullptr;  ///< lives until Told::ended says its number
+  bool stop = false;              ///< comes to rest, then drives off
+  bool off = false;               ///< drives off at once
+  bool leave_master = false;      ///< no exchange with the master, so that it can be opened anew
 };
 
 struct Told {
   std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed; what is told is as new as they
   std::uint64_t cycles = 0;
-  std::uint64_t ended = 0;   ///< number of the last run that is over
-  bool unheard = false;      ///< the newest run comes, or came, to rest because no orders were heard
-  Progress progress;         ///< of the run under way
-  hal::CycleStatus robot{};  ///< while there is none
+  std::uint64_t ended = 0;       ///< number of the last run that is over
+  bool unheard = false;          ///< the newest run comes, or came, to rest because no orders were heard
+  operation::Progress progress;  ///< of the run under way
+  hal::CycleStatus robot{};      ///< while there is none
   hal::HapticStatus master{};
   bool master_left = false;
 };
@@ -72,8 +72,8 @@ class ServedLoop {
   Orders orders_;
   std::optional<std::chrono::nanoseconds> last_order_;
   std::chrono::nanoseconds last_step_{};
-  Run* run_ = nullptr;        // the one under way
-  std::uint64_t number_ = 0;  // its number
+  operation::Run* run_ = nullptr;  // the one under way
+  std::uint64_t number_ = 0;       // its number
   Told told_;
   runtime::CycleTimes times_;
   hal::RobotSample robot_sample_;

@@ -11,9 +11,9 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "apps/youbotd/base_run.h"
-#include "apps/youbotd/hold_source.h"
-#include "apps/youbotd/teleop_run.h"
+#include "operation/base_run.h"
+#include "operation/hold_source.h"
+#include "operation/teleop_run.h"
 #include "runtime/configuration/plausibility_config.h"
 #include "runtime/program/control_socket.h"
 
@@ -60,7 +60,7 @@ bool same_geometry(const control::BaseGeometry& a, const control::BaseGeometry& 
 
 }  // namespace
 
-Service::Service(const ServiceOptions& options, const Config& config, runtime::OpenedRobot& robot,
+Service::Service(const ServiceOptions& options, const operation::Config& config, runtime::OpenedRobot& robot,
                  runtime::OpenedHaptic& master, hal::Clock& clock)
     : options_(options),
       config_(config),
@@ -170,7 +170,7 @@ void Service::end_run() {
     X_WB_ = {base_W[0], base_W[1], base_W[2]};
   }
   recording_ = run_->recording();
-  const RunSummary& summary = run_->summary();
+  const operation::RunSummary& summary = run_->summary();
   fault_ = summary.stop_reason;
   if (fault_.empty() && told_.unheard) fault_ = kUnheard;
   fault_report_ = summary.fault_report.value_or("");
@@ -295,11 +295,11 @@ void Service::enable(const Peer& peer) {
   if (faulted())
     throw Refusal("the last run was stopped by a fault at " + shortened(fault_) +
                   ": when its cause is gone, acknowledge it first (youbotctl acknowledge)");
-  const Config config = options_.configuration(settings_);
+  const operation::Config config = options_.configuration(settings_);
   require_same_devices(config);
   if (master_.device) open_master_again();
-  const RunOptions options = next_run();
-  VelocitySource* velocity = nullptr;
+  const operation::RunOptions options = next_run();
+  operation::VelocitySource* velocity = nullptr;
   run_ = make_run(config, options, &velocity);
   velocity_ = velocity;
   recorded_to_ = options.record_directory.value_or("");
@@ -317,7 +317,7 @@ void Service::enable(const Peer& peer) {
 }
 
 /// The file is read for each run; its loop, geometry, robot and master have to be as they were.
-void Service::require_same_devices(const Config& config) const {
+void Service::require_same_devices(const operation::Config& config) const {
   const bool same =
       config.cycle.period == config_.cycle.period && config.commander_timeout == config_.commander_timeout &&
       same_geometry(config.cycle.controller.geometry, config_.cycle.controller.geometry) &&
@@ -359,8 +359,9 @@ void Service::open_master_again() {
     throw Refusal(master_.device->info().name + " took long to be opened, and is ready now: enable again");
 }
 
-RunOptions Service::next_run() const {
-  RunOptions run{.config_file = options_.config_file, .experiment = mode_, .virtual_time = !clock_.is_real()};
+operation::RunOptions Service::next_run() const {
+  operation::RunOptions run{
+      .config_file = options_.config_file, .experiment = mode_, .virtual_time = !clock_.is_real()};
   for (int number = 1; options_.record_directory; ++number) {
     run.record_directory = *options_.record_directory / ("run-" + std::to_string(number));
     if (!std::filesystem::exists(*run.record_directory)) break;
@@ -369,41 +370,43 @@ RunOptions Service::next_run() const {
   return run;
 }
 
-std::unique_ptr<Run> Service::make_run(const Config& config, const RunOptions& options,
-                                       VelocitySource** velocity) {
+std::unique_ptr<operation::Run> Service::make_run(const operation::Config& config,
+                                                  const operation::RunOptions& options,
+                                                  operation::VelocitySource** velocity) {
   if (config_.teleoperated)
-    return std::make_unique<TeleopRun>(config, options, *robot_.robot, *master_.device,
-                                       robot_.manipulator.get());
-  Config from_here = config;
+    return std::make_unique<operation::TeleopRun>(config, options, *robot_.robot, *master_.device,
+                                                  robot_.manipulator.get());
+  operation::Config from_here = config;
   from_here.cycle.start = from_here.path.start = X_WB_;
   const Eigen::AlignedBox2d& base_W_m = config.cycle.workspace.base_W_m;
-  std::unique_ptr<MotionSource> motion;
+  std::unique_ptr<operation::MotionSource> motion;
   if (mode_ == "velocity") {
     // Short of the following error, which would stop a base that is only held back.
-    const VelocitySource::Leash leash{.m = kLeashShare * config.cycle.following_error_m,
-                                      .rad = kLeashShare * config.cycle.following_error_rad};
+    const operation::VelocitySource::Leash leash{.m = kLeashShare * config.cycle.following_error_m,
+                                                 .rad = kLeashShare * config.cycle.following_error_rad};
     // Outside, where it was pushed, the reference begins where the base is, and goes no further out.
     Eigen::AlignedBox2d walls_W_m = base_W_m;
     walls_W_m.extend(Eigen::Vector2d(X_WB_.x_m, X_WB_.y_m));
-    const VelocitySource::Wheels wheels{
+    const operation::VelocitySource::Wheels wheels{
         .map = control::LinkMap::with_geometry(config.cycle.controller.geometry),
-        .speed_limit_rad_per_s = kWheelSpeedShare * config.cycle.wheel_speed_limit_rad_per_s};
-    auto source =
-        std::make_unique<VelocitySource>(config.path.limits, wheels, config.cycle.period, leash, walls_W_m);
+        .speed_limit_rad_per_s = operation::kWheelSpeedShare * config.cycle.wheel_speed_limit_rad_per_s};
+    auto source = std::make_unique<operation::VelocitySource>(config.path.limits, wheels, config.cycle.period,
+                                                              leash, walls_W_m);
     if (velocity != nullptr) *velocity = source.get();
     motion = std::move(source);
   } else if (mode_ == "hold") {
-    motion = std::make_unique<HoldSource>();
+    motion = std::make_unique<operation::HoldSource>();
   } else {
-    if (const auto at = first_outside(from_here.path, base_W_m))
+    if (const auto at = operation::first_outside(from_here.path, base_W_m))
       throw Refusal(fmt::format(
           "from where the base stands, x = {:.2f} m, y = {:.2f} m, the path leads out of [workspace], at x = "
           "{:.2f} m, y = {:.2f} m: drive it back by velocity, or restart youbotd where its walls are to "
           "begin",
           X_WB_.x_m, X_WB_.y_m, at->x_m, at->y_m));
-    motion = std::make_unique<PathSource>(from_here.path);
+    motion = std::make_unique<operation::PathSource>(from_here.path);
   }
-  return std::make_unique<BaseRun>(from_here, options, *robot_.robot, std::move(motion), robot_.truth);
+  return std::make_unique<operation::BaseRun>(from_here, options, *robot_.robot, std::move(motion),
+                                              robot_.truth);
 }
 
 void Service::choose_mode(const std::string& mode) {
@@ -432,7 +435,7 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
   if (size > kMaxSettings_bytes)
     throw Refusal("the settings would have more than " + std::to_string(kMaxSettings_bytes) +
                   " bytes together: unset some");
-  const Config config = options_.configuration(settings);  // throws what is wrong with it
+  const operation::Config config = options_.configuration(settings);  // throws what is wrong with it
   if (config.teleoperated != config_.teleoperated)
     throw Refusal("'" + key + "' is for teleoperation, and " + options_.config_file.string() +
                   " has none: start youbotd with one that has");

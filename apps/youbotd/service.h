@@ -15,13 +15,13 @@
 #include <string_view>
 #include <vector>
 
-#include "apps/youbotd/config.h"
 #include "apps/youbotd/control_server.h"
-#include "apps/youbotd/run.h"
 #include "apps/youbotd/served_loop.h"
 #include "apps/youbotd/trouble_log.h"
-#include "apps/youbotd/velocity_source.h"
 #include "hal/clock.h"
+#include "operation/config.h"
+#include "operation/run.h"
+#include "operation/velocity_source.h"
 #include "runtime/open_haptic.h"
 #include "runtime/open_robot.h"
 #include "runtime/program/service_manager.h"
@@ -36,7 +36,7 @@ struct ServiceOptions {
   /// Each run records into a new directory run-1, run-2, … in it.
   std::optional<std::filesystem::path> record_directory{};
   /// The configuration with these settings over it, as `youbotctl set` makes them.
-  std::function<Config(const std::map<std::string, std::string>& settings)> configuration;
+  std::function<operation::Config(const std::map<std::string, std::string>& settings)> configuration;
 };
 
 /// Answers requests and gives a ServedLoop its orders. It knows no socket, thread or machine's clock: serve()
@@ -56,7 +56,7 @@ class Service final : public ControlServer::Listener {
  public:
   /// `robot` and `master`, which is empty without teleoperation, are active whenever the loop is stepped. All
   /// outlive the service; so does the clock, on which it waits.
-  Service(const ServiceOptions& options, const Config& config, runtime::OpenedRobot& robot,
+  Service(const ServiceOptions& options, const operation::Config& config, runtime::OpenedRobot& robot,
           runtime::OpenedHaptic& master, hal::Clock& clock);
 
   /// Refuses what cannot run before `enable` does, once the master is active.
@@ -103,10 +103,12 @@ class Service final : public ControlServer::Listener {
   std::string robot_state() const;
   nlohmann::json status() const;
 
-  void require_same_devices(const Config& config) const;
+  void require_same_devices(const operation::Config& config) const;
   /// `velocity`, unless null, is where to set one, in the mode that follows it.
-  std::unique_ptr<Run> make_run(const Config& config, const RunOptions& options, VelocitySource** velocity);
-  RunOptions next_run() const;
+  std::unique_ptr<operation::Run> make_run(const operation::Config& config,
+                                           const operation::RunOptions& options,
+                                           operation::VelocitySource** velocity);
+  operation::RunOptions next_run() const;
   void open_master_again();
   void give_orders();
   /// Gives the orders, then waits until a cycle has followed them and its news is read.
@@ -124,7 +126,7 @@ class Service final : public ControlServer::Listener {
   void bring_to_rest(const std::string& why);
 
   ServiceOptions options_;
-  Config config_;
+  operation::Config config_;
   runtime::OpenedRobot& robot_;
   runtime::OpenedHaptic& master_;
   hal::Clock& clock_;
@@ -139,16 +141,16 @@ class Service final : public ControlServer::Listener {
   std::chrono::nanoseconds fresh_from_{};             // what is heard before may have waited as long
   Orders orders_;
   Told told_;
-  std::unique_ptr<Run> run_;            // the one under way
-  VelocitySource* velocity_ = nullptr;  // of that run, in mode velocity
-  std::optional<Peer> commander_;       // while it is
+  std::unique_ptr<operation::Run> run_;            // the one under way
+  operation::VelocitySource* velocity_ = nullptr;  // of that run, in mode velocity
+  std::optional<Peer> commander_;                  // while it is
   std::chrono::nanoseconds commander_heard_{};
   std::string fault_;                // that ended the last run
   bool fault_acknowledged_ = false;  // by an order of its own
   std::filesystem::path fault_report_;
-  control::PlanarPose X_WB_{};                   // where runs have taken the base, when there is no master
-  std::filesystem::path recorded_to_;            // by the run under way or the last one; empty: nothing is
-  std::optional<RecordingState> recording_;      // of it
+  control::PlanarPose X_WB_{};         // where runs have taken the base, when there is no master
+  std::filesystem::path recorded_to_;  // by the run under way or the last one; empty: nothing is
+  std::optional<operation::RecordingState> recording_;  // of it
   std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated
   std::vector<std::string> trouble_;             // hal::Robot::trouble()
   TroubleLog trouble_log_;

@@ -27,7 +27,8 @@ json bus_json(const std::optional<hal::BusLosses>& losses) {
           {"damaged", losses->damaged}};
 }
 
-json recording_json(const std::filesystem::path& directory, const std::optional<RecordingState>& recording) {
+json recording_json(const std::filesystem::path& directory,
+                    const std::optional<operation::RecordingState>& recording) {
   if (!recording) return nullptr;
   return {{"directory", directory.string()},
           {"state", recording->problems.empty() ? "ok" : "failing"},
@@ -47,7 +48,7 @@ std::string Service::robot_state() const {
 }
 
 json Service::status() const {
-  const Progress& now = told_.progress;
+  const operation::Progress& now = told_.progress;
   json status{{"format", "youbotd-status/1"},
               {"version", runtime::build_version()},
               {"robot", config_.robot.name},

@@ -15,6 +15,13 @@ namespace runtime {
 
 namespace fs = std::filesystem;
 
+fs::path existing_ancestor(const fs::path& directory) {
+  std::error_code unknown;
+  fs::path at = fs::absolute(directory, unknown);
+  while (at.has_relative_path() && !fs::exists(at, unknown)) at = at.parent_path();
+  return at;
+}
+
 std::string why_not_writable(const fs::path& directory) {
   std::string file = (directory / "youbot-try-XXXXXX").string();
   const int descriptor = mkstemp(file.data());

@@ -7,6 +7,9 @@
 
 namespace runtime {
 
+/// The directory itself, or the nearest above it that exists.
+std::filesystem::path existing_ancestor(const std::filesystem::path& directory);
+
 /// Makes a file there and takes it away again. Empty: it can; else the system's reason.
 std::string why_not_writable(const std::filesystem::path& directory);
 

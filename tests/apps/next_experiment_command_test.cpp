@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "analysis/findings.h"
 #include "apps/youbot_bench/experiment_request.h"
-#include "apps/youbot_gap/findings.h"
 #include "identification/gap/bench_experiments.h"
 #include "runtime/configuration/drive_model_file.h"
 #include "runtime/configuration/hidden_effect.h"
@@ -34,14 +34,14 @@ CommandResult typed(const std::string& command, const fs::path& directory) {
 TEST(NextExperimentCommand, RunsAsItIsPrintedOnTheLoopbackRobot) {
   const identification::gap::DriveLimits limits{
       .torque_Nm = 0.25, .speed_rad_per_s = 8, .travel_rad = std::numeric_limits<double>::infinity()};
-  const youbot_gap::Findings findings{
+  const analysis::Findings findings{
       .base = {}, .base_path = {}, .drive = "wheel-1", .data = {}, .result = {}};
   std::set<std::string> names;
   for (const auto& experiment :
        identification::gap::bench_experiments(runtime::known_wheel_model(), limits)) {
     if (!names.insert(experiment.name).second) continue;
     const std::string command =
-        youbot_gap::command_text({.name = experiment.name, .settings = experiment.settings}, findings);
+        analysis::command_text({.name = experiment.name, .settings = experiment.settings}, findings);
     const support::TemporaryDirectory directory;
     const CommandResult result = typed(command, directory / ".");
     EXPECT_EQ(result.exit_code, 0) << command << '\n' << result.output;
@@ -76,10 +76,9 @@ TEST(NextExperimentCommand, ThePlanKnowsWhereTheBenchStops) {
 }
 
 TEST(NextExperimentCommand, AnArmsJointIsMeasuredAlone) {
-  const youbot_gap::Findings findings{
-      .base = {}, .base_path = {}, .drive = "arm-2", .data = {}, .result = {}};
+  const analysis::Findings findings{.base = {}, .base_path = {}, .drive = "arm-2", .data = {}, .result = {}};
   EXPECT_EQ(
-      youbot_gap::command_text({.name = "reversals", .settings = {{"highest_rad_per_s", "0.4"}}}, findings),
+      analysis::command_text({.name = "reversals", .settings = {{"highest_rad_per_s", "0.4"}}}, findings),
       "youbot-bench reversals --kind base+arm --joint arm-2 --highest 0.4 --out next-experiment");
 }
 

@@ -9,9 +9,9 @@
 #include <stdexcept>
 #include <string>
 
-#include "apps/youbotd/config.h"
-#include "apps/youbotd/session.h"
 #include "drivers/tmcl/process_data.h"
+#include "operation/config.h"
+#include "operation/session.h"
 #include "runtime/wire_robot.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/watched_open_robot.h"
@@ -144,13 +144,13 @@ TEST(OpenRobot, IsWatchedInEveryTest) {
 }
 
 TEST(OpenRobot, IsWatchedInASessionThatOpensItsOwn) {
-  const youbotd::Config config = youbotd::load_config(support::source_dir() + "/apps/youbotd/demo.toml");
-  youbotd::SessionOptions options;
+  const operation::Config config = operation::load_config(support::source_dir() + "/apps/youbotd/demo.toml");
+  operation::SessionOptions options;
   options.virtual_time = true;
   options.duration = 100ms;
   const std::atomic<bool> stop{false};
   const int before = support::watched_robots_opened();
-  (void)youbotd::run_session(config, options, stop);
+  (void)operation::run_session(config, options, stop);
   EXPECT_EQ(support::watched_robots_opened(), before + 1);
 }
 
@@ -163,11 +163,11 @@ TEST(OpenRobot, WhatNobodyKnowsIsAnsweredWithAllThereIs) {
 }
 
 TEST(OpenRobot, TheBasesPathIsNotDrivenOnOneJoint) {
-  youbotd::Config config = youbotd::load_config(support::source_dir() + "/apps/youbotd/demo.toml");
+  operation::Config config = operation::load_config(support::source_dir() + "/apps/youbotd/demo.toml");
   config.robot.name = "can:can0";
   const std::atomic<bool> stop{false};
   try {
-    (void)youbotd::run_session(config, {}, stop);
+    (void)operation::run_session(config, {}, stop);
     FAIL() << "ran";
   } catch (const std::invalid_argument& error) {
     EXPECT_STREQ(error.what(), "the base needs a robot with four wheels, this one has 1 joint");

@@ -5,7 +5,7 @@
 #include <sstream>
 #include <string>
 
-#include "apps/youbotd/config.h"
+#include "operation/config.h"
 #include "runtime/configuration/plausibility_config.h"
 #include "runtime/configuration/toml_reader.h"
 #include "tests/support/built_paths.h"
@@ -18,7 +18,7 @@ using control::PlausibilityCheck;
 
 control::ChecksOff loaded(const std::string& text) {
   const support::TemporaryDirectory folder;
-  return youbotd::load_config(folder.write("lab.toml", text)).cycle.checks_off;
+  return operation::load_config(folder.write("lab.toml", text)).cycle.checks_off;
 }
 
 TEST(PlausibilityConfig, SwitchesOffWhatItNamesAndNothingElse) {
@@ -50,9 +50,9 @@ TEST(PlausibilityConfig, AnUnknownCheckIsRefusedWithTheNamesOfAll) {
 TEST(PlausibilityConfig, NoSettingSwitchesACheckOffThatTheFileHasOn) {
   const support::TemporaryDirectory folder;
   const auto file = folder.write("lab.toml", "[plausibility]\noff = [\"velocity_step\"]\n");
-  EXPECT_THROW(youbotd::load_config(file, {{"plausibility.off", "[\"velocity_step\", \"still_encoder\"]"}}),
+  EXPECT_THROW(operation::load_config(file, {{"plausibility.off", "[\"velocity_step\", \"still_encoder\"]"}}),
                runtime::ConfigError);
-  EXPECT_TRUE(youbotd::load_config(file, {{"plausibility.off", "[]"}}).cycle.checks_off.none());
+  EXPECT_TRUE(operation::load_config(file, {{"plausibility.off", "[]"}}).cycle.checks_off.none());
 }
 
 TEST(PlausibilityConfig, ACheckThatDoesNotRunIsNotedWithItsNameAndTheReason) {

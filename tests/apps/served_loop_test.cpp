@@ -32,7 +32,7 @@ class IdleRobot final : public hal::Robot {
 };
 
 /// Comes to rest in three steps once told, as a real one takes its time.
-class ScriptedRun final : public youbotd::Run {
+class ScriptedRun final : public operation::Run {
  public:
   void step(nanoseconds) noexcept override {
     ++steps;
@@ -43,13 +43,13 @@ class ScriptedRun final : public youbotd::Run {
   void switch_off() noexcept override { over = off = true; }
   bool finished() const noexcept override { return over; }
   void keep() noexcept override { longest_step = std::max(longest_step, times_.step); }
-  youbotd::Progress progress() const noexcept override {
-    youbotd::Progress progress;
+  operation::Progress progress() const noexcept override {
+    operation::Progress progress;
     progress.phase = "running";
     return progress;
   }
   void wrap_up(const drivers::ethercat::PcapRing*) override {}
-  youbotd::RunSummary& summary() noexcept override { return summary_; }
+  operation::RunSummary& summary() noexcept override { return summary_; }
 
   int steps = 0;
   int left = 3;
@@ -60,7 +60,7 @@ class ScriptedRun final : public youbotd::Run {
   nanoseconds longest_step{};
 
  private:
-  youbotd::RunSummary summary_;
+  operation::RunSummary summary_;
 };
 
 struct ServedLoopTest : testing::Test {

@@ -5,7 +5,7 @@
 #include <initializer_list>
 #include <string>
 
-#include "apps/youbotd/teleop_demo.h"
+#include "operation/teleop_demo.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"
@@ -31,7 +31,7 @@ TEST(TeleopCommand, TheDemoTellsHowEachTaskEndedAndWhatTheHandFelt) {
   std::size_t at = result.output.find("operator\n");
   ASSERT_NE(at, std::string::npos) << result.output;
   at += std::string("operator\n").size();
-  for (const sim::Task& task : youbotd::demo_tasks()) {
+  for (const sim::Task& task : operation::demo_tasks()) {
     const std::string line = result.output.substr(at, result.output.find('\n', at) - at);
     EXPECT_TRUE(line.starts_with("  " + std::string(sim::name_of(task)) + " ")) << line;
     EXPECT_NE(line.find(" done "), std::string::npos) << line;

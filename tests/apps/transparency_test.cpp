@@ -20,7 +20,7 @@
 
 #include "control/arm_posture.h"
 #include "control/robot_model.h"
-#include "tests/apps/teleop_rig.h"
+#include "tests/operation/teleop_rig.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/temporary_directory.h"

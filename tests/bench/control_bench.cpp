@@ -3,11 +3,11 @@
 
 #include <chrono>
 
-#include "apps/youbotd/base_task.h"
 #include "control/base_controller.h"
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 #include "model/friction/wheel_curve.h"
+#include "operation/base_task.h"
 #include "runtime/open_robot.h"
 #include "sim/base.h"
 #include "tests/bench/quantiles.h"
@@ -67,10 +67,10 @@ void SimulatedMillisecond(benchmark::State& state) {
 }
 BENCHMARK(SimulatedMillisecond)->ArgName("on_ground")->Arg(0)->Arg(1);
 
-class CirclingMotion final : public youbotd::MotionSource {
+class CirclingMotion final : public operation::MotionSource {
  public:
   void begin(nanoseconds now, const control::PlanarPose&) noexcept override { begin_ = now; }
-  youbotd::Motion read(nanoseconds now, const control::PlanarPose&) noexcept override {
+  operation::Motion read(nanoseconds now, const control::PlanarPose&) noexcept override {
     return {now, path_.at(std::fmod(std::chrono::duration<double>(now - begin_).count(), path_.duration_s())),
             false};
   }
@@ -89,7 +89,7 @@ void whole_cycle(benchmark::State& state, const char* robot_name) {
   const runtime::OpenedRobot opened = runtime::open_robot(options, clock, 1ms);
   opened.robot->activate();
   CirclingMotion motion;
-  youbotd::Cycle cycle(youbotd::Cycle::Config{}, *opened.robot, motion, opened.truth);
+  operation::Cycle cycle(operation::Cycle::Config{}, *opened.robot, motion, opened.truth);
   const hal::SteadyClock stopwatch;
   drivers::LatencyHistogram histogram;
   for (auto _ : state) {

@@ -3,8 +3,8 @@
 
 #include <chrono>
 
-#include "apps/youbotd/base_recording.h"
 #include "hal/clock.h"
+#include "operation/base_recording.h"
 #include "tests/bench/quantiles.h"
 #include "tests/support/temporary_directory.h"
 
@@ -15,10 +15,10 @@ using namespace std::chrono_literals;
 constexpr double kFiles = 5;  // a row of a cycle in each: four wheels and the base
 
 /// Numbers of as many digits as real ones have.
-youbotd::CycleRecord record_at(int cycle) {
-  youbotd::CycleRecord record;
+operation::CycleRecord record_at(int cycle) {
+  operation::CycleRecord record;
   record.time = cycle * 1ms;
-  record.phase = youbotd::Phase::kRunning;
+  record.phase = operation::Phase::kRunning;
   for (std::size_t i = 0; i < 4; ++i) {
     record.position_rad[i] = 1.234567e-3 * cycle + static_cast<double>(i);
     record.torque_command_Nm[i] = record.torque_measured_Nm[i] = 0.1 + 1e-7 * cycle;
@@ -28,14 +28,14 @@ youbotd::CycleRecord record_at(int cycle) {
   return record;
 }
 
-youbotd::BaseRecording::Description into(const support::TemporaryDirectory& directory) {
-  return youbotd::base_recording({.directory = directory / "run",
-                                  .config = {directory.write("config.toml", "")},
-                                  .experiment = "bench",
-                                  .period = 1ms});
+operation::BaseRecording::Description into(const support::TemporaryDirectory& directory) {
+  return operation::base_recording({.directory = directory / "run",
+                                    .config = {directory.write("config.toml", "")},
+                                    .experiment = "bench",
+                                    .period = 1ms});
 }
 
-void check(benchmark::State& state, const youbotd::BaseRecording& recording) {
+void check(benchmark::State& state, const operation::BaseRecording& recording) {
   if (recording.cycles_lost() > 0 || !recording.problems().empty())
     state.SkipWithError("the recording is not whole");
 }
@@ -44,13 +44,13 @@ void check(benchmark::State& state, const youbotd::BaseRecording& recording) {
 void RecordACycle(benchmark::State& state) {
   state.SetLabel("recorder: add() in a cycle of 1 kHz");
   const support::TemporaryDirectory directory;
-  youbotd::BaseRecording recording(into(directory));
+  operation::BaseRecording recording(into(directory));
   hal::SteadyClock clock;
   drivers::LatencyHistogram histogram;
   int cycle = 0;
   std::chrono::nanoseconds next = clock.now();
   for (auto _ : state) {
-    const youbotd::CycleRecord record = record_at(cycle++);
+    const operation::CycleRecord record = record_at(cycle++);
     clock.sleep_until(next += 1ms);
     const std::chrono::nanoseconds begin = clock.now();
     recording.add(record);
@@ -68,7 +68,7 @@ void RecordToDisk(benchmark::State& state) {
   constexpr int kCycles = 100'000;
   for (auto _ : state) {
     const support::TemporaryDirectory directory;
-    youbotd::BaseRecording recording(into(directory));
+    operation::BaseRecording recording(into(directory));
     for (int cycle = 0; cycle < kCycles; ++cycle) {
       recording.wait_for_room();
       recording.add(record_at(cycle));

@@ -7,8 +7,8 @@
 #include "drivers/latency_histogram.h"
 #include "hal/clock.h"
 #include "hal/loopback_robot.h"
-#include "tests/apps/teleop_rig.h"
 #include "tests/bench/quantiles.h"
+#include "tests/operation/teleop_rig.h"
 
 namespace teleop_bench {
 
@@ -26,7 +26,7 @@ void TeleoperationStep(benchmark::State& state) {
   teleoperation.request_start();
   const hal::SteadyClock stopwatch;
   drivers::LatencyHistogram histogram;
-  const auto input_of = [](const youbotd::TeleopRecord& record) {
+  const auto input_of = [](const operation::TeleopRecord& record) {
     control::TeleopInput input;
     input.drives_obey = input.master_ready = input.grip_fresh = true;
     for (Eigen::Index i = 0; i < 4; ++i)
@@ -35,7 +35,7 @@ void TeleoperationStep(benchmark::State& state) {
       input.arm_position_rad[i] = record.position_rad[static_cast<std::size_t>(4 + i)];
     return input;
   };
-  for (const youbotd::TeleopRecord& record : rig.records) (void)teleoperation.step(input_of(record));
+  for (const operation::TeleopRecord& record : rig.records) (void)teleoperation.step(input_of(record));
   control::TeleopInput input = input_of(rig.last());
   int n = 0;
   for (auto _ : state) {

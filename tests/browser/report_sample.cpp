@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "apps/report/report.h"
+#include "report/report.h"
 
 namespace {
 

@@ -21,8 +21,8 @@ expect drivers/ethercat/link.h 'lint drivers/.*\.cpp' 'left .* more test files .
 # Included by sources alone: the tests of their headers.
 expect control/positive.h 'lint control/.*\.cpp' 'test test_control ArmProtection'
 # Not the test of another file of this name, which does not include it.
-expect apps/youbotd/report.h 'test test_apps TeleopSession'
-! grep --quiet ' Report$' <<<"$(.ci/reach apps/youbotd/report.h)" || { echo 'reach_test: apps/report is another'; exit 1; }
+expect operation/report.h 'test test_operation TeleopSession'
+! grep --quiet ' Report$' <<<"$(.ci/reach operation/report.h)" || { echo 'reach_test: report/report.h is another'; exit 1; }
 # One name of two programs: both are built.
 expect drivers/ethercat/mailbox_line.h 'test test_drivers Mailbox' 'test test_sim Mailbox'
 expect README.md 'left README.md: .*'

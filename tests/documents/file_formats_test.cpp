@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "apps/youbot_gap/gap_json.h"
+#include "analysis/gap_json.h"
 #include "apps/youbot_sim/fault_file.h"
-#include "apps/youbotd/base_recording.h"
-#include "apps/youbotd/cycle_record.h"
 #include "control/teleoperation.h"
 #include "model/effects/any_effect.h"
+#include "operation/base_recording.h"
+#include "operation/cycle_record.h"
 #include "runtime/configuration/drive_model_file.h"
 #include "runtime/configuration/scene_config.h"
 #include "runtime/recording/recording_reader.h"
@@ -94,9 +94,9 @@ TEST_F(FileFormats, EveryEffectIsThereWithItsParameters) {
 
 TEST_F(FileFormats, EveryKeyOfGapJsonIsThere) {
   const std::string text = document();
-  youbot_gap::Findings findings;
+  analysis::Findings findings;
   findings.result.rejected.push_back({"backlash", 0.1, "no better than chance"});
-  const nlohmann::json json = nlohmann::json::parse(youbot_gap::gap_json(findings));
+  const nlohmann::json json = nlohmann::json::parse(analysis::gap_json(findings));
   EXPECT_GT(json.size(), 10U);
   for (const auto& [key, value] : json["rejected"].at(0).items())
     EXPECT_TRUE(says(row_of(text, "rejected"), "`" + key + "`")) << key;
@@ -108,8 +108,8 @@ TEST_F(FileFormats, ThePhasesHaveTheirNumbers) {
   std::string text = document();
   std::ranges::replace(text, '\n', ' ');
   std::string base;
-  for (int i = 0; i <= static_cast<int>(youbotd::Phase::kOff); ++i)
-    base += (i == 0 ? "" : ", ") + std::to_string(i) + " " + name(static_cast<youbotd::Phase>(i));
+  for (int i = 0; i <= static_cast<int>(operation::Phase::kOff); ++i)
+    base += (i == 0 ? "" : ", ") + std::to_string(i) + " " + name(static_cast<operation::Phase>(i));
   EXPECT_TRUE(says(text, base)) << base;
   std::string teleoperation;
   for (int i = 0; i <= static_cast<int>(control::TeleopPhase::kFaulted); ++i)

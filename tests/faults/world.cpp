@@ -89,7 +89,7 @@ void World::restore_files() { set_file_limit(file_limit_); }
 World::World(Machine machine, std::uint64_t seed, Sabotage sabotage)
     : machine_(machine), file_limit_(file_limit()), random_(seed), sabotage_(std::move(sabotage)) {
   config_file_ = folder_.write("youbotd.toml", machine == Machine::kBase ? kBaseConfig : kManipulatorConfig);
-  config_ = youbotd::load_config(config_file_);
+  config_ = operation::load_config(config_file_);
   emulation_ = std::make_shared<sim::bus::YoubotBus>(robot_options(machine, random_));
   for (std::size_t joint = 0; joint < emulation_->joint_count(); ++joint)
     boards_.push_back(
@@ -150,7 +150,7 @@ void World::start_daemon() {
             .config_file = config_file_,
             .record_directory = folder_ / "runs",
             .configuration =
-                [this](const auto& settings) { return youbotd::load_config(config_file_, settings); }},
+                [this](const auto& settings) { return operation::load_config(config_file_, settings); }},
         config_, robot_, master_, *this);
     if (master_.device) master_activation_.emplace(*master_.device);
     service_->require_usable_configuration();

@@ -121,7 +121,7 @@ class World final : public hal::Clock {
   sim::Hand* hand() noexcept { return master_.hand.get(); }
   std::mt19937_64& random() noexcept { return random_; }
   const std::filesystem::path& folder() const noexcept { return folder_.path(); }
-  const youbotd::Config& config() const noexcept { return config_; }
+  const operation::Config& config() const noexcept { return config_; }
 
   /// As a disk that is full: no file of this process grows beyond. The harness' own writes come before it.
   void limit_files(std::uint64_t bytes);
@@ -157,7 +157,7 @@ class World final : public hal::Clock {
   Sabotage sabotage_;
   Witness* witness_ = nullptr;
   std::filesystem::path config_file_;
-  youbotd::Config config_;
+  operation::Config config_;
   std::shared_ptr<sim::bus::YoubotBus> emulation_;
   std::vector<std::unique_ptr<support::LyingBoard>> boards_;
 

@@ -3,14 +3,14 @@
 #pragma once
 #include <cstddef>
 
-#include "apps/youbotd/config.h"
+#include "operation/config.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace fuzz {
 
 /// No limit of force, torque or speed above the file's, and no protection off that the file has on.
-inline void check_ceilings(const youbotd::Config& set, const youbotd::Config& file) {
-  using youbotd::Config;
+inline void check_ceilings(const operation::Config& set, const operation::Config& file) {
+  using operation::Config;
   const auto no_more = [&](auto value) { require(value(set) <= value(file)); };
   no_more([](const Config& c) { return c.cycle.controller.wrench_limits.force_N; });
   no_more([](const Config& c) { return c.cycle.controller.wrench_limits.moment_Nm; });

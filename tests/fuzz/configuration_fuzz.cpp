@@ -5,8 +5,8 @@
 #include <string>
 #include <string_view>
 
-#include "apps/youbotd/config.h"
-#include "apps/youbotd/demo_config.h"
+#include "operation/config.h"
+#include "operation/demo_config.h"
 #include "runtime/configuration/toml_reader.h"
 #include "tests/fuzz/ceilings.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -15,7 +15,7 @@
 namespace {
 
 using fuzz::require;
-using youbotd::Config;
+using operation::Config;
 
 /// Negated so that NaN fails.
 void within(double value, double least, double most) { require(value >= least && value <= most); }
@@ -24,7 +24,7 @@ void within(double value, double least, double most) { require(value >= least &&
 void check_ranges(const Config& config) {
   using std::chrono_literals::operator""ms;
   using std::chrono_literals::operator""s;
-  const youbotd::Cycle::Config& cycle = config.cycle;
+  const operation::Cycle::Config& cycle = config.cycle;
   require(cycle.period >= 1ms && cycle.period <= 10ms);
   require(cycle.command_timeout >= 2 * cycle.period && cycle.command_timeout <= 2s &&
           cycle.command_timeout <= config.commander_timeout);
@@ -86,7 +86,7 @@ constexpr std::string_view kTeleoperation =
 }  // namespace
 
 std::vector<fuzz::Bytes> fuzz::seeds() {
-  const std::string demo(youbotd::kDemoConfig);
+  const std::string demo(operation::kDemoConfig);
   std::vector<Bytes> seeds{bytes_of(demo), bytes_of(kTeleoperation)};
   // The short ones are where a mutation most often changes one value.
   for (const std::string_view text :
@@ -111,9 +111,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::map<std::string, std::string> settings = take_settings(text);
   file.hold(text);
   try {
-    const Config config = youbotd::load_config(file.path(), settings);
+    const Config config = operation::load_config(file.path(), settings);
     check_ranges(config);
-    if (!settings.empty()) fuzz::check_ceilings(config, youbotd::load_config(file.path()));
+    if (!settings.empty()) fuzz::check_ceilings(config, operation::load_config(file.path()));
   } catch (const runtime::ConfigError& error) {
     require(!error.problems().empty());
     for (const std::string& problem : error.problems())

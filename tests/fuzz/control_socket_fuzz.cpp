@@ -98,8 +98,8 @@ class RunningService {
   }
 
  private:
-  youbotd::Config configuration(const std::map<std::string, std::string>& settings) const {
-    return youbotd::load_config(file_.path(), settings);
+  operation::Config configuration(const std::map<std::string, std::string>& settings) const {
+    return operation::load_config(file_.path(), settings);
   }
   void check_settings(const json& settings) const {
     if (!settings.is_object()) return;  // too long for an answer
@@ -112,7 +112,7 @@ class RunningService {
 
   fuzz::MemoryFile file_;
   support::TemporaryDirectory folder_;
-  youbotd::Config file_limits_;
+  operation::Config file_limits_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "apps/youbot_gap/inputs.h"
+#include "analysis/inputs.h"
 #include "runtime/configuration/toml_reader.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
@@ -70,7 +70,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         files, [&](const fuzz::MemoryFile& file) { return problem.starts_with(file.path() + ":"); });
   };
   try {
-    const youbot_gap::Inputs inputs = youbot_gap::read_inputs(
+    const analysis::Inputs inputs = analysis::read_inputs(
         {.model = files[0].path(), .data = {files[1].path()}, .held_out = {files[2].path()}});
     require(inputs.data.size() == 1 && inputs.held_out.size() == 1);
     for (const auto& sources : {inputs.data, inputs.held_out}) check(sources.front());

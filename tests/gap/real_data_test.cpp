@@ -11,8 +11,8 @@
 #include <set>
 #include <string>
 
-#include "apps/youbot_gap/explain.h"
-#include "apps/youbot_gap/inputs.h"
+#include "analysis/explain.h"
+#include "analysis/inputs.h"
 #include "model/effects/effect_chain.h"
 #include "runtime/configuration/drive_model_file.h"
 #include "tests/gap/real/converted_drive.h"
@@ -34,12 +34,12 @@ class RealData : public testing::Test {
   void explain(const ConvertedDrive& drive) {
     const fs::path directory = directory_ / drive.base.name;
     real_recordings::write_drive(drive, directory);
-    youbot_gap::GapOptions options{.inputs = {.model = directory / "base.toml", .data = {directory / "data"}},
-                                   .out = directory / "gap"};
+    analysis::GapOptions options{.inputs = {.model = directory / "base.toml", .data = {directory / "data"}},
+                                 .out = directory / "gap"};
     if (!drive.held_out.empty()) options.inputs.held_out = {directory / "held_out"};
-    const youbot_gap::Inputs inputs = youbot_gap::read_inputs(options.inputs);
+    const analysis::Inputs inputs = analysis::read_inputs(options.inputs);
     EXPECT_EQ(inputs.rig, drive.base.name);
-    youbot_gap::write_findings(inputs, options, {});
+    analysis::write_findings(inputs, options, {});
     gap_ = json::parse(std::ifstream(options.out / "gap.json"));
     model_ = runtime::read_drive_model(options.out / "model.toml");
     std::printf("%s: %s, gap %.3g, refitted %.3g, left %.3g N·m; found %s\n", inputs.rig.c_str(),

@@ -15,7 +15,7 @@
 #include "control/planar.h"
 #include "hal/seconds.h"
 #include "identification/gap/parallel.h"
-#include "tests/apps/sensor_rigs.h"
+#include "tests/operation/sensor_rigs.h"
 
 namespace sensor_campaign {
 namespace {
@@ -145,7 +145,7 @@ class ArmRun {
   void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
   Truth truth() const { return {rig_.plant.pose(), rig_.plant.arm_rad()}; }
   Ending ending() const {
-    const youbotd::TeleopCycle::End& end = rig_.cycle.end();
+    const operation::TeleopCycle::End& end = rig_.cycle.end();
     return {rig_.over(), end.end == control::TeleopEnd::kRobotFault, end.robot.joint};
   }
   std::string explain() const { return describe(rig_.cycle.end(), rig_.robot, rig_.master); }

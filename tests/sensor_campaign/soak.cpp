@@ -10,7 +10,7 @@
 
 #include "hal/seconds.h"
 #include "identification/gap/parallel.h"
-#include "tests/apps/sensor_rigs.h"
+#include "tests/operation/sensor_rigs.h"
 
 namespace sensor_campaign {
 namespace {
@@ -218,7 +218,7 @@ void run_robot(const Scenario& scenario, double duration_s, const Machine& machi
     rig.cycle.request_stop();
     for (int k = 0; k < 10'000 && !rig.cycle.finished(); ++k) rig.step();
   }
-  const youbotd::TeleopCycle::End& end = rig.cycle.end();
+  const operation::TeleopCycle::End& end = rig.cycle.end();
   const bool alarm = end.end == control::TeleopEnd::kRobotFault;
   count(result, alarm, end.fault() && !alarm, describe(end, rig.robot, rig.master));
   result.hours += hal::seconds(rig.clock.now()) / 3600;

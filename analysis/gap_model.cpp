@@ -1,0 +1,84 @@
+#include "analysis/gap_model.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/program/build_info.h"
+#include "runtime/program/wording.h"
+
+namespace analysis {
+namespace {
+
+using identification::fit::Estimate;
+using identification::gap::FoundEffect;
+using model::effects::EffectDescription;
+
+/// One remark behind each parameter of an effect, from the estimates by their names.
+void remark(runtime::EffectRemarks& remarks, const EffectDescription& effect, const std::string& parameter,
+            const std::string& text) {
+  remarks.parameters.resize(effect.parameters.size());
+  for (std::size_t i = 0; i < effect.parameters.size(); ++i)
+    if (effect.parameters[i].name == parameter) remarks.parameters[i] = text;
+}
+
+std::vector<std::string> evidence(const FoundEffect& found, const Findings& findings) {
+  std::vector<std::string> lines{
+      "added by youbot-gap: " + evidence_text(found),
+      fmt::format("held-out gap {:.4g} -> {:.4g} N·m", found.gap_before, found.gap_after)};
+  if (const std::string where = where_text(found.where); !where.empty())
+    lines.back() += "; shows at " + where;
+  if (!found.equivalent.empty()) {
+    lines.emplace_back("this data cannot tell it from:");
+    for (const std::string& rival : found.equivalent) lines.back() += " " + rival;
+    lines.push_back("experiment that decides: " + deciding_experiment(found, findings));
+  }
+  return lines;
+}
+
+std::vector<std::string> header(const Findings& findings) {
+  const identification::gap::Result& result = findings.result;
+  std::vector<std::string> lines{
+      "written by youbot-gap " + std::string(runtime::build_version()),
+      fmt::format("base: {}; seed {}", findings.base_path, findings.seed),
+      "searched: " + runtime::list_text(findings.data), "held out: " + runtime::list_text(result.held_out),
+      fmt::format("verdict: {}; held-out gap {:.4g} -> {:.4g} N·m, noise floor {:.4g} N·m",
+                  identification::gap::verdict_name(result.verdict), result.gap_before_Nm,
+                  result.gap_after_Nm, result.noise_floor_Nm)};
+  for (const Refitted& refitted : refitted_parameters(findings))
+    if (refitted.after.name == "inertia_kg_m2")
+      lines.push_back(
+          fmt::format("inertia_kg_m2 was {:.6g}; {}", refitted.before, interval_text(refitted.after)));
+  return lines;
+}
+
+}  // namespace
+
+std::string improved_model_text(const Findings& findings) {
+  const identification::gap::Result& result = findings.result;
+  const std::size_t given = findings.base.effects.size();
+  std::vector<runtime::EffectRemarks> remarks(result.model.effects.size());
+  for (const Refitted& refitted : refitted_parameters(findings))
+    if (refitted.effect < given)
+      remark(remarks[refitted.effect], model::effects::effect_description(refitted.effect_type),
+             refitted.after.name,
+             fmt::format("was {:.6g}; {}", refitted.before, interval_text(refitted.after)));
+  std::vector<bool> remarked(remarks.size(), false);
+  for (const FoundEffect& found : result.effects) {
+    const EffectDescription& effect =
+        model::effects::effect_description(model::effects::name_of(found.effect));
+    // Several may be of one type; actuator effects stand elsewhere in the model than among those found.
+    std::size_t i = given;
+    while (i < remarks.size() && (remarked[i] || result.model.effects[i].index() != found.effect.index()))
+      ++i;
+    if (i == remarks.size()) continue;
+    remarked[i] = true;
+    remarks[i].evidence = evidence(found, findings);
+    for (const Estimate& estimate : parameters_of(found))
+      remark(remarks[i], effect, estimate.name, interval_text(estimate));
+  }
+  return runtime::drive_model_text(result.model, header(findings), remarks);
+}
+
+}  // namespace analysis

@@ -1,0 +1,37 @@
+/// @file
+/// What youbot-gap compares: a model and recordings of one drive.
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "identification/gap/gap.h"
+#include "model/effects/drive_model.h"
+
+namespace analysis {
+
+struct InputPaths {
+  std::filesystem::path model{};
+  std::vector<std::filesystem::path> data{};      ///< recordings, or directories of them
+  std::vector<std::filesystem::path> held_out{};  ///< the same; may be empty
+};
+
+struct Inputs {
+  model::effects::DriveModel model;
+  std::string rig;  ///< of the recordings, empty when none says so
+  std::vector<identification::gap::Source> data;
+  std::vector<identification::gap::Source> held_out;
+  std::vector<std::string> warnings;
+};
+
+/// Of a directory all *.csv in it, by name; not those in its subdirectories. The sources are named after
+/// their files, with as many directories before the name as tell them apart.
+/// @throws runtime::ConfigError with what is wrong with the model and every recording; std::invalid_argument
+///         for files that are given twice or do not fit together.
+/// `progress`: called with what is being read, and NaN, as its duration is not known.
+Inputs read_inputs(const InputPaths& paths,
+                   const std::function<void(std::string_view what, double done)>& progress = {});
+
+}  // namespace analysis

@@ -1,0 +1,84 @@
+#include "analysis/summary.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "runtime/configuration/quantity.h"
+#include "runtime/program/wording.h"
+
+namespace analysis {
+namespace {
+
+/// "static torque 0.083 N·m (0.081 to 0.085), …"
+std::string parameters_text(const identification::gap::FoundEffect& found) {
+  std::string text;
+  for (const identification::fit::Estimate& estimate : parameters_of(found)) {
+    const runtime::Quantity quantity = runtime::quantity_of(estimate.name);
+    text += text.empty() ? "" : ", ";
+    if (estimate.ok())
+      text +=
+          fmt::format("{} {} ({:.4g} to {:.4g})", quantity.name,
+                      runtime::number_text(estimate.value, quantity.unit), estimate.lower, estimate.upper);
+    else
+      text += fmt::format("{} {} ({})", quantity.name, runtime::number_text(estimate.value, quantity.unit),
+                          estimate.not_identifiable);
+  }
+  return text;
+}
+
+std::string effect_text(const identification::gap::FoundEffect& found) {
+  std::string text = "  + " + name_with_rivals(found);
+  if (const std::string parameters = parameters_text(found); !parameters.empty()) text += ": " + parameters;
+  text += "; " + evidence_text(found);
+  if (const std::string where = where_text(found.where); !where.empty()) text += "; shows at " + where;
+  if (const std::string wins = wins_text(found); !wins.empty()) text += "; wins: " + wins;
+  return text + "\n";
+}
+
+/// What a reader would miss: those that would leave less of the gap.
+std::string rejected_text(const identification::gap::Result& result) {
+  constexpr double kWorthMentioning = 0.99;
+  std::string text;
+  for (const identification::gap::RejectedEffect& rejected : result.rejected)
+    if (rejected.gap_after < kWorthMentioning * result.gap_after_Nm)
+      text += fmt::format("  - {} not added, though the gap would be {:.3g} N·m: {}\n",
+                          effect_words(rejected.type), rejected.gap_after, rejected.reason);
+  return text;
+}
+
+/// The gap as a share of the torque, and by how much it is smaller.
+std::string shrink_text(const identification::gap::Result& result) {
+  if (result.recordings.empty()) return {};
+  const identification::gap::RecordingGap& all = result.recordings.back();
+  std::string text = fmt::format("of the torque's standard deviation: {:.2g} % -> {:.2g} %",
+                                 100 * all.nrmse_before, 100 * all.nrmse_after);
+  if (result.shrink)
+    text += fmt::format("; {:.3g} % smaller (95 % interval {:.3g} to {:.3g} %)", 100 * result.shrink->share,
+                        100 * result.shrink->lower, 100 * result.shrink->upper);
+  return text + '\n';
+}
+
+}  // namespace
+
+std::string summary_text(const Findings& findings) {
+  const identification::gap::Result& result = findings.result;
+  std::string text =
+      fmt::format("{}: {}\n", findings.drive, identification::gap::verdict_name(result.verdict));
+  for (const identification::gap::Diagnosis& seen : result.diagnosis)
+    text += fmt::format("  # {}: {} {}: {}\n", seen.recording, seen.column, seen.found, seen.done);
+  text += fmt::format(
+      "gap {:.3g} -> {:.3g} N·m on held-out data, noise floor {:.3g} N·m ({:.3g} N·m with the given model's "
+      "parameters refitted)\n",
+      result.gap_before_Nm, result.gap_after_Nm, result.noise_floor_Nm, result.gap_base_Nm);
+  text += shrink_text(result);
+  text += fmt::format("held out: {}\n", runtime::list_text(result.held_out));
+  for (const identification::gap::FoundEffect& found : result.effects) text += effect_text(found);
+  text += rejected_text(result);
+  for (const identification::gap::Unexplained& unexplained : result.unexplained)
+    text += fmt::format("  ? {}: {:.0f} % of the squared held-out residual, unexplained\n",
+                        where_text(unexplained.where), 100 * unexplained.share);
+  for (const std::string& note : notes(findings)) text += "  ! " + note + "\n";
+  for (const std::string& step : next_steps(findings)) text += "next: " + step + "\n";
+  return text;
+}
+
+}  // namespace analysis

@@ -1,0 +1,12 @@
+/// @file
+#pragma once
+#include <string>
+
+#include "analysis/findings.h"
+
+namespace analysis {
+
+/// What the terminal says in the end: verdict, gap, a line for each effect, what is left and what to do next.
+std::string summary_text(const Findings& findings);
+
+}  // namespace analysis

@@ -1,0 +1,40 @@
+#include "operation/base_recording.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "hal/seconds.h"
+#include "operation/workspace_comments.h"
+#include "runtime/program/build_info.h"
+
+namespace operation {
+namespace {
+
+std::vector<Eigen::Vector3d> reference_and_base(const CycleRecord& record) {
+  return {{record.reference_W[0], record.reference_W[1], 0}, {record.odometry_W[0], record.odometry_W[1], 0}};
+}
+
+}  // namespace
+
+BaseRecording::Description base_recording(const BaseRecordingOptions& options) {
+  BaseRecording::Description description{
+      .directory = options.directory,
+      .config = options.config,
+      .comments = {{"experiment", options.experiment},
+                   {"sample_rate_Hz", fmt::format("{:g}", 1 / hal::seconds(options.period))},
+                   {"friction_compensation", options.friction_compensation ? "true" : "false"},
+                   {"software", runtime::build_version()}},
+      .tables = {},
+      .way = {{{"reference", report::Style::kDashed}, {"base"}}, /*from_the_side=*/false, options.workspace},
+      .places_W_m = reference_and_base};
+  add_workspace(options.workspace, description.comments);
+  for (std::size_t i = 0; i < kWheels; ++i)
+    description.tables.push_back({.file = fmt::format("wheel-{}", i + 1),
+                                  .columns = runtime::columns_of(WheelOfRecord{{}, i}),
+                                  .append = [i](runtime::RecordingFile& file, const CycleRecord& record) {
+                                    runtime::append_record(file, WheelOfRecord{record, i});
+                                  }});
+  description.tables.push_back({.file = "base"});
+  return description;
+}
+
+}  // namespace operation

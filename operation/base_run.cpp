@@ -1,0 +1,53 @@
+#include "operation/base_run.h"
+
+#include <utility>
+
+#include "operation/base_recording.h"
+
+namespace operation {
+namespace {
+
+std::unique_ptr<BaseRecording> make_recording(const Config& config, const RunOptions& options) {
+  if (!options.record_directory) return nullptr;
+  check_record_directory(*options.record_directory);
+  return std::make_unique<BaseRecording>(
+      base_recording({.directory = *options.record_directory,
+                      .config = {options.config_file, options.settings},
+                      .experiment = options.experiment,
+                      .friction_compensation = config.cycle.controller.compensate_friction,
+                      .period = config.cycle.period,
+                      .workspace = config.cycle.workspace}));
+}
+
+}  // namespace
+
+BaseRun::BaseRun(const Config& config, const RunOptions& options, hal::Robot& robot,
+                 std::unique_ptr<MotionSource> motion, const control::PlanarPose* truth,
+                 std::function<void(const CycleRecord&)> after_cycle)
+    : RecordedRun(config, options, {"base", make_recording(config, options), std::move(after_cycle)},
+                  config.cycle, robot, *motion, truth),
+      robot_(robot),
+      motion_(std::move(motion)) {}
+
+bool BaseRun::sum_up(CycleRecord& record) noexcept {
+  summary_.path.add(record);
+  return true;
+}
+
+Progress BaseRun::progress() const noexcept {
+  const CycleRecord& record = cycle_.record();
+  return {.phase = name(record.phase),
+          .time = record.time,
+          .base_W = record.odometry_W,
+          .silent_checks = cycle_.silent_checks()};
+}
+
+std::string BaseRun::stop_reason() {
+  using Kind = runtime::StopReason::Kind;
+  const runtime::StopReason& reason = cycle_.stop_reason();
+  if (!reason) return {};
+  summary_.fell_behind = reason.kind == Kind::kBehind || reason.kind == Kind::kTurnedBehind;
+  return describe(reason, robot_);
+}
+
+}  // namespace operation

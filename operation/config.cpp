@@ -1,0 +1,372 @@
+#include "operation/config.h"
+
+#include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "model/effects/resistance.h"
+#include "operation/setting_bounds.h"
+#include "operation/teleop_config.h"
+#include "runtime/configuration/can_config.h"
+#include "runtime/configuration/drive_model_file.h"
+#include "runtime/configuration/ethercat_config.h"
+#include "runtime/configuration/hidden_effect.h"
+#include "runtime/configuration/plausibility_config.h"
+#include "runtime/configuration/regular_file.h"
+#include "runtime/configuration/scene_config.h"
+#include "runtime/configuration/toml_reader.h"
+
+namespace operation {
+namespace {
+
+using runtime::TomlTable;
+
+std::chrono::nanoseconds to_nanoseconds(double seconds) {
+  return std::chrono::nanoseconds(std::llround(seconds * 1e9));
+}
+
+void read_duration(TomlTable& table, std::string_view key, std::chrono::nanoseconds& value,
+                   const runtime::NumberRules& rules) {
+  double seconds = std::chrono::duration<double>(value).count();
+  table.number(key, seconds, rules);
+  value = to_nanoseconds(seconds);
+}
+
+void read_loop(TomlTable table, Config& config) {
+  // Slower than 100 Hz the filters have no meaning; faster than 1 kHz upsets the youBot's own controllers.
+  read_duration(table, "period_s", config.cycle.period, {.min = 0.001, .max = 0.01});
+  read_duration(table, "command_timeout_s", config.cycle.command_timeout, {.min = 0.005, .max = 2.0});
+  // youbotctl says something at least every 0.2 s.
+  read_duration(table, "commander_timeout_s", config.commander_timeout, {.min = 0.3, .max = 10});
+  table.integer("priority", config.real_time.priority, {.min = 1, .max = 99});
+  int cpu = -1;
+  table.integer("cpu", cpu, {.min = 0, .max = 1023});
+  if (cpu >= 0) config.real_time.cpu = cpu;
+}
+
+void read_geometry(TomlTable table, control::BaseGeometry& geometry) {
+  table.number("wheel_radius_m", geometry.wheel_radius_m, {.min = 0.01, .max = 0.2});
+  table.number("wheelbase_m", geometry.wheelbase_m, {.min = 0.1, .max = 2.0});
+  table.number("track_m", geometry.track_m, {.min = 0.1, .max = 2.0});
+}
+
+/// The base is treated alike along x and y.
+void read_gain(TomlTable& table, std::string_view linear_key, double linear_max, std::string_view turning_key,
+               double turning_max, control::PlanarVector& gain) {
+  double linear = gain[0];
+  double turning = gain[2];
+  table.number(linear_key, linear, {.min = 0, .max = linear_max});
+  table.number(turning_key, turning, {.min = 0, .max = turning_max});
+  gain = {linear, linear, turning};
+}
+
+void read_controller(TomlTable table, control::BaseController::Config& controller) {
+  read_gain(table, "stiffness_N_per_m", 5000, "turning_stiffness_Nm_per_rad", 1000, controller.stiffness);
+  read_gain(table, "damping_N_s_per_m", 2000, "turning_damping_Nm_s_per_rad", 500, controller.damping);
+  read_gain(table, "feedforward_mass_kg", 200, "feedforward_inertia_kg_m2", 50,
+            controller.feedforward_inertia);
+}
+
+void read_limits(TomlTable table, Cycle::Config& cycle) {
+  control::SetpointLimits& linear = cycle.setpoint.linear;
+  control::SetpointLimits& turning = cycle.setpoint.turning;
+  table.number("setpoint_m_per_s", linear.speed, {.min = 0.01, .max = 5});
+  table.number("setpoint_m_per_s2", linear.acceleration, {.min = 0.01, .max = 50});
+  table.number("setpoint_m_per_s3", linear.jerk, {.min = 1, .max = 50'000});
+  table.number("setpoint_rad_per_s", turning.speed, {.min = 0.01, .max = 10});
+  table.number("setpoint_rad_per_s2", turning.acceleration, {.min = 0.01, .max = 100});
+  table.number("setpoint_rad_per_s3", turning.jerk, {.min = 1, .max = 100'000});
+  table.number("force_N", cycle.controller.wrench_limits.force_N, {.min = 0, .max = 200});
+  table.number("moment_Nm", cycle.controller.wrench_limits.moment_Nm, {.min = 0, .max = 50});
+  table.number("wheel_torque_Nm", cycle.controller.torque_limit_Nm, {.min = 0, .max = 2.5});
+  table.number("wheel_speed_rad_per_s", cycle.wheel_speed_limit_rad_per_s, {.min = 0.1, .max = 30});
+  table.number("torque_rate_per_s", cycle.torque_rate_per_s, {.min = 1, .max = 1000});
+  table.number("following_error_m", cycle.following_error_m, {.min = 0.005, .max = 5});
+  table.number("following_error_rad", cycle.following_error_rad, {.min = 0.01, .max = 10});
+}
+
+/// "base_x_m = [-1, 3]": a wall below and one above.
+void read_walls(TomlTable& table, std::string_view key, double& lower_m, double& upper_m) {
+  std::array<double, 2> walls_m{lower_m, upper_m};
+  table.numbers(key, walls_m, {.min = -100, .max = 100});
+  if (!(walls_m[0] < walls_m[1])) return table.refuse(key, "has no room between its two walls");
+  lower_m = walls_m[0];
+  upper_m = walls_m[1];
+}
+
+void read_workspace(TomlTable table, control::Workspace& workspace) {
+  Eigen::AlignedBox2d& base = workspace.base_W_m;
+  Eigen::AlignedBox3d& tip = workspace.tip_W_m;
+  read_walls(table, "base_x_m", base.min().x(), base.max().x());
+  read_walls(table, "base_y_m", base.min().y(), base.max().y());
+  read_walls(table, "tip_x_m", tip.min().x(), tip.max().x());
+  read_walls(table, "tip_y_m", tip.min().y(), tip.max().y());
+  read_walls(table, "tip_z_m", tip.min().z(), tip.max().z());
+  if (!base.contains(Eigen::Vector2d::Zero()))
+    table.refuse("base_x_m",
+                 "and 'workspace.base_y_m' leave out the origin, where the base stands at the start");
+}
+
+/// Diagonally a wheel turns up to √2 times as fast as straight ahead, and a turn adds to either.
+double fastest_wheel_rad_per_s(const control::BasePath::Plan& plan, const control::BaseGeometry& geometry) {
+  constexpr double kPeakOfMean = 15.0 / 8;  // of the polynomial that a leg follows, see control::BasePath
+  const control::LinkMap map = control::LinkMap::with_geometry(geometry);
+  double fastest_rad_per_s = 0;
+  for (const control::PlanarVector& displacement_B : plan.displacements_B) {
+    const control::BasePath leg(
+        {.start = {}, .displacements_B = {displacement_B}, .rest_s = 0, .limits = plan.limits});
+    const control::PlanarVector peak_B = displacement_B * kPeakOfMean / leg.duration_s();
+    fastest_rad_per_s = std::max(fastest_rad_per_s, map.wheel_velocity(peak_B).cwiseAbs().maxCoeff());
+  }
+  return fastest_rad_per_s;
+}
+
+/// A path is known before anything moves, so it is refused then.
+void check_path(const Config& config, TomlTable& table) {
+  const control::BasePath::Plan& plan = config.path;
+  // Refused already.
+  if (std::any_of(plan.displacements_B.begin(), plan.displacements_B.end(),
+                  [](const control::PlanarVector& displacement) { return displacement.isZero(); }))
+    return;
+  if (const auto at = first_outside(plan, config.cycle.workspace.base_W_m))
+    table.refuse("leg",
+                 fmt::format("leads out of [workspace], at x = {:.2f} m, y = {:.2f} m", at->x_m, at->y_m));
+  const double fastest_rad_per_s = fastest_wheel_rad_per_s(plan, config.cycle.controller.geometry);
+  if (fastest_rad_per_s > kWheelSpeedShare * config.cycle.wheel_speed_limit_rad_per_s)
+    table.refuse("leg", fmt::format("turns a wheel at {:.1f} rad/s, faster than 95 % of "
+                                    "'limits.wheel_speed_rad_per_s': lower 'path.speed_m_per_s' or "
+                                    "'path.turn_speed_rad_per_s'",
+                                    fastest_rad_per_s));
+}
+
+/// Whether a name leads out of `folder`, by itself or by a link in it.
+bool leaves(const std::filesystem::path& folder, const std::filesystem::path& name) {
+  if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()) return true;
+  const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder);
+  const std::filesystem::path relative =
+      std::filesystem::weakly_canonical(home / name).lexically_relative(home);
+  return relative.empty() || *relative.begin() == "..";
+}
+
+/// Whether only root, the user of this program or who owns the configuration's folder can have written it.
+bool is_trusted(const std::filesystem::path& folder, const runtime::RegularFile& file) {
+  struct stat home {};
+  const bool known =
+      file.owner() == 0 || file.owner() == ::geteuid() ||
+      (::stat(folder.empty() ? "." : folder.c_str(), &home) == 0 && file.owner() == home.st_uid);
+  return known && !file.group_or_others_may_write();
+}
+
+/// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
+std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
+                                                     const std::filesystem::path& folder,
+                                                     const std::string& name) {
+  const auto refuse = [&](const std::string& complaint) {
+    table.refuse(key, "names a " + complaint);
+    return std::nullopt;
+  };
+  if (table.is_set(key) && leaves(folder, name))
+    return refuse("file outside the configuration's folder, which only the file itself may: " + name);
+  const std::filesystem::path path = folder / name;
+  try {
+    if (!table.is_set(key)) return runtime::read_drive_model(path);
+    // What is judged is what is read, however often the path leads elsewhere meanwhile.
+    const runtime::RegularFile file(path);
+    if (!is_trusted(folder, file))
+      return refuse(
+          "file that others can write, by its owner or its rights, which only the file itself may: " + name);
+    return runtime::read_drive_model(path, file);
+  } catch (const runtime::ConfigError& error) {
+    for (const std::string& problem : error.problems()) refuse("drive model that cannot be used: " + problem);
+    return std::nullopt;
+  } catch (const std::runtime_error& error) {
+    return refuse("drive model that cannot be used: " + path.string() + ": " + error.what());
+  }
+}
+
+/// A curve that bends below zero at a speed the wheels may have is no friction: helped by what it seems to
+/// be, they would be driven astray.
+void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
+                       control::BaseController::Config& controller) {
+  constexpr std::string_view kKey = "models";
+  std::vector<std::string> names;
+  table.texts(kKey, names);
+  if (names.empty()) return;
+  if (names.size() != 4)
+    return table.refuse(
+        kKey, "should have a drive model for each of the 4 wheels, found " + std::to_string(names.size()));
+  std::vector<model::JointResistance> wheels;
+  for (const std::string& name : names) {
+    const auto model = read_model(table, kKey, folder, name);
+    if (!model) continue;
+    if (const std::string why = runtime::driving_friction(*model, top_speed_rad_per_s); !why.empty())
+      table.refuse(kKey,
+                   "names a drive model that cannot be compensated up to 'limits.wheel_speed_rad_per_s': " +
+                       (folder / name).string() + ": " + why);
+    else
+      wheels.push_back(model::effects::resistance_of(*model));
+  }
+  if (wheels.size() == 4) controller.wheels = {wheels[0], wheels[1], wheels[2], wheels[3]};
+}
+
+void read_compensation(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
+                       control::BaseController::Config& controller) {
+  table.boolean("enabled", controller.compensate_friction);
+  table.number("margin", controller.compensator.margin, {.min = 0, .max = 1});
+  table.number("full_command_Nm", controller.compensator.full_command_Nm, {.min = 1e-4, .max = 1});
+  table.number("blend_speed_rad_per_s", controller.observer.blend_speed_rad_per_s,
+               {.min = 0.005, .max = 0.2});
+  table.number("filter_cutoff_rad_per_s", controller.observer.filter.cutoff_rad_per_s,
+               {.min = 5, .max = 1000});
+  table.number("filter_damping", controller.observer.filter.damping, {.min = 0.3, .max = 3});
+  read_wheel_models(table, folder, top_speed_rad_per_s, controller);
+}
+
+void read_path(TomlTable table, control::BasePath::Plan& path) {
+  control::BasePath::Limits& limits = path.limits;
+  table.number("speed_m_per_s", limits.speed_m_per_s, {.min = 0.001, .max = 0.8});
+  table.number("acceleration_m_per_s2", limits.acceleration_m_per_s2, {.min = 0.001, .max = 5});
+  table.number("turn_speed_rad_per_s", limits.turn_speed_rad_per_s, {.min = 0.001, .max = 3});
+  table.number("turn_acceleration_rad_per_s2", limits.turn_acceleration_rad_per_s2,
+               {.min = 0.001, .max = 20});
+  table.number("rest_s", path.rest_s, {.min = 0, .max = 60});
+  for (TomlTable& leg : table.tables("leg")) {
+    control::PlanarVector displacement = control::PlanarVector::Zero();
+    leg.number("forward_m", displacement[0], {.min = -100, .max = 100});
+    leg.number("left_m", displacement[1], {.min = -100, .max = 100});
+    leg.number("turn_rad", displacement[2], {.min = -100, .max = 100});
+    if (displacement.isZero())
+      leg.refuse("forward_m", "and 'left_m' and 'turn_rad' are all zero: a leg goes somewhere");
+    path.displacements_B.push_back(displacement);
+  }
+}
+
+void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder,
+                           sim::BaseParameters& simulation) {
+  std::string model;
+  int seed = -1;
+  table.text("model", model);
+  table.integer("hidden_effect", seed, {.min = 0, .max = runtime::HiddenEffect::kMostSeed});
+  if (!model.empty() && seed >= 0)
+    return table.refuse("hidden_effect",
+                        "and 'simulation.model' exclude each other: wheels follow one of them");
+  if (!model.empty()) simulation.model = read_model(table, "model", folder, model);
+  if (seed >= 0) simulation.model = runtime::HiddenEffect(static_cast<std::uint64_t>(seed)).wheel_model();
+}
+
+void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::BaseParameters& simulation) {
+  table.boolean("on_ground", simulation.on_ground);
+  table.number("mass_kg", simulation.mass_kg, {.min = 1, .max = 200});
+  table.number("yaw_inertia_kg_m2", simulation.yaw_inertia_kg_m2, {.min = 0.05, .max = 50});
+  table.number("wheel_inertia_kg_m2", simulation.drive.load_inertia_kg_m2, {.min = 1e-5, .max = 1});
+  table.numbers("loaded_friction_scale", simulation.loaded_friction_scale, {.min = 0.01, .max = 20});
+  table.number("roller_grip", simulation.roller_grip, {.min = 0, .max = 2});
+  table.number("roller_resistance", simulation.roller_resistance, {.min = 0, .max = 0.5});
+  read_duration(table, "step_s", simulation.step, {.min = 1e-6, .max = 2e-4});
+  int seed = static_cast<int>(simulation.noise_seed);
+  table.integer("noise_seed", seed, {.min = 0});
+  simulation.noise_seed = static_cast<std::uint64_t>(seed);
+  read_simulated_wheels(table, folder, simulation);
+}
+
+/// What teleoperation shares with the rest.
+void complete(control::Teleoperation::Config& teleoperation, const Config& config) {
+  const double period_s = std::chrono::duration<double>(config.cycle.period).count();
+  teleoperation.period_s = teleoperation.robot.period_s = teleoperation.mapping.period_s =
+      teleoperation.smoothing.period_s = teleoperation.presence.period_s = period_s;
+  teleoperation.robot.base = static_cast<const control::BaseDrive::Config&>(config.cycle.controller);
+  teleoperation.workspace = config.cycle.workspace;
+  teleoperation.wheel_speed_limit_rad_per_s = config.cycle.wheel_speed_limit_rad_per_s;
+  teleoperation.tank.force_rate_N_per_s = config.haptic.limits.slew_N_per_s;
+  teleoperation.tank.device_mass_kg = teleoperation.presence.device_mass_kg;
+}
+
+}  // namespace
+
+std::optional<control::PlanarPose> first_outside(const control::BasePath::Plan& plan,
+                                                 const Eigen::AlignedBox2d& base_W_m) {
+  constexpr int kSamplesPerLeg = 500;
+  const control::BasePath path(plan);
+  const auto samples = kSamplesPerLeg * static_cast<int>(plan.displacements_B.size());
+  for (int i = 1; i <= samples; ++i) {
+    const control::PlanarPose at = path.at(path.duration_s() * i / samples).X_WB;
+    if (!base_W_m.contains(Eigen::Vector2d(at.x_m, at.y_m))) return at;
+  }
+  return std::nullopt;
+}
+
+Config load_config(const std::filesystem::path& file, const std::map<std::string, std::string>& settings) {
+  Config config;
+  runtime::TomlFile toml = runtime::TomlFile::parse(file);
+  for (const auto& [key, value] : settings) toml.set(key, value);
+  TomlTable root = toml.root();
+  root.text("robot", config.robot.name);
+  // A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
+  if (!runtime::is_robot_name(config.robot.name))
+    root.refuse("robot", "is none of loopback, wire, ethercat:IFACE");
+  TomlTable loop = root.table("loop");
+  TomlTable limits = root.table("limits");
+  TomlTable compensation = root.table("compensation");
+  TomlTable path = root.table("path");
+  read_loop(loop, config);
+  read_geometry(root.table("geometry"), config.cycle.controller.geometry);
+  read_controller(root.table("controller"), config.cycle.controller);
+  read_limits(limits, config.cycle);
+  read_compensation(compensation, file.parent_path(), config.cycle.wheel_speed_limit_rad_per_s,
+                    config.cycle.controller);
+  read_path(path, config.path);
+  read_workspace(root.table("workspace"), config.cycle.workspace);
+  read_simulation(root.table("simulation"), file.parent_path(), config.robot.simulation);
+  TomlTable haptic = root.table("haptic");
+  runtime::read_haptic(haptic, file.parent_path(), config.haptic);
+  config.teleoperated = root.has("teleoperation");
+  read_teleoperation(root.table("teleoperation"), config.teleoperation);
+  runtime::read_scene(root.table("scene"), config.robot.scene);
+  TomlTable ethercat = root.table("ethercat");
+  runtime::read_ethercat(ethercat, config.cycle.period, config.robot.ethercat);
+  TomlTable can = root.table("can");
+  runtime::read_can(can, config.robot.can);
+  if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = runtime::kHomingTimeout;
+
+  // What one value demands of another.
+  const Cycle::Config& cycle = config.cycle;
+  const double period_s = std::chrono::duration<double>(cycle.period).count();
+  // The cycle that waited in vain ends within a period, and the next begins within another.
+  const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + 2 * cycle.period;
+  if (cycle.command_timeout < 2 * cycle.period)
+    loop.refuse("command_timeout_s", "is less than two periods");
+  else if (cycle.command_timeout > config.commander_timeout)
+    loop.refuse(
+        "command_timeout_s",
+        "is more than 'loop.commander_timeout_s': the base would follow an old set-point for longer than "
+        "a silent commander is waited for");
+  else if (lost_frame > cycle.command_timeout)
+    ethercat.refuse(
+        "frame_timeout_s",
+        "and two periods are more than 'loop.command_timeout_s': one lost frame would stop the robot");
+  const double cutoff_rad_per_s = cycle.controller.observer.filter.cutoff_rad_per_s;
+  if (cutoff_rad_per_s * period_s > 1)
+    compensation.refuse("filter_cutoff_rad_per_s",
+                        "is too fast for 'loop.period_s': their product is above 1");
+  runtime::read_plausibility(root.table("plausibility"), config.cycle.checks_off);
+  check_path(config, path);
+  toml.finish();
+
+  config.cycle.controller.observer.filter.period_s =
+      std::chrono::duration<double>(config.cycle.period).count();
+  config.robot.simulation.geometry = config.cycle.controller.geometry;
+  complete(config.teleoperation, config);
+  if (!settings.empty()) require_no_weaker(config, load_config(file), file);
+  return config;
+}
+
+}  // namespace operation

@@ -1,0 +1,45 @@
+#include "operation/run_recording.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <stdexcept>
+#include <system_error>
+
+#include "hal/setup_error.h"
+#include "runtime/recording/output_directory.h"
+
+namespace operation {
+namespace {
+
+/// @throws hal::SetupError when the disk has no room for half a minute.
+void require_room(const std::filesystem::path& directory) {
+  std::error_code unknown;
+  const std::filesystem::space_info space =
+      std::filesystem::space(runtime::existing_ancestor(directory), unknown);
+  if (unknown || static_cast<double>(space.available) >= kMinRoom_bytes) return;
+  throw hal::SetupError(
+      directory.string(),
+      fmt::format("cannot be recorded to: its disk has {:.1f} MB left, and half a minute takes {:.0f}",
+                  1e-6 * static_cast<double>(space.available), 1e-6 * kMinRoom_bytes),
+      "make room, or name another directory");
+}
+
+}  // namespace
+
+bool holds_recording(const std::filesystem::path& directory) {
+  // A directory that cannot be looked into cannot be written to either, and making files in it says why.
+  std::error_code unknown;
+  for (const char* name : {"config.toml", "base.csv", "wheel-1.csv", "teleoperation.csv"})
+    if (std::filesystem::exists(directory / name, unknown)) return true;
+  return false;
+}
+
+void check_record_directory(const std::filesystem::path& directory) {
+  if (holds_recording(directory))
+    throw std::invalid_argument("--record: " + directory.string() +
+                                " holds a recording already; name a new directory");
+  runtime::try_output_directory(directory);
+  require_room(directory);
+}
+
+}  // namespace operation

@@ -1,0 +1,109 @@
+/// @file
+/// A run on disk: its tables, the configuration that made it, and report.html.
+#pragma once
+#include <cstdint>
+#include <exception>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "operation/recording_state.h"
+#include "operation/way_report.h"
+#include "runtime/recording/record_rows.h"
+#include "runtime/recording/recording.h"
+#include "runtime/recording/recording_directory.h"
+
+namespace operation {
+
+/// Half a minute at 1 kHz: with less room a run is refused.
+inline constexpr double kMinRoom_bytes = 24e6;
+
+/// Whether recording into this directory would replace an earlier recording, or a user's configuration.
+bool holds_recording(const std::filesystem::path& directory);
+/// Leaves nothing there. @throws std::invalid_argument when recording there would replace something,
+/// hal::SetupError when it cannot work.
+void check_record_directory(const std::filesystem::path& directory);
+
+/// Into a directory that is created when missing. A run that ends before its first cycle leaves nothing. What
+/// cannot be written never stops the robot: it is counted and reported at the end.
+template <typename Record>
+class RunRecording {
+ public:
+  struct Table {
+    std::string file;  ///< without .csv
+    std::string rig = file;
+    std::vector<runtime::RecordingFile::Column> columns = runtime::columns_of(Record{});
+    std::function<void(runtime::RecordingFile&, const Record&)> append = runtime::append_record<Record>;
+  };
+  struct Description {
+    std::filesystem::path directory;
+    runtime::RecordingConfig config;
+    std::vector<runtime::RecordingFile::Comment> comments;  ///< of each table, after its rig
+    std::vector<Table> tables;
+    WayReport way;
+    std::vector<Eigen::Vector3d> (*places_W_m)(const Record&);  ///< for WayReport::add()
+  };
+
+  /// Setup. @throws hal::SetupError when not all files can be made, or their headers not written; nothing is
+  /// left there then.
+  explicit RunRecording(Description description)
+      : new_recording_(description.directory, description.config, setup_problems_),
+        way_(std::move(description.way)),
+        report_(description.directory / "report.html"),
+        recording_(open(description), [this, places_W_m = description.places_W_m](const Record& record) {
+          new_recording_.keep();
+          way_.add(places_W_m(record), record.limited);
+        }) {}
+
+  /// Cycle: wait-free.
+  void add(const Record& record) noexcept { recording_.add(record); }
+  /// Not for a real-time cycle: waits until add() has room, for loops faster than the disk.
+  void wait_for_room() noexcept { recording_.wait_for_room(); }
+
+  /// Writes out what is pending, closes the files and writes the page. Call before the results below.
+  void close() noexcept {
+    recording_.close();
+    if (recording_.cycles_added() == 0) return;  // nothing is left of it
+    try {
+      way_.write(report_);
+    } catch (const std::exception& failure) {
+      report_problem_ = failure.what();
+    }
+  }
+
+  std::uint64_t cycles_recorded() const noexcept { return recording_.cycles_recorded(); }
+  std::uint64_t cycles_lost() const noexcept { return recording_.cycles_lost(); }
+  /// Any time, also while it is written.
+  RecordingState state() const {
+    return {.cycles_lost = recording_.cycles_lost_so_far(), .problems = problems()};
+  }
+  /// What went wrong, in words; empty when everything is on disk.
+  std::vector<std::string> problems() const {
+    std::vector<std::string> problems = setup_problems_;
+    if (!report_problem_.empty()) problems.push_back(report_problem_);
+    for (std::string& problem : recording_.problems()) problems.push_back(std::move(problem));
+    return problems;
+  }
+
+ private:
+  std::vector<typename runtime::Recording<Record>::Table> open(const Description& description) {
+    std::vector<typename runtime::Recording<Record>::Table> opened;
+    for (const Table& table : description.tables) {
+      std::vector<runtime::RecordingFile::Comment> comments{{"rig", table.rig}};
+      comments.insert(comments.end(), description.comments.begin(), description.comments.end());
+      opened.push_back({new_recording_.open(table.file, comments, table.columns), table.append});
+    }
+    return opened;
+  }
+
+  std::vector<std::string> setup_problems_;
+  runtime::NewRecording new_recording_;  // takes the files away unless there are rows
+  WayReport way_;
+  std::filesystem::path report_;
+  std::string report_problem_;
+  runtime::Recording<Record> recording_;  // last: its thread uses what is above
+};
+
+}  // namespace operation

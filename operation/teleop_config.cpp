@@ -1,0 +1,158 @@
+#include "operation/teleop_config.h"
+
+#include <numbers>
+#include <string>
+
+namespace operation {
+namespace {
+
+using control::Teleoperation;
+using runtime::TomlTable;
+
+constexpr double kDegree = std::numbers::pi / 180;
+
+/// Given in degrees, kept in radians.
+void read_degrees(TomlTable& table, std::string_view key, double& value_rad, double min, double max) {
+  double value = value_rad / kDegree;
+  table.number(key, value, {.min = min, .max = max});
+  value_rad = value * kDegree;
+}
+
+void read_stiffness(TomlTable& table, const std::string& prefix, control::CartesianStiffness& stiffness) {
+  table.number(prefix + "_N_per_m", stiffness.translation_N_per_m, {.min = 1, .max = 5000});
+  table.number(prefix + "_Nm_per_rad", stiffness.rotation_Nm_per_rad, {.min = 0.1, .max = 200});
+}
+
+void read_start(TomlTable table, Teleoperation::Config& control) {
+  table.number("centring_N_per_m", control.centring.stiffness_N_per_m, {.min = 0, .max = 500});
+  table.number("centring_N_s_per_m", control.centring.damping_N_s_per_m, {.min = 0, .max = 20});
+  table.number("centred_within_m", control.centred_within_m, {.min = 0.001, .max = 0.1});
+  std::array<double, control::kArmJoints> unfolded_deg{};
+  for (std::size_t i = 0; i < unfolded_deg.size(); ++i)
+    unfolded_deg[i] = control.unfolded_rad[static_cast<Eigen::Index>(i)] / kDegree;
+  table.numbers("unfolded_deg", unfolded_deg, {.min = -360, .max = 360});
+  for (std::size_t i = 0; i < unfolded_deg.size(); ++i)
+    control.unfolded_rad[static_cast<Eigen::Index>(i)] = unfolded_deg[i] * kDegree;
+  table.number("unfolding_rad_per_s", control.unfolding_speed_rad_per_s, {.min = 0.01, .max = 1.0});
+  read_degrees(table, "unfolded_within_deg", control.unfolded_within_rad, 0.1, 20);
+  table.numbers("position_m", std::span(control.start_p_WT_m.data(), 3), {.min = -1, .max = 1});
+  read_degrees(table, "pitch_deg", control.start_pitch_rad, 0, 180);
+  table.number("approach_s", control.approach_s, {.min = 1, .max = 60});
+  table.number("arrived_within_m", control.arrived_within_m, {.min = 0.0005, .max = 0.1});
+  read_degrees(table, "arrived_within_deg", control.arrived_within_rad, 0.1, 20);
+  table.number("slack_N", control.slack_N, {.min = 0.001, .max = 10});
+  table.number("resting_m_per_s", control.resting_speed_m_per_s, {.min = 0.001, .max = 0.1});
+  table.number("feedback_fade_s", control.feedback_fade_s, {.min = 0.01, .max = 60});
+  table.number("stop_timeout_s", control.stop_timeout_s, {.min = 0.1, .max = 60});
+  table.number("lowering_s", control.lowering_s, {.min = 0.5, .max = 60});
+  table.number("centring_timeout_s", control.centring_timeout_s, {.min = 1, .max = 600});
+  table.number("unfolding_timeout_s", control.unfolding_timeout_s, {.min = 1, .max = 600});
+  table.number("approach_timeout_s", control.approach_timeout_s, {.min = 1, .max = 600});
+}
+
+void read_coupling(TomlTable table, Teleoperation::Config& control) {
+  read_stiffness(table, "soft", control.soft);
+  read_stiffness(table, "stiff", control.stiff);
+  table.number("stiffening_N_per_m_s", control.stiffening_per_s.translation_N_per_m, {.min = 1, .max = 1e5});
+  table.number("stiffening_Nm_per_rad_s", control.stiffening_per_s.rotation_Nm_per_rad,
+               {.min = 0.1, .max = 1e4});
+  control::CartesianSpring::Config& spring = control.robot.spring;
+  table.number("damping_ratio", spring.damping_ratio, {.min = 0.05, .max = 3});
+  table.number("tip_mass_kg", spring.mass_kg, {.min = 0.1, .max = 100});
+  table.number("tip_inertia_kg_m2", spring.inertia_kg_m2, {.min = 0.001, .max = 10});
+  table.number("force_limit_N", spring.force_limit_N, {.min = 1, .max = 200});
+  table.number("moment_limit_Nm", spring.moment_limit_Nm, {.min = 0.1, .max = 50});
+  table.number("setpoint_distance_limit_m", control.setpoint_distance_limit_m, {.min = 0.05, .max = 5});
+  read_degrees(table, "setpoint_turn_limit_deg", control.setpoint_turn_limit_rad, 5, 170);
+}
+
+void read_mapping(TomlTable table, control::HapticMapping::Config& mapping,
+                  control::SetpointSmoothing::Config& smoothing) {
+  table.number("motion_scale", mapping.motion_scale, {.min = 0.01, .max = 10});
+  table.boolean("follow_rotation", mapping.follow_rotation);
+  table.number("smoothing_m_per_s", smoothing.speed_m_per_s, {.min = 0.001, .max = 2});
+  table.number("smoothing_m_per_s2", smoothing.acceleration_m_per_s2, {.min = 0.1, .max = 50});
+  table.number("smoothing_m_per_s3", smoothing.jerk_m_per_s3, {.min = 10, .max = 50'000});
+  table.number("smoothing_threshold_m", smoothing.threshold_m, {.min = 1e-6, .max = 0.1});
+  read_degrees(table, "smoothing_deg_per_s", smoothing.turn_speed_rad_per_s, 0.1, 360);
+  read_degrees(table, "smoothing_deg_per_s2", smoothing.turn_acceleration_rad_per_s2, 10, 5000);
+  read_degrees(table, "smoothing_deg_per_s3", smoothing.turn_jerk_rad_per_s3, 1000, 5e6);
+  read_degrees(table, "smoothing_threshold_deg", smoothing.turn_threshold_rad, 0.001, 20);
+  table.number("rate_m_per_s", mapping.rate_speed_m_per_s, {.min = 0.001, .max = 1});
+  table.number("leash_m", mapping.leash_m, {.min = 0.001, .max = 1});
+  read_degrees(table, "turn_leash_deg", mapping.turn_leash_rad, 0.1, 90);
+  table.number("rest_deflection_m", mapping.rest_deflection_m, {.min = 0, .max = 1});
+  table.number("full_deflection_m", mapping.full_deflection_m, {.min = 0.001, .max = 1});
+  read_degrees(table, "rest_turn_deg", mapping.rest_turn_rad, 0, 90);
+  read_degrees(table, "full_turn_deg", mapping.full_turn_rad, 0.1, 180);
+  read_degrees(table, "rate_turn_deg_per_s", mapping.rate_turn_rad_per_s, 0.1, 90);
+  if (!(mapping.full_deflection_m > mapping.rest_deflection_m))
+    table.refuse("full_deflection_m", "is not more than 'teleoperation.mapping.rest_deflection_m'");
+  if (!(mapping.full_turn_rad > mapping.rest_turn_rad))
+    table.refuse("full_turn_deg", "is not more than 'teleoperation.mapping.rest_turn_deg'");
+  control::RateBoundary& boundary = mapping.boundary;
+  table.numbers("boundary_centre_m", std::span(boundary.centre_H_m.data(), 3), {.min = -1, .max = 1});
+  table.numbers("boundary_half_axes_m", std::span(boundary.half_axes_m.data(), 3), {.min = 0.001, .max = 1});
+  table.number("boundary_least_x_m", boundary.least_x_m, {.min = -1, .max = 1});
+  table.number("boundary_least_z_m", boundary.least_z_m, {.min = -1, .max = 1});
+  table.number("rim_N_per_m", boundary.rim_N_per_m, {.min = 0, .max = 1000});
+  if (!boundary.inside(Eigen::Vector3d::Zero()))
+    table.refuse("boundary_centre_m", "and the other keys of the boundary leave the master's origin outside");
+}
+
+void read_feedback(TomlTable table, Teleoperation::Config& control) {
+  table.boolean("enabled", control.force_feedback);
+  table.number("force_scale", control.feedback.force_scale, {.min = 0.1, .max = 1000});
+  table.number("force_limit_N", control.feedback.force_limit_N, {.min = 0.1, .max = 12});
+  table.boolean("passivity", control.tank.active);
+  table.number("reserve_J", control.tank.reserve_J, {.min = 1e-5, .max = 1});
+  table.number("damping_N_s_per_m", control.tank.damping_N_s_per_m, {.min = 0, .max = 50});
+  table.boolean("detect_release", control.detect_release);
+  table.number("device_mass_kg", control.presence.device_mass_kg, {.min = 0.01, .max = 5});
+  table.number("device_drag_N_s_per_m", control.presence.device_drag_N_s_per_m, {.min = 0, .max = 50});
+  table.number("telling_force_N", control.presence.telling_force_N, {.min = 0.01, .max = 8});
+  table.number("released_share", control.presence.released_share, {.min = 0.01, .max = 0.9});
+  table.number("felt_hand_N", control.presence.felt_hand_N, {.min = 0.001, .max = 8});
+  table.number("unfelt_after_s", control.presence.unfelt_after_s, {.min = 0.005, .max = 10});
+  table.number("released_impulse_N_s", control.presence.released_impulse_N_s, {.min = 0.001, .max = 10});
+}
+
+void read_buttons(TomlTable table, Teleoperation::Config& control) {
+  table.integer("gripper", control.gripper_button, {.min = -1, .max = 31});
+  table.integer("clutch", control.clutch_button, {.min = -1, .max = 31});
+  if (control.gripper_button >= 0 && control.gripper_button == control.clutch_button)
+    table.refuse("clutch", "and 'gripper' are the same button");
+  table.number("gripper_closed_m", control.gripper_closed_m, {.min = 0, .max = 0.023});
+  table.number("gripper_open_m", control.gripper_open_m, {.min = 0, .max = 0.023});
+}
+
+void read_arm(TomlTable table, Teleoperation::Config& control) {
+  control::WholeBodyController::Config& robot = control.robot;
+  table.numbers("coulomb_Nm", robot.arm_friction.coulomb_Nm, {.min = 0, .max = 10});
+  table.numbers("viscous_Nm_s_per_rad", robot.arm_friction.viscous_Nm_s_per_rad, {.min = 0, .max = 10});
+  table.number("compensation_margin", robot.arm_compensator.margin, {.min = 0, .max = 1});
+  table.number("full_command_Nm", robot.arm_compensator.full_command_Nm, {.min = 1e-4, .max = 5});
+  table.numbers("torque_limit_Nm", robot.arm_torque_limit_Nm, {.min = 0.1, .max = 15});
+  table.number("posture_Nm_per_rad", robot.posture_stiffness_Nm_per_rad, {.min = 0.01, .max = 100});
+  table.number("posture_Nm_s_per_rad", robot.posture_damping_Nm_s_per_rad, {.min = 0.01, .max = 50});
+  table.number("posture_limit_Nm", robot.posture_torque_limit_Nm, {.min = 0.01, .max = 20});
+  table.number("joint_speed_limit_rad_per_s", control.joint_speed_limit_rad_per_s, {.min = 0.1, .max = 10});
+  table.number("setpoint_rad_per_s", control.joint_setpoint.speed, {.min = 0.01, .max = 5});
+  table.number("setpoint_rad_per_s2", control.joint_setpoint.acceleration, {.min = 0.1, .max = 50});
+  table.number("setpoint_rad_per_s3", control.joint_setpoint.jerk, {.min = 10, .max = 50'000});
+  table.number("following_error_rad", control.joint_following_error_rad, {.min = 0.02, .max = 3});
+  table.number("payload_kg", robot.model.payload_kg, {.min = 0, .max = 2});
+}
+
+}  // namespace
+
+void read_teleoperation(TomlTable table, Teleoperation::Config& control) {
+  read_start(table.table("start"), control);
+  read_coupling(table.table("coupling"), control);
+  read_mapping(table.table("mapping"), control.mapping, control.smoothing);
+  read_feedback(table.table("feedback"), control);
+  read_buttons(table.table("buttons"), control);
+  read_arm(table.table("arm"), control);
+}
+
+}  // namespace operation

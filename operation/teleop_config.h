@@ -1,0 +1,12 @@
+/// @file
+/// What the configuration says about teleoperation, beside what every run of the daemon is told.
+#pragma once
+#include "control/teleoperation.h"
+#include "runtime/configuration/toml_reader.h"
+
+namespace operation {
+
+/// [teleoperation] and its tables; apps/youbotd/teleop.toml shows every key.
+void read_teleoperation(runtime::TomlTable table, control::Teleoperation::Config& control);
+
+}  // namespace operation

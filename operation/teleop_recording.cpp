@@ -1,0 +1,45 @@
+#include "operation/teleop_recording.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "hal/seconds.h"
+#include "operation/workspace_comments.h"
+#include "runtime/program/build_info.h"
+
+namespace operation {
+namespace {
+
+/// Where rows may have `nan`, and why.
+constexpr const char* kNoTruth =
+    "true_tip_x_m,true_tip_y_m,true_tip_z_m,contact_force_x_N,contact_force_y_N,contact_force_z_N: "
+    "only a simulation knows";
+constexpr const char* kNoOpening = "gripper_opening_m: the gripper was told nothing";
+
+std::vector<Eigen::Vector3d> base_setpoint_and_tip(const TeleopRecord& record) {
+  return {{record.base_W[0], record.base_W[1], 0},
+          Eigen::Vector3d(record.setpoint_p_WT_m.data()),
+          Eigen::Vector3d(record.tip_p_WT_m.data())};
+}
+
+}  // namespace
+
+TeleopRecording::Description teleop_recording(const TeleopRecordingOptions& options) {
+  TeleopRecording::Description description{
+      .directory = options.directory,
+      .config = options.config,
+      .comments = {{"experiment", "teleoperation"},
+                   {"sample_rate_Hz", fmt::format("{:g}", 1 / hal::seconds(options.period))},
+                   {"not_measured", kNoOpening},
+                   {"software", runtime::build_version()}},
+      .tables = {},
+      .way = {{{"base"}, {"set-point", report::Style::kDashed}, {"tip"}},
+              /*from_the_side=*/true,
+              options.workspace},
+      .places_W_m = base_setpoint_and_tip};
+  add_workspace(options.workspace, description.comments);
+  if (!options.simulated) description.comments.push_back({"not_measured", kNoTruth});
+  description.tables.push_back({.file = "teleoperation", .rig = "base+arm"});
+  return description;
+}
+
+}  // namespace operation

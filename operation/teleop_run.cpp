@@ -1,0 +1,105 @@
+#include "operation/teleop_run.h"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "operation/teleop_recording.h"
+
+namespace operation {
+namespace {
+
+constexpr std::chrono::milliseconds kAfterFault{200};
+
+/// The kind of master decides how it is used.
+control::Teleoperation::Config fit_to_master(control::Teleoperation::Config config,
+                                             const hal::HapticInfo& info) {
+  config.master_has_force = info.force_limit_N > 0;
+  if (config.master_has_force)
+    config.feedback.force_limit_N = std::min(config.feedback.force_limit_N, info.force_limit_N);
+  config.mapping.rate_only = info.rate_only;
+  config.mapping.follow_rotation = config.mapping.follow_rotation && info.senses_rotation;
+  return config;
+}
+
+TeleopCycle::Config cycle_config(const Config& config, const hal::HapticInfo& master) {
+  return {.control = fit_to_master(config.teleoperation, master),
+          .torque_rate_per_s = config.cycle.torque_rate_per_s,
+          .stall_timeout = config.cycle.command_timeout,
+          .enable_timeout = config.cycle.enable_timeout,
+          .checks_off = config.cycle.checks_off};
+}
+
+std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunOptions& options,
+                                                bool simulated) {
+  if (!options.record_directory) return nullptr;
+  check_record_directory(*options.record_directory);
+  return std::make_unique<TeleopRecording>(
+      teleop_recording({.directory = *options.record_directory,
+                        .config = {options.config_file, options.settings},
+                        .period = config.cycle.period,
+                        .simulated = simulated,
+                        .workspace = config.teleoperation.workspace}));
+}
+
+double length(const std::array<double, 3>& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
+
+}  // namespace
+
+runtime::OpenedHaptic open_master(const Config& config, const hal::Clock& clock) {
+  runtime::HapticOptions options = config.haptic;
+  options.hand.travel.emplace();
+  if (runtime::is_simulated(config.robot.name)) runtime::bear_pauses(options);
+  return runtime::open_haptic(options, clock, config.cycle.period);
+}
+
+TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot,
+                     hal::HapticDevice& master, const sim::MobileManipulator* truth,
+                     std::function<void(const TeleopRecord&)> after_cycle)
+    : RecordedRun(config, options,
+                  {"base+arm", make_recording(config, options, truth != nullptr), std::move(after_cycle)},
+                  cycle_config(config, master.info()), robot, master),
+      robot_(robot),
+      master_(master),
+      truth_(truth) {
+  summary_.master = master.info().name;
+  summary_.master_warnings = master.info().warnings;
+  summary_.phases.reserve(64);
+}
+
+bool TeleopRun::sum_up(TeleopRecord& record) noexcept {
+  if (truth_ != nullptr) cycle_.tell_truth({truth_->X_WT().translation(), truth_->contact_force_W_N()});
+  // A run that is let go of again and again has more phases than there is room for; the first ones count.
+  if (summary_.phases.size() < summary_.phases.capacity() &&
+      (summary_.phases.empty() || summary_.phases.back().first != record.phase))
+    summary_.phases.emplace_back(record.phase, record.time);
+  summary_.largest_grip_force_N = std::max(summary_.largest_grip_force_N, length(record.held_force_H_N));
+  summary_.most_energy_given_J = std::max(summary_.most_energy_given_J, record.port_energy_J);
+  summary_.furthest_base_m =
+      std::max(summary_.furthest_base_m, std::hypot(record.base_W[0], record.base_W[1]));
+  if (record.phase == control::TeleopPhase::kOperating) {
+    const std::array<double, 3> error{record.setpoint_p_WT_m[0] - record.tip_p_WT_m[0],
+                                      record.setpoint_p_WT_m[1] - record.tip_p_WT_m[1],
+                                      record.setpoint_p_WT_m[2] - record.tip_p_WT_m[2]};
+    summary_.largest_tip_error_m = std::max(summary_.largest_tip_error_m, length(error));
+  }
+  // What led to the end, and not the long lowering of the arm that follows.
+  return !cycle_.end().fault() || record.time - cycle_.end().time < kAfterFault;
+}
+
+Progress TeleopRun::progress() const noexcept {
+  const TeleopRecord& record = cycle_.record();
+  return {.phase = control::name(record.phase),
+          .time = record.time,
+          .base_W = record.base_W,
+          .tip_p_WT_m = record.tip_p_WT_m,
+          .force_H_N = record.held_force_H_N,
+          .silent_checks = cycle_.silent_checks()};
+}
+
+std::string TeleopRun::stop_reason() {
+  return cycle_.end().fault() ? describe(cycle_.end(), robot_, master_) : std::string();
+}
+
+}  // namespace operation

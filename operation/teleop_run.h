@@ -1,0 +1,58 @@
+/// @file
+/// Base and arm by hand: a TeleopCycle with what records it and sums it up.
+#pragma once
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "operation/recorded_run.h"
+#include "operation/teleop_cycle.h"
+#include "runtime/open_haptic.h"
+#include "sim/mobile_manipulator.h"
+#include "sim/simulated_operator.h"
+
+namespace operation {
+
+struct TaskReport {
+  std::string name;
+  sim::TaskOutcome outcome;
+};
+
+struct TeleopSummary : RunSummary {
+  std::string master;
+  std::vector<std::string> master_warnings;
+  std::vector<std::pair<control::TeleopPhase, std::chrono::nanoseconds>> phases;  ///< when each began
+  std::vector<TaskReport> tasks;
+  double largest_grip_force_N = 0.0;
+  double most_energy_given_J = 0.0;  ///< to the hand, net since the start
+  double furthest_base_m = 0.0;
+  double largest_tip_error_m = 0.0;  ///< from the set-point, while the hand moved the robot
+};
+
+/// The pen of the loopback has an omega.6's travel. Beside a simulated robot it bears pauses.
+runtime::OpenedHaptic open_master(const Config& config, const hal::Clock& clock);
+
+class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSummary> {
+ public:
+  /// Robot, master, which is active, and `truth`, the simulated robot or null, outlive the run. `after_cycle`
+  /// sees every cycle, as a part of it.
+  /// @throws std::invalid_argument for a configuration that no part accepts, or a recording that would be
+  ///         replaced; hal::SetupError when the record directory cannot be used.
+  TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot, hal::HapticDevice& master,
+            const sim::MobileManipulator* truth, std::function<void(const TeleopRecord&)> after_cycle = {});
+
+  Progress progress() const noexcept override;
+  control::TeleopPhase phase() const noexcept { return cycle_.phase(); }
+  const Eigen::Isometry3d& X_WT() const noexcept { return cycle_.X_WT(); }  ///< from the joints
+
+ private:
+  bool sum_up(TeleopRecord& record) noexcept override;
+  std::string stop_reason() override;
+
+  hal::Robot& robot_;
+  hal::HapticDevice& master_;
+  const sim::MobileManipulator* truth_;
+};
+
+}  // namespace operation

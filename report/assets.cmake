@@ -1,0 +1,24 @@
+# dygraphs is built in, so that a page needs nothing but itself.
+set(YOUBOT_DYGRAPHS_DIR /usr/share/javascript/dygraphs CACHE PATH "Folder of dygraph.min.js and dygraph.min.css")
+set(YOUBOT_DYGRAPHS_LICENSE /usr/share/doc/libjs-dygraphs/copyright CACHE FILEPATH "Licence of dygraphs")
+set(assets
+  kDygraphsScript=${YOUBOT_DYGRAPHS_DIR}/dygraph.min.js
+  kDygraphsStyle=${YOUBOT_DYGRAPHS_DIR}/dygraph.min.css
+  kDygraphsLicense=${YOUBOT_DYGRAPHS_LICENSE}
+  kPageScript=${CMAKE_CURRENT_LIST_DIR}/page.js
+  kPageStyle=${CMAKE_CURRENT_LIST_DIR}/page.css)
+list(TRANSFORM assets REPLACE "^[^=]+=" "" OUTPUT_VARIABLE asset_files)
+foreach(file IN LISTS asset_files)
+  if(NOT EXISTS ${file})
+    message(FATAL_ERROR "${file} is missing: ./dev setup installs libjs-dygraphs; for one elsewhere set YOUBOT_DYGRAPHS_DIR and YOUBOT_DYGRAPHS_LICENSE")
+  endif()
+endforeach()
+
+add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/assets.cpp
+  COMMAND ${CMAKE_COMMAND} -DOUTPUT=${CMAKE_BINARY_DIR}/assets.cpp -DHEADER=report/assets.h
+          -DNAMESPACE=report "-DFILES=${assets}" -P ${CMAKE_CURRENT_LIST_DIR}/embed.cmake
+  DEPENDS ${asset_files} ${CMAKE_CURRENT_LIST_DIR}/embed.cmake VERBATIM)
+
+target_sources(report PRIVATE ${CMAKE_BINARY_DIR}/assets.cpp)
+set_source_files_properties(${CMAKE_BINARY_DIR}/assets.cpp PROPERTIES
+                            SKIP_UNITY_BUILD_INCLUSION ON)  # lint does not generate it
