@@ -130,31 +130,6 @@ const char* name(TeleopPhase phase) noexcept {
   return "unknown";
 }
 
-const char* describe(TeleopEnd end) noexcept {
-  switch (end) {
-    case TeleopEnd::kNone: return "it goes on";
-    case TeleopEnd::kRequested: return "stopped on request";
-    case TeleopEnd::kNotCentred: return "the master did not come to its origin in time";
-    case TeleopEnd::kNotUnfolded: return "the arm did not come to its unfolded pose in time";
-    case TeleopEnd::kNotArrived: return "the tip did not come to rest in front of the robot in time";
-    case TeleopEnd::kMasterFault: return "the master failed";
-    case TeleopEnd::kStalled: return "this program did not run for too long";
-    case TeleopEnd::kNotEnabled: return "the drives did not start to obey in time";
-    case TeleopEnd::kNotHomed: return "the arm does not know its angles";
-    case TeleopEnd::kRobotFault: return "the robot failed";
-    case TeleopEnd::kWheelTooFast: return "a wheel turned faster than allowed";
-    case TeleopEnd::kJointTooFast: return "a joint of the arm turned faster than allowed";
-    case TeleopEnd::kJointOutside: return "a joint of the arm read a position beyond its end stop";
-    case TeleopEnd::kSetpointTooFar: return "the tip was further from its set-point than allowed";
-    case TeleopEnd::kSetpointTurnedTooFar:
-      return "the tip was turned further from its set-point than allowed";
-    case TeleopEnd::kTipOutside: return "the tip left its workspace";
-    case TeleopEnd::kBaseOutside: return "the base left its workspace";
-    case TeleopEnd::kJointBehind: return "a joint of the arm was further from its set-point than allowed";
-  }
-  return "unknown";
-}
-
 Teleoperation::Teleoperation(const Config& config)
     : config_(checked(config)),
       robot_(config.robot),

@@ -58,7 +58,6 @@ enum class TeleopEnd : std::uint8_t {
   kNotArrived,            ///< the tip did not come to rest in front of the robot in time
   kMasterFault,           ///< no force and no word from the master any more
   kStalled,               ///< the loop that calls step() did not run
-  kNotEnabled,            ///< the drives did not start to obey in time
   kNotHomed,              ///< the arm's angles are not known
   kRobotFault,            ///< the drives are off already
   kWheelTooFast,          ///< the drives go off at once
@@ -70,9 +69,6 @@ enum class TeleopEnd : std::uint8_t {
   kBaseOutside,           ///< likewise the base
   kJointBehind,           ///< a joint of the arm that unfolds is further from its set-point than it may be
 };
-/// "the master did not come to its origin in time"
-const char* describe(TeleopEnd end) noexcept;
-
 /// Of an end that a limit brought about: what was beyond it.
 struct TeleopExcess {
   int joint = -1;      ///< as hal::Robot has them: wheels, then arm; -1: it is the tip

@@ -47,7 +47,7 @@ std::string BaseRun::stop_reason() {
   const runtime::StopReason& reason = cycle_.stop_reason();
   if (!reason) return {};
   summary_.fell_behind = reason.kind == Kind::kBehind || reason.kind == Kind::kTurnedBehind;
-  return describe(reason, robot_);
+  return describe(reason, cycle_.cut_short_by(), robot_);
 }
 
 }  // namespace operation

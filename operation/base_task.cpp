@@ -102,14 +102,15 @@ void BaseTask::read(const Moment& moment) noexcept {
     speed_proofs_[i].update(sample.joints[i].position_rad, runtime::bounds_of(sample));
 }
 
-bool BaseTask::can_brake_after_pause() noexcept {
+bool BaseTask::can_brake_after_pause(const Moment& /*moment*/) noexcept {
   // The reference has gone on without us: not to be chased.
   controller_.forget_velocity(position_rad_);
   return true;
 }
 
-void BaseTask::wait(const Moment& /*moment*/) noexcept {
+Verdict BaseTask::wait(const Moment& /*moment*/) noexcept {
   keep_record(controller_.observe(position_rad_, elapsed_s_));
+  return {};
 }
 
 Verdict BaseTask::begin(const Moment& moment, hal::RobotCommand& /*command*/) noexcept {

@@ -56,8 +56,8 @@ class BaseTask final : public runtime::Task {
            const control::PlanarPose* truth);
 
   void read(const runtime::Moment& moment) noexcept override;
-  bool can_brake_after_pause() noexcept override;
-  void wait(const runtime::Moment& moment) noexcept override;
+  bool can_brake_after_pause(const runtime::Moment& moment) noexcept override;
+  runtime::Verdict wait(const runtime::Moment& moment) noexcept override;
   runtime::Verdict begin(const runtime::Moment& moment, hal::RobotCommand& command) noexcept override;
   runtime::Verdict step(const runtime::Moment& moment, hal::RobotCommand& command) noexcept override;
   runtime::Verdict brake(const runtime::Moment& moment, hal::RobotCommand& command,

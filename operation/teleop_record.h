@@ -54,6 +54,13 @@ struct TeleopRecord {
 };
 static_assert(std::is_trivially_copyable_v<TeleopRecord>);
 
+/// What only a simulation knows.
+inline void add_truth(TeleopRecord& record, const Eigen::Vector3d& p_WT_m,
+                      const Eigen::Vector3d& contact_force_W_N) noexcept {
+  record.true_tip_p_WT_m = {p_WT_m.x(), p_WT_m.y(), p_WT_m.z()};
+  record.contact_force_W_N = {contact_force_W_N.x(), contact_force_W_N.y(), contact_force_W_N.z()};
+}
+
 /// The columns of teleoperation.csv and of the report on a fault, see runtime/recording/record_rows.h.
 template <typename Column>
 void visit(const TeleopRecord& r, Column&& column) {

@@ -24,11 +24,11 @@ control::Teleoperation::Config fit_to_master(control::Teleoperation::Config conf
 }
 
 TeleopCycle::Config cycle_config(const Config& config, const hal::HapticInfo& master) {
-  return {.control = fit_to_master(config.teleoperation, master),
-          .torque_rate_per_s = config.cycle.torque_rate_per_s,
-          .stall_timeout = config.cycle.command_timeout,
-          .enable_timeout = config.cycle.enable_timeout,
-          .checks_off = config.cycle.checks_off};
+  TeleopCycle::Config teleoperation;
+  static_cast<runtime::Supervisor::Config&>(teleoperation) = config.cycle;
+  teleoperation.control = fit_to_master(config.teleoperation, master);
+  teleoperation.torque_rate_per_s = config.cycle.torque_rate_per_s;
+  return teleoperation;
 }
 
 std::unique_ptr<TeleopRecording> make_recording(const Config& config, const RunOptions& options,
@@ -69,7 +69,7 @@ TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot
 }
 
 bool TeleopRun::sum_up(TeleopRecord& record) noexcept {
-  if (truth_ != nullptr) cycle_.tell_truth({truth_->X_WT().translation(), truth_->contact_force_W_N()});
+  if (truth_ != nullptr) add_truth(record, truth_->X_WT().translation(), truth_->contact_force_W_N());
   // A run that is let go of again and again has more phases than there is room for; the first ones count.
   if (summary_.phases.size() < summary_.phases.capacity() &&
       (summary_.phases.empty() || summary_.phases.back().first != record.phase))
@@ -85,7 +85,8 @@ bool TeleopRun::sum_up(TeleopRecord& record) noexcept {
     summary_.largest_tip_error_m = std::max(summary_.largest_tip_error_m, length(error));
   }
   // What led to the end, and not the long lowering of the arm that follows.
-  return !cycle_.end().fault() || record.time - cycle_.end().time < kAfterFault;
+  const runtime::StopReason& last = cycle_.cut_short_by() ? cycle_.cut_short_by() : cycle_.stop_reason();
+  return !last || record.time - last.time < kAfterFault;
 }
 
 Progress TeleopRun::progress() const noexcept {
@@ -99,7 +100,8 @@ Progress TeleopRun::progress() const noexcept {
 }
 
 std::string TeleopRun::stop_reason() {
-  return cycle_.end().fault() ? describe(cycle_.end(), robot_, master_) : std::string();
+  if (!cycle_.stop_reason()) return {};
+  return describe(cycle_.stop_reason(), cycle_.cut_short_by(), robot_, &master_);
 }
 
 }  // namespace operation

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "operation/recorded_run.h"
-#include "operation/teleop_cycle.h"
+#include "operation/teleop_task.h"
 #include "runtime/open_haptic.h"
 #include "sim/mobile_manipulator.h"
 #include "sim/simulated_operator.h"
@@ -43,8 +43,8 @@ class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSumm
             const sim::MobileManipulator* truth, std::function<void(const TeleopRecord&)> after_cycle = {});
 
   Progress progress() const noexcept override;
-  control::TeleopPhase phase() const noexcept { return cycle_.phase(); }
-  const Eigen::Isometry3d& X_WT() const noexcept { return cycle_.X_WT(); }  ///< from the joints
+  control::TeleopPhase phase() const noexcept { return cycle_.task().phase(); }
+  const Eigen::Isometry3d& X_WT() const noexcept { return cycle_.task().X_WT(); }  ///< from the joints
 
  private:
   bool sum_up(TeleopRecord& record) noexcept override;

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "hal/haptic_device.h"
 #include "hal/robot.h"
 
 namespace runtime {
@@ -30,26 +31,37 @@ struct StopReason {
     kTorque,          ///< `joint` took more torque than it is made for
     kBlocked,         ///< `joint` is pushed and does not turn
     kNotPlaced,       ///< `joint` did not reach the place where it was to begin
+    kNotInTime,       ///< it did not get ready in time
     kMisfit,          ///< the task does not fit the robot; nothing moved
+    kMasterFault,     ///< what `master` says
   };
   Kind kind = Kind::kNone;
-  /// Of what a task sees: a constant format string with {joint}, {value} and {limit}.
+  /// Of what a task sees: a constant format string with {joint}, {value}, {limit} and {master}.
   const char* text = nullptr;
   int joint = -1;      ///< of hal::Robot::joints()
   double value = 0.0;  ///< what was too much
   double limit = 0.0;
   hal::CycleStatus status{};
+  hal::HapticStatus master{};
   // Set by the supervisor.
   std::uint64_t cycle = 0;
   std::chrono::nanoseconds time{};   ///< since the first cycle, as in the recording
-  std::chrono::nanoseconds pause{};  ///< of this program, just before a fault of the robot
+  std::chrono::nanoseconds pause{};  ///< of this program, just before
   explicit operator bool() const noexcept { return kind != Kind::kNone; }
 };
 
 /// "wheel-2 turned at 14.1 rad/s, more than allowed (limits.wheel_speed_rad_per_s = 12); drives switched
 /// off".
-std::string what(const StopReason& reason, const hal::Robot& robot);
+/// `master`: of a task with one.
+std::string what(const StopReason& reason, const hal::Robot& robot,
+                 const hal::HapticDevice* master = nullptr);
+/// The same, and behind it what switched the drives off before they came to rest, if anything did.
+std::string what(const StopReason& reason, const StopReason& cut_short_by, const hal::Robot& robot,
+                 const hal::HapticDevice* master = nullptr);
 /// "cycle 1200 (1.199 s): " and what().
-std::string describe(const StopReason& reason, const hal::Robot& robot);
+std::string describe(const StopReason& reason, const hal::Robot& robot,
+                     const hal::HapticDevice* master = nullptr);
+std::string describe(const StopReason& reason, const StopReason& cut_short_by, const hal::Robot& robot,
+                     const hal::HapticDevice* master = nullptr);
 
 }  // namespace runtime

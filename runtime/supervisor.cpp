@@ -1,5 +1,6 @@
 #include "runtime/supervisor.h"
 
+#include <limits>
 #include <span>
 
 #include "hal/seconds.h"
@@ -36,51 +37,55 @@ void Supervisor::step(nanoseconds now) noexcept {
     rest(robot_.joints(), command_);
   }
   sent_ = command_;
-  const Moment moment{.now = now, .time = now - first_, .phase = phase_, .sample = sample_, .sent = sent_};
-  const hal::CycleStatus status = robot_.exchange(command_, sample_);
+  const Moment moment{.now = now,
+                      .time = now - first_,
+                      .gap = gap,
+                      .paused = paused,
+                      .phase = phase_,
+                      .status = status_,
+                      .sample = sample_,
+                      .sent = sent_};
+  status_ = robot_.exchange(command_, sample_);
   task_.read(moment);
 
-  if (!status.ok() && phase_ != Phase::kFaulted)
-    fail({.kind = StopReason::Kind::kRobotFault,
-          .joint = status.joint,
-          .status = status,
-          .pause = pause_.before(now)});
+  if (!status_.ok() && phase_ != Phase::kFaulted)
+    fail({.kind = StopReason::Kind::kRobotFault, .joint = status_.joint, .status = status_});
+  if (phase_ == Phase::kRunning && !sample_.enabled) fail({.kind = StopReason::Kind::kNotObeying});
   if (paused) {
-    const bool can_brake = task_.can_brake_after_pause();
+    const bool can_brake = task_.can_brake_after_pause(moment);
     const StopReason stalled{.kind = StopReason::Kind::kStalled, .value = hal::seconds(gap)};
     if (moves(phase_) && !can_brake) fail(stalled);
     if (phase_ == Phase::kRunning) {
       keep(stalled);
       enter(Phase::kStopping);
+    } else if (phase_ == Phase::kStopping) {
+      phase_begin_ = now;  // the pause was no time to brake
     }
   }
 
   switch (phase_) {
     case Phase::kStarting:
-      task_.wait(moment);
       command_.enable = true;
-      if (sample_.enabled) {
+      if (const Verdict verdict = task_.wait(moment); verdict.next == Verdict::Next::kFail) {
+        fail(verdict.reason);
+      } else if (sample_.enabled) {
         enter(Phase::kRunning);
         follow(task_.begin(moment, command_), moment);
       } else if (now - phase_begin_ > config_.enable_timeout) {
         fail({.kind = StopReason::Kind::kNotEnabled, .value = hal::seconds(config_.enable_timeout)});
       }
       break;
-    case Phase::kRunning:
-      if (sample_.enabled)
-        follow(task_.step(moment, command_), moment);
-      else
-        fail({.kind = StopReason::Kind::kNotObeying});
-      break;
+    case Phase::kRunning: follow(task_.step(moment, command_), moment); break;
     case Phase::kStopping: brake(moment); break;
     case Phase::kFaulted:
-    case Phase::kOff: task_.wait(moment); break;
+    case Phase::kOff: (void)task_.wait(moment); break;
   }
 }
 
 void Supervisor::follow(const Verdict& verdict, const Moment& moment) noexcept {
   switch (verdict.next) {
-    case Verdict::Next::kGoOn: break;
+    case Verdict::Next::kGoOn:
+    case Verdict::Next::kRest: break;
     case Verdict::Next::kBrake:
       keep(verdict.reason);
       enter(Phase::kStopping);
@@ -91,18 +96,16 @@ void Supervisor::follow(const Verdict& verdict, const Moment& moment) noexcept {
 }
 
 void Supervisor::brake(const Moment& moment) noexcept {
-  double fastest_rad_per_s = 0.0;
-  if (const Verdict verdict = task_.brake(moment, command_, fastest_rad_per_s);
-      verdict.next == Verdict::Next::kFail)
-    return fail(verdict.reason);
+  double fastest_rad_per_s = std::numeric_limits<double>::infinity();
+  const Verdict verdict = task_.brake(moment, command_, fastest_rad_per_s);
+  if (verdict.next == Verdict::Next::kFail) return fail(verdict.reason);
   // Negated so that NaN is no rest.
   if (!(fastest_rad_per_s < config_.rest_rad_per_s)) last_motion_ = now_;
-  const bool resting = now_ - last_motion_ >= kRestHold;
-  const bool too_long = now_ - phase_begin_ > kBrakeTimeout;
+  const bool resting = verdict.next == Verdict::Next::kRest || now_ - last_motion_ >= kRestHold;
+  const nanoseconds timeout = task_.brake_timeout();
+  const bool too_long = now_ - phase_begin_ > timeout;
   if (!resting && too_long)
-    keep({.kind = StopReason::Kind::kNotAtRest,
-          .value = fastest_rad_per_s,
-          .limit = hal::seconds(kBrakeTimeout)});
+    keep({.kind = StopReason::Kind::kNotAtRest, .value = fastest_rad_per_s, .limit = hal::seconds(timeout)});
   if (!resting && !too_long) return;
   command_ = {};
   enter(Phase::kOff);
@@ -134,11 +137,14 @@ void Supervisor::fail(const StopReason& reason) noexcept {
   enter(Phase::kFaulted);
 }
 
-void Supervisor::keep(const StopReason& reason) noexcept {
-  if (stop_reason_) return;
-  stop_reason_ = reason;
-  stop_reason_.cycle = count_;
-  stop_reason_.time = now_ - first_;
+void Supervisor::keep(StopReason reason) noexcept {
+  reason.cycle = count_;
+  reason.time = now_ - first_;
+  reason.pause = pause_.before(now_);
+  if (!stop_reason_)
+    stop_reason_ = reason;
+  else if (phase_ == Phase::kStopping && !cut_short_by_)
+    cut_short_by_ = reason;
 }
 
 }  // namespace runtime

@@ -31,7 +31,6 @@ class Supervisor {
   };
   /// A velocity filter needs some 15 ms to know that a joint rests.
   static constexpr std::chrono::milliseconds kRestHold{50};
-  static constexpr std::chrono::milliseconds kBrakeTimeout{2000};
   /// Cycles with the drives off before the end, so that every drive has heard it.
   static constexpr std::chrono::milliseconds kOffHold{20};
 
@@ -46,6 +45,8 @@ class Supervisor {
   bool finished() const noexcept;
 
   const StopReason& stop_reason() const noexcept { return stop_reason_; }
+  /// What switched the drives off before they came to rest, of a stop that had another reason or none.
+  const StopReason& cut_short_by() const noexcept { return cut_short_by_; }
   control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
   control::ChecksOff once_silent_checks() const noexcept { return robot_.once_silent_checks(); }
 
@@ -54,7 +55,7 @@ class Supervisor {
   void brake(const Moment& moment) noexcept;
   void enter(Phase phase) noexcept;
   void fail(const StopReason& reason) noexcept;
-  void keep(const StopReason& reason) noexcept;
+  void keep(StopReason reason) noexcept;
 
   Config config_;
   MonitoredRobot robot_;
@@ -62,8 +63,10 @@ class Supervisor {
   hal::RobotCommand command_;
   hal::RobotCommand sent_;
   hal::RobotSample sample_;
+  hal::CycleStatus status_{};
   RecentPause pause_;
   StopReason stop_reason_;
+  StopReason cut_short_by_;
   Phase phase_ = Phase::kStarting;
   std::uint64_t count_ = 0;
   std::chrono::nanoseconds first_{};
@@ -88,6 +91,7 @@ class Supervised {
   void switch_off() noexcept { supervisor_.switch_off(); }
   bool finished() const noexcept { return supervisor_.finished(); }
   const StopReason& stop_reason() const noexcept { return supervisor_.stop_reason(); }
+  const StopReason& cut_short_by() const noexcept { return supervisor_.cut_short_by(); }
   control::ChecksOff silent_checks() const noexcept { return supervisor_.silent_checks(); }
   control::ChecksOff once_silent_checks() const noexcept { return supervisor_.once_silent_checks(); }
   /// Of the last step().

@@ -34,7 +34,10 @@ constexpr bool moves(Phase phase) noexcept { return phase == Phase::kRunning || 
 struct Moment {
   std::chrono::nanoseconds now{};   ///< of the loop's clock
   std::chrono::nanoseconds time{};  ///< since the first cycle
+  std::chrono::nanoseconds gap{};   ///< since the last cycle
+  bool paused = false;              ///< this program paused for long enough to stop the robot
   Phase phase{};                    ///< in which the cycle began
+  const hal::CycleStatus& status;   ///< of this cycle's exchange
   const hal::RobotSample& sample;
   const hal::RobotCommand& sent;  ///< in this cycle's exchange: it acts from the sample on
 };
@@ -44,6 +47,7 @@ struct Verdict {
   enum class Next : std::uint8_t {
     kGoOn,
     kBrake,  ///< come to rest, then off
+    kRest,   ///< from brake(): at rest, off
     kFail,   ///< off at once
   };
   Next next = Next::kGoOn;
@@ -61,18 +65,23 @@ class Task {
 
   /// Once in each cycle, first of all: what the robot reports.
   virtual void read(const Moment& moment) noexcept = 0;
-  /// After a pause of this program that was long enough to stop the robot, before it goes on. False: nothing
-  /// here can be braked any more, switch off at once.
-  virtual bool can_brake_after_pause() noexcept = 0;
-  /// While the drives do not obey.
-  virtual void wait(const Moment& moment) noexcept = 0;
+  /// After read() in a cycle that begins paused. False: nothing here can be braked any more, switch off at
+  /// once.
+  virtual bool can_brake_after_pause(const Moment& moment) noexcept = 0;
+  /// While the drives do not obey. Only a failure before they do counts.
+  virtual Verdict wait(const Moment& moment) noexcept = 0;
   /// In the first cycle in which they do.
   virtual Verdict begin(const Moment& moment, hal::RobotCommand& command) noexcept = 0;
   /// In each cycle after that: the next command.
   virtual Verdict step(const Moment& moment, hal::RobotCommand& command) noexcept = 0;
-  /// Likewise, towards rest; also in the cycle whose step() says so. `fastest_rad_per_s`: of what is to rest.
+  /// Likewise, towards rest; also in the cycle whose step() says so. `fastest_rad_per_s`: of what is to rest,
+  /// by which the supervisor finds that it does; a task that finds that itself leaves it as it is.
   virtual Verdict brake(const Moment& moment, hal::RobotCommand& command,
                         double& fastest_rad_per_s) noexcept = 0;
+
+  static constexpr std::chrono::milliseconds kBrakeTimeout{2000};
+  /// What does not rest after braking for so long is switched off, which is a fault.
+  virtual std::chrono::nanoseconds brake_timeout() const noexcept { return kBrakeTimeout; }
 };
 
 }  // namespace runtime

@@ -220,7 +220,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   outcome.once_silent_checks = cycle.once_silent_checks();
   if (const runtime::StopReason& reason = cycle.stop_reason())
     outcome.fault = fmt::format("measurement {}, {:.3f} s: {}", cycle.task().measurement() + 1,
-                                seconds(reason.time), what(reason, robot));
+                                seconds(reason.time), what(reason, cycle.cut_short_by(), robot));
   write_report(plan, options, outcome);
   return outcome;
 }

@@ -297,6 +297,7 @@ void ExperimentTask::push() noexcept {
 Verdict ExperimentTask::brake(const Moment& moment, hal::RobotCommand& command,
                               double& fastest_rad_per_s) noexcept {
   const auto rest = hal::JointCommand::velocity_rad_per_s(0.0);
+  fastest_rad_per_s = 0.0;
   for (const Channel& channel : channels_) {
     // What is pressed against something must not be pushed on.
     command.joints[channel.joint.index] = pressed_ ? rest : bounded(channel, rest, moment.sent);

@@ -51,8 +51,8 @@ class ExperimentTask final : public runtime::Task {
                  ExperimentRecording& recording);
 
   void read(const runtime::Moment& moment) noexcept override;
-  bool can_brake_after_pause() noexcept override { return false; }
-  void wait(const runtime::Moment& /*moment*/) noexcept override {}
+  bool can_brake_after_pause(const runtime::Moment& /*moment*/) noexcept override { return false; }
+  runtime::Verdict wait(const runtime::Moment& /*moment*/) noexcept override { return {}; }
   runtime::Verdict begin(const runtime::Moment& moment, hal::RobotCommand& command) noexcept override;
   runtime::Verdict step(const runtime::Moment& moment, hal::RobotCommand& command) noexcept override;
   runtime::Verdict brake(const runtime::Moment& moment, hal::RobotCommand& command,

@@ -16,7 +16,7 @@
 #include "apps/youbot_bench/transparency_report.h"
 #include "control/master_frame.h"
 #include "operation/config.h"
-#include "operation/teleop_cycle.h"
+#include "operation/teleop_task.h"
 #include "runtime/configuration/finite_range.h"
 #include "runtime/open_haptic.h"
 #include "runtime/program/exit_code.h"
@@ -43,7 +43,8 @@ constexpr int kCyclesPerTelling = 200;
 
 operation::TeleopCycle::Config cycle_config(const TransparencyPlan& plan,
                                             const TransparencyCondition& condition) {
-  operation::TeleopCycle::Config config{.control = plan.control};
+  operation::TeleopCycle::Config config;
+  config.control = plan.control;
   control::Teleoperation::Config& control = config.control;
   control.stiff.translation_N_per_m = condition.stiffness_N_per_m;
   control.soft.translation_N_per_m = std::min(control.soft.translation_N_per_m, condition.stiffness_N_per_m);
@@ -91,7 +92,7 @@ class Measurement {
         start() && measure("free", experiments) && tether() && measure("tethered", experiments);
     if (stopped_) return std::nullopt;
     if (!measured) {
-      result_.fault = operation::describe(cycle_.end(), *robot_.robot, *master_.device);
+      result_.fault = describe(cycle_.stop_reason(), *robot_.robot, master_.device.get());
       return result_;
     }
     for (double* share : {&result_.passive_share, &result_.limited_share, &result_.rate_share})
@@ -106,7 +107,7 @@ class Measurement {
 
  private:
   bool start() {
-    while (cycle_.phase() != TeleopPhase::kOperating)
+    while (cycle_.task().phase() != TeleopPhase::kOperating)
       if (cycle_.finished() || !step(0.0)) return false;
     return rest();
   }
@@ -167,7 +168,7 @@ class Measurement {
   Vector3d tip_W_m() const { return robot_.manipulator->X_WT().translation(); }
   double tip_velocity_m_per_s() const { return direction_W_.dot(tip_W_m() - last_W_m_) / kPeriod_s; }
   bool step_operating(double excitation_N) {
-    return step(excitation_N) && cycle_.phase() == TeleopPhase::kOperating;
+    return step(excitation_N) && cycle_.task().phase() == TeleopPhase::kOperating;
   }
   /// One cycle with this force on the hand. False when it was asked to stop.
   bool step(double excitation_N) {

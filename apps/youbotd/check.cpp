@@ -13,7 +13,7 @@
 #include "operation/base_task.h"
 #include "operation/motion_source.h"
 #include "operation/run_recording.h"
-#include "operation/teleop_cycle.h"
+#include "operation/teleop_task.h"
 #include "runtime/open_haptic.h"
 #include "runtime/open_robot.h"
 #include "runtime/program/wording.h"
@@ -37,7 +37,9 @@ Finding check_configuration(const operation::Config& config, bool virtual_time) 
   found += " by hand on " + config.haptic.name;
   try {
     const runtime::OpenedHaptic master = runtime::open_haptic(config.haptic, *clock, config.cycle.period);
-    const operation::TeleopCycle cycle({.control = config.teleoperation}, *robot.robot, *master.device);
+    operation::TeleopCycle::Config teleoperation;
+    teleoperation.control = config.teleoperation;
+    const operation::TeleopCycle cycle(teleoperation, *robot.robot, *master.device);
   } catch (const hal::SetupError& error) {
     return {Mark::kFail, std::string("configuration: ") + error.what(), "set haptic.falcon.firmware"};
   }

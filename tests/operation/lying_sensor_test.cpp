@@ -140,9 +140,9 @@ TEST_P(LyingArm, IsNamedBeforeTheJointHasGoneFar) {
     const double begin_rad = rig.plant.arm_rad()[arm];
     rig.liar.lie({joint, GetParam().channel, GetParam().factor});
     rig.run(200ms);
-    ASSERT_EQ(rig.cycle.end().end, TeleopEnd::kRobotFault);
-    EXPECT_EQ(rig.cycle.end().robot.joint, static_cast<int>(joint))
-        << describe(rig.cycle.end(), rig.robot, rig.master);
+    ASSERT_EQ(rig.cycle.task().end(), TeleopEnd::kRobotFault);
+    EXPECT_EQ(rig.cycle.stop_reason().status.joint, static_cast<int>(joint))
+        << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
     EXPECT_LT(std::abs(rig.plant.arm_rad()[arm] - begin_rad), 0.2);
   }
 }
@@ -161,9 +161,9 @@ TEST(LyingArm, ReversedBeforeItMovesIsNamedWithoutHallSensors) {
     rig.reach(TeleopPhase::kOperating);
     std::mt19937 random(1);
     rig.play(random, 20s);
-    ASSERT_EQ(rig.cycle.end().end, TeleopEnd::kRobotFault);
-    EXPECT_EQ(rig.cycle.end().robot.joint, static_cast<int>(joint))
-        << describe(rig.cycle.end(), rig.robot, rig.master);
+    ASSERT_EQ(rig.cycle.task().end(), TeleopEnd::kRobotFault);
+    EXPECT_EQ(rig.cycle.stop_reason().status.joint, static_cast<int>(joint))
+        << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
     EXPECT_LT(std::abs(rig.plant.arm_rad()[arm] - begin_rad), 0.2);
   }
 }
@@ -184,10 +184,10 @@ TEST(TrueArm, EndsNoRunInFreeSpaceNorAtAWallNorUnderAnyLoad) {
       if (rig.reach(TeleopPhase::kOperating)) rig.play(random, 12s);
       rig.cycle.request_stop();
       for (int i = 0; i < 10'000 && !rig.cycle.finished(); ++i) rig.step();
-      EXPECT_NE(rig.cycle.end().end, TeleopEnd::kRobotFault)
-          << describe(rig.cycle.end(), rig.robot, rig.master);
+      EXPECT_NE(rig.cycle.task().end(), TeleopEnd::kRobotFault)
+          << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
       if (load < 3) {
-        EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kRequested);
+        EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kRequested);
       }
     }
 }

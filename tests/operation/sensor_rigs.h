@@ -10,7 +10,7 @@
 
 #include "hal/clock.h"
 #include "operation/base_task.h"
-#include "operation/teleop_cycle.h"
+#include "operation/teleop_task.h"
 #include "operation/velocity_source.h"
 #include "sim/base.h"
 #include "tests/operation/teleop_rig.h"
@@ -90,14 +90,14 @@ struct ArmRig {
     config.checks_off = off;
     return config;
   }
-  bool over() const { return cycle.end().end != control::TeleopEnd::kNone; }
+  bool over() const { return cycle.task().end() != control::TeleopEnd::kNone; }
   void step() { step_in_time(clock, due, cycle); }
   void run(std::chrono::milliseconds duration) {
     for (auto left = duration; left > std::chrono::milliseconds{0} && !over(); left -= kPeriod) step();
   }
   bool reach(control::TeleopPhase phase) {
-    for (int i = 0; i < 60'000 && !over() && cycle.phase() != phase; ++i) step();
-    return cycle.phase() == phase;
+    for (int i = 0; i < 60'000 && !over() && cycle.task().phase() != phase; ++i) step();
+    return cycle.task().phase() == phase;
   }
   /// The hand leads the tip about for so long.
   void play(std::mt19937& random, std::chrono::milliseconds duration) {

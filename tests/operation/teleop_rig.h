@@ -11,7 +11,7 @@
 #include "hal/clock.h"
 #include "hal/lockstep_haptic_device.h"
 #include "hal/loopback_haptic_link.h"
-#include "operation/teleop_cycle.h"
+#include "operation/teleop_task.h"
 #include "sim/hand.h"
 #include "sim/mobile_manipulator.h"
 #include "tests/support/lossy_robot.h"
@@ -81,7 +81,7 @@ class Rig {
   void step() {
     clock.sleep_until(clock.now() + kPeriod);
     cycle.step(clock.now());
-    cycle.tell_truth({plant.X_WT().translation(), plant.contact_force_W_N()});
+    operation::add_truth(cycle.record(), plant.X_WT().translation(), plant.contact_force_W_N());
     records.push_back(cycle.record());
   }
   void run(std::chrono::nanoseconds duration) {
@@ -91,7 +91,7 @@ class Rig {
   bool run_until(control::TeleopPhase phase, std::chrono::nanoseconds limit = std::chrono::seconds(90)) {
     for (std::chrono::nanoseconds t{}; t < limit; t += kPeriod) {
       step();
-      if (cycle.phase() == phase) return true;
+      if (cycle.task().phase() == phase) return true;
     }
     return false;
   }

@@ -40,7 +40,8 @@ class WireRig {
   void step() {
     clock.sleep_until(clock.now() + teleop_rig::kPeriod);
     cycle.step(clock.now());
-    cycle.tell_truth({robot.manipulator->X_WT().translation(), robot.manipulator->contact_force_W_N()});
+    operation::add_truth(cycle.record(), robot.manipulator->X_WT().translation(),
+                         robot.manipulator->contact_force_W_N());
   }
   void run(std::chrono::nanoseconds duration) {
     for (std::chrono::nanoseconds t{}; t < duration; t += teleop_rig::kPeriod) step();
@@ -48,7 +49,7 @@ class WireRig {
   bool run_until(TeleopPhase phase, std::chrono::nanoseconds limit) {
     for (std::chrono::nanoseconds t{}; t < limit; t += teleop_rig::kPeriod) {
       step();
-      if (cycle.phase() == phase) return true;
+      if (cycle.task().phase() == phase) return true;
     }
     return false;
   }
@@ -65,7 +66,8 @@ TEST(TeleopOverTheWire, AnArmThatHomedUnderItsOwnWeightFollowsTheHandAndFeelsThe
   constexpr double kWall_m = 0.40;
   WireRig rig({.walls = {{.p_W_m = {kWall_m, 0, 0}, .normal_W = -Vector3d::UnitX()}}});
   ASSERT_TRUE(rig.run_until(TeleopPhase::kUnfolding, 60s))
-      << control::name(rig.cycle.phase()) << ": " << describe(rig.cycle.end(), *rig.robot.robot, rig.master)
+      << control::name(rig.cycle.task().phase()) << ": "
+      << describe(rig.cycle.stop_reason(), *rig.robot.robot, &rig.master)
       << ::testing::PrintToString(rig.robot.robot->report());
   // The encoders sit on the motors; gears bend under the weight.
   for (int i = 0; i < 5; ++i)
@@ -74,7 +76,8 @@ TEST(TeleopOverTheWire, AnArmThatHomedUnderItsOwnWeightFollowsTheHandAndFeelsThe
         << "arm " << i + 1;
 
   ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating, 60s))
-      << control::name(rig.cycle.phase()) << ": " << describe(rig.cycle.end(), *rig.robot.robot, rig.master);
+      << control::name(rig.cycle.task().phase()) << ": "
+      << describe(rig.cycle.stop_reason(), *rig.robot.robot, &rig.master);
   rig.run(500ms);
   EXPECT_EQ(vector(rig.last().contact_force_W_N).norm(), 0);
   const Vector3d start_m = vector(rig.last().true_tip_p_WT_m);
@@ -92,7 +95,7 @@ TEST(TeleopOverTheWire, AnArmThatHomedUnderItsOwnWeightFollowsTheHandAndFeelsThe
   EXPECT_LT(rig.last().true_tip_p_WT_m[0], kWall_m);
   // The tip's spring is on the hand, a tenth of it and with x changing sign.
   EXPECT_GT(vector(rig.last().held_force_H_N).x(), 0.2);
-  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kOperating);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kOperating);
 }
 
 }  // namespace teleop_wire_test

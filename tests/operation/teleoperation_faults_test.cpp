@@ -87,8 +87,8 @@ struct Breakable {
     }
   }
   bool operate() {
-    for (int n = 0; n < 40 && cycle.phase() != TeleopPhase::kOperating; ++n) run(1s);
-    return cycle.phase() == TeleopPhase::kOperating;
+    for (int n = 0; n < 40 && cycle.task().phase() != TeleopPhase::kOperating; ++n) run(1s);
+    return cycle.task().phase() == TeleopPhase::kOperating;
   }
 };
 
@@ -100,13 +100,13 @@ TEST(TeleoperationFaults, AnUnpluggedMasterBrakesTheRobotAndHoldsTheArm) {
   ASSERT_GT(rig.plant.twist()[0], 0.05) << "it drives";
   rig.cable->plugged = false;
   rig.run(5ms);
-  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kStopping);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kStopping);
   EXPECT_TRUE(rig.robot.last_command.enable) << "the base is braked, the arm held";
   for (int i = 4; i < 9; ++i)
     EXPECT_EQ(rig.robot.last_command.joints[static_cast<std::size_t>(i)].mode, hal::CommandMode::kPosition);
   const double z_m = rig.plant.X_WT().translation().z();
-  for (int n = 0; n < 2000 && rig.cycle.phase() == TeleopPhase::kStopping; ++n) rig.run(1ms);
-  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kLowering);
+  for (int n = 0; n < 2000 && rig.cycle.task().phase() == TeleopPhase::kStopping; ++n) rig.run(1ms);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kLowering);
   EXPECT_LT(rig.plant.twist().norm(), 0.02);
   EXPECT_NEAR(rig.plant.X_WT().translation().z(), z_m, 0.02);
   // Without power it would fall; so it sinks.
@@ -120,9 +120,9 @@ TEST(TeleoperationFaults, AnUnpluggedMasterBrakesTheRobotAndHoldsTheArm) {
   EXPECT_FALSE(rig.robot.last_command.enable);
   rig.run(1s);
   EXPECT_LT(rig.plant.velocity().tail<5>().norm(), 0.05) << "nothing is left to fall";
-  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kMasterFault);
-  EXPECT_NE(operation::describe(rig.cycle.end(), rig.robot, rig.master).find("unplugged"), std::string::npos)
-      << operation::describe(rig.cycle.end(), rig.robot, rig.master);
+  EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kMasterFault);
+  EXPECT_NE(describe(rig.cycle.stop_reason(), rig.robot, &rig.master).find("unplugged"), std::string::npos)
+      << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
   // Plugged in again, nothing moves by itself.
   rig.cable->plugged = true;
   rig.run(500ms);
@@ -137,11 +137,11 @@ TEST(TeleoperationFaults, ALostSlaveSwitchesTheDrivesAndTheForceOffAtOnce) {
   ASSERT_GT(rig.hand.device_force_N().norm(), 0.1);
   rig.robot.broken = true;
   rig.run(2ms);
-  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kFaulted);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kFaulted);
   EXPECT_FALSE(rig.robot.last_command.enable);
   EXPECT_EQ(rig.hand.device_force_N().norm(), 0);
-  EXPECT_NE(operation::describe(rig.cycle.end(), rig.robot, rig.master).find("arm-3"), std::string::npos)
-      << operation::describe(rig.cycle.end(), rig.robot, rig.master);
+  EXPECT_NE(describe(rig.cycle.stop_reason(), rig.robot, &rig.master).find("arm-3"), std::string::npos)
+      << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
   rig.robot.broken = false;
   rig.run(500ms);
   EXPECT_TRUE(rig.cycle.finished());
@@ -174,7 +174,7 @@ TEST(TeleoperationFaults, ALoopThatStoppedBrakesLowersTheArmAndSwitchesOff) {
   rig.clock.sleep_until(rig.clock.now() + 300ms);
   rig.run(15s);
   EXPECT_TRUE(rig.cycle.finished());
-  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kStalled);
+  EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kStalled);
   std::vector<TeleopPhase> order;
   for (const TeleopRecord& r : rig.records)
     if (order.empty() || order.back() != r.phase) order.push_back(r.phase);
@@ -201,7 +201,7 @@ struct MovingRig : Rig {
   void pause(std::chrono::nanoseconds duration) { clock.sleep_until(clock.now() + duration); }
   /// With the motion, which the tip has followed.
   void expect_goes_on() const {
-    EXPECT_EQ(cycle.phase(), TeleopPhase::kOperating) << operation::describe(cycle.end(), robot, master);
+    EXPECT_EQ(cycle.task().phase(), TeleopPhase::kOperating) << describe(cycle.stop_reason(), robot, &master);
     EXPECT_LT((vector(last().true_tip_p_WT_m) - vector(last().setpoint_p_WT_m)).norm(), 0.02);
     expect_no_jump(*this);
     expect_passive(*this);
@@ -252,8 +252,8 @@ TEST(TeleoperationFaults, AMasterThatGoesStaleInAPauseBrakesTheRobotAndLowersThe
     rig.pause(duration);
     const auto begin = rig.records.size();
     rig.run(15s);
-    EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kMasterFault)
-        << operation::describe(rig.cycle.end(), rig.robot, rig.master);
+    EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kMasterFault)
+        << describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
     std::vector<TeleopPhase> order;
     for (std::size_t i = begin; i < rig.records.size(); ++i)
       if (order.empty() || order.back() != rig.records[i].phase) order.push_back(rig.records[i].phase);
@@ -269,8 +269,8 @@ TEST(TeleoperationFaults, AnOverspeedThatCameUpInAPauseSwitchesTheDrivesOffAtOnc
   rig.pause(90ms);
   rig.run(3ms);
   EXPECT_GT(rig.fastest_rad_per_s(), 1.2) << "and it was one";
-  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kJointTooFast);
-  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kFaulted);
+  EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kJointTooFast);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kFaulted);
 }
 
 TEST(TeleoperationFaults, SamplesThatAreLostNowAndAgainAreNoOverspeedAndTheMotionGoesOn) {
@@ -316,9 +316,9 @@ TEST(TeleoperationFaults, AnArmThatReadsAPositionBeyondItsEndStopIsNeverEnabled)
       cycle.step(clock.now());
     }
     EXPECT_FALSE(robot.was_enabled);
-    EXPECT_EQ(cycle.end().end, TeleopEnd::kJointOutside);
-    EXPECT_EQ(cycle.phase(), TeleopPhase::kFaulted);
-    const std::string text = describe(cycle.end(), robot, master);
+    EXPECT_EQ(cycle.task().end(), TeleopEnd::kJointOutside);
+    EXPECT_EQ(cycle.task().phase(), TeleopPhase::kFaulted);
+    const std::string text = describe(cycle.stop_reason(), robot, &master);
     EXPECT_NE(text.find(robot.joints()[beyond.joint].name + " read "), std::string::npos) << text;
   }
 }
@@ -344,17 +344,17 @@ TEST(TeleoperationFaults, AnOverspeedIsSeenHoweverManyFramesAreLostThatMayBe) {
           clock);
       master.activate();
       TeleopCycle cycle(teleop_rig::config(), bus, master);
-      for (int n = 0; n < 150 && cycle.end().end == TeleopEnd::kNone; ++n) {
+      for (int n = 0; n < 150 && cycle.task().end() == TeleopEnd::kNone; ++n) {
         if (n == 5) bus.loses = support::LossyRobot::all_but_one_of(frames);
         clock.sleep_until(clock.now() + 1ms);
         cycle.step(clock.now());
       }
-      EXPECT_EQ(cycle.end().end, turning.end);
-      EXPECT_EQ(cycle.phase(), TeleopPhase::kFaulted);
-      EXPECT_EQ(cycle.end().excess.joint, static_cast<int>(turning.joint));
-      EXPECT_GT(cycle.end().excess.value, cycle.end().excess.limit);
-      EXPECT_LT(cycle.end().excess.value, 1.1 * turning.speed_rad_per_s);
-      const std::string text = describe(cycle.end(), robot, master);
+      EXPECT_EQ(cycle.task().end(), turning.end);
+      EXPECT_EQ(cycle.task().phase(), TeleopPhase::kFaulted);
+      EXPECT_EQ(cycle.stop_reason().joint, static_cast<int>(turning.joint));
+      EXPECT_GT(cycle.stop_reason().value, cycle.stop_reason().limit);
+      EXPECT_LT(cycle.stop_reason().value, 1.1 * turning.speed_rad_per_s);
+      const std::string text = describe(cycle.stop_reason(), robot, &master);
       EXPECT_NE(text.find(robot.joints()[turning.joint].name + " turned at "), std::string::npos) << text;
     }
 }
@@ -369,7 +369,7 @@ TEST(TeleoperationFaults, APenThatIsLetGoIsFoundOutWhateverTheBusLoses) {
     rig.bus.loses = support::LossyRobot::all_but_one_of(frames);
     rig.hand.let_go();
     rig.run(1s);
-    EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kLetGo) << control::name(rig.cycle.phase());
+    EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kLetGo) << control::name(rig.cycle.task().phase());
   }
 }
 
@@ -378,11 +378,36 @@ TEST(TeleoperationFaults, ABusThatBreaksWhileTheArmIsLoweredIsNoSuccess) {
   ASSERT_TRUE(rig.operate());
   rig.cycle.request_stop();
   rig.run(1s);
-  ASSERT_EQ(rig.cycle.phase(), TeleopPhase::kLowering);
+  ASSERT_EQ(rig.cycle.task().phase(), TeleopPhase::kLowering);
   rig.robot.broken = true;
   rig.run(50ms);
-  EXPECT_TRUE(rig.cycle.end().fault());
-  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kRobotFault);
+  EXPECT_TRUE(rig.cycle.stop_reason());
+  EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kRobotFault);
+}
+
+TEST(TeleoperationFaults, ABusThatBreaksWhileTheArmIsLoweredForAnotherReasonIsReportedToo) {
+  Breakable rig;
+  ASSERT_TRUE(rig.operate());
+  rig.cable->plugged = false;
+  rig.run(1s);
+  ASSERT_EQ(rig.cycle.task().phase(), TeleopPhase::kLowering);
+  rig.robot.broken = true;
+  rig.run(50ms);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_EQ(rig.cycle.stop_reason().kind, runtime::StopReason::Kind::kMasterFault);
+  EXPECT_EQ(rig.cycle.cut_short_by().kind, runtime::StopReason::Kind::kRobotFault) << "the arm fell";
+}
+
+TEST(TeleoperationFaults, AMasterThatFailsBeforeAnythingMovedEndsItAtOnce) {
+  Breakable rig;
+  rig.run(10ms);
+  ASSERT_EQ(rig.cycle.task().phase(), TeleopPhase::kCentring);
+  rig.cable->plugged = false;
+  rig.run(50ms);
+  EXPECT_TRUE(rig.cycle.finished());
+  EXPECT_FALSE(rig.robot.last_command.enable);
+  EXPECT_NE(describe(rig.cycle.stop_reason(), rig.robot, &rig.master).find("nothing has moved"),
+            std::string::npos);
 }
 
 TEST(TeleoperationFaults, AMasterThatLosesItsPositionIsNotFollowed) {
@@ -392,15 +417,15 @@ TEST(TeleoperationFaults, AMasterThatLosesItsPositionIsNotFollowed) {
   rig.run(2s);
   rig.cable->ready = false;
   rig.run(5ms);
-  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kStopping);
-  EXPECT_EQ(rig.cycle.end().end, TeleopEnd::kMasterFault);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kStopping);
+  EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kMasterFault);
 }
 
 TEST(TeleoperationFaults, AMasterThatIsStillHomedIsWaitedFor) {
   Breakable rig;
   rig.cable->ready = false;
   rig.run(40s);
-  EXPECT_EQ(rig.cycle.phase(), TeleopPhase::kCentring);
+  EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kCentring);
   rig.cable->ready = true;
   EXPECT_TRUE(rig.operate());
 }
@@ -411,7 +436,7 @@ TEST(TeleoperationFaults, AStopBeforeTheStartMovesNothing) {
   rig.run(100ms);
   EXPECT_TRUE(rig.cycle.finished());
   EXPECT_FALSE(rig.robot.last_command.enable);
-  EXPECT_FALSE(rig.cycle.end().fault());
+  EXPECT_FALSE(rig.cycle.stop_reason());
 }
 
 }  // namespace teleoperation_faults_test

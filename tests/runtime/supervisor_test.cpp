@@ -10,6 +10,7 @@
 #include <string>
 
 #include "hal/clock.h"
+#include "hal/robot_wrapper.h"
 #include "sim/base.h"
 #include "tests/support/no_alloc_guard.h"
 #include "tests/support/watched_robot.h"
@@ -32,8 +33,11 @@ class Pusher final : public Task {
     }
     enabled = moment.sample.enabled;
   }
-  bool can_brake_after_pause() noexcept override { return brakes_after_pause; }
-  void wait(const Moment& /*moment*/) noexcept override { ++waits; }
+  bool can_brake_after_pause(const Moment& /*moment*/) noexcept override { return brakes_after_pause; }
+  Verdict wait(const Moment& /*moment*/) noexcept override {
+    ++waits;
+    return while_waiting;
+  }
   Verdict begin(const Moment& /*moment*/, hal::RobotCommand& /*command*/) noexcept override {
     ++begins;
     return {};
@@ -52,6 +56,10 @@ class Pusher final : public Task {
   }
 
   static constexpr double kPush_Nm = 1.0;
+  std::chrono::nanoseconds brake_timeout() const noexcept override { return longest_brake; }
+
+  std::chrono::nanoseconds longest_brake = kBrakeTimeout;
+  Verdict while_waiting{};
   Verdict next{};
   Verdict while_braking{};
   bool brakes_after_pause = true;
@@ -65,6 +73,18 @@ class Pusher final : public Task {
   int begins = 0;
   int steps = 0;
   int brakes = 0;
+};
+
+/// Its drives go off without a fault, as by an emergency stop that only cuts their power.
+class GoesOff final : public hal::RobotWrapper {
+ public:
+  using RobotWrapper::RobotWrapper;
+  hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override {
+    const hal::CycleStatus status = RobotWrapper::exchange(off ? hal::RobotCommand{} : command, sample);
+    sample.enabled = sample.enabled && !off;
+    return status;
+  }
+  bool off = false;
 };
 
 struct Rig {
@@ -135,7 +155,7 @@ TEST(Supervisor, AFailureIsOffInTheNextExchangeAndItsReasonIsPutIntoTheTasksWord
             "cycle 101 (0.100 s): wheel-3 turned at 14.2 rad/s, of which 12 may be");
 }
 
-TEST(Supervisor, AFailureWhileBrakingIsOffAtOnceAndTheFirstReasonIsKept) {
+TEST(Supervisor, AFailureWhileBrakingIsOffAtOnceAndBothReasonsAreKept) {
   Rig rig;
   rig.run(100ms);
   rig.task.next = {.next = Verdict::Next::kBrake,
@@ -146,6 +166,8 @@ TEST(Supervisor, AFailureWhileBrakingIsOffAtOnceAndTheFirstReasonIsKept) {
   EXPECT_EQ(rig.task.brakes, 1);
   EXPECT_EQ(rig.task.phase, Phase::kFaulted);
   EXPECT_EQ(rig.supervisor.stop_reason().kind, StopReason::Kind::kOutside);
+  EXPECT_EQ(what(rig.supervisor.stop_reason(), rig.supervisor.cut_short_by(), rig.robot),
+            "outside; before it came to rest, too fast");
 }
 
 TEST(Supervisor, APauseSendsNoOldTorqueThenBrakesOrIsOffAsTheTaskCan) {
@@ -173,6 +195,68 @@ TEST(Supervisor, ASpeedThatIsNotANumberIsNoRest) {
   rig.run(1s);
   EXPECT_TRUE(rig.supervisor.finished());
   EXPECT_EQ(rig.supervisor.stop_reason().kind, StopReason::Kind::kNotAtRest);
+}
+
+TEST(Supervisor, ATaskThatFindsItsRestItselfIsOffWhenItSaysSoAndNotBefore) {
+  Rig rig;
+  rig.task.longest_brake = 10s;
+  rig.task.seen_rad_per_s = std::numeric_limits<double>::infinity();
+  rig.run(100ms);
+  rig.supervisor.request_stop();
+  rig.run(5s);
+  EXPECT_EQ(rig.task.phase, Phase::kStopping) << "longer than other tasks may brake";
+  rig.task.while_braking = {.next = Verdict::Next::kRest};
+  rig.step(1ms);
+  rig.step(1ms);
+  EXPECT_FALSE(rig.task.enabled);
+  EXPECT_EQ(rig.task.phase, Phase::kOff);
+  EXPECT_FALSE(rig.supervisor.stop_reason());
+}
+
+TEST(Supervisor, ATaskMayFailBeforeTheDrivesObey) {
+  Rig rig;
+  rig.task.while_waiting = {.next = Verdict::Next::kFail,
+                            .reason = {.kind = StopReason::Kind::kMasterFault, .text = "unplugged"}};
+  rig.run(1s);
+  EXPECT_TRUE(rig.supervisor.finished());
+  EXPECT_EQ(rig.task.begins, 0);
+  EXPECT_EQ(what(rig.supervisor.stop_reason(), rig.robot), "unplugged");
+}
+
+TEST(Supervisor, DrivesThatGoOffByThemselvesAreAFaultOfWhichTheTaskHearsInTheSameCycle) {
+  Rig rig;
+  GoesOff robot(rig.robot);
+  Pusher task;
+  Supervisor supervisor({}, robot, task);
+  const auto run = [&](int cycles) {
+    for (int n = 0; n < cycles; ++n) {
+      rig.clock.sleep_until(rig.clock.now() + 1ms);
+      supervisor.step(rig.clock.now());
+    }
+  };
+  run(100);
+  ASSERT_EQ(task.phase, Phase::kRunning);
+  const int waits = task.waits;
+  robot.off = true;
+  run(1);
+  EXPECT_EQ(task.waits, waits + 1);
+  EXPECT_EQ(supervisor.stop_reason().kind, StopReason::Kind::kNotObeying);
+  run(1);
+  EXPECT_EQ(task.sent_Nm[0], 0.0);
+}
+
+TEST(Supervisor, APauseBeforeTheDrivesObeyStopsNothing) {
+  Rig rig;
+  GoesOff robot(rig.robot);
+  robot.off = true;
+  Pusher task;
+  Supervisor supervisor({}, robot, task);
+  for (const nanoseconds later : {1ms, 500ms, 1ms}) {
+    rig.clock.sleep_until(rig.clock.now() + later);
+    supervisor.step(rig.clock.now());
+  }
+  EXPECT_EQ(task.phase, Phase::kStarting);
+  EXPECT_FALSE(supervisor.stop_reason());
 }
 
 TEST(Supervisor, AStopBeforeTheDrivesObeyBeginsNothing) {

@@ -145,10 +145,10 @@ class ArmRun {
   void lie(const support::SensorLie& lie) { rig_.liar.lie(lie); }
   Truth truth() const { return {rig_.plant.pose(), rig_.plant.arm_rad()}; }
   Ending ending() const {
-    const operation::TeleopCycle::End& end = rig_.cycle.end();
-    return {rig_.over(), end.end == control::TeleopEnd::kRobotFault, end.robot.joint};
+    const runtime::StopReason& reason = rig_.cycle.stop_reason();
+    return {rig_.over(), reason.kind == runtime::StopReason::Kind::kRobotFault, reason.status.joint};
   }
-  std::string explain() const { return describe(rig_.cycle.end(), rig_.robot, rig_.master); }
+  std::string explain() const { return describe(rig_.cycle.stop_reason(), rig_.robot, &rig_.master); }
 
  private:
   static teleop_rig::Scene scene(std::uint32_t seed) {

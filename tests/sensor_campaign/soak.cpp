@@ -218,9 +218,9 @@ void run_robot(const Scenario& scenario, double duration_s, const Machine& machi
     rig.cycle.request_stop();
     for (int k = 0; k < 10'000 && !rig.cycle.finished(); ++k) rig.step();
   }
-  const operation::TeleopCycle::End& end = rig.cycle.end();
-  const bool alarm = end.end == control::TeleopEnd::kRobotFault;
-  count(result, alarm, end.fault() && !alarm, describe(end, rig.robot, rig.master));
+  const runtime::StopReason& reason = rig.cycle.stop_reason();
+  const bool alarm = reason.kind == runtime::StopReason::Kind::kRobotFault;
+  count(result, alarm, reason && !alarm, describe(reason, rig.robot, &rig.master));
   result.hours += hal::seconds(rig.clock.now()) / 3600;
 }
 
