@@ -14,11 +14,4 @@ foreach(file IN LISTS asset_files)
   endif()
 endforeach()
 
-add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/assets.cpp
-  COMMAND ${CMAKE_COMMAND} -DOUTPUT=${CMAKE_BINARY_DIR}/assets.cpp -DHEADER=report/assets.h
-          -DNAMESPACE=report "-DFILES=${assets}" -P ${CMAKE_CURRENT_LIST_DIR}/embed.cmake
-  DEPENDS ${asset_files} ${CMAKE_CURRENT_LIST_DIR}/embed.cmake VERBATIM)
-
-target_sources(report PRIVATE ${CMAKE_BINARY_DIR}/assets.cpp)
-set_source_files_properties(${CMAKE_BINARY_DIR}/assets.cpp PROPERTIES
-                            SKIP_UNITY_BUILD_INCLUSION ON)  # lint does not generate it
+embed(report assets.cpp report/assets.h report ${assets})

@@ -29,13 +29,16 @@ set(rules
   "^analysis/"          "^(analysis|report|runtime|identification|model|hal|Eigen|spdlog|nlohmann)/"
   # No program includes another: @1 is its own folder.
   "^apps/([a-z_]+)/"    "^(apps/@1|operation|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
+# Nothing but the promise, in the programs that show it.
+list(APPEND rules "^examples/"         "^(youbot/|example_robot\\.h$)"
+                  "^include/youbot/"   "^(youbot|runtime|identification|sim|control|model|hal|drivers)/")
 set(standard "^<[a-z0-9_]+$")
 set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$")
 # A control step is a function of (config, state, input, dt): no clock, thread or file.
 set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future)$")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
-list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|report|operation|analysis|apps)/")
+list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|report|operation|analysis|apps|examples|include)/")
 execute_process(
   COMMAND grep -noHE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"][^>\"]+" ${files}
   WORKING_DIRECTORY ${ROOT} OUTPUT_VARIABLE includes RESULT_VARIABLE result)

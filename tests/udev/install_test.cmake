@@ -19,7 +19,7 @@ cmake_path(ABSOLUTE_PATH UNIT_DIR BASE_DIRECTORY /usr)
 cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
 # In the folders that they link to each other by.
 set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_bench/README.md
-              apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md udev/raw-socket.md)
+              apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md examples/README.md udev/raw-socket.md LICENSE NOTICE CHANGELOG.md)
 list(TRANSFORM documents PREPEND /usr/share/doc/youbot-hal/)
 set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.service ${SYSUSERS_DIR}/youbotd.conf
              /usr/share/youbot-hal/demo.toml
@@ -27,6 +27,7 @@ set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.servic
              ${documents})
 file(GLOB_RECURSE found ${SCRATCH}/*)
 list(TRANSFORM found REPLACE "^${SCRATCH}" "")
+list(FILTER found EXCLUDE REGEX "^/usr/(include/youbot-hal|lib/[^/]*/?(cmake/youbot|pkgconfig|libyoubot))")  # tests/outside
 list(SORT expected)
 list(SORT found)
 if(NOT found STREQUAL expected)

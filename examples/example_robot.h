@@ -1,0 +1,56 @@
+/// @file
+/// What the examples have in common: the robot named on the command line, and the clock it lives by.
+#pragma once
+#include <youbot/robot.h>
+
+#include <chrono>
+#include <cstdio>
+#include <memory>
+#include <string>
+
+/// A simulated robot runs in virtual time, as fast as the machine allows; any other in real time.
+class ExampleRobot {
+ public:
+  static constexpr std::chrono::milliseconds kPeriod{1};
+
+  /// "loopback" (the default), "wire", "ethercat:IFACE": a base. `on_ground` matters to a simulated one only.
+  explicit ExampleRobot(const std::string& name, bool on_ground = true) {
+    if (youbot::is_simulated(name))
+      clock_ = std::make_unique<youbot::VirtualClock>();
+    else
+      clock_ = std::make_unique<youbot::SteadyClock>();
+    youbot::RobotOptions options;
+    options.name = name;
+    options.simulation.on_ground = on_ground;
+    opened_ = youbot::open_robot(options, *clock_, kPeriod);
+    robot().activate();
+    deadline_ = clock_->now();
+  }
+  ~ExampleRobot() { robot().deactivate(); }
+
+  youbot::Robot& robot() { return *opened_.robot; }
+
+  /// Sleeps until the next period, then exchanges. False after a fault, which it prints.
+  bool cycle(const youbot::RobotCommand& command, youbot::RobotSample& sample) {
+    clock_->sleep_until(deadline_ += kPeriod);
+    const youbot::CycleStatus status = robot().exchange(command, sample);
+    if (!status.ok()) std::fprintf(stderr, "%s\n", robot().explain(status).c_str());
+    return status.ok();
+  }
+
+  /// Enables the drives and waits until they obey, which may take seconds on a robot.
+  bool enable(youbot::RobotCommand& command, youbot::RobotSample& sample) {
+    command.enable = true;
+    for (int n = 0; n < 30'000; ++n) {
+      if (!cycle(command, sample)) return false;
+      if (sample.enabled) return true;
+    }
+    std::fprintf(stderr, "the drives do not obey: check the emergency stop and the 24 V\n");
+    return false;
+  }
+
+ private:
+  std::unique_ptr<youbot::Clock> clock_;
+  youbot::OpenedRobot opened_;
+  std::chrono::nanoseconds deadline_{};
+};

@@ -1,0 +1,28 @@
+/// @file
+/// What recordings say about a drive: friction from a steady-state map, and effects that a model lacks.
+/// Of the component `identification`: link youbot::identification.
+///
+///     const auto map = youbot::static_map(recordings);
+///     const auto fit = youbot::fit_static(map, youbot::form_named("kfm"));     // values with 95 % intervals
+///
+///     const auto result = youbot::gap::analyse(...);                           // names what is missing
+///
+/// All of it is set-up: it allocates, takes seconds to minutes and throws std::invalid_argument for data that
+/// cannot carry the question.
+#pragma once
+#include "identification/fit/static_fit.h"
+#include "identification/fit/static_map.h"
+#include "identification/gap/gap.h"
+#include "youbot/friction.h"
+#include "youbot/recording.h"
+
+namespace youbot {
+
+using identification::fit::fit_static;
+using identification::fit::form_named;
+using identification::fit::static_map;
+using identification::fit::StaticFit;
+using identification::fit::StaticMap;
+namespace gap = identification::gap;
+
+}  // namespace youbot

@@ -1,0 +1,24 @@
+# Installs into a folder, builds the examples against it by find_package() and one by pkg-config, and runs them.
+cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
+file(REMOVE_RECURSE ${SCRATCH})
+run("install" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${SCRATCH}/prefix)
+
+# A copy, so that nothing of the sources is found beside it.
+file(COPY ${ROOT}/examples DESTINATION ${SCRATCH})
+run("configure" ${CMAKE_COMMAND} -S ${SCRATCH}/examples -B ${SCRATCH}/build -DCMAKE_PREFIX_PATH=${SCRATCH}/prefix
+    -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=Debug)
+run("build" ${CMAKE_COMMAND} --build ${SCRATCH}/build --target example_read_state example_identify_model)
+run("read_state" ${SCRATCH}/build/read_state)
+expect("wheel-4")
+run("identify_model" ${SCRATCH}/build/identify_model loopback ${SCRATCH}/model.toml)
+expect("coulomb torque_Nm")
+
+file(GLOB_RECURSE pkg_config ${SCRATCH}/prefix/*/youbot.pc)
+cmake_path(GET pkg_config PARENT_PATH folder)
+set(ENV{PKG_CONFIG_PATH} ${folder})
+run("pkg-config" sh -c "'${COMPILER}' -std=c++20 '${SCRATCH}/examples/base_velocity.cpp' -o '${SCRATCH}/base_velocity' \
+$(pkg-config --cflags --libs youbot)")
+run("base_velocity" ${SCRATCH}/base_velocity)
+expect("yaw")
+file(REMOVE_RECURSE ${SCRATCH})

@@ -1,0 +1,35 @@
+# A project that adds this one as a folder of its own gets a library that drives a robot: no test, no Ceres, none of our
+# warnings, no target of its own name taken.
+cmake_minimum_required(VERSION 3.25)
+include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
+file(REMOVE_RECURSE ${SCRATCH})
+file(WRITE ${SCRATCH}/CMakeLists.txt "cmake_minimum_required(VERSION 3.25)
+project(outside LANGUAGES CXX)
+set(CMAKE_DISABLE_FIND_PACKAGE_Ceres ON)
+set(CMAKE_DISABLE_FIND_PACKAGE_GTest ON)
+set(CMAKE_DISABLE_FIND_PACKAGE_benchmark ON)
+set(CMAKE_DISABLE_FIND_PACKAGE_CLI11 ON)
+add_subdirectory(${ROOT} youbot EXCLUDE_FROM_ALL)
+add_library(control INTERFACE)  # names that a robot's project is likely to have
+add_library(drivers INTERFACE)
+add_executable(outside main.cpp)
+target_link_libraries(outside PRIVATE youbot::youbot control drivers)
+")
+file(WRITE ${SCRATCH}/main.cpp "#include <youbot/loopback.h>
+#include <youbot/robot.h>
+
+#include <cstdio>
+
+int main() {
+  int unused;  // under -Werror this would not compile
+  youbot::VirtualClock clock;
+  const youbot::OpenedRobot opened = youbot::open_robot({}, clock, std::chrono::milliseconds(1));
+  std::printf(\"%zu joints\\n\", opened.robot->joints().size());
+}
+")
+run("configure" ${CMAKE_COMMAND} -S ${SCRATCH} -B ${SCRATCH}/build -DCMAKE_CXX_COMPILER=${COMPILER}
+    -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+run("build" ${CMAKE_COMMAND} --build ${SCRATCH}/build --target outside)
+run("outside" ${SCRATCH}/build/outside)
+expect("4 joints")
+file(REMOVE_RECURSE ${SCRATCH})
