@@ -100,15 +100,44 @@ void RawSocketLink::refuse_other_masters() {
 }
 
 bool RawSocketLink::send(std::span<const std::uint8_t> frame) noexcept {
+  if (std::exchange(reply_is_due_, false)) reply_wait_.lost();
+  sent_at_ = monotonic_now();
   const ssize_t sent =
       uninterrupted([&] { return ::send(socket_, frame.data(), frame.size(), MSG_DONTWAIT); });
-  if (sent == static_cast<ssize_t>(frame.size())) return true;
+  if (sent == static_cast<ssize_t>(frame.size())) {
+    reply_is_due_ = wait_ == Wait::kBlock;
+    return true;
+  }
   last_error_ = sent < 0 ? errno : EIO;
   return false;
 }
 
+void RawSocketLink::sleep(nanoseconds duration) noexcept {
+  const timespec wait{duration.count() / 1'000'000'000, duration.count() % 1'000'000'000};
+  pollfd readable{socket_, POLLIN, 0};
+  ppoll(&readable, 1, &wait, nullptr);
+}
+
+void RawSocketLink::learn(nanoseconds blocked_since) noexcept {
+  const nanoseconds now = monotonic_now();
+  if (blocked_since.count() > 0) reply_wait_.woke(std::min(frame_age_, now - blocked_since));
+  if (!std::exchange(reply_is_due_, false)) return;
+  const nanoseconds passed = now - sent_at_;
+  reply_wait_.replied(passed - std::min(frame_age_, passed));
+}
+
 std::size_t RawSocketLink::receive(std::span<std::uint8_t> buffer, nanoseconds timeout) noexcept {
-  const nanoseconds deadline = monotonic_now() + timeout;
+  nanoseconds now = monotonic_now();
+  const nanoseconds deadline = now + timeout;
+  ReplyWait::Plan plan = reply_is_due_ ? reply_wait_.plan() : ReplyWait::Plan{};
+  const nanoseconds wake = std::min(sent_at_ + plan.asleep, deadline);
+  if (plan.polls && now < wake) {
+    sleep(wake - now);
+    now = monotonic_now();
+    if (now > wake) reply_wait_.woke(now - wake);
+  }
+  const nanoseconds poll_until = now + ReplyWait::kMaxPolling;
+  nanoseconds blocked_since{};
   for (;;) {
     sockaddr_ll from{};
     iovec bytes{buffer.data(), buffer.size()};
@@ -123,18 +152,23 @@ std::size_t RawSocketLink::receive(std::span<std::uint8_t> buffer, nanoseconds t
     const ssize_t size = recvmsg(socket_, &message, MSG_DONTWAIT);
     if (size > 0 && from.sll_pkttype != PACKET_OUTGOING) {
       frame_age_ = packet_age(message);
+      if (plan.polls) reply_wait_.polled(true);
+      learn(blocked_since);
       return static_cast<std::size_t>(size);
     }
     if (size < 0 && errno != EAGAIN && errno != EINTR)
       last_error_ = errno;  // such as ENETDOWN, reported once
 
-    const nanoseconds left = deadline - monotonic_now();
-    if (left.count() <= 0) return 0;
-    if (wait_ == Wait::kBlock && size < 0) {
-      const timespec wait{left.count() / 1'000'000'000, left.count() % 1'000'000'000};
-      pollfd readable{socket_, POLLIN, 0};
-      ppoll(&readable, 1, &wait, nullptr);
+    now = monotonic_now();
+    if (now >= deadline) return 0;
+    if (wait_ == Wait::kBusy || size >= 0) continue;
+    if (plan.polls) {
+      if (now < poll_until) continue;
+      plan.polls = false;
+      reply_wait_.polled(false);
     }
+    blocked_since = now;
+    sleep(deadline - now);
   }
 }
 

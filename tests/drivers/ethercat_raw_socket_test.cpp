@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdlib>
+#include <ctime>
 #include <optional>
 #include <thread>
 
@@ -158,6 +159,29 @@ TEST_P(RawSocket, WaitsAsLongAsItWasTold) {
   const auto begin = monotonic_now();
   EXPECT_EQ(link.receive(buffer, 30ms), 0U);
   EXPECT_GE(monotonic_now() - begin, 30ms);
+}
+
+// Of a bus whose replies it knows, so that it polls for a moment first.
+TEST_P(RawSocket, BlockingPollsOnlyForAMoment) {
+  if (GetParam() == RawSocketLink::Wait::kBusy) return;
+  RawSocketLink link(near_, GetParam());
+  std::array<std::uint8_t, 1522> buffer{};
+  {
+    Reflector reflector(far_);
+    for (int i = 0; i < 20; ++i) {
+      ASSERT_TRUE(link.send(frame(1)));
+      ASSERT_GT(link.receive(buffer, 30s), 0U);
+    }
+  }
+  const auto processor_time = [] {
+    timespec time{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+  };
+  ASSERT_TRUE(link.send(frame(2)));
+  const std::chrono::nanoseconds begin = processor_time();
+  EXPECT_EQ(link.receive(buffer, 500ms), 0U);
+  EXPECT_LT(processor_time() - begin, 100ms) << "50 µs, and what interrupts add on a busy machine";
 }
 
 TEST_P(RawSocket, TakesWhatIsThereWithoutWaiting) {
