@@ -25,7 +25,7 @@ using std::chrono::nanoseconds;
 
 constexpr int kRounds = 4;
 constexpr int kCycles = 1200;  // of each master in each round
-constexpr std::chrono::seconds kTimeLimit{30};
+constexpr std::chrono::seconds kTimeLimit{45};
 constexpr int kSlaves = 11;
 constexpr const char* kInterface = "veth-c";
 
@@ -120,6 +120,8 @@ int run() {
   ours("ours, blocking", Waiting::kBlock, MailboxLoad::kNone);
   if (bench::built_with_soem())
     rows.push_back({"SOEM (ppoll)", [] { return bench::make_soem_master(kInterface); }});
+  if (bench::built_with_kickcat())
+    rows.push_back({"KickCAT", [] { return bench::make_kickcat_master(kInterface); }});
   ours("ours, blocking, mailboxes busy", Waiting::kBlock, MailboxLoad::kAll);
   ours("ours, busy wait", Waiting::kBusy, MailboxLoad::kNone);
   ours("ours, busy wait, mailboxes busy", Waiting::kBusy, MailboxLoad::kAll);

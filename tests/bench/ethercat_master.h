@@ -29,6 +29,8 @@ enum class MailboxLoad : std::uint8_t { kNone, kAll };
 std::unique_ptr<Master> make_our_master(const std::string& interface, Waiting waiting, MailboxLoad load);
 bool built_with_soem();
 std::unique_ptr<Master> make_soem_master(const std::string& interface);
+bool built_with_kickcat();
+std::unique_ptr<Master> make_kickcat_master(const std::string& interface);
 
 std::chrono::nanoseconds now();
 std::chrono::nanoseconds thread_cpu();
