@@ -34,14 +34,9 @@ class BoundedBristle {
   template <std::invocable<double> Bound>
   double step(double velocity, const Bound& bound, double step_s) noexcept {
     if (parameters_.exponent > 0) return bend(velocity, bound(std::copysign(1.0, velocity)), step_s);
-    const double direction = std::copysign(1.0, deflection_ + velocity * step_s);
-    const double level = bound(direction);
-    deflection_ =
-        direction * std::min(direction * (deflection_ + velocity * step_s), level / parameters_.stiffness);
-    const double force = parameters_.stiffness * deflection_ + parameters_.damping * velocity;
-    // Damping may push the other way.
-    if (direction * force >= 0) return direction * std::min(direction * force, level);
-    return -direction * std::min(-direction * force, bound(-direction));
+    const double reached = deflection_ + velocity * step_s;
+    if (std::signbit(reached)) return push<-1>(velocity, reached, bound);
+    return push<1>(velocity, reached, bound);
   }
   double step(double velocity, double bound, double step_s) noexcept {
     return step(
@@ -51,6 +46,19 @@ class BoundedBristle {
   void set_deflection(double deflection) noexcept { deflection_ = deflection; }
 
  private:
+  /// The direction as a constant, and the bound as a branch: the processor predicts both, and goes on while
+  /// it still divides.
+  template <int kDirection, std::invocable<double> Bound>
+  double push(double velocity, double reached, const Bound& bound) noexcept {
+    const double level = bound(double{kDirection});
+    deflection_ = kDirection * std::min(kDirection * reached, level / parameters_.stiffness);
+    const double force = parameters_.stiffness * deflection_ + parameters_.damping * velocity;
+    if (level < kDirection * force) return kDirection * level;
+    if (kDirection * force >= 0) return force;
+    // Damping may push the other way.
+    return -kDirection * std::min(-kDirection * force, bound(double{-kDirection}));
+  }
+
   double bend(double velocity, double level, double step_s) noexcept {
     const double before = std::exchange(
         deflection_, model::friction::dahl_force(parameters_.stiffness * deflection_, velocity * step_s,

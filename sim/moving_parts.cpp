@@ -36,12 +36,6 @@ MovingParts::Mass MovingParts::mass(double inertia_share, double friction_share)
   return {inertia_share * mechanics_.inertia_kg_m2, friction_share, contact(mechanics_, friction_share)};
 }
 
-double MovingParts::level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept {
-  const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
-  if (effects_.empty()) return curve_Nm;
-  return curve_Nm + effects_.level_Nm(speed_rad_per_s, direction, running_s_, carried_Nm);
-}
-
 double MovingParts::move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept {
   const double speed = std::abs(mass.velocity_rad_per_s);
   const double friction = mass.contact.step(

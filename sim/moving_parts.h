@@ -1,6 +1,7 @@
 /// @file
 /// The mechanical half of a drive: one mass with friction, or two with a gap and a spring between them.
 #pragma once
+#include <cmath>
 #include <optional>
 
 #include "model/effects/effect_chain.h"
@@ -56,7 +57,12 @@ class MovingParts {
   };
   Mass mass(double inertia_share, double friction_share) const;
   const Mass& load() const noexcept { return mechanics_.two_masses() ? load_ : motor_; }
-  double level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept;
+  /// Inline: most of a step waits for it.
+  double level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept {
+    const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
+    if (effects_.empty()) return curve_Nm;
+    return curve_Nm + effects_.level_Nm(speed_rad_per_s, direction, running_s_, carried_Nm);
+  }
   /// Friction on that mass over the step, whose velocity and position follow.
   double move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept;
   double shaft_torque_Nm(double step_s) const noexcept;
