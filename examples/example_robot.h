@@ -4,9 +4,14 @@
 #include <youbot/robot.h>
 
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <string>
+
+/// Ctrl-C ends the cycles, so that the drives are switched off: a module on CAN keeps its last target
+/// otherwise.
+inline volatile std::sig_atomic_t stop_requested = 0;
 
 /// A simulated robot runs in virtual time, as fast as the machine allows; any other in real time.
 class ExampleRobot {
@@ -25,13 +30,15 @@ class ExampleRobot {
     opened_ = youbot::open_robot(options, *clock_, kPeriod);
     robot().activate();
     deadline_ = clock_->now();
+    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stop_requested = 1; });
   }
   ~ExampleRobot() { robot().deactivate(); }
 
   youbot::Robot& robot() { return *opened_.robot; }
 
-  /// Sleeps until the next period, then exchanges. False after a fault, which it prints.
+  /// Sleeps until the next period, then exchanges. False after Ctrl-C and after a fault, which it prints.
   bool cycle(const youbot::RobotCommand& command, youbot::RobotSample& sample) {
+    if (stop_requested) return false;
     clock_->sleep_until(deadline_ += kPeriod);
     const youbot::CycleStatus status = robot().exchange(command, sample);
     if (!status.ok()) std::fprintf(stderr, "%s\n", robot().explain(status).c_str());

@@ -43,6 +43,10 @@ int main(int argc, char** argv) try {
     for (double speed = 0.4; speed < 8; speed *= 1.5)
       if (!measure(example, direction * speed, command, sample, map)) return 1;
 
+  command = {};  // off, and a second to run out
+  for (int n = 0; n < 1000; ++n)
+    if (!example.cycle(command, sample)) return 1;
+
   const youbot::StaticFit fit = youbot::fit_static(map, youbot::form_named("kfm"));
   for (const auto& estimate : fit.parameters)
     std::printf("%s %s: %.4g (%.4g to %.4g)\n", estimate.effect.c_str(), estimate.name.c_str(),

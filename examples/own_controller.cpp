@@ -4,6 +4,7 @@
 #include <youbot/recording.h>
 #include <youbot/robot.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -41,7 +42,9 @@ class SpringAndDamper {
 }  // namespace
 
 int main(int argc, char** argv) try {
-  ExampleRobot example(argc > 1 ? argv[1] : "loopback", /*on_ground=*/false);
+  const std::string name = argc > 1 ? argv[1] : "loopback";
+  const bool simulated = youbot::is_simulated(name);  // it is faster than a disk
+  ExampleRobot example(name, /*on_ground=*/false);
   youbot::RecordingFile file(argc > 2 ? argv[2] : "own_controller.csv",
                              {{"rig", "wheel-1"}, {"sample_rate_Hz", "1000"}},
                              {{"time_s", 6},
@@ -67,15 +70,16 @@ int main(int argc, char** argv) try {
   SpringAndDamper controller;
   const double start_rad = sample.joints[0].position_rad;
   double worst_rad = 0;
+  bool followed = true;
   for (int n = 0; n < 4000; ++n) {
     const double wanted_rad = start_rad + std::sin(2 * 3.14159265 * 0.5 * 1e-3 * n);
     const youbot::JointSample& wheel = sample.joints[0];
     worst_rad = std::max(worst_rad, std::abs(wanted_rad - wheel.position_rad));
     const double torque_Nm = controller.step(wanted_rad, wheel.position_rad);
     command.joints[0] = youbot::JointCommand::torque_Nm(torque_Nm);
-    if (!example.cycle(command, sample)) break;
-    if (youbot::is_simulated(argc > 1 ? argv[1] : "loopback"))
-      recorder.wait_for_room();  // faster than a disk
+    followed = example.cycle(command, sample);
+    if (!followed) break;
+    if (simulated) recorder.wait_for_room();
     recorder.push({1e-3 * n, torque_Nm, wheel.torque_Nm, wheel.position_rad, wheel.velocity_rad_per_s});
   }
   recorder.stop();
@@ -83,7 +87,7 @@ int main(int argc, char** argv) try {
   if (!file.error().empty()) std::fprintf(stderr, "%s\n", file.error().c_str());
   std::printf("furthest from the sine: %.3f rad; %llu rows\n", worst_rad,
               static_cast<unsigned long long>(file.rows_written()));
-  return file.error().empty() ? 0 : 1;
+  return followed && file.error().empty() ? 0 : 1;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "own_controller: %s\n", error.what());
   return 1;

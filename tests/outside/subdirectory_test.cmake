@@ -14,6 +14,7 @@ add_library(control INTERFACE)  # names that a robot's project is likely to have
 add_library(drivers INTERFACE)
 add_executable(outside main.cpp)
 target_link_libraries(outside PRIVATE youbot::youbot control drivers)
+target_compile_options(outside PRIVATE -Werror)
 ")
 file(WRITE ${SCRATCH}/main.cpp "#include <youbot/loopback.h>
 #include <youbot/robot.h>
@@ -21,7 +22,7 @@ file(WRITE ${SCRATCH}/main.cpp "#include <youbot/loopback.h>
 #include <cstdio>
 
 int main() {
-  int unused;  // under -Werror this would not compile
+  int unused;  // with a warning of ours this would not compile
   youbot::VirtualClock clock;
   const youbot::OpenedRobot opened = youbot::open_robot({}, clock, std::chrono::milliseconds(1));
   std::printf(\"%zu joints\\n\", opened.robot->joints().size());
