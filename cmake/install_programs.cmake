@@ -6,7 +6,10 @@ install(TARGETS youbotd youbotctl youbot-bench youbot-sim youbot-gap RUNTIME DES
 install(FILES ${udev_rules} DESTINATION ${YOUBOT_UDEV_RULES_DIR})
 install(FILES apps/youbotd/demo.toml apps/youbotd/teleop.toml DESTINATION share/youbot-hal)
 foreach(document README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_bench/README.md
-                 apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md examples/README.md udev/raw-socket.md LICENSE NOTICE CHANGELOG.md)
+                 apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md
+                 examples/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md CONTRIBUTING.md
+                 docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/robot.md
+                 docs/safety.md docs/speed.md docs/status.md)
   cmake_path(GET document PARENT_PATH folder)
   install(FILES ${document} DESTINATION share/doc/youbot-hal/${folder})
 endforeach()

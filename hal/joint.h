@@ -1,6 +1,5 @@
 /// @file
-/// Command and sample of one joint. SI units, gearbox output side, signs as in README, "Frames and
-/// signs".
+/// Command and sample of one joint. SI units, gearbox output side, signs as in docs/frames.md.
 #pragma once
 #include <cmath>
 #include <cstdint>

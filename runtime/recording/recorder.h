@@ -47,7 +47,8 @@ template <typename Record>
 class Recorder {
  public:
   static constexpr std::chrono::milliseconds kPollInterval{5};
-  /// With the time a disk takes, well within the 0.1 s that the README allows a killed program to lose.
+  /// With the time a disk takes, well within the 0.1 s that apps/youbotd/README.md allows a killed program to
+  /// lose.
   static constexpr std::chrono::milliseconds kFlushInterval{50};
 
   /// Setup: starts the writer thread. `write` takes each record in order; `flush` follows about every

@@ -1,5 +1,5 @@
 /// @file
-/// What the benchmarks measured, for one table of all of them (`bench_table`, README "Speed").
+/// What the benchmarks measured, for one table of all of them (`bench_table`, docs/speed.md).
 #pragma once
 #include <string>
 
