@@ -137,9 +137,9 @@ Verdict BaseTask::step(const Moment& moment, hal::RobotCommand& command) noexcep
     finished = true;
   else if (reason = too_far(reference.X_WB, moment.now); !reason)
     reason = outside();
-  const Verdict verdict = reason || finished
-                              ? Verdict{.next = Verdict::Next::kBrake, .reason = reason}
-                              : apply(controller_.step(position_rad_, reference, elapsed_s_), true, command);
+  Verdict verdict = reason || finished
+                        ? Verdict{.next = Verdict::Next::kBrake, .reason = reason}
+                        : apply(controller_.step(position_rad_, reference, elapsed_s_), true, command);
   if (reference_limiter_.limited()) record_.limited |= limiter::kSetpoint;
   if (motion.at_wall) record_.limited |= limiter::kWorkspace;
   return verdict;
@@ -181,7 +181,7 @@ Verdict BaseTask::brake(const Moment& /*moment*/, hal::RobotCommand& command,
                         double& fastest_rad_per_s) noexcept {
   const std::uint8_t limited = record_.limited;
   const control::BaseController::Output output = controller_.brake(position_rad_, elapsed_s_);
-  const Verdict verdict = apply(output, false, command);
+  Verdict verdict = apply(output, false, command);
   record_.limited |= limited;
   fastest_rad_per_s = output.wheel_velocity_rad_per_s.cwiseAbs().maxCoeff();
   return verdict;

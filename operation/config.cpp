@@ -309,6 +309,9 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   runtime::TomlFile toml = runtime::TomlFile::parse(file);
   for (const auto& [key, value] : settings) toml.set(key, value);
   TomlTable root = toml.root();
+  // Every key has a default, but a file without any is a mistake that would enable a robot.
+  if (root.empty())
+    throw runtime::ConfigError({file.string() + ":1: holds no key; demo.toml and teleop.toml show them all"});
   root.text("robot", config.robot.name);
   // A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
   if (!runtime::is_robot_name(config.robot.name))

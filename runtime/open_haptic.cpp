@@ -52,7 +52,7 @@ hal::FalconLink::OpenPort falcon_opener(const std::string& port_path) {
 }
 
 std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
-  if (options.name == "force-dimension") {
+  if (is_force_dimension(options.name)) {
     hal::ForceDimensionLinkConfig config = options.force_dimension;
     config.device.max_force_N = options.force_limit_N;
     config.device.ramp_in = std::max<std::chrono::milliseconds>(options.limits.ramp_in, kShortestRamp);
@@ -67,7 +67,7 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
   }
   if (options.name == "spacemouse") return std::make_unique<hal::SpaceMouseLink>(options.space_mouse);
   throw std::invalid_argument("--haptic: there is no '" + options.name +
-                              "', but loopback, force-dimension, falcon, spacemouse");
+                              "', but loopback, force-dimension or omega.6, falcon, spacemouse");
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {
@@ -171,7 +171,7 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
   }
   hal::HapticLimits limits = options.limits;
   // Its driver fades the force in by itself, after the device has settled.
-  if (options.name == "force-dimension") limits.ramp_in = std::chrono::milliseconds(0);
+  if (is_force_dimension(options.name)) limits.ramp_in = std::chrono::milliseconds(0);
   opened.device = std::make_unique<hal::ThreadedHapticDevice>(real_link(options), limits, options.thread);
   return opened;
 }
@@ -183,5 +183,7 @@ void bear_pauses(HapticOptions& options) {
 }
 
 bool is_simulated_haptic(const std::string& name) { return name == kLoopback; }
+
+bool is_force_dimension(const std::string& name) { return name == "force-dimension" || name == "omega.6"; }
 
 }  // namespace runtime

@@ -48,7 +48,7 @@ struct OpenedHaptic {
 };
 
 /// - `loopback`: a simulated hand on a simulated grip, in lock-step with the caller's `period`.
-/// - `force-dimension`: an omega.6 through the vendor's library.
+/// - `force-dimension` or `omega.6`: an omega.6 through the vendor's library.
 /// - `falcon`: a Novint Falcon over USB.
 /// - `spacemouse`: a 3Dconnexion SpaceMouse, without force.
 /// All but the first have a thread of their own, and live in real time. `clock` outlives the result. Nothing
@@ -60,5 +60,7 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
 
 /// Whether such a master can run in virtual time.
 bool is_simulated_haptic(const std::string& name);
+/// Whether it is a device of the vendor's library.
+bool is_force_dimension(const std::string& name);
 
 }  // namespace runtime

@@ -118,6 +118,8 @@ bool is_robot_name(const std::string& name) {
 }
 
 void check_robot_name(const std::string& name) {
+  if (name == kEthercatPrefix || name == kCanPrefix)
+    throw std::invalid_argument("--robot: '" + name + "' lacks its network interface; 'ip link' lists them");
   if (!is_robot_name(name))
     throw std::invalid_argument("--robot: there is no '" + name +
                                 "', but loopback, wire, ethercat:IFACE, can:IFACE");

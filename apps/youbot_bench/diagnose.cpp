@@ -54,6 +54,73 @@ void print_slaves(const ethercat::OpBus& bus) {
   }
 }
 
+/// What a diagnosis has counted.
+struct Diagnosis {
+  const ethercat::OpBus& bus;
+  ethercat::FrameCounters frames{};
+  drivers::LatencyHistogram wake_up{};
+  std::uint64_t short_counters = 0;
+  std::vector<std::string> findings{};
+  bool sound() const {
+    return findings.empty() && short_counters == 0 && frames.lost == 0 && frames.malformed == 0 &&
+           frames.not_sent == 0;
+  }
+};
+
+void print_text(const Diagnosis& diagnosis) {
+  print_slaves(diagnosis.bus);
+  std::printf(
+      "%s\n",
+      ethercat::Diagnostics::summary(diagnosis.frames, diagnosis.bus.diagnostics().round_trips()).c_str());
+  const drivers::LatencyHistogram& wake_up = diagnosis.wake_up;
+  std::printf("wake-up median %.1f us, 99.9 %% within %.1f us, %.1f us at most\n",
+              microseconds(wake_up.quantile(0.5)), microseconds(wake_up.quantile(0.999)),
+              microseconds(wake_up.worst()));
+  std::printf("working counter short in %llu cycles\n",
+              static_cast<unsigned long long>(diagnosis.short_counters));
+  for (const std::string& finding : diagnosis.findings) std::printf("finding: %s\n", finding.c_str());
+  if (diagnosis.sound()) std::printf("nothing wrong was found\n");
+}
+
+nlohmann::json json_of(const drivers::LatencyHistogram& times) {
+  return {{"median", microseconds(times.quantile(0.5))},
+          {"p99_9", microseconds(times.quantile(0.999))},
+          {"maximum", microseconds(times.worst())}};
+}
+
+void print_json(const Diagnosis& diagnosis) {
+  const ethercat::FrameCounters& frames = diagnosis.frames;
+  nlohmann::json json{{"sound", diagnosis.sound()},
+                      {"findings", diagnosis.findings},
+                      {"frames",
+                       {{"sent", frames.sent},
+                        {"received", frames.received},
+                        {"lost", frames.lost},
+                        {"malformed", frames.malformed},
+                        {"not_sent", frames.not_sent},
+                        {"late", frames.late}}},
+                      {"short_working_counters", diagnosis.short_counters},
+                      {"round_trip_us", json_of(diagnosis.bus.diagnostics().round_trips())},
+                      {"wake_up_us", json_of(diagnosis.wake_up)},
+                      {"slaves", nlohmann::json::array()}};
+  for (std::size_t i = 0; i < diagnosis.bus.size(); ++i) {
+    const ethercat::Slave& slave = diagnosis.bus.slave(i);
+    nlohmann::json ports = nlohmann::json::array();
+    for (std::uint8_t port = 0; port < kPorts; ++port) {
+      const ethercat::PortErrors& errors = diagnosis.bus.diagnostics().errors(i).ports[port];
+      ports.push_back({{"up", slave.communicates(port)},
+                       {"invalid_frames", errors.invalid_frames},
+                       {"lost_links", errors.lost_links}});
+    }
+    json["slaves"].push_back({{"position", slave.position},
+                              {"name", slave.sii.name},
+                              {"state", to_string(diagnosis.bus.health(i).state)},
+                              {"times_lost", diagnosis.bus.health(i).times_lost},
+                              {"ports", ports}});
+  }
+  runtime::print(json);
+}
+
 }  // namespace
 
 bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOptions& options,
@@ -64,8 +131,7 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
   setup.enter_pre_op();
   ethercat::OpBus bus = std::move(setup).start();
 
-  drivers::LatencyHistogram wake_up;
-  std::uint64_t short_counters = 0;
+  Diagnosis diagnosis{.bus = bus};
   const nanoseconds begin = clock.now();
   const nanoseconds duration(static_cast<std::int64_t>(1e9 * options.duration_s));
   nanoseconds told = begin;
@@ -73,10 +139,11 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
     next += kPeriod;
     clock.sleep_until(next);
     const nanoseconds now = clock.now();
-    wake_up.add(now - next);
+    diagnosis.wake_up.add(now - next);
     const ethercat::CycleResult result = bus.exchange(now);
     if (bus.other_master_present()) break;  // whose slaves are not to be taken back
-    if (result.answered && result.working_counter != result.expected_working_counter) ++short_counters;
+    if (result.answered && result.working_counter != result.expected_working_counter)
+      ++diagnosis.short_counters;
     for (std::size_t i = 0; i < bus.size(); ++i) bus.resume(i);
     next += (clock.now() - next) / kPeriod * kPeriod;  // a late cycle keeps the phase
     if (options.quiet || now - told < std::chrono::seconds(1)) continue;
@@ -85,22 +152,13 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
                  options.duration_s);
   }
   // Before the frames that end it, which nobody may answer.
-  const std::vector<std::string> findings = bus.findings();
-  const ethercat::FrameCounters frames = bus.counters();
+  diagnosis.findings = bus.findings();
+  diagnosis.frames = bus.counters();
   bus.leave_op();
   if (!options.capture.empty()) capture.write(options.capture, "youbot-bench diagnose");
 
-  print_slaves(bus);
-  std::printf("%s\n", ethercat::Diagnostics::summary(frames, bus.diagnostics().round_trips()).c_str());
-  std::printf("wake-up median %.1f us, 99.9 %% within %.1f us, %.1f us at most\n",
-              microseconds(wake_up.quantile(0.5)), microseconds(wake_up.quantile(0.999)),
-              microseconds(wake_up.worst()));
-  std::printf("working counter short in %llu cycles\n", static_cast<unsigned long long>(short_counters));
-  for (const std::string& finding : findings) std::printf("finding: %s\n", finding.c_str());
-  const bool sound = findings.empty() && short_counters == 0 && frames.lost == 0 && frames.malformed == 0 &&
-                     frames.not_sent == 0;
-  if (sound) std::printf("nothing wrong was found\n");
-  return sound;
+  options.format == runtime::Format::kJson ? print_json(diagnosis) : print_text(diagnosis);
+  return diagnosis.sound();
 }
 
 Subcommand add_diagnose(CLI::App& app) {
@@ -115,11 +173,13 @@ Subcommand add_diagnose(CLI::App& app) {
   command->add_option("--capture", options->capture,
                       "pcapng file for the last second of frames, for Wireshark");
   command->add_flag("--quiet", options->quiet, "no progress");
+  runtime::add_json_flag(*command, options->format);
   return {command, [robot, options] {
             const Bus bus = open_bus(*robot);
             runtime::stop_on_signals();
             const bool sound = print_diagnosis(*bus.link, *bus.clock, *options, runtime::stop_requested);
-            return sound ? runtime::kExitOk : runtime::kExitFault;
+            if (!sound) return runtime::kExitFault;
+            return runtime::stop_requested ? runtime::kExitInterrupted : runtime::kExitOk;
           }};
 }
 

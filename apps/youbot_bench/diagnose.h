@@ -5,6 +5,7 @@
 #include <string>
 
 #include "apps/youbot_bench/subcommand.h"
+#include "runtime/program/json_output.h"
 
 namespace drivers::ethercat {
 class Link;
@@ -19,6 +20,7 @@ struct DiagnoseOptions {
   double duration_s = 10;
   std::string capture{};  ///< pcapng file for the last second of frames; empty: none
   bool quiet = false;     ///< no progress
+  runtime::Format format = runtime::Format::kText;
 };
 
 /// Takes a youBot's boards, all or some of them, to OP with all outputs zero, cycles them at 1 kHz and prints

@@ -248,7 +248,9 @@ int report(const ExperimentRequest& request, const ExperimentOutcome& outcome) {
   if (outcome.finished < outcome.planned)
     spdlog::warn("not finished; go on with: youbot-bench {} --resume {}", request.name, directory.string());
   if (!outcome.fault.empty()) return runtime::kExitFault;
-  return outcome.recording_problems.empty() ? runtime::kExitOk : runtime::kExitSetup;
+  if (!outcome.recording_problems.empty()) return runtime::kExitSetup;
+  return outcome.interrupted && outcome.finished < outcome.planned ? runtime::kExitInterrupted
+                                                                   : runtime::kExitOk;
 }
 }  // namespace
 

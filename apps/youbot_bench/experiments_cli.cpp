@@ -56,7 +56,7 @@ ExperimentCommand::ExperimentCommand(CLI::App& app, ExperimentRequest request)
       (result.empty() ? "" : ", the results in OUT/" + result + "/JOINT.csv") +
       ".\nSimulated robots have their wheels in the air and run in virtual time.\n"
       "What does not fit the range, torque or speed of an arm's joint is refused before it moves.\n"
-      "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, "
+      "Exit codes: 0 done, 130 interrupted, 2 usage or configuration, 3 device, set-up or disk, "
       "4 stopped by a fault.");
   command_->add_option("--out", out_, "directory for the recordings, made if missing");
   command_->add_option("--resume", resume_, "go on with the experiment in this directory");

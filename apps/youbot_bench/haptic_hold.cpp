@@ -439,8 +439,9 @@ Subcommand add_haptic_hold(CLI::App& app) {
   const auto options = std::make_shared<HapticHoldOptions>();
   CLI::App* const command = app.add_subcommand(
       "haptic-hold", "hold a haptic master's pen at a point by springs. THIS PUSHES ON A HAND");
-  command->add_option("--haptic", options->haptic,
-                      "loopback, force-dimension, falcon, spacemouse; none: the file's, else loopback");
+  command->add_option(
+      "--haptic", options->haptic,
+      "loopback, force-dimension or omega.6, falcon, spacemouse; none: the file's, else loopback");
   command->add_option("--config", options->config, "TOML file with a [haptic] table");
   command->add_option("--stiffness", options->stiffness_N_per_m, "N/m")
       ->check(runtime::finite_range(0.0, kMostHoldStiffness_N_per_m))

@@ -74,7 +74,8 @@ void record(ExperimentRequest experiment, const ImproveOptions& options) {
   experiment.yes = true;  // improve() has asked
   experiment.quiet = true;
   const std::string name = experiment.name;
-  if (run_experiment(std::move(experiment)) != runtime::kExitOk)
+  const int code = run_experiment(std::move(experiment));
+  if (code != runtime::kExitOk && code != runtime::kExitInterrupted)
     throw hal::SetupError("youbot-bench", "record the experiment " + name, "see above");
 }
 
@@ -327,7 +328,7 @@ int improve(const ImproveOptions& options) {
   }
   if (runtime::stop_requested) {
     spdlog::info("stopped on request, nothing to compare");
-    return runtime::kExitOk;
+    return runtime::kExitInterrupted;
   }
   std::string text = improvement_text(improvement);
   if (options.stage == ImproveOptions::Stage::kMeasure) {
@@ -356,7 +357,8 @@ Subcommand add_improve(CLI::App& app) {
       "on the terminal before each; without one, --stage measure --yes and --stage drive --yes, set down in "
       "between. Its path error is that of the wheels' odometry.\n"
       "A simulation in lock-step (youbot-sim --lock-step) is lifted and set down by this program.\n"
-      "Exit codes: 0 done or interrupted, 2 usage or configuration, 3 device, set-up or disk, 4 stopped by a "
+      "Exit codes: 0 done, 130 interrupted, 2 usage or configuration, 3 device, set-up or disk, 4 stopped by "
+      "a "
       "fault.");
   command
       ->add_option("--hidden-effect", options->hidden_effect,

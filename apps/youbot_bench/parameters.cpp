@@ -69,7 +69,7 @@ void run(std::vector<Controller> all, const ParametersOptions& options,
     throw std::invalid_argument("--set: of which --joint? There are " + names(all));
   std::vector<Controller> controllers = chosen(std::move(all), options.joints);
   tmcl::SteadyClock clock;
-  settings.empty() ? print_parameters(controllers, clock)
+  settings.empty() ? print_parameters(controllers, options.format, clock)
                    : write_parameters(controllers, settings, options.store, clock);
 }
 
@@ -155,26 +155,39 @@ void parameters(const ParametersOptions& options) {
   run(controllers_of(setup, bus.link->name()), options, settings);
 }
 
-void print_parameters(std::span<Controller> controllers, tmcl::Clock& clock) {
-  std::printf("slave,name,firmware,number,parameter,value,unit\n");
+void print_parameters(std::span<Controller> controllers, runtime::Format format, tmcl::Clock& clock) {
+  const bool text = format == runtime::Format::kText;
+  nlohmann::json all = nlohmann::json::array();
+  if (text) std::printf("slave,name,firmware,number,parameter,value,unit\n");
   for (const Controller& controller : controllers) {
     tmcl::Client client(*controller.transport, clock);
     const tmcl::FirmwareVersion version = client.version();
     const std::optional<tmcl::Firmware> firmware = tmcl::supported_firmware(version);
     for (const tmcl::AxisParameter& parameter : tmcl::kDriveParameters) {
       if (!readable(parameter.access) || (firmware && !parameter.exists_in(*firmware))) continue;
-      std::string value;
+      std::optional<std::int32_t> value;
       try {
-        value = std::to_string(client.get(parameter, controller.motor));
+        value = client.get(parameter, controller.motor);
       } catch (const std::exception& error) {
         std::fprintf(stderr, "youbot-bench: %s\n", error.what());
-        value = "refused";
+      }
+      if (!text) {
+        all.push_back({{"slave", controller.number},
+                       {"name", controller.name},
+                       {"joint", controller.joint},
+                       {"firmware", version.version},
+                       {"number", parameter.number},
+                       {"parameter", parameter.name},
+                       {"value", value ? nlohmann::json(*value) : nlohmann::json()},
+                       {"unit", name(parameter.unit)}});
+        continue;
       }
       std::printf("%u,%s,%d,%u,%.*s,%s,%s\n", controller.number, controller.name.c_str(), version.version,
                   parameter.number, static_cast<int>(parameter.name.size()), parameter.name.data(),
-                  value.c_str(), name(parameter.unit));
+                  value ? std::to_string(*value).c_str() : "refused", name(parameter.unit));
     }
   }
+  if (!text) runtime::print(all);
 }
 
 void write_parameters(std::span<Controller> controllers, std::span<const NewParameter> settings, bool store,
@@ -213,6 +226,7 @@ Subcommand add_parameters(CLI::App& app) {
               "the motor turns or is held, nor what the manufacturer's password protects")
           ->type_size(1)
           ->delimiter(',');
+  runtime::add_json_flag(*command, options->format);
   command->add_flag("--store", options->store, "also keep it in EEPROM, which wears out: not again and again")
       ->needs(set);
   return {command, [options] {

@@ -9,6 +9,7 @@
 
 #include "apps/youbot_bench/controllers.h"
 #include "apps/youbot_bench/subcommand.h"
+#include "runtime/program/json_output.h"
 
 namespace youbot_bench {
 
@@ -18,13 +19,15 @@ struct ParametersOptions {
   std::vector<std::string> joints{};    ///< empty: all, of which one alone may be set
   std::vector<std::string> settings{};  ///< "NAME=VALUE"; empty: they are printed
   bool store = false;                   ///< keep what was set in EEPROM, too
+  runtime::Format format = runtime::Format::kText;
 };
 
 /// @throws std::invalid_argument for what no drive would take, before anything is sent; BusError, SetupError.
 void parameters(const ParametersOptions& options);
 
-/// Prints `slave,name,firmware,number,parameter,value,unit` for every readable axis parameter.
-void print_parameters(std::span<Controller> controllers, drivers::tmcl::Clock& clock);
+/// Prints `slave,name,firmware,number,parameter,value,unit` for every readable axis parameter, as CSV or
+/// JSON.
+void print_parameters(std::span<Controller> controllers, runtime::Format format, drivers::tmcl::Clock& clock);
 
 struct NewParameter {
   std::string name;

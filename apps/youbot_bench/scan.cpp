@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,79 +17,127 @@
 #include "drivers/ethercat/simulated_bus.h"
 #include "drivers/tmcl/youbot_topology.h"
 #include "runtime/program/exit_code.h"
+#include "runtime/program/json_output.h"
 
 namespace youbot_bench {
 namespace {
 
 namespace ethercat = drivers::ethercat;
 namespace tmcl = drivers::tmcl;
+using runtime::Format;
 
-/// "CoE+FoE": what its mailbox speaks. TMCL, as the youBot's boards speak it, has no bit.
-std::string protocols_of(const ethercat::Slave& slave) {
-  using namespace ethercat::mailbox_protocol;
-  static constexpr std::array<std::pair<std::uint16_t, const char*>, 6> kNames{
-      {{kAoe, "AoE"}, {kEoe, "EoE"}, {kCoe, "CoE"}, {kFoe, "FoE"}, {kSoe, "SoE"}, {kVoe, "VoE"}}};
-  std::string protocols;
+std::vector<std::string> protocols_of(const ethercat::Slave& slave) {
+  namespace protocol = ethercat::mailbox_protocol;
+  static constexpr std::array<std::pair<std::uint16_t, const char*>, 6> kNames{{{protocol::kAoe, "AoE"},
+                                                                                {protocol::kEoe, "EoE"},
+                                                                                {protocol::kCoe, "CoE"},
+                                                                                {protocol::kFoe, "FoE"},
+                                                                                {protocol::kSoe, "SoE"},
+                                                                                {protocol::kVoe, "VoE"}}};
+  std::vector<std::string> protocols;
   for (const auto& [bit, name] : kNames)
-    if ((slave.sii.mailbox_protocols & bit) != 0)
-      protocols += (protocols.empty() ? "" : "+") + std::string(name);
-  return protocols.empty() ? "none" : protocols;
+    if ((slave.sii.mailbox_protocols & bit) != 0) protocols.emplace_back(name);
+  return protocols;
 }
 
-/// Which youBot this is; for the kind it comes closest to, what is wrong.
-void print_verdict(const std::vector<ethercat::Slave>& slaves, const std::string& interface) {
+/// Which youBot this is, or comes closest to.
+struct Verdict {
+  tmcl::YoubotKind kind{};
+  std::string complaint{};   // empty: it is complete
+  std::string simulation{};  // what its EEPROMs say; empty: nothing
+};
+
+Verdict verdict_on(const std::vector<ethercat::Slave>& slaves, const std::string& interface) {
   if (const auto kind = complete_youbot(slaves, interface)) {
-    // A simulation says so in its EEPROMs.
     const bool simulated = first_without(ethercat::kSimulatedMark, slaves) == nullptr ||
                            first_without(ethercat::kLockStepMark, slaves) == nullptr;
-    std::printf("this is a complete youBot: %s%s%s\n", name_of(*kind).data(), simulated ? ", " : "",
-                simulated ? slaves.front().sii.group.c_str() : "");
-    return;
+    return {.kind = *kind, .simulation = simulated ? slaves.front().sii.group : ""};
   }
   const bool arm_only = slaves.front().sii.is_called("KR-843");
   const bool base_only = slaves.size() <= 5;
-  const tmcl::YoubotKind nearest = arm_only              ? tmcl::YoubotKind::kArm
-                                   : base_only           ? tmcl::YoubotKind::kBase
-                                   : slaves.size() <= 11 ? tmcl::YoubotKind::kBaseAndArm
-                                                         : tmcl::YoubotKind::kBaseAndTwoArms;
+  Verdict verdict{.kind = arm_only              ? tmcl::YoubotKind::kArm
+                          : base_only           ? tmcl::YoubotKind::kBase
+                          : slaves.size() <= 11 ? tmcl::YoubotKind::kBaseAndArm
+                                                : tmcl::YoubotKind::kBaseAndTwoArms};
   try {
-    check_topology(slaves, tmcl::youbot_topology(nearest), interface);
+    check_topology(slaves, tmcl::youbot_topology(verdict.kind), interface);
   } catch (const ethercat::BusError& error) {
-    std::printf("this is no complete youBot; as %s: %s\n", name_of(nearest).data(), error.what());
+    verdict.complaint = error.what();
   }
+  return verdict;
 }
 
-}  // namespace
-
-void print_scan(ethercat::Link& link) {
-  ethercat::Transceiver transceiver(link);
-  ethercat::RegisterAccess access(transceiver, {});
-  const std::vector<ethercat::Slave> slaves = scan_bus(access, link.name());
+void print_text(const std::vector<ethercat::Slave>& slaves, const std::string& interface) {
   std::printf("%-4s %-14s %-10s %-10s %-10s %-8s %-12s %-10s %-9s %s\n", "pos", "name", "vendor", "product",
               "revision", "behind", "out/in bytes", "mailbox", "protocols", "clock");
   for (const ethercat::Slave& slave : slaves) {
     const std::string behind = slave.parent == 0
-                                   ? link.name().substr(0, 8)
+                                   ? interface.substr(0, 8)
                                    : std::to_string(slave.parent) + ":" + std::to_string(slave.parent_port);
     const std::string bytes = std::to_string(slave.outputs.bytes) + "/" + std::to_string(slave.inputs.bytes);
     const std::string mailbox = slave.mailbox_fits ? std::to_string(slave.sii.mailbox_out.length) + "/" +
                                                          std::to_string(slave.sii.mailbox_in.length)
                                                    : "none";
+    std::string protocols;
+    for (const std::string& name : protocols_of(slave)) protocols += (protocols.empty() ? "" : "+") + name;
     std::printf("%-4u %-14s 0x%08X 0x%08X 0x%08X %-8s %-12s %-10s %-9s %s\n", slave.position,
                 slave.sii.name.c_str(), slave.sii.vendor, slave.sii.product, slave.sii.revision,
-                behind.c_str(), bytes.c_str(), mailbox.c_str(), protocols_of(slave).c_str(),
+                behind.c_str(), bytes.c_str(), mailbox.c_str(),
+                protocols.empty() ? "none" : protocols.c_str(),
                 slave.has_distributed_clock() ? "yes" : "none");
   }
-  print_verdict(slaves, link.name());
+  const Verdict verdict = verdict_on(slaves, interface);
+  if (verdict.complaint.empty())
+    std::printf("this is a complete youBot: %s%s%s\n", name_of(verdict.kind).data(),
+                verdict.simulation.empty() ? "" : ", ", verdict.simulation.c_str());
+  else
+    std::printf("this is no complete youBot; as %s: %s\n", name_of(verdict.kind).data(),
+                verdict.complaint.c_str());
+}
+
+void print_json(const std::vector<ethercat::Slave>& slaves, const std::string& interface) {
+  const Verdict verdict = verdict_on(slaves, interface);
+  nlohmann::json scan{{"interface", interface},
+                      {"kind", name_of(verdict.kind)},
+                      {"complete", verdict.complaint.empty()},
+                      {"complaint", verdict.complaint},
+                      {"simulation", verdict.simulation},
+                      {"slaves", nlohmann::json::array()}};
+  for (const ethercat::Slave& slave : slaves)
+    scan["slaves"].push_back({{"position", slave.position},
+                              {"name", slave.sii.name},
+                              {"vendor", slave.sii.vendor},
+                              {"product", slave.sii.product},
+                              {"revision", slave.sii.revision},
+                              {"serial", slave.sii.serial},
+                              {"behind_slave", slave.parent},
+                              {"behind_port", slave.parent_port},
+                              {"output_bytes", slave.outputs.bytes},
+                              {"input_bytes", slave.inputs.bytes},
+                              {"mailbox", slave.mailbox_fits},
+                              {"protocols", protocols_of(slave)},
+                              {"distributed_clock", slave.has_distributed_clock()}});
+  runtime::print(scan);
+}
+
+}  // namespace
+
+void print_scan(ethercat::Link& link, Format format) {
+  ethercat::Transceiver transceiver(link);
+  ethercat::RegisterAccess access(transceiver, {});
+  const std::vector<ethercat::Slave> slaves = scan_bus(access, link.name());
+  format == Format::kJson ? print_json(slaves, link.name()) : print_text(slaves, link.name());
 }
 
 Subcommand add_scan(CLI::App& app) {
   const auto robot = std::make_shared<std::string>();
+  const auto format = std::make_shared<Format>(Format::kText);
   CLI::App* const command =
       app.add_subcommand("scan", "list the slaves on the bus and how they are cabled; changes nothing");
   command->add_option("--robot", *robot, kBusHelp)->required();
-  return {command, [robot] {
-            print_scan(*open_bus(*robot).link);
+  runtime::add_json_flag(*command, *format);
+  return {command, [robot, format] {
+            print_scan(*open_bus(*robot).link, *format);
             return runtime::kExitOk;
           }};
 }

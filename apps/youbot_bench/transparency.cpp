@@ -315,7 +315,7 @@ int transparency(const TransparencyOptions& options, const std::atomic<bool>& st
         });
     if (!result) {
       spdlog::info("stopped on request, nothing to report");
-      return runtime::kExitOk;
+      return runtime::kExitInterrupted;
     }
     write_transparency_csv(out, plan, *result, options.config);
     results.push_back(*result);

@@ -109,6 +109,15 @@ std::string report(const Findings& findings, bool only_problems) {
          count(Mark::kFail) + " FAIL, " + count(Mark::kWarn) + " warn\n";
 }
 
+nlohmann::json json_of(const Findings& findings) {
+  nlohmann::json json = nlohmann::json::array();
+  for (const Finding& finding : findings) {
+    const char* const mark = finding.mark == Mark::kOk ? "ok" : finding.mark == Mark::kWarn ? "warn" : "fail";
+    json.push_back({{"mark", mark}, {"found", finding.found}, {"remedy", finding.remedy}});
+  }
+  return json;
+}
+
 bool passed(const Findings& findings) {
   return std::ranges::none_of(findings, [](const Finding& finding) { return finding.mark == Mark::kFail; });
 }

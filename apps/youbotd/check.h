@@ -3,6 +3,7 @@
 /// does not. Nothing moves and nothing is sent. What the configuration does not need is not looked at.
 #pragma once
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -24,6 +25,8 @@ Findings check(const operation::Config& config, const CheckOptions& options);
 
 /// A line for each, what to do below it, and how many fail; or only those there is something to do about.
 std::string report(const Findings& findings, bool only_problems);
+/// An array of {mark, found, remedy}, of which mark is "ok", "warn" or "fail".
+nlohmann::json json_of(const Findings& findings);
 
 bool passed(const Findings& findings);
 

@@ -68,7 +68,7 @@ Findings check_master(const runtime::HapticOptions& options, const usb::SystemPa
     return {finding_of("Novint Falcon", [&] { return check_falcon(options.falcon.port_path, paths); })};
   if (options.name == "spacemouse")
     return {finding_of("SpaceMouse", [&] { return check_space_mouse(options.space_mouse.choice, paths); })};
-  if (options.name == "force-dimension")
+  if (runtime::is_force_dimension(options.name))
     return {finding_of("Force Dimension SDK", [&] { return check_force_dimension_library(options); }),
             finding_of("Force Dimension device", [&] {
               haptic::check_force_dimension_on_bus(usb::UsbContext(paths));

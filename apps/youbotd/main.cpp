@@ -21,6 +21,7 @@
 #include "runtime/configuration/finite_range.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"
+#include "runtime/program/json_output.h"
 #include "runtime/program/non_blocking_log.h"
 #include "runtime/program/run_app.h"
 #include "runtime/program/stop_on_signals.h"
@@ -37,6 +38,7 @@ struct Arguments {
   bool demo = false;
   bool quiet = false;
   bool check = false;
+  runtime::Format format = runtime::Format::kText;
   operation::SessionOptions session;
 };
 
@@ -118,7 +120,7 @@ int run_demo(const Arguments& arguments, operation::Config config) {
     if (const int code = exit_code(summary)) return code;
     if (runtime::stop_requested) {
       spdlog::info("stopped on request, nothing to compare");
-      return runtime::kExitOk;
+      return runtime::kExitInterrupted;
     }
   }
   print(arguments, "\n" + operation::compare(summaries[0], summaries[1]));
@@ -159,7 +161,10 @@ int run_check(const Arguments& arguments, const operation::Config& config) {
       youbotd::check(config, {.record_directory = arguments.session.record_directory,
                               .virtual_time = arguments.session.virtual_time,
                               .allow_non_real_time = arguments.session.allow_non_real_time});
-  std::fputs(youbotd::report(findings, arguments.quiet).c_str(), stdout);
+  if (arguments.format == runtime::Format::kJson)
+    runtime::print(youbotd::json_of(findings));
+  else
+    std::fputs(youbotd::report(findings, arguments.quiet).c_str(), stdout);
   return youbotd::passed(findings) ? runtime::kExitOk : runtime::kExitSetup;
 }
 
@@ -203,14 +208,17 @@ int main(int argc, char** argv) {
       "and "
       "arm by hand. THIS MOVES A MACHINE AND PUSHES ON A HAND.",
       "youbotd");
-  app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault.");
+  app.footer(
+      "Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault, 130 "
+      "interrupted before a demo was done.");
   app.add_option("--config", arguments.session.config_file,
                  "TOML file; demo.toml and teleop.toml, which are installed beside the manual, show its keys")
       ->required();
   app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")
       ->check(not_empty);
-  app.add_option("--haptic", arguments.haptic,
-                 "move base and arm by hand on this master: loopback, force-dimension, falcon, spacemouse")
+  app.add_option(
+         "--haptic", arguments.haptic,
+         "move base and arm by hand on this master: loopback, force-dimension or omega.6, falcon, spacemouse")
       ->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(runtime::finite_range(0.001, 1e6));
@@ -230,8 +238,11 @@ int main(int argc, char** argv) {
   app.add_flag("--demo", arguments.demo,
                "drive the path without and with friction compensation and compare; with a master: a "
                "simulated operator does his tasks");
-  app.add_flag("--check", arguments.check,
-               "tell whether this machine lets it run, and what to do where not; nothing moves");
+  CLI::Option* const check =
+      app.add_flag("--check", arguments.check,
+                   "check configuration, machine and devices, print what to do, and exit; nothing moves");
+  runtime::add_json_flag(app, arguments.format);
+  app.get_option("--json")->needs(check)->description("with --check: print JSON, for other programs");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
   std::optional<runtime::NonBlockingLog> log;  // of a service, to the reason for a start that is refused
   return runtime::run_app(app, argc, argv, [&] {

@@ -332,6 +332,8 @@ bool TomlTable::is_set(std::string_view key) const {
 
 bool TomlTable::has(std::string_view key) const { return node_->table.contains(key); }
 
+bool TomlTable::empty() const { return node_->table.empty(); }
+
 TomlTable TomlTable::table(std::string_view key, const KeyRules& rules) {
   const std::string prefix = fmt::format("{}{}.", node_->prefix, key);
   if (const toml::node* found = node_->find(key, rules.required)) {

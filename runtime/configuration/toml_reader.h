@@ -93,6 +93,8 @@ class TomlTable {
   bool is_set(std::string_view key) const;
   /// Whether there is such a key or table; does not count as asking for it.
   bool has(std::string_view key) const;
+  /// Whether nothing is in it; does not count as asking either.
+  bool empty() const;
   TomlTable table(std::string_view key, const KeyRules& rules = {});
   /// The elements of an array of tables, `[[key]]`: up to `rules.most`.
   std::vector<TomlTable> tables(std::string_view key, const KeyRules& rules = {});

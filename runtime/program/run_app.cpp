@@ -1,9 +1,11 @@
 #include "runtime/program/run_app.h"
 
 #include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 #include <exception>
 #include <optional>
 #include <stdexcept>
@@ -38,11 +40,19 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
-    return app.exit(unknown_command(app).value_or(error)) == 0 ? kExitOk : kExitUsage;
+    if (const auto unknown = unknown_command(app)) return app.exit(*unknown) == 0 ? kExitOk : kExitUsage;
+    // A misspelled option is named before the one that is missing because of that.
+    const std::vector<std::string> left_over = app.remaining(/*recurse=*/true);
+    if (!left_over.empty()) return app.exit(CLI::ExtrasError(left_over)) == 0 ? kExitOk : kExitUsage;
+    return app.exit(error) == 0 ? kExitOk : kExitUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
-  spdlog::set_default_logger(spdlog::stderr_color_st(app.get_name()));
+  // https://no-color.org; on a terminal the library colours by itself.
+  const char* const no_color = std::getenv("NO_COLOR");
+  const bool plain = no_color != nullptr && *no_color != '\0';
+  spdlog::set_default_logger(plain ? spdlog::stderr_logger_st(app.get_name())
+                                   : spdlog::stderr_color_st(app.get_name()));
   spdlog::set_pattern(kLogPattern);
   try {
     return body();

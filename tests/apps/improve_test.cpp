@@ -102,7 +102,7 @@ TEST_F(Improve, EndsSoonWhenItIsAskedToInTheMiddleOfTheSearch) {
       support::program("youbot-bench") + " improve --hidden-effect 3 --out " + directory_.string() +
       " & improve=$!; until test -e " + (directory_ / "wheel-4/base.toml").string() +
       " || ! kill -0 $improve; do sleep 0.05; done; kill -INT $improve; wait $improve");
-  EXPECT_EQ(result.exit_code, 0) << result.output;
+  EXPECT_EQ(result.exit_code, 130) << result.output;
   EXPECT_TRUE(result.said("stopped on request, nothing to compare")) << result.output;
   EXPECT_FALSE(fs::exists(directory_ / "report.html"));
   EXPECT_FALSE(fs::exists(directory_ / "youbotd-base.toml"));

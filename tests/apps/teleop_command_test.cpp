@@ -58,9 +58,15 @@ TEST(TeleopCommand, HelpNamesTheMasters) {
 TEST(TeleopCommand, AMasterNobodyKnowsIsAnsweredWithThoseThereAre) {
   const CommandResult result = youbotd(kTeleop, "--haptic nonsense");
   EXPECT_EQ(result.exit_code, 2);
-  for (const char* word : {"nonsense", "loopback, force-dimension, falcon, spacemouse"})
+  for (const char* word : {"nonsense", "loopback, force-dimension or omega.6, falcon, spacemouse"})
     EXPECT_TRUE(result.said(word)) << result.output;
   EXPECT_EQ(youbotd(kTeleop, "--haptic ''").exit_code, 2);
+}
+
+TEST(TeleopCommand, TheOmega6IsCalledByItsNameToo) {
+  const CommandResult result = youbotd(kTeleop, "--haptic omega.6 --allow-non-rt --duration 1");
+  EXPECT_EQ(result.exit_code, 3) << "no device, or no library of its vendor" << result.output;
+  EXPECT_FALSE(result.said("there is no 'omega.6'")) << result.output;
 }
 
 TEST(TeleopCommand, AMasterThatIsNotThereIsNamedWithWhatToDo) {

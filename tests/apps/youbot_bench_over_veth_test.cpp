@@ -285,9 +285,9 @@ TEST_F(BenchExperimentOverVeth, InterruptedItStopsTheMotorsAndGoesOnLater) {
     if (ramp.has_recorded(500)) ramp.interrupt();
     const CommandResult result = ramp.wait();
     if (held_up_in_set_up(result)) continue;
-    ASSERT_TRUE(result.exit_code == 0 || result.exit_code == 4) << result.output;
+    ASSERT_TRUE(result.exit_code == 130 || result.exit_code == 4) << result.output;
     EXPECT_TRUE(listener.stop().last_word_was_motor_stop());
-    interrupted = result.exit_code == 0;
+    interrupted = result.exit_code == 130;
     EXPECT_TRUE(!interrupted || result.said("not finished; go on with")) << result.output;
   }
   ASSERT_TRUE(interrupted);

@@ -65,9 +65,10 @@ TEST(YoubotdCommand, ASimulatedRobotNeedsNoRightsToRealTime) {
 
 TEST(YoubotdCommand, AConfigurationWithoutAPathIsNoSilentSuccess) {
   const support::TemporaryDirectory directory;
-  const Result result = run({"--config", directory.write("empty.toml", "\n"), "--virtual-time", "--quiet"});
+  const Result result =
+      run({"--config", directory.write("plain.toml", "robot = \"loopback\"\n"), "--virtual-time", "--quiet"});
   EXPECT_EQ(result.exit_code, 0) << result.output;
-  EXPECT_NE(result.output.find("empty.toml: no [[path.leg]]"), std::string::npos) << result.output;
+  EXPECT_NE(result.output.find("plain.toml: no [[path.leg]]"), std::string::npos) << result.output;
 }
 
 TEST(YoubotdCommand, DemoComparesBothRunsAndSaysWhatItShows) {
@@ -76,6 +77,25 @@ TEST(YoubotdCommand, DemoComparesBothRunsAndSaysWhatItShows) {
   EXPECT_NE(result.output.find("the base never starts without compensation and follows its path with it"),
             std::string::npos)
       << result.output;
+}
+
+TEST(YoubotdCommand, AnEmptyConfigurationIsAMistake) {
+  const support::TemporaryDirectory directory;
+  for (const char* text : {"", "\n", "# robot = \"loopback\"\n"}) {
+    const Result result = run({"--config", directory.write("empty.toml", text), "--virtual-time"});
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.output.find("empty.toml:1: holds no key"), std::string::npos) << result.output;
+  }
+}
+
+TEST(YoubotdCommand, AMisspelledOptionIsNamedBeforeTheOneThatIsMissing) {
+  for (const char* option : {"--confg", "help", "-v"}) {
+    const Result result = run({option});
+    EXPECT_EQ(result.exit_code, 2) << result.output;
+    EXPECT_NE(result.output.find(std::string("not expected: ") + option), std::string::npos) << result.output;
+  }
+  const Result command = Process({support::program("youbot-bench"), "scan", "--robt", "wire"}).finish();
+  EXPECT_NE(command.output.find("--robt"), std::string::npos) << command.output;
 }
 
 TEST(YoubotdCommand, WrongUseAndWrongConfigurationExitWithTwo) {

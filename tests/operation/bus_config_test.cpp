@@ -28,7 +28,9 @@ struct BusConfig : testing::Test {
     }
     return {};
   }
-  std::filesystem::path write(const std::string& text) const { return directory.write("lab.toml", text); }
+  std::filesystem::path write(const std::string& text) const {
+    return directory.write("lab.toml", text.empty() ? "robot = \"loopback\"\n" : text);
+  }
   support::TemporaryDirectory directory;
 };
 

@@ -200,7 +200,9 @@ std::set<std::string> keys_in_file(const std::string& table) {
 
 class TeleopConfig : public testing::Test {
  protected:
-  Config load(const std::string& text) const { return load_config(directory_.write("lab.toml", text)); }
+  Config load(const std::string& text) const {
+    return load_config(directory_.write("lab.toml", text.empty() ? "robot = \"loopback\"\n" : text));
+  }
 
   /// Of a configuration that is wrong, without the directory.
   std::vector<std::string> problems(const std::string& text) const {
@@ -385,7 +387,7 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
 }
 
 TEST_F(TeleopConfig, ASettingReadsNoModelThatOthersCanWrite) {
-  const auto file = directory_.write("mine.toml", "");
+  const auto file = directory_.write("mine.toml", "robot = \"loopback\"\n");
   const std::string models = R"(["wheel.toml", "wheel.toml", "wheel.toml", "wheel.toml"])";
   const auto set = [&] { return load_config(file, {{"compensation.models", models}}); };
   const auto wheel =

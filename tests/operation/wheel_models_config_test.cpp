@@ -51,7 +51,8 @@ TEST_F(WheelModels, StandRelativeToTheConfigurationAndReplaceTheMeasuredCurves) 
   ASSERT_TRUE(config.cycle.controller.wheels.has_value());
   for (const model::JointResistance& wheel : *config.cycle.controller.wheels)
     EXPECT_NEAR(wheel.sliding.level_Nm(-2), 0.055 + 0.015 * 2, 1e-9);
-  EXPECT_FALSE(load_config(directory_.write("plain.toml", "")).cycle.controller.wheels.has_value());
+  EXPECT_FALSE(load_config(directory_.write("plain.toml", "robot = \"loopback\"\n"))
+                   .cycle.controller.wheels.has_value());
 }
 
 TEST_F(WheelModels, AMissingFileIsNamedWithTheLineThatNamesIt) {
