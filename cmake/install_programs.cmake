@@ -1,5 +1,5 @@
 # cmake --install DIR --prefix PREFIX. udev reads rules below /usr and /usr/local; for any other prefix they
-# are put where nobody looks unless this is /etc/udev/rules.d.
+# are put where udev does not look unless this is /etc/udev/rules.d.
 set(YOUBOT_UDEV_RULES_DIR lib/udev/rules.d CACHE STRING "Where the udev rules go; below the prefix unless absolute")
 file(GLOB udev_rules CONFIGURE_DEPENDS udev/*.rules)
 install(TARGETS youbotd youbotctl youbot-bench youbot-sim youbot-gap RUNTIME DESTINATION bin)
@@ -8,7 +8,7 @@ install(FILES apps/youbotd/demo.toml apps/youbotd/teleop.toml DESTINATION share/
 foreach(document README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_bench/README.md
                  apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md
                  examples/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md CONTRIBUTING.md
-                 docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/robot.md
+                 docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/glossary.md docs/robot.md
                  docs/safety.md docs/speed.md docs/status.md)
   cmake_path(GET document PARENT_PATH folder)
   install(FILES ${document} DESTINATION share/doc/youbot-hal/${folder})

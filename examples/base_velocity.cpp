@@ -1,5 +1,5 @@
 // Drives the base 0.1 m/s forward while it turns 0.2 rad/s, for four seconds, and prints the odometry.
-//   base_velocity [ROBOT]       THE BASE MOVES: 0.4 m, on the floor, with nobody near
+//   base_velocity [ROBOT]       THE BASE MOVES: 0.4 m, on the floor; keep people away
 #include <youbot/kinematics.h>
 #include <youbot/robot.h>
 

@@ -59,7 +59,8 @@ void Supervisor::step(nanoseconds now) noexcept {
       keep(stalled);
       enter(Phase::kStopping);
     } else if (phase_ == Phase::kStopping) {
-      phase_begin_ = now;  // the pause was no time to brake
+      // The pause was no time to brake, and after it a velocity begins at zero, which is no rest.
+      phase_begin_ = last_motion_ = now;
     }
   }
 

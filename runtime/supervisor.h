@@ -45,7 +45,7 @@ class Supervisor {
   bool finished() const noexcept;
 
   const StopReason& stop_reason() const noexcept { return stop_reason_; }
-  /// What switched the drives off before they came to rest, of a stop that had another reason or none.
+  /// What switched the drives off before they came to rest, of a stop that had another reason.
   const StopReason& cut_short_by() const noexcept { return cut_short_by_; }
   control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
   control::ChecksOff once_silent_checks() const noexcept { return robot_.once_silent_checks(); }

@@ -227,6 +227,7 @@ Subcommand add_parameters(CLI::App& app) {
           ->type_size(1)
           ->delimiter(',');
   runtime::add_json_flag(*command, options->format);
+  command->get_option("--json")->excludes(set);
   command->add_flag("--store", options->store, "also keep it in EEPROM, which wears out: not again and again")
       ->needs(set);
   return {command, [options] {

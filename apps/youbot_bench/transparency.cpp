@@ -92,7 +92,8 @@ class Measurement {
         start() && measure("free", experiments) && tether() && measure("tethered", experiments);
     if (stopped_) return std::nullopt;
     if (!measured) {
-      result_.fault = describe(cycle_.stop_reason(), *robot_.robot, master_.device.get());
+      result_.fault =
+          describe(cycle_.stop_reason(), cycle_.cut_short_by(), *robot_.robot, master_.device.get());
       return result_;
     }
     for (double* share : {&result_.passive_share, &result_.limited_share, &result_.rate_share})

@@ -135,7 +135,9 @@ int run_teleoperation(const Arguments& arguments, const operation::Config& confi
       operation::run_teleop_session(config, options, runtime::stop_requested);
   print(arguments, operation::report(summary));
   log_problems(summary);
-  return exit_code(summary);
+  const int code = exit_code(summary);
+  return code == runtime::kExitOk && arguments.demo && runtime::stop_requested ? runtime::kExitInterrupted
+                                                                               : code;
 }
 
 /// Commanded over a socket, until a signal ends it.
@@ -212,7 +214,7 @@ int main(int argc, char** argv) {
       "Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault, 130 "
       "interrupted before a demo was done.");
   app.add_option("--config", arguments.session.config_file,
-                 "TOML file; demo.toml and teleop.toml, which are installed beside the manual, show its keys")
+                 "TOML file; demo.toml and teleop.toml, installed in PREFIX/share/youbot-hal, show its keys")
       ->required();
   app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")
       ->check(not_empty);

@@ -20,7 +20,7 @@ struct Orders {
   operation::Run* run = nullptr;  ///< lives until Told::ended says its number
   bool stop = false;              ///< comes to rest, then drives off
   bool off = false;               ///< drives off at once
-  bool leave_master = false;      ///< no exchange with the master, so that it can be opened anew
+  bool leave_master = false;      ///< no exchange with the master, so that it can be opened again
 };
 
 struct Told {

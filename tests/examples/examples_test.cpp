@@ -35,7 +35,7 @@ TEST(Examples, TheStateOfAnyRobotIsReadAndNothingMoves) {
     EXPECT_TRUE(read.said("1.9 s  wheel-1 0.0000 rad")) << read.output;
     EXPECT_TRUE(read.said("wheel-4")) << read.output;
   }
-  const CommandResult unknown = example("read_state nobody");
+  const CommandResult unknown = example("read_state toaster");
   EXPECT_EQ(unknown.exit_code, 1);
   EXPECT_TRUE(unknown.said("read_state: ")) << unknown.output;
 }

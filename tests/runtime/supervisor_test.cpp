@@ -197,6 +197,22 @@ TEST(Supervisor, ASpeedThatIsNotANumberIsNoRest) {
   EXPECT_EQ(rig.supervisor.stop_reason().kind, StopReason::Kind::kNotAtRest);
 }
 
+TEST(Supervisor, APauseWhileBrakingIsNoRestAndNoTimeToBrake) {
+  Rig rig;
+  rig.run(100ms);
+  rig.task.seen_rad_per_s = 1;
+  rig.supervisor.request_stop();
+  rig.run(1900ms);
+  // As a task that forgets its velocity reports it.
+  rig.task.seen_rad_per_s = 0;
+  rig.step(500ms);
+  rig.run(20ms);
+  EXPECT_EQ(rig.task.phase, Phase::kStopping) << "for 20 ms is not for kRestHold";
+  EXPECT_FALSE(rig.supervisor.stop_reason()) << "1.9 s of braking, and a pause";
+  rig.run(100ms);
+  EXPECT_EQ(rig.task.phase, Phase::kOff);
+}
+
 TEST(Supervisor, ATaskThatFindsItsRestItselfIsOffWhenItSaysSoAndNotBefore) {
   Rig rig;
   rig.task.longest_brake = 10s;
