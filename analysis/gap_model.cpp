@@ -70,7 +70,8 @@ std::string improved_model_text(const Findings& findings) {
         model::effects::effect_description(model::effects::name_of(found.effect));
     // Several may be of one type; actuator effects stand elsewhere in the model than among those found.
     std::size_t i = given;
-    while (i < remarks.size() && (remarked[i] || result.model.effects[i].index() != found.effect.index()))
+    while (i < remarks.size() && (remarked[i] || model::effects::name_of(result.model.effects[i]) !=
+                                                     model::effects::name_of(found.effect)))
       ++i;
     if (i == remarks.size()) continue;
     remarked[i] = true;

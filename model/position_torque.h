@@ -6,17 +6,24 @@
 
 namespace model {
 
-/// T(θ) = T0 + Σ A·sin(N·θ + φ), positive against positive motion: an offset, a weight off the axis (N = 1),
-/// magnets, slots and teeth. θ is the position that the drive reports, so that this holds as long as its
-/// encoder keeps its zero: the youBot's wheels lose theirs when the power goes.
+/// T(θ) = T0 + Σ A·sin(N·θ + φ) + Σ B·f(θ), positive against positive motion: an offset, a weight off the
+/// axis (N = 1), magnets, slots and teeth, and functions that a program brings along. θ is the position that
+/// the drive reports, so that this holds as long as its encoder keeps its zero: the youBot's wheels lose
+/// theirs when the power goes.
 struct PositionTorque {
   struct Harmonic {
     double amplitude_Nm = 0;     ///< A
     double periods_per_rev = 1;  ///< N, of the joint
     double phase_rad = 0;        ///< φ
   };
+  struct Function {
+    double amplitude = 0;                                      ///< B
+    double shape = 0;                                          ///< second argument of f
+    double (*of)(double position_rad, double shape) noexcept;  ///< f
+  };
   double constant_Nm = 0;  ///< T0
   std::vector<Harmonic> harmonics{};
+  std::vector<Function> functions{};
 
   /// Cycle.
   double at_Nm(double position_rad) const noexcept {
@@ -24,6 +31,7 @@ struct PositionTorque {
     for (const Harmonic& harmonic : harmonics)
       torque_Nm +=
           harmonic.amplitude_Nm * std::sin(harmonic.periods_per_rev * position_rad + harmonic.phase_rad);
+    for (const Function& f : functions) torque_Nm += f.amplitude * f.of(position_rad, f.shape);
     return torque_Nm;
   }
 };

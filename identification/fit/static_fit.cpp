@@ -51,7 +51,7 @@ class Model {
  public:
   explicit Model(const StaticForm& form) : effects_(form.effects) {
     for (const AnyEffect& effect : effects_) {
-      const auto& described = model::effects::effect_descriptions()[effect.index()];
+      const auto& described = model::effects::description_of(effect);
       const std::vector<double> values = model::effects::values_of(effect);
       const bool curved = model::effects::amplitudes_of(effect).size() < values.size();
       for (std::size_t i = 0; i < values.size(); ++i) {
@@ -94,7 +94,7 @@ class Model {
   std::vector<AnyEffect> effects(std::span<const double> values) const {
     std::vector<AnyEffect> result;
     for (const AnyEffect& effect : effects_) {
-      const std::size_t count = model::effects::effect_descriptions()[effect.index()].parameters.size();
+      const std::size_t count = model::effects::description_of(effect).parameters.size();
       result.push_back(model::effects::with_values(effect, values.first(count)));
       values = values.subspan(count);
     }
@@ -632,7 +632,7 @@ StaticForm& StaticForm::add(std::string_view effect) {
 
 StaticForm& StaticForm::give(const EffectParameter& parameter, double value) {
   for (AnyEffect& effect : effects) {
-    const auto& described = model::effects::effect_descriptions()[effect.index()];
+    const auto& described = model::effects::description_of(effect);
     if (described.name != parameter.effect) continue;
     std::vector<double> values = model::effects::values_of(effect);
     for (std::size_t i = 0; i < values.size(); ++i) {

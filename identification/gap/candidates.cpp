@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "identification/gap/parallel.h"
+#include "model/effects/effect_chain.h"
 
 namespace identification::gap {
 namespace {
@@ -113,6 +114,7 @@ class Builder {
   void position();
   void mechanics();
   void actuator();
+  void custom();
 
   Dictionary finish() {
     Dictionary dictionary;
@@ -392,6 +394,44 @@ void Builder::actuator() {
       by_value("transport_delay", "delay_s", delay);
 }
 
+/// Of the program's own effects those that the model has not.
+void Builder::custom() {
+  using model::effects::CustomEffect;
+  for (const CustomEffect* effect : model::effects::custom_effects()) {
+    if (std::ranges::any_of(fitted_.model.effects, [&](const AnyEffect& known) {
+          return model::effects::name_of(known) == effect->name;
+        }))
+      continue;
+    const std::vector<double> shapes = effect->shape ? effect->tried_shapes : std::vector<double>{0};
+    for (const double shape : shapes)
+      add({effect->name,
+           {column([this, effect, shape](const Signals& s) {
+             const model::effects::EffectChain load(fitted_.model.effects);
+             const auto level = [&](std::size_t i, double direction) {
+               if (effect->level == nullptr) return 0.0;
+               return effect->level({.speed_rad_per_s = std::abs(s.velocity_rad_per_s[i]),
+                                     .direction = direction,
+                                     .running_s = s.running_s[i],
+                                     .coulomb_Nm = coulomb_Nm(fitted_),
+                                     .load_Nm = std::abs(load.load_Nm(s.position_rad[i]))},
+                                    shape);
+             };
+             return each(s, [&](std::size_t i) {
+               const double forward = 0.5 + 0.5 * s.direction[i];
+               const double over_position =
+                   effect->load != nullptr ? effect->load(s.position_rad[i], shape) : 0;
+               return forward * level(i, +1) - (1 - forward) * level(i, -1) + over_position;
+             });
+           })},
+           {Bounds{effect->amplitude.lower, effect->amplitude.upper}},
+           [effect, shape](const FittedModel& f, const Eigen::VectorXd& a) {
+             std::vector<NamedValue> values{{effect->amplitude.name, a[0]}};
+             if (effect->shape) values.push_back({effect->shape->name, shape});
+             return plus(f, effect->name, std::move(values));
+           }});
+  }
+}
+
 constexpr std::size_t kRippleBins = 1 << 16;
 constexpr double kMostPeriods = 400;
 constexpr double kLeastTurns = 2;  // of the ripple
@@ -461,6 +501,7 @@ Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows) {
   builder.position();
   builder.mechanics();
   builder.actuator();
+  builder.custom();
   return builder.finish();
 }
 

@@ -38,7 +38,7 @@ constexpr std::string_view kFlank = "flank_Hz";
 constexpr double kFlankMayBe = 2;
 
 AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) {
-  const auto& described = model::effects::effect_descriptions()[effect.index()];
+  const auto& described = model::effects::description_of(effect);
   std::vector<model::effects::NamedValue> values;
   for (const auto& parameter : described.parameters)
     values.push_back({parameter.name,
@@ -163,7 +163,7 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
-    for (const auto& parameter : model::effects::effect_descriptions()[effect.index()].parameters) {
+    for (const auto& parameter : model::effects::description_of(effect).parameters) {
       if (std::holds_alternative<model::effects::Stribeck>(effect) && parameter.name == "tail") continue;
       if (parameter.name == kFlank) continue;
       const double value = model::effects::parameter_of(effect, parameter.name);

@@ -6,6 +6,8 @@
 ///     const auto fit = youbot::fit_static(map, youbot::form_named("kfm"));     // values with 95 % intervals
 ///
 ///     const auto result = youbot::gap::analyse(...);                           // names what is missing
+///     youbot::add_custom_effect({.name = ..., .load = ...});                   // an effect of your own,
+///     tried too
 ///
 /// All of it is set-up: it allocates, takes seconds to minutes and throws std::invalid_argument for data that
 /// cannot carry the question.
@@ -13,6 +15,7 @@
 #include "identification/fit/static_fit.h"
 #include "identification/fit/static_map.h"
 #include "identification/gap/gap.h"
+#include "model/effects/custom.h"
 #include "youbot/friction.h"
 #include "youbot/recording.h"
 
@@ -23,6 +26,9 @@ using identification::fit::form_named;
 using identification::fit::static_map;
 using identification::fit::StaticFit;
 using identification::fit::StaticMap;
+using model::effects::add_custom_effect;
+using model::effects::CustomEffect;
+using model::effects::Sliding;
 namespace gap = identification::gap;
 
 }  // namespace youbot

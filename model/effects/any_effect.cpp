@@ -1,11 +1,12 @@
 #include "model/effects/any_effect.h"
 
 #include <algorithm>
-#include <array>
-#include <optional>
+#include <cmath>
+#include <deque>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <vector>
 
 namespace model::effects {
@@ -14,7 +15,72 @@ namespace {
 struct Family {
   static constexpr std::string_view kName = "effect";
 };
-using Effects = Catalogue<Family, AnyEffect>;
+using Library = Catalogue<Family, Effects::Library>;
+
+/// A custom effect with what its description refers to.
+struct Added {
+  CustomEffect effect;
+  std::vector<ParameterDescription> parameters;
+};
+
+struct Registry {
+  std::vector<EffectDescription> descriptions;
+  std::deque<Added> added;  // its elements stay where they are
+
+  Registry() {
+    descriptions.reserve(std::variant_size_v<Effects::Library> + kMaxCustomEffects);
+    Library::for_each([&]<class E>(const E*) {
+      descriptions.push_back({E::kName, E::kShows, Library::parameters_of<E>()});
+    });
+  }
+};
+Registry& registry() {
+  static Registry registry;
+  return registry;
+}
+
+std::size_t index_of(const EffectDescription& effect, std::string_view parameter) {
+  const auto found = std::ranges::find(effect.parameters, parameter, &ParameterDescription::name);
+  if (found != effect.parameters.end()) return static_cast<std::size_t>(found - effect.parameters.begin());
+  std::string list;
+  for (const ParameterDescription& known : effect.parameters)
+    (list += list.empty() ? "" : ", ") += known.name;
+  throw std::invalid_argument("effect " + std::string(effect.name) + ": parameter " + std::string(parameter) +
+                              " is unknown; it has " + (list.empty() ? "none" : list));
+}
+
+AnyEffect with_defaults(std::string_view effect) {
+  for (const Added& custom : registry().added)
+    if (custom.effect.name == effect)
+      return Custom(custom.effect, custom.effect.amplitude.initial,
+                    custom.effect.shape ? custom.effect.shape->initial : 0);
+  return *Library::make<AnyEffect>(effect, [](const auto*, const auto&) {});
+}
+
+/// Empty when there is nothing wrong.
+std::string problem_of(const CustomEffect& effect) {
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_'; };
+  if (effect.name.empty() || !std::ranges::all_of(effect.name, is_letter))
+    return "its name takes lower-case letters, digits and underscores";
+  const auto& known = effect_descriptions();
+  if (std::ranges::find(known, effect.name, &EffectDescription::name) != known.end())
+    return "there is an effect of that name";
+  if (registry().added.size() >= kMaxCustomEffects)
+    return "there are " + std::to_string(kMaxCustomEffects) + " custom effects, which is the maximum";
+  if (effect.level == nullptr && effect.load == nullptr) return "it has neither level nor load";
+  const auto is_usable = [](const CustomEffect::Parameter& p) {
+    return !p.name.empty() && std::isfinite(p.lower) && std::isfinite(p.upper) && p.lower < p.upper &&
+           p.lower <= p.initial && p.initial <= p.upper;
+  };
+  if (!is_usable(effect.amplitude) || (effect.shape && !is_usable(*effect.shape)))
+    return "a parameter needs a name, finite bounds and a default within them";
+  if (effect.shape && effect.shape->name == effect.amplitude.name) return "amplitude and shape have one name";
+  if (!effect.shape && !effect.tried_shapes.empty()) return "it has tried_shapes but no shape";
+  for (const double shape : effect.tried_shapes)
+    if (!(shape >= effect.shape->lower && shape <= effect.shape->upper))
+      return "tried_shapes are not within the bounds of the shape";
+  return "";
+}
 
 }  // namespace
 
@@ -26,35 +92,61 @@ void require_within(std::string_view effect, std::string_view parameter, double 
                               std::to_string(upper));
 }
 
-std::span<const EffectDescription> effect_descriptions() {
-  static const auto kEffects = [] {
-    std::vector<EffectDescription> effects;
-    Effects::for_each([&]<class E>(const E*) {
-      effects.push_back({E::kName, E::kShows, Effects::parameters_of<E>()});
-    });
-    return effects;
-  }();
-  return kEffects;
+Custom::Custom(const CustomEffect& kind, double amplitude, double shape)
+    : kind_(&kind), amplitude_(amplitude), shape_(shape) {
+  require_within(kind.name, kind.amplitude.name, amplitude, kind.amplitude.lower, kind.amplitude.upper);
+  if (kind.shape) require_within(kind.name, kind.shape->name, shape, kind.shape->lower, kind.shape->upper);
 }
+
+void add_custom_effect(CustomEffect effect) {
+  if (const std::string problem = problem_of(effect); !problem.empty())
+    throw std::invalid_argument("custom effect " + effect.name + ": " + problem);
+  Registry& all = registry();
+  Added& added = all.added.emplace_back(Added{.effect = std::move(effect), .parameters = {}});
+  const auto describe = [&added](const CustomEffect::Parameter& p) {
+    added.parameters.push_back({p.name, p.lower, p.upper, p.initial});
+  };
+  describe(added.effect.amplitude);
+  if (added.effect.shape) describe(*added.effect.shape);
+  all.descriptions.push_back({added.effect.name, added.effect.shows, added.parameters});
+}
+
+std::vector<const CustomEffect*> custom_effects() {
+  std::vector<const CustomEffect*> effects;
+  for (const Added& added : registry().added) effects.push_back(&added.effect);
+  return effects;
+}
+
+std::span<const EffectDescription> effect_descriptions() { return registry().descriptions; }
 
 const EffectDescription& effect_description(std::string_view effect) {
-  return Effects::find(effect_descriptions(), effect);
+  return Library::find(effect_descriptions(), effect);
 }
 
-std::string_view name_of(const AnyEffect& effect) noexcept {
-  return effect_descriptions()[effect.index()].name;
+const EffectDescription& description_of(const AnyEffect& effect) noexcept {
+  const std::vector<EffectDescription>& all = registry().descriptions;
+  if (const auto* custom = std::get_if<Custom>(&effect))
+    return *std::ranges::find(all, custom->kind().name, &EffectDescription::name);
+  return all[effect.index()];
 }
+
+std::string_view name_of(const AnyEffect& effect) noexcept { return description_of(effect).name; }
 
 double parameter_of(const AnyEffect& effect, std::string_view parameter) {
-  return std::visit([&](const auto& e) { return Effects::parameter(e, parameter); }, effect);
+  return values_of(effect)[index_of(description_of(effect), parameter)];
 }
 
 std::vector<double> values_of(const AnyEffect& effect) {
   return std::visit(
       [](const auto& e) {
+        using E = std::decay_t<decltype(e)>;
         std::vector<double> values;
-        for (const auto& info : std::decay_t<decltype(e)>::kParameters)
-          values.push_back(info.of(e.parameters()));
+        if constexpr (std::is_same_v<E, Custom>) {
+          values.push_back(e.amplitude());
+          if (e.kind().shape) values.push_back(e.shape());
+        } else {
+          for (const auto& info : E::kParameters) values.push_back(info.of(e.parameters()));
+        }
         return values;
       },
       effect);
@@ -64,19 +156,24 @@ AnyEffect with_values(const AnyEffect& effect, std::span<const double> values) {
   return std::visit(
       [&](const auto& e) {
         using E = std::decay_t<decltype(e)>;
-        typename E::Parameters parameters = e.parameters();
-        auto value = values.begin();
-        for (const auto& info : E::kParameters) info.in(parameters) = *value++;
-        return AnyEffect(E(parameters));
+        if constexpr (std::is_same_v<E, Custom>) {
+          return AnyEffect(Custom(e.kind(), values[0], values.size() > 1 ? values[1] : 0));
+        } else {
+          typename E::Parameters parameters = e.parameters();
+          auto value = values.begin();
+          for (const auto& info : E::kParameters) info.in(parameters) = *value++;
+          return AnyEffect(E(parameters));
+        }
       },
       effect);
 }
 
 AnyEffect make_effect(std::string_view effect, std::span<const NamedValue> values) {
-  (void)effect_description(effect);  // throws with the list
-  return *Effects::make<AnyEffect>(effect, [&]<class E>(const E*, typename E::Parameters& parameters) {
-    for (const NamedValue& given : values) Effects::set<E>(parameters, given.name, given.value);
-  });
+  const EffectDescription& description = effect_description(effect);  // throws with the list
+  const AnyEffect defaults = with_defaults(effect);
+  std::vector<double> all = values_of(defaults);
+  for (const NamedValue& given : values) all[index_of(description, given.name)] = given.value;
+  return with_values(defaults, all);
 }
 
 AnyEffect make_effect(std::string_view effect, std::initializer_list<NamedValue> values) {

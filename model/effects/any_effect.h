@@ -11,6 +11,7 @@
 #include "model/effects/actuator.h"
 #include "model/effects/backlash.h"
 #include "model/effects/cogging.h"
+#include "model/effects/custom.h"
 #include "model/effects/effect.h"
 #include "model/effects/elasticity.h"
 #include "model/effects/friction.h"
@@ -21,9 +22,16 @@
 
 namespace model::effects {
 
-using AnyEffect = std::variant<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
-                               LoadFriction, ThermalDrift, Presliding, Cogging, Imbalance, Inertia, Backlash,
-                               Elasticity, TorqueOffset, TorqueDeadband, TransportDelay, UnsignedCurrent>;
+template <class... Es>
+struct EffectList {
+  using Library = std::variant<Es...>;
+  using Any = std::variant<Es..., Custom>;
+};
+using Effects = EffectList<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
+                           LoadFriction, ThermalDrift, Presliding, Cogging, Imbalance, Inertia, Backlash,
+                           Elasticity, TorqueOffset, TorqueDeadband, TransportDelay, UnsignedCurrent>;
+/// Of one of the library's types, or one that the program has added.
+using AnyEffect = Effects::Any;
 
 using model::NamedValue;
 using model::ParameterDescription;
@@ -33,10 +41,11 @@ struct EffectDescription {
   std::string_view shows;  ///< how it shows in measured data
   std::span<const ParameterDescription> parameters;
 };
-/// All effects, in the order of AnyEffect. Lives as long as the program.
+/// All effects: the library's, then those that the program has added. Lives as long as the program.
 std::span<const EffectDescription> effect_descriptions();
 /// @throws std::invalid_argument listing the effects there are.
 const EffectDescription& effect_description(std::string_view effect);
+const EffectDescription& description_of(const AnyEffect& effect) noexcept;
 
 std::string_view name_of(const AnyEffect& effect) noexcept;
 /// @throws std::invalid_argument listing the effect's parameters when `parameter` is none of them.

@@ -19,7 +19,9 @@ std::span<const std::string_view> amplitudes_of(const AnyEffect& effect) {
   return std::visit(
       [](const auto& e) -> std::span<const std::string_view> {
         using E = std::decay_t<decltype(e)>;
-        if constexpr (Linear<E>)
+        if constexpr (std::is_same_v<E, Custom>)
+          return {&description_of(AnyEffect(e)).parameters.front().name, 1};
+        else if constexpr (Linear<E>)
           return E::kAmplitudes;
         else
           return {};
@@ -36,7 +38,7 @@ AnyEffect basis_of(const AnyEffect& effect, std::string_view amplitude) {
     throw std::invalid_argument("effect " + std::string(name_of(effect)) + " is not linear in " +
                                 std::string(amplitude));
   std::vector<double> values = values_of(effect);
-  const auto& parameters = effect_descriptions()[effect.index()].parameters;
+  const auto& parameters = description_of(effect).parameters;
   for (std::size_t i = 0; i < values.size(); ++i)
     if (is_amplitude(parameters[i].name)) values[i] = parameters[i].name == amplitude ? 1 : 0;
   return with_values(effect, values);

@@ -22,6 +22,10 @@ void add(model::PositionTorque& torque, const Cogging& cogging) {
   const CoggingParameters& p = cogging.parameters();
   torque.harmonics.push_back({p.amplitude_Nm, p.periods_per_rev, p.phase_rad});
 }
+void add(model::PositionTorque& torque, const Custom& custom) {
+  if (custom.kind().load != nullptr)
+    torque.functions.push_back({custom.amplitude(), custom.shape(), custom.kind().load});
+}
 
 }  // namespace
 

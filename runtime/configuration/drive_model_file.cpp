@@ -119,7 +119,7 @@ std::string drive_model_text(const DriveModel& model, std::span<const std::strin
   if (model.torque_noise_Nm) text += fmt::format("torque_noise_Nm = {}\n", number(*model.torque_noise_Nm));
   for (std::size_t i = 0; i < model.effects.size(); ++i) {
     const AnyEffect& effect = model.effects[i];
-    const EffectDescription& described = model::effects::effect_descriptions()[effect.index()];
+    const EffectDescription& described = model::effects::description_of(effect);
     text += "\n";
     if (i < remarks.size())
       for (const std::string& line : remarks[i].evidence) text += comment(line) + "\n";

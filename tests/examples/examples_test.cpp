@@ -3,7 +3,10 @@
 
 #include <cmath>
 #include <cstdio>
+#include <fstream>
+#include <iomanip>
 #include <numbers>
+#include <random>
 #include <string>
 
 #include "runtime/configuration/drive_model_file.h"
@@ -85,6 +88,51 @@ TEST(Examples, TheModelIsThatOfTheWheel) {
   EXPECT_LT(number_after(identify.output, "error"), 15)
       << "a Stribeck curve is not the measured one, but near";
   EXPECT_EQ(runtime::read_drive_model(file).name, "wheel-1");
+}
+
+/// A drive with a cable that pulls it back to 0.7 rad with 0.02 N·m/rad, and the model of one without. Its
+/// Coulomb friction stops it within a step or takes its whole torque; 20 µs steps.
+void write_cabled_drive(const support::TemporaryDirectory& directory) {
+  std::ofstream(directory / "base.toml")
+      << "format = \"youbot-drive-model/1\"\nname = \"cabled\"\n"
+         "inertia_kg_m2 = 0.0112\n"
+         "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.045\n"
+         "[[effect]]\ntype = \"viscous\"\ncoefficient_Nm_s_per_rad = 0.0125\n";
+  constexpr double kStep_s = 20e-6;
+  constexpr int kStepsOfRow = 100;
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> noise(0, 0.002);
+  for (const double phase : {0.0, 1.0}) {
+    std::ofstream file(directory / ("run-" + std::to_string(static_cast<int>(phase)) + ".csv"));
+    file << "time_s,torque_command_Nm,torque_measured_Nm,position_rad\n" << std::setprecision(9);
+    double position = 0.7;
+    double velocity = 0;
+    for (int i = 0; i < 20 * 50000; ++i) {
+      const double t = i * kStep_s;
+      const double torque =
+          0.11 * std::sin(0.9 * t + phase) + 0.06 * std::sin(2.9 * t + 2 * phase) + 0.03 * std::sin(9.1 * t);
+      if (i % kStepsOfRow == 0)
+        file << t << ',' << torque << ',' << torque + noise(random) << ','
+             << std::round(position * 106496 / (2 * std::numbers::pi)) * 2 * std::numbers::pi / 106496
+             << '\n';
+      velocity += kStep_s / 0.0112 * (torque - 0.0125 * velocity - 0.02 * (position - 0.7));
+      const double stopped = kStep_s / 0.0112 * 0.045;
+      velocity = std::abs(velocity) <= stopped ? 0 : velocity - std::copysign(stopped, velocity);
+      position += kStep_s * velocity;
+    }
+  }
+}
+
+TEST(Examples, AnEffectOfOnesOwnIsNamed) {
+  const support::TemporaryDirectory directory;
+  write_cabled_drive(directory);
+  const std::string data =
+      " " + directory.path().string() + "/base.toml " + directory.path().string() + "/run-*.csv";
+  const CommandResult search = example("custom_effect" + data);
+  EXPECT_EQ(search.exit_code, 0) << search.output;
+  EXPECT_TRUE(search.said("explained: gap")) << search.output;
+  EXPECT_NEAR(number_after(search.output, "+ cable: stiffness_Nm_per_rad"), 0.02, 0.001) << search.output;
+  EXPECT_NEAR(number_after(search.output, "rest_position_rad ="), 0.7, 0.1) << search.output;
 }
 
 TEST(Examples, TheMissingEffectOfAMeasuredDriveIsNamed) {

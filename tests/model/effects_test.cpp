@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <functional>
+#include <initializer_list>
 #include <numbers>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "model/effects/any_effect.h"
@@ -53,9 +57,90 @@ TEST(Effects, WhatDoesNotExistIsNamedWithWhatDoes) {
   EXPECT_NE(message_of("unsigned_current", {{"gain", 1}}).find("it has none"), std::string::npos);
 }
 
+CustomEffect log_friction() {
+  return {.name = "log_friction",
+          .shows = "friction that grows with the logarithm of the speed",
+          .amplitude = {"torque_Nm", 0, 10, 0.01},
+          .shape = {{"velocity_rad_per_s", 1e-3, 10, 0.1}},
+          .tried_shapes = {0.1},
+          .level = [](const Sliding& s, double v0) noexcept { return std::log1p(s.speed_rad_per_s / v0); }};
+}
+
+/// Once for all tests of this process, since it stays.
+AnyEffect added_log_friction(std::initializer_list<NamedValue> values) {
+  static const bool kAdded = (add_custom_effect(log_friction()), true);
+  EXPECT_TRUE(kAdded);
+  return make_effect("log_friction", values);
+}
+
+TEST(CustomEffects, OneActsAndIsDescribedAsTheLibrarysDo) {
+  const AnyEffect effect = added_log_friction({{"torque_Nm", 0.02}});
+  EXPECT_EQ(name_of(effect), "log_friction");
+  EXPECT_EQ(parameter_of(effect, "velocity_rad_per_s"), 0.1);
+  EXPECT_NEAR(level({make_effect("coulomb", {{"torque_Nm", 0.04}}), effect}, 0.3),
+              0.04 + 0.02 * std::log(4.0), 1e-12);
+  EXPECT_EQ(amplitudes_of(effect).front(), "torque_Nm");
+  EXPECT_NEAR(sliding_torque_Nm(chain({basis_of(effect, "torque_Nm")}), -0.1), -std::log(2.0), 1e-12);
+  EXPECT_NE(message_of("log_friction", {{"torque_Nm", -1}}).find("torque_Nm = -1.000000 is not within 0"),
+            std::string::npos);
+  EXPECT_NE(message_of("log_friction", {{"gain", 1}}).find("it has torque_Nm, velocity_rad_per_s"),
+            std::string::npos);
+}
+
+TEST(CustomEffects, WhatIsWrongWithOneIsSaid) {
+  (void)added_log_friction({});
+  const auto problem_with = [](const std::function<void(CustomEffect&)>& change) -> std::string {
+    CustomEffect effect = log_friction();
+    effect.name = "another";
+    change(effect);
+    try {
+      add_custom_effect(std::move(effect));
+    } catch (const std::invalid_argument& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(problem_with([](CustomEffect& e) { e.name = "log_friction"; }),
+            "custom effect log_friction: there is an effect of that name");
+  EXPECT_EQ(problem_with([](CustomEffect& e) { e.name = "coulomb"; }),
+            "custom effect coulomb: there is an effect of that name");
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.name = "Log friction"; }).find("lower-case"),
+            std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.level = nullptr; }).find("neither level nor load"),
+            std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.amplitude.initial = -1; }).find("default within"),
+            std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.amplitude.upper = std::nan(""); }).find("finite bounds"),
+            std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.tried_shapes = {20}; }).find("not within the bounds"),
+            std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.shape.reset(); }).find("no shape"), std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.shape->name = "torque_Nm"; }).find("one name"),
+            std::string::npos);
+}
+
+// In a process of its own, since they stay.
+TEST(CustomEffects, AProgramAddsUpTo32) {
+  const auto fill = [] {
+    std::size_t added = custom_effects().size();  // those of the other tests
+    try {
+      for (;; ++added) {
+        CustomEffect effect = log_friction();
+        effect.name = "custom_" + std::to_string(added);
+        add_custom_effect(std::move(effect));
+      }
+    } catch (const std::invalid_argument& error) {
+      const bool is_named = std::string(error.what()).find("which is the maximum") != std::string::npos;
+      std::exit(is_named && added == kMaxCustomEffects ? 0 : 1);
+    }
+  };
+  EXPECT_EXIT(fill(), testing::ExitedWithCode(0), "");
+}
+
 TEST(EffectBasis, AmplitudesTimesTheirColumnsAreTheEffect) {
   int linear = 0;
-  for (const EffectDescription& description : effect_descriptions()) {
+  for (const EffectDescription& description :
+       effect_descriptions().first(std::variant_size_v<Effects::Library>)) {
     const AnyEffect effect = make_effect(description.name);
     if (amplitudes_of(effect).empty()) continue;
     ++linear;

@@ -57,6 +57,18 @@ TEST(Resistance, SlidingFrictionIsTheSumOfTheEffectsInEachDirection) {
   EXPECT_NEAR(help_Nm(resistance, 0, 0, -kCommand_Nm), -0.044, 1e-12);
 }
 
+TEST(Resistance, AnEffectOfTheProgramsOwnIsCompensated) {
+  add_custom_effect({.name = "cable",
+                     .shows = "a torque in proportion to the position",
+                     .amplitude = {"stiffness_Nm_per_rad", 0, 10, 0.01},
+                     .shape = {{"rest_position_rad", -10, 10, 0}},
+                     .load = [](double position, double rest) noexcept { return position - rest; }});
+  const JointResistance resistance = resistance_of(
+      with({make_effect("cable", {{"stiffness_Nm_per_rad", 0.02}, {"rest_position_rad", 0.5}})}));
+  EXPECT_NEAR(resistance.position.at_Nm(2), 0.02 * 1.5, 1e-12);
+  EXPECT_NEAR(help_Nm(resistance, +3, 2, kCommand_Nm), 0.05 + 0.03 + 0.03, 1e-4);
+}
+
 TEST(Resistance, BreakAwayIsStribecksStaticTorqueAndTheDipLowersItsBand) {
   const JointResistance stribeck = resistance_of(
       with({make_effect("stribeck", {{"static_torque_Nm", 0.08}, {"velocity_rad_per_s", 0.4}})}));
