@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <string>
 
 /// Ctrl-C ends the cycles, so that the drives are switched off: a module on CAN keeps its last target
@@ -18,7 +19,8 @@ class ExampleRobot {
  public:
   static constexpr std::chrono::milliseconds kPeriod{1};
 
-  /// "loopback" (the default), "wire", "ethercat:IFACE": a base. `on_ground` matters to a simulated one only.
+  /// "loopback" (the default), "wire", "ethercat:IFACE": a base. `on_ground`: whether its wheels carry it; a
+  /// simulated one is put there.
   explicit ExampleRobot(const std::string& name, bool on_ground = true) {
     if (youbot::is_simulated(name))
       clock_ = std::make_unique<youbot::VirtualClock>();
@@ -28,13 +30,15 @@ class ExampleRobot {
     options.name = name;
     options.simulation.on_ground = on_ground;
     opened_ = youbot::open_robot(options, *clock_, kPeriod);
+    using Wheels = youbot::MonitoredRobot::Wheels;
+    robot_.emplace(*opened_.robot, on_ground ? Wheels::kRolling : Wheels::kFree);
     robot().activate();
     deadline_ = clock_->now();
     for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stop_requested = 1; });
   }
   ~ExampleRobot() { robot().deactivate(); }
 
-  youbot::Robot& robot() { return *opened_.robot; }
+  youbot::Robot& robot() { return *robot_; }
 
   /// Sleeps until the next period, then exchanges. False after Ctrl-C and after a fault, which it prints.
   bool cycle(const youbot::RobotCommand& command, youbot::RobotSample& sample) {
@@ -59,5 +63,6 @@ class ExampleRobot {
  private:
   std::unique_ptr<youbot::Clock> clock_;
   youbot::OpenedRobot opened_;
+  std::optional<youbot::MonitoredRobot> robot_;  // judges the sensors of the opened one
   std::chrono::nanoseconds deadline_{};
 };

@@ -11,9 +11,10 @@ namespace runtime {
 /// cycle puts it around its robot, so that none is without. One thread; cycle: exchange().
 class MonitoredRobot final : public hal::RobotWrapper {
  public:
+  using Wheels = control::PlausibilityMonitor::Wheels;
+
   /// `robot` outlives it.
-  MonitoredRobot(hal::Robot& robot, control::PlausibilityMonitor::Wheels wheels,
-                 const control::ChecksOff& off)
+  MonitoredRobot(hal::Robot& robot, Wheels wheels, const control::ChecksOff& off = {})
       : RobotWrapper(robot), monitor_(robot.joints(), wheels, off) {}
 
   hal::CycleStatus exchange(const hal::RobotCommand& command, hal::RobotSample& sample) noexcept override;

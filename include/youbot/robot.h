@@ -3,7 +3,7 @@
 ///
 ///     youbot::SteadyClock clock;
 ///     youbot::OpenedRobot opened = youbot::open_robot({.name = "loopback"}, clock, 1ms);
-///     youbot::Robot& robot = *opened.robot;
+///     youbot::MonitoredRobot robot(*opened.robot, youbot::MonitoredRobot::Wheels::kRolling);
 ///     robot.activate();                                            // set-up: blocks, throws SetupError
 ///     command.enable = true;
 ///     while (...) {                                                // 1 kHz, one thread
@@ -13,6 +13,9 @@
 ///     }
 ///     robot.deactivate();
 ///
+/// MonitoredRobot judges the sensors in each cycle and stops the drives when one cannot be right. Without it,
+/// use *opened.robot: limits then rely on sensors that nothing checks (docs/safety.md, "Sensors that lie").
+///
 /// SI units at the gearbox output: rad, rad/s, N·m. Joints in bus order: wheels 1 front-left, 2 front-right,
 /// 3 rear-left, 4 rear-right, then the arm's joints from the base on. All wheels positive turn the base
 /// counter-clockwise (hal/robot.h, hal/joint.h).
@@ -20,6 +23,7 @@
 #include "hal/clock.h"
 #include "hal/robot.h"
 #include "hal/setup_error.h"
+#include "runtime/monitored_robot.h"
 #include "runtime/open_robot.h"
 #include "runtime/real_time.h"
 
@@ -53,6 +57,9 @@ using runtime::is_simulated;
 using runtime::open_robot;
 using runtime::OpenedRobot;
 using runtime::RobotOptions;
+
+// Its sensors, judged in each cycle.
+using runtime::MonitoredRobot;
 
 // Real-time scheduling and locked memory for the thread that calls exchange().
 using runtime::RealTimeConfig;
