@@ -458,16 +458,20 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
     report(options, "trying the same on chance data", passed(0.2));
-    double p = worth ? round.p_value(outcomes.front().gain, options) : 1;
+    const double p_of_best = worth ? round.p_value(outcomes.front().gain, options) : 1;
     report(options, "fitting rivals", passed(0.4));
     std::vector<Rival> rivals;
-    if (worth && p <= options.false_positive_rate)
+    if (worth && p_of_best <= options.false_positive_rate)
       rivals = contest(result.fitted, outcomes, round.base(), rows, training, options);
-    if (!rivals.empty() && rivals.front().effect != outcomes.front().effect) {
-      // The first one may be no name, and chance does as well as a weaker one more often.
+    // The simplest rival gains less than the best outcome, which chance does more often. One that chance does
+    // too often gives way to the next.
+    double p = p_of_best;
+    while (!rivals.empty() && rivals.front().effect != outcomes.front().effect) {
       p = round.p_value(std::ranges::find(outcomes, rivals.front().effect, &Round::Outcome::effect)->gain,
                         options);
-      if (p > options.false_positive_rate) rivals.clear();
+      if (p <= options.false_positive_rate) break;
+      rivals.erase(rivals.begin());
+      p = p_of_best;
     }
     if (rivals.empty() && replaced < kMostReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
@@ -479,7 +483,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
       for (const Round::Outcome& outcome : outcomes)
         result.rejected.push_back(
             {std::string(outcome.effect), std::max(0.0, outcome.gain),
-             reason_against(outcome, round.base(), additions, p, least_square, options)});
+             reason_against(outcome, round.base(), additions, p_of_best, least_square, options)});
       return result;
     }
     result.added.push_back(added_of(rivals, result.fitted, round.base(), p));
