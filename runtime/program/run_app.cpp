@@ -5,17 +5,21 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <cstdlib>
 #include <exception>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "runtime/configuration/toml_reader.h"
+#include "runtime/program/bash_completion.h"
 #include "runtime/program/build_info.h"
 #include "runtime/program/exit_code.h"
 #include "runtime/program/log_pattern.h"
+#include "runtime/program/manual_page.h"
 
 namespace runtime {
 namespace {
@@ -33,10 +37,24 @@ std::optional<CLI::RequiredError> unknown_command(const CLI::App& app) {
                             CLI::ExitCodes::RequiredError);
 }
 
+/// What the installation asks of each program: `--generate man` and `--generate bash-completion`. Not an
+/// option of the library, which would leave an empty group in --help.
+std::optional<std::string> generated(const CLI::App& app, int argc, char** argv) {
+  if (argc != 3 || std::string_view(argv[1]) != "--generate") return std::nullopt;
+  const std::string_view what = argv[2];
+  if (what == "man") return manual_page(app);
+  if (what == "bash-completion") return bash_completion(app);
+  return std::nullopt;
+}
+
 }  // namespace
 
 int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& body) {
   app.set_version_flag("--version", build_version());
+  if (const auto text = generated(app, argc, argv)) {
+    std::fputs(text->c_str(), stdout);
+    return kExitOk;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
