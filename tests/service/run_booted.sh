@@ -20,7 +20,7 @@ ln -s usr/lib "$files/lib"
 
 # Over this machine's /usr.
 cp -r "$kernel/lib/modules" "$files/usr/lib/"
-DESTDIR=$files cmake --install "$1" --prefix /usr/local --strip >"$scratch/installed" ||
+DESTDIR=$files cmake --install "$1" --prefix /usr/local >"$scratch/installed" ||
   fail "cmake --install: $(cat "$scratch/installed")"
 
 # The rest of the guest's /. Users as in a fresh Debian, root's home and two more, whom systemd-sysusers makes.

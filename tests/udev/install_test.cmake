@@ -15,6 +15,8 @@ file(GLOB rules RELATIVE ${ROOT}/udev ${ROOT}/udev/*.rules)
 list(TRANSFORM rules PREPEND ${RULES_DIR}/ OUTPUT_VARIABLE installed_rules)
 set(programs youbotd youbotctl youbot-bench youbot-sim youbot-gap)
 list(TRANSFORM programs PREPEND /usr/bin/ OUTPUT_VARIABLE installed_programs)
+list(TRANSFORM programs PREPEND /usr/share/bash-completion/completions/ OUTPUT_VARIABLE completions)
+list(TRANSFORM programs REPLACE "(.+)" "/usr/share/man/man1/\\1.1.gz" OUTPUT_VARIABLE pages)
 cmake_path(ABSOLUTE_PATH UNIT_DIR BASE_DIRECTORY /usr)
 cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
 # In the folders that they link to each other by.
@@ -25,12 +27,15 @@ set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_
                  docs/safety.md docs/speed.md docs/status.md)
 list(TRANSFORM documents PREPEND /usr/share/doc/youbot-hal/)
 set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.service ${SYSUSERS_DIR}/youbotd.conf
+             ${pages} ${completions}
              /usr/share/youbot-hal/demo.toml
+             /usr/share/youbot-hal/known_wheel.toml
              /usr/share/youbot-hal/teleop.toml
              ${documents})
 file(GLOB_RECURSE found ${SCRATCH}/*)
 list(TRANSFORM found REPLACE "^${SCRATCH}" "")
-list(FILTER found EXCLUDE REGEX "^/usr/(include/youbot-hal|lib/[^/]*/?(cmake/youbot|pkgconfig|libyoubot))")  # tests/outside
+# tests/outside
+list(FILTER found EXCLUDE REGEX "^/usr/(include/youbot-hal|lib/[^/]*/?(cmake/youbot|pkgconfig|libyoubot)|share/doc/youbot-hal/examples/[^R])")
 list(SORT expected)
 list(SORT found)
 if(NOT found STREQUAL expected)
@@ -56,5 +61,15 @@ execute_process(COMMAND ${SCRATCH}/usr/bin/youbotd --config ${SCRATCH}/usr/share
                 OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
 if(NOT result EQUAL 0)
   message(FATAL_ERROR "youbotd with the installed configuration ended with ${result}:\n${output}")
+endif()
+
+# `ninja uninstall` takes away all of it.
+execute_process(COMMAND ${CMAKE_COMMAND} -DBUILD=${BUILD} -P ${ROOT}/cmake/uninstall.cmake
+                OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
+file(GLOB_RECURSE left ${SCRATCH}/*)
+file(GLOB_RECURSE folders LIST_DIRECTORIES true RELATIVE ${SCRATCH} ${SCRATCH}/*)
+list(FILTER folders INCLUDE REGEX "youbot")
+if(NOT result EQUAL 0 OR left OR folders)
+  message(FATAL_ERROR "uninstall ended with ${result} and left ${left} ${folders}:\n${output}")
 endif()
 file(REMOVE_RECURSE ${SCRATCH})
