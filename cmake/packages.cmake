@@ -3,6 +3,9 @@ set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_COMPONENTS_ALL programs development documents)
+if(YOUBOT_PYTHON)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ
                                                 WORLD_EXECUTE)
 set(CMAKE_SKIP_PACKAGE_ALL_DEPENDENCY ON)  # tests and benchmarks are in no package
@@ -39,6 +42,19 @@ set(CPACK_DEBIAN_DOCUMENTS_PACKAGE_SECTION doc)
 set(CPACK_DEBIAN_DOCUMENTS_PACKAGE_ARCHITECTURE all)
 set(CPACK_COMPONENT_DOCUMENTS_DESCRIPTION "Documents in Markdown: set-up of a robot, programs, file formats, safety, \
 bounds and architecture.")
+
+# The module is for one minor version of Python.
+if(YOUBOT_PYTHON)
+  math(EXPR next_python "${YOUBOT_PYTHON_MINOR} + 1")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-youbot)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "python3 (>= 3.${YOUBOT_PYTHON_MINOR}), python3 (<< 3.${next_python}), \
+python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS youbot-hal-doc)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "Robots, friction models, recordings and the search for missing effects in \
+Python, with numpy.")
+endif()
 
 # Each Debian package holds its licence. It is also dygraphs', which is in the reports that the programs write.
 file(READ NOTICE notice)

@@ -40,6 +40,7 @@ architecture=$(dpkg --print-architecture)
 programs=$scratch/packages/youbot-hal_${version}_$architecture.deb
 development=$scratch/packages/libyoubot-dev_${version}_$architecture.deb
 documents=$scratch/packages/youbot-hal-doc_${version}_all.deb
+python=$scratch/packages/python3-youbot_${version}_$architecture.deb
 
 # unpack DEB FOLDER...: into $files; it has files in each of these folders and nowhere else.
 unpack() {
@@ -63,6 +64,10 @@ dependencies=$(dpkg-deb --field "$development" Depends Recommends | sed 's/^[A-Z
 for package in ${dependencies//,/ }; do
   dpkg-query --show "$package" >/dev/null || fail "libyoubot-dev depends on $package"
 done
+
+unpack "$python" usr/lib/python3/dist-packages usr/share/doc/python3-youbot/copyright usr/share/doc/youbot-hal/python
+PYTHONPATH=$files/usr/lib/python3/dist-packages /usr/bin/python3 -B "$files"/usr/share/doc/youbot-hal/python/examples/compensate_wheel.py |
+  grep --quiet 'with compensation: wheel-1 turned [1-9]' || fail 'the Python module of the package does not drive a wheel'
 
 unpack "$documents" usr/share/doc/youbot-hal usr/share/doc/youbot-hal-doc/copyright
 nothing "documents name programs or files of the source tree" \
@@ -115,7 +120,7 @@ listing() {
 }
 listing >"$scratch/before"
 in_root=(dpkg --root="$root" --log=/dev/null --force-depends --force-script-chrootless)
-"${in_root[@]}" --install "$programs" "$development" "$documents" >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
+"${in_root[@]}" --install "$programs" "$development" "$documents" "$python" >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
 if command -v systemd-sysusers >/dev/null; then
   grep --quiet '^youbot:' "$root/etc/passwd" || fail 'the package does not make the user youbot'
 fi
@@ -124,7 +129,7 @@ grep --quiet 'friction compensation' <<<"$demo" || fail 'the demo of the install
 for program in youbotctl youbot-bench youbot-sim youbot-gap; do
   [[ $(chroot "$root" "/usr/bin/$program" --version) == "$version "* ]] || fail "the installed $program does not run"
 done
-"${in_root[@]}" --purge youbot-hal libyoubot-dev youbot-hal-doc >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
+"${in_root[@]}" --purge youbot-hal libyoubot-dev youbot-hal-doc python3-youbot >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
 listing >"$scratch/after"
 nothing 'a removed package leaves files' diff "$scratch/before" "$scratch/after"
 echo passed

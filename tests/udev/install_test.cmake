@@ -22,7 +22,7 @@ cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
 # In the folders that they link to each other by.
 set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_bench/README.md
               apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md
-                 examples/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md CONTRIBUTING.md
+                 examples/README.md python/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md CONTRIBUTING.md
                  docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/glossary.md docs/robot.md
                  docs/safety.md docs/speed.md docs/status.md)
 list(TRANSFORM documents PREPEND /usr/share/doc/youbot-hal/)
@@ -34,8 +34,8 @@ set(expected ${installed_programs} ${installed_rules} ${UNIT_DIR}/youbotd.servic
              ${documents})
 file(GLOB_RECURSE found ${SCRATCH}/*)
 list(TRANSFORM found REPLACE "^${SCRATCH}" "")
-# tests/outside
-list(FILTER found EXCLUDE REGEX "^/usr/(include/youbot-hal|lib/[^/]*/?(cmake/youbot|pkgconfig|libyoubot)|share/doc/youbot-hal/examples/[^R])")
+# tests/outside, tests/packaging
+list(FILTER found EXCLUDE REGEX "^/usr/(include/youbot-hal|lib/[^/]*/?(cmake/youbot|pkgconfig|libyoubot)|share/doc/youbot-hal/(python/)?examples/[^R]|lib/python3/dist-packages)")
 list(SORT expected)
 list(SORT found)
 if(NOT found STREQUAL expected)
