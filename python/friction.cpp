@@ -48,7 +48,7 @@ py::array_t<double> law_torques(const AnyLaw& law, const Numbers& velocity, doub
                                 double applied_Nm) {
   const std::span<const double> velocities = values_of(velocity, "velocity_rad_per_s");
   positive(period_s, "period_s");
-  py::array_t<double> torques(velocities.size());
+  py::array_t<double> torques(velocity.size());
   model::friction::State state;
   for (std::size_t i = 0; i < velocities.size(); ++i)
     torques.mutable_data()[i] =
@@ -60,10 +60,10 @@ py::dict simulated(const DriveModel& model, const Numbers& torque, double period
   const std::span<const double> commands = values_of(torque, "torque_command_Nm");
   sim::ModelDrive drive(model, positive(period_s, "period_s"));
   drive.set_position(position_rad);
-  py::array_t<double> time(commands.size());
-  py::array_t<double> position(commands.size());
-  py::array_t<double> velocity(commands.size());
-  py::array_t<double> reported(commands.size());
+  py::array_t<double> time(torque.size());
+  py::array_t<double> position(torque.size());
+  py::array_t<double> velocity(torque.size());
+  py::array_t<double> reported(torque.size());
   double* const into[] = {time.mutable_data(), position.mutable_data(), velocity.mutable_data(),
                           reported.mutable_data()};
   {
