@@ -14,7 +14,7 @@ std::optional<ArmVector> arm_posture_for(const TipPose& pose, const ArmVector& s
   ArmVector position_rad = seed_rad;
   for (int n = 0; n < kIterations; ++n) {
     model.update((ChainVector() << PlanarVector::Zero(), position_rad).finished());
-    Wrench error;  // here a displacement: [m, rad]
+    Wrench error;  // a displacement: [m, rad]
     error << pose.p_WT_m - model.X_WT().translation(),
         rotation_between(Eigen::Quaterniond(model.X_WT().linear()), pose.q_WT);
     if (error.head<3>().norm() < 1e-4 && error.tail<3>().norm() < 1e-4) return position_rad;

@@ -10,7 +10,7 @@
 namespace control {
 namespace {
 
-/// Reflected rotor and links, in round figures: what a damper of a given ratio needs to know.
+/// Reflected rotor and links, approximate: for the damping ratio.
 constexpr std::array<double, kArmJoints> kJointInertia_kg_m2{0.5, 0.5, 0.2, 0.1, 0.07};
 
 }  // namespace
@@ -77,7 +77,8 @@ void ArmProtection::guard_joint(int joint, double depth_rad, double margin_rad, 
   const double stiffness = torque_Nm / margin_rad;
   const double damping = 2 * config_.joint_damping_ratio *
                          std::sqrt(stiffness * kJointInertia_kg_m2[static_cast<std::size_t>(joint)]);
-  // Faded in, as the damper would begin with a blow; it does not hold back what leaves.
+  // The damper fades in, because it would otherwise start with a shock; it does not resist motion away from
+  // the limit.
   const double share = std::min(1.0, depth_rad / margin_rad);
   const double inwards = std::max(0.0, -direction * velocity_rad_per_s);
   output.torque_Nm[joint] += direction * (stiffness * depth_rad + share * damping * inwards);
@@ -107,7 +108,7 @@ void ArmProtection::guard_point(const RobotModel& model, Link link, const Eigen:
   outwards_B.y() = std::copysign(outwards_B.y(), p_B_m.y());
   push(jacobian, X_WB.linear() * outwards_B.normalized(), distance_m - radius_m, velocity_rad_per_s, output);
 
-  // The foot, likewise: a column that stands on the floor.
+  // The foot, likewise: a vertical column on the floor.
   Eigen::Vector3d from_axis_m = p_W_m - model.X_WL(Link::kArm1).translation();
   from_axis_m.z() = 0;
   const double radius_from_axis_m = from_axis_m.norm();

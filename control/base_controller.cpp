@@ -23,7 +23,7 @@ BaseController::Output BaseController::step(const WheelVector& wheel_position_ra
   const PlanarPose& X_WB = state.X_WB;
   const PlanarVector error_W(reference.X_WB.x_m - X_WB.x_m, reference.X_WB.y_m - X_WB.y_m,
                              reference.X_WB.yaw_rad - X_WB.yaw_rad);
-  // Gains are axes of the base frame, so errors are turned there first.
+  // Gains are for the axes of the base frame, so errors are rotated into it first.
   return {state,
           drive_.drive(
               config_.stiffness.cwiseProduct(rotated(error_W, -X_WB.yaw_rad)) +

@@ -1,5 +1,5 @@
 /// @file
-/// The base under wrench control: a spring and damper to a reference (thesis 2.7.2, figure 30).
+/// Wrench control of the base: spring and damper to a reference (thesis 2.7.2, figure 30).
 #pragma once
 #include <optional>
 
@@ -8,7 +8,7 @@
 
 namespace control {
 
-///   W = Rᵀ·[K·(p_ref − p) + D·(v_ref − v) + M·a_ref],   put on the base by a BaseDrive
+/// W = Rᵀ·[K·(p_ref − p) + D·(v_ref − v) + M·a_ref], applied by a BaseDrive
 /// Cycle: reset() and step() neither allocate nor lock.
 class BaseController {
  public:
@@ -23,7 +23,7 @@ class BaseController {
   /// Setup. @throws std::invalid_argument naming the value that is out of range.
   explicit BaseController(const Config& config);
 
-  /// As those of BaseDrive.
+  /// As in BaseDrive.
   void reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB = {}) noexcept {
     drive_.reset(wheel_position_rad, X_WB);
   }
@@ -34,11 +34,11 @@ class BaseController {
   /// `elapsed_s` as in BaseDrive::sense(), here and below.
   Output step(const WheelVector& wheel_position_rad, const BaseReference& reference,
               std::optional<double> elapsed_s = {}) noexcept;
-  /// Senses without driving, for cycles in which the drives are off: zero torque and wrench.
+  /// Measures without driving, for cycles with drives off: zero torque and wrench.
   Output observe(const WheelVector& wheel_position_rad, std::optional<double> elapsed_s = {}) noexcept {
     return {drive_.sense(wheel_position_rad, elapsed_s), {}};
   }
-  /// Stopping without a reference: damping towards rest, no spring, and friction left to help.
+  /// Stops without a reference: damping towards rest, no spring, no friction compensation.
   Output brake(const WheelVector& wheel_position_rad, std::optional<double> elapsed_s = {}) noexcept;
 
  private:

@@ -14,8 +14,8 @@ FrictionObserver wheel_observer(int wheel, const BaseDrive::Config& config) {
   return {resistance.sliding, config.observer, resistance.position};
 }
 
-/// A wheel that its motor cannot turn is not the wheel that was measured: near zero each step of the encoder
-/// would become a blow.
+/// Rejects a wheel model that the motor cannot turn: it is not the measured wheel, and near zero each encoder
+/// step would cause a torque pulse.
 void require_drivable(const model::JointResistance& wheel, std::size_t number, double limit_Nm) {
   const auto refuse = [&](const std::string& what, double torque_Nm) {
     throw std::invalid_argument("base drive: " + what + " of wheel " + std::to_string(number) +

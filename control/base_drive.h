@@ -1,6 +1,6 @@
 /// @file
-/// The base as something a planar wrench can be put on: odometry from the wheels, wheel torques through the
-/// link map, friction compensated wheel by wheel (thesis 2.7.2, figure 30).
+/// Applies a planar wrench to the base: odometry from the wheels, wheel torques through the link map,
+/// friction compensated per wheel (thesis 2.7.2, figure 30).
 #pragma once
 #include <array>
 #include <optional>
@@ -15,10 +15,10 @@
 
 namespace control {
 
-/// Of the four wheels with their rotors, as the floor feels it when they roll [kg, kg, kg·m²].
+/// Four wheels with their rotors, reflected to the floor in rolling motion [kg, kg, kg·m²].
 inline const PlanarVector kReflectedWheelInertia{18.8, 18.8, 2.8};
 
-/// Wheel positions in, wheel torques out; no wheel velocity from the motor controllers is used.
+/// Wheel positions in, wheel torques out; does not use the wheel velocities of the motor controllers.
 ///   τ = Mapᵀ·W + compensation,   W and τ limited
 /// Cycle: all but construction; nothing allocates or locks.
 class BaseDrive {
@@ -26,11 +26,11 @@ class BaseDrive {
   struct Config {
     BaseGeometry geometry;
     WrenchLimits wrench_limits;
-    double torque_limit_Nm = 2.4;  ///< of a wheel, compensation included
+    double torque_limit_Nm = 2.4;  ///< per wheel, compensation included
     FrictionObserver::Config observer;
     FrictionCompensator::Config compensator;
-    /// What the compensator takes the four wheels to be; none: the measured wheel curves. At rest no torque
-    /// of a model may be more than torque_limit_Nm.
+    /// Models of the four wheels for the compensator; empty: the measured wheel curves. A model's torque at
+    /// rest must not exceed torque_limit_Nm.
     std::optional<std::array<model::JointResistance, 4>> wheels{};
     bool compensate_friction = true;
   };
@@ -48,20 +48,20 @@ class BaseDrive {
   /// Setup. @throws std::invalid_argument naming the value that is out of range.
   explicit BaseDrive(const Config& config);
 
-  /// Start again at rest at `X_WB` with the wheels where they are.
+  /// Restarts at rest at `X_WB` with the wheels at these positions.
   void reset(const WheelVector& wheel_position_rad, const PlanarPose& X_WB = {}) noexcept;
 
-  /// After a gap in time: velocities begin at zero again instead of taking the way of the gap for one
-  /// period's.
+  /// After a gap in time: velocity estimates restart at zero; otherwise the displacement during the gap would
+  /// count as that of one period.
   void forget_velocity(const WheelVector& wheel_position_rad) noexcept;
 
-  /// Once a cycle, before drive(). `elapsed_s`: since the last sample, none: a period. 0: it is the same one
-  /// once more, as no other has come, and all that is known of the motion stays.
+  /// Once per cycle, before drive(). `elapsed_s`: time since the last sample; empty: one period; 0: the last
+  /// sample repeated, because no new one has arrived; the motion estimate is unchanged.
   State sense(const WheelVector& wheel_position_rad, std::optional<double> elapsed_s = {}) noexcept;
   Torques drive(const PlanarVector& wrench_B) noexcept {
     return drive(wrench_B, config_.compensate_friction);
   }
-  /// Friction is left to help: for braking.
+  /// Without friction compensation, so that friction helps: for braking.
   Torques drive_uncompensated(const PlanarVector& wrench_B) noexcept { return drive(wrench_B, false); }
 
  private:

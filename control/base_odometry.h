@@ -1,19 +1,19 @@
 /// @file
-/// Where the base is, from its wheels alone.
+/// Odometry of the base from its wheels alone.
 #pragma once
 #include "control/link_map.h"
 #include "control/planar.h"
 
 namespace control {
 
-/// Integrates wheel increments along the arc of constant twist between two samples, which is exact when the
-/// wheels keep their ratio (the official driver rotates each increment by the new yaw, off by half a step).
-/// Wheel slip and the choice of wheel radius go straight into the result. Cycle: step().
+/// Integrates wheel increments along the arc of constant twist between two samples. This is exact if the
+/// ratios of the wheel speeds are constant; the official driver rotates each increment by the new yaw, an
+/// error of half a step. Wheel slip and the chosen wheel radius go straight into the result. Cycle: step().
 class BaseOdometry {
  public:
   explicit BaseOdometry(const LinkMap& map) : map_(map) {}
 
-  /// The first step after a reset only takes the wheels' positions as the start.
+  /// The first step after a reset only stores the wheel positions.
   void reset(const PlanarPose& X_WB = {}) noexcept;
   const PlanarPose& step(const WheelVector& wheel_position_rad) noexcept;
   const PlanarPose& pose() const noexcept { return X_WB_; }

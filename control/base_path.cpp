@@ -14,8 +14,8 @@ namespace {
 // Peak of the first derivative of 10τ³ − 15τ⁴ + 6τ⁵ on [0, 1].
 constexpr double kPeakSpeed = 15.0 / 8.0;
 
-/// Largest acceleration per distance and 1/duration² along an arc that turns by `turn_rad`: the polynomial's
-/// own and, across it, the centripetal one, which peak at different times.
+/// Maximum acceleration per distance and 1/duration² along an arc that turns by `turn_rad`: the polynomial's
+/// own and, perpendicular to it, the centripetal one, which peak at different times.
 double peak_acceleration(double turn_rad) {
   if (turn_rad == 0) return 10.0 / std::numbers::sqrt3;
   constexpr int kSamples = 4096;
@@ -80,7 +80,7 @@ BaseReference BasePath::at(double time_s) const noexcept {
   reference.X_WB = moved_by(segment.start, s * segment.displacement_B);
   reference.twist_W = rotated(ds * segment.displacement_B, reference.X_WB.yaw_rad);
   reference.acceleration_W = rotated(dds * segment.displacement_B, reference.X_WB.yaw_rad);
-  // The body twist turns with the base: its centripetal part, yaw rate × velocity.
+  // The body twist rotates with the base: centripetal acceleration is yaw rate × velocity.
   const double yaw_rate = reference.twist_W[2];
   reference.acceleration_W[0] -= yaw_rate * reference.twist_W[1];
   reference.acceleration_W[1] += yaw_rate * reference.twist_W[0];

@@ -1,5 +1,5 @@
 /// @file
-/// A path for the base as a function of time, planned before the motion and read in the cycle.
+/// A path of the base as a function of time, planned before the motion and evaluated in the cycle.
 #pragma once
 #include <vector>
 
@@ -7,7 +7,7 @@
 
 namespace control {
 
-/// Where the base should be and how it should be moving there, in the fixed frame W.
+/// Pose of the base, its twist and acceleration, in the fixed frame W.
 struct BaseReference {
   PlanarPose X_WB;
   PlanarVector twist_W = PlanarVector::Zero();
@@ -15,9 +15,9 @@ struct BaseReference {
 };
 
 /// Straight lines, turns and circular arcs (each a displacement at constant body twist, see moved_by), driven
-/// one after the other with a rest between. Along each, the distance follows the fifth-order polynomial
-/// s(τ) = 10τ³ − 15τ⁴ + 6τ⁵, which starts and ends at rest without a step in force; its duration is the
-/// shortest (to a millionth) that keeps all limits, the centripetal acceleration of arcs included.
+/// one after the other with a rest between. The distance along each follows the fifth-order polynomial s(τ) =
+/// 10τ³ − 15τ⁴ + 6τ⁵, which starts and ends at rest without a step in force. Its duration is the shortest (to
+/// a millionth) that keeps all limits, including the centripetal acceleration of arcs.
 class BasePath {
  public:
   struct Limits {
@@ -33,13 +33,13 @@ class BasePath {
     Limits limits;
   };
 
-  /// Setup. @throws std::invalid_argument naming what is not finite or not positive.
+  /// Setup. @throws std::invalid_argument naming the value that is not finite or not positive.
   explicit BasePath(const Plan& plan);
 
-  /// Cycle. Before the start and after the end the base is asked to rest there.
+  /// Cycle. Before the start and after the end, the reference is at rest there.
   BaseReference at(double time_s) const noexcept;
   double duration_s() const noexcept { return duration_s_; }
-  /// Where the path ends.
+  /// End of the path.
   const PlanarPose& goal() const noexcept { return goal_; }
 
  private:

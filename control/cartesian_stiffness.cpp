@@ -9,7 +9,7 @@
 namespace control {
 namespace {
 
-/// Shortens to the limit; true when it did. Not a number stays one.
+/// Shortens to the limit; returns true if it did. NaN stays NaN.
 bool shorten(Eigen::Vector3d& vector, double limit) noexcept {
   const double length = vector.norm();
   if (!(length > limit)) return false;

@@ -1,5 +1,5 @@
 /// @file
-/// A spring and a damper between where the tip is and where it should be (thesis 3.4.1).
+/// Spring and damper between the end effector and its set-point (thesis 3.4.1).
 #pragma once
 #include <Eigen/Geometry>
 
@@ -13,14 +13,15 @@ struct CartesianStiffness {
   double rotation_Nm_per_rad = 0.0;
 };
 
-/// On the tip:
+/// On the end effector:
 ///   f = k·(p_set − p) + 2ζ·√(k·m)·(v_set − v),   n = κ·θ − 2ζ·√(κ·J)·ω,   each limited in magnitude,
-/// θ being the rotation from the tip to the set-point. The damping follows the stiffness. Cycle: pure.
+/// with θ the rotation from the end effector to the set-point. The damping follows the stiffness. Cycle:
+/// pure.
 class CartesianSpring {
  public:
   struct Config {
     double damping_ratio = 0.7;  ///< ζ
-    /// What the tip feels like to a push: mostly the arm's rotors behind their gears.
+    /// Apparent mass at the end effector: mostly the rotors of the arm, reflected through their gears.
     double mass_kg = 3.0;
     double inertia_kg_m2 = 0.3;
     double force_limit_N = 40.0;
@@ -28,14 +29,14 @@ class CartesianSpring {
   };
   struct Output {
     Wrench wrench_W = Wrench::Zero();                      ///< of spring and damper, limited
-    Eigen::Vector3d spring_W_N = Eigen::Vector3d::Zero();  ///< the spring's force alone, not limited
+    Eigen::Vector3d spring_W_N = Eigen::Vector3d::Zero();  ///< spring force only, not limited
     bool limited = false;
   };
 
   /// @throws std::invalid_argument naming the value out of range.
   explicit CartesianSpring(const Config& config);
 
-  /// `velocity_W`: of the tip, [v; ω].
+  /// `velocity_W`: of the end effector, [v; ω].
   Output wrench(const CartesianStiffness& stiffness, const TipSetpoint& setpoint,
                 const Eigen::Isometry3d& X_WT, const Wrench& velocity_W) const noexcept;
 

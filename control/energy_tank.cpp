@@ -8,7 +8,7 @@
 namespace control {
 namespace {
 
-/// Of the reserve: what a force that was let through from an empty tank may give while it is taken away.
+/// Share of the reserve that a force passed by an empty tank may deliver while it is removed.
 constexpr double kAgainstShare = 0.2;
 
 void require(bool good, const char* name, double value) {
@@ -40,7 +40,7 @@ EnergyTank::Output EnergyTank::step(const Eigen::Vector3d& p_m, const Eigen::Vec
   if (has_sample_) {
     const Eigen::Vector3d way_m = p_m - p_m_;
     const double given_J = held_N.dot(way_m);
-    // The damper's part of what was taken, as far as the device had come to hold it.
+    // Part of the removed energy that the damper absorbed, limited to the force that the device held.
     level_J_ -= given_J + std::clamp(-damper_N_.dot(way_m), 0.0, std::max(0.0, -given_J));
   }
   level_J_ = std::min(level_J_, stored_J + config_.reserve_J);
@@ -51,7 +51,8 @@ EnergyTank::Output EnergyTank::step(const Eigen::Vector3d& p_m, const Eigen::Vec
 
   const double magnitude_N = wanted_N.norm();
   const double along_m_per_s = magnitude_N > 0 ? wanted_N.dot(v_m_per_s) / magnitude_N : 0.0;
-  // Who has been given more than there was gets less and less to move against: nothing once it is a reserve.
+  // After delivering more than the tank held, less and less force passes against the motion: none once the
+  // deficit reaches the reserve.
   const double against = std::clamp(-along_m_per_s / config_.against_speed_m_per_s, 0.0, 1.0) *
                          std::clamp(1 + level_J_ / config_.reserve_J, 0.0, 1.0);
   const double full = std::clamp(level_J_ / (config_.reserve_J / 2), 0.0, 1.0);

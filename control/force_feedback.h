@@ -1,5 +1,6 @@
 /// @file
-/// What the hand feels of the spring between set-point and tip (thesis 3.4.1: position-error force feedback).
+/// Force on the hand from the spring between set-point and end effector (thesis 3.4.1: position-error force
+/// feedback).
 #pragma once
 #include <Eigen/Core>
 
@@ -7,21 +8,21 @@
 
 namespace control {
 
-/// The spring that pulls the tip to the set-point pulls the grip to the tip: f_H = −R_HW·f_W/k_f, shortened
-/// to a limit. Cycle: pure.
+/// The spring that pulls the end effector to the set-point also pulls the handle to the end effector: f_H =
+/// −R_HW·f_W/k_f, limited in magnitude. Cycle: pure.
 struct ForceFeedback {
-  double force_scale = 10.0;   ///< k_f, force on the tip over force on the hand
+  double force_scale = 10.0;   ///< k_f, force on the end effector over force on the hand
   double force_limit_N = 8.0;  ///< on the hand
 
-  /// `force_W_N`: of the spring, on the tip.
+  /// `force_W_N`: spring force on the end effector.
   Eigen::Vector3d force_H_N(const Eigen::Vector3d& force_W_N) const noexcept {
     const Eigen::Vector3d force_H_N = -turned_H_W(force_W_N) / force_scale;
     const double magnitude_N = force_H_N.norm();
     return magnitude_N > force_limit_N ? Eigen::Vector3d(force_limit_N / magnitude_N * force_H_N) : force_H_N;
   }
 
-  /// What that spring, stretched by `stretch_m` at the tip, gives back to a hand that goes along, the limit
-  /// included. `motion_scale`: way of the tip over way of the hand.
+  /// Energy that the spring, stretched by `stretch_m` at the end effector, returns to a hand that yields,
+  /// with the force limit. `motion_scale`: displacement of the end effector over that of the hand.
   double stored_J(double stretch_m, double stiffness_N_per_m, double motion_scale) const noexcept {
     if (!(stiffness_N_per_m > 0)) return 0.0;
     const double hand_stiffness_N_per_m = stiffness_N_per_m * motion_scale / force_scale;

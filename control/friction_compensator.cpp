@@ -22,7 +22,7 @@ double FrictionCompensator::torque_Nm(double command_Nm, const FrictionEstimate&
       estimate.rest * observer.holding_Nm(std::abs(estimate.velocity_rad_per_s), command_Nm);
   const double help_Nm =
       config_.margin * (std::abs(share) * (estimate.friction_Nm + estimate.position_Nm) + share * holding_Nm);
-  // Written so that not a number stays one.
+  // Written so that NaN stays NaN.
   return help_Nm * command_Nm < 0 && std::abs(help_Nm) > std::abs(command_Nm) ? -command_Nm : help_Nm;
 }
 

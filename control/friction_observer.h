@@ -13,18 +13,19 @@ namespace control {
 
 struct FrictionEstimate {
   double velocity_rad_per_s = 0.0;  ///< filtered
-  double friction_Nm = 0.0;  ///< sliding friction, sign of the velocity; continuous through zero velocity
+  double friction_Nm = 0.0;  ///< sliding friction with the sign of the velocity; continuous through zero
+                             ///< velocity
 
   double rest = 1.0;         ///< 1 at standstill, 0 at the blend speed and above, linear between
-  double position_Nm = 0.0;  ///< torque against positive motion by where the joint is
+  double position_Nm = 0.0;  ///< position-dependent torque against positive motion
 };
 
-/// Cycle: step(). Owns its filter state, one observer per joint.
+/// One observer per joint; owns its filter state. Cycle: step().
 class FrictionObserver {
  public:
   struct Config {
     StateVariableFilter::Config filter;
-    /// Below this speed the sign of the velocity is in doubt, and the estimate fades to zero with it.
+    /// Below this speed the sign of the velocity is uncertain, and the estimate fades linearly to zero.
     double blend_speed_rad_per_s = 0.05;
   };
 
@@ -36,8 +37,8 @@ class FrictionObserver {
   /// `elapsed_s` as in StateVariableFilter::step().
   FrictionEstimate step(double position_rad, std::optional<double> elapsed_s = {}) noexcept;
 
-  /// What keeps a motion in the direction of the sign of `direction` from starting, or from going on at
-  /// `speed`: the break-away torque at rest, no more than the sliding friction once it moves.
+  /// Torque that resists a motion in the direction of `direction` at `speed`: sliding friction, at most the
+  /// breakaway torque.
   double holding_Nm(double speed_rad_per_s, double direction) const noexcept {
     return std::min(table_.breakaway_Nm(direction),
                     table_.level_Nm(std::copysign(speed_rad_per_s, direction)));

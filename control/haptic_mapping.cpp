@@ -12,10 +12,10 @@
 namespace control {
 namespace {
 
-/// Of a rate-only master, before it drives anything.
+/// Of a rate-only device, before it drives anything.
 constexpr double kRest_s = 0.2;
 
-/// How far from `rest` to `full`, 0 to 1.
+/// Position between `rest` and `full`, 0 to 1.
 double share(double value, double rest, double full) noexcept {
   return std::clamp((value - rest) / (full - rest), 0.0, 1.0);
 }
@@ -29,7 +29,7 @@ HapticMapping::HapticMapping(const Config& config) : config_(config) {
   require_positive(config.rate_speed_m_per_s, "rate_speed_m_per_s");
   require_positive(config.rate_turn_rad_per_s, "rate_turn_rad_per_s");
   require_positive(config.leash_m, "leash_m");
-  // From half a turn on it is as far the other way round.
+  // From half a turn on, the shorter arc is the other way round.
   if (require_positive(config.turn_leash_rad, "turn_leash_rad") >= std::numbers::pi)
     throw std::invalid_argument("haptic mapping: turn_leash_rad = " + std::to_string(config.turn_leash_rad) +
                                 " must be less than half a turn");
@@ -68,8 +68,8 @@ const TipPose& HapticMapping::step(const Grip& grip, const TipPose& tip, bool ma
     mode_ = Mode::kRate;
     if (may_drive && been_inside_) advance(config_.rate_speed_m_per_s * hand_W_m.normalized(), tip.p_WT_m);
   } else {
-    // The thesis sums up old drift and both ways, from a grip one cycle later than the target; without that
-    // cycle it is this.
+    // The thesis accumulates old drift and both displacements, from a handle position one cycle later than
+    // the target; without that cycle the result is this.
     if (mode_ == Mode::kRate) offset_W_m_ = target_.p_WT_m - hand_W_m;
     mode_ = Mode::kPosition;
     been_inside_ = true;

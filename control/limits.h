@@ -1,12 +1,12 @@
 /// @file
-/// Bounds on what a controller may ask for. Limiting is not a fault: the motion goes on, and it is told.
+/// Limits on controller outputs. Limiting is not a fault: the motion continues and the limit is reported.
 #pragma once
 #include "control/link_map.h"
 #include "control/planar.h"
 
 namespace control {
 
-/// Defaults: a hand can hold the base back.
+/// Defaults: a hand can hold the base against them.
 struct WrenchLimits {
   double force_N = 5.0;
   double moment_Nm = 1.0;
@@ -18,10 +18,11 @@ struct Limited {
   bool limited = false;
 };
 
-/// Shortens the force to its limit keeping its direction; bounds the moment on its own. Cycle: pure.
+/// Scales the force down to its limit, keeping its direction; limits the moment independently. Cycle: pure.
 Limited<PlanarVector> limited_wrench(const PlanarVector& wrench, const WrenchLimits& limits) noexcept;
 
-/// Scales all four torques down together until the largest fits, so that the wrench keeps its direction.
+/// Scales all four torques together until the largest is within the limit, so that the wrench keeps its
+/// direction.
 Limited<WheelVector> limited_torque(const WheelVector& torque_Nm, double limit_Nm) noexcept;
 
 }  // namespace control

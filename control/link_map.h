@@ -10,17 +10,17 @@ namespace control {
 /// Wheels in bus order: 1 front-left, 2 front-right, 3 rear-left, 4 rear-right.
 using WheelVector = Eigen::Vector4d;
 
-/// Which way a positive wheel turns.
+/// Sign convention of the wheels.
 enum class WheelSigns {
   /// All four positive turn the base counter-clockwise: the thesis, the motor controllers on the wire, and
   /// the official C++ driver (its kinematics has the thesis' signs; the two differ by geometric factors).
   kCounterClockwise,
-  /// All four positive drive forward: the official driver's ROS interface and robot description, which turn
-  /// the left wheels' sign.
+  /// All four positive drive forward: the ROS interface and robot description of the official driver, which
+  /// invert the sign of the left wheels.
   kForward,
 };
 
-/// Official driver's configuration, youbot-base.cfg. Other sources give radii of 0.050 m and 0.052 m.
+/// Configuration of the official driver, youbot-base.cfg. Other sources give radii of 0.050 m and 0.052 m.
 struct BaseGeometry {
   double wheel_radius_m = 0.0475;
   double wheelbase_m = 0.47;  ///< front to rear axle
@@ -28,10 +28,10 @@ struct BaseGeometry {
 };
 
 /// Maps twists and wrenches of the base to wheel speeds and torques. With M the 3×4 matrix of twist():
-///   V = M·w,  τ = Mᵀ·W,  so that τ·w = W·V for every wheel motion w (power is kept),
-///   w = M⁺·V (rolling without slip),  W = (Mᵀ)⁺·τ (what the wheels' torques amount to).
+///   V = M·w,  τ = Mᵀ·W,  so that τ·w = W·V for every wheel motion w (power is conserved),
+///   w = M⁺·V (rolling without slip),  W = (Mᵀ)⁺·τ (resultant of the wheel torques).
 /// Rows of M for kCounterClockwise, up to the factors: x [−1 1 −1 1], y [1 1 −1 −1], yaw [1 1 1 1].
-/// Pure function of its arguments after construction; cycle-safe.
+/// Pure after construction; cycle-safe.
 class LinkMap {
  public:
   /// The thesis' map: entries are ±1, no geometry, so "twists" are sums of wheel speeds.

@@ -24,7 +24,7 @@ PlanarPose moved_by(const PlanarPose& X_WB, const PlanarVector& displacement_B) 
 
 /// Turns a planar vector by `angle_rad`; the yaw component stays.
 PlanarVector rotated(const PlanarVector& v, double angle_rad) noexcept;
-/// The same by the cosine and sine of the angle, where one angle turns several vectors.
+/// As above, with the cosine and sine of the angle, to rotate several vectors by one angle.
 inline PlanarVector rotated(const PlanarVector& v, double cosine, double sine) noexcept {
   return {cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1], v[2]};
 }

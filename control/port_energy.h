@@ -1,15 +1,15 @@
 /// @file
-/// The energy that a haptic master gives to the hand.
+/// Energy that a haptic device delivers to the hand.
 #pragma once
 #include <Eigen/Core>
 
 namespace control {
 
-/// Sum of force times way, the force being held from one sample to the next, as a device holds it: exact
-/// between samples. Positive: given to the hand. One thread. Cycle: everything.
+/// Sum of force times displacement. The force is held between samples, as in the device, so that the sum is
+/// exact. Positive: delivered to the hand. One thread. Cycle: everything.
 class PortEnergy {
  public:
-  /// At each sample: where the grip is, and the force from now on.
+  /// At each sample: position of the handle, and the force from now on.
   void update(const Eigen::Vector3d& p_m, const Eigen::Vector3d& force_N) noexcept {
     if (has_sample_) energy_J_ += force_N_.dot(p_m - p_m_);
     has_sample_ = true;

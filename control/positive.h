@@ -1,5 +1,5 @@
 /// @file
-/// For constructors: refuses a parameter that is not finite and positive.
+/// Parameter check for constructors: rejects values that are not finite and positive.
 #pragma once
 #include <cmath>
 #include <stdexcept>
@@ -12,7 +12,7 @@ namespace control {
 struct RequirePositive {
   const char* whose;
 
-  /// The value. @throws std::invalid_argument naming whose and which it is, and the value.
+  /// Returns the value. @throws std::invalid_argument naming owner, parameter and value.
   double operator()(double value, const char* name) const {
     if (!(std::isfinite(value) && value > 0))
       throw std::invalid_argument(std::string(whose) + ": " + name + " must be positive, not " +

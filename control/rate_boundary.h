@@ -1,16 +1,15 @@
 /// @file
-/// Where in a master's workspace its grip stops telling a place and begins to tell a direction
-/// (thesis 3.4.3).
+/// Boundary in a haptic device's workspace between position control and rate control (thesis 3.4.3).
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
 
 namespace control {
 
-/// A spheroid cut by two planes, in the master's frame H. Defaults: fitted to an omega.6 by the thesis.
+/// A spheroid cut by two planes, in the device's frame H. Defaults: fitted to an omega.6 by the thesis.
 ///
-/// Beyond it a weak spring pushes the grip back, which the thesis has not: the hand feels where rate control
-/// begins, and a grip that nobody holds does not stay there.
+/// Beyond it a weak spring, which the thesis does not have, pushes the handle back: the hand feels where rate
+/// control begins, and a released handle does not stay outside.
 struct RateBoundary {
   Eigen::Vector3d centre_H_m{-0.08, 0.0, 0.008};
   Eigen::Vector3d half_axes_m{0.14, 0.10, 0.10};
@@ -23,8 +22,8 @@ struct RateBoundary {
            p_HD_m.z() > least_z_m;
   }
 
-  /// The gradient of a potential, ½·k·d² over each of the three surfaces. The depth d behind the spheroid
-  /// counts along its shortest half axis a: d = (ρ − 1)·a with ρ = |(p − c)/axes|.
+  /// Gradient of the potential ½·k·d² over each of the three surfaces. The depth d outside the spheroid is
+  /// measured along its shortest half axis a: d = (ρ − 1)·a with ρ = |(p − c)/axes|.
   Eigen::Vector3d rim_force_H_N(const Eigen::Vector3d& p_HD_m) const noexcept {
     Eigen::Vector3d force_H_N(rim_N_per_m * std::max(0.0, least_x_m - p_HD_m.x()), 0,
                               rim_N_per_m * std::max(0.0, least_z_m - p_HD_m.z()));

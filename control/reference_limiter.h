@@ -1,13 +1,13 @@
 /// @file
-/// How fast, how hard and how suddenly the base's reference may move.
+/// Limits speed, acceleration and jerk of the base's reference.
 #pragma once
 #include "control/base_path.h"
 #include "control/setpoint_limiter.h"
 
 namespace control {
 
-/// Between the planner and the controller that follows. A reference that keeps the limits passes unchanged.
-/// Cycle: all but construction.
+/// Between the planner and the controller. A reference within the limits passes unchanged. Cycle: all but
+/// construction.
 class ReferenceLimiter {
  public:
   struct Config {
@@ -18,13 +18,13 @@ class ReferenceLimiter {
   /// @throws std::invalid_argument for a limit that is not finite and positive.
   explicit ReferenceLimiter(const Config& config) : place_(config.linear), yaw_(config.turning) {}
 
-  /// At rest where the base stands.
+  /// At rest at this pose.
   void reset(const PlanarPose& X_WB) noexcept {
     place_.reset({X_WB.x_m, X_WB.y_m});
     yaw_.reset(Yaw::Constant(X_WB.yaw_rad));
   }
 
-  /// `elapsed_s` after the last one, in a loop of `period_s`.
+  /// `elapsed_s` since the last step, in a loop of `period_s`.
   BaseReference step(const BaseReference& wanted, double elapsed_s, double period_s) noexcept {
     BaseReference reference = wanted;
     const Eigen::Vector2d& p_W_m = place_.step({wanted.X_WB.x_m, wanted.X_WB.y_m}, elapsed_s, period_s);

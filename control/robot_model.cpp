@@ -18,7 +18,7 @@ namespace {
 
 constexpr double kGravity_m_per_s2 = 9.81;
 constexpr std::size_t kAxes = kChainAxes;
-constexpr std::size_t kYaw = kBaseAxes - 1;  // the axis that moves the base itself
+constexpr std::size_t kYaw = kBaseAxes - 1;  // the axis that rotates the base itself
 constexpr std::array<const char*, kLinks> kLinkNames = {"the base",   "arm link 1", "arm link 2",
                                                         "arm link 3", "arm link 4", "arm link 5"};
 
@@ -47,7 +47,7 @@ Eigen::Isometry3d to_eigen(const KDL::Frame& frame) {
 
 bool moves(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; }
 
-/// Of a link and of all that is fixed to it, in the link's frame.
+/// Of a link and everything fixed to it, in the link's frame.
 KDL::RigidBodyInertia rigid_inertia(const urdf::ModelInterface& robot, const urdf::Link& link) {
   auto sum = KDL::RigidBodyInertia::Zero();
   if (link.inertial) {
@@ -62,7 +62,7 @@ KDL::RigidBodyInertia rigid_inertia(const urdf::ModelInterface& robot, const urd
   return sum;
 }
 
-/// From the root to T. Whatever moves has to be on it.
+/// From the root to T. Every moving joint must be on this path.
 std::vector<urdf::JointConstSharedPtr> path_to_tip(const urdf::ModelInterface& robot) {
   std::vector<urdf::JointConstSharedPtr> path;
   urdf::LinkConstSharedPtr link = robot.getLink("tip");
@@ -113,11 +113,11 @@ KDL::RigidBodyInertia changed(const KDL::RigidBodyInertia& inertia, const ModelC
 
 std::string_view youbot_urdf() noexcept { return kYoubotUrdf; }
 
-/// What is of the cycle, and its twists, inertias and wrenches, is about the origin of W and in W: so they
-/// add up as they are.
+/// Values of the cycle, and its twists, inertias and wrenches, refer to the origin of W and are in W, so that
+/// they can be added directly.
 struct RobotModel::Chain {
   std::array<KDL::Segment, kAxes> segments;
-  std::array<KDL::RigidBodyInertia, kAxes> inertias;  // of what an axis moves, in its link's frame
+  std::array<KDL::RigidBodyInertia, kAxes> inertias;  // of the parts that an axis moves, in its link's frame
   KDL::Frame X_tip;                                   // T in the frame of the last link
   std::array<JointRange, kArmJoints> ranges;
   double total_mass_kg = 0.0;
@@ -126,7 +126,7 @@ struct RobotModel::Chain {
   Eigen::Isometry3d X_WT;
   Jacobian J_WT;
   std::array<KDL::Frame, kAxes> X_W;            // of the links' frames
-  std::array<KDL::Twist, kAxes> unit_twists_W;  // by an axis that moves with 1 m/s or 1 rad/s
+  std::array<KDL::Twist, kAxes> unit_twists_W;  // by an axis that moves at 1 m/s or 1 rad/s
   bool inertias_known = false;                  // at this q: the next two
   std::array<KDL::RigidBodyInertia, kAxes> inertias_W;
   std::array<KDL::RigidBodyInertia, kAxes> outboard_W;  // of an axis' link and all after it
@@ -151,7 +151,7 @@ struct RobotModel::Chain {
     }
   }
 
-  /// Where only kinematics are asked for, it is not called.
+  /// Not called where only kinematics are needed.
   void require_inertias() noexcept {
     if (inertias_known) return;
     for (std::size_t i = 0; i < kAxes; ++i) inertias_W[i] = X_W[i] * inertias[i];
@@ -190,7 +190,7 @@ void RobotModel::update(const ChainVector& q) noexcept {
   for (std::size_t i = 0; i < kAxes; ++i) {
     const KDL::Rotation R_parent = X.M;
     X = X * c.segments[i].pose(q[static_cast<int>(i)]);
-    // The frame's origin is on the axis, so that it moves with what slides and rests in what turns.
+    // The frame's origin is on the axis: it translates with a prismatic joint and is fixed in a revolute one.
     c.unit_twists_W[i] = (R_parent * c.segments[i].getJoint().twist(1.0)).RefPoint(-X.p);
     c.X_W[i] = X;
     if (i >= kYaw) c.X_WL[i - kYaw] = to_eigen(X);
@@ -215,7 +215,7 @@ PointJacobian RobotModel::point_jacobian(Link link, const Eigen::Vector3d& p_W) 
   return J;
 }
 
-// The composite rigid body algorithm: an axis alone moves all after it as one body.
+// Composite rigid body algorithm: an axis moves all links after it as one rigid body.
 ChainMatrix RobotModel::mass() noexcept {
   chain_->require_inertias();
   ChainMatrix M;
@@ -228,7 +228,7 @@ ChainMatrix RobotModel::mass() noexcept {
   return M;
 }
 
-// Standing is falling upwards.
+// Gravity acts like an upward acceleration.
 ChainVector RobotModel::gravity_Nm() noexcept {
   chain_->require_inertias();
   const KDL::Twist upwards(KDL::Vector(0, 0, kGravity_m_per_s2), KDL::Vector::Zero());
@@ -238,14 +238,14 @@ ChainVector RobotModel::gravity_Nm() noexcept {
   return g;
 }
 
-// Newton and Euler, recursively, with the axes not accelerated.
+// Recursive Newton-Euler, with zero joint accelerations.
 ChainVector RobotModel::coriolis_Nm(const ChainVector& velocity) noexcept {
   chain_->require_inertias();
   std::array<KDL::Wrench, kAxes> wrenches;
   auto v = KDL::Twist::Zero(), a = KDL::Twist::Zero();
   for (std::size_t i = 0; i < kAxes; ++i) {
     const KDL::Twist relative = chain_->unit_twists_W[i] * velocity[static_cast<int>(i)];
-    a += v * relative;  // the axis is carried along by those before it
+    a += v * relative;  // acceleration of the axis itself, moved by those before it
     v += relative;
     wrenches[i] = chain_->inertias_W[i] * a + v * (chain_->inertias_W[i] * v);
   }

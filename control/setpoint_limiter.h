@@ -1,5 +1,5 @@
 /// @file
-/// How fast, how hard and how suddenly a set-point may move.
+/// Limits speed, acceleration and jerk of a set-point.
 #pragma once
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -11,34 +11,34 @@ namespace control {
 
 /// Speed, acceleration and jerk: m/s, m/s², m/s³, or rad/s and so on.
 ///
-/// libfranka documents, for a Franka Research 3 (franka/rate_limiting.h, 2023; joints' speed in its
-/// "Limits"):
-///   a joint             2.62 rad/s   10 rad/s²   5000 rad/s³
-///   tip, translation    3.0 m/s       9 m/s²     4500 m/s³
-///   tip, rotation       2.5 rad/s    17 rad/s²   8500 rad/s³
-/// A youBot's gears make its axes slower. Acceleration and jerk are smaller in the proportion of the speeds,
-/// so that top speed and top acceleration are reached in the same times; or smaller still where the drive has
-/// a ramp of its own.
+/// libfranka documents, for a Franka Research 3 (franka/rate_limiting.h, 2023; joint speeds in its "Limits"):
+///   a joint                     2.62 rad/s   10 rad/s²   5000 rad/s³
+///   end effector, translation   3.0 m/s       9 m/s²     4500 m/s³
+///   end effector, rotation      2.5 rad/s    17 rad/s²   8500 rad/s³
+/// A youBot's gears make its axes slower. Acceleration and jerk are scaled down by the ratio of the speeds,
+/// so that top speed and top acceleration are reached in the same times; further where the drive has its own
+/// ramp.
 struct SetpointLimits {
   double speed;
   double acceleration;
   double jerk;
 };
-/// A joint in position mode. 90°/s, 0.6 of libfranka's, would allow 6 rad/s²; but the boards ramp their
-/// motors by 2000 rpm a second (parameter 11 of the factory dump), behind joint 1's gear of 156 by a = 1.34
-/// rad/s². So that it can stop, a board's position lags by v²/2a behind a set-point of speed v: 0.24 rad at
-/// 0.8 rad/s.
+/// A joint in position mode. 90°/s, 0.6 of libfranka's, would allow 6 rad/s², but the boards ramp their
+/// motors by 2000 rpm per second (parameter 11 of the factory dump): a = 1.34 rad/s² behind joint 1's gear
+/// ratio of 156. To be able to stop, a board's position lags by v²/2a behind a set-point of speed v: 0.24 rad
+/// at 0.8 rad/s.
 inline constexpr SetpointLimits kArmJointLimits{0.8, 1.34, 670.0};
-/// 0.6 of the joints' speed (90°/s, hal/youbot_axes.h) on an arm of 0.655 m for one of 0.855 m: 0.46 of
-/// libfranka's tip; turning 0.6.
+/// 0.6 of the joint speed (90°/s, hal/youbot_axes.h) on an arm of 0.655 m instead of 0.855 m: 0.46 of
+/// libfranka's end effector; rotation 0.6.
 inline constexpr SetpointLimits kTipLimits{1.38, 4.1, 2070.0};
 inline constexpr SetpointLimits kTipTurnLimits{1.5, 10.2, 5100.0};
-/// Wheels of 47.5 mm radius at 16.2 rad/s: 0.77 m/s, for which KUKA says 0.8, or 2 rad/s about the centre.
+/// Wheels of 47.5 mm radius at 16.2 rad/s: 0.77 m/s (KUKA specifies 0.8), or 2 rad/s about the centre.
 inline constexpr SetpointLimits kBaseLimits{0.8, 2.4, 1200.0};
 inline constexpr SetpointLimits kBaseTurnLimits{2.0, 13.6, 6800.0};
 
-/// Of a set-point's motion along kAxes axes together, in the Euclidean norm. What keeps the limits passes
-/// unchanged. What does not is followed as soon as they allow, and reached without going past it.
+/// Limits a set-point along kAxes axes together, in the Euclidean norm. A target within the limits passes
+/// unchanged. Otherwise the set-point follows as soon as the limits allow, and reaches the target without
+/// overshoot.
 /// Cycle: all but construction.
 template <int kAxes>
 class SetpointLimiter {
@@ -54,7 +54,7 @@ class SetpointLimiter {
     require_positive(limits.jerk, "jerk");
   }
 
-  /// At rest there.
+  /// At rest at this position.
   void reset(const Vector& position = Vector::Zero()) noexcept {
     position_ = target_ = position;
     velocity_.setZero();
@@ -62,8 +62,8 @@ class SetpointLimiter {
     limited_ = false;
   }
 
-  /// The set-point in place of `target`, `elapsed_s` after the last one and positive. An acceleration is that
-  /// over no less than `period_s`: a wake-up that was late and the next, early one are no jerk.
+  /// Set-point in place of `target`; `elapsed_s` since the last step, positive. Accelerations are computed
+  /// over at least `period_s`: a late wake-up followed by an early one is not a jerk.
   const Vector& step(const Vector& target, double elapsed_s, double period_s) noexcept {
     const Vector behind = target_ - position_;
     const Vector target_velocity = (target - target_) / elapsed_s;
@@ -75,9 +75,9 @@ class SetpointLimiter {
     return position_;
   }
 
-  // What step() is made of, for set-points that are no vectors.
+  // The parts of step(), for set-points that are not vectors.
 
-  /// Of a set-point that is `behind` its target: no faster towards it than it can stop there.
+  /// For a set-point that is `behind` its target: limits the speed towards it so that it can stop there.
   Vector slowed(const Vector& wanted, const Vector& behind, const Vector& target_velocity,
                 double period_s) const noexcept {
     if (!is_behind(behind)) return wanted;
@@ -86,7 +86,7 @@ class SetpointLimiter {
     const double too_fast = (wanted - target_velocity).dot(towards) - braking_speed(way, period_s);
     return wanted - std::max(0.0, too_fast) * towards;
   }
-  /// No faster towards a wall than it can stop there.
+  /// Limits the speed towards a workspace limit so that it can stop there.
   Vector slowed_before(const Box& walls, const Vector& position, const Vector& wanted,
                        double period_s) const noexcept {
     Vector slower = wanted;
@@ -95,7 +95,7 @@ class SetpointLimiter {
                              braking_speed(walls.max()[i] - position[i], period_s));
     return slower;
   }
-  /// Changes the velocity towards `wanted` for `elapsed_s`; what it is then is velocity().
+  /// Changes velocity() towards `wanted` for `elapsed_s`.
   void accelerate(const Vector& wanted, double elapsed_s) noexcept {
     const Vector allowed = cut(wanted, limits_.speed);
     const Vector exact = (allowed - velocity_) / elapsed_s;
@@ -106,7 +106,7 @@ class SetpointLimiter {
     acceleration_ = limited_ ? eased(acceleration, elapsed_s) : exact;
     velocity_ = limited_ ? cut(velocity_ + elapsed_s * acceleration_, limits_.speed) : wanted;
   }
-  /// Axes at a wall come to rest there.
+  /// Stops an axis at its workspace limit.
   void stop(Eigen::Index axis) noexcept { velocity_[axis] = acceleration_[axis] = 0.0; }
 
   const Vector& velocity() const noexcept { return velocity_; }
@@ -115,14 +115,14 @@ class SetpointLimiter {
 
  private:
   static constexpr double kArrived = 1e-7;  // m or rad
-  static constexpr double kSlack = 1e-6;    // of rounding
+  static constexpr double kSlack = 1e-6;    // for rounding
 
   static bool is_behind(const Vector& behind) noexcept { return behind.norm() > kArrived; }
   static Vector cut(const Vector& value, double most) noexcept {
     const double length = value.norm();
     return length > most ? Vector(value * (most / length)) : value;
   }
-  /// Less acceleration shortly before top speed, so that it can end there without more jerk than allowed.
+  /// Reduces the acceleration shortly before top speed, so that it can end there within the jerk limit.
   Vector eased(const Vector& acceleration, double elapsed_s) const noexcept {
     const double speed = velocity_.norm();
     if (!(speed > 0)) return acceleration;
@@ -132,8 +132,8 @@ class SetpointLimiter {
         std::sqrt(change * change / 4 + 2 * limits_.jerk * std::max(0.0, limits_.speed - speed)) - change / 2;
     return acceleration - std::max(0.0, acceleration.dot(along) - most) * along;
   }
-  /// From which it comes to rest within `way`: v = √((b·t)² + 2·b·way) − b·t, with b a part of the
-  /// acceleration, so that there is some left to correct, and t the time until it acts.
+  /// Speed from which it comes to rest within `way`: v = √((b·t)² + 2·b·way) − b·t. b is a share of the
+  /// acceleration limit, which leaves a margin for corrections; t is the time until braking takes effect.
   double braking_speed(double way, double period_s) const noexcept {
     constexpr double kShare = 0.7;
     const double b = kShare * limits_.acceleration;

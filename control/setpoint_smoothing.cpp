@@ -24,7 +24,7 @@ SetpointSmoothing::SetpointSmoothing(const Config& config) : config_(config) {
   require_positive(config.velocity_cutoff_Hz, "velocity_cutoff_Hz");
   require_positive(config.speed_m_per_s, "speed_m_per_s");
   require_positive(config.turn_speed_rad_per_s, "turn_speed_rad_per_s");
-  // Of an error along the diagonal the axis that is furthest off has 1/√3.
+  // For an error along the diagonal, the axis with the largest error has 1/√3 of it.
   config_.threshold_m = std::max(require_positive(config.threshold_m, "threshold_m"),
                                  std::numbers::sqrt3 * config.speed_m_per_s * config.period_s);
   config_.turn_threshold_rad = std::max(require_positive(config.turn_threshold_rad, "turn_threshold_rad"),

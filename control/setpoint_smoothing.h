@@ -1,5 +1,5 @@
 /// @file
-/// Lets a set-point go to where it should be in small steps (thesis 3.4.2).
+/// Moves a set-point to its target in small steps (thesis 3.4.2).
 #pragma once
 #include <Eigen/Geometry>
 #include <optional>
@@ -10,39 +10,40 @@
 
 namespace control {
 
-/// Each cycle at most one step of translation, such that the axis that is furthest off goes exactly one step
-/// and the others their share, and one of rotation, along the shorter arc. What is nearer than a threshold
-/// passes; a threshold counts as no less than what keeps a step from leading past its goal. Defaults: the
-/// thesis' 0.25 mm and 0.01 degrees a millisecond, thresholds 0.5 mm and 0.05 degrees. The thesis starts and
-/// stops at full speed; here acceleration and jerk are limited, and the set-point stops at the walls.
+/// Each cycle makes at most one step of translation, in which the axis with the largest error moves exactly
+/// one step and the others proportionally, and one step of rotation along the shorter arc. Errors below a
+/// threshold pass unchanged; the effective threshold is large enough that a step cannot overshoot. Defaults:
+/// the thesis' 0.25 mm and 0.01 degrees per millisecond, thresholds 0.5 mm and 0.05 degrees. The thesis
+/// starts and stops at full speed; here acceleration and jerk are limited, and the set-point stops at the
+/// workspace limits.
 /// Cycle: reset(), step().
 class SetpointSmoothing {
  public:
   struct Config {
     double period_s = 1e-3;
-    double speed_m_per_s = 0.25;  ///< of the axis that goes furthest
+    double speed_m_per_s = 0.25;  ///< of the axis with the largest error
     double threshold_m = 5e-4;
     double turn_speed_rad_per_s = 0.17453;
     double turn_threshold_rad = 8.7266e-4;
-    /// Infinite: none of the two, as in the thesis.
+    /// Infinite: no limit on either, as in the thesis.
     double acceleration_m_per_s2 = kTipLimits.acceleration;
     double jerk_m_per_s3 = kTipLimits.jerk;
     double turn_acceleration_rad_per_s2 = kTipTurnLimits.acceleration;
     double turn_jerk_rad_per_s3 = kTipTurnLimits.jerk;
     Eigen::AlignedBox3d walls_W_m = Workspace{}.tip_W_m;
-    /// Of the set-point's own velocity, which the steps make rough.
+    /// For the set-point's own velocity, which is rough because of the steps.
     double velocity_cutoff_Hz = 5.0;
   };
 
   /// @throws std::invalid_argument naming the value out of range.
   explicit SetpointSmoothing(const Config& config);
 
-  /// At rest there.
+  /// At rest at this pose.
   void reset(const Eigen::Vector3d& p_WT_m, const Eigen::Quaterniond& q_WT) noexcept;
-  /// One cycle towards these.
+  /// One cycle towards this pose.
   const TipSetpoint& step(const Eigen::Vector3d& p_WT_m, const Eigen::Quaterniond& q_WT) noexcept;
   const TipSetpoint& setpoint() const noexcept { return setpoint_; }
-  /// The set-point is off where it should be by more than a threshold.
+  /// The set-point is off its target by more than a threshold.
   bool limited() const noexcept { return limited_; }
 
  private:
@@ -54,7 +55,7 @@ class SetpointSmoothing {
   std::optional<SetpointLimiter<3>> turning_;
   TipPose goal_;  // of the last step
   bool limited_ = false;
-  double velocity_share_;  // of the newest velocity in the filtered one
+  double velocity_share_;  // weight of the newest velocity in the filtered one
   TipSetpoint setpoint_;
 };
 

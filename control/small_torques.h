@@ -1,15 +1,15 @@
 /// @file
-/// Torques that an actuator cannot deliver, on average.
+/// Dead-band compensation by pulse modulation.
 #pragma once
 #include <cmath>
 
 namespace control {
 
-/// For an actuator that delivers its least torque T for every smaller command but zero (the youBot's 0.03
-/// N·m, thesis 2.5.2): a torque below T becomes pulses of T, zero between, whose mean is the torque wanted.
-/// What is not delivered yet is carried over and stays within T/2. A T estimated too large only makes the
-/// pulses rarer and higher, as they are delivered as commanded; with one too small the mean is too large, by
-/// no more than the factor of the true T over it. One actuator each. Cycle: step().
+/// For an actuator that delivers its minimum torque T for every smaller non-zero command (0.03 N·m on the
+/// youBot, thesis 2.5.2): a torque below T becomes pulses of T, zero between, whose mean is the wanted
+/// torque. The undelivered remainder is carried over and stays within T/2. If T is overestimated, the pulses
+/// are only rarer and higher, since they are delivered as commanded; if T is underestimated, the mean is too
+/// large by at most the ratio of the true T to the estimate. One instance per actuator. Cycle: step().
 class SmallTorques {
  public:
   SmallTorques() = default;
@@ -17,7 +17,7 @@ class SmallTorques {
 
   void reset() noexcept { owed_Nm_ = 0; }
   double step(double wanted_Nm) noexcept {
-    // Not a number goes on as it is: whoever takes commands refuses it.
+    // NaN is passed through; the HAL rejects it.
     if (wanted_Nm == 0 || !(std::abs(wanted_Nm) < least_Nm_)) {
       reset();
       return wanted_Nm;

@@ -1,5 +1,5 @@
 /// @file
-/// Whether a joint has certainly turned faster than it may, where the times of its samples are known within
+/// Proves that a joint has exceeded its speed limit although the times of its samples are known only within
 /// bounds.
 #pragma once
 #include <algorithm>
@@ -7,25 +7,26 @@
 
 namespace control {
 
-/// When a sample was taken, for certain (hal::RobotSample), on one clock.
+/// Guaranteed bounds of the time of a sample (hal::RobotSample), on one clock.
 struct SampleBounds {
   double earliest_s = 0.0;
   double latest_s = 0.0;
 };
 
-/// A joint that keeps its limit L needs a time of (p_j - p_i)/L between any two of its samples. With
+/// A joint within its speed limit L needs at least (p_j - p_i)/L between any two samples. With
 ///   t_j = max(earliest_j, t_i + (p_j - p_i)/L)
-/// each sample is given the soonest time that all before it allow. If t_j is later than latest_j, no sample
-/// times within the bounds allow this motion at L; otherwise some do. The same in the negative direction.
+/// each sample gets the earliest time that all samples before it allow. If t_j is later than latest_j, no
+/// sample times within the bounds allow this motion at L; otherwise some do. The same holds in the negative
+/// direction.
 /// Cycle: all but construction.
 class SpeedProof {
  public:
   SpeedProof() = default;
   explicit SpeedProof(double limit_rad_per_s) : limit_rad_per_s_(limit_rad_per_s) {}
 
-  /// What came before is forgotten: the angles count from elsewhere.
+  /// Forgets earlier samples: the origin of the angles has changed.
   void restart() noexcept { known_ = false; }
-  /// With each new sample.
+  /// For each new sample.
   void update(double position_rad, const SampleBounds& taken) noexcept {
     const double least_s = known_ ? (position_rad - position_rad_) / limit_rad_per_s_ : 0.0;
     forward_s_ = known_ ? std::max(taken.earliest_s, forward_s_ + least_s) : taken.earliest_s;
@@ -45,8 +46,8 @@ class SpeedProof {
   double latest_s_ = 0.0;
 };
 
-/// A velocity from a filter is wrong where the time of a sample is: what it says is too fast has to be
-/// proven. What is not a number is too fast.
+/// A filtered velocity is wrong if the time of a sample is, so an excess must be proven. NaN counts as too
+/// fast.
 inline bool is_too_fast(double filtered_rad_per_s, double limit_rad_per_s, const SpeedProof& proof) noexcept {
   if (std::abs(filtered_rad_per_s) <= limit_rad_per_s) return false;
   return std::isnan(filtered_rad_per_s) || proof.too_fast();

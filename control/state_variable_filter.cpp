@@ -30,9 +30,9 @@ StateVariableFilter::StateVariableFilter(const Config& config) {
   transition_ = transition_over(T);
 }
 
-/// Matrix exponential of [[0, 1], [-w², -2ζw]] by its closed form: with a = ζw and d = sqrt(a² - w²),
-/// exp(At) = e^(-at) (cosh(dt) I + sinh(dt)/d (A + a I)); complex d covers ζ < 1, the limit sinh(dt)/d -> t
-/// covers ζ = 1. Both factors are taken into the brackets, where nothing grows with a long time.
+/// Closed-form matrix exponential of [[0, 1], [-w², -2ζw]]: with a = ζw and d = sqrt(a² - w²), exp(At) =
+/// e^(-at) (cosh(dt) I + sinh(dt)/d (A + a I)); complex d covers ζ < 1, the limit sinh(dt)/d -> t covers ζ =
+/// 1. Both factors are moved into the brackets, where nothing grows with a long time.
 Eigen::Matrix2d StateVariableFilter::transition_over(double time_s) const noexcept {
   const double a = friction_ / 2;
   const std::complex<double> d = std::sqrt(std::complex<double>(a * a - stiffness_));
@@ -54,7 +54,7 @@ StateVariableFilter::Output StateVariableFilter::step(double position,
 }
 
 void StateVariableFilter::follow(double position, double elapsed_s) noexcept {
-  // Along a straight input of slope r the filter settles on (u − r·2ζ/ω, r); what is off it decays by Φ.
+  // For an input of slope r the filter settles on (u − r·2ζ/ω, r); the deviation decays by Φ.
   const double slope = (position - last_input_) / elapsed_s;
   const Eigen::Vector2d settled_before(last_input_ - lag_s_ * slope, slope);
   const Eigen::Vector2d settled_now(position - lag_s_ * slope, slope);

@@ -7,8 +7,8 @@
 namespace control {
 
 /// Second-order low-pass x/u = ω²/(s² + 2ζωs + ω²) whose states are the filtered position and its derivative,
-/// discretised exactly for an input that runs straight between samples: a ramp's slope comes out exactly, and
-/// the filtered position follows 2ζ/ω later.
+/// discretised exactly for an input that is linear between samples: the slope of a ramp is exact, and the
+/// filtered position lags by 2ζ/ω.
 /// Cycle: reset(), step().
 class StateVariableFilter {
  public:
@@ -23,19 +23,18 @@ class StateVariableFilter {
     double acceleration = 0.0;
   };
 
-  /// @throws std::invalid_argument naming the value that is not finite or out of range, also when the
-  /// cut-off is too fast for the period (ω·T above 1).
+  /// @throws std::invalid_argument naming the value that is not finite or out of range, also if the cut-off
+  /// is too high for the period (ω·T above 1).
   explicit StateVariableFilter(const Config& config);
 
-  /// At rest at `position`, so that a start far from zero makes no false velocity.
+  /// At rest at `position`: a start far from zero causes no false velocity.
   void reset(double position) noexcept {
     state_ = {position, 0.0};
     last_input_ = position;
     started_ = true;
   }
-  /// The first step after construction resets to its input. Input and output have the same unit.
-  /// `elapsed_s`: since the last input, none: a period. The way is taken for gone in that time; in 0 none is
-  /// gone, and the estimate stays as it is: the input is the last one once more.
+  /// The first step after construction resets to its input. Input and output have the same unit. `elapsed_s`:
+  /// time since the last input; empty: one period; 0: the last input repeated, the estimate is unchanged.
   Output step(double position, std::optional<double> elapsed_s = {}) noexcept;
 
  private:

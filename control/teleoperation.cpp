@@ -12,15 +12,15 @@
 namespace control {
 namespace {
 
-/// What has to be true before the next phase begins is true for this long.
+/// Conditions for the next phase must hold for this time.
 constexpr double kHold_s = 0.2;
-/// The base counts as standing at this speed of a wheel, after that time.
+/// The base counts as at rest below this wheel speed, after that time.
 constexpr double kWheelRest_rad_per_s = 0.02;
 constexpr double kRestHold_s = 0.05;
 constexpr double kJointRest_rad_per_s = 0.02;
-/// Further behind than allowed for so long, a joint is held by something.
+/// A joint that lags more than allowed for this time is blocked.
 constexpr double kFollowing_s = 0.2;
-/// A joint that lies on its end stop may read so much more.
+/// A joint at its end stop may read this far beyond it.
 constexpr double kBeyondStop_rad = 0.05;
 
 void require(bool good, const char* name, double value) {
@@ -69,7 +69,7 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
 }
 
 TipPose start_pose(const Teleoperation::Config& config) {
-  // Turned out to the side as joint 1 has to be to look there.
+  // Rotated sideways, as joint 1 has to be to point there.
   const double yaw_rad = std::atan2(config.start_p_WT_m.y(), config.start_p_WT_m.x() - kJoint1_x_m);
   return {config.start_p_WT_m,
           Eigen::Quaterniond(Eigen::AngleAxisd(yaw_rad, Eigen::Vector3d::UnitZ()) *
@@ -82,7 +82,7 @@ ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) 
     require(config.unfolded_rad[i] >= range.lower_rad && config.unfolded_rad[i] <= range.upper_rad,
             "an angle of the unfolded arm, which its joint does not reach,", config.unfolded_rad[i]);
   }
-  // From the unfolded arm, bent a little the way it is to bend: elbow back, hand forward.
+  // Seed: the unfolded arm, bent slightly in the wanted direction: elbow back, end effector forward.
   const ArmVector bent_rad = config.unfolded_rad + (ArmVector() << 0, -0.4, 0.8, 0.8, 0).finished();
   const std::optional<ArmVector> posture_rad = arm_posture_for(start_pose(config), bent_rad, model);
   if (!posture_rad)
@@ -93,7 +93,7 @@ ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) 
   return *posture_rad;
 }
 
-/// How far along, from 0 to 1 in equal time (Flash and Hogan, J. Neuroscience 5:1688, 1985).
+/// Minimum-jerk profile, 0 to 1 in unit time (Flash and Hogan, J. Neuroscience 5:1688, 1985).
 double least_jerk(double t) noexcept { return t < 1 ? t * t * t * (10 + t * (6 * t - 15)) : 1.0; }
 
 SetpointSmoothing::Config within_walls(const Teleoperation::Config& config) noexcept {
@@ -102,8 +102,8 @@ SetpointSmoothing::Config within_walls(const Teleoperation::Config& config) noex
   return smoothing;
 }
 
-/// The shortest of a least-jerk motion within the limits: it has at most 15/8 of its mean velocity, 10/√3 of
-/// way over time squared and 60 of way over time cubed.
+/// Shortest duration of a minimum-jerk motion within the limits: its peaks are 15/8 of the mean velocity,
+/// 10/√3 of way over time squared, and 60 of way over time cubed.
 double shortest_s(double way, const SetpointLimits& limits) noexcept {
   return std::max({15.0 / 8 * way / limits.speed,
                    std::sqrt(10 / std::numbers::sqrt3 * way / limits.acceleration),
@@ -152,7 +152,7 @@ void Teleoperation::request_stop(TeleopEnd why) noexcept {
 void Teleoperation::switch_off() noexcept {
   start_ = false;
   if (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) return;
-  // What made it stop stays the reason.
+  // The first reason to stop is kept.
   if (phase_ != TeleopPhase::kStopping && phase_ != TeleopPhase::kLowering) end_ = TeleopEnd::kRequested;
   enter(TeleopPhase::kOff);
 }
@@ -215,16 +215,16 @@ const TeleopOutput& Teleoperation::step(const TeleopInput& input) noexcept {
 
 void Teleoperation::check(const TeleopInput& input) noexcept {
   if (phase_ == TeleopPhase::kOff || phase_ == TeleopPhase::kFaulted) return;
-  // Before the drives obey, too: the first thing they are given is to hold the position that was read.
+  // Also before the drives obey: their first command is to hold the measured position.
   if (input.arm_homed) check_range(input.arm_position_rad);
   if (phase_ == TeleopPhase::kFaulted) return;
   const bool started = phase_ > TeleopPhase::kCentring && phase_ < TeleopPhase::kStopping;
   if (input.robot_fault || (started && !input.drives_obey)) return fail(TeleopEnd::kRobotFault);
   const bool ending = phase_ == TeleopPhase::kStopping || phase_ == TeleopPhase::kLowering;
-  // A master that lost its position is none to follow.
+  // Stops if the haptic device has lost its position.
   if (!ending && (input.master_fault || (started && !input.master_ready)))
     return stop(TeleopEnd::kMasterFault);
-  // Homing sets the angles, which is no speed.
+  // Homing changes the angles; this is not motion.
   if (phase_ == TeleopPhase::kCentring && !input.drives_obey) return;
   check_speeds();
   if (phase_ > TeleopPhase::kUnfolding && phase_ < TeleopPhase::kStopping) check_tip();
@@ -298,7 +298,7 @@ void Teleoperation::check_workspace() noexcept {
     excess_ = {-1, base_out_m, Workspace::kMargin_m};
     return stop(TeleopEnd::kBaseOutside);
   }
-  // On its way to the start the tip comes from where the arm lay.
+  // On the way to the start, the end effector may come from outside the workspace.
   if (phase_ == TeleopPhase::kApproaching) return;
   const double tip_out_m = outside_m(config_.workspace.tip_W_m, Eigen::Vector3d(state.X_WT.translation()));
   if (tip_out_m <= Workspace::kMargin_m) return;
@@ -320,12 +320,12 @@ void Teleoperation::centre(const TeleopInput& input) noexcept {
   grip_seen_ = grip_seen_ || input.grip_fresh;
   centring_share_ = config_.master_has_force ? 1.0 : 0.0;
   if (!input.drives_obey) {
-    // Commutation and homing move the arm, and set its angles.
+    // Commutation and homing move the arm and change its angles.
     robot_.reset(input.wheel_position_rad, input.arm_position_rad);
     restart_speeds();
     hold_rad_ = input.arm_position_rad;
   }
-  // They have their own time, as has a master that is homed; it is not the operator's.
+  // Commutation and homing, also of the haptic device, do not count as the operator's time.
   if (!input.drives_obey || !input.master_ready) in_phase_s_ = 0;
   const bool centred = input.master_ready && grip_seen_ &&
                        input.grip.p_HD_m.norm() < config_.centred_within_m &&
@@ -362,7 +362,8 @@ void Teleoperation::unfold(const TeleopInput& input) noexcept {
 }
 
 void Teleoperation::approach(const TeleopInput& input) noexcept {
-  // The way of joints that go from one posture to the other is a way that the tip can go.
+  // The path of the end effector follows from interpolating the joints between the two postures, so the arm
+  // can reach it.
   const double share = least_jerk(in_phase_s_ / config_.approach_s);
   if (!arrived_) {
     const ArmVector posture_rad = approach_from_rad_ + share * (start_posture_rad_ - approach_from_rad_);
@@ -381,8 +382,8 @@ void Teleoperation::approach(const TeleopInput& input) noexcept {
   if (in_phase_s_ > config_.approach_timeout_s) {
     stop(TeleopEnd::kNotArrived);
   } else if (!arrived_) {
-    // Friction keeps the tip a little off. The set-point comes to it there, as summing up to the last
-    // millimetre would make it hunt.
+    // Friction keeps the end effector slightly off. The set-point moves to it, because integrating to the
+    // last millimetre would cause hunting.
     arrived_ = for_long(share >= 1 && near && resting, kHold_s);
     if (arrived_) {
       smoothing_.reset(at.p_WT_m, at.q_WT);
@@ -418,7 +419,7 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
     feedback_share_ = config_.force_feedback && config_.master_has_force
                           ? grown(feedback_share_, 1.0, period_s / config_.feedback_fade_s)
                           : 0.0;
-    // A grip that the robot has pushed out there is none that is held there.
+    // The robot, not the operator, may have pushed the handle out; do not drive then.
     const bool may_drive = config_.mapping.rate_only || (config_.master_has_force && !tank_.nearly_empty());
     mapping_.step(input.grip, tip(), may_drive, input.grip_fresh);
   }
@@ -436,7 +437,7 @@ void Teleoperation::operate(const TeleopInput& input) noexcept {
     feedback_share_ = centring_share_ = 0;
     clutched_ = false;
     button_was_up_ = false;
-    // What is left of the way to the set-point is not gone: it is not wanted any more.
+    // Drops the remaining way to the set-point: it is no longer wanted.
     mapping_.index(input.grip, smoothing_.setpoint());
     enter(TeleopPhase::kLetGo);
   }
@@ -496,13 +497,12 @@ void Teleoperation::command_master(const TeleopInput& input) noexcept {
   output_.enable_master = phase_ >= TeleopPhase::kCentring && phase_ <= TeleopPhase::kLetGo;
   if (!output_.enable_master || !grip_seen_) return;
   const Grip& grip = input.grip;
-  // Springs between the grip and a fixed place give back what was put into them, and need no tank.
+  // Springs between the handle and a fixed point are passive; they need no tank.
   Eigen::Vector3d fixed_H_N =
       centring_share_ * config_.centring.force_N(Eigen::Vector3d::Zero(), grip.p_HD_m, grip.v_HD_H_m_per_s);
   const bool mapped = phase_ == TeleopPhase::kStiffening || phase_ == TeleopPhase::kOperating;
   if (mapped && config_.master_has_force && !config_.mapping.rate_only) {
-    // From the moment on that it holds nothing: a spring that comes up wound would return energy that nothing
-    // put in.
+    // Enable the boundary spring only once it is unloaded; otherwise it would inject energy.
     if (config_.mapping.boundary.inside(grip.p_HD_m)) rim_share_ = 1;
     fixed_H_N += rim_share_ * config_.mapping.boundary.rim_force_H_N(grip.p_HD_m);
   }
@@ -527,7 +527,7 @@ void Teleoperation::command_master(const TeleopInput& input) noexcept {
 void Teleoperation::command_gripper(const TeleopInput& input) noexcept {
   if (phase_ != TeleopPhase::kStiffening && phase_ != TeleopPhase::kOperating) return;
   const bool down = is_down(config_.gripper_button, input);
-  // The press that said "here I am again" is not one for the gripper.
+  // The press that ends LetGo does not move the gripper.
   if (!down) gripper_blocked_ = false;
   output_.move_gripper = config_.gripper_button >= 0;
   output_.gripper_opening_m = down && !gripper_blocked_ ? config_.gripper_closed_m : config_.gripper_open_m;
@@ -555,7 +555,7 @@ void Teleoperation::enter(TeleopPhase phase) noexcept {
 void Teleoperation::stop(TeleopEnd end) noexcept {
   if (phase_ == TeleopPhase::kStopping || phase_ == TeleopPhase::kLowering) return;
   end_ = end;
-  // Before it was unfolded the arm lies as it was found, and need not be lowered.
+  // Before unfolding, the arm lies as it was found and need not be lowered.
   enter(phase_ == TeleopPhase::kCentring ? TeleopPhase::kOff : TeleopPhase::kStopping);
 }
 

@@ -1,20 +1,21 @@
 /// @file
-/// Haptic teleoperation of base and arm (thesis chapter 3): from samples of master and robot to commands for
-/// both, in an order that neither surprises.
+/// Haptic teleoperation of base and arm (thesis chapter 3): turns samples of haptic device and robot into
+/// commands for both, with a start-up sequence without sudden motion of either side.
 ///
 ///   Off → Centring → Unfolding → Approaching → Stiffening → Operating ⇄ LetGo
 ///   Centring → Off,   any later one → Stopping → Lowering → Off,   any → Faulted
 ///
-/// - Centring: a weak spring brings the master to its origin.
-/// - Unfolding: the arm goes to its unfolded pose, joint by joint at the same time.
-/// - Approaching: the tip goes to a place in front of the robot, softly, and when it rests near there the
-///   set-point comes to it, until the spring between them is slack.
-/// - Stiffening: grip and tip are mapped; the spring becomes stiff, and its force fades in on the hand.
-/// - Operating, until the hand is found to have let go of the grip.
-/// - LetGo: the set-point stays and the force is off, until a button is pressed.
+/// - Centring: a weak spring brings the handle to its origin.
+/// - Unfolding: the arm moves to its unfolded pose; all joints take the same time.
+/// - Approaching: the end effector moves softly to a pose in front of the robot. When it rests near there,
+/// the set-point moves to it until the spring between them is slack.
+/// - Stiffening: handle and end effector are coupled; the spring becomes stiff, and its force fades in on the
+/// hand.
+/// - Operating, until the hand is found to have released the handle.
+/// - LetGo: the set-point holds and the force is off until a button is pressed.
 /// - Stopping: base braked, arm held, force off.
-/// - Lowering: the arm sinks under its own weight, slowly; without power it would fall. Then the drives are
-///   switched off. A new start begins at the beginning.
+/// - Lowering: the arm sinks slowly under its own weight (without power it would fall), then the drives are
+/// switched off. The next start begins with Centring.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -49,29 +50,29 @@ enum class TeleopPhase : std::uint8_t {
 /// "approaching"
 const char* name(TeleopPhase phase) noexcept;
 
-/// Why it stops.
+/// Reason for a stop.
 enum class TeleopEnd : std::uint8_t {
   kNone,
   kRequested,
-  kNotCentred,            ///< the master did not come to its origin in time
-  kNotUnfolded,           ///< the arm did not come to its pose in time
-  kNotArrived,            ///< the tip did not come to rest in front of the robot in time
-  kMasterFault,           ///< no force and no word from the master any more
+  kNotCentred,            ///< the handle did not reach its origin in time
+  kNotUnfolded,           ///< the arm did not reach its pose in time
+  kNotArrived,            ///< the end effector did not come to rest in front of the robot in time
+  kMasterFault,           ///< no force on the haptic device and no data from it
   kStalled,               ///< the loop that calls step() did not run
   kNotHomed,              ///< the arm's angles are not known
-  kRobotFault,            ///< the drives are off already
-  kWheelTooFast,          ///< the drives go off at once
+  kRobotFault,            ///< the drives are already off
+  kWheelTooFast,          ///< the drives are switched off at once
   kJointTooFast,          ///< likewise
-  kJointOutside,          ///< likewise: the position that is read lies beyond an end stop
-  kSetpointTooFar,        ///< the tip is further from its set-point than it may be
-  kSetpointTurnedTooFar,  ///< likewise turned
-  kTipOutside,            ///< the tip left its workspace
+  kJointOutside,          ///< likewise: the measured position is beyond an end stop
+  kSetpointTooFar,        ///< the end effector is further from its set-point than allowed
+  kSetpointTurnedTooFar,  ///< likewise in rotation
+  kTipOutside,            ///< the end effector left its workspace
   kBaseOutside,           ///< likewise the base
-  kJointBehind,           ///< a joint of the arm that unfolds is further from its set-point than it may be
+  kJointBehind,           ///< during unfolding, an arm joint is further from its set-point than allowed
 };
-/// Of an end that a limit brought about: what was beyond it.
+/// For an end caused by a limit: the value that exceeded it.
 struct TeleopExcess {
-  int joint = -1;      ///< as hal::Robot has them: wheels, then arm; -1: it is the tip
+  int joint = -1;      ///< indices of hal::Robot: wheels, then arm; -1: the end effector
   double value = 0.0;  ///< rad/s, m or rad
   double limit = 0.0;
 };
@@ -80,16 +81,16 @@ struct TeleopInput {
   // Robot.
   bool drives_obey = false;
   bool robot_fault = false;
-  std::optional<double> robot_elapsed_s{};  ///< since its last sample, as in BaseDrive::sense()
-  SampleBounds robot_taken{};               ///< the sample
+  std::optional<double> robot_elapsed_s{};  ///< since the last sample, as in BaseDrive::sense()
+  SampleBounds robot_taken{};               ///< when the sample was taken
   WheelVector wheel_position_rad = WheelVector::Zero();
   ArmVector arm_position_rad = ArmVector::Zero();
-  bool arm_homed = false;  ///< its angles count from its end stops
-  // Master.
-  bool master_ready = false;  ///< it has a position and may have a force
-  bool grip_fresh = false;    ///< this sample is not old
+  bool arm_homed = false;  ///< its angles are relative to its end stops
+  // Haptic device.
+  bool master_ready = false;  ///< it has a position and accepts a force
+  bool grip_fresh = false;    ///< this is a new sample
   bool master_fault = false;  ///< zero force until disabled once
-  /// The loop had a pause before this sample: what the grip's speed has changed by is not that of a period.
+  /// The loop paused before this sample: the change of the handle's speed is not that of one period.
   bool grip_after_pause = false;
   Grip grip;
   std::uint32_t buttons = 0;
@@ -106,21 +107,22 @@ struct TeleopOutput {
   ArmVector arm_target = ArmVector::Zero();  ///< rad or N·m
   bool move_gripper = false;
   double gripper_opening_m = 0.0;
-  // Master.
+  // Haptic device.
   bool enable_master = false;
   Eigen::Vector3d force_H_N = Eigen::Vector3d::Zero();
-  // To be told and recorded.
+  // For logs and recordings.
   TipSetpoint setpoint;
   HapticMapping::Mode mode = HapticMapping::Mode::kPosition;
   bool clutched = false;
   CartesianStiffness stiffness;
-  Wrench wrench_W = Wrench::Zero();                      ///< on the tip
-  Eigen::Vector3d spring_W_N = Eigen::Vector3d::Zero();  ///< of it, the spring between set-point and tip
+  Wrench wrench_W = Wrench::Zero();                      ///< on the end effector
+  Eigen::Vector3d spring_W_N = Eigen::Vector3d::Zero();  ///< part of it from the spring between set-point and
+                                                         ///< end effector
   double tank_J = 0.0;
-  double withheld_N = 0.0;  ///< from the hand, by the tank
+  double withheld_N = 0.0;  ///< from the hand, by the energy tank
   bool limited = false;
-  bool setpoint_limited = false;  ///< its speed, acceleration or jerk
-  bool at_wall = false;           ///< of the workspace: the set-point is held there
+  bool setpoint_limited = false;  ///< in speed, acceleration or jerk
+  bool at_wall = false;           ///< the set-point is held at a workspace limit
   bool protecting = false;
 };
 
@@ -144,7 +146,7 @@ class Teleoperation {
     ArmVector unfolded_rad = (ArmVector() << 2.94961, 1.13446, -2.54818, 1.78896, 2.92343)
                                  .finished();  ///< 169, 65, -146, 102.5, 167.5°
     double unfolding_speed_rad_per_s = 0.4;    ///< of the joint with the longest way, on average
-    double unfolded_within_rad = 0.0349;       ///< 2°; the thesis has 10°
+    double unfolded_within_rad = 0.0349;       ///< 2°; the thesis uses 10°
     Eigen::Vector3d start_p_WT_m{0.35, 0.0, 0.35};
     double start_pitch_rad = 2.0944;  ///< from upright, forward and down: 120°
     double approach_s = 8.0;
@@ -152,7 +154,7 @@ class Teleoperation {
     double arrived_within_rad = 0.05236;
     CartesianStiffness soft{100, 10};
     double slack_N = 0.1;                 ///< of the spring
-    double resting_speed_m_per_s = 0.01;  ///< of tip and grip
+    double resting_speed_m_per_s = 0.01;  ///< of end effector and handle
     CartesianStiffness stiff{700, 30};
     CartesianStiffness stiffening_per_s{100, 5};
     double feedback_fade_s = 2.0;
@@ -166,32 +168,32 @@ class Teleoperation {
     double unfolding_timeout_s = 30.0;
     double approach_timeout_s = 60.0;
     double stop_timeout_s = 2.0;
-    double lowering_s = 3.0;  ///< until none of the arm's weight is carried any more
+    double lowering_s = 3.0;  ///< until none of the arm's weight is supported
     double wheel_speed_limit_rad_per_s = 16.0;
     double joint_speed_limit_rad_per_s = 3.0;
-    /// Of the joint with the longest way while it unfolds, which takes as long as that.
+    /// For the joint with the longest way during unfolding; it determines the duration.
     SetpointLimits joint_setpoint = kArmJointLimits;
-    /// While it unfolds, a joint that is further from its set-point for 0.2 s stops it. The boards' ramps lag
-    /// by up to 0.24 rad.
+    /// During unfolding, a joint that is further from its set-point for 0.2 s stops the motion. The boards'
+    /// ramps lag by up to 0.24 rad.
     double joint_following_error_rad = 0.4;
-    double setpoint_distance_limit_m = 0.25;  ///< tip to set-point
+    double setpoint_distance_limit_m = 0.25;  ///< end effector to set-point
     Workspace workspace;
     double setpoint_turn_limit_rad = 2.0944;  ///< likewise; less than half a turn
   };
 
-  /// @throws std::invalid_argument naming the value that is out of range, also when the arm cannot reach the
-  /// start.
+  /// @throws std::invalid_argument naming the value out of range, also if the arm cannot reach the start
+  /// pose.
   explicit Teleoperation(const Config& config);
 
-  static constexpr int kFirstArmJoint = 4;  ///< behind the wheels
+  static constexpr int kFirstArmJoint = 4;  ///< after the wheels
 
-  /// From off or faulted: begins with the next step.
+  /// From off or faulted: starts with the next step.
   void request_start() noexcept { start_ = true; }
-  /// Comes to rest, then off.
+  /// Comes to rest, then switches off.
   void request_stop(TeleopEnd why = TeleopEnd::kRequested) noexcept;
   /// Drives off with the next step: the arm falls.
   void switch_off() noexcept;
-  /// Before a step after a pause of the loop: comes to rest, with velocities that begin anew.
+  /// Before the first step after a pause of the loop: comes to rest, with velocity estimates restarted.
   void stop_after_gap(const TeleopInput& input) noexcept;
 
   const TeleopOutput& step(const TeleopInput& input) noexcept;
@@ -227,7 +229,7 @@ class Teleoperation {
   void come_to_rest() noexcept;
   void lower_arm() noexcept;
   void take_hold(const TeleopInput& input) noexcept;
-  /// Into the output; the spring's force.
+  /// Stores into the output; returns the spring's force.
   double keep(const WholeBodyController::Output& robot) noexcept;
   void command_master(const TeleopInput& input) noexcept;
   void command_gripper(const TeleopInput& input) noexcept;
@@ -241,7 +243,7 @@ class Teleoperation {
   SetpointSmoothing smoothing_;
   EnergyTank tank_;
   HandPresence presence_;
-  RobotModel path_model_;  // of the way to the start
+  RobotModel path_model_;  // for the way to the start
   ArmVector start_posture_rad_;
 
   TeleopPhase phase_ = TeleopPhase::kOff;
@@ -250,23 +252,23 @@ class Teleoperation {
   bool start_ = false;
   std::array<SpeedProof, kFirstArmJoint + kArmJoints> speed_proofs_;
   double in_phase_s_ = 0.0;
-  ArmVector hold_rad_ = ArmVector::Zero();  // where the arm was when the phase began
+  ArmVector hold_rad_ = ArmVector::Zero();  // arm position at the start of the phase
   double condition_held_s_ = 0.0;
   CartesianStiffness stiffness_;
   double feedback_share_ = 0.0;  // of the force feedback
-  double rim_share_ = 0.0;       // of the boundary's spring
+  double rim_share_ = 0.0;       // of the boundary spring
   double centring_share_ = 0.0;  // of the centring spring
   double withheld_N_ = 0.0;
-  // Of what the device was told one step and two steps ago: that from fixed springs.
+  // Part of the commands one and two steps ago that came from fixed springs.
   Eigen::Vector3d fixed_last_H_N_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d fixed_before_H_N_ = Eigen::Vector3d::Zero();
   bool clutched_ = false;
   bool grip_seen_ = false;        // since the start
-  bool button_was_up_ = false;    // since the hand let go
+  bool button_was_up_ = false;    // since the release
   bool gripper_blocked_ = false;  // until its button is up
   ArmVector unfold_from_rad_ = ArmVector::Zero();
   double unfold_s_ = 0.0;
-  double behind_s_ = 0.0;  // for so long a joint has been, while unfolding
+  double behind_s_ = 0.0;  // time for which a joint has been behind while unfolding
   ArmVector approach_from_rad_ = ArmVector::Zero();
   bool arrived_ = false;  // near enough
   TeleopOutput output_;

@@ -11,13 +11,13 @@
 namespace control {
 namespace {
 
-/// Turns with the motors, seen behind the gears: rotors of 1.35e-5 kg·m² in the arm, and the wheels.
+/// Inertia of the motors, reflected through the gears: rotors of 1.35e-5 kg·m² in the arm, and the wheels.
 const ChainVector kReflectedInertia =
     (ChainVector() << kReflectedWheelInertia, 0.33, 0.33, 0.135, 0.068, 0.068).finished();
-/// Damps the base while the posture is taken up [N·s/m, N·s/m, N·m·s/rad].
+/// Damps the base while the arm moves to its posture [N·s/m, N·s/m, N·m·s/rad].
 const PlanarVector kBasePostureDamping(30, 30, 5);
 const PlanarVector kBrake(150, 150, 22);
-/// With it the weight lowers the outstretched arm at about 1 rad/s [N·m·s/rad].
+/// With this damping, its weight lowers the stretched arm at about 1 rad/s [N·m·s/rad].
 const ArmVector kLoweringDamping = (ArmVector() << 6, 8, 5, 2, 1).finished();
 
 model::friction::SlidingTable arm_table(const ArmFriction& friction, std::size_t joint) {
@@ -106,7 +106,7 @@ WholeBodyController::Output WholeBodyController::settle(const TipSetpoint& setpo
       spring_.wrench(stiffness, setpoint, state_.X_WT, state_.tip_velocity_W);
   const ArmVector torque_Nm =
       model_.J_WT().rightCols<kArmJoints>().transpose() * spring.wrench_W + posture_pull_Nm();
-  // What the same sample asks for once more nobody has seen to be still missing.
+  // Do not integrate the same sample twice.
   if (summing && fresh_)
     for (int i = 0; i < kArmJoints; ++i) {
       const double limit_Nm = config_.settling_limit_Nm[static_cast<std::size_t>(i)];
@@ -147,7 +147,7 @@ WholeBodyController::Output WholeBodyController::drive_arm(const CartesianSpring
     const double limit_Nm = config_.arm_torque_limit_Nm[joint];
     const double whole_Nm = command_Nm + help_Nm + let_through(settled_Nm_[i]) + gravity[kBaseAxes + i];
     output.arm_torque_Nm[i] = std::clamp(whole_Nm, -limit_Nm, limit_Nm);
-    // What stays when the spring is slack comes anew each cycle.
+    // The part that remains with a slack spring is computed again each cycle.
     const double guard_Nm = protection.torque_Nm[i];
     const double staying_Nm =
         guard_Nm + arm_compensator_.torque_Nm(guard_Nm, arm_estimates_[joint], arm_observers_[joint]) +
@@ -187,7 +187,7 @@ ChainVector WholeBodyController::posture_force() noexcept {
   const Eigen::LLT<ChainMatrix> decomposed(mass);
   const Eigen::Matrix<double, kChainAxes, 6> response = decomposed.solve(model_.J_WT().transpose());
   Eigen::Matrix<double, 6, 6> mobility = model_.J_WT() * response;
-  // Where the arm cannot move the tip, the inverse would ask for infinite forces.
+  // Where the arm cannot move the end effector, the inverse would require infinite forces.
   mobility.diagonal().array() += 1e-3;
   const Wrench at_tip_W = mobility.ldlt().solve(Wrench(response.transpose() * wanted));
   return wanted - model_.J_WT().transpose() * at_tip_W;

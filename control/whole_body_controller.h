@@ -1,5 +1,5 @@
 /// @file
-/// Base and arm together pull the tip to a set-point: joint torques by the transposed Jacobian
+/// Base and arm together pull the end effector to a set-point: joint torques by the transposed Jacobian
 /// (thesis 3.4.1).
 #pragma once
 #include <Eigen/Geometry>
@@ -16,24 +16,24 @@
 
 namespace control {
 
-/// Of the arm's joints, what the compensator takes them to be: Coulomb's and viscous friction. Assumptions,
-/// as nobody has published the joints' curves.
+/// Coulomb and viscous friction of the arm joints for the compensator. Assumed: no measured curves of the
+/// joints are published.
 struct ArmFriction {
   std::array<double, kArmJoints> coulomb_Nm{0.9, 0.9, 0.5, 0.35, 0.25};
   std::array<double, kArmJoints> viscous_Nm_s_per_rad{0.4, 0.4, 0.25, 0.15, 0.1};
 };
 
-/// Positions of wheels and joints in, torques out:
+/// Wheel and joint positions in, torques out:
 ///   τ = Jᵀ·W + N·τ_posture + τ_protection + g + friction compensation,   W from a CartesianSpring
-/// N projects the pull towards a posture, and damping of everything, on motions that leave the tip alone:
-/// N = 1 − Jᵀ·(J·M⁻¹·Jᵀ)⁻¹·J·M⁻¹ (Khatib, IEEE J. Robotics and Automation 3:43, 1987). The base's part of the
-/// sum is a wrench on the base.
+/// N projects the posture spring, and the damping of all joints, on motions that do not move the end
+/// effector: N = 1 − Jᵀ·(J·M⁻¹·Jᵀ)⁻¹·J·M⁻¹ (Khatib, IEEE J. Robotics and Automation 3:43, 1987). The base's
+/// part of the sum is a wrench on the base.
 /// One thread. Cycle: all but construction; nothing allocates or locks.
 class WholeBodyController {
  public:
   struct Config {
     double period_s = 1e-3;
-    BaseDrive::Config base;  ///< its observers' filter serves the arm, too
+    BaseDrive::Config base;  ///< the arm uses the filter of its observers, too
     CartesianSpring::Config spring;
     ArmProtection::Config protection;
     ArmFriction arm_friction;
@@ -41,11 +41,11 @@ class WholeBodyController {
     std::array<double, kArmJoints> arm_torque_limit_Nm{9.5, 9.5, 6.0, 2.0, 1.0};  ///< robot description
     double posture_stiffness_Nm_per_rad = 6.0;
     double posture_damping_Nm_s_per_rad = 1.5;
-    double posture_torque_limit_Nm = 3.0;  ///< of the pull, before damping
-    double settling_rate_per_s = 3.0;      ///< of the sum of what the spring asks of each joint
+    double posture_torque_limit_Nm = 3.0;  ///< of the posture spring, before damping
+    double settling_rate_per_s = 3.0;      ///< integral gain on each joint's spring torque in settle()
     std::array<double, kArmJoints> settling_limit_Nm{3.0, 3.0, 2.0, 1.0, 0.5};
-    double settled_fade_s = 5.0;  ///< time constant with which the sum is forgotten afterwards
-    ModelChanges model;           ///< what is known to be different from the description
+    double settled_fade_s = 5.0;  ///< time constant with which the integral decays afterwards
+    ModelChanges model;           ///< known differences from the description
   };
   struct State {
     PlanarPose X_WB;
@@ -58,36 +58,36 @@ class WholeBodyController {
   struct Output {
     WheelVector wheel_torque_Nm = WheelVector::Zero();
     ArmVector arm_torque_Nm = ArmVector::Zero();
-    Wrench wrench_W = Wrench::Zero();                      ///< on the tip
-    Eigen::Vector3d spring_W_N = Eigen::Vector3d::Zero();  ///< of it, the spring's force
-    bool limited = false;                                  ///< some force or torque was cut
-    bool protecting = false;                               ///< a limit of the arm pushes
+    Wrench wrench_W = Wrench::Zero();                      ///< on the end effector
+    Eigen::Vector3d spring_W_N = Eigen::Vector3d::Zero();  ///< spring part of it
+    bool limited = false;                                  ///< a force or torque was limited
+    bool protecting = false;                               ///< the arm protection is active
   };
 
   /// @throws std::invalid_argument naming the value out of range.
   explicit WholeBodyController(const Config& config);
 
-  /// Starts anew at rest: W is where the base stands now.
+  /// Restarts at rest: W is the current pose of the base.
   void reset(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
-  /// After a gap in time: velocities begin at zero again.
+  /// After a gap in time: velocity estimates restart at zero.
   void forget_velocity(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad) noexcept;
 
-  /// Once a cycle, before the others. Finite positions; `elapsed_s` as in BaseDrive::sense().
+  /// Once per cycle, before the others. Finite positions; `elapsed_s` as in BaseDrive::sense().
   const State& sense(const WheelVector& wheel_position_rad, const ArmVector& arm_position_rad,
                      std::optional<double> elapsed_s = {}) noexcept;
 
-  /// The arm's posture where the tip's task leaves a choice.
+  /// Posture of the arm in the null space of the end-effector task.
   void set_posture(const ArmVector& position_rad) noexcept { posture_rad_ = position_rad; }
   Output track(const TipSetpoint& setpoint, const CartesianStiffness& stiffness) noexcept;
-  /// The arm alone, pulled to its posture, too, which should be one for this set-point; the base braked.
-  /// `summing`: friction and errors of the model are overcome by summing up what is left.
+  /// Arm only; the base is braked. The arm is also pulled to its posture, which should match the set-point.
+  /// `summing`: integrates the remaining error to overcome friction and model errors.
   Output settle(const TipSetpoint& setpoint, const CartesianStiffness& stiffness, bool summing) noexcept;
-  /// The arm rests under what the last call commanded: from now on that is what it gets at a slack spring,
-  /// and so it stays where it is when the set-point comes to it. Forgotten slowly by track().
+  /// The arm rests under the last command: this command becomes the one for a slack spring, so the arm stays
+  /// where it is when the set-point moves to it. track() lets it decay slowly.
   void adopt_rest() noexcept;
-  /// Lets the arm sink: `share` of its weight is no longer carried, and all joints are damped.
+  /// Lets the arm sink: `share` of its weight is not supported, and all joints are damped.
   ArmVector lowering_torque_Nm(double share) noexcept;
-  /// The base comes to rest, wherever.
+  /// Brakes the base to rest.
   WheelVector brake_base() noexcept;
 
   const State& state() const noexcept { return state_; }
@@ -106,10 +106,10 @@ class WholeBodyController {
   std::vector<FrictionObserver> arm_observers_;
   std::array<FrictionEstimate, kArmJoints> arm_estimates_{};
   State state_;
-  bool fresh_ = true;  // the sample that was sensed last
+  bool fresh_ = true;  // the last sample is new
   ArmVector posture_rad_ = ArmVector::Zero();
   ArmVector settled_Nm_ = ArmVector::Zero();
-  ArmVector spring_share_Nm_ = ArmVector::Zero();  // of the last command: what a slack spring takes away
+  ArmVector spring_share_Nm_ = ArmVector::Zero();  // of the last command: removed by a slack spring
 };
 
 }  // namespace control

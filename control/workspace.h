@@ -1,15 +1,15 @@
 /// @file
-/// Where base and end effector may be.
+/// Workspace limits of base and end effector.
 #pragma once
 #include <Eigen/Geometry>
 #include <limits>
 
 namespace control {
 
-/// Boxes in W, which is where the base stood at the start, on the floor; the base's by its centre, without
-/// its corners. Set-points are held at the walls. What gets further out than kMargin_m all the same, because
-/// it is pushed or its odometry slips, is stopped; a base that is further out already when it is enabled,
-/// that much beyond where it stands then. Unbounded where nothing is said.
+/// Boxes in W, the floor frame where the base started; the base is checked by its centre, not its corners.
+/// Set-points are held at the limits. Whatever is still further out than kMargin_m, pushed or by odometry
+/// drift, is stopped; if the base is already further out when it is enabled, the margin counts from there.
+/// Default: unbounded.
 struct Workspace {
   static constexpr double kMargin_m = 0.05;
   static constexpr double kUnbounded_m = std::numeric_limits<double>::infinity();
@@ -20,8 +20,8 @@ struct Workspace {
                               Eigen::Vector3d::Constant(kUnbounded_m)};
 };
 
-/// The nearest place in the box, or how far outside it a place is [m]. Cycle: pure. Not AlignedBox' own
-/// distance, which is not a number when the box is unbounded.
+/// Nearest point in the box, and distance of a point outside it [m]. Cycle: pure. AlignedBox' own distance
+/// returns NaN for an unbounded box.
 template <int kAxes>
 Eigen::Matrix<double, kAxes, 1> held_in(const Eigen::AlignedBox<double, kAxes>& box_m,
                                         const Eigen::Matrix<double, kAxes, 1>& p_m) noexcept {

@@ -1,5 +1,5 @@
 /// @file
-/// youbot.urdf, built in.
+/// youbot.urdf, embedded.
 #pragma once
 #include <string_view>
 

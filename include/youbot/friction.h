@@ -1,5 +1,5 @@
 /// @file
-/// Friction: laws by name, drive models from files, and compensation that never drives by itself.
+/// Friction: laws by name, drive models from files, and compensation that never moves a joint by itself.
 ///
 ///     const youbot::JointResistance wheel = youbot::resistance_of(youbot::read_drive_model("model.toml"));
 ///     youbot::FrictionObserver observer(wheel.sliding, {}, wheel.position);

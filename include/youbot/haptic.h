@@ -8,8 +8,8 @@
 ///     device.deactivate();
 ///
 /// Frame H is the device's fixed base: x towards the operator, y to the operator's right, z up. Forces act on
-/// the hand. The force fades in after each enable, is limited in size and rate, and ends by itself when
-/// samples or commands become old (hal/haptic_device.h, hal/haptic_servo.h).
+/// the hand. The force fades in after each enable, is limited in magnitude and rate, and is removed when
+/// samples or commands become stale (hal/haptic_device.h, hal/haptic_servo.h).
 #pragma once
 #include "hal/haptic_device.h"
 #include "runtime/open_haptic.h"

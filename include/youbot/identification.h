@@ -1,6 +1,6 @@
 /// @file
-/// What recordings say about a drive: friction from a steady-state map, and effects that a model lacks.
-/// Of the component `identification`: link youbot::identification.
+/// Identification from recordings: friction from a steady-state map, and effects that a model lacks. Part of
+/// the component `identification`: link youbot::identification.
 ///
 ///     const auto map = youbot::static_map(recordings);
 ///     const auto fit = youbot::fit_static(map, youbot::form_named("kfm"));     // values with 95 % intervals
@@ -9,8 +9,8 @@
 ///     youbot::add_custom_effect({.name = ..., .load = ...});                   // an effect of your own,
 ///     tried too
 ///
-/// All of it is set-up: it allocates, takes seconds to minutes and throws std::invalid_argument for data that
-/// cannot carry the question.
+/// Set-up only: allocates, takes seconds to minutes, and throws std::invalid_argument if the data cannot
+/// answer the question.
 #pragma once
 #include "identification/fit/static_fit.h"
 #include "identification/fit/static_map.h"

@@ -4,9 +4,9 @@
 ///     const youbot::LinkMap map = youbot::LinkMap::with_geometry({});
 ///     const youbot::WheelVector w = map.wheel_velocity({0.2, 0.0, 0.0});     // 0.2 m/s forward
 ///
-/// Frames: W is the floor, B the base (x forward, y left, z up), T the tip of the hand. Poses are X_WB; a
-/// planar vector is x, y [m], yaw [rad], or their rates, or a wrench [N, N, N·m]. All functions but
-/// constructors may be called in a cycle.
+/// Frames: W is the floor, B the base (x forward, y left, z up), T the end effector. Poses are X_WB; a planar
+/// vector is x, y [m], yaw [rad], their rates, or a wrench [N, N, N·m]. All functions except constructors may
+/// be called in a cycle.
 #pragma once
 #include "control/base_controller.h"
 #include "control/base_odometry.h"

@@ -1,5 +1,5 @@
 /// @file
-/// Recordings: written from a cycle without waiting for the disk, and read again (apps/FILE_FORMATS.md).
+/// Recordings: written from a cycle without waiting for the disk, and read back (apps/FILE_FORMATS.md).
 ///
 ///     youbot::RecordingFile file("wheel-1.csv", {{"rig", "wheel-1"}}, {{"time_s", 6}, {"position_rad"}});
 ///     youbot::Recorder<Row> recorder(

@@ -1,5 +1,5 @@
 /// @file
-/// A robot: its joints, one exchange a cycle, and where it comes from.
+/// A robot: its joints, one exchange per cycle, and how to open one.
 ///
 ///     youbot::SteadyClock clock;
 ///     youbot::OpenedRobot opened = youbot::open_robot({.name = "loopback"}, clock, 1ms);
@@ -29,7 +29,7 @@
 
 namespace youbot {
 
-// One exchange a cycle.
+// One exchange per cycle.
 using hal::CommandMode;
 using hal::CycleStatus;
 using hal::Fault;
@@ -46,7 +46,7 @@ using hal::RobotCommand;
 using hal::RobotSample;
 using hal::SetupError;
 
-// Time: the machine's, or virtual for simulated robots.
+// Time: the machine's clock, or virtual time for simulated robots.
 using hal::Clock;
 using hal::SteadyClock;
 using hal::VirtualClock;
