@@ -1,11 +1,11 @@
 /// @file
-/// The only place where encoder ticks, motor rpm and milliampere become SI, and back.
+/// The only place that converts encoder ticks, motor rpm and milliamperes to SI and back.
 #pragma once
 #include <cstdint>
 
 namespace hal {
 
-/// What the data sheets say about one axis.
+/// Data-sheet values of one axis.
 struct AxisConstants {
   double gear_ratio = 1.0;               ///< motor turns per joint turn
   std::int32_t ticks_per_motor_rev = 1;  ///< encoder counts, all four edges
@@ -16,9 +16,9 @@ struct AxisConstants {
 
 /// Converts between a motor controller's integers (motor side) and SI at the joint:
 ///   q = s·ticks·2π/(N·g)    ω = s·rpm·2π/(60·g)    τ = s·I·k_t·g,   s = −1 when inverted.
-/// Torque is what the current makes; losses of motor and gear are the friction model's. Sign and rounding
-/// follow the official driver for position and velocity (to nearest); current is rounded to nearest too,
-/// where that driver truncates, so that small torques carry no bias. Values beyond int32 saturate; a
+/// Torque is the motor current's; the friction model covers losses of motor and gear. Sign and rounding
+/// follow the official driver for position and velocity (to nearest). Current is also rounded to nearest,
+/// where that driver truncates, so that small torques have no bias. Values beyond int32 saturate; a
 /// non-finite value becomes 0. Cycle: all conversions.
 class AxisScale {
  public:
@@ -33,7 +33,7 @@ class AxisScale {
   std::int32_t motor_rpm(double velocity_rad_per_s) const noexcept;
   std::int32_t motor_current_mA(double torque_Nm) const noexcept;
 
-  /// Size of one count at the joint, always positive.
+  /// Joint-side size of one count, always positive.
   double position_resolution_rad() const noexcept;
   double velocity_resolution_rad_per_s() const noexcept;
   double torque_resolution_Nm() const noexcept;

@@ -34,7 +34,7 @@ constexpr tmcl::Request kStop{tmcl::kDriveModule, tmcl::Command::kMotorStop, 0, 
 struct KnownModule {
   int controller;
   const char* name;
-  bool is_youbots;  ///< the youBot's firmware: status bit 15 and the commutation start-up
+  bool is_youbots;  ///< youBot firmware: status bit 15 and commutation at start-up
 };
 constexpr KnownModule kKnownModules[] = {{174, "TMCM-174", true},
                                          {1632, "TMCM-1632", true},
@@ -123,7 +123,7 @@ class CanRobot final : public Robot {
 
   Stage stage_ = Stage::kOff;
   bool failed_ = false;  // in its preparation
-  // While kClearing one of the resets, while kCommutating the commutation: what `running_` points to.
+  // In kClearing one of the resets, in kCommutating the commutation; `running_` points to it.
   std::optional<tmcl::TimeoutReset> timeout_reset_;
   std::optional<tmcl::I2tReset> i2t_reset_;
   std::optional<tmcl::Commutation> commutation_;
@@ -133,10 +133,10 @@ class CanRobot final : public Robot {
   std::int64_t position_ticks_ = 0;
   int silent_cycles_ = 0;
   CycleStatus latched_{};
-  mutable NewestValue<CycleStatus> statuses_;  // from the cycle to whoever asks
+  mutable NewestValue<CycleStatus> statuses_;  // from the cycle to the reporting thread
   mutable CycleStatus told_{};
   bool stop_unheard_ = false;   // of the last deactivate()
-  bool range_is_lost_ = false;  // the module counts from another place than when its range was stated
+  bool range_is_lost_ = false;  // the module's count has changed since its range was stated
 };
 
 // ---- set-up ----
@@ -240,8 +240,8 @@ void CanRobot::read_all(tmcl::Client& client) {
   position_ticks_ = position_.update(input.position_ticks);
 }
 
-/// A cycle's worth of requests at once, as operation will send them. Neighbours differ in their command, so
-/// that a dropped one shows.
+/// Sends a cycle's requests at once, as in operation. Neighbours differ in their command, so that a dropped
+/// one shows.
 void CanRobot::try_whole_cycles() {
   if (options_.requests_per_cycle == 1) return;
   constexpr int kRounds = 8;
@@ -277,7 +277,7 @@ void CanRobot::try_whole_cycles() {
 void CanRobot::deactivate() noexcept {
   if (drive_) {
     stop_unheard_ = true;
-    drive_->stop();  // at once; what follows makes sure
+    drive_->stop();  // immediately; the code below confirms it
     drive_.reset();
     constexpr int kTries = 6;
     try {
@@ -288,7 +288,7 @@ void CanRobot::deactivate() noexcept {
       client.execute(stop, "stop the motor");
       stop_unheard_ = false;
     } catch (const std::exception&) {
-      // The bus is gone: told by report().
+      // The bus is gone: report() says so.
     }
   }
   transport_.reset();
@@ -315,7 +315,7 @@ CycleStatus CanRobot::exchange(const RobotCommand& command, RobotSample& sample)
   if (command.enable && latched_.ok()) {
     prepare();
     run_sequence();
-    // What it commands while it prepares is the sequence's.
+    // While preparing, the sequence determines the command.
     if (stage_ == Stage::kReady) output_ = units_.output(command.joints[0], drive_->input(), position_ticks_);
   } else {
     switch_off();
@@ -368,7 +368,7 @@ CycleStatus CanRobot::check_drive() const noexcept {
   }
   if (drive_->has_restarted()) return joint_fault(JointFault::kRestarted);
   if (failed_) return joint_fault(JointFault::kNotInitialized);
-  // While it is being prepared, flags are what the preparation clears or fails on.
+  // During preparation, the preparation clears the flags or fails on them.
   if (stage_ != Stage::kReady) return {};
   const tmcl::StatusFlags flags = drive_->input().flags;
   if (const JointFault fault = joint_fault_of(flags); fault != JointFault::kNone) return joint_fault(fault);
@@ -394,9 +394,10 @@ std::vector<std::string> CanRobot::report() const {
   return trouble();
 }
 
-/// Forgets all preparation; out of turn when the motor may be moving. From then on the stop goes out with the
-/// cycle's requests: every cycle, and after each silence's pause while there are no answers. More often, the
-/// pause would never end, and without it no answer could be told from a late one.
+/// Discards all preparation; sends the stop immediately if the motor may be moving. From then on the stop is
+/// among the cycle's requests: every cycle, and after the pause following each silence while there are no
+/// answers. More often, the pause would never end, and without it no answer could be distinguished from a
+/// late one.
 void CanRobot::switch_off() noexcept {
   if (output_ != tmcl::kStopMotor) drive_->stop();
   output_ = tmcl::kStopMotor;
@@ -449,7 +450,7 @@ void CanRobot::run_sequence() noexcept {
     switch_off();
     failed_ = true;  // reported by the next cycle's check
   } else if (running_->progress() == tmcl::Progress::kDone) {
-    // After clearing there may be another flag behind the one that has gone: prepare() looks.
+    // After clearing, another flag may be set behind it: prepare() checks.
     stage_ = stage_ == Stage::kClearing ? Stage::kOff : Stage::kReady;
     end_sequence();
   }

@@ -1,4 +1,4 @@
-// What there is to say about a CAN robot apart from its cycle.
+// Texts of the CAN robot.
 #include <cmath>
 #include <system_error>
 

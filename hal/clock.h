@@ -1,11 +1,11 @@
 /// @file
-/// Time as a parameter: the same loop runs on the machine's clock or in lock-step virtual time.
+/// Time as a parameter: the same loop runs on the machine's clock or in lock-step on virtual time.
 #pragma once
 #include <chrono>
 
 namespace hal {
 
-/// One thread sleeps on a clock; now() may be called from any thread of a SteadyClock.
+/// Only one thread sleeps on a clock; any thread may call now() of a SteadyClock.
 class Clock {
  public:
   Clock() = default;
@@ -15,9 +15,9 @@ class Clock {
 
   /// Cycle. Monotonic; the origin is arbitrary.
   virtual std::chrono::nanoseconds now() const noexcept = 0;
-  /// Whether it is the machine's, as robots and people have it. One that does not say so is not.
+  /// True for the machine's clock, which real robots and people share. Default: false.
   virtual bool is_real() const noexcept { return false; }
-  /// Cycle. Returns at `deadline` or later; at once when it has passed.
+  /// Cycle. Returns at `deadline` or later; immediately if it has passed.
   virtual void sleep_until(std::chrono::nanoseconds deadline) noexcept = 0;
 };
 

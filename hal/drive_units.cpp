@@ -46,7 +46,7 @@ tmcl::DriveOutput DriveUnits::output(const JointCommand& command, const tmcl::Dr
       return {tmcl::ControllerMode::kVelocity,
               scale_.motor_rpm(std::clamp(command.target, -speed_limit_rad_per_s_, speed_limit_rad_per_s_))};
     case CommandMode::kPosition: {
-      // The drive counts modulo 2^32: the distance to go is the same in its counter and in ours.
+      // The drive counts modulo 2^32: the remaining distance is the same in its counter and in ours.
       const double distance_ticks =
           command.target / scale_.position_rad(1) - static_cast<double>(position_ticks);
       const auto distance = static_cast<std::int64_t>(std::llround(std::clamp(distance_ticks, -2e9, 2e9)));
@@ -61,7 +61,7 @@ tmcl::DriveOutput DriveUnits::output(const JointCommand& command, const tmcl::Dr
 JointSample DriveUnits::sample(const tmcl::DriveInput& input, const tmcl::DriveOutput& commanded,
                                std::int64_t position_ticks) const noexcept {
   JointSample sample;
-  // The unwrapped counter is beyond int32 after days of driving one way; the scale is linear.
+  // The unwrapped counter exceeds int32 after days of driving in one direction; the scale is linear.
   sample.position_rad = static_cast<double>(position_ticks) * scale_.position_rad(1);
   sample.velocity_rad_per_s = scale_.velocity_rad_per_s(input.velocity_rpm);
   const auto sign = unsigned_current_ ? tmcl::CurrentSign::kAbsolute : tmcl::CurrentSign::kSigned;

@@ -1,5 +1,5 @@
 /// @file
-/// Between a TMCL drive's integers and a joint in SI: what every backend with such drives needs.
+/// Converts between a TMCL drive's integers and a joint in SI, for every backend with such drives.
 #pragma once
 #include <cstdint>
 
@@ -15,18 +15,18 @@ struct DriveOutput;
 
 namespace hal {
 
-/// The gravest error flag, kNone when there is none. Cycle.
+/// The most severe error flag; kNone if no flag is set. Cycle.
 JointFault joint_fault_of(drivers::tmcl::StatusFlags flags) noexcept;
 
 /// Cycle: all but the constructor.
 class DriveUnits {
  public:
-  /// @param unsigned_current the drive reports the current's magnitude only
+  /// @param unsigned_current the drive reports only the current's magnitude
   /// @throws std::invalid_argument see AxisScale
   DriveUnits(const AxisData& axis, bool unsigned_current);
 
-  /// Torque and velocity are cut to the axis' limits.
-  /// @param position_ticks the unwrapped counter, of which `input` holds the low 32 bits
+  /// Torque and velocity are limited to the axis limits.
+  /// @param position_ticks the unwrapped counter; `input` holds its low 32 bits
   drivers::tmcl::DriveOutput output(const JointCommand& command, const drivers::tmcl::DriveInput& input,
                                     std::int64_t position_ticks) const noexcept;
   JointSample sample(const drivers::tmcl::DriveInput& input, const drivers::tmcl::DriveOutput& commanded,

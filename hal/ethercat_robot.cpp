@@ -38,7 +38,7 @@ std::size_t drives_of(YoubotKind kind) {
       tmcl::youbot_boards(kind), [](const auto& board) { return board.kind != tmcl::BoardKind::kPower; }));
 }
 
-/// Sets its stall detection up as the official driver does. What is wrong with it, empty when nothing is.
+/// Sets up stall detection as the official driver does. Returns the error; empty if there is none.
 std::string find_gripper(tmcl::Transport& transport, tmcl::Clock& clock) {
   try {
     tmcl::Client client(transport, clock, {.tries = 2});
@@ -48,11 +48,11 @@ std::string find_gripper(tmcl::Transport& transport, tmcl::Clock& clock) {
     }
     return {};
   } catch (const drivers::SetupError& error) {
-    return error.what();  // an arm without gripper is whole
+    return error.what();  // an arm without a gripper is complete
   }
 }
 
-/// What there is to write for one joint. @throws std::invalid_argument for what no drive would take.
+/// Parameters to write for one joint. @throws std::invalid_argument for those that no drive accepts.
 std::vector<tmcl::ParameterSetting> settings_of(const EthercatOptions& options, const std::string& joint) {
   std::vector<tmcl::ParameterSetting> settings;
   for (const EthercatOptions::Parameter& each : options.parameters) {
@@ -64,10 +64,10 @@ std::vector<tmcl::ParameterSetting> settings_of(const EthercatOptions& options, 
   return settings;
 }
 
-/// Cycles without an answer that are bridged beside the tolerated ones.
+/// Cycles without an answer that are bridged in addition to the tolerated ones.
 int excused_cycles(const EthercatOptions& options, nanoseconds period, bool simulated) {
   if (!simulated || options.tolerated_cycles) return 0;
-  const auto cycle = std::max(period, options.frame_timeout);  // as long as one without an answer takes
+  const auto cycle = std::max(period, options.frame_timeout);  // duration of a cycle without an answer
   return std::max(0, static_cast<int>(kSimulatorPatience / cycle) - kToleratedCycles);
 }
 
@@ -77,7 +77,7 @@ ethercat::PreOpBus::Options bus_options(const EthercatOptions& options) {
   return bus;
 }
 
-/// Why an interface takes no frames, and what to do.
+/// Why an interface takes no frames, with advice.
 std::string link_text(const std::string& interface, int error) {
   const char* name = strerrorname_np(error);
   const std::string cause =
@@ -88,7 +88,7 @@ std::string link_text(const std::string& interface, int error) {
       return link + " went down" + cause + "'ip link set " + interface + " up', then enable again";
     case ENODEV:
     case ENXIO: return link + " is gone" + cause + "plug it in again, then restart this program";
-    // So the kernel says that there is no carrier, when no queue lies between.
+    // The kernel's code for a missing carrier if the interface has no queue.
     case ENOBUFS: return link + " sends nothing" + cause + "is the cable in at both ends?";
     case ETIME:  // of a LockStepLink
       return "the simulation in lock-step on " + interface +
@@ -107,8 +107,8 @@ std::string number(double value) {
 
 std::string percent(double share) { return number(100 * share) + " %"; }
 
-/// The bus has to prove itself first: a window that restarted with each enable would let a robot move on a
-/// bus that still loses, until it is full again.
+/// The window is not reset by an enable: otherwise a robot could move on a bus that still loses frames, until
+/// the window is full again.
 std::string loss_text(int cycles, double limit, nanoseconds period) {
   return "too many frames were lost, came late or were damaged: " + std::to_string(cycles) +
          " of the last 1000 cycles had no whole answer, and ethercat.loss_fault allows " + percent(limit) +
@@ -125,18 +125,19 @@ std::string losses_text(const BusLosses& losses) {
          std::to_string(losses.damaged) + " something damaged came";
 }
 
-/// What reports are made of, by another thread than the cycle's.
+/// Data for the reports, which another thread makes.
 struct RobotState {
   ethercat::BusState bus;
   std::vector<DriveChannel::Failure> failures;  // of each drive
   std::bitset<kMaxJoints> without_hall;
   std::vector<GripperState> grippers;
   BusLosses losses;
-  int lasting_gap = 0;  // cycles without a whole answer by now, once they are more than are bridged
+  int lasting_gap = 0;  // current run of cycles without a complete answer, once it is longer than can be
+                        // bridged
   int link_error = 0;   // errno, likewise
 };
 
-/// The link's time, which on an emulated bus is not the machine's.
+/// Time of the link: on an emulated bus it is not the machine's.
 class LinkClock final : public tmcl::Clock {
  public:
   explicit LinkClock(ethercat::Link& link) : link_(link) {}
@@ -207,13 +208,13 @@ class EthercatRobot final : public Robot {
   std::string interface_;                                      // of the last activate()
   std::unique_ptr<ethercat::Link> link_;
   std::optional<ethercat::OpBus> bus_;
-  // Neither is ever moved: others point to them.
+  // Neither may move in memory: others point to them.
   std::deque<DriveChannel> drives_;
   std::deque<GripperChannel> grippers_;
-  std::size_t drives_left_off_ = 0;           // of an arm that is there and not asked for
-  std::vector<std::string> gripper_trouble_;  // of each: why it is taken for absent
+  std::size_t drives_left_off_ = 0;           // of an arm that is present but not requested
+  std::vector<std::string> gripper_trouble_;  // of each: why it counts as absent
   bool enabled_ = false;
-  // A sample has come since: a command made before is a guess, as homing moves the zero of positions.
+  // A sample has been returned since: an earlier command may be wrong, because homing moves the zero.
   bool sampled_ = false;
   bool simulated_ = false;       // by youbot-sim, as its EEPROMs say
   bool goes_by_frames_ = false;  // simulated in lock-step
@@ -227,7 +228,7 @@ class EthercatRobot final : public Robot {
   CycleStatus latched_{};
   bool gripper_left_moving_ = false;  // by the last deactivate()
   RobotState state_;                  // the cycle's
-  // Triple buffer to the reporting thread, which keeps the last one it took.
+  // Triple buffer from the cycle to the reporting thread, which caches the last value.
   mutable std::optional<NewestValue<RobotState>> states_;
   mutable RobotState told_;
 };
@@ -239,8 +240,8 @@ void EthercatRobot::activate() {
     interface_ = link_->name();
     ethercat::PreOpBus setup(*link_, options_.tap, bus_options(options_));
     const YoubotKind kind = options_.kind;
-    // An arm that is there and not asked for stays out of operation: its drives are sent nothing, so neither
-    // do their watchdogs make them hold it when this ends.
+    // An arm that is present but not requested stays out of operation: its drives are sent nothing, so their
+    // watchdogs do not make them hold it when this program ends.
     const YoubotKind around = tmcl::youbot_around(kind, setup.slaves().size());
     check_topology(setup.slaves(), tmcl::youbot_topology(around), link_->name());
     drives_left_off_ = drives_of(around) - drives_of(kind);
@@ -249,7 +250,7 @@ void EthercatRobot::activate() {
     goes_by_frames_ = first_without(ethercat::kLockStepMark, setup.slaves()) == nullptr;
     excused_cycles_ = excused_cycles(options_, period_, simulated_);
     // The bus must not count a slave as lost while the robot still bridges its silence: it would stop the
-    // slave, and the slave would move again without a new enable.
+    // slave, which would then move again without a new enable.
     setup.lose_no_sooner_than(tolerated_cycles_ + excused_cycles_);
     setup.enter_pre_op();
     const std::vector<tmcl::YoubotBoard> boards = tmcl::youbot_boards(kind);
@@ -272,7 +273,7 @@ void EthercatRobot::activate() {
   latched_ = {};
 }
 
-/// Its firmware, its parameters, and what hangs behind it.
+/// Its firmware, its parameters, and the gripper behind it.
 void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard& board, std::size_t slave) {
   tmcl::SetupMailboxTransport transport(setup, slave);
   LinkClock clock(*link_);
@@ -318,8 +319,7 @@ void EthercatRobot::deactivate() noexcept {
   link_.reset();
 }
 
-/// A gripper that moves hears of its stop by telegrams, which need cycles; INIT alone would let it go on to
-/// its end.
+/// A moving gripper is stopped by telegrams, which need cycles; INIT alone would let it move on to its end.
 void EthercatRobot::stop_grippers() noexcept {
   constexpr int kCycles = 200;
   constexpr nanoseconds kPause = std::chrono::milliseconds(1);
@@ -332,7 +332,7 @@ void EthercatRobot::stop_grippers() noexcept {
   std::array<std::uint8_t, ethercat::kMaxFrameBytes> stray{};
   for (int i = 0; i < kCycles && any_moves(); ++i) {
     (void)exchange({}, sample);
-    // Waits in the bus' own time, emulated or not; what comes late is dropped.
+    // Waits in the bus' own time, emulated or not; late frames are discarded.
     (void)link_->receive(stray, kPause);
   }
   gripper_left_moving_ = any_moves();
@@ -356,11 +356,11 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   bus_->send(earliest);
   nanoseconds stamp = clock_.now();
   const ethercat::CycleResult result = bus_->receive();
-  // The answer may have been there before this thread went on.
+  // The answer may have arrived before this thread was scheduled.
   const nanoseconds arrived = std::max(clock_.now() - result.answer_age, earliest);
   stamp = std::min(stamp, arrived);
   nanoseconds latest = arrived;
-  if (simulated_) stamp = latest;  // it goes on until just before it answers
+  if (simulated_) stamp = latest;  // youbot-sim advances until just before it answers
   if (goes_by_frames_) earliest = stamp = latest = begin_ + time_by_frames();
 
   bool all_fresh = true;
@@ -392,13 +392,13 @@ CycleStatus EthercatRobot::exchange(const RobotCommand& command, RobotSample& sa
   return latched_;
 }
 
-/// A simulation in lock-step goes by the frames that it is sent, on the machine's clock too.
+/// In lock-step, simulated time follows the frames sent, even on the machine's clock.
 nanoseconds EthercatRobot::time_by_frames() const noexcept {
   const ethercat::FrameCounters& frames = bus_->counters();
   return static_cast<std::int64_t>(frames.sent - frames.not_sent) * ethercat::kLockStepPeriod;
 }
 
-/// Cycle, after the first time: everything has its size by then.
+/// Cycle, after the first call: all sizes are then fixed.
 void EthercatRobot::copy_state() noexcept {
   bus_->copy_state(state_.bus);
   state_.losses = judged_losses();
@@ -443,8 +443,8 @@ CycleStatus EthercatRobot::check_command(const RobotCommand& command) const noex
   return {};
 }
 
-/// Whether it has left operation, as it says itself: nothing that may be bridged, since its outputs no longer
-/// act, and it is not the drive any more that it was.
+/// The slave itself reports that it has left operation. This is never bridged: its outputs no longer act, and
+/// the drive's state is lost.
 bool has_left(const ethercat::SlaveHealth& health) noexcept {
   switch (health.condition) {
     case ethercat::SlaveCondition::kRestarting:
@@ -457,7 +457,7 @@ bool has_left(const ethercat::SlaveHealth& health) noexcept {
          (health.state != ethercat::AlState::kOp && health.state != ethercat::AlState::kNone);
 }
 
-/// The first drive that another master has configured otherwise; -1: none.
+/// The first drive that another master has reconfigured; -1: none.
 std::int8_t EthercatRobot::first_tampered() const noexcept {
   const auto found = std::ranges::find_if(drives_, [this](const DriveChannel& drive) {
     return bus_->health(drive.slave()).condition == ethercat::SlaveCondition::kTampered;
@@ -467,16 +467,16 @@ std::int8_t EthercatRobot::first_tampered() const noexcept {
 
 /// Health is working counter, AL state and fresh inputs together; a short silence is bridged.
 CycleStatus EthercatRobot::check_bus(const ethercat::CycleResult& result) noexcept {
-  // A gap that began beside another master goes on when that has left.
+  // A gap that began during another master's presence continues after it has left.
   const CycleStatus gap = bridge(result);
   if (bus_->other_master_present()) return {Fault::kOtherMaster, first_tampered()};
   const CycleStatus loss = check_losses(result);
-  // A gap that was not bridged is a fault of its own, and none to be counted again once the bus is back.
+  // An unbridged gap is a fault of its own; it is not counted again once the bus is back.
   if (!gap.ok()) losses_.clear();
   return gap.ok() ? loss : gap;
 }
 
-/// Each gap is short, but they are many.
+/// Each gap is short, but there are many.
 CycleStatus EthercatRobot::check_losses(const ethercat::CycleResult& result) noexcept {
   const ethercat::FrameCounters before = std::exchange(counted_, bus_->counters());
   losses_.add({.lost = !result.answered,
@@ -494,7 +494,7 @@ BusLosses EthercatRobot::judged_losses() const noexcept {
   const auto reaches = [](int cycles, double share) {
     return cycles >= share * static_cast<double>(LossWindow::kCycles);
   };
-  // What a busy machine's simulator answers late, after however long a hold-up, was not lost on a wire.
+  // Late answers of a simulator on a busy machine, however late, were not lost on a wire.
   const int excused = simulated_ ? std::min(losses.late, losses.lost) : 0;
   using enum BusLosses::Level;
   losses.level = reaches(losses.cycles - excused, options_.loss_fault) ? kFault
@@ -520,7 +520,7 @@ CycleStatus EthercatRobot::bridge(const ethercat::CycleResult& result) noexcept 
   if (gap_is_bridged()) return {};
   if (const int error = bus_->counters().link_error; error != 0)
     return {Fault::kLinkDown, -1, static_cast<std::uint32_t>(error)};
-  // Mostly silence: slaves that are missing behind one that answers are another matter.
+  // Mostly silence; missing slaves behind one that answers are a different fault.
   if (simulated_ && 2 * unanswered_cycles_ > bad_cycles_) return {Fault::kSimulatorSilent};
   if (!result.answered) return {Fault::kFrameLost};
   for (std::size_t i = 0; i < drives_.size(); ++i)
@@ -539,8 +539,8 @@ CycleStatus EthercatRobot::check_drives() const noexcept {
   return {};
 }
 
-/// Brings slaves back to OP with the motors stopped. What else a lost drive forgot (counter, commutation,
-/// end stop, time-out flag) is dealt with when the robot is enabled again.
+/// Brings slaves back to OP with the motors stopped. The next enable restores everything else that a lost
+/// drive forgot (counter, commutation, end stop, time-out flag).
 void EthercatRobot::repair() noexcept {
   for (std::size_t slave = 0; slave < bus_->size(); ++slave) {
     const ethercat::SlaveCondition condition = bus_->health(slave).condition;
@@ -582,7 +582,7 @@ std::optional<BusLosses> EthercatRobot::losses() const {
   if (!bus_) return std::nullopt;
   const RobotState& state = newest_state();
   if (state.lasting_gap == 0) return state.losses;
-  // The window's counts begin again after such a gap: while it lasts it speaks for itself.
+  // The window restarts after such a gap; during the gap its length is reported.
   const int cycles = std::min(state.lasting_gap, static_cast<int>(LossWindow::kCycles));
   return BusLosses{.cycles = cycles, .lost = cycles, .level = BusLosses::Level::kFault};
 }
@@ -631,8 +631,8 @@ std::string check(const EthercatOptions::Parameter& parameter) {
   const tmcl::AxisParameter* const known = tmcl::find_drive_parameter(parameter.name);
   if (known == nullptr) return "is none that the drives have; youbot-bench parameters lists them";
   if (!tmcl::writable(known->access)) return "can only be read";
-  // All that is no setting moves the motor, moves its counter or starts something, and does so as soon as it
-  // is written: before anybody has enabled the robot.
+  // Parameters that are not settings move the motor, change its counter or start an action as soon as they
+  // are written: before the robot is enabled.
   const bool is_setting =
       tmcl::storable(known->access) || known->number == tmcl::drive_parameter("pwm_limit").number;
   if (!is_setting) return "is a command, not a setting";

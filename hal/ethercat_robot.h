@@ -23,74 +23,77 @@ namespace hal {
 using drivers::tmcl::YoubotKind;
 
 inline constexpr int kToleratedCycles = 10;
-/// As long as the boards' own watchdog.
+/// Equal to the boards' own watchdog.
 inline constexpr std::chrono::milliseconds kSimulatorPatience{100};
 
 struct EthercatOptions {
   YoubotKind kind = YoubotKind::kBaseAndArm;
-  /// Poll the network interface instead of sleeping on it: faster, and takes the core.
+  /// Poll the network interface instead of sleeping on it: faster, but occupies the core.
   bool busy_wait = false;
-  /// The motor controllers report the current's magnitude only (a property of the firmware).
+  /// The motor controllers report only the current's magnitude (depends on the firmware).
   bool unsigned_current = false;
-  /// Cycles without an answer, or with slaves missing, that are bridged with the last sample. By default
-  /// kToleratedCycles; without an answer as many as make up kSimulatorPatience on a bus on which every slave
-  /// says in its EEPROM that youbot-sim emulates it, and nowhere else.
+  /// Cycles without an answer, or with slaves missing, that are bridged with the last sample. Default:
+  /// kToleratedCycles. On a bus on which every slave's EEPROM says that youbot-sim emulates it, cycles
+  /// without an answer are bridged for kSimulatorPatience instead.
   std::optional<int> tolerated_cycles{};
-  /// Shares of the last 1000 cycles that were bridged so. From the first on, a warning: trouble() and
-  /// losses() say it; from the second on, a fault. One bridge alone has to stay below it.
+  /// Shares of the last 1000 cycles that were bridged. Above the first: a warning, reported by trouble() and
+  /// losses(). Above the second: a fault. One longest bridge alone must stay below it.
   double loss_warning = 0.02;
   double loss_fault = 0.2;
-  /// A cycle waits so long for its answer. On a robot less than a period; for slaves that a busy machine
-  /// emulates and that have all the time, more.
+  /// Time-out for the answer of a cycle. Less than a period on a robot; longer for slaves that a busy machine
+  /// emulates without real-time demands.
   std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
-  /// Let the slaves' clocks follow one reference. The youBot's boards are said not to bear it.
+  /// Synchronise the slaves' clocks to one reference. The youBot's boards reportedly do not support it.
   bool distributed_clocks = false;
-  /// Arm joints that do not know their zero find it at their end stops when the robot is enabled: the arm
-  /// MOVES, all joints at once. Fold it by hand first.
+  /// Arm joints without a known zero find it at their end stops when the robot is enabled: the arm MOVES, all
+  /// joints at once. Fold it by hand first.
   bool home_arms = false;
-  /// Written to the drives at start-up, and again to one that lost its power. Not kept in EEPROM.
+  /// Written to the drives at start-up, and again after a drive lost power. Not stored in EEPROM.
   struct Parameter {
     std::string joint{};  ///< "wheel-1"
     std::string name{};   ///< as youbot-bench parameters lists it
     std::int32_t value = 0;
   };
   std::vector<Parameter> parameters{};
-  /// Sees every frame, such as a ring to be written after a fault; outlives the robot. Null: none.
+  /// Receives every frame, for example a ring buffer written after a fault; must outlive the robot. Null:
+  /// none.
   drivers::ethercat::FrameTap* tap = nullptr;
 };
 
-/// Joints in bus order: wheel-1 … wheel-4, arm-1 … arm-5, arm2-1 … arm2-5 (those the kind has).
+/// Joints in bus order: wheel-1 … wheel-4, arm-1 … arm-5, arm2-1 … arm2-5 (those that the kind has).
 ///
-/// - activate() scans, compares with the expected topology, reads the firmware versions, takes all slaves to
-///   OP. A base with one or two arms is also a base, and one with two arms a base with one: the drives of the
-///   arm too many, and its gripper, are left off in PRE-OP, and notes() says so.
-/// - A sample's stamp is taken as soon as its frame has been sent: then it passes the boards, and they put in
-///   what they measured last. How long the frame took to make, or its answer to fetch, is not in it.
-///   youbot-sim lets its robot go on until just before it answers, however late that is: there the stamp is
-///   when the answer was there. A simulation in lock-step goes by its frames, a millisecond each, and so do
-///   the stamps.
+/// - activate() scans, compares with the expected topology, reads the firmware versions and takes all slaves
+/// to OP. A base with one or two arms can also be used as a base, and one with two arms as a base with one:
+/// the drives of the unused arm, and its gripper, stay off in PRE-OP, and notes() says so.
+/// - A sample's stamp is taken as soon as its frame has been sent: the frame then passes the boards, which
+/// insert their latest measurements. The stamp excludes the time to build the frame and to fetch the answer.
+/// youbot-sim advances its robot until just before it answers, however late that is: its stamp is the arrival
+/// of the answer. In lock-step, simulated time and stamps advance by one millisecond per frame.
 /// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded, finds the
-///   commutation where needed (with firmware 2.0 the joints move a little) and homes the arms if that is
-///   wanted. `sample.enabled` is true once all drives obey; that may take seconds. They hold still until such
-///   a sample has come: homing moves the zero, so that a command made before means another place.
-/// - A slave that is lost or falls out of OP, or a drive's error flag, switches all drives off (motor stop)
-///   and is latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
-/// - An interface that takes no frames for longer than is bridged is named with the system's error.
-/// - Another master on the bus refuses activate(), and is a fault as long as it is there.
+/// commutation where needed (with firmware 2.0 the joints move slightly) and homes the arms if requested.
+/// `sample.enabled` is true once all drives obey; that may take seconds. The drives hold still until such a
+/// sample has been returned: homing moves the zero, so a command made before means another position.
+/// - A slave that is lost or leaves OP, or a drive's error flag, switches all drives off (motor stop) and is
+/// latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
+/// - If an interface takes no frames for longer than can be bridged, the fault names it and the system's
+/// error.
+/// - With another master on the bus, activate() fails; during operation it is a fault while that master is
+/// present.
 /// - A gripper that is missing or fails never stops the arm.
-/// - A drive that heard nothing for 100 ms holds the place it had then, by itself, until its time-out flag is
-///   cleared: while disabled, under a commanded stop, or by `enable`. Until then the sample shows the flag.
-/// - deactivate() stops the motors and leaves OP. A gripper that moves is stopped first, for 0.3 s at most.
-/// `open_link` is called by activate(); `clock` outlives the robot.
+/// - A drive that received nothing for 100 ms holds its position at that time on its own, until its time-out
+/// flag is cleared: while disabled, under a commanded stop, or by `enable`. Until then the sample shows the
+/// flag.
+/// - deactivate() stops the motors and leaves OP. A moving gripper is stopped first, for at most 0.3 s.
+/// `open_link` is called by activate(); `clock` must outlive the robot.
 std::unique_ptr<Robot> make_ethercat_robot(
     std::function<std::unique_ptr<drivers::ethercat::Link>()> open_link, const EthercatOptions& options,
     const Clock& clock, std::chrono::nanoseconds period);
 
-/// Setup: what is wrong with such a parameter, to follow its name in a message; empty when nothing is.
+/// Setup: the error of such a parameter, to follow its name in a message; empty if valid.
 std::string check(const EthercatOptions::Parameter& parameter);
 
-/// On a network interface, "eth0". @throws std::invalid_argument when `clock` is not the machine's: in
-/// virtual time only a drivers::ethercat::LockStepLink leads to slaves outside this program.
+/// On a network interface, "eth0". @throws std::invalid_argument if `clock` is not the machine's: in virtual
+/// time only a drivers::ethercat::LockStepLink leads to slaves outside this program.
 std::unique_ptr<Robot> make_ethercat_robot(const std::string& interface, const EthercatOptions& options,
                                            const Clock& clock, std::chrono::nanoseconds period);
 

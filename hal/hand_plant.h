@@ -1,5 +1,5 @@
 /// @file
-/// The hand and the device's mechanics behind the haptic loopback: the simulator implements it.
+/// The hand and the device's mechanics behind the haptic loopback; implemented by the simulator.
 #pragma once
 #include <Eigen/Core>
 #include <chrono>
@@ -16,9 +16,9 @@ class HandPlant {
   HandPlant& operator=(const HandPlant&) = delete;
   virtual ~HandPlant() = default;
 
-  /// Fills everything but the stamp. The velocity is the true one; a haptic device tells its own.
+  /// Fills everything but the stamp. The velocity is the true one; a haptic device reports its own estimate.
   virtual void measure(HapticSample& sample) noexcept = 0;
-  /// Lets `duration` pass with the finite force `f_D_H_N` acting on the grip.
+  /// Advances by `duration` with the finite force `f_D_H_N` acting on the handle.
   virtual void advance(const Eigen::Vector3d& f_D_H_N, std::chrono::nanoseconds duration) noexcept = 0;
 };
 

@@ -13,7 +13,7 @@ inline constexpr int kMaxGrippers = 2;
 
 enum class CommandMode : std::uint8_t { kTorque, kVelocity, kPosition };
 
-/// The default commands zero torque. A non-finite target refuses the command of the whole robot.
+/// The default commands zero torque. A non-finite target invalidates the command of the whole robot.
 struct JointCommand {
   CommandMode mode = CommandMode::kTorque;
   double target = 0.0;  ///< N·m, rad/s or rad, as `mode` says
@@ -37,23 +37,23 @@ enum class JointFault : std::uint8_t {
   kEncoder,
   kCommandTimeout,  ///< the motor controller's own watchdog on its process data
   kI2t,             ///< thermal model of the winding over its limit
-  kNotInitialized,  ///< the motor's commutation is not known, or could not be found
+  kNotInitialized,  ///< the motor's commutation is unknown or could not be found
   kEmergencyStop,
   kBadSample,    ///< a measured value is not finite
-  kRefused,      ///< the drive refused a request; the backend's report says which
-  kNotPrepared,  ///< starting it up failed; the backend's report says where
-  kRestarted,    ///< the drive lost its memory while it was in use
-  // Found by control::PlausibilityMonitor.
-  kEncoderStill,       ///< the position does not change though the motor is driven
+  kRefused,      ///< the drive refused a request; the backend's report names it
+  kNotPrepared,  ///< start-up failed; the backend's report names the step
+  kRestarted,    ///< the drive lost its memory during operation
+  // Detected by control::PlausibilityMonitor.
+  kEncoderStill,       ///< the position does not change although the motor is driven
   kVelocityDisagrees,  ///< the reported velocity is not the position's rate of change
-  kVelocityStep,       ///< the position's rate of change stepped at once
+  kVelocityStep,       ///< the position's rate of change has a step
   kTorqueDisagrees,    ///< the measured torque does not follow the command
-  kWheelsDisagree,     ///< four wheels cannot roll like that
-  kOpposedMotion,      ///< the joint moves on against its torque
-  kHallDisagrees,      ///< the motor's Hall sensors do not turn as its encoder counts
+  kWheelsDisagree,     ///< not a possible rolling motion of four wheels
+  kOpposedMotion,      ///< the joint keeps moving against its torque
+  kHallDisagrees,      ///< Hall sensors and encoder of the motor disagree
 };
 
-/// Between which positions a joint may be driven; unlimited by default, as a wheel is.
+/// Allowed range of a joint; unlimited by default, as for a wheel.
 struct JointRange {
   double lower_rad = -std::numeric_limits<double>::infinity();
   double upper_rad = std::numeric_limits<double>::infinity();
@@ -62,25 +62,26 @@ struct JointRange {
   double width_rad() const noexcept { return upper_rad - lower_rad; }
 };
 
-/// The motor's rotor as its Hall sensors show it, beside what the encoder counted. Drives with both have it.
+/// The motor's rotor angle from its Hall sensors, with the encoder count. Only for drives that report both.
 struct RotorReading {
-  std::uint32_t number = 0;  ///< of the reading; 0: there is none yet
+  std::uint32_t number = 0;  ///< of the reading; 0: none yet
   double hall_turn = 0.0;    ///< within an electrical revolution, 0 to 1; in sixths or finer
-  // Between these the encoder was while the Hall sensors were read, in electrical revolutions. Zero and
-  // direction have nothing to do with those of `hall_turn`.
+  // Range of the encoder while the Hall sensors were read, in electrical revolutions. Zero and direction are
+  // independent of those of `hall_turn`.
   double encoder_low_turn = 0.0;
   double encoder_high_turn = 0.0;
 };
 
 struct JointSample {
-  /// Continuous, never wrapped; after a loss of power it goes on from where it was. Homing sets it to zero.
+  /// Continuous, never wrapped; after a loss of power it continues from the last value. Homing sets it to
+  /// zero.
   double position_rad = 0.0;
   double velocity_rad_per_s = 0.0;  ///< as the motor controller reports it: coarse and noisy at low speed
   double torque_Nm = 0.0;  ///< motor current times torque constant and gear ratio; not a torque sensor
   JointFault fault = JointFault::kNone;
-  /// position_rad counts as the joint's range does; otherwise from where it was at power-up.
+  /// position_rad has the zero of the joint's range; otherwise its zero is the position at power-up.
   bool homed = false;
-  RotorReading rotor{};  ///< of drives that report it
+  RotorReading rotor{};  ///< only for drives that report it
 };
 
 }  // namespace hal

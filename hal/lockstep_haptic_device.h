@@ -1,5 +1,5 @@
 /// @file
-/// hal::HapticDevice without a thread: each exchange() is one with the device.
+/// hal::HapticDevice without a thread: each exchange() performs one exchange with the device.
 #pragma once
 #include <memory>
 
@@ -8,10 +8,10 @@
 
 namespace hal {
 
-/// For virtual time, and for devices that do not make one wait.
+/// For virtual time, and for devices that do not block.
 class LockstepHapticDevice final : public HapticDevice {
  public:
-  /// `clock` outlives the device. @throws hal::SetupError when the limits make no sense.
+  /// `clock` must outlive the device. @throws hal::SetupError if the limits are invalid.
   LockstepHapticDevice(std::unique_ptr<HapticLink> link, const Clock& clock, const HapticLimits& limits = {});
   ~LockstepHapticDevice() override { deactivate(); }
 

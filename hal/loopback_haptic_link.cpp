@@ -17,7 +17,7 @@ HapticStatus LoopbackHapticLink::exchange(const HapticCommand& command, std::chr
   HapticSample measured;
   measured.stamp = now;
   hand_.measure(measured);
-  // As in the drivers of real devices, a bad measurement takes the force away in the same exchange.
+  // As in drivers of real devices, a bad measurement removes the force in the same exchange.
   const bool good = measured.p_HD_m.allFinite() && measured.q_HD.coeffs().allFinite();
   HapticStatus status;
   if (command.enable && good) status.f_D_H_N = command.f_D_H_N;

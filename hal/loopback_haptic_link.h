@@ -1,5 +1,5 @@
 /// @file
-/// A haptic master in software, over a hal::HandPlant.
+/// A simulated haptic device over a hal::HandPlant.
 #pragma once
 #include <chrono>
 
@@ -8,10 +8,10 @@
 
 namespace hal {
 
-/// Each exchange() measures, then lets one period pass with the force applied.
+/// Each exchange() measures, then advances by one period with the force applied.
 class LoopbackHapticLink final : public HapticLink {
  public:
-  /// `hand` outlives the link. @throws hal::SetupError when the period is not positive.
+  /// `hand` must outlive the link. @throws hal::SetupError if the period is not positive.
   LoopbackHapticLink(HandPlant& hand, std::chrono::nanoseconds period, HapticInfo info);
 
   const HapticInfo& info() const noexcept override { return info_; }

@@ -65,7 +65,7 @@ CycleStatus LoopbackRobot::exchange(const RobotCommand& command, RobotSample& sa
   advance(period_);
   measured.enabled = enabled_;
   if (!all_finite(std::span(measured.joints).first(joints_.size())))
-    sample.enabled = enabled_;  // the values stay as they were, and so does their stamp
+    sample.enabled = enabled_;  // values and stamp keep their old values
   else
     sample = measured;
   return latched_;
@@ -76,8 +76,8 @@ void LoopbackRobot::advance(std::chrono::nanoseconds duration) noexcept {
 }
 
 std::chrono::nanoseconds LoopbackRobot::catch_up(std::chrono::nanoseconds now) noexcept {
-  // Simulated and real time keep in step over all: a wake-up that is late by less than a period is jitter,
-  // and what it is late by is not counted a second time by the next.
+  // Simulated and real time stay in step on average: a wake-up that is late by less than a period is jitter,
+  // and its delay is not counted again by the next one.
   const std::chrono::nanoseconds expected = next_exchange_.value_or(now);
   const auto skipped = std::clamp<std::int64_t>((now - expected) / period_, 0, kMaxPeriods - 1);
   if (skipped > 0) advance(skipped * period_);

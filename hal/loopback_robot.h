@@ -11,15 +11,15 @@
 
 namespace hal {
 
-/// Each exchange() measures, then lets one period pass with the command applied, as a bus does: the sample
-/// answers the previous command. When the clock shows that cycles were skipped, the previous command first
-/// acts through them (kMaxPeriods an exchange at most, so that a debugger's stop is not simulated). A
-/// sample's stamp is the time that the plant has come to: before or after the exchange, by a period at most.
+/// Each exchange() measures, then advances by one period with the command applied, as on a bus: the sample
+/// answers the previous command. If the clock shows that cycles were skipped, the previous command first acts
+/// through them (at most kMaxPeriods per exchange, so that a stop in a debugger is not simulated). A sample's
+/// stamp is the plant's time: before or after the exchange, by at most a period.
 class LoopbackRobot final : public Robot {
  public:
   static constexpr int kMaxPeriods = 100;
 
-  /// `plant` and `clock` outlive the robot. @throws hal::SetupError when `joints` does not fit the plant.
+  /// `plant` and `clock` must outlive the robot. @throws hal::SetupError if `joints` does not fit the plant.
   LoopbackRobot(Plant& plant, const Clock& clock, std::chrono::nanoseconds period,
                 std::vector<JointInfo> joints);
 
@@ -33,7 +33,7 @@ class LoopbackRobot final : public Robot {
   CycleStatus check(const RobotCommand& command) const noexcept;
   CycleStatus check(const RobotSample& sample) const noexcept;
   void advance(std::chrono::nanoseconds duration) noexcept;
-  /// Returns the time that the plant has come to.
+  /// Returns the plant's time.
   std::chrono::nanoseconds catch_up(std::chrono::nanoseconds now) noexcept;
 
   Plant& plant_;
@@ -44,7 +44,7 @@ class LoopbackRobot final : public Robot {
   bool enabled_ = false;
   RobotCommand applied_{};
   CycleStatus latched_{};
-  std::optional<std::chrono::nanoseconds> next_exchange_;  // when the simulated time is used up
+  std::optional<std::chrono::nanoseconds> next_exchange_;  // end of the simulated time
 };
 
 }  // namespace hal

@@ -1,5 +1,5 @@
 /// @file
-/// The newest value from one thread to one other.
+/// Passes the newest value from one thread to one other.
 #pragma once
 #include <array>
 #include <atomic>
@@ -8,12 +8,12 @@
 namespace hal {
 
 /// One thread may publish() and one other may take(). Both are wait-free: they copy one value and exchange
-/// one byte. What was published between two takes is lost, but for the last.
+/// one byte. Of the values published between two takes, only the last is kept.
 template <typename T>
 class NewestValue {
  public:
   NewestValue() = default;
-  /// Values that hold vectors take them from `like`: publishing others of the same sizes allocates nothing.
+  /// Slots are copies of `like`: publishing values that hold vectors of the same sizes allocates nothing.
   explicit NewestValue(const T& like) : slots_{like, like, like} {}
 
   /// Cycle, writer.
@@ -23,7 +23,7 @@ class NewestValue {
         waiting_.exchange(static_cast<std::uint8_t>(written_ | kNew), std::memory_order_acq_rel) & kSlot;
   }
 
-  /// Cycle, reader: false, and `value` untouched, when nothing was published since the last time.
+  /// Cycle, reader: false, with `value` unchanged, if nothing was published since the last call.
   bool take(T& value) noexcept {
     if ((waiting_.load(std::memory_order_relaxed) & kNew) == 0) return false;
     read_ = waiting_.exchange(read_, std::memory_order_acq_rel) & kSlot;
@@ -36,7 +36,7 @@ class NewestValue {
   static constexpr std::uint8_t kSlot = 3;
   static_assert(std::atomic<std::uint8_t>::is_always_lock_free);
 
-  // Each slot belongs to the writer, to the reader, or waits between them.
+  // Each slot belongs to the writer or the reader, or waits between them.
   std::array<T, 3> slots_{};
   std::uint8_t written_ = 0;
   std::uint8_t read_ = 1;

@@ -1,5 +1,5 @@
 /// @file
-/// The physical robot behind the loopback backend: the simulator implements it, the HAL owns the interface.
+/// The physical robot behind the loopback backend; the HAL owns the interface, the simulator implements it.
 #pragma once
 #include <chrono>
 #include <span>
@@ -17,9 +17,9 @@ class Plant {
   virtual ~Plant() = default;
 
   virtual int joint_count() const noexcept = 0;
-  /// Writes what the joints' sensors show now; `samples` holds joint_count() entries.
+  /// Writes the current sensor values of the joints; `samples` holds joint_count() entries.
   virtual void measure(std::span<JointSample> samples) noexcept = 0;
-  /// Lets `duration` pass with finite `commands` applied (joint_count() entries); unpowered drives coast.
+  /// Advances by `duration` with finite `commands` applied (joint_count() entries); unpowered drives coast.
   virtual void advance(std::span<const JointCommand> commands, bool powered,
                        std::chrono::nanoseconds duration) noexcept = 0;
 };

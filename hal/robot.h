@@ -25,29 +25,30 @@ namespace hal {
 struct JointInfo {
   std::string name;            ///< "wheel-1", "arm-3": also the rig name in recordings
   double torque_limit_Nm = 0;  ///< what the motor's current limit can deliver
-  /// Faster velocity commands are cut to it. A position is approached as fast as the drive is set to.
+  /// Velocity commands are limited to it. In position mode the drive's own speed setting applies.
   double speed_limit_rad_per_s = std::numeric_limits<double>::infinity();
-  /// What gear and links are made for; infinite where that is no less than the motor's limit. The drive does
-  /// not keep it, in velocity and position mode least of all.
+  /// Rating of gear and links; infinite if it is not below the motor's limit. The drive does not enforce it,
+  /// least of all in velocity and position mode.
   double rated_torque_Nm = std::numeric_limits<double>::infinity();
-  /// Whatever commands the joint keeps it within this range. Valid once the joint is homed.
+  /// Every controller must keep the joint within this range. Valid once the joint is homed.
   JointRange range{};
 };
 
 struct RobotCommand {
-  /// Level, not event: false stops every motor, also one that its own watchdog made hold its place. After a
-  /// fault the robot stays off until it has seen one exchange with `enable == false`, so motion never resumes
-  /// by itself.
+  /// Level, not event: false stops every motor, including one whose own watchdog makes it hold its position.
+  /// After a fault the robot stays off until one exchange with `enable == false`, so that motion never
+  /// resumes by itself.
   bool enable = false;
   std::array<JointCommand, kMaxJoints> joints{};        ///< in the order of Robot::joints()
-  std::array<GripperCommand, kMaxGrippers> grippers{};  ///< arm by arm; those there are not are ignored
+  std::array<GripperCommand, kMaxGrippers> grippers{};  ///< in the order of the arms; those of missing arms
+                                                        ///< are ignored
 };
 
 struct RobotSample {
-  /// Of the clock the robot was made with; when the values were taken, as well as is known.
+  /// Best estimate of when the values were measured, on the clock the robot was made with.
   std::chrono::nanoseconds stamp{};
-  /// For certain between these two. On a bus that is quick they lie apart by what a frame takes; where a busy
-  /// machine holds up one of its ends, by that hold-up.
+  /// Guaranteed bounds of that time. On a fast bus they differ by the duration of a frame; if a busy machine
+  /// delays one end, by that delay.
   std::chrono::nanoseconds earliest{};
   std::chrono::nanoseconds latest{};
   bool enabled = false;  ///< drives obey commands
@@ -56,7 +57,7 @@ struct RobotSample {
 };
 static_assert(std::is_trivially_copyable_v<RobotCommand> && std::is_trivially_copyable_v<RobotSample>);
 
-/// What generic code can react to; `detail` keeps the backend's own code for the log.
+/// Causes that generic code can react to; `detail` keeps the backend's own code for the log.
 enum class Fault : std::uint8_t {
   kNone,
   kNotActive,        ///< exchange() before activate() or after deactivate()
@@ -67,44 +68,44 @@ enum class Fault : std::uint8_t {
   kSimulatorSilent,  ///< no answer from a bus that says that youbot-sim emulates it
   kOtherMaster,      ///< another master commands the same bus
   kLinkDown,         ///< the interface takes no frames; detail: errno
-  kFrameLoss,        ///< short gaps, each bridged, are too many; detail: of the last 1000 cycles how many
+  kFrameLoss,        ///< too many short gaps, each bridged; detail: number in the last 1000 cycles
 };
 
-/// Outcome of one cycle. A fault is latched: it is reported in every cycle until the robot is disabled.
+/// Outcome of one cycle. A fault is latched: every cycle reports it until the robot is disabled.
 struct [[nodiscard]] CycleStatus {
   Fault fault = Fault::kNone;
-  std::int8_t joint = -1;  ///< first joint concerned, -1 when the whole robot is
+  std::int8_t joint = -1;  ///< first joint concerned; -1: the whole robot
   std::uint32_t detail = 0;
   bool ok() const noexcept { return fault == Fault::kNone; }
-  /// Of Fault::kJointFault.
+  /// For Fault::kJointFault.
   JointFault joint_fault() const noexcept { return static_cast<JointFault>(detail & 0xFF); }
 };
 
-/// Of the last 1000 cycles: those that were bridged because not all devices answered in time, and why.
+/// Cycles in the last 1000 that were bridged because not all devices answered in time, by cause.
 struct BusLosses {
-  int cycles = 0;      ///< all of them; the rest may overlap
+  int cycles = 0;      ///< total; the causes may overlap
   int lost = 0;        ///< no answer
-  int damaged = 0;     ///< something came in that made no sense
-  int incomplete = 0;  ///< an answer, but not of all devices
-  int late = 0;        ///< answers that came after their cycle had given them up: of those lost
-  int twice = 0;       ///< further answers to a cycle that had one
-  /// More of them than the robot is set to warn of, or to stop at.
+  int damaged = 0;     ///< an invalid frame was received
+  int incomplete = 0;  ///< an answer, but not from all devices
+  int late = 0;        ///< answers that arrived after their cycle's time-out: part of the lost ones
+  int twice = 0;       ///< further answers to a cycle that already had one
+  /// Compared with the robot's limits for a warning and for a fault.
   enum class Level : std::uint8_t { kOk, kWarning, kFault } level = Level::kOk;
 };
 
-/// Between two positions of a joint, for every check of its sensors to run, and for any to (docs/safety.md,
-/// "Sensors that lie").
+/// Maximum time between two positions of a joint for all sensor checks to run, and for any of them
+/// (docs/safety.md, "Sensors that lie").
 inline constexpr std::chrono::microseconds kLongestRegularSample{1500};
 inline constexpr std::chrono::milliseconds kLongestCheckedSample{20};
-/// What Robot::notes() has to say of positions that come so far apart; nothing where all checks run.
+/// Text for Robot::notes() about this sampling interval; empty if all checks run.
 std::vector<std::string> sampling_notes(std::chrono::nanoseconds interval);
 
-/// In words, for messages: "a command that is not a finite number".
+/// Text for messages: "a command that is not a finite number".
 const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
-/// Sole owner of its bus. One thread calls exchange(); of the set-up calls only explain(), losses(),
-/// trouble() and report() may run beside it, in one other thread. Destruction deactivates.
+/// Sole owner of its bus. One thread calls exchange(). Of the set-up calls, only explain(), losses(),
+/// trouble() and report() may run concurrently, in one other thread. The destructor deactivates.
 class Robot {
  public:
   Robot() = default;
@@ -121,23 +122,23 @@ class Robot {
   /// Drives off, bus closed. Allowed in any state.
   virtual void deactivate() noexcept = 0;
 
-  /// Cycle: sends `command`, fills `sample` with what the joints measured when the command reached them.
-  /// On a fault the drives are off whatever the command says. When fresh values did not come back from all
-  /// joints, the joints and the stamp are left as they were, so that the stamp shows their age.
+  /// Cycle: sends `command`, fills `sample` with what the joints measured when the command reached them. On a
+  /// fault the drives are off whatever the command says. If not all joints returned fresh values, joints and
+  /// stamp keep their old values, so that the stamp shows their age.
   virtual CycleStatus exchange(const RobotCommand& command, RobotSample& sample) noexcept = 0;
 
-  /// Setup, after activate(): what should be known of this robot before it moves, a remark a line, for the
-  /// log.
+  /// Setup, after activate(): remarks on this robot for the log, to be read before it moves, one per line.
   virtual std::vector<std::string> notes() const { return {}; }
-  /// Setup: a status of exchange() in words, without its joint: what happened, and what to check.
+  /// Setup: text for a status of exchange(), without its joint: what happened, and what to check.
   virtual std::string explain(const CycleStatus& status) const;
-  /// Setup: none where there is no bus.
+  /// Setup: empty if there is no bus.
   virtual std::optional<BusLosses> losses() const { return std::nullopt; }
-  /// Setup: what keeps it from working now, "DEVICE: what is wrong, and what to check", a device a line.
+  /// Setup: current faults that prevent operation, "DEVICE: what is wrong, and what to check", one device per
+  /// line.
   virtual std::vector<std::string> trouble() const { return {}; }
-  /// Setup: how the device fares in words, a finding a line, for the log after a run or a fault; after
-  /// deactivate() what may still be moving, because nothing confirmed that it stopped. Empty when there is
-  /// nothing to tell.
+  /// Setup: condition of the device, one remark per line, for the log after a run or a fault; after
+  /// deactivate() what may still be moving because no stop was confirmed. Empty if there is nothing to
+  /// report.
   virtual std::vector<std::string> report() const { return {}; }
 };
 

@@ -1,5 +1,5 @@
 /// @file
-/// A robot that passes every call on to another one.
+/// A robot that forwards every call to another one.
 #pragma once
 #include <memory>
 #include <optional>
@@ -12,10 +12,10 @@
 
 namespace hal {
 
-/// Base of those that add something to a robot: they override what they change.
+/// Base of decorators: they override what they change.
 class RobotWrapper : public Robot {
  public:
-  /// `robot` outlives it.
+  /// `robot` must outlive the wrapper.
   explicit RobotWrapper(Robot& robot) : robot_(robot) {}
   explicit RobotWrapper(std::unique_ptr<Robot> robot) : owned_(std::move(robot)), robot_(*owned_) {}
 

@@ -1,5 +1,5 @@
 /// @file
-/// Durations as plain numbers, for formulas, files and messages; everywhere else use std::chrono.
+/// Durations as plain numbers, for formulas, files and messages; use std::chrono everywhere else.
 #pragma once
 #include <chrono>
 

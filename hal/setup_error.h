@@ -5,7 +5,7 @@
 
 namespace hal {
 
-/// Thrown on set-up paths only. Reads "DEVICE: STEP: what to do".
+/// Thrown in set-up only. Reads "DEVICE: STEP: what to do".
 class SetupError : public std::runtime_error {
  public:
   SetupError(const std::string& device, const std::string& step, const std::string& hint)

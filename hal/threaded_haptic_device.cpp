@@ -23,7 +23,7 @@ struct ThreadedHapticDevice::Shared {
   struct Given {
     HapticCommand command;
     nanoseconds stamp{};
-    std::uint32_t disables = 0;  // how many commands so far were not enabled
+    std::uint32_t disables = 0;  // number of commands so far that were not enabled
   };
 
   struct Outcome {
@@ -43,10 +43,10 @@ struct ThreadedHapticDevice::Shared {
   NewestValue<Given> given;
   NewestValue<Outcome> outcomes;
   std::atomic<bool> stop{false};
-  bool force_off = true;  // as close() tells; read once `ended` is acquired
+  bool force_off = true;  // result of close(); read once `ended` is acquired
   std::binary_semaphore ended{0};
 
-  // The thread's own.
+  // Used by the thread only.
   SteadyClock clock;
   Given newest;
   std::uint32_t disables = 0;
@@ -58,7 +58,7 @@ void ThreadedHapticDevice::Shared::run(nanoseconds period) noexcept {
   while (!stop.load(std::memory_order_acquire)) {
     step();
     deadline += period;
-    // A device slower than the period sets the rhythm: nothing is caught up.
+    // A device slower than the period sets the rate: missed periods are not made up.
     if (const nanoseconds now = clock.now(); now > deadline) deadline = now;
     clock.sleep_until(deadline);
   }
@@ -69,7 +69,7 @@ void ThreadedHapticDevice::Shared::run(nanoseconds period) noexcept {
 void ThreadedHapticDevice::Shared::step() noexcept {
   given.take(newest);
   HapticCommand command = newest.command;
-  // One that was not enabled may have come and gone between two steps; it is not lost.
+  // A command without enable may have come and gone between two steps; it is not lost.
   if (newest.disables != disables) command.enable = false;
   disables = newest.disables;
   const nanoseconds now = clock.now();
@@ -126,7 +126,7 @@ void ThreadedHapticDevice::activate() {
     const sched_param parameters{.sched_priority = options_.fifo_priority};
     refused = ::pthread_setschedparam(thread.native_handle(), SCHED_FIFO, &parameters);
   }
-  thread.detach();  // deactivate() waits for `ended`, and not for ever
+  thread.detach();  // deactivate() waits for `ended`, with a time-out
   if (refused != 0) {
     deactivate();
     throw SetupError(info().name, "take SCHED_FIFO for its thread",

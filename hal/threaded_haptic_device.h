@@ -1,5 +1,5 @@
 /// @file
-/// hal::HapticDevice with a transport thread, for devices that make one wait.
+/// hal::HapticDevice with a transport thread, for devices with blocking calls.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -11,35 +11,36 @@ namespace hal {
 
 struct HapticThreadOptions {
   std::chrono::nanoseconds period = std::chrono::milliseconds(1);  ///< of the exchanges with the device
-  int fifo_priority = 0;  ///< SCHED_FIFO, 1 to 99; 0: the scheduling of the thread that activates
-  std::chrono::nanoseconds patience = std::chrono::seconds(2);  ///< of deactivate(), with a device call
+  int fifo_priority = 0;  ///< SCHED_FIFO, 1 to 99; 0: inherit the scheduling of the activating thread
+  std::chrono::nanoseconds patience = std::chrono::seconds(2);  ///< time-out of deactivate() for a device
+                                                                ///< call
 };
 
-/// The thread runs the servo at the device's rhythm, always with the newest command, and publishes each
-/// outcome; exchange() hands over one and takes the other, both wait-free. Time is CLOCK_MONOTONIC.
+/// The thread runs the servo at the device's rate, always with the newest command, and publishes each
+/// outcome; exchange() passes commands and outcomes, both wait-free. Time is CLOCK_MONOTONIC.
 ///
-/// A fault shows one exchange with the device later than it happened, as does its end; zero force does not
-/// wait for that. When the loop stops giving commands the force ends (kNoCommand). When a device call does
-/// not return in time exchange() says kStale, and the force stays off until disabled once, should the call
-/// return after all; until then the device's own watchdog is what ends it.
+/// A fault, and its end, appears one device exchange later than it happened; zero force is not delayed. If
+/// the loop stops giving commands, the force ends (kNoCommand). If a device call does not return in time,
+/// exchange() returns kStale, and the force stays off until disabled once, even if the call returns later;
+/// until then only the device's own watchdog can end the force.
 class ThreadedHapticDevice final : public HapticDevice {
  public:
-  /// @throws hal::SetupError when the limits or the options make no sense.
+  /// @throws hal::SetupError if the limits or the options are invalid.
   explicit ThreadedHapticDevice(std::unique_ptr<HapticLink> link, const HapticLimits& limits = {},
                                 const HapticThreadOptions& options = {});
   ~ThreadedHapticDevice() override { deactivate(); }
 
   const HapticInfo& info() const noexcept override;
-  /// @throws hal::SetupError also when the priority is refused, or when a call of an earlier activation still
-  /// has not returned.
+  /// @throws hal::SetupError also if the priority is refused, or if a call of an earlier activation has still
+  /// not returned.
   void activate() override;
-  /// Waits for the thread as long as its patience lasts; false also when it is stuck in a device call.
+  /// Waits for the thread for at most `patience`; false also if it is stuck in a device call.
   bool deactivate() noexcept override;
   HapticStatus exchange(const HapticCommand& command, HapticSample& sample) noexcept override;
   std::string describe(const HapticStatus& status) const override;
 
  private:
-  struct Shared;  // with the thread, which may outlive the device when it is stuck
+  struct Shared;  // shared with the thread, which may outlive the device if it is stuck
 
   HapticLimits limits_;
   HapticThreadOptions options_;
@@ -49,9 +50,9 @@ class ThreadedHapticDevice final : public HapticDevice {
   std::uint32_t disables_ = 0;
   HapticStatus status_;
   HapticSample sample_;
-  std::chrono::nanoseconds told_{};  // when the thread told status_
-  bool silent_ = false;              // it has told nothing for too long, and nobody disabled since
-  bool force_off_ = true;            // as the latest end told
+  std::chrono::nanoseconds told_{};  // time of the last status_ from the thread
+  bool silent_ = false;              // no update within the limit; latched until disabled
+  bool force_off_ = true;            // as reported when the thread ended last
 };
 
 }  // namespace hal

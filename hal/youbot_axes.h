@@ -1,11 +1,11 @@
 /// @file
-/// The youBot's axes: gear ratios, encoders, torque constants and current limits.
-/// Source: configuration files of the official youBot driver (youbot-base.cfg, youbot-manipulator.cfg) and
-/// its factory parameter dump for current limits and motor poles. The thesis rounds the wheel gear to 26.
-/// Speed limits: a wheel's is the drives' own maximum for positioning, 4000 rpm of the motor (parameter 4),
-/// an arm joint's the user manual's 90°/s. Rated torques of the arm: effort limits of the official robot
-/// description (youbot_description). Ranges of the arm: soft limits of youbot-manipulator.cfg, in the
-/// driver's angles; they lie inside the description's end stops by 0.01 rad where homing ends and by 0.06 to
+/// The youBot's axes: gear ratios, encoders, torque constants and current limits. Source: configuration files
+/// of the official youBot driver (youbot-base.cfg, youbot-manipulator.cfg), and its factory parameter dump
+/// for current limits and motor poles. The thesis rounds the wheel gear to 26. Speed limits: for a wheel the
+/// drives' own maximum for positioning, 4000 rpm of the motor (parameter 4); for an arm joint 90°/s from the
+/// user manual. Rated torques of the arm: effort limits of the official robot description
+/// (youbot_description). Ranges of the arm: soft limits of youbot-manipulator.cfg, in the driver's angles;
+/// they lie inside the description's end stops by 0.01 rad at the end where homing finishes and by 0.06 to
 /// 0.21 rad at the other end, where robots have been measured to reach less than the description says.
 #pragma once
 #include <array>
@@ -39,7 +39,7 @@ inline constexpr std::array<AxisData, 5> kArmAxes{{
     {{71, 4000, 0.0490, true, 4}, 1.0, kArmSpeedLimit_rad_per_s, 1.0, {0.11062, 5.64159}},
 }};
 
-/// Setup: what a robot says of a joint on that axis.
+/// Setup: JointInfo of a joint on that axis.
 inline JointInfo joint_info(std::string name, const AxisData& axis) {
   return {.name = std::move(name),
           .torque_limit_Nm =

@@ -19,12 +19,12 @@ void DriveChannel::attach(drivers::ethercat::OpBus& bus) {
   transport_.emplace(bus.mailbox(setup_.slave), bus.slave(setup_.slave).label());
 }
 
-// ---- what it is taken through ----
+// ---- preparation ----
 
 void DriveChannel::stop() noexcept {
   output_ = tmcl::kStopMotor;
   failed_ = false;
-  if (stage_ == Stage::kRestoring) return;  // moves nothing, and is needed all the same
+  if (stage_ == Stage::kRestoring) return;  // moves nothing, and is needed in any case
   stage_ = Stage::kOff;
   end_sequence();
 }
@@ -51,7 +51,7 @@ void DriveChannel::prepare() noexcept {
 void DriveChannel::commutate() noexcept {
   tmcl::CommutationConfig config;
   config.firmware = setup_.firmware;
-  config.rest = tmcl::kHoldStill;  // where the official driver leaves arm joints without current: they fall
+  config.rest = tmcl::kHoldStill;  // the official driver leaves arm joints without current here: they fall
   begin(Stage::kCommutating, commutation_.emplace(config, setup_.period));
 }
 
@@ -109,12 +109,12 @@ void DriveChannel::run_sequence() noexcept {
   if (ended == Stage::kCommutating)
     home_or_finish();
   else
-    // After clearing there may be another flag behind the one that has gone: prepare() looks.
+    // After clearing, another flag may be set behind it: prepare() checks.
     stage_ = ended == Stage::kHoming ? Stage::kReady : Stage::kOff;
 }
 
 JointFault DriveChannel::joint_fault() const noexcept {
-  // While it is being prepared, flags are what the preparation clears or fails on.
+  // During preparation, the preparation clears the flags or fails on them.
   if (!ready() && !failed()) return JointFault::kNone;
   const JointFault fault = joint_fault_of(input_.flags);
   if (fault != JointFault::kNone) return fault;
@@ -165,7 +165,7 @@ void DriveChannel::serve_mailbox() noexcept {
     else if (completion->tag == tag_)
       answer_ = completion;
   }
-  // Behind the others, so that none waits for it.
+  // After the others, so that none waits for it.
   if (hall_.due() && ready() && sensed_ && queue_.idle() && queue_.push(HallReader::request(), kHallTag))
     hall_.ask();
 }
@@ -179,7 +179,7 @@ std::optional<tmcl::Completion> DriveChannel::answer_for_others() noexcept {
 }
 
 void DriveChannel::drive(const JointCommand& command, bool enabled, std::span<std::uint8_t> pdo) noexcept {
-  // Without news from the drive a sequence would take an old picture for standstill.
+  // Without new inputs from the drive, a sequence would mistake old ones for standstill.
   if (std::exchange(fresh_, false) && stage_ != Stage::kRestoring) run_sequence();
   if (ready()) output_ = enabled ? units_.output(command, input_, position_ticks_) : tmcl::kHoldStill;
   (void)tmcl::pack(output_, pdo);
@@ -188,8 +188,8 @@ void DriveChannel::drive(const JointCommand& command, bool enabled, std::span<st
 bool DriveChannel::sense(std::span<const std::uint8_t> pdo) noexcept {
   if (!tmcl::unpack(setup_.firmware, pdo, input_)) return false;
   position_ticks_ = position_.update(input_.position_ticks);
-  // An arm joint never wraps the counter, so a homed one is where the counter says: a reading that was wrong
-  // for a while leaves no wraps in its position.
+  // An arm joint never wraps the counter, so the position of a homed one equals the counter: a temporarily
+  // wrong reading leaves no wraps in its position.
   if (homed_) position_ticks_ = input_.position_ticks;
   hall_.pass(position_ticks_);
   sensed_ = fresh_ = true;

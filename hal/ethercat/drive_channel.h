@@ -1,6 +1,6 @@
 /// @file
-/// One motor controller of the EtherCAT robot: its place on the bus, what it has to be taken through before
-/// it obeys, and the conversion between its integers and the joint.
+/// One motor controller of the EtherCAT robot: its place on the bus, its preparation before it obeys, and the
+/// conversion between its integers and the joint.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -27,9 +27,9 @@ namespace hal {
 
 const AxisData& axis_of(const drivers::tmcl::YoubotBoard& board) noexcept;
 
-/// Preparing a drive is a chain; a link that is not needed ends at once:
+/// Preparing a drive is a chain; a step that is not needed ends at once:
 ///   clear the time-out flag, or let the winding cool and clear I²t -> find commutation -> home
-/// A drive that lost its power is given its parameters back before, in PRE-OP.
+/// A drive that lost power first gets its parameters back, in PRE-OP.
 /// Cycle: all but the constructor and attach(). Never moved: sequences point into it.
 class DriveChannel {
  public:
@@ -52,25 +52,25 @@ class DriveChannel {
   const drivers::tmcl::YoubotBoard& board() const noexcept { return setup_.board; }
   const drivers::tmcl::DriveInput& input() const noexcept { return input_; }
 
-  /// Setup: `bus` outlives the channel's cycles.
+  /// Setup: `bus` must outlive the channel's cycles.
   void attach(drivers::ethercat::OpBus& bus);
 
-  // Whether it obeys. prepare() begins, as soon as the drive's flags are known, and goes on with every call;
-  // stop() forgets all preparation, and the motor stops.
+  // Preparation. prepare() starts as soon as the drive's flags are known and continues with every call;
+  // stop() discards all preparation and stops the motor.
   void prepare() noexcept;
   void stop() noexcept;
-  /// As stop(), for an operator who has switched the robot off. A drive whose watchdog has run out drives
-  /// back to where it was then and holds that place, whatever the command: it would push against whoever
-  /// frees a hand or an obstacle. So its flag is cleared, under a commanded stop; after that it is off like
-  /// the others.
+  /// Like stop(), after the operator has switched the robot off. A drive whose watchdog has expired drives
+  /// back to its position at that time and holds it, whatever the command: it would push against a person who
+  /// frees a hand or an obstacle. So its flag is cleared under a commanded stop; after that the drive is off
+  /// like the others.
   void stand_by() noexcept;
   bool ready() const noexcept { return stage_ == Stage::kReady; }
   bool failed() const noexcept { return failed_; }
-  /// What keeps it from obeying; kNone too while it is being prepared.
+  /// Why it does not obey; kNone also while it is being prepared.
   JointFault joint_fault() const noexcept;
-  /// It refuses to report its Hall sensors.
+  /// The drive refuses to report its Hall sensors.
   bool without_hall() const noexcept { return hall_.refused(); }
-  /// The last thing that failed and has not succeeded since.
+  /// The last step that failed and has not succeeded since.
   struct Failure {
     drivers::tmcl::SequenceFault fault = drivers::tmcl::SequenceFault::kNone;
     Stage stage{};
@@ -78,19 +78,20 @@ class DriveChannel {
   Failure failure() const noexcept { return failure_; }
 
   bool restoring() const noexcept { return stage_ == Stage::kRestoring; }
-  /// Once a cycle while a drive that lost its memory waits for its parameters: its counter restarts,
-  /// nothing that was asked is answered, and its parameters are written again. True when they are all back.
+  /// Once per cycle while a drive that lost its memory waits for its parameters: its counter restarts,
+  /// pending requests stay unanswered, and its parameters are written again. Returns true when all are
+  /// restored.
   bool restore() noexcept;
 
-  /// Before the frame: what goes to the drive.
+  /// Before the frame: the outputs of the drive.
   void drive(const JointCommand& command, bool enabled, std::span<std::uint8_t> pdo) noexcept;
-  /// After the frame: what the drive says. False when it cannot be read.
+  /// After the frame: the inputs of the drive. False if they cannot be read.
   bool sense(std::span<const std::uint8_t> pdo) noexcept;
   JointSample sample() const noexcept;
 
-  /// After every frame, answered or not: mailbox traffic.
+  /// After every frame, with or without answer: mailbox traffic.
   void serve_mailbox() noexcept;
-  /// A request of somebody else through this drive's mailbox. `tag` is not 0 to kOwnTags - 1.
+  /// Sends a request for another component through this drive's mailbox. `tag` is not 0 to kOwnTags - 1.
   void ask(const drivers::tmcl::Request& request, std::uint32_t tag) noexcept;
   /// The answer to such a request, once.
   std::optional<drivers::tmcl::Completion> answer_for_others() noexcept;
@@ -113,14 +114,14 @@ class DriveChannel {
   drivers::tmcl::RequestQueue queue_;
 
   Stage stage_ = Stage::kOff;
-  // One of these at a time: what `running_` points to.
+  // At most one of these is active; `running_` points to it.
   std::optional<drivers::tmcl::ParameterApplication> restoring_;
   std::optional<drivers::tmcl::TimeoutReset> timeout_reset_;
   std::optional<drivers::tmcl::I2tReset> i2t_reset_;
   std::optional<drivers::tmcl::Commutation> commutation_;
   std::optional<drivers::tmcl::ArmHoming> homing_;
   drivers::tmcl::Sequence* running_ = nullptr;
-  std::uint32_t tag_ = 0;  // of the running sequence's requests: a late answer fits no other
+  std::uint32_t tag_ = 0;  // of the running sequence's requests: late answers do not match
   std::optional<drivers::tmcl::Completion> answer_;
   std::optional<drivers::tmcl::Completion> answer_for_others_;
   bool failed_ = false;
@@ -136,7 +137,7 @@ class DriveChannel {
   HallReader hall_;
 };
 
-/// Setup: in words, with what to try; empty without one.
+/// Setup: text with advice; empty if nothing failed.
 std::string describe(const DriveChannel::Failure& failure);
 
 }  // namespace hal

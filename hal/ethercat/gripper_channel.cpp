@@ -33,7 +33,7 @@ void GripperChannel::step(const GripperCommand& command, bool enabled) noexcept 
     const std::int32_t goal = microsteps_per_bar(command.opening_m);
     if (goal_ != goal) {
       goal_ = goal;
-      // A calibration that has begun goes on: the goal is taken up after it.
+      // A calibration that has begun is completed; the goal follows.
       if (!calibrated_ && !calibration_)
         begin(calibration_.emplace(tmcl::GripperCalibration::Repeat::kWhenNeeded, config_, period_));
       else if (calibrated_)
@@ -59,7 +59,7 @@ void GripperChannel::run_sequence() noexcept {
   const bool done = running_->progress() == tmcl::Progress::kDone;
   running_ = nullptr;
   if (stop_) {
-    // Until both bars have heard it, however often that takes.
+    // Repeated until both bars have acknowledged.
     if (!done) return begin(stop_.emplace(period_));
     stop_.reset();
     sample_.state = after_stop_;
@@ -86,8 +86,8 @@ void GripperChannel::stop(GripperState afterwards) noexcept {
 void GripperChannel::forget() noexcept {
   goal_.reset();
   calibrated_ = false;
-  // The board in between may have kept its power, and so may the bars' motion have gone on; what was asked of
-  // them is not answered any more.
+  // The board in between may have kept its power, so the bars may still be moving; pending requests are no
+  // longer answered.
   if (running_ != nullptr) stop(stop_ ? after_stop_ : GripperState::kIdle);
 }
 

@@ -1,6 +1,6 @@
 /// @file
-/// One gripper of the EtherCAT robot. It has no process data: it is moved by telegrams through the mailbox of
-/// the arm's last joint, beside whatever that joint does.
+/// One gripper of the EtherCAT robot. It has no process data: telegrams through the mailbox of the arm's last
+/// joint move it, independent of that joint's motion.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -12,18 +12,18 @@
 
 namespace hal {
 
-/// Nothing here ever stops the arm. Cycle: all of it.
+/// Never stops the arm. Cycle: all of it.
 class GripperChannel {
  public:
-  /// @param hand the drive behind which it is; outlives the channel
+  /// @param hand the drive that the gripper is connected to; must outlive the channel
   GripperChannel(DriveChannel& hand, bool present, std::chrono::nanoseconds period) noexcept;
 
   std::size_t slave() const noexcept { return hand_.slave(); }
-  /// Once a cycle, after DriveChannel::serve_mailbox(). Not enabled, or when it fails, its motors are
-  /// stopped: until they answer that they have heard it, the state stays kMoving.
+  /// Once per cycle, after DriveChannel::serve_mailbox(). If not enabled, or after a failure, its motors are
+  /// stopped: until they acknowledge, the state stays kMoving.
   void step(const GripperCommand& command, bool enabled) noexcept;
-  /// Its power may have been off, and what was asked of it is lost: it is stopped anew if it may be moving,
-  /// and where closed is has to be asked again. Once when the hand's restoring begins.
+  /// Its power may have been off, and pending requests are lost: it is stopped again if it may be moving, and
+  /// its closed position has to be found again. Call once when the restoring of its drive begins.
   void forget() noexcept;
   GripperSample sample() const noexcept { return sample_; }
 

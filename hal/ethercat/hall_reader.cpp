@@ -10,8 +10,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kHallInterval{10};
 constexpr std::chrono::seconds kSilentInterval{1};
-/// The queue hands a request over after the next frame, the second looks whether the mailbox is empty, and
-/// only the third carries the request: what the encoder counted before does not belong to the reading.
+/// The queue hands a request over after the next frame, the second frame checks that the mailbox is empty,
+/// and only the third carries the request: encoder counts before that do not belong to the reading.
 constexpr int kCyclesToWrite = 3;
 
 }  // namespace

@@ -1,5 +1,5 @@
 /// @file
-/// Reads where a motor's rotor stands by its Hall sensors, again and again, while the drive works.
+/// Reads a motor's rotor angle from its Hall sensors repeatedly during operation.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -10,27 +10,27 @@
 
 namespace hal {
 
-/// The process data do not have the Hall sensors, but parameter 210 does (Trinamic's BLDC modules: 65536 to
-/// an electrical revolution). A request and its reply take some cycles; what the encoder counted meanwhile
-/// belongs to the reading. A drive that refuses the parameter is not asked again, and one that does not
-/// answer only after a second. Cycle: all of it. One thread.
+/// The process data do not include the Hall sensors, but parameter 210 does (Trinamic's BLDC modules: 65536
+/// per electrical revolution). A request and its reply take some cycles; the reading includes the range of
+/// encoder counts in that time. A drive that refuses the parameter is not asked again; one that does not
+/// answer is asked again after a second. Cycle: all of it. One thread.
 class HallReader {
  public:
   HallReader(const AxisConstants& axis, std::chrono::nanoseconds period) noexcept;
 
   static drivers::tmcl::Request request() noexcept;
-  /// Once a cycle, whether its frame came back or not: whether it is time to ask.
+  /// Call once per cycle, with or without an answered frame. True if it is time to ask.
   bool due() noexcept;
   /// request() has been queued.
   void ask() noexcept;
-  /// What came of it.
+  /// The result of the request.
   void answer(const drivers::tmcl::Completion& completion) noexcept;
-  /// After answer(), with each frame that came back: where the encoder is.
+  /// After answer(), for each frame that came back: the encoder position.
   void pass(std::int64_t position_ticks) noexcept;
-  /// Whatever has been asked: the counter starts again somewhere else.
+  /// Discards a pending request: the counter restarts at another value.
   void forget() noexcept;
 
-  /// The latest.
+  /// The latest reading.
   const RotorReading& reading() const noexcept { return reading_; }
   bool refused() const noexcept { return refused_; }
 

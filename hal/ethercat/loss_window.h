@@ -1,6 +1,6 @@
 /// @file
-/// How many of the last cycles a bus did not answer in full, although each gap was short enough to be
-/// bridged.
+/// Counts cycles within a window that the bus did not answer completely, although each gap was short enough
+/// to be bridged.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,13 +10,13 @@
 
 namespace hal {
 
-/// What became of one cycle.
+/// Outcome of one cycle.
 struct CycleLoss {
   bool lost = false;        ///< no answer in time
-  bool damaged = false;     ///< something came that was no well-formed frame, or none that was sent
+  bool damaged = false;     ///< a malformed frame, or one that was not sent, was received
   bool incomplete = false;  ///< answered, but not by all devices
-  int late = 0;             ///< answers to earlier cycles, given up by then, that came in
-  int twice = 0;            ///< further answers to a cycle that had one
+  int late = 0;             ///< answers to earlier cycles, received after their time-out
+  int twice = 0;            ///< further answers to a cycle that already had one
 };
 
 /// The last kCycles cycles. Cycle-safe: fixed size.
