@@ -27,7 +27,7 @@ const char* name(InterfaceLock::End end) {
   return "can-master";
 }
 
-/// By index, as an interface may have several names. The zero in front makes it abstract.
+/// By index, because an interface may have several names. The leading zero byte makes it abstract.
 Address address_of(int index, InterfaceLock::End end) {
   const std::string name = std::string("youbot-hal/") + drivers::name(end) + "/" + std::to_string(index);
   Address address;
@@ -41,8 +41,8 @@ int open_socket() { return socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CL
 
 const sockaddr* generic(const Address& address) { return reinterpret_cast<const sockaddr*>(&address.name); }
 
-/// "youbotd (process 4711 of user 1000)", as far as the system knows: not of a holder in another container,
-/// nor of one that does not listen.
+/// "youbotd (process 4711 of user 1000)", if known: not for a holder in another container, nor for one that
+/// does not listen.
 std::string holder_of(const Address& address) {
   ucred holder{};
   const int caller = open_socket();
@@ -64,8 +64,9 @@ std::string holder_of(const Address& address) {
 InterfaceLock::InterfaceLock(const std::string& interface, int index, End end) {
   const Address address = address_of(index, end);
   socket_ = open_socket();
-  // Listening is what makes the kernel tell others who this is; nobody is ever answered. So each who asked
-  // waits until the holder ends, and after SOMAXCONN of them (4096) it is "another program" to the next.
+  // Listening lets the kernel identify this process to others; connections are never accepted. So each
+  // connection attempt waits until the holder ends, and after SOMAXCONN of them (4096) the next one sees
+  // "another program".
   if (socket_ >= 0 && bind(socket_, generic(address), address.size) == 0 && listen(socket_, SOMAXCONN) == 0)
     return;
   const int error = errno;

@@ -1,5 +1,5 @@
 /// @file
-/// Quantiles of durations without keeping them.
+/// Quantiles of durations without storing them.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -9,8 +9,8 @@
 
 namespace drivers {
 
-/// Counts durations from 0 to about 4 s in buckets a sixteenth of their value wide (1 ns below 16 ns), so a
-/// quantile is at most 6.25 % too high. Cycle: add(). One thread.
+/// Counts durations from 0 to about 4 s in buckets with a width of a sixteenth of their value (1 ns below 16
+/// ns), so a quantile is at most 6.25 % too high. Cycle: add(). One thread.
 class LatencyHistogram {
  public:
   void add(std::chrono::nanoseconds duration) noexcept {
@@ -21,8 +21,8 @@ class LatencyHistogram {
     worst_ = std::max(worst_, duration);
   }
 
-  /// The duration that `fraction` (0 to 1) of all stay at or below, rounded up to its bucket; the largest
-  /// one seen for 1. Zero when nothing was added.
+  /// Duration that `fraction` (0 to 1) of all do not exceed, rounded up to its bucket; for 1 the maximum.
+  /// Zero if nothing was added.
   std::chrono::nanoseconds quantile(double fraction) const noexcept {
     const double wanted = fraction * static_cast<double>(total_);
     std::uint64_t seen = 0;
@@ -33,7 +33,7 @@ class LatencyHistogram {
     }
     return worst_;
   }
-  std::chrono::nanoseconds best() const noexcept { return best_; }  ///< 0 when nothing was added
+  std::chrono::nanoseconds best() const noexcept { return best_; }  ///< 0 if nothing was added
   std::chrono::nanoseconds worst() const noexcept { return worst_; }
   std::uint64_t count() const noexcept { return total_; }
 

@@ -6,7 +6,7 @@
 
 namespace drivers {
 
-/// Thrown on set-up paths only. Reads "DEVICE: STEP: expected E, found F; what to try".
+/// Thrown in set-up only. Reads "DEVICE: STEP: expected E, found F; what to try".
 class SetupError : public std::runtime_error {
  public:
   struct Report {

@@ -46,7 +46,7 @@ constexpr Word kProtocol[] = {
     {CAN_ERR_PROT_TX, "on transmission"},
 };
 
-// The two halves of the byte stand for the two wires; these are values, not bits.
+// The two halves of the byte are for the two wires; these are values, not bits.
 constexpr Word kTransceiver[] = {
     {CAN_ERR_TRX_CANH_NO_WIRE, "CAN-H not connected"},
     {CAN_ERR_TRX_CANH_SHORT_TO_BAT, "CAN-H shorted to the battery"},

@@ -1,13 +1,13 @@
 /// @file
-/// How long a classic frame with an 11-bit identifier keeps the bus busy.
+/// Bus time of a classic frame with an 11-bit identifier.
 #pragma once
 #include <chrono>
 #include <cstdint>
 
 namespace drivers::can {
 
-/// With the most stuff bits its content can ask for, and the three bits between frames (ISO 11898-1: 44 bits
-/// beside the data; one stuff bit after every four of the first 34 and the data's, the worst case).
+/// With the maximum number of stuff bits, and the three bits between frames (ISO 11898-1: 44 bits without the
+/// data; worst case one stuff bit after every four of the first 34 bits and the data).
 constexpr std::int64_t frame_bits(int data_bytes) noexcept {
   const std::int64_t stuffed = 34 + 8 * data_bytes;
   return 44 + 8 * data_bytes + (stuffed - 1) / 4 + 3;

@@ -25,7 +25,7 @@ std::optional<T> read(Bytes bytes) noexcept {
   return value;
 }
 
-// What the first attribute of this type holds; empty when there is none. rtnetlink(7): length, type, data,
+// Content of the first attribute of this type; empty if there is none. rtnetlink(7): length, type, data,
 // padding to four bytes.
 Bytes attribute(Bytes bytes, unsigned type) noexcept {
   while (const auto header = read<rtattr>(bytes)) {
@@ -66,7 +66,7 @@ std::optional<std::uint32_t> interface_bitrate(unsigned interface_index) noexcep
   request.header.nlmsg_flags = NLM_F_REQUEST;
   request.info.ifi_index = static_cast<int>(interface_index);
 
-  timeval patience{1, 0};  // the kernel answers at once; this is for a broken one
+  timeval patience{1, 0};  // the kernel answers at once; time-out for a defective one
   ::setsockopt(fd, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
   std::array<std::byte, 16384> answer{};
   ssize_t size = ::send(fd, &request, sizeof(request), 0);

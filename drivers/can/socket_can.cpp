@@ -85,7 +85,7 @@ SetupError open_error(OpenStep step, int error, const SocketCanOptions& options,
        denied ? "run as a user who may use it" : "check that the interface is still there and up"});
 }
 
-// From the delegated constructor on the destructor closes the socket, also when this one throws.
+// After the delegated constructor, the destructor closes the socket, even if this one throws.
 SocketCan::SocketCan(const SocketCanOptions& options) : SocketCan(open_socket(options), options.interface) {
   const auto check = [&options](bool ok, OpenStep step) {
     if (!ok) throw open_error(step, errno, options);
@@ -107,10 +107,10 @@ SocketCan::SocketCan(const SocketCanOptions& options) : SocketCan(open_socket(op
     throw open_error(OpenStep::kBitrate, 0, options, *bitrate);
   }
 
-  // Replies do not say to whose request they are.
+  // Replies do not identify the requester.
   lock_.emplace(name_, index, InterfaceLock::End::kCanMaster);
 
-  // Exactly this identifier: no extended ones, no remote requests. Error frames have a filter of their own.
+  // Exactly this identifier: no extended ones, no remote requests. Error frames have their own filter.
   const can_filter filter{options.receive_id & CAN_SFF_MASK, CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG};
   const can_err_mask_t errors = CAN_ERR_MASK;
   check(::setsockopt(socket_, SOL_CAN_RAW, CAN_RAW_FILTER, &filter, sizeof(filter)) == 0, OpenStep::kOptions);
@@ -156,14 +156,14 @@ bool SocketCan::wait_for(short events, nanoseconds timeout) noexcept {
     const timespec wait{static_cast<time_t>(seconds.count()), static_cast<long>((left - seconds).count())};
     pollfd entry{socket_, events, 0};
     const int ready = ::ppoll(&entry, 1, &wait, nullptr);
-    if (ready > 0) return true;  // an error condition too: the call that follows says which
+    if (ready > 0) return true;  // also an error condition: the next call returns it
     if (ready == 0 || errno != EINTR) return false;
   }
 }
 
 bool SocketCan::send(const can_frame& frame, nanoseconds timeout) noexcept {
   for (bool waited = false;; waited = true) {
-    // No SIGPIPE when the other end of a test's socket pair is gone.
+    // No SIGPIPE if the other end of a test's socket pair is closed.
     const ssize_t sent =
         uninterrupted([&] { return ::send(socket_, &frame, sizeof(frame), MSG_DONTWAIT | MSG_NOSIGNAL); });
     if (sent == sizeof(frame)) return true;

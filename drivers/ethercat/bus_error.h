@@ -5,7 +5,7 @@
 
 namespace drivers::ethercat {
 
-/// Thrown on set-up paths only: which device, in which step, what was found and what to try.
+/// Thrown in set-up only: device, step, what was found and what to try.
 class BusError : public std::runtime_error {
  public:
   BusError(const std::string& device, const std::string& step, const std::string& problem)

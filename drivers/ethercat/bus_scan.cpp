@@ -11,11 +11,11 @@ namespace drivers::ethercat {
 namespace {
 
 constexpr std::uint16_t kFirstStation = 0x1000;
-/// A youBot with two arms has 17. More are a spoiled counter, and scanning them would take minutes.
+/// A youBot with two arms has 17. More indicates a corrupt counter, and scanning them would take minutes.
 constexpr std::uint16_t kMostSlaves = 256;
 constexpr int kMostSiiRounds = 20'000;
 constexpr int kMostSiiErrors = 500;
-constexpr int kMostSiiSilence = 500;  // datagrams that a slave leaves alone, in a row
+constexpr int kMostSiiSilence = 500;  // consecutive datagrams that a slave leaves unanswered
 
 const auto kAll = [](std::size_t) { return false; };
 
@@ -33,7 +33,7 @@ void assign_stations(RegisterAccess& access, std::vector<Slave>& slaves) {
       [](const Datagram&, std::size_t) {});
 }
 
-/// Reads `length` bytes at `address` of every slave.
+/// Reads `length` bytes at `address` from every slave.
 void read_each(RegisterAccess& access, const std::vector<Slave>& slaves, std::uint16_t address,
                std::size_t length, const std::string& step,
                const std::function<void(std::span<const std::uint8_t>, std::size_t)>& take) {
@@ -65,14 +65,14 @@ void read_base_information(RegisterAccess& access, std::vector<Slave>& slaves) {
             });
 }
 
-/// Where the next slave belongs behind the last one: the first port that exists and leads nowhere.
+/// Port to which the next slave connects: the first port that exists and is unused.
 std::uint8_t next_port(const Slave& slave) {
   for (const std::uint8_t port : kPortOrder)
     if ((slave.port_descriptor >> (2 * port) & 3) >= 2 && !slave.communicates(port)) return port;
   return 1;
 }
 
-/// Follows the frame through the ports.
+/// Follows the frame's path through the ports.
 void find_parents(std::vector<Slave>& slaves) {
   struct Branch {
     std::uint16_t position;
@@ -100,12 +100,12 @@ const char* describe_sii(std::uint16_t status) {
   return "it stays busy";
 }
 
-/// All EEPROMs side by side: one round asks each slave for its next word, the following rounds poll.
+/// All EEPROMs in parallel: one round asks each slave for its next word, the following rounds poll.
 void read_sii(RegisterAccess& access, std::vector<Slave>& slaves) {
   struct Progress {
     SiiReader reader;
     bool asked = false;
-    int errors = 0;  // in a row
+    int errors = 0;  // consecutive
     int silence = 0;
     std::uint16_t status = 0;
 
@@ -134,7 +134,7 @@ void read_sii(RegisterAccess& access, std::vector<Slave>& slaves) {
           const Datagram datagram =
               writer.add(Command::kFpwr, index, address_of(slaves[i].station, reg::kSiiControl), 6);
           if (datagram.counter == nullptr) return false;
-          // An error, perhaps a previous master's, blocks the interface until it is cleared by no command.
+          // An error, perhaps from a previous master, blocks the interface until an empty command clears it.
           store_le(&datagram.data[0], progress[i].errors % 2 == 0 ? reg::kSiiReadCommand : std::uint16_t{0});
           store_le(&datagram.data[2], std::uint32_t{*progress[i].reader.next_word()});
           return true;
@@ -186,7 +186,7 @@ ProcessDataWindow window(const Slave& slave, SyncManagerUse use, const std::vect
     unsigned bits = 0;
     for (const PdoInfo& pdo : pdos)
       if (pdo.sync_manager == i) bits += pdo.bits;
-    // Without assigned PDOs the sync manager's own length counts.
+    // Without assigned PDOs the sync manager's own length applies.
     result.bytes = static_cast<std::uint16_t>(bits > 0 ? (bits + 7) / 8 : manager.length);
     result.sync_manager = static_cast<std::uint16_t>(i);
     result.start = manager.start;
@@ -256,7 +256,7 @@ void check_topology(const std::vector<Slave>& found, const std::vector<ExpectedS
                          std::to_string(found.size()) + " of " + std::to_string(expected.size()) +
                          " slaves; check the cable from " + before + " and the power of what follows");
     }
-    // The youBot's names are known from drivers on SOEM, which may not mean the general category's.
+    // The youBot's names are known from drivers based on SOEM, which may not use the general category's.
     if (std::none_of(wanted.names.begin(), wanted.names.end(),
                      [&](const std::string& name) { return found[i].sii.is_called(name); }))
       throw BusError(place, "check the bus",

@@ -9,7 +9,7 @@ namespace {
 constexpr std::size_t kMailboxHeader = 6;
 constexpr std::size_t kCoeHeader = 2;
 constexpr std::size_t kSdoAt = kMailboxHeader + kCoeHeader;
-// Lengths as the mailbox header counts them.
+// Lengths as counted in the mailbox header.
 constexpr std::size_t kInitiateLength = kCoeHeader + 8;
 constexpr std::size_t kSegmentHeadLength = kCoeHeader + 1;
 constexpr std::size_t kSmallestSegment = 7;
@@ -37,7 +37,7 @@ constexpr std::uint8_t kCompleteAccess = 0x10;
 constexpr std::uint8_t kToggle = 0x10;
 constexpr std::uint8_t kLastSegment = 0x01;
 
-/// A slave that talks without ever answering must not keep us for ever.
+/// A slave that keeps sending mail without answering must not block forever.
 constexpr unsigned kMostSkipped = 32;
 
 CoeMail malformed(const char* problem) noexcept {
@@ -46,7 +46,7 @@ CoeMail malformed(const char* problem) noexcept {
   return mail;
 }
 
-/// `body`: from the CoE header on. Fills in what the SDO says.
+/// `body`: from the CoE header on. Fills in the fields of the SDO.
 CoeMail decode_sdo(std::span<const std::uint8_t> body, CoeMail mail) noexcept {
   if (body.size() < kSegmentHeadLength) return malformed("an SDO without a command");
   const std::uint8_t command = body[kCoeHeader];
@@ -56,7 +56,7 @@ CoeMail decode_sdo(std::span<const std::uint8_t> body, CoeMail mail) noexcept {
       mail.kind = CoeMail::Kind::kUploadSegment;
       mail.toggle = (command & kToggle) != 0;
       mail.last = (command & kLastSegment) != 0;
-      // The smallest segment says how much of it counts.
+      // The smallest segment states how many of its bytes are valid.
       const std::size_t unused =
           behind_command.size() == kSmallestSegment ? (command >> 1 & 7U) : std::size_t{0};
       mail.data = behind_command.first(behind_command.size() - unused);
@@ -206,7 +206,7 @@ CoeMail decode_coe(std::span<const std::uint8_t> mailbox) noexcept {
     std::copy_n(&body[5], mail.emergency.data.size(), mail.emergency.data.begin());
     return mail;
   }
-  // An abort is a request by the standard's word, whoever sends it (ETG.1000.6, 5.6.2.7).
+  // The standard defines an abort as a request, whoever sends it (ETG.1000.6, 5.6.2.7).
   const bool is_abort =
       service == kSdoRequest && body.size() >= kSegmentHeadLength && (body[kCoeHeader] & 0xE0) == kAbort;
   if (service == kSdoResponse || is_abort) return decode_sdo(body, mail);
@@ -260,9 +260,9 @@ void SdoTransfer::begin(const SdoObject& object, std::size_t mailbox_bytes) noex
   if (mailbox_bytes_ < kMinCoeMailboxBytes) fail("its mailbox is too short for CoE");
 }
 
-/// Headers of a request whose SDO has `bytes` bytes; returns where the SDO begins.
+/// Writes the headers of a request whose SDO has `bytes` bytes; returns the start of the SDO.
 std::uint8_t* SdoTransfer::start_request(std::size_t bytes) noexcept {
-  // 0 is reserved. A slave takes a request with an unchanged counter for a repetition and drops it.
+  // 0 is reserved. A slave treats a request with an unchanged counter as a repetition and drops it.
   counter_ = static_cast<std::uint8_t>(counter_ % 7 + 1);
   std::fill_n(request_.begin(), kSdoAt + bytes, std::uint8_t{0});
   store_le(&request_[0], static_cast<std::uint16_t>(kCoeHeader + bytes));
@@ -332,7 +332,7 @@ void SdoTransfer::take(std::span<const std::uint8_t> mailbox) noexcept {
       if (expect_ == Expect::kDownloadedSegment) return take_downloaded_segment(mail);
       break;
     case CoeMail::Kind::kAbort:
-      // Some slaves leave the object out when they refuse a segment.
+      // Some slaves leave out the object when they refuse a segment.
       if (!named && !(in_segments && mail.object == SdoObject{})) break;
       error_code_ = mail.error_code;
       status_ = Status::kAborted;

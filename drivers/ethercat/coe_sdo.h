@@ -1,5 +1,5 @@
 /// @file
-/// CAN application protocol over the EtherCAT mailbox (CoE): objects of a slave read and written by SDO
+/// CAN application protocol over the EtherCAT mailbox (CoE): reads and writes objects of a slave by SDO
 /// (ETG.1000.6, section 5.6; mailbox ETG.1000.4, section 5.6). All little-endian:
 ///
 ///   mailbox header  length 2 (of what follows the header) | station 2 | channel, priority 1 |
@@ -8,7 +8,7 @@
 ///   SDO             command 1 | index 2 | subindex 1 | data or size 4 | data ...
 ///   SDO segment     command 1 | data of at least 7 bytes
 ///
-/// What comes off a wire is never trusted: what is cut off or contradicts itself is kMalformed.
+/// Received bytes are never trusted: truncated or contradictory ones are kMalformed.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -34,9 +34,9 @@ const char* describe_sdo_abort(std::uint32_t code) noexcept;
 /// The mailbox error reply, ETG.1000.4, table 30.
 const char* describe_mailbox_error(std::uint16_t code) noexcept;
 
-/// The slave reports something of its own accord (ETG.1000.6, section 5.6.4).
+/// An unrequested report of the slave (ETG.1000.6, section 5.6.4).
 struct CoeEmergency {
-  std::uint16_t error_code = 0;  ///< 0: an error is over
+  std::uint16_t error_code = 0;  ///< 0: an error has ended
   std::uint8_t error_register = 0;
   std::array<std::uint8_t, 5> data{};
 };
@@ -45,12 +45,12 @@ const char* describe_emergency(std::uint16_t error_code) noexcept;
 
 // ---- from the slave ----
 
-/// One mail. Only what its kind names is set; `data` is valid as long as the bytes it was read from.
+/// One mail. Only the fields of its kind are set; `data` is valid as long as the bytes it was read from.
 struct CoeMail {
   enum class Kind : std::uint8_t {
     kMalformed,          ///< problem
-    kMailboxError,       ///< error_code: the slave could not even look at the request
-    kOther,              ///< another protocol, or a CoE service that is no SDO
+    kMailboxError,       ///< error_code: the slave could not process the request
+    kOther,              ///< another protocol, or a CoE service other than SDO
     kEmergency,          ///< emergency
     kAbort,              ///< object, error_code
     kUpload,             ///< object, size (of the object), data (all of it, or the first part)
@@ -59,7 +59,7 @@ struct CoeMail {
     kDownloadedSegment,  ///< toggle
   };
   Kind kind = Kind::kMalformed;
-  std::uint8_t counter = 0;  ///< 1 … 7, counted up by the slave; 0 by those that do not count
+  std::uint8_t counter = 0;  ///< 1 … 7, incremented by the slave; 0 if it does not count
   SdoObject object;
   std::uint32_t error_code = 0;
   std::uint32_t size = 0;
@@ -69,7 +69,7 @@ struct CoeMail {
   CoeEmergency emergency;
   const char* problem = "";
 };
-/// `mailbox` may be longer than the mail in it. Cycle-safe.
+/// `mailbox` may be longer than its mail. Cycle-safe.
 CoeMail decode_coe(std::span<const std::uint8_t> mailbox) noexcept;
 
 // ---- to the slave ----
@@ -77,40 +77,41 @@ CoeMail decode_coe(std::span<const std::uint8_t> mailbox) noexcept;
 inline constexpr std::size_t kMinCoeMailboxBytes = 16;  ///< the shortest mailbox an SDO fits in
 inline constexpr std::size_t kMaxMailboxBytes = kMaxDatagramBytes;
 
-/// One transfer after the other with one slave; keep it as long as the slave, for its counters. No clock and
+/// Consecutive transfers with one slave; keep the object as long as the slave, for its counters. No clock and
 /// no I/O:
 ///
 ///   transfer.begin_upload(object, buffer, mailbox_bytes);
 ///   while (transfer.under_way())
 ///     transfer.take(transfer.must_send() ? exchange(transfer.request()) : wait_for_mail());
 ///
-/// Mails that answer something else (emergencies, other protocols, late replies to a transfer given up,
-/// repetitions) are skipped. A transfer that fails in its middle is not aborted on the wire: the next one
-/// resets the slave's. Cycle-safe but for failure(); large: it holds a whole mailbox.
+/// Mails that answer something else (emergencies, other protocols, late replies to an abandoned transfer,
+/// repetitions) are skipped. A failed transfer is not aborted on the wire: the next one resets the slave's.
+/// Cycle-safe except failure(); large: it holds a whole mailbox.
 class SdoTransfer {
  public:
   enum class Status : std::uint8_t { kIdle, kSend, kListen, kDone, kAborted, kFailed };
 
-  /// `destination` outlives the transfer. `mailbox_bytes`: length of the mailbox towards the slave.
+  /// `destination` must outlive the transfer. `mailbox_bytes`: length of the mailbox towards the slave.
   void begin_upload(const SdoObject& object, std::span<std::uint8_t> destination,
                     std::size_t mailbox_bytes) noexcept;
-  /// `source` outlives the transfer. Up to four bytes are sent expedited, as slaves expect small objects.
+  /// `source` must outlive the transfer. Up to four bytes are sent expedited, as slaves expect for small
+  /// objects.
   void begin_download(const SdoObject& object, std::span<const std::uint8_t> source,
                       std::size_t mailbox_bytes) noexcept;
 
   Status status() const noexcept { return status_; }
   bool under_way() const noexcept { return status_ == Status::kSend || status_ == Status::kListen; }
   bool must_send() const noexcept { return status_ == Status::kSend; }
-  /// The mailbox to be written, for kSend; take() gets its reply.
+  /// The mailbox to write, for kSend; pass its reply to take().
   std::span<const std::uint8_t> request() const noexcept { return std::span(request_).first(request_size_); }
-  /// A mailbox as it was read.
+  /// A mailbox as read from the slave.
   void take(std::span<const std::uint8_t> mailbox) noexcept;
 
   std::size_t transferred() const noexcept { return transferred_; }  ///< bytes
   std::uint32_t abort_code() const noexcept { return error_code_; }  ///< for kAborted
   unsigned emergencies() const noexcept { return emergencies_; }     ///< in this transfer
   const CoeEmergency& last_emergency() const noexcept { return last_emergency_; }
-  /// Setup: in words, for kAborted and kFailed, with the emergency that came in between.
+  /// Setup: text for kAborted and kFailed, with the last emergency during the transfer.
   std::string failure() const;
 
  private:
@@ -128,7 +129,7 @@ class SdoTransfer {
   void skip() noexcept;
   void fail(const char* problem) noexcept;
 
-  /// What the reply under way must be.
+  /// The expected kind of reply.
   enum class Expect : std::uint8_t { kUpload, kUploadSegment, kDownloaded, kDownloadedSegment };
 
   Status status_ = Status::kIdle;
@@ -147,7 +148,7 @@ class SdoTransfer {
   CoeEmergency last_emergency_;
   std::uint8_t counter_ = 0;        // of the last request
   std::uint8_t slave_counter_ = 0;  // of the last mail
-  bool slave_counts_ = false;       // some never change theirs
+  bool slave_counts_ = false;       // some slaves never change theirs
   std::size_t request_size_ = 0;
   std::array<std::uint8_t, kMaxMailboxBytes> request_{};
 };

@@ -14,7 +14,7 @@ SetupStep address_step(const Slave& slave) {
   return step;
 }
 
-/// Of a sync manager the slave itself sets the status and its own bits, and a mailbox toggles the repeat bit;
+/// In a sync manager the slave itself sets the status and its own bits, and a mailbox toggles the repeat bit;
 /// the last bytes of an FMMU are reserved.
 std::uint8_t bits_of_the_master(std::uint16_t address, std::size_t byte) noexcept {
   constexpr std::size_t kReservedOfFmmu = 13;
@@ -35,7 +35,7 @@ bool holds(const SetupStep& written, std::span<const std::uint8_t> data) noexcep
 ConfigurationWatch::ConfigurationWatch(const std::vector<Slave>& slaves) {
   for (std::size_t i = 0; i < slaves.size(); ++i) {
     first_.push_back(looks_.size());
-    // First what the process data need, as their loss is what makes a slave suspect.
+    // First the registers that process data need, because their loss makes a slave suspect.
     for (const std::vector<SetupStep>& steps :
          {steps_to_safe_op(slaves[i]), steps_to_pre_op(slaves[i]), {address_step(slaves[i])}})
       for (const SetupStep& step : steps)

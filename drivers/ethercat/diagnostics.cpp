@@ -14,8 +14,8 @@ constexpr std::uint8_t kCounterEnd = 0xFF;
 constexpr std::uint8_t kClearFrom = 0x80;
 constexpr std::size_t kPorts = 4;
 
-// Within the registers from 0x0300 on.
-constexpr std::size_t kInvalidFrames = 0;  // of port p at 2p, its RX errors behind
+// Offsets within the registers from 0x0300 on.
+constexpr std::size_t kInvalidFrames = 0;  // of port p at 2p, followed by its RX errors
 constexpr std::size_t kForwarded = reg::kForwardedErrorCounters - reg::kRxErrorCounters;
 constexpr std::size_t kProcessing = reg::kProcessingErrorCounter - reg::kRxErrorCounters;
 constexpr std::size_t kPdi = reg::kPdiErrorCounter - reg::kRxErrorCounters;
@@ -55,7 +55,7 @@ void Diagnostics::answer(const Datagram& datagram) noexcept {
   if (stations_.empty() || datagram.data.size() != kErrorRegisterBytes) return;
   const std::size_t i = turn_;
   turn_ = turn_ + 1 < stations_.size() ? turn_ + 1 : 0;
-  // 1: read; 3: read and written. A slave that is not there is left alone until its next turn.
+  // 1: read; 3: read and written. A missing slave is left alone until its next turn.
   const std::uint16_t counter = datagram.working_counter();
   if (counter != 1 && counter != 3) return;
   take(i, datagram.data.first<kErrorRegisterBytes>(), datagram.command == Command::kFprw && counter == 3);
@@ -67,7 +67,7 @@ void Diagnostics::take(std::size_t i, std::span<const std::uint8_t, kErrorRegist
   SlaveErrors& total = counts_.total[i];
   bool gap = false;
   bool high = false;
-  // A counter that went back was cleared by a power cycle or somebody else: what it shows came afterwards.
+  // A counter that decreased was cleared by a power cycle or another party: its value was counted since then.
   const auto count = [&](std::size_t at, std::uint64_t& sum) {
     const std::uint8_t now = registers[at];
     const std::uint8_t before = station.last[at];
@@ -91,7 +91,7 @@ void Diagnostics::take(std::size_t i, std::span<const std::uint8_t, kErrorRegist
 
 void Diagnostics::mark() noexcept { counts_.marked = counts_.total; }
 
-/// Who is at the other end of the cable in a port.
+/// The device at the other end of the cable at a port.
 std::string Diagnostics::far_end(const Slave& slave, std::size_t port) const {
   if (port == 0 && slave.parent == 0) return "the master";
   for (const Station& other : stations_) {
@@ -104,7 +104,7 @@ std::string Diagnostics::far_end(const Slave& slave, std::size_t port) const {
 }
 
 std::vector<std::string> Diagnostics::findings(const DiagnosticCounts& counts) const {
-  bool damage_found = false;  // where a frame was damaged first
+  bool damage_found = false;  // where a frame was first damaged
   for (std::size_t i = 0; i < stations_.size(); ++i)
     for (std::size_t port = 0; port < kPorts; ++port)
       damage_found = damage_found || counts.total[i].ports[port].invalid_frames !=

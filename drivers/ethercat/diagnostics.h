@@ -1,5 +1,5 @@
 /// @file
-/// How the bus is doing, always watched: round trips, and what each port of each slave counted as damaged.
+/// Continuous bus diagnostics: round trips, and the error counters of each port of each slave.
 ///
 ///   Diagnostics diagnostics(slaves);
 ///   each cycle:   diagnostics.round_trips().add(time_from_send_to_receive);
@@ -23,31 +23,32 @@ namespace drivers::ethercat {
 struct PortErrors {
   std::uint64_t invalid_frames = 0;  ///< damaged on the cable into this port: wrong check sequence
   std::uint64_t symbol_errors = 0;   ///< RX_ER of the transceiver, in frames and between them
-  std::uint64_t forwarded = 0;       ///< frames that another slave had found damaged before
+  std::uint64_t forwarded = 0;       ///< frames that an earlier slave had already found damaged
   std::uint64_t lost_links = 0;
   friend bool operator==(const PortErrors&, const PortErrors&) = default;
 };
 
 struct SlaveErrors {
   std::array<PortErrors, 4> ports{};
-  std::uint64_t processing_unit = 0;  ///< frames that are no EtherCAT
-  std::uint64_t pdi = 0;              ///< accesses by the slave's own processor that failed
-  /// How often counts may be missing: a counter stood at its end (255), or went back without us.
+  std::uint64_t processing_unit = 0;  ///< frames that are not EtherCAT
+  std::uint64_t pdi = 0;              ///< failed accesses by the slave's own processor
+  /// Number of times that counts may be missing: a counter was saturated (255), or was reset by another
+  /// party.
   std::uint64_t gaps = 0;
 };
 
-/// All that was counted, slave by slave.
+/// All counts, per slave.
 struct DiagnosticCounts {
   std::vector<SlaveErrors> total;
-  std::vector<SlaveErrors> marked;  ///< total as it was at the last mark
+  std::vector<SlaveErrors> marked;  ///< total at the last mark
   LatencyHistogram round_trips;
 };
 
 inline constexpr std::size_t kErrorRegisterBytes = 0x14;  ///< 0x0300 to 0x0313
 
-/// One slave in turn is asked for its error counters. They end at 255, so past the middle they are cleared by
-/// the same datagram that reads them (FPRW). Counted from their last clearing on, which
-/// PreOpBus::enter_pre_op() does. Cycle: all but the constructor and what returns text.
+/// Asks one slave in turn for its error counters. They saturate at 255, so past the middle the same datagram
+/// that reads them clears them (FPRW). Counts start when PreOpBus::enter_pre_op() clears them. Cycle: all but
+/// the constructor and the functions that return text.
 class Diagnostics {
  public:
   /// Setup. @param slaves as scanned, with their cabling
@@ -56,11 +57,11 @@ class Diagnostics {
   LatencyHistogram& round_trips() noexcept { return counts_.round_trips; }
   const LatencyHistogram& round_trips() const noexcept { return counts_.round_trips; }
 
-  /// Adds the datagram that asks the slave whose turn it is: 32 bytes. False when it does not fit.
+  /// Adds the datagram to the next slave in turn: 32 bytes. False if it does not fit.
   bool add(FrameWriter& writer, std::uint8_t index) noexcept;
-  /// Its answer. A frame that is lost needs no call: the same slave is asked again.
+  /// Its answer. A lost frame needs no call: the same slave is asked again.
   void answer(const Datagram& datagram) noexcept;
-  /// The counters of slave i (from 0) as read; `cleared`: and set to zero by the same access.
+  /// The counters of slave i (from 0) as read; `cleared`: the same access set them to zero.
   void take(std::size_t i, std::span<const std::uint8_t, kErrorRegisterBytes> registers,
             bool cleared) noexcept;
 
@@ -68,11 +69,11 @@ class Diagnostics {
   /// Since construction.
   const SlaveErrors& errors(std::size_t i) const noexcept { return counts_.total[i]; }
   const DiagnosticCounts& counts() const noexcept { return counts_; }
-  /// "New" counts from here.
+  /// "New" counts start here.
   void mark() noexcept;
-  /// What is new since mark(), in words, with what to check; empty when nothing is.
+  /// Text on what is new since mark(), with advice; empty if nothing is.
   std::vector<std::string> findings() const { return findings(counts_); }
-  /// The same of a copy of counts(), which another thread may hold while this one goes on counting.
+  /// The same for a copy of counts(), which another thread may hold while counting continues.
   std::vector<std::string> findings(const DiagnosticCounts& counts) const;
   /// "60000 frames sent: 2 lost, 0 late, 0 duplicate, 0 malformed, 0 foreign, 0 not sent; round trip 38 us at
   /// least,
@@ -83,7 +84,7 @@ class Diagnostics {
   struct Station {
     Slave slave;
     std::array<std::uint8_t, kErrorRegisterBytes> last{};
-    bool clear = false;  // at the next look
+    bool clear = false;  // with the next look
   };
   std::string far_end(const Slave& slave, std::size_t port) const;
 

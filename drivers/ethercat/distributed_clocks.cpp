@@ -14,11 +14,11 @@ constexpr std::uint16_t kClockIs64Bit = 0x0008;  // in Slave::features
 constexpr std::uint16_t kSpeedCounterStart = 0x1000;
 constexpr std::size_t kLatchBytes = 0x20;  // 0x0900 to 0x091F
 constexpr std::uint32_t kSignOfDifference = 0x8000'0000;
-/// 10 km of cable one way: what takes longer is no delay but a wrong measurement.
+/// 10 km of cable one way: a longer time is not a delay but a measurement error.
 constexpr std::int64_t kLongestHop = 50'000;
 constexpr std::int64_t kLongestBranch = 1'000'000;  // hundreds of slaves
 
-/// The port the frame came in by, or came back at, before it left by `port`; port 0 at the earliest.
+/// The port by which the frame arrived or returned before it left by `port`; port 0 at the earliest.
 std::uint8_t port_before(const Slave& slave, std::uint8_t port) noexcept {
   std::uint8_t before = 0;
   for (const std::uint8_t candidate : kPortOrder) {
@@ -34,7 +34,7 @@ std::int64_t elapsed(const ClockLatch& latch, std::uint8_t from, std::uint8_t to
   return latch.port_time_ns[to] - latch.port_time_ns[from];
 }
 
-/// The nearest slave with a clock on the way to the master, and the port the path leaves it by.
+/// The nearest slave with a clock on the path to the master, and the port by which the path leaves it.
 struct Ancestor {
   std::size_t slave;
   std::uint8_t port;
@@ -90,7 +90,7 @@ ClockPlan plan_clocks(std::span<const Slave> slaves, std::span<const ClockLatch>
                             ": no slave with a clock lies between it and the master; its "
                             "delay from the reference is unknown and taken as 0");
     }
-    // The same frame passed the reference at system_time_ns and this one `delay` later.
+    // The same frame passed the reference at system_time_ns and this slave `delay` later.
     setting.offset_ns = system_time_ns + setting.delay_ns - latches[i].local_time_ns;
     if ((slave.features & kClockIs64Bit) == 0) setting.offset_ns &= 0xFFFF'FFFF;
   }
@@ -168,7 +168,7 @@ bool DistributedClocks::add(FrameWriter& writer, std::uint8_t index) const noexc
 bool DistributedClocks::answer(const Datagram& datagram) noexcept {
   if (!active() || datagram.data.size() != kClockBytes || datagram.working_counter() == 0) return false;
   system_time_ns_ = load_le<std::uint64_t>(datagram.data.data());
-  // Read once, written to every other slave: those without a clock count as well, so this is the least.
+  // Read once, written to every other slave: slaves without a clock count as well, so this is the minimum.
   return datagram.working_counter() >= stations_.size();
 }
 

@@ -3,7 +3,7 @@
 ///
 /// A frame: Ethernet header (14), EtherCAT header (2: length 11 bits, type 1), then datagrams:
 ///   command 1 | index 1 | address 4 | length 11 bits, circulating 1, more 1 | interrupt 2 | data | counter 2
-/// All little-endian but the EtherType.
+/// All little-endian except the EtherType.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -43,22 +43,22 @@ enum class Command : std::uint8_t {
 inline constexpr std::uint8_t kHighestCommand = 14;
 
 using MacAddress = std::array<std::uint8_t, 6>;
-/// Masters send to everybody. The first slave sets kReturnedBit in the sender's address (ESC data sheet,
-/// section I, "Frame processing"), so no master's own has it.
+/// Masters send to the broadcast address. The first slave sets kReturnedBit in the source address (ESC data
+/// sheet, section I, "Frame processing"), so a master's own address must not have it.
 inline constexpr MacAddress kBroadcast{0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF};
 inline constexpr MacAddress kMasterMac{0x10, 0x10, 0x10, 0x10, 0x10, 0x10};
 inline constexpr std::uint8_t kReturnedBit = 0x02;
 inline constexpr std::size_t kSourceMacOffset = 6;
 
-/// Setup: kMasterMac with a random end, so that a master knows its own frames among those of another one,
-/// also one of the same program.
+/// Setup: kMasterMac with a random end, so that a master can distinguish its own frames from those of another
+/// master, even in the same program.
 MacAddress unique_master_mac();
 
 /// Register or memory `offset` of one slave; on the wire the slave's address is the lower half.
 constexpr std::uint32_t address_of(std::uint16_t slave, std::uint16_t offset) noexcept {
   return static_cast<std::uint32_t>(offset) << 16 | slave;
 }
-/// Auto-increment address of the slave `position` places down the bus: it answers when it counts up to zero.
+/// Auto-increment address of the slave at `position`: the slave that counts it up to zero answers.
 constexpr std::uint16_t position_address(std::uint16_t position) noexcept {
   return static_cast<std::uint16_t>(-position);
 }
@@ -80,7 +80,7 @@ struct Datagram {
   }
 };
 
-/// Builds a frame in memory of its own. Cycle-safe: no allocation.
+/// Builds a frame in its own memory. Cycle-safe: no allocation.
 class FrameWriter {
  public:
   explicit FrameWriter(const MacAddress& source = kMasterMac) noexcept : source_(source) { clear(); }
@@ -88,10 +88,10 @@ class FrameWriter {
   void clear() noexcept;
   /// Room left for one more datagram's data.
   std::size_t free_bytes() const noexcept;
-  /// Appends a datagram with zeroed data and counter and returns it for filling. `data` is empty and
-  /// `counter` null when it does not fit (`length` over free_bytes()).
+  /// Appends a datagram with zeroed data and counter and returns it for filling. If it does not fit (`length`
+  /// over free_bytes()), `data` is empty and `counter` null.
   Datagram add(Command command, std::uint8_t index, std::uint32_t address, std::size_t length) noexcept;
-  /// The frame as it goes onto the wire, padded to the minimum; valid until clear() or add().
+  /// The frame for the wire, padded to the minimum; valid until clear() or add().
   std::span<const std::uint8_t> bytes() noexcept;
   bool empty() const noexcept { return last_ == 0; }
   const MacAddress& source() const noexcept { return source_; }
@@ -110,18 +110,18 @@ enum class FrameError : std::uint8_t {
   kNotDatagrams,  ///< EtherCAT, but not of type 1
   kTruncated,     ///< a length points beyond the end
   kUnknownCommand,
-  kLengthMismatch,  ///< the datagrams end before or after what the frame header says
+  kLengthMismatch,  ///< the datagrams end before or after the length in the frame header
 };
 const char* describe(FrameError error) noexcept;
 
-/// Walks the datagrams of a frame that the master received. parse() checks all of them, so that next() cannot
-/// leave the buffer whatever bytes came. Emulated slaves have rules of their own (sim/bus/passing_frame.h).
-/// Cycle-safe.
+/// Iterates over the datagrams of a frame that the master received. parse() checks all of them, so that
+/// next() stays inside the buffer whatever the bytes. Emulated slaves have their own rules
+/// (sim/bus/passing_frame.h). Cycle-safe.
 class FrameReader {
  public:
-  /// `frame` outlives the reader and its datagrams, and may be changed through them.
+  /// `frame` must outlive the reader and its datagrams, which may change it.
   FrameError parse(std::span<std::uint8_t> frame) noexcept;
-  /// False after the last one, and when parse() failed.
+  /// False after the last one, or if parse() failed.
   bool next(Datagram& datagram) noexcept;
 
  private:
@@ -130,7 +130,7 @@ class FrameReader {
   std::size_t end_ = 0;
 };
 
-/// Little-endian numbers in memory that came off or goes onto the wire.
+/// Little-endian numbers in memory, received or to be sent.
 template <typename T>
 constexpr T load_le(const std::uint8_t* bytes) noexcept {
   using U = std::make_unsigned_t<T>;

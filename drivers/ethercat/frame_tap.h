@@ -1,5 +1,5 @@
 /// @file
-/// Who wants to see every frame.
+/// Observer of every frame sent and received.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace drivers::ethercat {
 
 enum class Direction : std::uint8_t { kSent, kReceived };
 
-/// Cycle: called for every frame as it is sent or received, malformed ones too.
+/// Cycle: called for every frame sent or received, including malformed ones.
 class FrameTap {
  public:
   FrameTap() = default;

@@ -1,5 +1,5 @@
 /// @file
-/// A link in virtual time: to youbot-sim --lock-step and to nothing else.
+/// A link in virtual time: to youbot-sim --lock-step only.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -16,16 +16,15 @@ inline constexpr std::chrono::seconds kLockStepPatience{5};
 /// Each frame advances the simulation by kLockStepPeriod, and this link's clock with it. Every time-out above
 /// the link counts simulated time, so a busy machine makes no answer late. wait() sends frames until the
 /// simulated time has passed.
-///
-/// The simulation is gone once it leaves a frame unanswered for kLockStepPatience (last_error() is ETIME,
-/// also where the interface went down meanwhile) or the link below refuses a frame (its error). From then on
-/// send() refuses every frame at once: what answers later may be another bus. One thread; send() and
+/// If the simulation leaves a frame unanswered for kLockStepPatience (last_error() is ETIME, also if the
+/// interface went down meanwhile) or the link below refuses a frame (its error), it counts as gone: send()
+/// refuses every further frame at once, because another bus may answer later. One thread; send() and
 /// receive() are cycle-safe.
 class LockStepLink final : public Link {
  public:
-  /// Scans the bus and puts the simulated wheels on the ground or lifts them off it.
+  /// Scans the bus and sets the simulated wheels on the ground or lifts them off it.
   /// @throws BusError naming the first slave that is not marked as simulated in lock-step. All slaves are
-  /// still in their state then: a real robot is never driven in virtual time.
+  /// still in their original state then: a real robot is never driven in virtual time.
   LockStepLink(std::unique_ptr<Link> link, bool lifted);
 
   bool send(std::span<const std::uint8_t> frame) noexcept override;
@@ -39,8 +38,8 @@ class LockStepLink final : public Link {
  private:
   std::unique_ptr<Link> link_;
   std::chrono::nanoseconds now_{};
-  bool under_way_ = false;  // a frame has no answer yet
-  std::uint8_t index_ = 0;  // of its first datagram, which its answer repeats
+  bool under_way_ = false;  // a frame is unanswered
+  std::uint8_t index_ = 0;  // of its first datagram, repeated in the answer
   int gone_ = 0;            // errno that ended the simulation
 };
 

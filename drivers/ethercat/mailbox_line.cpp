@@ -88,7 +88,7 @@ bool MailboxLine::add(FrameWriter& writer, std::uint8_t index, std::chrono::nano
 void MailboxLine::answer(const Datagram& datagram) noexcept {
   if (status_ != Status::kBusy) return;
   if (datagram.working_counter() == 0) {
-    // Full when written, empty when read, or out of reach. The same is asked again, after a look.
+    // Full when written, empty when read, or unreachable. The same is asked again, after a check.
     if (ask_ == Ask::kWrite) ask_ = Ask::kLookWhyRefused;
     if (ask_ == Ask::kRead) ask_ = Ask::kLook;
     if (ask_ == Ask::kDropOld) ask_ = Ask::kLookForOld;
@@ -133,8 +133,8 @@ void MailboxLine::frame_lost() noexcept {
   if (status_ != Status::kBusy) return;
   if (ask_ == Ask::kDropOld) ask_ = Ask::kLookForOld;
   if (ask_ == Ask::kRead) ask_ = Ask::kLookAfterLoss;
-  // A lost write may have arrived, and a request twice is worse than none: wait for its reply, and time out
-  // if there is none.
+  // A lost write may have arrived, and a duplicate request is worse than none: wait for its reply, and time
+  // out if there is none.
   if (ask_ == Ask::kWrite) ask_ = Ask::kLook;
 }
 

@@ -1,5 +1,5 @@
 /// @file
-/// One slave's mailbox: a request out, its reply back, one datagram a frame.
+/// One slave's mailbox: a request out, its reply back, one datagram per frame.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -11,15 +11,15 @@
 
 namespace drivers::ethercat {
 
-/// Carries whole mailboxes; what is in them (headerless TMCL on the youBot, CoE with its header elsewhere) is
-/// the caller's matter. One request is under way at a time. Without a header there is no number that tells a
-/// reply from an older one, so the line takes care that no other reply is taken for it:
-/// - The mailbox is read only when its status says that it is full. When that frame is lost and the mailbox
-///   is empty, the frame has emptied it, and the slave is asked to repeat (sync manager repeat bit).
-/// - Before a request is written, what waits in the mailbox is read and dropped: the reply to a request that
-///   was given up, or unrequested mail. One that stayed would be taken for the reply to the next request,
-///   whose own reply would be taken for the one after it, and so on.
-/// A reply that comes later than that, the slave having taken the old request, cannot be told apart.
+/// Carries whole mailboxes; the caller interprets the content (headerless TMCL on the youBot, CoE with its
+/// header elsewhere). One request is under way at a time. Without a header, no number distinguishes a reply
+/// from an older one, so the line ensures that no other reply is mistaken for it:
+/// - The mailbox is read only if its status is full. If that frame is lost and the mailbox is empty, the
+/// frame has emptied it, and the slave is asked to repeat (sync manager repeat bit).
+/// - Before a request is written, waiting mail is read and dropped: the reply to an abandoned request, or
+/// unrequested mail. Otherwise it would be mistaken for the reply to the next request, whose own reply would
+/// be mistaken for the one after it, and so on.
+/// A reply that arrives even later, because the slave had taken the old request, cannot be distinguished.
 /// Cycle-safe after construction.
 class MailboxLine {
  public:
@@ -31,27 +31,27 @@ class MailboxLine {
   Status status() const noexcept { return status_; }
   std::size_t request_capacity() const noexcept { return out_.size(); }
 
-  /// Posts a request, padded with zeros to the mailbox' length, and forgets the last reply. False when one is
-  /// under way, or the slave has no mailbox, or it is too long.
+  /// Posts a request, padded with zeros to the mailbox length, and drops the last reply. False if a request
+  /// is under way, the slave has no mailbox, or the request is too long.
   bool post(std::span<const std::uint8_t> request, std::chrono::nanoseconds timeout) noexcept;
-  /// Waits for mail without having asked for any, such as the further segments of a transfer.
+  /// Waits for mail without a request, such as the further segments of a transfer.
   bool listen(std::chrono::nanoseconds timeout) noexcept;
   /// The whole mailbox of the reply; empty unless status() is kReplied.
   std::span<const std::uint8_t> reply() const noexcept;
-  /// Back to idle; whatever was under way is given up.
+  /// Back to idle; abandons a request under way.
   void clear() noexcept { status_ = Status::kIdle; }
 
-  /// Adds what is next to a frame; false when nothing is, or it does not fit.
+  /// Adds the next datagram to a frame; false if there is none, or it does not fit.
   bool add(FrameWriter& writer, std::uint8_t index, std::chrono::nanoseconds now) noexcept;
-  /// In place of add() while the slave is out of reach: the request may time out.
+  /// Call instead of add() while the slave is unreachable: the request may time out.
   void expire(std::chrono::nanoseconds now) noexcept;
   void answer(const Datagram& datagram) noexcept;
-  /// The frame with the last add() did not come back.
+  /// The frame of the last add() did not come back.
   void frame_lost() noexcept;
 
  private:
   enum class Ask : std::uint8_t {
-    kLookForOld,  // is anything in the mailbox already?
+    kLookForOld,  // is the mailbox full already?
     kDropOld,
     kWrite,
     kLookWhyRefused,
@@ -69,8 +69,8 @@ class MailboxLine {
   std::vector<std::uint8_t> in_;
   Status status_ = Status::kIdle;
   Ask ask_ = Ask::kLookForOld;
-  bool repeat_bit_ = false;  // as the request sets it
-  bool old_first_ = false;   // the mailbox held an older request: its reply comes before ours
+  bool repeat_bit_ = false;  // current value of the bit
+  bool old_first_ = false;   // the mailbox held an older request: its reply precedes ours
   bool timed_ = false;
   std::chrono::nanoseconds timeout_{};
   std::chrono::nanoseconds deadline_{};

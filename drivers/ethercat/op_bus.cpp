@@ -12,12 +12,12 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-// Beside the image: the state of all, of one slave, and what answers at its place; and one step or mailbox.
+// In addition to the image: the state of all, of one slave, and of its place; and one step or mailbox.
 constexpr std::size_t kSupervisionBytes = 2 + 6 + 2;
 constexpr std::size_t kLongestStep = 22;
-// Error counters end at 255: often enough for any bus that still works.
+// Error counters saturate at 255: often enough for any bus that still works.
 constexpr unsigned kCyclesBetweenCounters = 10;
-// Patience per state on the way down, in frames that are answered; one that is not counts for many.
+// Time-out per state on the way down, in answered frames; an unanswered one counts for many.
 constexpr int kLeaveFrames = 200;
 constexpr int kLostLeaveFrame = 20;
 
@@ -40,12 +40,12 @@ std::vector<SetupStep> joined(std::vector<SetupStep> first, const std::vector<Se
   return first;
 }
 
-/// If another slave is down for that long, an order to SAFE-OP is taken for the watchdog.
+/// If another slave is down for this long, a transition to SAFE-OP is attributed to the watchdog.
 constexpr std::chrono::milliseconds kFed = kProcessDataWatchdog / 2;
 
-/// A slave that leaves operation by itself says so by its error flag, and one that lost its power has no
-/// station address any more. To SAFE-OP it also goes when its process data end: only one that had them until
-/// now was ordered there.
+/// A slave that leaves operation by itself sets its error flag, and one that lost power has no station
+/// address. A slave also goes to SAFE-OP when its process data end: only one that received them until now was
+/// ordered there.
 bool was_ordered_down(const SlaveHealth& health, bool fed) noexcept {
   if (health.al_error) return false;
   switch (health.state) {
@@ -57,7 +57,7 @@ bool was_ordered_down(const SlaveHealth& health, bool fed) noexcept {
   }
 }
 
-/// What is wrong with a slave that is not operational.
+/// The fault of a slave that is not operational.
 std::string condition_text(const Slave& slave, const SlaveHealth& health, const SlaveSetup& failed_setup) {
   std::string text = slave.label() + ": " + describe(health.condition);
   if (health.condition == SlaveCondition::kTampered)
@@ -105,8 +105,8 @@ OpBus::OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves
     image += bytes_of(slave);
     slaves_.emplace_back(std::move(slave));
   }
-  // The image must fit one frame in its split form too, with room for the supervision and repair or mailbox
-  // of at least one slave a cycle.
+  // The image must also fit one frame in its split form, with room for the supervision and repair or mailbox
+  // of at least one slave per cycle.
   std::size_t service = kLongestStep;
   for (const Station& station : slaves_)
     if (station.mailbox.exists())
@@ -147,7 +147,7 @@ void OpBus::send(nanoseconds now) noexcept {
     result_.expected_working_counter =
         static_cast<std::uint16_t>(result_.expected_working_counter + station.expected_counter);
     if (station.health.condition != SlaveCondition::kOperational) {
-      // Not operational, it must not find an old set value when it comes back.
+      // If it is not operational, it must not find an old set value when it returns.
       const ProcessDataWindow& window = station.info.outputs;
       std::fill_n(output_image_.begin() + window.image_offset, window.bytes, std::uint8_t{0});
     }
@@ -178,7 +178,7 @@ void OpBus::build_frame(nanoseconds now) noexcept {
   FrameWriter& writer = transceiver_->begin();
   const std::uint8_t index = transceiver_->index();
   entries_.clear();
-  // First: what comes before it delays the time it carries.
+  // First: datagrams before it delay the time it carries.
   if (clocks_ && clocks_->add(writer, index)) entries_.push_back({Purpose::kClock, 0});
   if (!suspicious_ && !output_image_.empty()) {
     const Datagram image = writer.add(Command::kLrw, index, 0, output_image_.size());
@@ -197,7 +197,7 @@ void OpBus::build_frame(nanoseconds now) noexcept {
     }
   add(Purpose::kBroadcastState, 0, writer.add(Command::kBrd, index, address_of(0, reg::kAlStatus), 2));
 
-  // In turn, so that no slave keeps another from the frame's free room for long: repairs, which are few, then
+  // In rotation, so that no slave blocks the frame's free room for long: repairs, which are few, then
   // supervision, then mailboxes.
   turn_ = (turn_ + 1) % slaves_.size();
   add_supervision(writer, index, turn_);
@@ -215,7 +215,7 @@ void OpBus::build_frame(nanoseconds now) noexcept {
   look_due_ = suspicious_ || !look_due_;
   if (look_due_ && watch_.add(writer, index))
     entries_.push_back({Purpose::kLook, static_cast<std::uint16_t>(watch_.next().slave)});
-  // Last and least: without room it waits for the next frame.
+  // Last: without room it waits for the next frame.
   if (++cycles_to_counters_ >= kCyclesBetweenCounters && diagnostics_.add(writer, index)) {
     entries_.push_back({Purpose::kErrorCounters, 0});
     cycles_to_counters_ = 0;
@@ -233,8 +233,8 @@ void OpBus::add_supervision(FrameWriter& writer, std::uint8_t index, std::size_t
   slaves_[i].asked = add(Purpose::kProbe, i,
                          writer.add(Command::kFprd, index, address_of(slave.station, reg::kAlStatus), 6));
   if (!is_sought(slaves_[i])) return;
-  // A slave that lost power has lost its address, and another master gives it another one, with which its
-  // process data go on: look at its place.
+  // A slave that lost power has lost its address, and another master may give it another address, with which
+  // its process data continue: check its place.
   const std::uint16_t place = position_address(static_cast<std::uint16_t>(slave.position - 1));
   add(Purpose::kFind, i, writer.add(Command::kAprd, index, address_of(place, reg::kStationAddress), 2));
 }
@@ -308,33 +308,34 @@ void OpBus::take_place(Station& station, const Datagram& datagram) noexcept {
   // The place may be a neighbour's while others are missing: only a device without address is ours.
   if (station.health.condition == SlaveCondition::kLost) station.found = station.placed && address == 0;
   if (!station.placed || station.given) return;
-  // A second look, as a byte may be damaged on the way.
+  // Requires a second look, because a byte may be damaged.
   const bool again = std::exchange(station.at_place, address) == address;
-  // An address that another master gave is no proof of who it is: that needs all in their places.
+  // An address from another master does not prove the identity: that requires all slaves in their places.
   if (station.health.condition == SlaveCondition::kTampered && !(again && chain_whole_))
     station.found = false;
-  if (address != 0 && address != station.info.station) station.differs = 0;  // it is not its own place
+  if (address != 0 && address != station.info.station) station.differs = 0;  // another slave's place
   if (again && is_foreign(station, address)) tamper(station, reg::kStationAddress);
   if (again && address == station.info.station && station.differs != 0)
     tamper(station, std::exchange(station.differs, std::uint16_t{0}));
 }
 
-/// Whether its place is to be asked what is there.
+/// Whether to ask the device at its place.
 bool OpBus::is_sought(const Station& station) noexcept {
   return station.health.condition == SlaveCondition::kLost ||
          station.health.condition == SlaveCondition::kTampered || station.mute || station.differs != 0 ||
          station.at_place != station.info.station;
 }
 
-/// Whether only another master may have given it this address.
+/// Whether only another master can have given it this address.
 bool OpBus::is_foreign(const Station& station, std::uint16_t address) const noexcept {
-  // While some are missing, or one too many is there, another slave may be in its place.
+  // While some are missing, or there is one too many, another slave may be in its place.
   if (address == station.info.station || !chain_whole_) return false;
-  // Who lost his power has none, but also lost OP and his part of the image.
+  // A slave that lost power has no address, but it also lost OP and its part of the image.
   return address != 0 || broadcast_clean_ || station.flowing;
 }
 
-/// What differs was written by a master, or lost with the power, and with it the address: its place tells.
+/// A master wrote the difference, or it was lost with the power, and with it the address: the place shows
+/// which.
 void OpBus::take_look(Station& station, const Datagram& datagram) noexcept {
   const std::uint16_t address = watch_.next().written.address;
   const bool differs = watch_.answer(datagram);
@@ -353,7 +354,7 @@ void OpBus::tamper(Station& station, std::uint16_t register_address) noexcept {
   station.silent_cycles = 0;
   station.found = false;
   station.mailbox.clear();
-  // Once: what it finds again before it is configured anew is no new order.
+  // Once: the same difference before it is configured again is not a new order.
   if (std::exchange(station.written, false))
     transceiver_->other_master().note_order({station.info.position, register_address},
                                             transceiver_->link().now());
@@ -384,7 +385,7 @@ void OpBus::restart(Station& station) noexcept {
 }
 
 void OpBus::accept_inputs(Station& station, std::span<const std::uint8_t> inputs) noexcept {
-  // Below SAFE-OP a slave may still answer, with what lies in its memory.
+  // Below SAFE-OP a slave may still answer, with old memory content.
   if (station.health.state != AlState::kSafeOp && station.health.state != AlState::kOp) return;
   std::copy(inputs.begin(), inputs.end(), input_image_.begin() + station.info.inputs.image_offset);
   station.health.inputs_fresh = true;
@@ -401,7 +402,7 @@ void OpBus::update_conditions() noexcept {
     if (image_whole_ || (bytes_of(station.info) == 0 && (station.probed || broadcast_clean_)))
       health.inputs_fresh = true;
     if (clean) {
-      // A bystander's PRE-OP hides another slave's from the broadcast, but not from its own probe.
+      // A bystander's PRE-OP hides another slave's from the broadcast, but not from that slave's own probe.
       const bool hidden = options_.bystanders > 0 && station.probed && health.state == AlState::kPreOp;
       if (!hidden) {
         health.state = AlState::kOp;
@@ -413,7 +414,7 @@ void OpBus::update_conditions() noexcept {
                health.condition != SlaveCondition::kLost) {
       if (++station.silent_cycles >= options_.lost_after_cycles) lose(station);
     }
-    // It is there, and its data are not: are they still mapped?
+    // It answers without data: are they still mapped?
     const bool starves = station.probed && suspicious_ && bytes_of(station.info) > 0 && !station.flowing;
     if (starves && !station.starved) watch_.suspect(station.info.position - 1U);
     if (starves || station.flowing) station.starved = starves;
@@ -454,7 +455,7 @@ void OpBus::update_conditions() noexcept {
         }
         break;
       case SlaveCondition::kNeedsParameters:
-        // Fallen back to INIT its mailbox is dead, and nobody could give it anything.
+        // In INIT the mailbox is disabled, so parameters cannot be written.
         if (station.probed && (health.state != AlState::kPreOp || health.al_error)) restart(station);
         break;
       case SlaveCondition::kLost:
@@ -466,7 +467,7 @@ void OpBus::update_conditions() noexcept {
   }
   result_.all_operational =
       all_operational && result_.answered && result_.working_counter == result_.expected_working_counter;
-  // One clean split frame ends the suspicion; anything odd begins it.
+  // One clean split frame clears the suspicion; any anomaly sets it.
   suspicious_ = !(all_operational && result_.all_operational && broadcast_clean_);
 }
 
@@ -479,7 +480,7 @@ void OpBus::lose(Station& station) noexcept {
   station.mailbox.clear();
 }
 
-/// Of all, ORed.
+/// ORed over all.
 std::uint8_t OpBus::expected_states() const noexcept {
   const unsigned bystanders = options_.bystanders > 0 ? static_cast<unsigned>(AlState::kPreOp) : 0U;
   return static_cast<std::uint8_t>(static_cast<unsigned>(AlState::kOp) | bystanders);
@@ -487,7 +488,7 @@ std::uint8_t OpBus::expected_states() const noexcept {
 
 void OpBus::leave_op() noexcept {
   for (const AlState state : {AlState::kSafeOp, AlState::kPreOp, AlState::kInit}) {
-    // A request goes to all, and must not take bystanders up.
+    // A request goes to all, and must not take bystanders to a higher state.
     if (state == AlState::kSafeOp && options_.bystanders > 0) continue;
     bool reached = false;
     for (int patience = kLeaveFrames; patience > 0 && !reached; --patience) {
@@ -505,7 +506,7 @@ void OpBus::leave_op() noexcept {
       Datagram datagram;
       while (answer.next(datagram))
         if (datagram.command == Command::kBrd)
-          // The states of all, ORed: what a slave above this one adds shows.
+          // States of all, ORed: a slave above this state is visible.
           reached = (datagram.data[0] & 0x0F) <= static_cast<std::uint8_t>(state);
     }
   }
@@ -516,7 +517,7 @@ void OpBus::resume(std::size_t i) noexcept {
   SlaveHealth& health = station.health;
   if (health.condition == SlaveCondition::kTampered) {
     if (station.at_place != station.info.station)
-      station.found = chain_whole_;  // by its place it is given its address first
+      station.found = chain_whole_;  // found at its place, it gets its address first
     else
       restart(station);
     return;
@@ -531,14 +532,14 @@ void OpBus::resume(std::size_t i) noexcept {
   switch (health.state) {
     case AlState::kSafeOp:
     case AlState::kOp:
-      // What kept it from OP may have been written while it was configured.
+      // The cause of leaving OP may have been written while it was configured.
       station.written ? run(station.op_steps) : restart(station);
       break;
     case AlState::kPreOp:
       station.written = false;
       run(station.resume_steps);
       break;
-    default: restart(station); break;  // it forgot its configuration
+    default: restart(station); break;  // it lost its configuration
   }
 }
 

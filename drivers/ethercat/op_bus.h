@@ -1,5 +1,5 @@
 /// @file
-/// The bus in operation: one frame a cycle with process data, mailboxes, supervision and repair.
+/// The bus in operation: one frame per cycle with process data, mailboxes, supervision and repair.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -19,15 +19,15 @@
 
 namespace drivers::ethercat {
 
-/// How a slave is doing. Only kOperational slaves' outputs act; inputs come from SAFE-OP on.
+/// Condition of a slave. Outputs act only on kOperational slaves; inputs are valid from SAFE-OP on.
 enum class SlaveCondition : std::uint8_t {
   kOperational,
   kLost,             ///< does not answer
-  kStopped,          ///< answers, but is not in OP (watchdog, error of its own)
-  kRestarting,       ///< found again, on its way to PRE-OP
-  kNeedsParameters,  ///< in PRE-OP, lost its RAM: mailbox works; waits for resume()
-  kResuming,         ///< on its way to OP
-  kForeign,          ///< another device came in its place; left alone until that is gone
+  kStopped,          ///< answers, but is not in OP (watchdog, or its own error)
+  kRestarting,       ///< found again, on the way to PRE-OP
+  kNeedsParameters,  ///< in PRE-OP, RAM lost: mailbox works; waits for resume()
+  kResuming,         ///< on the way to OP
+  kForeign,          ///< another device is in its place; left alone until it is removed
   kTampered,         ///< another master changed its configuration; waits for resume()
 };
 
@@ -46,50 +46,51 @@ struct SlaveHealth {
 struct CycleResult {
   bool answered = false;  ///< the frame came back
   bool all_operational = false;
-  std::chrono::nanoseconds answer_age{};  ///< so long it had been there, unfetched
+  std::chrono::nanoseconds answer_age{};  ///< time that the frame waited before it was fetched
   std::uint16_t working_counter = 0;
   std::uint16_t expected_working_counter = 0;
 };
 
-/// All that a bus can tell of itself, as plain values: a copy may be put in words beside the cycle.
+/// State of the bus as plain values: a copy may be turned into text concurrently with the cycle.
 struct BusState {
   FrameCounters frames;
   OtherMaster other_master;
   bool other_master_present = false;
   DiagnosticCounts counts;
   std::vector<SlaveHealth> health;        ///< of each slave
-  std::vector<SlaveSetup> failed_setups;  ///< its last one that did, until it is in OP again
-  std::uint16_t most_answering = 0;       ///< slaves, to a broadcast, since the start
+  std::vector<SlaveSetup> failed_setups;  ///< last failed set-up of each, until it is in OP again
+  std::uint16_t most_answering = 0;       ///< maximum number of slaves that answered a broadcast since the
+                                          ///< start
 };
 
 /// One frame per exchange(), which is a send() and its receive():
-/// - normally one LRW over the whole image; while anything is wrong, one LRW per slave, so that the working
-///   counter tells slave by slave whose data is good (3: read 1 + write 2);
+/// - normally one LRW over the whole image; while there is a fault, one LRW per slave, so that the working
+/// counter shows for each slave whether its data is good (3: read 1 + write 2);
 /// - a broadcast read of the AL status, which shows any slave that left OP although it still answers;
-/// - one supervision datagram for one slave in turn, for all while something is wrong;
+/// - one supervision datagram for one slave in turn, for all slaves while there is a fault;
 /// - at most one mailbox or repair datagram per slave, in turn, as room permits;
-/// - every second time one register that is configured, every time while anything is wrong;
-/// - every tenth time the error counters of one slave;
-/// - with distributed clocks, before all that, the reference's time to all.
-/// A lost slave that answers to its station address again was only out of reach. One that lost its address,
-/// and with it its memory, is looked for at its place on the bus, gets the address back, and if vendor and
-/// product are right is brought to PRE-OP, where it waits for its parameters and resume(). A slave that fell
-/// out of OP with its memory intact waits for resume() alone. One that another master has configured
-/// otherwise, whose outputs are zero from then on, is brought back from INIT by resume(), its address given
-/// by its place. Cycle-safe after construction; one thread.
+/// - in every second frame one configured register, in every frame while there is a fault;
+/// - in every tenth frame the error counters of one slave;
+/// - with distributed clocks, before everything else, the reference time to all.
+/// A lost slave that answers to its station address again was only unreachable. A slave that lost its
+/// address, and therefore its memory, is searched at its place on the bus and gets the address back. If
+/// vendor and product match, it is brought to PRE-OP, where it waits for its parameters and resume(). A slave
+/// that left OP with its memory intact waits only for resume(). A slave that another master has reconfigured
+/// gets zero outputs; resume() brings it back from INIT and addresses it by its place. Cycle-safe after
+/// construction; one thread.
 class OpBus {
  public:
   struct Options {
     std::chrono::nanoseconds frame_timeout = std::chrono::microseconds(500);
-    std::chrono::nanoseconds step_timeout = std::chrono::seconds(3);  ///< of one step to a state
-    int lost_after_cycles = 3;  ///< cycles without an answer until a slave counts as lost
-    /// Slaves behind these that stay in PRE-OP. They are neither mapped nor supervised: whatever becomes of
-    /// them, the others work on.
+    std::chrono::nanoseconds step_timeout = std::chrono::seconds(3);  ///< per state change
+    int lost_after_cycles = 3;  ///< cycles without an answer before a slave counts as lost
+    /// Slaves after the others that stay in PRE-OP. They are neither mapped nor supervised: their failure
+    /// does not affect the others.
     std::size_t bystanders = 0;
   };
 
-  /// Slaves are in SAFE-OP and configured; they are taken to OP by the first exchanges.
-  /// `clocks`: none unless they have been set up.
+  /// The slaves must be in SAFE-OP and configured; the first exchanges take them to OP. `clocks`: empty
+  /// unless they have been set up.
   OpBus(std::unique_ptr<Transceiver> transceiver, std::vector<Slave> slaves, const Options& options,
         std::optional<DistributedClocks> clocks = {});
 
@@ -97,53 +98,52 @@ class OpBus {
   const Slave& slave(std::size_t i) const noexcept { return slaves_[i].info; }
   const SlaveHealth& health(std::size_t i) const noexcept { return slaves_[i].health; }
 
-  /// Written before exchange(); zero after construction and while the slave is not operational.
+  /// Write before exchange(); zero after construction and while the slave is not operational.
   std::span<std::uint8_t> outputs(std::size_t i) noexcept;
-  /// As of the last cycle with SlaveHealth::inputs_fresh.
+  /// From the last cycle with SlaveHealth::inputs_fresh.
   std::span<const std::uint8_t> inputs(std::size_t i) const noexcept;
   MailboxLine& mailbox(std::size_t i) noexcept { return slaves_[i].mailbox; }
 
-  /// Sends the frame: from now on its slaves put into it what they have measured. `now` comes from the
-  /// caller's clock; the first call after start-up may use another clock, because no time-out is running.
+  /// Sends the frame; the slaves insert their measurements as it passes. `now` is from the caller's clock;
+  /// the first call after start-up may use another clock, because no time-out is running.
   void send(std::chrono::nanoseconds now) noexcept;
-  /// Waits for that frame, and takes in what it brings.
+  /// Waits for that frame and processes its content.
   CycleResult receive() noexcept;
   CycleResult exchange(std::chrono::nanoseconds now) noexcept {
     send(now);
     return receive();
   }
-  /// Takes all slaves down to INIT, outputs zero; a few frames for each state, so that it ends without an
-  /// answer too, or with the first that has none when silence is final. Nothing is to be exchanged
+  /// Takes all slaves down to INIT with outputs zero. Sends a few frames per state, so that it ends without
+  /// an answer too, or with the first unanswered frame if silence is final. No exchange is allowed
   /// afterwards.
   void leave_op() noexcept;
-  /// Takes slave i from kStopped or kNeedsParameters to OP, from kTampered to kNeedsParameters.
+  /// Takes slave i from kStopped or kNeedsParameters to OP, or from kTampered to kNeedsParameters.
   void resume(std::size_t i) noexcept;
-  /// Setup: why an attempt to change the state of slave i failed since it was last in OP, in words; empty if
-  /// none did.
+  /// Setup: text on why a state change of slave i failed since it was last in OP; empty if none failed.
   std::string failure(std::size_t i) const;
 
   const FrameCounters& counters() const noexcept { return transceiver_->counters(); }
-  /// Another master was at work within the last second: slaves it has taken are left to it until then.
+  /// Another master was active within the last second: slaves it has taken are left to it until then.
   bool other_master_present() const noexcept {
     return transceiver_->other_master().present(transceiver_->link().now());
   }
   const OtherMaster& other_master() const noexcept { return transceiver_->other_master(); }
   const Diagnostics& diagnostics() const noexcept { return diagnostics_; }
-  /// None when they are off.
+  /// Empty if off.
   const std::optional<DistributedClocks>& clocks() const noexcept { return clocks_; }
 
-  /// Cycle, once `state` has been through here.
+  /// Cycle, once `state` has been filled here before.
   void copy_state(BusState& state) const noexcept;
-  // Setup, and beside the cycle: `state` in words.
-  /// Slaves that do not work now, one a line, with what to check; those that have not started yet are none.
+  // Setup, and concurrently with the cycle: text for `state`.
+  /// Slaves that do not work now, one per line, with advice; slaves that have not started yet do not count.
   std::vector<std::string> trouble(const BusState& state) const;
-  /// What is or was wrong, one finding a line; empty when nothing is.
+  /// Current and past faults, one per line; empty if there are none.
   std::vector<std::string> findings(const BusState& state) const;
-  /// Setup: of now.
+  /// Setup: for the current state.
   std::vector<std::string> findings() const;
 
  private:
-  /// Why a datagram is in the frame; they come back in order.
+  /// Why a datagram is in the frame; answers come in the same order.
   enum class Purpose : std::uint8_t {
     kImage,
     kSlaveImage,
@@ -166,25 +166,26 @@ class OpBus {
     Slave info;
     MailboxLine mailbox;
     SlaveSetup setup;
-    SlaveSetup failed_setup;  // the last one that did, until it is in OP again
+    SlaveSetup failed_setup;  // last failed set-up, until it is in OP again
     SlaveHealth health;
     std::vector<SetupStep> restart_steps;  // to PRE-OP
     std::vector<SetupStep> resume_steps;   // from PRE-OP to OP
     std::vector<SetupStep> op_steps;       // from SAFE-OP to OP
     std::uint16_t expected_counter = 0;
     int silent_cycles = 0;
-    bool asked = false;          // for its state, in this frame
-    bool probed = false;         // and it answered
-    bool mute = false;           // did not answer when it was asked last
-    bool given = false;          // its address, in this frame: what the frame read there is older
+    bool asked = false;          // its state, in this frame
+    bool probed = false;         // it answered that request
+    bool mute = false;           // did not answer its last request
+    bool given = false;          // its address was written in this frame: what the frame read there is older
     bool placed = false;         // something answered at its place, in this frame
-    bool flowing = false;        // its part of the image was whole, in this frame
-    bool starved = false;        // it answered, and its part was not, in the last frame that told
-    bool found = false;          // what answers at its place is to be given its address
-    bool configured = true;      // what has its address is the right device, with all it was given
-    bool written = true;         // and its registers hold what the steps to SAFE-OP write
-    std::uint16_t at_place = 0;  // the address that was seen there last
-    std::uint16_t differs = 0;   // a register of what has its address; 0: none
+    bool flowing = false;        // its part of the image was complete, in this frame
+    bool starved = false;        // it answered without its part of the image, in the last frame that showed
+                                 // it
+    bool found = false;          // the device at its place is to get its address
+    bool configured = true;      // the device with its address is the right one, with its configuration
+    bool written = true;         // its registers hold what the steps to SAFE-OP write
+    std::uint16_t at_place = 0;  // the last address read there
+    std::uint16_t differs = 0;   // a register of the device with its address; 0: none
   };
 
   void build_frame(std::chrono::nanoseconds now) noexcept;
@@ -213,13 +214,13 @@ class OpBus {
   std::vector<Entry> entries_;  // of the frame under way; capacity fixed
   std::chrono::nanoseconds sent_at_{};
   bool sent_ = false;
-  bool suspicious_ = true;                              // look at every slave
-  std::size_t turn_ = 0;                                // whose supervision and service comes first
-  bool image_whole_ = false;                            // the single LRW had its full counter
-  std::optional<std::chrono::nanoseconds> last_clean_;  // when all were in OP
+  bool suspicious_ = true;                              // check every slave
+  std::size_t turn_ = 0;                                // slave whose supervision and service comes first
+  bool image_whole_ = false;                            // the single LRW had its full working counter
+  std::optional<std::chrono::nanoseconds> last_clean_;  // last time that all were in OP
   bool broadcast_clean_ = false;
   bool chain_whole_ = false;          // as many answer as at the start: each one is in its place
-  std::uint16_t most_answering_ = 0;  // slaves, to a broadcast, since the start
+  std::uint16_t most_answering_ = 0;  // maximum number of slaves that answered a broadcast since the start
   unsigned cycles_to_counters_ = 0;
   bool look_due_ = false;
   ConfigurationWatch watch_;

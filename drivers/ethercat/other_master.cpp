@@ -13,7 +13,7 @@ namespace {
 using std::chrono::nanoseconds;
 
 constexpr std::uint64_t kFewestFrames = 3;
-/// What a program that has ended left on the wire comes in one burst.
+/// Frames left on the wire by a program that has ended arrive in one burst.
 constexpr std::chrono::milliseconds kShortestStay{10};
 constexpr std::chrono::seconds kMemory{1};
 
@@ -27,8 +27,8 @@ bool OtherMaster::Sender::keeps_coming() const noexcept {
   return weight >= kFewestFrames && last - first >= kShortestStay;
 }
 
-// Counts the frequent sources of a stream in fixed memory (Misra and Gries, 1982): one that sends more than a
-// fifth of the foreign frames keeps a place, whatever the order, and damaged addresses wear each other out.
+// Counts the frequent sources of a stream in fixed memory (Misra and Gries, 1982): a source with more than a
+// fifth of the foreign frames keeps a place, whatever the order, and damaged addresses cancel each other.
 void OtherMaster::note_frame(MacAddress source, nanoseconds now) noexcept {
   source[0] &= static_cast<std::uint8_t>(~kReturnedBit);
   Sender* free = nullptr;

@@ -11,39 +11,39 @@
 
 namespace drivers::ethercat {
 
-/// Slaves answer to everybody, so a second master on the same interface, switch or line shows by frames that
-/// we did not send. One that hides its frames, such as a driver below the raw socket, shows by what it does
-/// to the slaves. A plain value; cycle-safe but for describe().
+/// Slaves answer to anyone, so a second master on the same interface, switch or line is visible through
+/// frames that we did not send. A master with hidden frames, such as a driver below the raw socket, is
+/// visible through its effects on the slaves. A plain value; cycle-safe except describe().
 class OtherMaster {
  public:
-  /// A frame from `source` came in, which is not ours. A few at once may be what a program that has ended
-  /// left on the wire, and one may be damaged: only those that keep coming from one source are a master's,
-  /// also between the frames of others.
+  /// A frame from `source`, which is not ours, was received. A short burst may be left over from a program
+  /// that has ended, and a frame may be damaged. Only frames that keep arriving from one source belong to a
+  /// master, even between the frames of others.
   void note_frame(MacAddress source, std::chrono::nanoseconds now) noexcept;
-  /// What only a master writes, and we did not.
+  /// A write that only a master makes, and we did not.
   struct Order {
     std::uint16_t slave = 0;  ///< position on the bus, from 1
     std::uint16_t register_address = 0;
   };
-  /// A slave shows that it was given such an order: a state, or a register that does not hold what we wrote.
+  /// A slave shows the effect of such a write: a state, or a register that does not hold our value.
   void note_order(Order order, std::chrono::nanoseconds now) noexcept;
 
-  /// Whether it was at work within the last second.
+  /// True if it was active within the last second.
   bool present(std::chrono::nanoseconds now) const noexcept;
-  /// Setup: "another EtherCAT master is on this bus (57 frames from 01:01:01:01:01:01): ...", with what to
-  /// do. Of those at work last, the one with the most frames; and the last order, when it is as new.
+  /// Setup: "another EtherCAT master is on this bus (57 frames from 01:01:01:01:01:01): ...", with advice. Of
+  /// the masters active last, the one with the most frames; and the last order, if it is as recent.
   std::string describe() const;
-  /// Setup: "01:01:01:01:01:01", as its frames say.
+  /// Setup: "01:01:01:01:01:01", the source of its frames.
   std::string source() const;
 
  private:
-  /// So many may take turns and are each found.
+  /// This many masters may send in turn and are all found.
   static constexpr std::size_t kMostSenders = 4;
 
   struct Sender {
     MacAddress source{};
     std::uint64_t frames = 0;
-    std::uint64_t weight = 0;  // its frames, less those that came from too many others; 0: a free place
+    std::uint64_t weight = 0;  // its frames, minus those of too many others; 0: a free place
     std::chrono::nanoseconds first{};
     std::chrono::nanoseconds last{};
 

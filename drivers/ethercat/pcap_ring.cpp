@@ -21,7 +21,7 @@ constexpr std::uint32_t kInterfaceDescription = 1;
 constexpr std::uint32_t kEnhancedPacket = 6;
 constexpr std::uint32_t kByteOrderMagic = 0x1A2B3C4D;
 constexpr std::uint16_t kLinkTypeEthernet = 1;
-// Options, each within its kind of block.
+// Option codes, each valid within its kind of block.
 constexpr std::uint16_t kEndOfOptions = 0;
 constexpr std::uint16_t kComment = 1;
 constexpr std::uint16_t kSectionApplication = 4;
@@ -33,13 +33,13 @@ constexpr std::uint32_t kInbound = 1;
 constexpr std::uint32_t kOutbound = 2;
 constexpr std::size_t kLongestOption = 1000;  // a length field has 16 bits
 
-/// One block under construction.
+/// A block under construction.
 class Block {
  public:
   explicit Block(std::uint32_t type) {
-    bytes_.reserve(kMaxFrameBytes + 64);  // at once, for a packet and its options
+    bytes_.reserve(kMaxFrameBytes + 64);  // once, for a packet and its options
     add(type);
-    add(std::uint32_t{0});  // length, known at the end
+    add(std::uint32_t{0});  // length, filled in at the end
   }
   template <typename T>
   void add(T value) {
@@ -82,7 +82,7 @@ nanoseconds read_clock(clockid_t id) noexcept {
 }  // namespace
 
 nanoseconds wall_clock_minus_monotonic() noexcept {
-  // The wall clock in between the two readings that lie closest together.
+  // Wall clock between the two readings that are closest together.
   nanoseconds best = nanoseconds::max();
   nanoseconds offset{};
   for (int i = 0; i < 5; ++i) {
@@ -142,7 +142,7 @@ void PcapRing::write(std::ostream& out, nanoseconds wall_clock_minus_monotonic,
   section.add(kByteOrderMagic);
   section.add(std::uint16_t{1});  // version 1.0
   section.add(std::uint16_t{0});
-  section.add(std::int64_t{-1});  // length of the section: not given
+  section.add(std::int64_t{-1});  // length of the section: unspecified
   section.add_option(kComment, (comment.empty() ? "" : comment + "; ") + "the last " +
                                    std::to_string(size()) + " of " + std::to_string(seen_) + " frames");
   section.add_option(kSectionApplication, std::string("youbot-hal"));
@@ -156,7 +156,7 @@ void PcapRing::write(std::ostream& out, nanoseconds wall_clock_minus_monotonic,
   interface.add_option(kInterfaceName, interface_);
   interface.add_option(kTimestampResolution, std::array<std::uint8_t, 1>{9});  // 10^-9 s
   interface.add_option(kFrameCheckSequenceBytes,
-                       std::array<std::uint8_t, 1>{0});  // or padding is taken for it
+                       std::array<std::uint8_t, 1>{0});  // otherwise padding is mistaken for it
   interface.end_options();
   interface.write(out);
 

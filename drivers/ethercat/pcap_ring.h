@@ -1,9 +1,9 @@
 /// @file
-/// The last frames on the wire, kept in memory and written as a capture when something went wrong.
+/// Keeps the last frames in memory, and writes them as a capture after a fault.
 ///
 ///   PcapRing ring({.interface = "eth0"});
 ///   PreOpBus setup(link, &ring, {});
-///   ...                                                   // a fault: look a little further, then keep still
+///   ...                                                   // a fault: record some more frames, then stop
 ///   ring.stop_after(100);
 ///   if (ring.stopped()) ring.write("fault.pcapng", "slave 3 (TMCM-1610) lost");   // from any thread
 ///
@@ -25,39 +25,40 @@
 
 namespace drivers::ethercat {
 
-/// Frames are stamped with CLOCK_MONOTONIC and put on the wall clock when they are written: a clock that is
-/// set meanwhile neither reorders nor stretches the capture. Cycle: frame(), stop_after(), resume(). The
-/// thread of the bus calls all but stopped() and, once that is true, write(), until it calls resume().
+/// Frames are stamped with CLOCK_MONOTONIC and converted to wall-clock time when they are written, so that
+/// setting the clock neither reorders nor stretches the capture. Cycle: frame(), stop_after(), resume(). The
+/// bus thread makes all calls except stopped() and, once that is true and until resume(), write().
 class PcapRing final : public FrameTap {
  public:
   using Clock = std::chrono::nanoseconds (*)() noexcept;
 
   struct Options {
-    std::string interface;               ///< as the capture calls it
+    std::string interface;               ///< name in the capture
     std::size_t frames = 4096;           ///< two seconds of a 1 kHz cycle, 6 MB
-    std::size_t bytes = kMaxFrameBytes;  ///< kept of each frame; the rest is only counted
-    Clock clock = monotonic_now;         ///< in the cycle
+    std::size_t bytes = kMaxFrameBytes;  ///< stored of each frame; the rest is only counted
+    Clock clock = monotonic_now;         ///< used in the cycle
   };
 
-  /// Setup: all memory is taken, and touched, here. @throws std::invalid_argument without room for a frame.
+  /// Setup: allocates and touches all memory. @throws std::invalid_argument without room for a frame.
   explicit PcapRing(const Options& options);
 
   void frame(Direction direction, std::span<const std::uint8_t> bytes) noexcept override;
 
-  /// Keeps so many more frames and then no more. A second call while one is pending changes nothing, so the
-  /// first fault counts. `frames` below Options::frames, or what led to the fault is overwritten.
+  /// Records `frames` more frames and then stops. A second call while one is pending changes nothing, so the
+  /// first fault counts. `frames` must be below Options::frames, or the frames before the fault are
+  /// overwritten.
   void stop_after(std::size_t frames) noexcept;
   bool stopped() const noexcept { return stopped_.load(std::memory_order_acquire); }
-  /// Forgets all frames and records again.
+  /// Drops all frames and records again.
   void resume() noexcept;
 
   std::size_t size() const noexcept;                     ///< frames kept
   std::uint64_t seen() const noexcept { return seen_; }  ///< frames since construction or resume()
 
-  /// Setup: writes a pcapng file, oldest frame first; `comment` says why. Replaces what was there.
-  /// @throws BusError with the path and what the system said.
+  /// Setup: writes a pcapng file, oldest frame first; `comment` is the reason. Replaces an existing file.
+  /// @throws BusError with the path and the system's error.
   void write(const std::string& path, const std::string& comment = {}) const;
-  /// The same into a stream. `wall_clock_minus_monotonic` is added to each stamp.
+  /// The same to a stream. `wall_clock_minus_monotonic` is added to each stamp.
   void write(std::ostream& out, std::chrono::nanoseconds wall_clock_minus_monotonic,
              const std::string& comment = {}) const;
 

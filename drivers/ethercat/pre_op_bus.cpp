@@ -12,9 +12,9 @@
 namespace drivers::ethercat {
 namespace {
 
-/// Clocks that run 100 ppm apart find each other's rate within some thousand corrections.
+/// Clocks that differ by 100 ppm synchronise within some thousand corrections.
 constexpr int kSettlingFrames = 3000;
-/// The youBot's controllers do not bear process data much faster.
+/// The youBot's controllers do not tolerate process data much faster.
 constexpr auto kStartPeriod = std::chrono::milliseconds(1);
 
 }  // namespace
@@ -35,7 +35,7 @@ void PreOpBus::broadcast_write(std::uint16_t address, std::span<const std::uint8
 }
 
 void PreOpBus::enter_pre_op() {
-  // Whatever a previous master left: outputs off first, then its mappings.
+  // Clears what a previous master left: outputs off first, then its mappings.
   (void)access_.broadcast_write(
       reg::kAlControl,
       std::array<std::uint8_t, 2>{static_cast<std::uint8_t>(AlState::kInit) | reg::kAlError, 0});
@@ -66,7 +66,7 @@ void PreOpBus::run_setups(std::vector<SlaveSetup>& setups) {
         setups.size(), [&](std::size_t i) { return !running(i); },
         [&](FrameWriter& writer, std::uint8_t index, std::size_t i) {
           if (setups[i].request(writer, index, now())) return true;
-          // Timed out just now: a placeholder keeps datagrams and slaves in step.
+          // Just timed out: a placeholder keeps datagrams and slaves aligned.
           return !running(i) && writer.add(Command::kNop, index, 0, 0).counter != nullptr;
         },
         [&](const Datagram& datagram, std::size_t i) { setups[i].answer(datagram, now()); });
@@ -107,7 +107,7 @@ OpBus PreOpBus::start(std::size_t driven) && {
   Link& link = transceiver_->link();
   std::optional<DistributedClocks> clocks;
   if (options_.distributed_clocks) {
-    // Any moment will do for the slaves' time; ours can be compared with it.
+    // Any epoch will do for the slaves' time; our clock makes it comparable.
     clocks.emplace(access_, slaves_, static_cast<std::uint64_t>(link.now().count()));
     clocks->settle(access_, kSettlingFrames);
   }
@@ -121,7 +121,7 @@ OpBus PreOpBus::start(std::size_t driven) && {
   run_setups(setups);
 
   OpBus bus(std::move(transceiver_), std::move(slaves_), options_.cyclic, std::move(clocks));
-  // Some slaves enter OP only while they see outputs: the cycle runs at once.
+  // Some slaves enter OP only while they receive outputs: the cycle starts at once.
   const std::chrono::nanoseconds begin = link.now();
   const std::chrono::nanoseconds deadline = begin + options_.state_timeout;
   const auto fail = [&bus](const std::string& who, const char* step, const std::string& why) {

@@ -1,5 +1,5 @@
 /// @file
-/// The bus during set-up: scanned, checked, in PRE-OP, mailboxes working. Turns into an OpBus.
+/// The bus during set-up: scanned, checked, in PRE-OP, with working mailboxes. Turns into an OpBus.
 ///
 ///   PreOpBus setup(link, nullptr, {});                 // throws BusError
 ///   check_topology(setup.slaves(), expected, "eth0");
@@ -34,31 +34,31 @@ class PreOpBus {
     OpBus::Options cyclic{};
   };
 
-  /// Scans. `link` and `tap` (null: none) outlive the bus it turns into. @throws BusError.
+  /// Scans. `link` and `tap` (null: none) must outlive the bus it turns into. @throws BusError.
   PreOpBus(Link& link, FrameTap* tap, const Options& options);
 
   const std::vector<Slave>& slaves() const noexcept { return slaves_; }
 
-  /// No slave counts as lost before it was silent for so many cycles, or as many as the options say if that
-  /// is more.
+  /// Minimum number of silent cycles before a slave counts as lost; the larger of this and the option
+  /// applies.
   void lose_no_sooner_than(int cycles) noexcept {
     options_.cyclic.lost_after_cycles = std::max(options_.cyclic.lost_after_cycles, cycles);
   }
 
-  /// Writes to a register of all slaves. @throws BusError when one did not take it.
+  /// Writes a register of all slaves. @throws BusError if one did not take it.
   void broadcast_write(std::uint16_t address, std::span<const std::uint8_t> data);
 
-  /// Resets every slave to INIT and takes all side by side to PRE-OP.
-  /// @throws BusError with slave, requested and actual state, AL status code in words, elapsed time.
+  /// Resets every slave to INIT and takes all of them in parallel to PRE-OP.
+  /// @throws BusError with slave, requested and actual state, text of the AL status code, elapsed time.
   void enter_pre_op();
 
   /// One request and its reply through the mailbox of slave i (from 0); the reply is valid until the next
   /// call. An empty request only waits for mail.
-  /// @throws BusError when the slave has no mailbox or does not reply in time.
+  /// @throws BusError if the slave has no mailbox or does not reply in time.
   std::span<const std::uint8_t> mailbox_exchange(std::size_t i, std::span<const std::uint8_t> request);
 
-  /// Sets clocks up if asked to, configures process data, takes the first `driven` slaves to SAFE-OP and,
-  /// with process data cycling, to OP; those behind them stay in PRE-OP.
+  /// Sets clocks up if requested, configures process data, takes the first `driven` slaves to SAFE-OP and,
+  /// with process data cycling, to OP; the slaves after them stay in PRE-OP.
   /// @throws BusError as enter_pre_op().
   OpBus start(std::size_t driven) &&;
   OpBus start() && { return std::move(*this).start(slaves_.size()); }

@@ -26,7 +26,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// A master that drives something sends at 30 Hz or faster.
+/// An active master sends at 30 Hz or faster.
 constexpr std::chrono::milliseconds kListening{100};
 
 [[noreturn]] void fail(const std::string& interface, const char* step, int error) {
@@ -37,7 +37,7 @@ constexpr std::chrono::milliseconds kListening{100};
   throw BusError(interface, step, std::strerror(error) + std::string(hint));
 }
 
-/// Closes the descriptor unless the constructor got through.
+/// Closes the descriptor unless the constructor succeeds.
 struct Descriptor {
   int value;
   ~Descriptor() {
@@ -64,14 +64,14 @@ RawSocketLink::RawSocketLink(const std::string& interface, Wait wait) : interfac
     throw BusError(interface, "open", "the interface is down; 'ip link set " + interface + " up'");
   lock_.emplace(interface, index, InterfaceLock::End::kEthercatMaster);
 
-  // Frames of our own come back as outgoing copies otherwise; and a queueing discipline only delays them.
-  // Both are hints: an older kernel without them works too, receive() drops outgoing copies itself.
+  // Otherwise our own frames return as outgoing copies; and a queueing discipline only delays frames. Both
+  // are hints: an older kernel without them works too, because receive() drops outgoing copies itself.
   const int on = 1;
   setsockopt(descriptor.value, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
   setsockopt(descriptor.value, SOL_PACKET, PACKET_QDISC_BYPASS, &on, sizeof on);
   stamp_packets(descriptor.value);
 
-  // Bound last, with the protocol, so that no frame of another interface is ever queued.
+  // Bound last, with the protocol, so that frames of another interface are never queued.
   sockaddr_ll address{};
   address.sll_family = AF_PACKET;
   address.sll_protocol = htons(kEtherType);
@@ -85,7 +85,7 @@ RawSocketLink::RawSocketLink(const std::string& interface, Wait wait) : interfac
 
 RawSocketLink::~RawSocketLink() { close(socket_); }
 
-/// Nothing was sent from here yet, so every frame that comes in is another master's.
+/// Nothing has been sent from here yet, so every received frame is another master's.
 void RawSocketLink::refuse_other_masters() {
   OtherMaster other;
   std::array<std::uint8_t, kMaxFrameBytes> buffer{};
@@ -156,8 +156,7 @@ std::size_t RawSocketLink::receive(std::span<std::uint8_t> buffer, nanoseconds t
       learn(blocked_since);
       return static_cast<std::size_t>(size);
     }
-    if (size < 0 && errno != EAGAIN && errno != EINTR)
-      last_error_ = errno;  // such as ENETDOWN, reported once
+    if (size < 0 && errno != EAGAIN && errno != EINTR) last_error_ = errno;  // e.g. ENETDOWN, reported once
 
     now = monotonic_now();
     if (now >= deadline) return 0;

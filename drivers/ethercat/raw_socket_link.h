@@ -10,21 +10,21 @@
 
 namespace drivers::ethercat {
 
-/// A master's end: it has the interface for itself as long as it lives. Needs CAP_NET_RAW and nothing else:
-/// the interface must be up already.
+/// The master's end; it locks the interface for its lifetime. Needs only CAP_NET_RAW: the interface must
+/// already be up.
 class RawSocketLink final : public Link {
  public:
   enum class Wait {
     /// Sleeps until the usual time of the reply, polls for at most 50 µs, then blocks; see ReplyWait. Eleven
-    /// emulated slaves over a veth pair, medians of several runs: 41 to 57 µs a round trip, 51 to 62 µs of
-    /// processor time a cycle; only blocking: 70 to 74 and 52 to 53.
+    /// emulated slaves over a veth pair, medians of several runs: 41 to 57 µs per round trip, 51 to 62 µs of
+    /// processor time per cycle; only blocking: 70 to 74 and 52 to 53.
     kBlock,
-    kBusy,  ///< polls only: up to 10 µs faster there, and takes a whole core while it waits
+    kBusy,  ///< polls only: up to 10 µs faster there, but occupies a core while it waits
   };
 
   /// Listens for 0.1 s before anything is sent.
-  /// @throws BusError saying what to do: no such interface, interface down, no permission, another master at
-  /// work; InterfaceInUse.
+  /// @throws BusError with advice: no such interface, interface down, no permission, another active master;
+  /// InterfaceInUse.
   RawSocketLink(const std::string& interface, Wait wait);
   ~RawSocketLink() override;
 
@@ -36,10 +36,10 @@ class RawSocketLink final : public Link {
 
  private:
   void refuse_other_masters();
-  /// Until a frame comes, at most so long.
+  /// Until a frame arrives, at most for `duration`.
   void sleep(std::chrono::nanoseconds duration) noexcept;
-  /// From the frame that has just been read. `blocked_since`: zero unless the thread was blocked when it
-  /// came.
+  /// Updates the estimate from the frame just read. `blocked_since`: zero unless the thread was blocked when
+  /// it arrived.
   void learn(std::chrono::nanoseconds blocked_since) noexcept;
 
   std::string interface_;
@@ -48,7 +48,7 @@ class RawSocketLink final : public Link {
   int socket_ = -1;
   int last_error_ = 0;
   std::chrono::nanoseconds frame_age_{};
-  ReplyWait reply_wait_;  // of Wait::kBlock
+  ReplyWait reply_wait_;  // for Wait::kBlock
   std::chrono::nanoseconds sent_at_{};
   bool reply_is_due_ = false;
 };

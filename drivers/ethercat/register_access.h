@@ -1,5 +1,5 @@
 /// @file
-/// Registers of slaves during set-up: batches, retries, errors with context.
+/// Slave registers during set-up: batches, retries, errors with context.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -10,8 +10,8 @@
 
 namespace drivers::ethercat {
 
-/// Setup only. A lost frame is repeated a few times before it is an error; another master on the bus is one
-/// at once.
+/// Setup only. A lost frame is repeated a few times before it is an error; another master on the bus is an
+/// error at once.
 class RegisterAccess {
  public:
   struct Options {
@@ -23,19 +23,19 @@ class RegisterAccess {
   RegisterAccess(Transceiver& transceiver, const Options& options)
       : transceiver_(transceiver), options_(options) {}
 
-  /// Reads or writes all slaves with one datagram; returns how many answered.
-  /// @throws BusError when no frame comes back.
+  /// Reads or writes all slaves with one datagram; returns the number that answered.
+  /// @throws BusError if no frame comes back.
   std::uint16_t broadcast_read(std::uint16_t address, std::span<std::uint8_t> data);
   std::uint16_t broadcast_write(std::uint16_t address, std::span<const std::uint8_t> data);
 
-  /// One datagram for each i of 0 … count − 1, as many to a frame as fit. `add(writer, index, i)` returns
-  /// false when it did not fit, and may add none by returning true without adding when `skip(i)` says so.
-  /// `take(datagram, i)` gets each answer.
+  /// One datagram for each i of 0 … count − 1, as many per frame as fit. `add(writer, index, i)` returns
+  /// false if it did not fit; it returns true without adding if `skip(i)` is true. `take(datagram, i)` gets
+  /// each answer.
   void each(std::size_t count, const std::function<bool(std::size_t)>& skip,
             const std::function<bool(FrameWriter&, std::uint8_t, std::size_t)>& add,
             const std::function<void(const Datagram&, std::size_t)>& take);
 
-  /// @throws BusError while another master is at work.
+  /// @throws BusError while another master is active.
   void require_no_other_master() const;
 
  private:

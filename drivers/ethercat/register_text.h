@@ -1,12 +1,12 @@
 /// @file
-/// A slave's register in words.
+/// Name of a slave register.
 #pragma once
 #include <cstdint>
 #include <string>
 
 namespace drivers::ethercat {
 
-/// Setup: "0x0420 (process data watchdog)", of those that a master configures.
+/// Setup: "0x0420 (process data watchdog)", for registers that a master configures.
 std::string register_text(std::uint16_t address);
 
 }  // namespace drivers::ethercat

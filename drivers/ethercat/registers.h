@@ -60,7 +60,8 @@ inline constexpr std::uint16_t kDcSystemTimeDelay = 0x0928;
 inline constexpr std::uint16_t kDcSystemTimeDifference = 0x092C;
 inline constexpr std::uint16_t kDcSpeedCounterStart = 0x0930;
 inline constexpr std::uint16_t kDcSpeedCounterDifference = 0x0932;
-inline constexpr std::uint16_t kDcSystemTimeFilter = 0x0934;  ///< depth; the speed counter's is behind it
+inline constexpr std::uint16_t kDcSystemTimeFilter = 0x0934;  ///< depth; the speed counter's filter depth
+                                                              ///< follows it
 inline constexpr std::uint16_t kDcActivation = 0x0980;
 inline constexpr std::uint16_t kDcStartTime = 0x0990;
 inline constexpr std::uint16_t kDcSync0Cycle = 0x09A0;

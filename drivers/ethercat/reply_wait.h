@@ -1,6 +1,5 @@
 /// @file
-/// How to wait for the reply to a frame: asleep until shortly before its usual time, then polling for a
-/// moment.
+/// How to wait for the reply to a frame: sleep until shortly before its usual time, then poll briefly.
 #pragma once
 #include <algorithm>
 #include <chrono>
@@ -8,10 +7,10 @@
 namespace drivers::ethercat {
 
 /// A blocked thread gets the reply only after the kernel has woken it; a polling thread gets it at once but
-/// occupies a core. Replies on one bus take nearly the same time each cycle. So the thread sleeps so long
-/// that it wakes when the reply usually comes, and polls. If no reply comes within kMaxPolling, the thread
+/// occupies a core. Replies on one bus take nearly the same time each cycle. So the thread sleeps until just
+/// before the usual arrival of the reply, and polls. If no reply arrives within kMaxPolling, the thread
 /// blocks. After kMaxMisses of these in a row it only blocks for the next frames: on a shared core, polling
-/// may be what holds up the reply. Pure logic without a clock. Cycle: all of it.
+/// may delay the reply. Pure logic without a clock. Cycle: all of it.
 class ReplyWait {
  public:
   /// In one receive().
@@ -19,17 +18,17 @@ class ReplyWait {
 
   struct Plan {
     bool polls = false;
-    /// Sleep until so long after send(), unless a frame comes before; then poll.
+    /// Sleep until this time after send(), unless a frame arrives earlier; then poll.
     std::chrono::nanoseconds asleep{};
   };
-  /// Of the frame that was sent last.
+  /// For the last frame sent.
   Plan plan() const noexcept {
     if (usual_.count() == 0 || pause_ > 0) return {};
     const std::chrono::nanoseconds asleep = usual_ - waking_;
     return {.polls = true, .asleep = asleep < kShortestSleep ? std::chrono::nanoseconds{} : asleep};
   }
 
-  /// The reply arrived so long after send(), whenever it was read.
+  /// The reply arrived this long after send(), whenever it was read.
   void replied(std::chrono::nanoseconds after) noexcept {
     if (pause_ > 0) --pause_;
     after = std::max(after, std::chrono::nanoseconds{1});
@@ -43,12 +42,12 @@ class ReplyWait {
   /// No reply arrived before the next frame was sent. The bus may have changed: polling needs a new estimate.
   void lost() noexcept { usual_ = {}; }
 
-  /// The thread ran so long after a timer or a frame woke it.
+  /// The thread ran this long after a timer or a frame woke it.
   void woke(std::chrono::nanoseconds late) noexcept {
     waking_ += std::min(std::max(late, std::chrono::nanoseconds{}) - waking_, kOutlier) / 16;
   }
 
-  /// Whether a poll that plan() asked for found a frame.
+  /// Whether a poll requested by plan() found a frame.
   void polled(bool found) noexcept {
     if (found) {
       misses_ = 0;
@@ -64,7 +63,7 @@ class ReplyWait {
  private:
   /// A shorter sleep costs more processor time, for two context switches, than it saves.
   static constexpr std::chrono::nanoseconds kShortestSleep{10'000};
-  /// A larger difference counts as this: a preempted thread says nothing about the next cycle.
+  /// A larger difference counts as this much: a preempted thread says nothing about the next cycle.
   static constexpr std::chrono::nanoseconds kOutlier{32'000};
   static constexpr int kMaxMisses = 3;
   static constexpr int kShortestPause = 16;  // frames

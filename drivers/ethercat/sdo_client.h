@@ -14,17 +14,18 @@
 
 namespace drivers::ethercat {
 
-/// One per slave, kept while the slave is set up: consecutive requests must carry different mailbox counters,
-/// and a second client would begin again. Setup only: blocks and throws.
+/// One per slave, kept during the slave's set-up: consecutive requests must carry different mailbox counters,
+/// and a second client would restart the counter. Setup only: blocks and throws.
 class SdoClient {
  public:
   static constexpr std::size_t kDefaultLimit = 65'536;
   static constexpr std::size_t kMostEmergencies = 64;
 
-  /// `bus` outlives the client; `slave` counts from 0. @throws BusError when it speaks no CoE.
+  /// `bus` must outlive the client; `slave` counts from 0. @throws BusError if the slave does not support
+  /// CoE.
   SdoClient(PreOpBus& bus, std::size_t slave);
 
-  /// @throws BusError naming slave and object, with the abort code in words; also when the object is longer
+  /// @throws BusError naming slave and object, with the text of the abort code; also if the object is longer
   /// than `limit` bytes.
   std::vector<std::uint8_t> read(std::uint16_t index, std::uint8_t subindex,
                                  std::size_t limit = kDefaultLimit) {
@@ -37,7 +38,7 @@ class SdoClient {
   std::vector<std::uint8_t> read(const SdoObject& object, std::size_t limit = kDefaultLimit);
   void write(const SdoObject& object, std::span<const std::uint8_t> data);
 
-  /// What the slave reported meanwhile, since construction: the first kMostEmergencies.
+  /// Emergencies of the slave since construction: the first kMostEmergencies.
   const std::vector<CoeEmergency>& emergencies() const noexcept { return emergencies_; }
 
  private:

@@ -24,14 +24,14 @@ enum CategoryType : std::uint16_t {
   kRxPdos = 51,
   kEnd = 0xFFFF,
 };
-// Numbers of strings in the general category.
+// String indices in the general category.
 constexpr std::size_t kGeneralGroupOffset = 0;
 constexpr std::size_t kGeneralNameOffset = 3;
 
-/// The largest EEPROM is 4 Mbit; a chain beyond 64 KiB of words or of more categories is garbage.
+/// The largest EEPROM has 4 Mbit; a chain beyond 64 KiB of words or of more categories is garbage.
 constexpr std::uint32_t kHighestWord = 0x10000;
 constexpr std::size_t kMostCategories = 64;
-/// No slave needs more than this in one category that we read.
+/// No slave needs more than this in one of the categories read here.
 constexpr std::uint32_t kMostCategoryWords = 0x1000;
 
 bool wanted(std::uint16_t type) noexcept {

@@ -1,5 +1,5 @@
 /// @file
-/// The slave information interface: what a slave's EEPROM says about it (ETG.2010).
+/// The slave information interface: a slave's description in its EEPROM (ETG.2010).
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -61,10 +61,10 @@ struct SiiInfo {
   MailboxWindow mailbox_out;  ///< master to slave, sync manager 0
   MailboxWindow mailbox_in;   ///< slave to master, sync manager 1
   std::uint16_t mailbox_protocols = 0;
-  std::string name;  ///< as the general category has it: "EL1008 8K. Dig. Eingang 24V, 3ms"
-  /// Usually the order code, "EL1008": what SOEM, and drivers that stand on it, take for the name.
+  std::string name;  ///< from the general category: "EL1008 8K. Dig. Eingang 24V, 3ms"
+  /// Usually the order code, "EL1008": SOEM, and drivers based on it, use it as the name.
   std::string first_string;
-  std::string group;  ///< of the general category; simulated_bus.h says what it may mean
+  std::string group;  ///< from the general category; simulated_bus.h lists its possible meanings
   std::vector<SyncManagerInfo> sync_managers;
   std::vector<PdoInfo> output_pdos;  ///< RxPDOs
   std::vector<PdoInfo> input_pdos;   ///< TxPDOs
@@ -74,18 +74,18 @@ struct SiiInfo {
   bool speaks_coe() const noexcept { return (mailbox_protocols & mailbox_protocol::kCoe) != 0; }
 };
 
-/// Collects an image word by word, asking only for what it needs: the fixed area, then along the chain of
-/// categories those that SiiInfo is made from. Garbage ends in an error, never in an endless chain.
+/// Collects an image word by word, reading only what it needs: the fixed area, then, along the chain of
+/// categories, those that SiiInfo needs. Garbage ends in an error, never in an endless chain.
 class SiiReader {
  public:
-  /// Address of the next word needed; none when complete or failed.
+  /// Address of the next word needed; empty if complete or failed.
   std::optional<std::uint16_t> next_word() const noexcept;
   /// Stores `bytes` (4 or 8) read at next_word().
   void store(std::span<const std::uint8_t> bytes);
 
-  /// Complete and well-formed so far. Empty: still reading or all right.
+  /// Empty: still reading, or well-formed.
   const std::string& error() const noexcept { return error_; }
-  /// After next_word() said that nothing is missing. Damaged categories are left out and named in error().
+  /// Call after next_word() returned empty. Damaged categories are left out and named in error().
   SiiInfo info();
 
  private:
@@ -105,8 +105,8 @@ class SiiReader {
   std::vector<Category> categories_;
   std::vector<std::string> strings_;
   std::uint32_t next_word_ = 0;
-  std::uint32_t goal_word_ = 0x40;    // what must be there before the next decision
-  std::uint32_t header_word_ = 0x40;  // of the category that comes next
+  std::uint32_t goal_word_ = 0x40;    // needed before the next decision
+  std::uint32_t header_word_ = 0x40;  // of the next category
   bool reading_header_ = false;
   std::size_t categories_seen_ = 0;
   bool complete_ = false;

@@ -1,5 +1,5 @@
 /// @file
-/// One slave as the master knows it.
+/// The master's data of one slave.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace drivers::ethercat {
 
-/// Where a slave's process data lies, in the slave and in the image that one LRW carries.
+/// Location of a slave's process data, in the slave and in the image that one LRW carries.
 struct ProcessDataWindow {
   std::uint16_t sync_manager = 0;
   std::uint16_t start = 0;         ///< physical
@@ -20,7 +20,7 @@ struct ProcessDataWindow {
   std::uint32_t image_offset = 0;  ///< in bytes
 };
 
-/// The ports by which a frame leaves a slave and comes back to it, in this order; it came in at port 0.
+/// Order of the ports by which a frame leaves a slave and returns to it; it arrived at port 0.
 inline constexpr std::array<std::uint8_t, 3> kPortOrder{3, 1, 2};
 
 struct Slave {
@@ -29,7 +29,7 @@ struct Slave {
   std::uint8_t fmmu_count = 0;
   std::uint8_t sync_manager_count = 0;
   std::uint16_t features = 0;
-  std::uint8_t port_descriptor = 0;  ///< two bits a port: 0 and 1 are not there
+  std::uint8_t port_descriptor = 0;  ///< two bits per port: 0 and 1 mean not present
   std::uint16_t dl_status = 0;
   std::uint16_t parent = 0;      ///< position of the slave before it on the cable, 0: the master
   std::uint8_t parent_port = 0;  ///< of the parent

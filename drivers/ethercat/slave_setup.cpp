@@ -11,13 +11,13 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-// FMMU types, and what a sync manager's activate register holds.
+// FMMU types, and values of a sync manager's activate register.
 constexpr std::uint8_t kFmmuReads = 1;
 constexpr std::uint8_t kFmmuWrites = 2;
 constexpr std::uint8_t kEnabled = 1;
-// AL control, AL status and its code in one read.
+// Reads AL control, AL status and its code at once.
 constexpr std::size_t kAlRegisters = reg::kAlStatusCode + 2 - reg::kAlControl;
-// Control bytes for mailboxes when the SII gives none: mailbox mode, direction, PDI interrupt.
+// Control bytes for mailboxes if the SII gives none: mailbox mode, direction, PDI interrupt.
 constexpr std::uint8_t kMailboxOutControl = 0x26;
 constexpr std::uint8_t kMailboxInControl = 0x22;
 
@@ -50,7 +50,7 @@ SetupStep fmmu(unsigned number, const ProcessDataWindow& window, std::uint8_t ty
   return step;
 }
 
-/// Whatever another master has left there.
+/// Overwrites what another master may have left there.
 void add_watchdog(std::vector<SetupStep>& steps) {
   constexpr std::chrono::microseconds kTick{100};
   constexpr std::uint16_t kTickDivider = 2498;  // of 40 ns, plus 2
@@ -126,7 +126,7 @@ std::vector<SetupStep> steps_to_clear(const Slave& slave) {
 }
 
 std::vector<SetupStep> steps_to_safe_op(const Slave& slave) {
-  // FMMUs before the state change: some slaves take them over only then.
+  // FMMUs before the state change: some slaves apply them only then.
   std::vector<SetupStep> steps;
   unsigned next_fmmu = 0;
   for (const auto& [window, type] :
@@ -236,19 +236,19 @@ void SlaveSetup::take_state(const Datagram& datagram, nanoseconds now) noexcept 
   al_code_ = load_le<std::uint16_t>(&datagram.data[reg::kAlStatusCode - reg::kAlControl]);
   const auto reached = static_cast<AlState>(al_status_ & 0x0F);
   const bool error = (al_status_ & reg::kAlError) != 0;
-  // The controller drops what is written before the firmware has looked at the request before (ESC data sheet
-  // section II, 0x0120), and counts it all the same.
+  // The controller drops a write before the firmware has processed the previous one (ESC data sheet section
+  // II, 0x0120), but still counts it.
   const bool taken = datagram.data[0] == al_control_;
   if (reached == steps_[step_].state && !error) {
     advance(now);
   } else if (error && acknowledge_ == Acknowledge::kCleared) {
-    fail(now);  // this error is about our request
+    fail(now);  // the error is about this request
   } else if (error) {
-    // Perhaps from before our request. It takes a slow slave a while to see that it was acknowledged.
+    // Perhaps from before this request. A slow slave takes a while to process the acknowledgement.
     if (acknowledge_ == Acknowledge::kNone || !taken) ask_ = Ask::kStateAcknowledge;
     acknowledge_ = Acknowledge::kAsked;
   } else if (acknowledge_ == Acknowledge::kAsked) {
-    acknowledge_ = Acknowledge::kCleared;  // and the state asked for once more
+    acknowledge_ = Acknowledge::kCleared;  // then request the state once more
     ask_ = Ask::kStateRequest;
   } else if (!taken) {
     ask_ = Ask::kStateRequest;

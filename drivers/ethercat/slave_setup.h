@@ -14,52 +14,51 @@
 
 namespace drivers::ethercat {
 
-/// How long a slave waits for process data before it leaves OP: a controller's own default, so that one whose
-/// watchdog cannot be set has it too.
+/// Time without process data after which a slave leaves OP: the default of the controllers, so that slaves
+/// whose watchdog cannot be set have it too.
 inline constexpr std::chrono::milliseconds kProcessDataWatchdog{100};
 
-/// A register write that must be acknowledged, a number that must be found in the SII, or a state to be
-/// reached.
+/// A register write that must be acknowledged, a number that must be in the SII, or a state to reach.
 struct SetupStep {
-  std::uint16_t address = 0;  ///< of a write; 0: it is none
+  std::uint16_t address = 0;  ///< of a write; 0: no write
   std::uint8_t length = 0;
   std::array<std::uint8_t, 16> data{};
-  std::uint16_t sii_word = 0;  ///< where `sii_value` must be; 0: `state` is asked for
+  std::uint16_t sii_word = 0;  ///< where `sii_value` must be; 0: request `state`
   std::uint32_t sii_value = 0;
   AlState state = AlState::kNone;
 };
 
-/// Makes sure that vendor, product and serial number are those of `slave`: before anything else is written to
-/// a device that was not seen without interruption.
+/// Verifies vendor, product and serial number of `slave`: before anything else is written to a device that
+/// was not observed without interruption.
 std::vector<SetupStep> steps_to_identify(const Slave& slave);
-/// Disables the sync managers that the steps below write: one that is enabled takes no other start, length or
-/// control, and another master may have left it so.
+/// Disables the sync managers that the steps below write: an enabled one accepts no other start, length or
+/// control, and another master may have left it enabled.
 std::vector<SetupStep> steps_to_clear(const Slave& slave);
-/// The steps that configure a slave from scratch; the state changes split them.
+/// The steps that configure a slave from scratch, split at the state changes.
 std::vector<SetupStep> steps_to_pre_op(const Slave& slave);
 std::vector<SetupStep> steps_to_safe_op(const Slave& slave);
 std::vector<SetupStep> steps_to_op();
 
-/// Runs such steps. The caller puts one datagram into each frame and hands back its answer, so bring-up runs
-/// all slaves side by side and recovery rides in the cyclic frame: the same code for both. Cycle-safe but
-/// for failure().
+/// Runs such steps. The caller puts one datagram into each frame and passes back its answer, so bring-up runs
+/// all slaves in parallel and recovery uses the cyclic frame: the same code for both. Cycle-safe except
+/// failure().
 class SlaveSetup {
  public:
   enum class Status : std::uint8_t { kIdle, kRunning, kDone, kFailed };
 
-  /// `steps` outlive the run; `timeout` holds for each of them.
+  /// `steps` must outlive the run; `timeout` applies to each step.
   void begin(std::uint16_t station, std::span<const SetupStep> steps,
              std::chrono::nanoseconds timeout) noexcept;
 
   Status status() const noexcept { return status_; }
-  /// Failed because the SII is another device's.
+  /// Failed because the SII belongs to another device.
   bool is_another_device() const noexcept { return another_device_; }
-  /// Adds the next datagram; false when nothing is to be done or it does not fit.
+  /// Adds the next datagram; false if there is nothing to do or it does not fit.
   bool request(FrameWriter& writer, std::uint8_t index, std::chrono::nanoseconds now) noexcept;
-  /// The answer to the last request. Without one (frame lost) the request is simply made again.
+  /// The answer to the last request. Without one (frame lost) the request is repeated.
   void answer(const Datagram& datagram, std::chrono::nanoseconds now) noexcept;
 
-  /// Setup: what went wrong in words, for Status::kFailed.
+  /// Setup: text on the failure, for Status::kFailed.
   std::string failure() const;
 
  private:
@@ -72,7 +71,7 @@ class SlaveSetup {
     kStateAcknowledge,
     kStateRead
   };
-  /// Of an error that the slave had already when it was asked.
+  /// For an error that the slave already had when it was asked.
   enum class Acknowledge : std::uint8_t { kNone, kAsked, kCleared };
   Ask first_ask() const noexcept;
   void take_sii(const Datagram& datagram, std::chrono::nanoseconds now) noexcept;
@@ -93,7 +92,7 @@ class SlaveSetup {
   std::chrono::nanoseconds timeout_{};
   std::chrono::nanoseconds step_begin_{};
   std::chrono::nanoseconds elapsed_{};
-  std::uint8_t al_control_ = 0;  // as written last
+  std::uint8_t al_control_ = 0;  // last value written
   std::uint8_t al_status_ = 0;
   std::uint16_t al_code_ = 0;
   bool answered_ = false;

@@ -1,5 +1,5 @@
 /// @file
-/// Sends a frame and finds its answer among what comes back.
+/// Sends a frame and finds its answer among the received frames.
 #pragma once
 #include <array>
 #include <bitset>
@@ -13,26 +13,26 @@
 
 namespace drivers::ethercat {
 
-/// Frames that are not the answer, in one wait: a flood of them must not hold the cycle.
+/// Maximum number of other frames in one wait: a flood of them must not delay the cycle.
 inline constexpr int kMaxStrangers = 64;
 
 struct FrameCounters {
   std::uint64_t sent = 0;
-  std::uint64_t received = 0;   ///< answers to the frame that was waited for
+  std::uint64_t received = 0;   ///< answers to the awaited frame
   std::uint64_t not_sent = 0;   ///< the interface refused
-  std::uint64_t lost = 0;       ///< no answer in time
-  std::uint64_t late = 0;       ///< first answer to a frame given up before: one of `lost`
-  std::uint64_t duplicate = 0;  ///< any further answer; or one whose index was damaged
+  std::uint64_t lost = 0;       ///< no answer within the time-out
+  std::uint64_t late = 0;       ///< first answer to a frame after its time-out: one of `lost`
+  std::uint64_t duplicate = 0;  ///< any further answer, or one with a damaged index
   std::uint64_t malformed = 0;  ///< not a well-formed EtherCAT frame
   std::uint64_t foreign = 0;    ///< well-formed, from another sender
-  /// errno for which the interface refuses frames now: that of the first since one was taken. 0: it takes
-  /// them.
+  /// errno for which the interface refuses frames now, from the first refused frame since one was accepted.
+  /// 0: it accepts them.
   int link_error = 0;
 };
 
 /// One frame is under way at a time. All its datagrams carry the frame's index; an answer must have it, come
-/// from our own source address and be the same datagrams in the same order. One thread; cycle-safe but for
-/// the constructor.
+/// from our own source address and contain the same datagrams in the same order. One thread; cycle-safe
+/// except the constructor.
 class Transceiver {
  public:
   explicit Transceiver(Link& link, FrameTap* tap = nullptr)
@@ -42,17 +42,17 @@ class Transceiver {
   FrameWriter& begin() noexcept;
   std::uint8_t index() const noexcept { return index_; }
 
-  /// Sends the frame begun. False when the interface refused it.
+  /// Sends the current frame. False if the interface refused it.
   bool send() noexcept;
-  /// Waits for the answer to the frame that was sent, from then on for `timeout`. False when none came.
+  /// Waits up to `timeout` for the answer to the sent frame. False if none arrived.
   bool receive(std::chrono::nanoseconds timeout) noexcept;
   bool exchange(std::chrono::nanoseconds timeout) noexcept { return send() && receive(timeout); }
-  /// The answer's datagrams, from the first; after receive() returned true, until begin().
+  /// The answer's datagrams, from the first; valid after receive() returned true, until begin().
   FrameReader answer() noexcept;
-  /// From sending to the answer, of the last receive() that returned true.
+  /// From sending to the answer, for the last receive() that returned true.
   std::chrono::nanoseconds round_trip() const noexcept { return round_trip_; }
 
-  /// How long that answer had been there, unfetched.
+  /// Time that the answer waited before it was fetched.
   std::chrono::nanoseconds answer_age() const noexcept { return answer_age_; }
 
   const FrameCounters& counters() const noexcept { return counters_; }
@@ -73,7 +73,7 @@ class Transceiver {
   std::array<std::uint8_t, kMaxFrameBytes + 8> received_{};
   std::size_t received_size_ = 0;
   std::uint8_t index_ = 0;
-  std::bitset<256> given_up_;  // of all indices: the frame that had it last has no answer yet
+  std::bitset<256> given_up_;  // per index: the last frame with it is unanswered
   std::chrono::nanoseconds sent_at_{};
   std::chrono::nanoseconds round_trip_{};
   std::chrono::nanoseconds answer_age_{};

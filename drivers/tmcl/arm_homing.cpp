@@ -14,10 +14,10 @@ constexpr Request kRememberHomed = set_user_variable(user_variable::kCalibrated,
 constexpr Request kSetZero = set(drive_parameter("actual_position"), 0);
 // Process data follow the mailbox within a few cycles.
 constexpr nanoseconds kCounterPatience = std::chrono::milliseconds(100);
-// For a joint that is held to stand still.
+// For a joint that is commanded to hold still.
 constexpr nanoseconds kRestPatience = std::chrono::seconds(5);
 
-// The counter may wrap on the way.
+// The counter may wrap in between.
 std::int32_t difference(std::int32_t to, std::int32_t from) noexcept {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from));
 }
@@ -32,7 +32,7 @@ bool ContactDetector::update(const DriveInput& input, nanoseconds now, const Hom
     pressing_ = false;
     return false;
   }
-  // High current in motion is friction or weight, not a stop: begin again from here.
+  // High current in motion is friction or weight, not a stop: start again from here.
   const bool moved = magnitude(difference(input.position_ticks, position_ticks_)) > config.standstill_ticks;
   if (!pressing_ || moved) {
     pressing_ = true;
@@ -69,7 +69,7 @@ void ArmHoming::enter(State state, const DriveInput& input) noexcept {
   restart_time();
 }
 
-// A drive that neither moves nor pushes is not driving; waiting for the time limit would not help.
+// A drive that neither moves nor pushes is not active; waiting for the time limit would not help.
 void ArmHoming::await_motion(const DriveInput& input, std::int32_t advance_ticks) noexcept {
   if (advance_ticks < -config_.tolerance_ticks) fail(SequenceFault::kWrongDirection);
   const bool pushing = magnitude(input.current_mA) > config_.threshold_mA;

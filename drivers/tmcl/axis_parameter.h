@@ -1,5 +1,5 @@
 /// @file
-/// What is known about one axis parameter. The parameters themselves: axis_parameters.h.
+/// Description of one axis parameter. The parameters themselves: axis_parameters.h.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -9,9 +9,9 @@
 
 namespace drivers::tmcl {
 
-/// What the 32 bits of GAP and SAP mean.
+/// Meaning of the 32 bits of GAP and SAP.
 enum class Unit : std::uint8_t {
-  kNone,  ///< a number, a gain or a code of its own
+  kNone,  ///< a number, a gain or a code
   kTicks,
   kRpm,
   kRpmPerSecond,
@@ -33,8 +33,8 @@ enum class Access : std::uint8_t {
   kRead,
   kWrite,
   kReadWrite,
-  kStored,  ///< read and write; STAP keeps it in EEPROM. Where the manual lacks the number this follows the
-            ///< official driver, and the drive has the last word
+  kStored,  ///< read and write; STAP stores it in EEPROM. If the manual lacks the number, this follows the
+            ///< official driver, and the drive decides
 };
 constexpr bool readable(Access access) noexcept { return access != Access::kWrite; }
 constexpr bool writable(Access access) noexcept { return access != Access::kRead; }
@@ -74,8 +74,8 @@ constexpr Request set(const AxisParameter& parameter, std::int32_t value, std::u
   return {parameter.module, Command::kSetAxisParameter, parameter.number, motor, value};
 }
 
-/// User variables: global parameters of bank 2. 0 to 15 need the password; up to 55 they can be kept in
-/// EEPROM (TMCL manual). All others live until power-off, which is what makes 16 useful.
+/// User variables: global parameters of bank 2. 0 to 15 need the password; up to 55 they can be stored in
+/// EEPROM (TMCL manual). All others last until power-off, which makes 16 useful.
 namespace user_variable {
 inline constexpr std::uint8_t kCalibrated = 16;  ///< 1: homed since power-up (official driver)
 constexpr bool is_protected(std::uint8_t number) noexcept { return number < 16; }

@@ -4,7 +4,7 @@
 ///   client.set(drive_parameter("maximum_motor_current"), 2850);   // a misspelt name does not compile
 ///
 /// Numbers, names and protection from the official driver; ranges from the TMCM-1630 firmware manual (a
-/// sister product) where it has the number, else int32 as in that driver. Firmware before 2.0: KU Leuven
+/// sister product) where it has the number, otherwise int32 as in that driver. Firmware before 2.0: KU Leuven
 /// driver.
 #pragma once
 #include <array>
@@ -129,7 +129,8 @@ constexpr AxisParameter gripper_row(std::uint8_t number, std::string_view name, 
   return {number, name, unit, min, max, access, kOpen, kAll, kGripperModule};
 }
 
-// Ranges of the official driver. What the gripper keeps in EEPROM is not documented, so none is kStored.
+// Ranges of the official driver. It is not documented which parameters the gripper stores in EEPROM, so none
+// is kStored.
 inline constexpr std::array kGripperRows = std::to_array<AxisParameter>({
     gripper_row(0, "target_position", kMicrosteps, kLow, kHigh),
     gripper_row(1, "actual_position", kMicrosteps, kLow, kHigh),
@@ -205,7 +206,7 @@ consteval const AxisParameter& require(const Table& table, std::string_view name
 inline constexpr const auto& kDriveParameters = detail::kDriveRows;      ///< module 0, by number
 inline constexpr const auto& kGripperParameters = detail::kGripperRows;  ///< module 1, by number
 
-/// Null when there is none.
+/// Null if there is none.
 constexpr const AxisParameter* find_drive_parameter(std::uint8_t number) noexcept {
   return detail::find(kDriveParameters, number);
 }
@@ -219,7 +220,7 @@ constexpr const AxisParameter* find_gripper_parameter(std::string_view name) noe
   return detail::find(kGripperParameters, name);
 }
 
-/// Looked up by the compiler.
+/// Looked up at compile time.
 consteval const AxisParameter& drive_parameter(std::string_view name) {
   return detail::require(kDriveParameters, name);
 }

@@ -9,7 +9,7 @@
 namespace drivers::tmcl {
 namespace {
 
-// Frames looked at in one poll(): error frames may flood.
+// Frames examined in one poll(): error frames may flood.
 constexpr int kMaxFrames = 8;
 
 }  // namespace
@@ -45,7 +45,7 @@ std::optional<Reply> CanTransport::poll() noexcept {
       case can::Received::kFailed: return std::nullopt;
       case can::Received::kBusError: break;
       case can::Received::kFrame:
-        // Flags of extended and remote frames are part of can_id, so those differ too.
+        // The flags of extended and remote frames are part of can_id, so those differ too.
         if (frame.can_id != identifiers_.reply) break;
         if (auto reply =
                 decode_can_reply(static_cast<std::uint8_t>(frame.can_id), {frame.data, frame.can_dlc})) {

@@ -15,12 +15,12 @@ struct CanIdentifiers {
   std::uint32_t reply = 2;
 };
 
-/// Requests go to the drive at `module`; there is no gripper behind a CAN module. Sends 7 data bytes (8 to
-/// ask for the version text), takes replies of 7 or 8. Older modules are set to 250 kbit/s, newer ones to 1
-/// Mbit/s: see SocketCanOptions.
+/// Requests go to the drive at `module`; there is no gripper behind a CAN module. Sends 7 data bytes (8 for
+/// the version text), accepts replies of 7 or 8. Older modules are set to 250 kbit/s, newer ones to 1 Mbit/s:
+/// see SocketCanOptions.
 class CanTransport final : public Transport {
  public:
-  /// @throws SetupError when an identifier has more than 11 bits, or both are the same.
+  /// @throws SetupError if an identifier has more than 11 bits, or both are equal.
   explicit CanTransport(can::SocketCan socket, const CanIdentifiers& identifiers = {});
 
   bool post(const Request& request) noexcept override;

@@ -46,7 +46,7 @@ const char* advice(Status status) {
   }
 }
 
-// A relative move that was carried out and whose reply was lost would be carried out twice.
+// A relative move whose reply was lost would be executed twice.
 bool is_repeatable(const Request& request) noexcept {
   return request.command != Command::kMoveToPosition ||
          request.type == static_cast<std::uint8_t>(MoveType::kAbsolute);
@@ -129,7 +129,7 @@ FirmwareVersion Client::version(std::uint8_t module) {
   const Request request{module, Command::kGetFirmwareVersion, 0, 0, 0};
   Exchange last;
   int tries = 0;
-  // Zeros may come for long and are an answer; silence is none.
+  // Zeros are an answer and may arrive for a long time; silence is not.
   for (int silent = 0; tries < options_.version_tries && silent < std::max(options_.tries, 1); ++tries) {
     last = try_once(request);
     FirmwareVersion version;
@@ -157,7 +157,7 @@ std::int32_t Client::get(const AxisParameter& parameter, std::uint8_t motor) {
 }
 
 void Client::set(const AxisParameter& parameter, std::int32_t value, std::uint8_t motor) {
-  // The password stays out of messages and logs.
+  // Keeps the password out of messages and logs.
   const bool secret = &parameter == &drive_parameter("approve_protected_parameters");
   const std::string step =
       "set " + label(parameter, motor) + (secret ? "" : " to " + with_unit(value, parameter.unit));
@@ -174,8 +174,8 @@ void Client::store(const AxisParameter& parameter, std::uint8_t motor) {
   require(storable(parameter.access), step, "a parameter kept in EEPROM", "one that is not",
           "set() it at each start");
   require_writable(parameter, step);
-  // The manual says STAP ignores the value, the official driver sends the one to be kept: this satisfies
-  // both.
+  // According to the manual STAP ignores the value; the official driver sends the value to store. This
+  // satisfies both.
   const std::int32_t value = execute(drivers::tmcl::get(parameter, motor), step).value;
   execute({parameter.module, Command::kStoreAxisParameter, parameter.number, motor, value}, step);
 }

@@ -9,7 +9,7 @@ namespace {
 constexpr Request kClearTimeout = set(drive_parameter("clear_motor_controller_timeout_flag"), 1);
 constexpr Request kClearI2t = set(drive_parameter("clear_i2t_exceeded_flag"), 1);
 constexpr Request kReadThermalTime = get(drive_parameter("thermal_winding_time_constant"));
-// 13.2 s is typical. Zero would mean no cooling at all, and nobody waits ten minutes.
+// 13.2 s is typical. Zero would mean no cooling at all, and ten minutes is more than anyone waits.
 constexpr std::int32_t kLongestThermalTime_ms = 600'000;
 
 }  // namespace

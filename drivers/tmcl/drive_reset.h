@@ -1,7 +1,7 @@
 /// @file
-/// Clearing the two status flags that stay until they are cleared. Nothing does this by itself: create one of
-/// these on the operator's explicit wish. The motor is told to stop throughout, because the drive goes on
-/// with whatever it is commanded the moment its flag is gone.
+/// Clears the two latched status flags. Nothing clears them automatically: create one of these on the
+/// operator's explicit request. The motor is commanded to stop throughout, because the drive follows any
+/// command as soon as its flag is cleared.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -12,8 +12,8 @@ namespace drivers::tmcl {
 
 struct ResetConfig {
   std::chrono::milliseconds stop_first{20};  ///< process data with "stop" before the flag is cleared
-  std::chrono::milliseconds patience{200};   ///< for the flag to go
-  /// Waited on top of the thermal winding time, whose end the drive does not announce.
+  std::chrono::milliseconds patience{200};   ///< time-out for the flag to clear
+  /// Added to the thermal winding time, whose end the drive does not report.
   std::chrono::milliseconds cooling_margin{500};
 };
 
@@ -33,15 +33,15 @@ class TimeoutReset final : public Sequence {
   State state_ = State::kStop;
 };
 
-/// Status bit 17, I²t: reads the thermal winding time (parameter 25), waits so long, then SAP 29 = 1. Cleared
-/// earlier, the drive does not accept it (TMCM-1630 manual); the microblx driver's immediate clearing fails.
+/// Status bit 17, I²t: reads the thermal winding time (parameter 25), waits for it, then SAP 29 = 1. The
+/// drive does not accept it earlier (TMCM-1630 manual); the microblx driver's immediate clearing fails.
 class I2tReset final : public Sequence {
  public:
   explicit I2tReset(const ResetConfig& config = {},
                     std::chrono::nanoseconds cycle = std::chrono::milliseconds(1)) noexcept
       : Sequence(cycle), config_(config) {}
 
-  /// What is left of the cooling, for a progress display; zero before it begins.
+  /// Remaining cooling time, for a progress display; zero before it begins.
   std::chrono::nanoseconds remaining() const noexcept;
 
  private:

@@ -1,5 +1,5 @@
 /// @file
-/// Who a controller says it is: the text answer to TMCL command 136.
+/// Identity of a controller: the text answer to TMCL command 136.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -27,10 +27,10 @@ enum class VersionText : std::uint8_t {
   kMalformed,
 };
 
-/// Reads "1610V148", "174V1.48", "841V1.48", "1610V200": number, 'V', three digits with or without a dot.
-/// The gripper's form is known by hearsay only ("KR842V20", the first byte possibly the host address), so
-/// for it a byte that is no text, the letters "KR" and a version of two digits pass. Sets `version` only when
-/// valid. Cycle-safe.
+/// Reads "1610V148", "174V1.48", "841V1.48", "1610V200": number, 'V', three digits with or without a dot. The
+/// gripper's format is unconfirmed ("KR842V20", the first byte possibly the host address), so for it a
+/// non-text byte, the letters "KR" and a two-digit version are accepted. Sets `version` only if valid.
+/// Cycle-safe.
 VersionText parse_version(std::span<const std::uint8_t> text, FirmwareVersion& version) noexcept;
 
 }  // namespace drivers::tmcl

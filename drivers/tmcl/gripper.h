@@ -3,7 +3,8 @@
 /// joint 5 (module 1, motor 0 and 1). It has no process data; everything here is a few telegrams.
 ///
 /// Openings are microsteps per bar, 0 closed, positive open; on the wire opening is negative (official
-/// driver). The motors count steps and sense nothing: a bar that holds an object still "reaches" its target.
+/// driver). The motors count steps and have no sensors: a bar that holds an object still "reaches" its
+/// target.
 #pragma once
 #include <array>
 #include <chrono>
@@ -39,7 +40,7 @@ constexpr bool is_stalled(std::int32_t flags) noexcept {
   return has(flags, GripperFlag::kStallGuard) && !has(flags, GripperFlag::kStandstill);
 }
 
-/// Between opening and the wire, both ways.
+/// Converts between opening and wire value, in both directions.
 constexpr std::int32_t flip(std::int32_t microsteps) noexcept {
   return microsteps == std::numeric_limits<std::int32_t>::min() ? std::numeric_limits<std::int32_t>::max()
                                                                 : -microsteps;
@@ -52,19 +53,19 @@ constexpr Request gripper_open_by(std::uint8_t bar, std::int32_t microsteps) noe
   return {kGripperModule, Command::kMoveToPosition, static_cast<std::uint8_t>(MoveType::kRelative), bar,
           flip(microsteps)};
 }
-/// Give the reply's value to flip().
+/// Pass the reply's value to flip().
 constexpr Request gripper_position(std::uint8_t bar) noexcept {
   return get(gripper_parameter("actual_position"), bar);
 }
 
 struct GripperConfig {
   std::chrono::milliseconds timeout{4000};       ///< per motion of both bars (official driver)
-  std::chrono::milliseconds poll_interval{100};  ///< leaves the mailbox of joint 5 to others in between
+  std::chrono::milliseconds poll_interval{100};  ///< leaves the mailbox of joint 5 free for others in between
   std::int32_t travel = kGripperTravel;
 };
 
-/// What the two sequences share: send both bars off, and ask every now and then whether they are there. The
-/// arm joint 5 that lends its mailbox is commanded by others meanwhile: Action::drive stays empty.
+/// Common part of the two sequences: starts both bars, and polls whether they have arrived. Others command
+/// arm joint 5, whose mailbox is used, at the same time: Action::drive stays empty.
 class GripperSequence : public Sequence {
  protected:
   GripperSequence(const GripperConfig& config, std::chrono::nanoseconds cycle) noexcept
@@ -72,9 +73,9 @@ class GripperSequence : public Sequence {
 
   std::optional<DriveOutput> rest(Progress /*progress*/) const noexcept override { return std::nullopt; }
   using BarRequests = std::array<Request, kGripperBars>;
-  /// True in the cycle in which all of them have been answered. Call it every cycle until then.
+  /// True in the cycle in which all have been answered. Call it every cycle until then.
   bool ask_both(const BarRequests& requests, Action& action) noexcept;
-  /// True when both bars report their target reached. Fails with kTooSlow.
+  /// True once both bars report their target reached. Fails with kTooSlow.
   bool both_arrived(Action& action) noexcept;
   std::int32_t value(std::size_t bar) const noexcept { return values_[bar]; }
 
@@ -86,13 +87,13 @@ class GripperSequence : public Sequence {
   std::chrono::nanoseconds next_poll_{0};
 };
 
-/// Moves both bars to the same opening, then reads where they are.
+/// Moves both bars to the same opening, then reads their positions.
 class GripperMotion final : public GripperSequence {
  public:
   explicit GripperMotion(std::int32_t opening, const GripperConfig& config = {},
                          std::chrono::nanoseconds cycle = std::chrono::milliseconds(1)) noexcept;
 
-  /// Of a sequence that is done.
+  /// For a finished sequence.
   std::int32_t opening(std::size_t bar) const noexcept { return flip(value(bar)); }
 
  private:
@@ -103,7 +104,7 @@ class GripperMotion final : public GripperSequence {
   State state_ = State::kMove;
 };
 
-/// Stops both bars and knows that they have heard it: a telegram that is lost fails the sequence.
+/// Stops both bars with acknowledgement: a lost telegram fails the sequence.
 class GripperStop final : public GripperSequence {
  public:
   explicit GripperStop(std::chrono::nanoseconds cycle = std::chrono::milliseconds(1)) noexcept
@@ -114,7 +115,7 @@ class GripperStop final : public GripperSequence {
 };
 
 /// Finds the closed position, as the official driver does: opens by the whole travel, closes by it, losing
-/// steps at the stop, and calls that zero. User variable 16 of the gripper remembers it until power-off.
+/// steps at the stop, and defines that as zero. User variable 16 of the gripper stores this until power-off.
 class GripperCalibration final : public GripperSequence {
  public:
   enum class Repeat : std::uint8_t { kWhenNeeded, kAlways };

@@ -5,7 +5,7 @@
 namespace drivers::tmcl {
 namespace {
 
-/// As long as a request queue waits for a reply and then for a late one: afterwards the line must be free.
+/// The time a request queue waits for a reply and then for a late one: afterwards the line must be free.
 constexpr std::chrono::milliseconds kPatience{180};
 
 std::optional<Reply> decode(std::span<const std::uint8_t> mailbox) noexcept {
@@ -35,7 +35,7 @@ bool SetupMailboxTransport::post(const Request& request) noexcept {
   try {
     reply_ = decode(bus_.mailbox_exchange(slave_, encode_mailbox(request)));
   } catch (const std::exception& error) {
-    trouble_ = error.what();  // told by the client, which knows what it was asking for
+    trouble_ = error.what();  // reported by the client, which knows the request
     return false;
   }
   return true;

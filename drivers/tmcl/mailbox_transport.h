@@ -1,6 +1,6 @@
 /// @file
-/// TMCL over the EtherCAT mailbox, as the youBot's controllers speak it: the eight bytes of a telegram at the
-/// start of the mailbox, in the place where others have a mailbox header.
+/// TMCL over the EtherCAT mailbox as used by the youBot's controllers: the eight bytes of a telegram at the
+/// start of the mailbox, in place of a mailbox header.
 #pragma once
 #include <chrono>
 #include <optional>
@@ -13,10 +13,10 @@
 
 namespace drivers::tmcl {
 
-/// During operation: telegrams ride in the cyclic frames. Cycle: post(), poll().
+/// During operation: telegrams travel in the cyclic frames. Cycle: post(), poll().
 class MailboxTransport final : public Transport {
  public:
-  /// `line` outlives the transport.
+  /// `line` must outlive the transport.
   MailboxTransport(ethercat::MailboxLine& line, std::string name) : line_(line), name_(std::move(name)) {}
 
   bool post(const Request& request) noexcept override;
@@ -28,10 +28,10 @@ class MailboxTransport final : public Transport {
   std::string name_;
 };
 
-/// During set-up: post() waits for the reply, which poll() then hands out.
+/// During set-up: post() waits for the reply, which poll() then returns.
 class SetupMailboxTransport final : public Transport {
  public:
-  /// `bus` outlives the transport; `slave` counts from 0.
+  /// `bus` must outlive the transport; `slave` counts from 0.
   SetupMailboxTransport(ethercat::PreOpBus& bus, std::size_t slave);
 
   bool post(const Request& request) noexcept override;

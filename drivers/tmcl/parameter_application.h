@@ -1,6 +1,6 @@
 /// @file
-/// Gives a drive the parameters its owner wants it to run with: those that were set at start-up are in its
-/// RAM only, so a drive that lost power has to be given them again before it moves.
+/// Writes a drive's configured parameters: those set at start-up are only in its RAM, so a drive that lost
+/// power must get them again before it moves.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -16,10 +16,10 @@ struct ParameterSetting {
   std::int32_t value = 0;
 };
 
-/// Writes them one by one and reads each back. Needs the mailbox only: works from PRE-OP on.
+/// Writes them one by one and reads each back. Needs only the mailbox: works from PRE-OP on.
 class ParameterApplication final : public Sequence {
  public:
-  /// `settings` outlive the sequence.
+  /// `settings` must outlive the sequence.
   explicit ParameterApplication(std::span<const ParameterSetting> settings,
                                 std::chrono::nanoseconds cycle = std::chrono::milliseconds(1)) noexcept
       : Sequence(cycle), settings_(settings) {}

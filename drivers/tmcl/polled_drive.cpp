@@ -115,7 +115,7 @@ void PolledDrive::send(const DriveOutput& output, std::chrono::nanoseconds now) 
   asked_at_ = now;
   const bool one_by_one = options_.requests_per_cycle == 1;
   if (!one_by_one || command_turn_) {
-    // Starting the commutation a second time might begin it anew; all else may be said again.
+    // A second command might restart the commutation; all others may be repeated.
     const bool once = output.mode == ControllerMode::kInitialize && last_sent_ == output;
     const std::optional<Request> command = once ? std::nullopt : request_for(output, options_.motor);
     if (command && !batch_.post(transport_, *command)) return;

@@ -1,5 +1,5 @@
 /// @file
-/// A drive without process data: its commands and measurements travel as axis parameters.
+/// A drive without process data: commands and measurements are axis parameters.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -15,27 +15,26 @@ namespace drivers::tmcl {
 struct PolledDriveOptions {
   std::uint8_t motor = 0;
   int requests_per_cycle = 3;  ///< 1 to 5
-  int patience_cycles = 3;     ///< for the answers of a cycle's requests; see RequestBatch
-  /// User variable (bank 2) that tells a restart: it holds kMemoryMark until the module loses its memory.
+  int patience_cycles = 3;     ///< time-out for the answers of a cycle's requests; see RequestBatch
+  /// User variable (bank 2) to detect a restart: it holds kMemoryMark until the module loses its memory.
   std::uint8_t mark_variable = 55;
 };
 
-/// What a cycle reads.
+/// Values that a cycle reads.
 enum class DriveReading : std::uint8_t { kPosition, kCurrent, kVelocity, kStatus, kMark };
 
-/// Each cycle sends the command and, in turn, as many reads as are left:
+/// Each cycle sends the command and, in rotation, as many reads as are left:
 ///
 ///   requests     reads, cycle after cycle                      position  current  velocity  status, mark
-///   1            as 2, command and read in turn                4         8        16        32
+///   1            as 2, command and read alternating            4         8        16        32
 ///   2            P C P V P C P S P C P V P C P M               2         4        8         16
 ///   3            PC PV PC PS PC PV PC PM                       1         2        4         8
 ///   4            PCV PCS PCV PCM                               1         1        2         4
 ///   5            PCVS PCVM                                     1         1        1         2
 ///
-/// The figures are the cycles between two readings; a value is known one cycle after it was asked for. A
-/// command is renewed each cycle, with one request every other. While the answers of a cycle are late nothing
-/// new is sent.
-/// Cycle: all of it. One thread.
+/// The figures are the cycles between two readings; a value is available one cycle after its request. The
+/// command is sent in each cycle, with one request in every other. While the answers of a cycle are late,
+/// nothing new is sent. Cycle: all of it. One thread.
 class PolledDrive {
  public:
   static constexpr int kMaxRequests = 5;
@@ -44,34 +43,35 @@ class PolledDrive {
     return requests_per_cycle == 1 ? 4 : requests_per_cycle == 2 ? 2 : 1;
   }
 
-  /// `transport` outlives the drive; nobody else uses it meanwhile.
+  /// `transport` must outlive the drive and must not be used by others meanwhile.
   PolledDrive(Transport& transport, const PolledDriveOptions& options) noexcept;
 
-  /// First. True when a cycle's requests have been answered.
+  /// Call first. True once a cycle's requests have been answered.
   bool receive() noexcept;
-  /// Then, as `output` is to be: sends this cycle's requests, unless the last ones are still unanswered.
+  /// Call next, with the new `output`: sends this cycle's requests, unless the last ones are still
+  /// unanswered.
   void send(const DriveOutput& output, std::chrono::nanoseconds now) noexcept;
-  /// Motor stop, at once, whatever is on its way.
+  /// Motor stop, immediately, whatever is under way.
   void stop() noexcept;
 
-  /// In the place of a reading, as soon as there is room; repeated while it goes unanswered.
+  /// Sent in place of a reading, as soon as there is room; repeated while unanswered.
   void ask(const Request& request) noexcept { asked_ = request; }
   void forget_ask() noexcept { asked_.reset(); }
-  /// Of the last receive(): what came of it.
+  /// Its result, from the last receive().
   const std::optional<Completion>& answer() const noexcept { return answer_; }
 
-  /// The latest of every reading. Set it from elsewhere before the first cycle.
+  /// Latest value of every reading. Set initial values before the first cycle.
   DriveInput& input() noexcept { return input_; }
   const DriveInput& input() const noexcept { return input_; }
-  /// The last receive() brought a position; and when that was asked for.
+  /// True if the last receive() brought a position; stamp() is the time of its request.
   bool position_is_fresh() const noexcept { return fresh_; }
   std::chrono::nanoseconds stamp() const noexcept { return stamp_; }
-  /// How long before that receive() it had come, at least.
+  /// Minimum age of that position at receive().
   std::chrono::nanoseconds position_age() const noexcept { return position_age_; }
 
-  /// A command or reading of the last receive() was refused.
+  /// A command or reading that the drive refused, in the last receive().
   const std::optional<Completion>& refusal() const noexcept { return refusal_; }
-  /// The last receive() has shown that the module lost its memory. It is marked anew by itself.
+  /// The last receive() showed that the module lost its memory. The mark is written again automatically.
   bool has_restarted() const noexcept { return restarted_; }
 
  private:
@@ -84,8 +84,8 @@ class PolledDrive {
   RequestBatch batch_;
   std::span<const DriveReading> turns_;
   std::size_t turn_ = 0;
-  bool command_turn_ = true;  // with one request a cycle
-  bool check_mark_ = false;   // answers were lost: who knows why
+  bool command_turn_ = true;  // with one request per cycle
+  bool check_mark_ = false;   // answers were lost: possibly by a restart
   bool marked_ = true;
   std::uint64_t lost_seen_ = 0;
   std::optional<DriveOutput> last_sent_;
@@ -101,7 +101,7 @@ class PolledDrive {
   bool restarted_ = false;
 };
 
-/// The request that stands for a mode of the process data; none for kNoMoreAction.
+/// The request equivalent to a mode of the process data; empty for kNoMoreAction.
 std::optional<Request> request_for(const DriveOutput& output, std::uint8_t motor) noexcept;
 
 }  // namespace drivers::tmcl

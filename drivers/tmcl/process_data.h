@@ -23,7 +23,7 @@ enum class ControllerMode : std::uint8_t {
   kMotorStop = 0,
   kPosition = 1,                ///< ticks
   kVelocity = 2,                ///< rpm
-  kNoMoreAction = 3,            ///< leaves the mailbox' motion commands alone; exact meaning undocumented
+  kNoMoreAction = 3,            ///< ignores motion commands from the mailbox; exact meaning undocumented
   kSetPositionToReference = 4,  ///< loads the value into the position counter
   kPwm = 5,
   kCurrent = 6,     ///< mA
@@ -37,7 +37,7 @@ struct DriveOutput {
   friend bool operator==(const DriveOutput&, const DriveOutput&) = default;
 };
 
-/// Read back by firmware 2.0 only.
+/// Only read back by firmware 2.0.
 struct DriveTargets {
   std::int32_t position_ticks = 0;
   std::int32_t current_mA = 0;
@@ -48,7 +48,7 @@ struct DriveTargets {
 
 struct DriveInput {
   std::int32_t position_ticks = 0;  ///< wraps; see PositionUnwrapper
-  std::int32_t current_mA = 0;      ///< maybe without sign; see signed_current_mA()
+  std::int32_t current_mA = 0;      ///< possibly without sign; see signed_current_mA()
   std::int32_t velocity_rpm = 0;
   StatusFlags flags;
   std::optional<std::int32_t> pwm;      ///< firmware 1.48
@@ -59,26 +59,25 @@ struct DriveInput {
 inline constexpr std::size_t kOutputBytes = 5;
 constexpr std::size_t input_bytes(Firmware firmware) noexcept { return firmware == Firmware::k148 ? 20 : 32; }
 
-// All return false, and change nothing, when `pdo` is too short.
+// All return false, and change nothing, if `pdo` is too short.
 bool pack(const DriveOutput& output, std::span<std::uint8_t> pdo) noexcept;
 bool unpack(Firmware firmware, std::span<const std::uint8_t> pdo, DriveInput& input) noexcept;
 // The slave's side, for emulated boards.
 bool pack(Firmware firmware, const DriveInput& input, std::span<std::uint8_t> pdo) noexcept;
 bool unpack(std::span<const std::uint8_t> pdo, DriveOutput& output) noexcept;
 
-/// Whether a drive reports the current with its sign. The thesis behind this project says it does not, code
-/// and manuals say it does; it may depend on the firmware, so it is an option of the device.
+/// Whether a drive reports the current with its sign. The thesis behind this project says no, code and
+/// manuals say yes; it may depend on the firmware, so it is an option of the device.
 enum class CurrentSign : std::uint8_t { kSigned, kAbsolute };
 
 /// The measured current with its sign. For kAbsolute the sign is that of the target current: read back
-/// (firmware 2.0), or commanded in current mode; in other modes that of the velocity, which is a guess that
-/// fails when the motor brakes.
+/// (firmware 2.0), or commanded in current mode; in other modes that of the velocity, a guess that fails when
+/// the motor brakes.
 std::int32_t signed_current_mA(CurrentSign sign, const DriveInput& input,
                                const DriveOutput& commanded) noexcept;
 
-/// Continuous position from the wrapping 32-bit counter. Good as long as it moves less than 2^31 ticks
-/// between two updates. reset() after the counter has been set (SAP 1, mode 4), or the jump is taken for
-/// motion.
+/// Continuous position from the wrapping 32-bit counter. Valid if it moves less than 2^31 ticks between two
+/// updates. Call reset() after the counter has been set (SAP 1, mode 4); otherwise the jump counts as motion.
 class PositionUnwrapper {
  public:
   std::int64_t update(std::int32_t ticks) noexcept {
@@ -95,7 +94,7 @@ class PositionUnwrapper {
     return position_;
   }
   void reset() noexcept { *this = {}; }
-  /// The counter starts anew and nobody moved: the position goes on from where it is.
+  /// The counter restarts without motion: the position continues from its value.
   void restart_counter() noexcept { counter_restarted_ = true; }
   std::int64_t position_ticks() const noexcept { return position_; }
 

@@ -5,7 +5,7 @@
 namespace drivers::tmcl {
 namespace {
 
-// More than a batch can only be strays; what is left over comes next cycle.
+// More than a batch can only be strays; the rest is read in the next cycle.
 constexpr int kMaxRepliesPerStep = 2 * static_cast<int>(RequestBatch::kCapacity);
 
 }  // namespace
@@ -16,7 +16,7 @@ void RequestBatch::step(Transport& transport) noexcept {
     const auto reply = transport.poll();
     if (!reply) break;
     if (answered_ == size_) {
-      // A stray. Just after the last answer it may be that one, shifted by somebody else's.
+      // A stray. Just after the last answer it may be that answer, displaced by a stray.
       if (size_ > 0) give_up();
       continue;
     }

@@ -1,5 +1,5 @@
 /// @file
-/// Several requests on their way to one module at once, for a carrier that queues them.
+/// Several requests under way to one module at once, for a carrier that queues them.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -11,11 +11,11 @@
 
 namespace drivers::tmcl {
 
-/// The TMCL manual wants one request at a time. A module on CAN that buffers frames answers them in order,
-/// and then a batch costs one round trip where its parts would cost one each. But no reply names its
-/// parameter, so a dropped request would give the next one's answer a wrong meaning. Therefore answers are
-/// handed out only when the whole batch has been answered in order; otherwise all of it is given up, and
-/// nothing is sent until late replies have had their time. Cycle: all of it. One thread.
+/// The TMCL manual allows one request at a time. A module on CAN that buffers frames answers them in order,
+/// and then a batch costs one round trip instead of one per request. But no reply names its parameter, so
+/// after a dropped request the next answer would be misinterpreted. Therefore answers are returned only once
+/// the whole batch has been answered in order; otherwise all of it is dropped, and nothing is sent until late
+/// replies have had time to arrive. Cycle: all of it. One thread.
 ///
 ///   batch.step(transport);                                    // each cycle, first
 ///   for (const Completion& done : batch.take()) ...           // empty until all have come
@@ -24,22 +24,22 @@ class RequestBatch {
  public:
   static constexpr std::size_t kCapacity = 8;
 
-  /// A batch is given up when it is not answered in full by the step() of this number, and the pause after
-  /// it is as long. @param patience at least 1
+  /// A batch is dropped if it is not fully answered by the step() of this number; the pause after it is
+  /// equally long. @param patience at least 1
   explicit RequestBatch(int patience) noexcept : patience_(patience) {}
 
-  /// Takes in what has come.
+  /// Reads the replies that have arrived.
   void step(Transport& transport) noexcept;
   /// The answered batch, in the order of posting: done or refused. Valid until the next post().
   std::span<const Completion> take() noexcept;
 
-  /// Nothing is on its way, and nothing late is to be feared.
+  /// Nothing is under way, and no late reply is expected.
   bool free() const noexcept { return size_ == 0 && pause_ == 0; }
-  /// Adds to the batch. False when the transport does not take it. Allowed while not free(), for what cannot
-  /// wait, such as a motor stop: then it may go unheard, and its answer unseen.
+  /// Adds to the batch. False if the transport does not take it. Allowed while not free(), for urgent
+  /// requests such as a motor stop: then it may be lost, and its answer unseen.
   bool post(Transport& transport, const Request& request) noexcept;
 
-  /// Batches given up.
+  /// Number of dropped batches.
   std::uint64_t lost() const noexcept { return lost_; }
 
  private:

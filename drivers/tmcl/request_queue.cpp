@@ -3,7 +3,7 @@
 namespace drivers::tmcl {
 namespace {
 
-// More than one can only be stale ones; what is left over comes next cycle.
+// More than one can only be stale ones; the rest is read in the next cycle.
 constexpr int kMaxRepliesPerCycle = 4;
 
 }  // namespace

@@ -1,5 +1,5 @@
 /// @file
-/// Mailbox traffic during operation: requests wait here and ride along with the cyclic frames.
+/// Mailbox traffic during operation: requests wait here and travel in the cyclic frames.
 #pragma once
 #include <array>
 #include <chrono>
@@ -15,8 +15,8 @@ namespace drivers::tmcl {
 enum class Outcome : std::uint8_t {
   kDone,
   kRefused,   ///< see the reply's status
-  kTimedOut,  ///< nothing that matches has come
-  kNotSent,   ///< the transport never took it
+  kTimedOut,  ///< no matching reply arrived
+  kNotSent,   ///< the transport never accepted it
 };
 const char* describe(Outcome outcome) noexcept;
 
@@ -24,17 +24,17 @@ struct Completion {
   Request request;
   std::uint32_t tag = 0;
   Outcome outcome = Outcome::kNotSent;
-  Reply reply{};  ///< of kDone and kRefused
-  /// How long that had been there at least, unfetched.
+  Reply reply{};  ///< for kDone and kRefused
+  /// Minimum time that the reply waited before it was fetched.
   std::chrono::nanoseconds reply_age{};
 
   bool done() const noexcept { return outcome == Outcome::kDone; }
 };
 
-/// The requests to one slave, one at a time and in order: the slaves hold one telegram, and a reply does not
-/// name its parameter. After a time-out the next request waits as long again, or for the late reply, so that
-/// this is not taken for its own. Nothing is repeated; that is the owner's decision. Cycle: all of it. One
-/// thread; who else wants to ask goes through the owner, who tells answers apart by their tags.
+/// Requests to one slave, one at a time and in order: slaves hold one telegram, and a reply does not name its
+/// parameter. After a time-out the next request waits one more time-out, or for the late reply, so that this
+/// is not mistaken for its own. Nothing is repeated; that is the owner's decision. Cycle: all of it. One
+/// thread; other users go through the owner, who distinguishes answers by their tags.
 ///
 ///   queue.push(get(drive_parameter("motor_driver_temperature")), kTemperatureTag);
 ///   ...each cycle, between receiving and sending the frame:
@@ -43,25 +43,25 @@ struct Completion {
 class RequestQueue {
  public:
   static constexpr std::size_t kCapacity = 16;
-  /// 100 cycles of 1 ms: as long as the official driver waits.
+  /// 100 cycles of 1 ms, like the official driver.
   static constexpr std::uint32_t kDefaultTimeoutCycles = 100;
 
   explicit RequestQueue(std::uint32_t timeout_cycles = kDefaultTimeoutCycles) noexcept
       : timeout_cycles_(timeout_cycles) {}
 
-  /// False when full. A place is free again when the completion has been taken.
+  /// False if full. A place is free again once its completion has been popped.
   bool push(const Request& request, std::uint32_t tag = 0) noexcept;
-  /// Takes in replies, counts cycles, hands over at most one request.
+  /// Reads replies, counts cycles, sends at most one request.
   void step(Transport& transport) noexcept;
-  /// The oldest completion not taken yet.
+  /// The oldest completion not popped yet.
   std::optional<Completion> pop() noexcept;
-  /// Forgets everything, taken or not: for a slave that has been away. Its late reply is still waited for.
+  /// Drops everything, popped or not: for a slave that has been away. Still waits for its late reply.
   void clear() noexcept;
 
   std::size_t size() const noexcept { return pushed_ - taken_; }
   /// Nothing to send and nothing awaited.
   bool idle() const noexcept { return pushed_ == completed_; }
-  /// Replies that answered nothing that was asked.
+  /// Replies that matched no request.
   std::uint64_t discarded() const noexcept { return discarded_; }
 
  private:
@@ -69,14 +69,14 @@ class RequestQueue {
   void receive(Transport& transport) noexcept;
   void complete(Outcome outcome) noexcept;
 
-  // Entries are numbered as they come: taken_ <= completed_ <= pushed_ <= taken_ + kCapacity.
+  // Entries are numbered in order: taken_ <= completed_ <= pushed_ <= taken_ + kCapacity.
   std::array<Completion, kCapacity> entries_{};
   std::size_t pushed_ = 0;
   std::size_t completed_ = 0;
   std::size_t taken_ = 0;
   std::uint32_t timeout_cycles_;
   std::uint32_t waited_cycles_ = 0;
-  std::uint32_t late_cycles_ = 0;  // left to wait for a late reply
+  std::uint32_t late_cycles_ = 0;  // remaining wait for a late reply
   bool outstanding_ = false;       // entry completed_ has been handed over
   std::uint64_t discarded_ = 0;
 };

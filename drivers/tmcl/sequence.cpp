@@ -3,7 +3,7 @@
 namespace drivers::tmcl {
 namespace {
 
-// A full queue of requests that all time out takes less; longer means that the owner has dropped ours.
+// A full queue of requests that all time out takes less; longer means that the owner has dropped the request.
 constexpr auto kLongestAnswer = std::chrono::seconds(5);
 
 }  // namespace

@@ -1,17 +1,17 @@
 /// @file
-/// Things a drive has to be taken through step by step while the bus keeps cycling: commutation start-up,
+/// Procedures that take a drive through several steps while the bus keeps cycling: commutation start-up,
 /// homing, gripper motion, clearing of faults. No sequence does I/O, reads a clock, allocates or throws.
 ///
-/// Each cycle the owner gives what the drive reports and, when it has come, the answer to the request the
-/// sequence asked for; it gets what to command and at times a request for the drive's RequestQueue:
+/// Each cycle the owner passes the drive's inputs and, once it has arrived, the answer to the sequence's
+/// request; it gets the command and sometimes a request for the drive's RequestQueue:
 ///
 ///   const Action action = sequence.step(input, answer);          // answer: null in most cycles
 ///   if (action.drive) output = *action.drive;
 ///   if (action.ask) queue.push(*action.ask, tag);
 ///   if (sequence.progress() == Progress::kFailed) log(describe(sequence.fault()), advice(sequence.fault()));
 ///
-/// When push() finds no room, answer with a Completion of that request and Outcome::kNotSent. Give each
-/// sequence a tag of its own, so that it does not see another's answers.
+/// If push() finds no room, answer with a Completion of that request and Outcome::kNotSent. Give each
+/// sequence its own tag, so that it does not see another's answers.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -27,31 +27,31 @@ enum class Progress : std::uint8_t { kRunning, kDone, kFailed };
 enum class SequenceFault : std::uint8_t {
   kNone,
   kCancelled,
-  kMailboxFailed,  ///< a request was refused, or not answered
+  kMailboxFailed,  ///< a request was refused or not answered
   kTimeoutFlag,    ///< the drive's watchdog holds the motor
   kI2tFlag,
   kDriveError,      ///< another error flag
-  kNotInitialized,  ///< commutation start-up did not end in time, or was lost
-  kNotVerified,     ///< status bit 15 came, parameter 15 says no
-  kNotAtRest,       ///< held still, goes on moving
-  kNotMoving,       ///< commanded to move, stands still without current
+  kNotInitialized,  ///< commutation start-up did not end in time, or commutation was lost
+  kNotVerified,     ///< status bit 15 is set, but parameter 15 says no
+  kNotAtRest,       ///< commanded to hold still, keeps moving
+  kNotMoving,       ///< commanded to move, at rest without current
   kWrongDirection,
-  kTravelTooLong,      ///< farther than the joint is built to go
-  kBlocked,            ///< does not come off what it touches
-  kStopNotRepeatable,  ///< the second touch is elsewhere
+  kTravelTooLong,      ///< further than the joint's range
+  kBlocked,            ///< does not come off the stop
+  kStopNotRepeatable,  ///< the second touch is at another position
   kMovedAtStop,        ///< not at rest while the counter is set
-  kTooSlow,            ///< time is over
-  kImplausible,        ///< a parameter read from the drive makes no sense
-  kFlagStays,          ///< clearing was accepted, and the flag is still there
+  kTooSlow,            ///< time-out
+  kImplausible,        ///< a parameter read from the drive is implausible
+  kFlagStays,          ///< clearing was accepted, but the flag is still set
   kBadTarget,
-  kNotKept,  ///< a parameter was accepted and reads back as another value
+  kNotKept,  ///< a parameter was accepted but reads back differently
 };
-/// What happened, in words; and what to try.
+/// What happened, and what to try.
 const char* describe(SequenceFault fault) noexcept;
 const char* advice(SequenceFault fault) noexcept;
 
 struct Action {
-  std::optional<DriveOutput> drive;  ///< empty: command what you like, nothing here moves this drive
+  std::optional<DriveOutput> drive;  ///< empty: this sequence does not command the drive
   std::optional<Request> ask;
 };
 
@@ -63,9 +63,9 @@ class Sequence {
  public:
   virtual ~Sequence() = default;
 
-  /// Cycle. After the end it goes on giving the output to rest with.
+  /// Cycle. After the end it keeps returning the rest output.
   Action step(const DriveInput& input, const Completion* answer = nullptr) noexcept;
-  /// Ends a running sequence with kCancelled; the next step() gives the output to rest with.
+  /// Ends a running sequence with kCancelled; the next step() returns the rest output.
   void cancel() noexcept { fail(SequenceFault::kCancelled); }
 
   Progress progress() const noexcept { return progress_; }
@@ -79,16 +79,16 @@ class Sequence {
   virtual Action run(const DriveInput& input) noexcept = 0;
   virtual std::optional<DriveOutput> rest(Progress progress) const noexcept = 0;
 
-  /// Sends `request` on the first call and gives the reply's value when it has come; call it every cycle
-  /// until then. Fails the sequence when the answer is no.
+  /// Sends `request` on the first call and returns the reply's value once it has arrived; call it every cycle
+  /// until then. Fails the sequence if the request is refused.
   std::optional<std::int32_t> ask(const Request& request, Action& action) noexcept;
   void finish() noexcept;
   void fail(SequenceFault fault) noexcept;
-  /// Begins to count time anew.
+  /// Restarts the time count.
   void restart_time() noexcept { cycles_ = 0; }
   /// Since restart_time(), in whole cycles.
   std::chrono::nanoseconds elapsed() const noexcept { return cycles_ * cycle_; }
-  /// What the error flags forbid; kNone when there are none.
+  /// The fault for the error flags; kNone if no flag is set.
   static SequenceFault fault_of(StatusFlags flags) noexcept;
 
  private:

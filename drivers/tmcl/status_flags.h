@@ -1,6 +1,6 @@
 /// @file
-/// The drive's error and status word: bytes 12 to 15 of the process data, and axis parameter 156.
-/// Bits and resets from the official youBot driver and the KU Leuven driver's notes on them.
+/// The drive's error and status word: bytes 12 to 15 of the process data, and axis parameter 156. Bits and
+/// resets from the official youBot driver and the KU Leuven driver's notes on them.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -38,8 +38,8 @@ enum class FlagKind : std::uint8_t {
 };
 
 enum class FlagReset : std::uint8_t {
-  kAutomatic,     ///< goes with its cause
-  kClearTimeout,  ///< SAP 158, on an explicit wish only: the joint may move again
+  kAutomatic,     ///< clears with its cause
+  kClearTimeout,  ///< SAP 158, on explicit request only: the joint may move again
   kClearI2t,      ///< SAP 29, accepted only after the thermal winding time in parameter 25
 };
 
@@ -51,8 +51,8 @@ struct FlagInfo {
 };
 
 /// Ordered by bit. Later firmware leaves 6, 7, 8, 12 and 13 at zero (official driver). That driver logs all
-/// errors as warnings; the split is ours: undervoltage and overtemperature stop the joint in the KU Leuven
-/// driver, 5 to 7 leave no commutation to trust, 2, 12, 16 and 17 take the motor from us.
+/// errors as warnings; this classification is ours: undervoltage and overtemperature stop the joint in the KU
+/// Leuven driver, 5 to 7 make the commutation unreliable, 2, 12, 16 and 17 disable the motor.
 inline constexpr std::array<FlagInfo, kStatusFlagCount> kStatusFlags{{
     {StatusFlag::kOvercurrent, "overcurrent", FlagKind::kWarning, FlagReset::kAutomatic},
     {StatusFlag::kUndervoltage, "undervoltage", FlagKind::kError, FlagReset::kAutomatic},
@@ -76,7 +76,7 @@ inline constexpr std::array<FlagInfo, kStatusFlagCount> kStatusFlags{{
 constexpr const FlagInfo& info(StatusFlag flag) noexcept {
   return kStatusFlags[static_cast<std::size_t>(flag)];
 }
-/// What makes the flag go away, in words.
+/// How the flag is cleared.
 const char* describe(FlagReset reset) noexcept;
 
 class StatusFlags {
@@ -87,7 +87,7 @@ class StatusFlags {
   constexpr bool has(StatusFlag flag) const noexcept {
     return (raw_ >> static_cast<unsigned>(flag) & 1U) != 0;
   }
-  /// The flags of this kind alone.
+  /// The flags of this kind only.
   constexpr StatusFlags of(FlagKind kind) const noexcept {
     std::uint32_t mask = 0;
     for (const FlagInfo& entry : kStatusFlags) {

@@ -30,7 +30,7 @@ bool has_checksum(std::span<const std::uint8_t> bytes) noexcept {
   return bytes.size() == kSerialBytes && checksum(bytes.first(kMailboxBytes)) == bytes[kMailboxBytes];
 }
 
-// All carriers agree on these seven bytes; what precedes them differs.
+// All carriers share these seven bytes; the bytes before them differ.
 CanBytes without_first(const MailboxBytes& telegram) noexcept {
   CanBytes can;
   std::copy(telegram.begin() + 1, telegram.end(), can.data.begin());

@@ -1,15 +1,15 @@
 /// @file
-/// TMCL telegrams: what is asked, what is answered, and their bytes on each carrier (TMCL reference manual,
-/// chapter 2; the youBot's mailbox form from its official driver). Values travel most significant byte first.
+/// TMCL telegrams: requests, replies, and their bytes on each carrier (TMCL reference manual, chapter 2; the
+/// youBot's mailbox form from its official driver). Values are sent most significant byte first.
 ///
 ///   carrier         request                                         reply
 ///   mailbox, 8      module command type motor value[4]              host module status command value[4]
 ///   serial, 9       the same, then the 8-bit sum of the eight       the same, then the sum
-///   CAN, 7          command type motor value[4]; identifier: module module status command value[4];
-///   identifier: host
+///   CAN, 7          command type motor value[4];                    module status command value[4];
+///                   identifier: module                              identifier: host
 ///
-/// On EtherCAT the telegram stands where a standard mailbox has its header: there is none.
-/// All functions are cycle-safe. What comes off a wire is never trusted: a wrong length or sum gives nothing.
+/// On EtherCAT the telegram is in place of the standard mailbox header: there is none. All functions are
+/// cycle-safe. Received bytes are never trusted: a wrong length or sum returns nothing.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -82,23 +82,23 @@ struct Reply {
   Status status{};
   Command command{};
   std::int32_t value = 0;
-  /// The eight bytes that hold the firmware version when the request was for text; see parse_version().
+  /// The eight bytes with the firmware version if the request was for text; see parse_version().
   std::array<std::uint8_t, 8> text{};
 
   bool ok() const noexcept { return status == Status::kOk; }
 };
 
-/// True when `reply` answers `request`, be it with a refusal. The rules are the official driver's: command
+/// True if `reply` answers `request`, possibly with a refusal. The rules are the official driver's: command
 /// and status, and a SET to a drive must echo the value. GET carries another value; the gripper and motion
-/// commands are not known to echo. No carrier echoes the parameter number, so two GETs cannot be told apart:
-/// one request at a time, and late replies have to be waited out.
+/// commands are not known to echo. No carrier echoes the parameter number, so two GETs cannot be
+/// distinguished: use one request at a time, and wait for late replies.
 bool matches(const Request& request, const Reply& reply) noexcept;
-/// Whether the module did what was asked, for a reply that matches.
+/// Whether the module executed the request, for a matching reply.
 bool accepted(const Request& request, const Reply& reply) noexcept;
 /// The reply is bare text, without status or command.
 bool asks_for_text(const Request& request) noexcept;
 
-// Mailbox of the youBot's slaves. It is written and read in full length; only the first eight bytes count.
+// Mailbox of the youBot's slaves. It is written and read in full length; only the first eight bytes are used.
 inline constexpr std::size_t kMailboxBytes = 8;
 using MailboxBytes = std::array<std::uint8_t, kMailboxBytes>;
 MailboxBytes encode_mailbox(const Request& request) noexcept;
@@ -106,7 +106,7 @@ MailboxBytes encode_mailbox(const Reply& reply) noexcept;
 std::optional<Request> decode_mailbox_request(std::span<const std::uint8_t> bytes) noexcept;
 std::optional<Reply> decode_mailbox_reply(std::span<const std::uint8_t> bytes) noexcept;
 
-// RS232, RS485, USB. A version text comes without checksum: give parse_version() bytes 1 to 8 of it.
+// RS232, RS485, USB. A version text has no checksum: pass its bytes 1 to 8 to parse_version().
 inline constexpr std::size_t kSerialBytes = 9;
 using SerialBytes = std::array<std::uint8_t, kSerialBytes>;
 SerialBytes encode_serial(const Request& request) noexcept;
@@ -116,13 +116,14 @@ std::optional<Reply> decode_serial_reply(std::span<const std::uint8_t> bytes) no
 /// Sum of the bytes, modulo 256.
 std::uint8_t checksum(std::span<const std::uint8_t> bytes) noexcept;
 
-/// CAN: seven data bytes. Eight are accepted too, because PyTrinamic leaves the checksum on, and sent when
-/// text is asked for, or the module would answer with seven characters of its eight (TMCL manual).
+/// CAN: seven data bytes. Eight are accepted too, because PyTrinamic leaves the checksum on, and sent for
+/// text requests, because the module would otherwise answer with only seven of eight characters (TMCL
+/// manual).
 struct CanBytes {
   std::array<std::uint8_t, 8> data{};
   std::uint8_t size = 7;
 };
-/// `request.module` is not in the data; the identifier says whom it is for.
+/// `request.module` is not in the data; the CAN identifier addresses the module.
 CanBytes encode_can(const Request& request) noexcept;
 CanBytes encode_can(const Reply& reply) noexcept;
 std::optional<Request> decode_can_request(std::uint8_t module, std::span<const std::uint8_t> data) noexcept;

@@ -8,7 +8,7 @@
 namespace drivers::tmcl {
 namespace {
 
-// A carrier gone mad must not hold us for ever.
+// A faulty carrier must not block forever.
 constexpr int kMaxStaleReplies = 64;
 constexpr int kMaxRepliesPerLook = 8;
 

@@ -1,5 +1,5 @@
 /// @file
-/// How telegrams reach a module and come back. Carriers: CanTransport, the EtherCAT mailbox of a slave.
+/// Transport of telegrams to and from a module. Carriers: CanTransport, the EtherCAT mailbox of a slave.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace drivers::tmcl {
 
-/// One module's mailbox. Neither call waits, so both can ride in a cyclic frame. One thread.
+/// One module's mailbox. No call blocks, so both can be used with a cyclic frame. One thread.
 class Transport {
  public:
   Transport() = default;
@@ -18,19 +18,19 @@ class Transport {
   Transport& operator=(const Transport&) = delete;
   virtual ~Transport() = default;
 
-  /// Cycle: hands the request over. False when it could not be (mailbox full, bus off): try again later.
+  /// Cycle: hands the request over. False if it was not accepted (mailbox full, bus off): try again later.
   virtual bool post(const Request& request) noexcept = 0;
-  /// Cycle: the next reply that has come, whatever it answers.
+  /// Cycle: the next received reply, whatever it answers.
   virtual std::optional<Reply> poll() noexcept = 0;
-  /// Cycle: how long the last reply had been there before poll() gave it; zero where it is not known.
+  /// Cycle: how long the last reply waited before poll() returned it; zero if unknown.
   virtual std::chrono::nanoseconds reply_age() const noexcept { return {}; }
   /// For messages: "slave 3 (TMCM-1632)".
   virtual const std::string& name() const noexcept = 0;
-  /// Setup: what is wrong with the carrier, in words ("bus off"); empty when nothing is known.
+  /// Setup: text on a fault of the carrier ("bus off"); empty if none is known.
   virtual std::string trouble() const { return {}; }
 };
 
-/// Time on the set-up path. An emulated bus runs its cycles in wait(); tests do not sleep.
+/// Time in set-up. An emulated bus runs its cycles in wait(); tests do not sleep.
 class Clock {
  public:
   virtual ~Clock() = default;
@@ -47,14 +47,14 @@ class SteadyClock final : public Clock {
 
 struct Exchange {
   bool posted = false;
-  std::optional<Reply> reply;  ///< one that matches, possibly a refusal
-  int discarded = 0;           ///< replies that answer something else
+  std::optional<Reply> reply;  ///< a matching one, possibly a refusal
+  int discarded = 0;           ///< replies to something else
   std::optional<Reply> discarded_last;
 };
 
-/// Setup: posts and waits for the matching reply until `deadline`, looking every `interval`. Replies that
-/// were waiting before are stale and dropped without count. Ends early when text was asked for and zeros
-/// came: it takes another request to get the text.
+/// Setup: posts and waits for the matching reply until `deadline`, polling every `interval`. Replies that
+/// were waiting before are stale; they are dropped and not counted. Ends early if text was requested and
+/// zeros arrived: the text needs another request.
 Exchange exchange(Transport& transport, Clock& clock, const Request& request,
                   std::chrono::nanoseconds deadline, std::chrono::nanoseconds interval) noexcept;
 

@@ -1,5 +1,5 @@
 /// @file
-/// The youBots there are, and their names in options, configuration and reports.
+/// The variants of the youBot, and their names in options, configuration and reports.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -37,7 +37,7 @@ ethercat::ExpectedSlave expected(const YoubotBoard& board) {
   return {};
 }
 
-/// ETG's list of vendors. The power boards' vendor is not known.
+/// From ETG's list of vendors. The power boards' vendor is not known.
 constexpr std::uint32_t kTrinamic = 0x286;
 
 bool is_youbot_board(const ethercat::Slave& slave) {

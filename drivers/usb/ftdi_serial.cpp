@@ -10,7 +10,7 @@ std::span<std::uint8_t> strip_modem_status(std::span<std::uint8_t> packets) noex
     const auto packet = packets.subspan(begin, std::min(kPacketBytes, packets.size() - begin));
     if (packet.size() <= kModemStatusBytes) continue;
     const auto data = packet.subspan(kModemStatusBytes);
-    // Forward, to the left: overlapping is allowed.
+    // Copies forward, to the left: overlap is allowed.
     std::copy(data.begin(), data.end(), packets.begin() + static_cast<std::ptrdiff_t>(kept));
     kept += data.size();
   }

@@ -1,6 +1,6 @@
 /// @file
-/// The FTDI chip that turns a serial line into USB: its vendor requests, and what it puts in front of the
-/// bytes it received. Source: libftdi and libnifalcon (FalconCommLibUSB.cpp). Cycle: everything.
+/// The FTDI chip that connects a serial line to USB: its vendor requests, and the status bytes it puts in
+/// front of received data. Source: libftdi and libnifalcon (FalconCommLibUSB.cpp). Cycle: everything.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -8,14 +8,14 @@
 
 namespace drivers::usb::ftdi {
 
-/// bRequest of UsbPort::control_out(); the comment tells its wValue, wIndex is 0.
+/// bRequest of UsbPort::control_out(); the comment gives its wValue, wIndex is 0.
 enum class Request : std::uint8_t {
   kPurge = 0,         ///< kPurgeReceived, kPurgeToSend
   kModemControl = 1,  ///< kDtr..., kRts...
   kFlowControl = 2,   ///< 0: none
   kBaudDivisor = 3,   ///< see divisor constants
   kLineFormat = 4,    ///< kEightBitsNoParityOneStop
-  kLatencyTimer = 9,  ///< milliseconds that received bytes, or none, wait for more before they are sent on
+  kLatencyTimer = 9,  ///< milliseconds that received bytes, or none, wait for more before they are sent
 };
 
 inline constexpr std::uint16_t kPurgeReceived = 1;
@@ -32,10 +32,10 @@ inline constexpr std::uint16_t kDivisor142857 = 0x0015;   // 21
 inline constexpr std::uint16_t kDivisor1500000 = 0x0002;  // 2
 
 inline constexpr std::size_t kPacketBytes = 64;      ///< full speed bulk
-inline constexpr std::size_t kModemStatusBytes = 2;  ///< in front of each packet; alone: nothing received
+inline constexpr std::size_t kModemStatusBytes = 2;  ///< at the start of each packet; alone: nothing received
 
-/// Takes the modem status out of packets that stand one behind the other, all but the last one full. Works
-/// in place; the result is the front part of `packets`. A torn packet of one byte holds no data.
+/// Removes the modem status from consecutive packets, all but the last one full. Works in place; the result
+/// is the front part of `packets`. A truncated packet of one byte holds no data.
 std::span<std::uint8_t> strip_modem_status(std::span<std::uint8_t> packets) noexcept;
 
 }  // namespace drivers::usb::ftdi

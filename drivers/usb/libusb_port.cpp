@@ -15,7 +15,7 @@ using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
 constexpr auto kControlTimeout = 1s;
-constexpr auto kReturnTimeout = 1s;        // of a transfer that was cancelled
+constexpr auto kReturnTimeout = 1s;        // for a cancelled transfer
 constexpr std::size_t kWritePiece = 4096;  // a multiple of every packet size
 constexpr std::uint8_t kVendorRequestOut = 0x40;
 constexpr unsigned kPacketSizeBits = 0x7FF;  // of wMaxPacketSize
@@ -47,7 +47,7 @@ constexpr std::size_t kControlBegin = 0;
 constexpr std::size_t kOutBegin = kControlBegin + LIBUSB_CONTROL_SETUP_SIZE;
 constexpr std::size_t kInBegin = kOutBegin + kWritePiece;
 
-/// The one in the list that is meant, open. Empty with NO_DEVICE when it is gone.
+/// Opens the wanted device from the list. NO_DEVICE if it is gone.
 int open_device(const UsbContext& context, const UsbDevice& wanted, libusb_device_handle*& opened) {
   libusb_device** list = nullptr;
   const auto count = libusb_get_device_list(context.get(), &list);
@@ -63,7 +63,7 @@ int open_device(const UsbContext& context, const UsbDevice& wanted, libusb_devic
   return error;
 }
 
-/// What libusb said, explained by what can be seen from here.
+/// libusb's error, explained by the observable facts.
 Refusal refusal(const UsbContext& context, const UsbDevice& device, const UsbPipes& pipes,
                 const std::string& rules_file, const std::string& step, int error) {
   AccessFacts facts = collect_access_facts(context, device, pipes.interface, rules_file);
@@ -98,11 +98,11 @@ LibusbPort::Opened LibusbPort::open(UsbContext& context, const UsbDevice& device
              "another kind of device, or one that is not configured",
              "unplug it and plug it in again; \"youbot-bench usb-probe --all\" lists what it has"}};
   }
-  // Only where there is one: libusb would otherwise give the interface to a driver that did not have it.
+  // Only if there is one: otherwise libusb would give the interface to a driver that did not have it.
   if (libusb_kernel_driver_active(opened, pipes.interface) == 1)
     (void)libusb_set_auto_detach_kernel_driver(opened, 1);
   if (const int error = libusb_claim_interface(opened, pipes.interface); error != 0) {
-    handle.reset();  // or this program would be found holding the device
+    handle.reset();  // otherwise this program would be found holding the device
     return refused("claim interface " + std::to_string(pipes.interface), error);
   }
   // Not make_unique: the constructor is private.
@@ -138,7 +138,7 @@ LibusbPort::LibusbPort(libusb_context* context, const UsbPipes& pipes, Handle de
     transfer.away = false;
     transfer.port->received(transfer);
   };
-  constexpr unsigned kNoTimeout = 0;  // ours are kept by run()
+  constexpr unsigned kNoTimeout = 0;  // run() applies our time-outs
   libusb_fill_control_transfer(control_.usb.get(), device_.get(), &buffers_[kControlBegin], came_back,
                                &control_, kNoTimeout);
   libusb_fill_bulk_transfer(out_.usb.get(), device_.get(), pipes.out, &buffers_[kOutBegin], 0, came_back,
@@ -151,7 +151,7 @@ LibusbPort::LibusbPort(libusb_context* context, const UsbPipes& pipes, Handle de
 }
 
 LibusbPort::~LibusbPort() {
-  failed_ = true;  // what comes back stays here
+  failed_ = true;  // returning transfers stay here
   std::array<Transfer*, 2 + kListening> all{&control_, &out_};
   for (std::size_t i = 0; i < kListening; ++i) all[2 + i] = &in_[i];
   for (Transfer* const transfer : all) {
@@ -160,7 +160,7 @@ LibusbPort::~LibusbPort() {
   const nanoseconds deadline = now() + kReturnTimeout;
   for (const Transfer* const transfer : all) (void)wait_for_return(*transfer, deadline - now());
   (void)libusb_release_interface(device_.get(), pipes_.interface);
-  // Before the transfers are freed: the kernel lets go of whatever it still has.
+  // Before the transfers are freed: the kernel releases what it still holds.
   device_.reset();
 }
 
@@ -197,17 +197,17 @@ bool LibusbPort::wait_for_return(const Transfer& transfer, nanoseconds timeout) 
   return !transfer.away;
 }
 
-/// Submits, and waits until it is back.
+/// Submits, and waits for its return.
 TransferResult LibusbPort::run(Transfer& transfer, nanoseconds timeout) noexcept {
   if (unplugged_) return result_of(LIBUSB_ERROR_NO_DEVICE);
-  // One that could not be taken back the last time may have come in the meantime.
+  // A transfer that could not be cancelled the last time may have returned meanwhile.
   if (!wait_for_return(transfer, 0ns)) return result_of(LIBUSB_ERROR_BUSY);
   if (const int error = submit(transfer); error != 0) return result_of(error);
   if (!wait_for_return(transfer, timeout)) {
     (void)libusb_cancel_transfer(transfer.usb.get());
     if (!wait_for_return(transfer, kReturnTimeout)) return result_of(LIBUSB_ERROR_TIMEOUT);
   }
-  // It may have come in the moment in which it was called back: then it did go over.
+  // It may have finished in the moment of its cancellation: then the bytes were transferred.
   const TransferResult result = result_of(*transfer.usb);
   if (result.status == TransferStatus::kUnplugged) unplugged_ = true;
   return result;
@@ -227,14 +227,14 @@ TransferResult LibusbPort::control_out(std::uint8_t request, std::uint16_t value
     libusb_fill_control_setup(&buffers_[kControlBegin], kVendorRequestOut, request, value, index, 0);
     control_.usb->length = LIBUSB_CONTROL_SETUP_SIZE;
   }
-  return run(control_, kControlTimeout);  // a stall of the control pipe ends with the next request by itself
+  return run(control_, kControlTimeout);  // the next request ends a stall of the control pipe
 }
 
 TransferResult LibusbPort::write(std::span<const std::uint8_t> bytes, nanoseconds timeout) noexcept {
   const nanoseconds deadline = now() + timeout;
   TransferResult result;
   std::size_t sent = 0;
-  do {  // once also for no bytes, which make an empty packet
+  do {  // once also for zero bytes, which make an empty packet
     const auto piece = bytes.subspan(sent, std::min(kWritePiece, bytes.size() - sent));
     if (!out_.away) {
       std::ranges::copy(piece, &buffers_[kOutBegin]);
@@ -257,7 +257,7 @@ bool LibusbPort::listening() const noexcept {
   return std::ranges::any_of(in_, [](const Transfer& transfer) { return transfer.away; });
 }
 
-/// Asks for as many packets as the queue has room for.
+/// Requests as many packets as the queue has room for.
 void LibusbPort::listen() noexcept {
   auto away = static_cast<std::size_t>(
       std::ranges::count_if(in_, [](const Transfer& transfer) { return transfer.away; }));
@@ -270,7 +270,7 @@ void LibusbPort::listen() noexcept {
   }
 }
 
-/// Called by libusb within handle_events(). There is room: listen() saw to that.
+/// Called by libusb within handle_events(). listen() has reserved room.
 void LibusbPort::received(Transfer& transfer) noexcept {
   const TransferResult result = result_of(*transfer.usb);
   const bool cancelled = transfer.usb->status == LIBUSB_TRANSFER_CANCELLED;
@@ -283,7 +283,7 @@ void LibusbPort::received(Transfer& transfer) noexcept {
     std::copy_n(transfer.usb->buffer, result.size, queue_slot(place).begin());
     queue_[place] = {TransferStatus::kDone, 0, result.size};
     ++count_;
-  } else if (!cancelled && !failed_) {  // others that were away fail for the same reason
+  } else if (!cancelled && !failed_) {  // other pending transfers fail for the same reason
     queue_[place] = {result.status, result.code, 0};
     ++count_;
     failed_ = true;
@@ -291,11 +291,11 @@ void LibusbPort::received(Transfer& transfer) noexcept {
   listen();
 }
 
-/// Gets the pipe going again.
+/// Restarts the pipe.
 TransferResult LibusbPort::recover(Arrival failure) noexcept {
   TransferResult result{failure.status, 0, failure.code};
   if (failure.status == TransferStatus::kStalled) {
-    // The kernel wants nothing under way at an endpoint whose halt is cleared.
+    // The kernel requires that no transfer is pending at an endpoint whose halt is cleared.
     for (const Transfer& transfer : in_) {
       if (transfer.away) (void)libusb_cancel_transfer(transfer.usb.get());
     }
@@ -330,7 +330,7 @@ TransferResult LibusbPort::read(std::span<std::uint8_t> buffer, nanoseconds time
     if (failure) return recover(next);
     std::ranges::copy(queue_slot(place).first(next.size), buffer.begin() + static_cast<std::ptrdiff_t>(size));
     size += next.size;
-    if (next.size < packet_bytes_) break;  // its end would not be seen with another packet behind it
+    if (next.size < packet_bytes_) break;  // its end would not be visible with another packet after it
   }
   listen();
   return {TransferStatus::kDone, size, 0};

@@ -7,18 +7,18 @@
 ///   if (!opened.port) throw SetupError(...);    // of opened.refusal
 ///   falcon.activate(...);                       // Falcon falcon(*opened.port);
 ///
-/// Some IN transfers are with the kernel at all times, each as long as one packet, so nothing is lost between
-/// two reads. What came is kept in a queue, in order, failures among it. When nobody reads and the queue is
-/// full, no more is asked for: the device holds on to what it has (USB's own flow control), and what read()
-/// returns first is old. Nothing is dropped here.
+/// Some IN transfers are always pending in the kernel, each one packet long, so nothing is lost between two
+/// reads. Received packets and failures are queued in order. If nothing reads and the queue is full, no more
+/// is requested: the device keeps its data (USB flow control), and what read() returns first is old. Nothing
+/// is dropped here.
 ///
-/// Thread: one, the caller's; libusb's events are handled within the calls, by no thread of ours. libusb has
-/// one per process that listens to udev, which no call waits for.
+/// Thread: one, the caller's; libusb's events are handled within the calls, not by a thread of this class.
+/// libusb has one thread per process that listens to udev; no call waits for it.
 ///
-/// Real-time: nothing of ours allocates after open(). libusb does, with malloc, some hundred bytes for each
-/// transfer that it submits and frees them when it is done; it locks mutexes that only its udev thread
-/// shares; and waits in whole milliseconds, rounded up. A cycle that may not stand that belongs into a thread
-/// of its own. Clearing a halt blocks for a control transfer, for as long as the kernel lets it (5 s).
+/// Real-time: this class does not allocate after open(). libusb does: malloc, some hundred bytes for each
+/// transfer that it submits, freed when it is done. It locks mutexes that only its udev thread shares, and
+/// waits in whole milliseconds, rounded up. A cycle that cannot tolerate this needs its own thread. Clearing
+/// a halt blocks for a control transfer, for as long as the kernel allows (5 s).
 #pragma once
 #include <array>
 #include <chrono>
@@ -50,24 +50,23 @@ class LibusbPort final : public UsbPort {
     std::unique_ptr<LibusbPort> port;  ///< empty: see refusal
     Refusal refusal{};
   };
-  /// Setup. Opens the device, takes the interface from the kernel's driver if one has it (it gets it back in
-  /// the destructor), claims it and starts to listen. `rules_file` as in usb_access.h. `context` has to
-  /// outlive the port and is not shared with others.
+  /// Setup. Opens the device, detaches the kernel driver from the interface if there is one (the destructor
+  /// reattaches it), claims the interface and starts to listen. `rules_file` as in usb_access.h. `context`
+  /// must outlive the port and must not be shared.
   static Opened open(UsbContext& context, const UsbDevice& device, const UsbPipes& pipes,
                      const std::string& rules_file);
-  /// Blocks until the transfers came back, at most a second.
+  /// Blocks until the transfers have returned, at most a second.
   ~LibusbPort() override;
 
   /// Waits at most a second.
   TransferResult control_out(std::uint8_t request, std::uint16_t value,
                              std::uint16_t index) noexcept override;
-  /// When the time is over the transfer is taken back, which may take up to a second more if the kernel does
-  /// not return it, and is as a rule done at once.
+  /// After the time-out the transfer is cancelled. This is usually immediate, but may take up to another
+  /// second if the kernel does not return it.
   TransferResult write(std::span<const std::uint8_t> bytes,
                        std::chrono::nanoseconds timeout) noexcept override;
-  /// A packet that did not fit its transfer shows as kOther, LIBUSB_ERROR_OVERFLOW; one of no bytes as kDone,
-  /// size 0. A buffer that is smaller than the next packet: kOther, LIBUSB_ERROR_INVALID_PARAM, and the
-  /// packet stays.
+  /// A packet larger than its transfer is reported as kOther, LIBUSB_ERROR_OVERFLOW; an empty one as kDone,
+  /// size 0. A buffer smaller than the next packet: kOther, LIBUSB_ERROR_INVALID_PARAM, and the packet stays.
   TransferResult read(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept override;
   std::chrono::nanoseconds now() noexcept override;
 
@@ -80,13 +79,13 @@ class LibusbPort final : public UsbPort {
   using Nanoseconds = std::chrono::nanoseconds;
   using Handle = std::unique_ptr<libusb_device_handle, void (*)(libusb_device_handle*)>;
 
-  /// One of libusb's transfers and where it is.
+  /// One of libusb's transfers and its state.
   struct Transfer {
     std::unique_ptr<libusb_transfer, void (*)(libusb_transfer*)> usb;
     LibusbPort* port = nullptr;
-    bool away = false;  ///< libusb has it: nothing of it may be touched
+    bool away = false;  ///< owned by libusb: it must not be touched
   };
-  /// What came in: a packet, or the failure of a transfer.
+  /// A queued packet, or the failure of a transfer.
   struct Arrival {
     TransferStatus status = TransferStatus::kDone;
     int code = 0;
@@ -119,7 +118,7 @@ class LibusbPort final : public UsbPort {
   std::array<Arrival, kQueued> queue_{};
   std::size_t first_ = 0;
   std::size_t count_ = 0;
-  bool failed_ = false;  // a failure stands in the queue: no more is asked for until it was read
+  bool failed_ = false;  // a failure is queued: no more is requested until it has been read
 };
 
 }  // namespace drivers::usb

@@ -1,5 +1,5 @@
 /// @file
-/// Our durations as libusb takes them.
+/// Durations converted for libusb.
 #pragma once
 #include <sys/time.h>
 
@@ -8,7 +8,7 @@
 
 namespace drivers::usb {
 
-/// Up to the next microsecond, so that a wait never ends before its deadline; what is negative becomes 0.
+/// Rounded up to microseconds, so that a wait never ends before its deadline; negative values become 0.
 inline timeval libusb_time(std::chrono::nanoseconds duration) noexcept {
   const auto rounded = std::chrono::ceil<std::chrono::microseconds>(duration);
   const auto whole = std::max(rounded, std::chrono::microseconds(0));

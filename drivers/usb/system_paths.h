@@ -1,5 +1,5 @@
 /// @file
-/// Where the kernel and udev keep what they know. Tests put a folder of their own in place of each.
+/// Directories of the kernel and udev. Tests replace each with their own.
 #pragma once
 #include <filesystem>
 #include <vector>

@@ -146,7 +146,7 @@ std::string how_to_be_let_in(const AccessFacts& facts) {
          "\"; then log out and in again";
 }
 
-/// Some are looked for by their vendor alone.
+/// Some devices are looked up by their vendor only.
 std::string asked_for(const UsbDevice& device) {
   const std::string ids = ids_of(device);
   return device.product == 0 ? "device of vendor " + ids.substr(0, ids.find(':')) : ids;
@@ -182,7 +182,7 @@ AccessFacts collect_access_facts(const UsbContext& context, const UsbDevice& dev
   AccessFacts facts;
   facts.device = device;
   facts.interface = interface;
-  // Not by libusb's list: it drops a device whose node it could not find.
+  // Not by libusb's list: it omits a device whose node it could not find.
   facts.on_bus =
       first_line(sysfs_folder(device, paths) / "devnum") == std::to_string(static_cast<int>(device.address));
   facts.same_vendor = names_of_vendor(context, device.vendor);

@@ -1,7 +1,7 @@
 /// @file
-/// Why a USB device cannot be used, in words that say what to do. Facts are gathered in one place and judged
-/// in another, so that each sentence can be tested without its cause. Setup: everything. Nothing is opened,
-/// sent or changed; what cannot be read counts as not there.
+/// Explains why a USB device cannot be used, with advice. Facts are collected in one function and judged in
+/// another, so that each message can be tested without its cause. Setup: everything. Nothing is opened, sent
+/// or changed; what cannot be read counts as absent.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -31,7 +31,7 @@ struct NodeHolder {
 struct AccessFacts {
   UsbDevice device{};
   bool on_bus = false;
-  std::vector<std::string> same_vendor{};  ///< names of the vendor's devices that are there
+  std::vector<std::string> same_vendor{};  ///< names of the vendor's devices that are present
 
   std::string node{};              ///< /dev/bus/usb/BBB/DDD
   bool node_folder_there = false;  ///< /dev/bus/usb
@@ -44,20 +44,20 @@ struct AccessFacts {
   std::string user{};
   bool in_group = false;          ///< this process, in the node's group
   bool listed_in_group = false;   ///< the user, by the group database
-  std::string rules_file{};       ///< such as 60-novint-falcon.rules; empty: none is known for it
-  std::string rules_installed{};  ///< its path; empty: nowhere
+  std::string rules_file{};       ///< such as 60-novint-falcon.rules; empty: no file is known for the device
+  std::string rules_installed{};  ///< its path; empty: not installed
 
   int interface = 0;
-  std::string driver{};  ///< of the kernel, bound to the interface; usbfs: a program has claimed it
+  std::string driver{};  ///< kernel driver bound to the interface; usbfs: a program has claimed it
   bool claim_refused = false;
   std::vector<NodeHolder> holders{};
   bool all_processes_seen = false;  ///< else some belong to other users
 };
 
-/// `rules_file`: the name of the udev rules that give access to such a device, empty if there are none.
+/// `rules_file`: name of the udev rules that give access to such a device; empty if there are none.
 AccessFacts collect_access_facts(const UsbContext& context, const UsbDevice& device, int interface,
                                  const std::string& rules_file);
-/// The same for a device that was looked for and is not there.
+/// The same for a device that was not found.
 AccessFacts absence_facts(const UsbContext& context, const UsbDevice& wanted);
 
 enum class Access : std::uint8_t {
@@ -65,18 +65,18 @@ enum class Access : std::uint8_t {
   kNotOnBus,
   kNoNode,
   kDenied,
-  kDriverBound,  ///< taken off while a port is open, unless the kernel refuses
+  kDriverBound,  ///< detached while a port is open, unless the kernel refuses
   kInUse,
 };
 
 struct AccessVerdict {
   Access access = Access::kFree;
   std::string found{};
-  std::string hint{};  ///< empty when free
+  std::string hint{};  ///< empty if free
 };
 AccessVerdict judge_access(const AccessFacts& facts);
 
-/// The driver that the kernel has bound to an interface, empty if none.
+/// The kernel driver bound to an interface; empty if none.
 std::string kernel_driver_of(const UsbDevice& device, int interface, const SystemPaths& paths);
 
 }  // namespace drivers::usb

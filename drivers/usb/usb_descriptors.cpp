@@ -17,7 +17,7 @@ enum class Type : std::uint8_t {
   kHid = 0x21,
 };
 
-// Of the descriptors' standard parts; a device may append to them.
+// Sizes of the standard parts; a device may append to them.
 constexpr std::size_t kHeaderBytes = 2;
 constexpr std::size_t kDeviceBytes = 18;
 constexpr std::size_t kConfigurationBytes = 9;
@@ -100,7 +100,7 @@ std::string other_line(Bytes d) {
   return text;
 }
 
-/// Walks from descriptor to descriptor.
+/// Iterates over the descriptors.
 class Reader {
  public:
   explicit Reader(Bytes bytes) : bytes_(bytes) {}
@@ -134,7 +134,7 @@ class Reader {
     report_.lines.push_back(std::string(2 * level, ' ') + line);
   }
 
-  /// The descriptor if it has its standard part; otherwise a complaint.
+  /// True if the descriptor has its standard part; otherwise reports an error.
   bool whole(Bytes descriptor, std::size_t bytes, const char* name) {
     if (descriptor.size() >= bytes) return true;
     complain(format("%s descriptor of %zu bytes, expected %zu", name, descriptor.size(), bytes));
@@ -176,7 +176,7 @@ class Reader {
     add(3, other_line(d));
   }
 
-  /// Its own count of bytes has to end where the next one begins.
+  /// Its own byte count must end where the next one begins.
   void end_configuration() {
     if (configuration_end_ && *configuration_end_ != at_) {
       complain(format("the configuration ends here and says that it ends at byte %zu", *configuration_end_));

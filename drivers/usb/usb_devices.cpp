@@ -40,7 +40,7 @@ UsbSpeed speed_of(libusb_device* device) noexcept {
   }
 }
 
-/// What libusb knows by itself: also of a device that is gone.
+/// Properties that libusb itself knows, even of a device that is gone.
 UsbDevice without_strings(libusb_device* device) {
   UsbDevice found;
   libusb_device_descriptor descriptor{};
@@ -116,7 +116,7 @@ UsbContext::~UsbContext() { libusb_exit(context_); }
 UsbDevice UsbContext::inspect(libusb_device* device) const {
   UsbDevice found = without_strings(device);
   const std::filesystem::path folder = sysfs_folder(found, paths_);
-  // Another device may stand there by now.
+  // Another device may be there by now.
   if (first_line(folder / "devnum") != std::to_string(found.address)) return found;
   found.manufacturer = first_line(folder / "manufacturer");
   found.product_name = first_line(folder / "product");
@@ -138,7 +138,7 @@ std::vector<UsbDevice> UsbContext::devices(const UsbDeviceFilter& filter) const 
   return found;
 }
 
-/// libusb's callback may not ask it much, so it only notes.
+/// libusb's callback may hardly call libusb, so it only stores the event.
 struct UsbWatch::Seen {
   struct Note {
     UsbArrival::Kind kind;
@@ -186,7 +186,7 @@ std::vector<UsbArrival> UsbWatch::poll(std::chrono::nanoseconds timeout) {
   (void)libusb_handle_events_timeout_completed(context_.get(), &wait, nullptr);
   std::vector<UsbArrival> arrivals;
   for (const Seen::Note& note : std::exchange(seen_->notes, {})) {
-    // The folder of one that went may be another's by now.
+    // The folder of a removed device may belong to another one by now.
     UsbArrival arrival{note.kind, note.kind == UsbArrival::Kind::kCame ? context_.inspect(note.device)
                                                                        : without_strings(note.device)};
     libusb_unref_device(note.device);

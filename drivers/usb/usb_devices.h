@@ -1,9 +1,9 @@
 /// @file
-/// Which USB devices are there, which one came, which one went. Nothing here sends a byte to a device or
-/// opens one: descriptors and strings are the kernel's copies. Setup: everything.
+/// Lists USB devices and reports arrivals and removals. Nothing here sends a byte to a device or opens one:
+/// descriptors and strings are the kernel's copies. Setup: everything.
 ///
-/// libusb has one thread of its own per process, which listens to udev while a context exists; no thread is
-/// ours, and nothing of ours is called outside UsbWatch::poll().
+/// libusb has its own thread per process, which listens to udev while a context exists; this code has no
+/// thread, and none of its functions is called outside UsbWatch::poll().
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -25,16 +25,16 @@ enum class UsbSpeed : std::uint8_t { kUnknown, kLow, kFull, kHigh, kSuper, kSupe
 /// "full speed, 12 Mbit/s"
 const char* describe(UsbSpeed speed) noexcept;
 
-/// A copy of what was known when it was looked for; the device may be gone by now.
+/// Properties at the time of the search; the device may be gone by now.
 struct UsbDevice {
   std::uint16_t vendor = 0;
   std::uint16_t product = 0;
   std::uint8_t bus = 0;
   std::uint8_t address = 0;  ///< a new one each time it is plugged in
   std::string port_path{};   ///< "1-1.2": bus 1, port 1, port 2 of the hub there; "usb1": the root itself.
-                             ///< Stays the same at the same socket, and tells two alike apart
+                             ///< Constant for a socket, and distinguishes identical devices
   UsbSpeed speed = UsbSpeed::kUnknown;
-  // Empty where the device has none, and for one that went.
+  // Empty if the device has none, and for a removed one.
   std::string manufacturer{};
   std::string product_name{};
   std::string serial{};
@@ -46,7 +46,7 @@ std::string ids_of(const UsbDevice& device);
 /// "FALCON HAPTIC (0403:cb48) at 1-1.2"
 std::string name_of(const UsbDevice& device);
 
-/// What is left open fits all.
+/// Empty fields match all.
 struct UsbDeviceFilter {
   std::optional<std::uint16_t> vendor{};
   std::optional<std::uint16_t> product{};
@@ -54,22 +54,22 @@ struct UsbDeviceFilter {
   bool matches(const UsbDevice& device) const noexcept;
 };
 
-/// One connection to libusb. One per user: who waits on one handles the events of all that share it. It has
-/// to outlive what was made from it.
+/// One connection to libusb, for one user: a wait on it handles the events of everything that shares it. It
+/// must outlive the objects made from it.
 class UsbContext {
  public:
-  /// @throws std::runtime_error when libusb cannot start; it needs no device and no right for that.
+  /// @throws std::runtime_error if libusb cannot start; it needs no device and no permission for that.
   explicit UsbContext(SystemPaths paths = {});
   UsbContext(const UsbContext&) = delete;
   UsbContext& operator=(const UsbContext&) = delete;
   ~UsbContext();
 
-  /// Ordered by bus and port. Empty: none there. More than one of a kind: choose by port path.
+  /// Ordered by bus and port. Empty: none found. If there are several of a kind, choose by port path.
   std::vector<UsbDevice> devices(const UsbDeviceFilter& filter = {}) const;
 
   const SystemPaths& paths() const noexcept { return paths_; }
   libusb_context* get() const noexcept { return context_; }
-  /// Everything about one of this context's devices.
+  /// All properties of one of this context's devices.
   UsbDevice inspect(libusb_device* device) const;
 
  private:
@@ -77,11 +77,11 @@ class UsbContext {
   libusb_context* context_ = nullptr;
 };
 
-/// The folder in which the kernel shows the device.
+/// The kernel's folder of the device.
 std::filesystem::path sysfs_folder(const UsbDevice& device, const SystemPaths& paths);
-/// The first line of a file, without its end; empty when there is none.
+/// The first line of a file, without its line end; empty if there is none.
 std::string first_line(const std::filesystem::path& file);
-/// The raw descriptors: the device's, then each configuration's. Empty when the device is gone.
+/// The raw descriptors: the device's, then each configuration's. Empty if the device is gone.
 std::vector<std::uint8_t> descriptors_of(const UsbDevice& device, const SystemPaths& paths);
 
 struct UsbArrival {
@@ -90,17 +90,17 @@ struct UsbArrival {
   UsbDevice device{};
 };
 
-/// Tells of devices that come and go; first of those that are there already.
+/// Reports devices that arrive and leave, starting with those already present.
 class UsbWatch {
  public:
-  /// @throws std::runtime_error when this system cannot tell.
+  /// @throws std::runtime_error if this system does not support it.
   explicit UsbWatch(UsbDeviceFilter filter, SystemPaths paths = {});
   UsbWatch(const UsbWatch&) = delete;
   UsbWatch& operator=(const UsbWatch&) = delete;
   ~UsbWatch();
 
-  /// What happened since the last call, in order. Waits for something to happen to any device, at most
-  /// `timeout` (libusb rounds up to a millisecond); 0: not at all.
+  /// Events since the last call, in order. Waits up to `timeout` for an event of any device (libusb rounds up
+  /// to a millisecond); 0: does not wait.
   std::vector<UsbArrival> poll(std::chrono::nanoseconds timeout = {});
 
  private:
