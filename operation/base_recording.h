@@ -1,6 +1,6 @@
 /// @file
-/// The recording of a base: `wheel-1.csv` … `wheel-4.csv` (format and columns of the recording contract, with
-/// the filtered velocity) and `base.csv` (poses, wrench, timing).
+/// Recording of a base: `wheel-1.csv` … `wheel-4.csv` (format and columns of the recording contract, with the
+/// filtered velocity) and `base.csv` (poses, wrench, timing).
 #pragma once
 #include <chrono>
 #include <filesystem>

@@ -1,5 +1,5 @@
 /// @file
-/// The base on its own: its task with what records and judges it.
+/// A run of the base: its task with recording and summary.
 #pragma once
 #include <functional>
 #include <memory>
@@ -13,14 +13,15 @@ namespace operation {
 
 struct Summary : RunSummary {
   PathMetrics path;
-  bool fell_behind = false;  ///< stopped, as it was too far from its reference
+  bool fell_behind = false;  ///< stopped because it was too far from its reference
 };
 
 class BaseRun final : public RecordedRun<Cycle, CycleRecord, Summary> {
  public:
-  /// Robot and truth (may be null) outlive the run. `after_cycle` sees every cycle, as a part of it.
-  /// @throws std::invalid_argument for a configuration that no part accepts, or a recording that would be
-  ///         replaced; hal::SetupError when the record directory cannot be used.
+  /// Robot and truth (may be null) must outlive the run. `after_cycle` is called in every cycle, as a part of
+  /// it.
+  /// @throws std::invalid_argument for an invalid configuration, or if a recording would be replaced;
+  /// hal::SetupError if the record directory cannot be used.
   BaseRun(const Config& config, const RunOptions& options, hal::Robot& robot,
           std::unique_ptr<MotionSource> motion, const control::PlanarPose* truth,
           std::function<void(const CycleRecord&)> after_cycle = {});
@@ -32,7 +33,7 @@ class BaseRun final : public RecordedRun<Cycle, CycleRecord, Summary> {
   std::string stop_reason() override;
 
   hal::Robot& robot_;
-  std::unique_ptr<MotionSource> motion_;  // the cycle's, which is over when this goes
+  std::unique_ptr<MotionSource> motion_;  // used by the cycle; destroyed after it
 };
 
 }  // namespace operation

@@ -16,7 +16,7 @@ using runtime::StopReason;
 using runtime::Verdict;
 using std::chrono::nanoseconds;
 
-// What stopped it, see StopReason::text.
+// Reasons to stop, see StopReason::text.
 constexpr const char* kNoSetpoint =
     "no new set-point for {value:.3f} s; braked and switched off: see what holds up their source";
 constexpr const char* kTooFast =
@@ -103,7 +103,7 @@ void BaseTask::read(const Moment& moment) noexcept {
 }
 
 bool BaseTask::can_brake_after_pause(const Moment& /*moment*/) noexcept {
-  // The reference has gone on without us: not to be chased.
+  // The reference has moved on meanwhile: do not chase it.
   controller_.forget_velocity(position_rad_);
   return true;
 }
@@ -129,7 +129,7 @@ Verdict BaseTask::step(const Moment& moment, hal::RobotCommand& command) noexcep
   record_.reference_W = as_array(reference.X_WB);
   const nanoseconds age = moment.now - motion.stamp;
   StopReason reason;
-  // A reference that was slowed down is still on its way when the motion that asked for it is over.
+  // A limited reference is still moving when its motion has ended.
   bool finished = false;
   if (age > config_.command_timeout)
     reason = {.kind = StopReason::Kind::kCommandTimeout, .text = kNoSetpoint, .value = seconds(age)};
@@ -193,7 +193,7 @@ Verdict BaseTask::apply(const control::BaseController::Output& output, bool runn
   for (std::size_t i = 0; i < kWheels; ++i) {
     const double wanted_Nm = output.torque_Nm[static_cast<Eigen::Index>(i)];
     control::TorqueRate& rate = torque_rates_[i];
-    // Braking is not slowed down.
+    // Braking is not limited.
     command.joints[i] = hal::JointCommand::torque_Nm(running ? rate.step(wanted_Nm) : rate.pass(wanted_Nm));
     if (rate.limited()) record_.limited |= limiter::kTorqueRate;
   }
@@ -213,7 +213,7 @@ Verdict BaseTask::apply(const control::BaseController::Output& output, bool runn
 }
 
 void BaseTask::keep_record(const control::BaseController::Output& output) noexcept {
-  // Where its drives' commutation leaves it is the start, and stays it when they never obey.
+  // The start is the pose after the drives' commutation, and remains so if they never obey.
   X_WB_ = obeyed_ ? output.X_WB : config_.start;
   record_.odometry_W = as_array(X_WB_);
   record_.limited = output.limited ? limiter::kEffort : 0;

@@ -1,5 +1,5 @@
 /// @file
-/// The base follows a motion: a path, a velocity, or the place where it stands.
+/// The base follows a motion: a path, a velocity, or its current position.
 #pragma once
 #include <array>
 #include <chrono>
@@ -20,38 +20,38 @@
 
 namespace operation {
 
-/// Around control::BaseController. A set-point that is too old, a pause of the program, or a base that is too
-/// far from its reference brakes, as the robot can still be trusted. A shorter pause stops nothing, nor do
-/// samples that did not come for some cycles, and what came to pass meanwhile is an overspeed when it was
-/// one, and only then.
+/// Wraps control::BaseController. A set-point that is too old, a pause of the program, or a base that is too
+/// far from its reference brakes, because the robot can still be trusted. A shorter pause or some missing
+/// samples stop nothing; overspeed is evaluated on the mean velocity over the gap.
 class BaseTask final : public runtime::Task {
  public:
   struct Config : runtime::Supervisor::Config {
     control::BaseController::Config controller;
     double wheel_speed_limit_rad_per_s = 12.0;
-    /// Of what a joint's drive can deliver, a second. Braking is not slowed down.
+    /// Per second, relative to the maximum torque of a joint's drive. Braking is not limited.
     double torque_rate_per_s = control::kTorqueRate_per_s;
-    /// Of the reference, whatever asks for it.
+    /// For the reference, whatever its source.
     control::ReferenceLimiter::Config setpoint;
-    /// The base may be this far from its reference; further for kFollowingTime, it is stopped (the window
-    /// and time-out of a following error in CiA 402, objects 6065h and 6066h). A path does not wait for a
-    /// base that is held: it would arrive late and report success. Nor does it dart when it is let go: the
-    /// reference is ahead by no more than this limit and the way of that time. Of all runs that do follow,
-    /// one without friction compensation is furthest off, 55 mm and 0.14 rad; the reference of a velocity
-    /// waits at two thirds of it. Infinite: no limit.
+    /// The base may be this far from its reference; if it is further for kFollowingTime, it is stopped
+    /// (window and time-out of a following error in CiA 402, objects 6065h and 6066h). A path does not wait
+    /// for a blocked base: it would arrive late and report success. The base does not jump when it is
+    /// released: the reference is ahead by at most this limit and the way of that time. Of all runs that
+    /// follow, one without friction compensation has the largest error, 55 mm and 0.14 rad; the reference of
+    /// a velocity waits at two thirds of the limit. Infinite: no limit.
     double following_error_m = 0.15;
     double following_error_rad = 0.3;
-    /// For a simulation that is to show how far off the base gets.
+    /// For a simulation that shows how large the error of the base gets.
     void allow_any_following_error() noexcept {
       following_error_m = following_error_rad = std::numeric_limits<double>::infinity();
     }
-    control::Workspace workspace;  ///< of which the base's matters here
-    control::PlanarPose start{};   ///< X_WB when the drives begin to obey
+    control::Workspace workspace;  ///< only the base's part is used
+    control::PlanarPose start{};   ///< X_WB when the drives start to obey
   };
   static constexpr std::chrono::milliseconds kFollowingTime{200};
 
-  /// `motion` outlives the task; so does `truth`, the simulated base's pose or null.
-  /// @throws std::invalid_argument from the controller's configuration, or when the robot has no four wheels.
+  /// `motion` must outlive the task, and so must `truth`, the simulated base's pose or null.
+  /// @throws std::invalid_argument from the controller's configuration, or if the robot does not have four
+  /// wheels.
   BaseTask(const Config& config, const hal::Robot& robot, MotionSource& motion,
            const control::PlanarPose* truth);
 
@@ -87,9 +87,10 @@ class BaseTask final : public runtime::Task {
   control::WheelVector position_rad_ = control::WheelVector::Zero();
   double elapsed_s_ = 0.0;  // between the last two samples
   CycleRecord record_;
-  std::chrono::nanoseconds followed_{};  // when the base was last near its reference
+  std::chrono::nanoseconds followed_{};  // when the base was last close to its reference
   control::PlanarPose X_WB_;             // odometry of the last cycle
-  bool obeyed_ = false;                  // the drives, at least once: it counts from then on
+  bool obeyed_ = false;                  // the drives have obeyed at least once: the pose is valid from then
+                                         // on
   double may_be_outside_m_;
 };
 

@@ -42,10 +42,10 @@ void read_duration(TomlTable& table, std::string_view key, std::chrono::nanoseco
 }
 
 void read_loop(TomlTable table, Config& config) {
-  // Slower than 100 Hz the filters have no meaning; faster than 1 kHz upsets the youBot's own controllers.
+  // Below 100 Hz the filters do not work; above 1 kHz the youBot's own controllers fail.
   read_duration(table, "period_s", config.cycle.period, {.min = 0.001, .max = 0.01});
   read_duration(table, "command_timeout_s", config.cycle.command_timeout, {.min = 0.005, .max = 2.0});
-  // youbotctl says something at least every 0.2 s.
+  // youbotctl sends a request at least every 0.2 s.
   read_duration(table, "commander_timeout_s", config.commander_timeout, {.min = 0.3, .max = 10});
   table.integer("priority", config.real_time.priority, {.min = 1, .max = 99});
   int cpu = -1;
@@ -59,7 +59,7 @@ void read_geometry(TomlTable table, control::BaseGeometry& geometry) {
   table.number("track_m", geometry.track_m, {.min = 0.1, .max = 2.0});
 }
 
-/// The base is treated alike along x and y.
+/// The base has the same gain along x and y.
 void read_gain(TomlTable& table, std::string_view linear_key, double linear_max, std::string_view turning_key,
                double turning_max, control::PlanarVector& gain) {
   double linear = gain[0];
@@ -94,7 +94,7 @@ void read_limits(TomlTable table, Cycle::Config& cycle) {
   table.number("following_error_rad", cycle.following_error_rad, {.min = 0.01, .max = 10});
 }
 
-/// "base_x_m = [-1, 3]": a wall below and one above.
+/// "base_x_m = [-1, 3]": lower and upper limit.
 void read_walls(TomlTable& table, std::string_view key, double& lower_m, double& upper_m) {
   std::array<double, 2> walls_m{lower_m, upper_m};
   table.numbers(key, walls_m, {.min = -100, .max = 100});
@@ -116,9 +116,9 @@ void read_workspace(TomlTable table, control::Workspace& workspace) {
                  "and 'workspace.base_y_m' leave out the origin, where the base stands at the start");
 }
 
-/// Diagonally a wheel turns up to √2 times as fast as straight ahead, and a turn adds to either.
+/// Driving diagonally turns a wheel up to √2 times as fast as straight ahead, and a turn adds to either.
 double fastest_wheel_rad_per_s(const control::BasePath::Plan& plan, const control::BaseGeometry& geometry) {
-  constexpr double kPeakOfMean = 15.0 / 8;  // of the polynomial that a leg follows, see control::BasePath
+  constexpr double kPeakOfMean = 15.0 / 8;  // of the polynomial on each segment, see control::BasePath
   const control::LinkMap map = control::LinkMap::with_geometry(geometry);
   double fastest_rad_per_s = 0;
   for (const control::PlanarVector& displacement_B : plan.displacements_B) {
@@ -130,10 +130,10 @@ double fastest_wheel_rad_per_s(const control::BasePath::Plan& plan, const contro
   return fastest_rad_per_s;
 }
 
-/// A path is known before anything moves, so it is refused then.
+/// A path is known before anything moves, so it is checked here.
 void check_path(const Config& config, TomlTable& table) {
   const control::BasePath::Plan& plan = config.path;
-  // Refused already.
+  // Already rejected.
   if (std::any_of(plan.displacements_B.begin(), plan.displacements_B.end(),
                   [](const control::PlanarVector& displacement) { return displacement.isZero(); }))
     return;
@@ -148,7 +148,7 @@ void check_path(const Config& config, TomlTable& table) {
                                     fastest_rad_per_s));
 }
 
-/// Whether a name leads out of `folder`, by itself or by a link in it.
+/// Whether a name leads out of `folder`, directly or through a link in it.
 bool leaves(const std::filesystem::path& folder, const std::filesystem::path& name) {
   if (name.is_absolute() || std::find(name.begin(), name.end(), "..") != name.end()) return true;
   const std::filesystem::path home = std::filesystem::weakly_canonical(folder.empty() ? "." : folder);
@@ -157,7 +157,8 @@ bool leaves(const std::filesystem::path& folder, const std::filesystem::path& na
   return relative.empty() || *relative.begin() == "..";
 }
 
-/// Whether only root, the user of this program or who owns the configuration's folder can have written it.
+/// Whether only root, the user of this program or the owner of the configuration's folder can have written
+/// it.
 bool is_trusted(const std::filesystem::path& folder, const runtime::RegularFile& file) {
   struct stat home {};
   const bool known =
@@ -166,7 +167,7 @@ bool is_trusted(const std::filesystem::path& folder, const runtime::RegularFile&
   return known && !file.group_or_others_may_write();
 }
 
-/// Model files stand relative to the file that names them. Their own mistakes have their own line in them.
+/// Model files are relative to the file that names them. Errors in them are reported with their own lines.
 std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::string_view key,
                                                      const std::filesystem::path& folder,
                                                      const std::string& name) {
@@ -179,7 +180,7 @@ std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::stri
   const std::filesystem::path path = folder / name;
   try {
     if (!table.is_set(key)) return runtime::read_drive_model(path);
-    // What is judged is what is read, however often the path leads elsewhere meanwhile.
+    // Checks the open file, so that the path cannot change in between.
     const runtime::RegularFile file(path);
     if (!is_trusted(folder, file))
       return refuse(
@@ -193,8 +194,8 @@ std::optional<model::effects::DriveModel> read_model(TomlTable& table, std::stri
   }
 }
 
-/// A curve that bends below zero at a speed the wheels may have is no friction: helped by what it seems to
-/// be, they would be driven astray.
+/// A curve that drops below zero within the wheels' speed range is not friction: its compensation would drive
+/// them.
 void read_wheel_models(TomlTable& table, const std::filesystem::path& folder, double top_speed_rad_per_s,
                        control::BaseController::Config& controller) {
   constexpr std::string_view kKey = "models";
@@ -278,7 +279,7 @@ void read_simulation(TomlTable table, const std::filesystem::path& folder, sim::
   read_simulated_wheels(table, folder, simulation);
 }
 
-/// What teleoperation shares with the rest.
+/// Settings that teleoperation shares with the rest.
 void complete(control::Teleoperation::Config& teleoperation, const Config& config) {
   const double period_s = std::chrono::duration<double>(config.cycle.period).count();
   teleoperation.period_s = teleoperation.robot.period_s = teleoperation.mapping.period_s =
@@ -309,11 +310,11 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   runtime::TomlFile toml = runtime::TomlFile::parse(file);
   for (const auto& [key, value] : settings) toml.set(key, value);
   TomlTable root = toml.root();
-  // Every key has a default, but a file without any is a mistake that would enable a robot.
+  // Every key has a default, but a file without any key is a mistake that would enable a robot.
   if (root.empty())
     throw runtime::ConfigError({file.string() + ":1: holds no key; demo.toml and teleop.toml show them all"});
   root.text("robot", config.robot.name);
-  // A bench rig, can:IFACE, is refused by the cycle, which says how many wheels it wants.
+  // The cycle rejects a bench rig, can:IFACE: it reports the number of wheels it needs.
   if (!runtime::is_robot_name(config.robot.name))
     root.refuse("robot", "is none of loopback, wire, ethercat:IFACE");
   TomlTable loop = root.table("loop");
@@ -340,10 +341,10 @@ Config load_config(const std::filesystem::path& file, const std::map<std::string
   runtime::read_can(can, config.robot.can);
   if (config.robot.ethercat.home_arms) config.cycle.enable_timeout = runtime::kHomingTimeout;
 
-  // What one value demands of another.
+  // Constraints between values.
   const Cycle::Config& cycle = config.cycle;
   const double period_s = std::chrono::duration<double>(cycle.period).count();
-  // The cycle that waited in vain ends within a period, and the next begins within another.
+  // The cycle that waited in vain ends within a period, and the next one starts within another.
   const std::chrono::nanoseconds lost_frame = config.robot.ethercat.frame_timeout + 2 * cycle.period;
   if (cycle.command_timeout < 2 * cycle.period)
     loop.refuse("command_timeout_s", "is less than two periods");

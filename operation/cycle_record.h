@@ -1,5 +1,5 @@
 /// @file
-/// Everything one cycle knew and did: what is recorded, kept for a fault report and summed up.
+/// All data of one cycle: recorded, kept for a fault report and summarised.
 #pragma once
 #include <array>
 #include <chrono>
@@ -16,16 +16,16 @@ inline constexpr std::size_t kWheels = 4;
 
 using runtime::Phase;
 
-/// What was cut in a cycle: bits, as in the recordings' column `limited`.
+/// What was limited in a cycle: bits, as in the recordings' column `limited`.
 namespace limiter {
 inline constexpr std::uint8_t kEffort = 1;      ///< a force, moment or torque
-inline constexpr std::uint8_t kTorqueRate = 2;  ///< the change of a torque
-inline constexpr std::uint8_t kWorkspace = 4;   ///< a set-point, at a wall of the workspace
+inline constexpr std::uint8_t kTorqueRate = 2;  ///< the rate of a torque
+inline constexpr std::uint8_t kWorkspace = 4;   ///< a set-point, at a workspace limit
 inline constexpr std::uint8_t kSetpoint = 8;    ///< a set-point's speed, acceleration or jerk
 }  // namespace limiter
 
-/// SI, wheels in bus order, planar values ordered x, y, yaw. The torque command is the one that acts from
-/// this sample's moment on.
+/// SI, wheels in bus order, planar values ordered x, y, yaw. The torque command acts from this sample's time
+/// on.
 struct CycleRecord {
   static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
   static constexpr std::array<double, 3> kUnknown{kNaN, kNaN, kNaN};
@@ -38,16 +38,16 @@ struct CycleRecord {
   std::array<double, 4> position_rad{};
   std::array<double, 4> velocity_rad_per_s{};           ///< filtered from the position
   std::array<double, 4> reported_velocity_rad_per_s{};  ///< the motor controllers' own
-  std::array<double, 3> reference_W = kUnknown;         ///< NaN while there is none
+  std::array<double, 3> reference_W = kUnknown;         ///< NaN without a reference
   std::array<double, 3> odometry_W{};
-  std::array<double, 3> truth_W = kUnknown;  ///< of the simulated base; NaN when the robot is real
+  std::array<double, 3> truth_W = kUnknown;  ///< of the simulated base; NaN for a real robot
   std::array<double, 3> wrench_B{};
   std::chrono::nanoseconds wake_up{};  ///< after its deadline
   std::chrono::nanoseconds step{};     ///< time the cycle took
 };
 static_assert(std::is_trivially_copyable_v<CycleRecord>);
 
-/// The columns of base.csv and of the report on a fault, see runtime/recording/record_rows.h.
+/// The columns of base.csv and of the fault report, see runtime/recording/record_rows.h.
 template <typename Column>
 void visit(const CycleRecord& r, Column&& column) {
   const auto vector = [&column](const char* name, const std::array<const char*, 3>& ends,

@@ -1,12 +1,12 @@
 /// @file
-/// The mode `hold`: the base stays where it stands.
+/// The mode `hold`: the base holds its position.
 #pragma once
 #include "operation/motion_source.h"
 
 namespace operation {
 
-/// Whoever pushes the base feels the controller's stiffness; further than the following error allows, it is
-/// stopped. Ends by a stop.
+/// A push against the base meets the controller's stiffness; beyond the following error limit the base is
+/// stopped. Ends only by a stop.
 class HoldSource final : public MotionSource {
  public:
   void begin(std::chrono::nanoseconds /*now*/, const control::PlanarPose& X_WB) noexcept override {

@@ -1,5 +1,5 @@
 /// @file
-/// Where the cycle takes its set-points from.
+/// Source of the cycle's set-points.
 #pragma once
 #include <chrono>
 
@@ -10,8 +10,8 @@ namespace operation {
 struct Motion {
   std::chrono::nanoseconds stamp{};  ///< when the set-point was made; too old stops the robot
   control::BaseReference reference;
-  bool finished = false;  ///< nothing more to do: come to rest and switch off
-  bool at_wall = false;   ///< of the workspace: held back there
+  bool finished = false;  ///< the motion is complete: come to rest and switch off
+  bool at_wall = false;   ///< held at a workspace limit
 };
 
 /// Called by the cycle's thread.
@@ -22,19 +22,19 @@ class MotionSource {
   MotionSource& operator=(const MotionSource&) = delete;
   virtual ~MotionSource() = default;
 
-  /// Cycle: the robot obeys from now on and stands at `X_WB`.
+  /// Cycle: the robot obeys from now on and is at `X_WB`.
   virtual void begin(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept = 0;
-  /// Cycle: wait-free. `X_WB`: where odometry says the base is.
+  /// Cycle: wait-free. `X_WB`: odometry of the base.
   virtual Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept = 0;
 };
 
-/// Drives a planned path, then rests at its end for a moment.
+/// Drives a planned path, then rests briefly at its end.
 class PathSource final : public MotionSource {
  public:
   /// Time at the goal before the motion counts as finished.
   static constexpr std::chrono::seconds kRestAtGoal{2};
 
-  /// Whose start is where the base stands.
+  /// The plan's start must be the position of the base.
   explicit PathSource(const control::BasePath::Plan& plan) : path_(plan) {}
 
   std::chrono::duration<double> duration() const noexcept {

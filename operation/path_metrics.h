@@ -1,5 +1,5 @@
 /// @file
-/// How well the base followed its reference, summed up while it runs.
+/// How well the base followed its reference, accumulated during the run.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -11,10 +11,11 @@
 
 namespace operation {
 
-/// Measured on the true pose where the base is simulated, on odometry where it is not.
+/// Measured on the true pose if the base is simulated, otherwise on odometry.
 class PathMetrics {
  public:
-  /// Farther than this from the start, the base has moved: a hundred times the give of the stuck wheels.
+  /// Further than this from the start, the base has moved: a hundred times the compliance of the stuck
+  /// wheels.
   static constexpr double kMotion_m = 1e-3;
   static constexpr double kMotion_rad = 2e-3;
 
@@ -49,11 +50,11 @@ class PathMetrics {
   double worst_rad() const noexcept { return worst_rad_; }
   double final_m() const noexcept { return final_m_; }
   double final_rad() const noexcept { return final_rad_; }
-  /// Share of the time in which the controller wanted more than its limits.
+  /// Share of the time in which the controller exceeded its limits.
   double limited_share() const noexcept {
     return count_ > 0 ? static_cast<double>(limited_) / static_cast<double>(count_) : 0.0;
   }
-  /// Since the drives began to obey; none when the base never moved.
+  /// Since the drives began to obey; empty if the base never moved.
   std::optional<std::chrono::nanoseconds> first_motion() const noexcept { return first_motion_; }
 
  private:

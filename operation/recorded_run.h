@@ -1,5 +1,5 @@
 /// @file
-/// What every run does around its cycle: records it, sums it up, keeps the last second for a fault report.
+/// Common part of runs around their cycle: recording, summary, and the last second for a fault report.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -57,10 +57,10 @@ class RecordedRun : public Run {
   Summary& summary() noexcept final { return summary_; }
 
  protected:
-  /// What a cycle is wrapped in, beside what it is made of.
+  /// Parts around the cycle.
   struct Around {
-    std::string rig;                                  ///< as the report on a fault calls it
-    std::unique_ptr<RunRecording<Record>> recording;  ///< null when nothing is recorded
+    std::string rig;                                  ///< name in the fault report
+    std::unique_ptr<RunRecording<Record>> recording;  ///< null without a recording
     std::function<void(const Record&)> after_cycle;   ///< may be empty
   };
   template <typename... CycleArguments>
@@ -76,9 +76,9 @@ class RecordedRun : public Run {
     runtime::warn_of(config.cycle.checks_off);
   }
 
-  /// Cycle: adds it to the summary. False for one that a report on a fault is to leave out.
+  /// Cycle: adds it to the summary. False for a cycle that the fault report leaves out.
   virtual bool sum_up(Record& record) noexcept = 0;
-  /// After the last cycle: in words; empty when nothing went wrong.
+  /// After the last cycle: text of the fault; empty if there was none.
   virtual std::string stop_reason() = 0;
 
   Cycle cycle_;

@@ -6,10 +6,10 @@
 
 namespace operation {
 
-/// How a recording fares while it is written.
+/// State of a recording while it is written.
 struct RecordingState {
-  std::uint64_t cycles_lost = 0;        ///< by now, in at least one file
-  std::vector<std::string> problems{};  ///< in words, with path and cause; empty when all is well
+  std::uint64_t cycles_lost = 0;        ///< so far, in at least one file
+  std::vector<std::string> problems{};  ///< texts with path and cause; empty if there are none
 };
 
 }  // namespace operation

@@ -1,5 +1,5 @@
 /// @file
-/// One stretch of work of the robot, from an enable to drives that are off.
+/// One run of the robot, from enable to drives off.
 #pragma once
 #include <array>
 #include <chrono>
@@ -16,7 +16,7 @@
 
 namespace operation {
 
-/// What a run says of itself while it lasts. Plain values, because they cross threads.
+/// State of a run in progress. Plain values, because they cross threads.
 struct Progress {
   static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -25,10 +25,10 @@ struct Progress {
   std::array<double, 3> base_W{};   ///< odometry: x, y, yaw
   std::array<double, 3> tip_p_WT_m{kNaN, kNaN, kNaN};
   std::array<double, 3> force_H_N{kNaN, kNaN, kNaN};  ///< on the hand
-  control::ChecksOff silent_checks{};                 ///< of the sensors, that do not run now
+  control::ChecksOff silent_checks{};                 ///< of the sensors: those that do not run now
 };
 
-/// Made and wrapped up by one thread, stepped by one, as runtime::run_loop() wants it.
+/// Created and finished by one thread, stepped by one, for runtime::run_loop().
 class Run {
  public:
   Run() = default;
@@ -44,15 +44,15 @@ class Run {
   virtual void switch_off() noexcept = 0;
   virtual bool finished() const noexcept = 0;
   runtime::CycleTimes& record() noexcept { return times_; }
-  /// After step(), when `record()` is complete: keeps and records the cycle.
+  /// After step(), once `record()` is complete: keeps and records the cycle.
   virtual void keep() noexcept = 0;
   virtual Progress progress() const noexcept = 0;
 
-  /// Beside the cycle, by the thread that made it. None: nothing is recorded.
+  /// Concurrently with the cycle, by the thread that created it. Empty: nothing is recorded.
   virtual std::optional<RecordingState> recording() const { return std::nullopt; }
 
-  /// After the last cycle: closes the recording and writes the report on a fault, with the bus' last `frames`
-  /// (may be null). Once.
+  /// After the last cycle: closes the recording and writes the fault report, with the last `frames` of the
+  /// bus (may be null). Call once.
   virtual void wrap_up(const drivers::ethercat::PcapRing* frames) = 0;
   virtual RunSummary& summary() noexcept = 0;
 
@@ -60,14 +60,14 @@ class Run {
   runtime::CycleTimes times_;
 };
 
-/// What a run of any kind needs to know beside its configuration.
+/// Options common to all runs, in addition to the configuration.
 struct RunOptions {
   std::filesystem::path config_file;
-  std::string settings{};  ///< TOML that replaces entries of the file; recorded beside it
+  std::string settings{};  ///< TOML that overrides entries of the file; recorded with it
   std::optional<std::filesystem::path> record_directory{};
-  std::string experiment = "path";  ///< as the recordings of a base call it
-  bool virtual_time = false;        ///< the recording may make the cycle wait
-  bool show_progress = false;       ///< on standard error, while it lasts
+  std::string experiment = "path";  ///< name in the recordings of a base
+  bool virtual_time = false;        ///< the recording may delay the cycle
+  bool show_progress = false;       ///< on standard error, during the run
 };
 
 }  // namespace operation

@@ -18,7 +18,7 @@ void run_alone(hal::Clock& clock, const Config& config, const AloneOptions& opti
     RunProgress progress(options.show_progress, whole);
     const runtime::RobotActivation activation(*robot.robot);
     runtime::RealTimeThread
-        real_time;  // entered last, when everything is allocated and every other thread runs
+        real_time;  // entered last, when everything is allocated and all other threads run
     if (!options.virtual_time)
       summary.not_real_time =
           runtime::enter_real_time(real_time, config.real_time, options.allow_non_real_time);

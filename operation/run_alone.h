@@ -1,5 +1,5 @@
 /// @file
-/// One run from its robot's activation to its summary, without a service around it.
+/// One run from its robot's activation to its summary, without a service.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -15,13 +15,13 @@ namespace operation {
 
 struct AloneOptions : RunOptions {
   std::optional<std::chrono::nanoseconds>
-      duration{};  ///< of robot time; none: until it is finished or stopped
+      duration{};  ///< of robot time; empty: until it is finished or stopped
   bool allow_non_real_time = false;
 };
 
 /// Blocks until the run is finished, `options.duration` is over, `stop` is true or `is_done()`, which is
-/// called once a cycle, as a part of it. `whole`: how long it is to last, for who watches it.
-/// @throws hal::SetupError when real-time was refused and is not waived.
+/// called once per cycle, as a part of it. `whole`: expected duration, for the progress display.
+/// @throws hal::SetupError if real-time was refused and is not waived.
 void run_alone(
     hal::Clock& clock, const Config& config, const AloneOptions& options, const runtime::OpenedRobot& robot,
     Run& run, std::optional<std::chrono::nanoseconds> whole, const std::atomic<bool>& stop,

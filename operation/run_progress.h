@@ -1,5 +1,5 @@
 /// @file
-/// Tells the person at the terminal how far a run is, while it lasts.
+/// Progress of a run on the terminal.
 #pragma once
 #include <chrono>
 #include <optional>
@@ -10,12 +10,12 @@
 
 namespace operation {
 
-/// Writes to standard error from a thread of its own: make it before the loop's thread becomes a real-time
-/// one. Ends with this object.
+/// Writes to standard error from its own thread: create it before the loop's thread becomes a real-time one.
+/// Ends with this object.
 class RunProgress {
  public:
-  /// Says nothing when not `shown`. `whole`: how long the run is to last; empty when nobody knows.
-  /// @throws hal::SetupError when there is no thread for it.
+  /// Prints nothing unless `shown`. `whole`: expected duration of the run; empty if unknown.
+  /// @throws hal::SetupError if the thread cannot be created.
   RunProgress(bool shown, std::optional<std::chrono::nanoseconds> whole);
 
   /// Cycle: wait-free, one thread.

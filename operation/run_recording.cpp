@@ -11,7 +11,7 @@
 namespace operation {
 namespace {
 
-/// @throws hal::SetupError when the disk has no room for half a minute.
+/// @throws hal::SetupError if the disk has no room for half a minute.
 void require_room(const std::filesystem::path& directory) {
   std::error_code unknown;
   const std::filesystem::space_info space =
@@ -27,7 +27,7 @@ void require_room(const std::filesystem::path& directory) {
 }  // namespace
 
 bool holds_recording(const std::filesystem::path& directory) {
-  // A directory that cannot be looked into cannot be written to either, and making files in it says why.
+  // A directory that cannot be read cannot be written either; creating files in it reports why.
   std::error_code unknown;
   for (const char* name : {"config.toml", "base.csv", "wheel-1.csv", "teleoperation.csv"})
     if (std::filesystem::exists(directory / name, unknown)) return true;

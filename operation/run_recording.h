@@ -1,5 +1,5 @@
 /// @file
-/// A run on disk: its tables, the configuration that made it, and report.html.
+/// A run on disk: its tables, its configuration, and report.html.
 #pragma once
 #include <cstdint>
 #include <exception>
@@ -17,17 +17,17 @@
 
 namespace operation {
 
-/// Half a minute at 1 kHz: with less room a run is refused.
+/// Half a minute at 1 kHz: with less room a run is rejected.
 inline constexpr double kMinRoom_bytes = 24e6;
 
-/// Whether recording into this directory would replace an earlier recording, or a user's configuration.
+/// Whether a recording into this directory would replace an earlier recording, or a user's configuration.
 bool holds_recording(const std::filesystem::path& directory);
-/// Leaves nothing there. @throws std::invalid_argument when recording there would replace something,
-/// hal::SetupError when it cannot work.
+/// Leaves nothing there. @throws std::invalid_argument if a recording there would replace something,
+/// hal::SetupError if it cannot work.
 void check_record_directory(const std::filesystem::path& directory);
 
-/// Into a directory that is created when missing. A run that ends before its first cycle leaves nothing. What
-/// cannot be written never stops the robot: it is counted and reported at the end.
+/// Into a directory that is created if it is missing. A run that ends before its first cycle leaves nothing.
+/// A write failure never stops the robot: it is counted and reported at the end.
 template <typename Record>
 class RunRecording {
  public:
@@ -46,7 +46,7 @@ class RunRecording {
     std::vector<Eigen::Vector3d> (*places_W_m)(const Record&);  ///< for WayReport::add()
   };
 
-  /// Setup. @throws hal::SetupError when not all files can be made, or their headers not written; nothing is
+  /// Setup. @throws hal::SetupError if not all files can be created and their headers written; nothing is
   /// left there then.
   explicit RunRecording(Description description)
       : new_recording_(description.directory, description.config, setup_problems_),
@@ -62,7 +62,7 @@ class RunRecording {
   /// Not for a real-time cycle: waits until add() has room, for loops faster than the disk.
   void wait_for_room() noexcept { recording_.wait_for_room(); }
 
-  /// Writes out what is pending, closes the files and writes the page. Call before the results below.
+  /// Writes what is pending, closes the files and writes the page. Call before the results below.
   void close() noexcept {
     recording_.close();
     if (recording_.cycles_added() == 0) return;  // nothing is left of it
@@ -75,11 +75,11 @@ class RunRecording {
 
   std::uint64_t cycles_recorded() const noexcept { return recording_.cycles_recorded(); }
   std::uint64_t cycles_lost() const noexcept { return recording_.cycles_lost(); }
-  /// Any time, also while it is written.
+  /// Any time, also during writing.
   RecordingState state() const {
     return {.cycles_lost = recording_.cycles_lost_so_far(), .problems = problems()};
   }
-  /// What went wrong, in words; empty when everything is on disk.
+  /// Texts on what went wrong; empty if everything is on disk.
   std::vector<std::string> problems() const {
     std::vector<std::string> problems = setup_problems_;
     if (!report_problem_.empty()) problems.push_back(report_problem_);
@@ -99,7 +99,7 @@ class RunRecording {
   }
 
   std::vector<std::string> setup_problems_;
-  runtime::NewRecording new_recording_;  // takes the files away unless there are rows
+  runtime::NewRecording new_recording_;  // removes the files unless there are rows
   WayReport way_;
   std::filesystem::path report_;
   std::string report_problem_;

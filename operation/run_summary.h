@@ -1,5 +1,5 @@
 /// @file
-/// What is told of every run of the daemon, whatever it did.
+/// Summary common to all runs of the daemon.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -16,20 +16,20 @@ namespace operation {
 struct RunSummary {
   std::string robot;
   bool virtual_time = false;
-  std::vector<std::string> not_real_time;  ///< what the system refused
+  std::vector<std::string> not_real_time;  ///< refused by the system
   runtime::LoopStatistics loop;
-  control::ChecksOff once_silent_checks;  ///< of the sensors, that did not run for a while
+  control::ChecksOff once_silent_checks;  ///< of the sensors: those that did not run for a while
   std::uint64_t cycles_setpoint_limited = 0;
   std::uint64_t cycles_torque_rate_limited = 0;
-  std::uint64_t cycles_at_wall = 0;  ///< of the workspace
+  std::uint64_t cycles_at_wall = 0;  ///< at a workspace limit
   bool cut_short = false;            ///< stopped on request or by the duration, before it was finished
-  std::string stop_reason;           ///< empty when nothing went wrong
+  std::string stop_reason;           ///< empty if there was no fault
   std::optional<std::filesystem::path> fault_report;
   bool recorded = false;
   std::uint64_t cycles_recorded = 0;
   std::uint64_t cycles_lost = 0;
   std::vector<std::string> recording_problems;
-  std::vector<std::string> robot_report;  ///< what the robot has to tell, see hal::Robot::report()
+  std::vector<std::string> robot_report;  ///< see hal::Robot::report()
 };
 
 /// `limited` as in the record of a cycle.
@@ -39,7 +39,7 @@ inline void count_limiters(std::uint8_t limited, RunSummary& summary) noexcept {
   if ((limited & limiter::kWorkspace) != 0) ++summary.cycles_at_wall;
 }
 
-/// Writes out a recording and takes what it tells.
+/// Closes a recording and takes its results.
 template <typename Recording>
 void finish(Recording& recording, RunSummary& summary) {
   recording.close();

@@ -11,13 +11,13 @@
 namespace operation {
 
 struct SessionOptions : AloneOptions {
-  /// Sees every cycle, as a part of it: outside virtual time it must neither allocate nor block.
+  /// Called in every cycle, as a part of it: outside virtual time it must neither allocate nor block.
   std::function<void(const CycleRecord&)> after_cycle{};
 };
 
-/// Runs until the motion is finished, the duration is over, `stop` becomes true or a fault. Blocks.
-/// @throws hal::SetupError when the robot cannot be opened, or real-time was refused and is not waived;
-///         std::invalid_argument for a configuration no part accepts.
+/// Blocks until the motion is finished, the duration is over, `stop` becomes true or a fault.
+/// @throws hal::SetupError if the robot cannot be opened, or real-time was refused and is not waived;
+/// std::invalid_argument for an invalid configuration.
 Summary run_session(const Config& config, const SessionOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace operation

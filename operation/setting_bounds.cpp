@@ -29,12 +29,12 @@ struct Bound {
     return weaker == Side::kAbove ? "no more than" : weaker == Side::kBelow ? "no less than" : "nothing but";
   }
 };
-/// Springs, feedforward and compensation, of friction and of a payload's weight, push no harder and no
-/// sooner. Damping of the base brakes, and a limit of speed is as quick as the velocity's filter. The
-/// conditions of each step of the start get no looser, its timeouts no longer. Accelerations and jerks are as
-/// the file has them: more is faster, less stops later. So is damping of the hand, the tip and the posture:
-/// with less they swing, with more their sampled velocity pushes. A release is judged by the mass and
-/// drag of the grip.
+/// Springs, feedforward and compensation, of friction and of a payload's weight, may not push harder or
+/// sooner. Damping of the base brakes, and a speed limit depends on the velocity filter. The conditions of
+/// each start-up step may not become looser, nor its time-outs longer. Accelerations and jerks are as in the
+/// file: more is faster, less stops later. So is damping of the hand, the end effector and the posture: with
+/// less they oscillate, with more their sampled velocity injects energy. Release detection uses the mass and
+/// drag of the handle.
 constexpr auto kBounds = std::to_array<Bound>(
     {{"limits.force_N", [](const Config& c) { return c.cycle.controller.wrench_limits.force_N; }},
      {"limits.moment_Nm", [](const Config& c) { return c.cycle.controller.wrench_limits.moment_Nm; }},
@@ -275,11 +275,11 @@ constexpr auto kBounds = std::to_array<Bound>(
      {"teleoperation.arm.posture_Nm_s_per_rad",
       [](const Config& c) { return c.teleoperation.robot.posture_damping_Nm_s_per_rad; }, Side::kBoth}});
 
-/// What a setting may switch one way and not the other.
+/// Settings that may be switched in one direction only.
 struct Switch {
   const char* key;
   bool (*on)(const Config& config);
-  bool protects;  ///< or else it moves, pushes or helps
+  bool protects;  ///< otherwise it moves, pushes or helps
 };
 constexpr auto kSwitches = std::to_array<Switch>(
     {{"compensation.enabled", [](const Config& c) { return c.cycle.controller.compensate_friction; }, false},

@@ -11,7 +11,7 @@ using runtime::TomlTable;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-/// Given in degrees, kept in radians.
+/// In degrees in the file, in radians here.
 void read_degrees(TomlTable& table, std::string_view key, double& value_rad, double min, double max) {
   double value = value_rad / kDegree;
   table.number(key, value, {.min = min, .max = max});

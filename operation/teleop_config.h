@@ -1,5 +1,5 @@
 /// @file
-/// What the configuration says about teleoperation, beside what every run of the daemon is told.
+/// Configuration of teleoperation, in addition to that of every run.
 #pragma once
 #include "control/teleoperation.h"
 #include "runtime/configuration/toml_reader.h"

@@ -5,7 +5,7 @@ namespace operation {
 std::vector<sim::Task> demo_tasks() {
   using namespace std::chrono_literals;
   namespace tasks = sim::tasks;
-  // The tip starts at (0.35, 0, 0.35) m; forward the pen reaches 4 cm, sideways and up 8.
+  // The end effector starts at (0.35, 0, 0.35) m; forward the handle reaches 4 cm, sideways and up 8.
   return {
       {tasks::Wait{2s}},
       {tasks::Reach{{0.37, 0.05, 0.38}}},

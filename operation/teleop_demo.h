@@ -7,8 +7,8 @@
 
 namespace operation {
 
-/// Made for the scene in teleop.toml: reaches, follows a square, closes the gripper, drives far, touches the
-/// wall, lets go.
+/// For the scene in teleop.toml: reaches, follows a square, closes the gripper, drives far, touches the wall,
+/// releases the handle.
 std::vector<sim::Task> demo_tasks();
 
 }  // namespace operation

@@ -1,5 +1,5 @@
 /// @file
-/// Everything one cycle of teleoperation knew and did.
+/// All data of one cycle of teleoperation.
 #pragma once
 #include <array>
 #include <chrono>
@@ -12,8 +12,8 @@
 namespace operation {
 
 /// SI; frames as in control/robot_model.h and hal/haptic_sample.h, quaternions ordered w, x, y, z, joints as
-/// hal::Robot has them: wheels, then arm. Commands act from this sample's moment on; measured values answer
-/// the row before. Plain numbers, because it crosses threads.
+/// in hal::Robot: wheels, then arm. Commands act from this sample's time on; measured values answer the
+/// previous row. Plain numbers, because it crosses threads.
 struct TeleopRecord {
   static constexpr double kNaN = CycleRecord::kNaN;
   static constexpr std::size_t kJoints = 9;
@@ -37,15 +37,15 @@ struct TeleopRecord {
   std::array<double, 3> grip_p_HD_m{};
   std::array<double, 4> grip_q_HD{};
   std::array<double, 3> grip_v_HD_m_per_s{};
-  std::array<double, 3> grip_force_H_N{};  ///< told to the device now
-  std::array<double, 3> held_force_H_N{};  ///< by the device since the last sample
+  std::array<double, 3> grip_force_H_N{};  ///< commanded now
+  std::array<double, 3> held_force_H_N{};  ///< held by the device since the last sample
   double grip_age_s = 0.0;
   std::uint32_t buttons = 0;
   double tank_J = 0.0;
-  double withheld_N = 0.0;                ///< from the hand, by the tank
-  double port_energy_J = 0.0;             ///< given to the hand since the start
-  double gripper_opening_m = kNaN;        ///< commanded; NaN: as it is
-  std::array<double, kJoints> command{};  ///< N·m, rad or rad/s, as `arm_mode` says of the arm's
+  double withheld_N = 0.0;                ///< from the hand, by the energy tank
+  double port_energy_J = 0.0;             ///< delivered to the hand since the start
+  double gripper_opening_m = kNaN;        ///< commanded; NaN: no gripper command
+  std::array<double, kJoints> command{};  ///< N·m, rad or rad/s; for the arm see `arm_mode`
   std::uint8_t arm_mode = 0;              ///< control::TeleopOutput::Arm
   std::array<double, kJoints> position_rad{};
   std::array<double, kJoints> torque_measured_Nm{};
@@ -54,14 +54,14 @@ struct TeleopRecord {
 };
 static_assert(std::is_trivially_copyable_v<TeleopRecord>);
 
-/// What only a simulation knows.
+/// Values known only in simulation.
 inline void add_truth(TeleopRecord& record, const Eigen::Vector3d& p_WT_m,
                       const Eigen::Vector3d& contact_force_W_N) noexcept {
   record.true_tip_p_WT_m = {p_WT_m.x(), p_WT_m.y(), p_WT_m.z()};
   record.contact_force_W_N = {contact_force_W_N.x(), contact_force_W_N.y(), contact_force_W_N.z()};
 }
 
-/// The columns of teleoperation.csv and of the report on a fault, see runtime/recording/record_rows.h.
+/// The columns of teleoperation.csv and of the fault report, see runtime/recording/record_rows.h.
 template <typename Column>
 void visit(const TeleopRecord& r, Column&& column) {
   const auto plain = [&column](const char* name, double number, int decimals) {

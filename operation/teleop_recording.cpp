@@ -9,7 +9,7 @@
 namespace operation {
 namespace {
 
-/// Where rows may have `nan`, and why.
+/// Columns that may contain `nan`, and why.
 constexpr const char* kNoTruth =
     "true_tip_x_m,true_tip_y_m,true_tip_z_m,contact_force_x_N,contact_force_y_N,contact_force_z_N: "
     "only a simulation knows";

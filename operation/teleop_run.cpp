@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kAfterFault{200};
 
-/// The kind of master decides how it is used.
+/// Adapts the configuration to the kind of haptic device.
 control::Teleoperation::Config fit_to_master(control::Teleoperation::Config config,
                                              const hal::HapticInfo& info) {
   config.master_has_force = info.force_limit_N > 0;
@@ -70,7 +70,7 @@ TeleopRun::TeleopRun(const Config& config, const RunOptions& options, hal::Robot
 
 bool TeleopRun::sum_up(TeleopRecord& record) noexcept {
   if (truth_ != nullptr) add_truth(record, truth_->X_WT().translation(), truth_->contact_force_W_N());
-  // A run that is let go of again and again has more phases than there is room for; the first ones count.
+  // A run with many releases has more phases than there is room for; the first ones are kept.
   if (summary_.phases.size() < summary_.phases.capacity() &&
       (summary_.phases.empty() || summary_.phases.back().first != record.phase))
     summary_.phases.emplace_back(record.phase, record.time);
@@ -84,7 +84,7 @@ bool TeleopRun::sum_up(TeleopRecord& record) noexcept {
                                       record.setpoint_p_WT_m[2] - record.tip_p_WT_m[2]};
     summary_.largest_tip_error_m = std::max(summary_.largest_tip_error_m, length(error));
   }
-  // What led to the end, and not the long lowering of the arm that follows.
+  // The cause of the end, not the long lowering of the arm that follows.
   const runtime::StopReason& last = cycle_.cut_short_by() ? cycle_.cut_short_by() : cycle_.stop_reason();
   return !last || record.time - last.time < kAfterFault;
 }

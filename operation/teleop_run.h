@@ -1,5 +1,5 @@
 /// @file
-/// Base and arm by hand: a TeleopCycle with what records it and sums it up.
+/// Teleoperation of base and arm: a TeleopCycle with recording and summary.
 #pragma once
 #include <functional>
 #include <string>
@@ -22,7 +22,7 @@ struct TaskReport {
 struct TeleopSummary : RunSummary {
   std::string master;
   std::vector<std::string> master_warnings;
-  std::vector<std::pair<control::TeleopPhase, std::chrono::nanoseconds>> phases;  ///< when each began
+  std::vector<std::pair<control::TeleopPhase, std::chrono::nanoseconds>> phases;  ///< start of each
   std::vector<TaskReport> tasks;
   double largest_grip_force_N = 0.0;
   double most_energy_given_J = 0.0;  ///< to the hand, net since the start
@@ -30,15 +30,15 @@ struct TeleopSummary : RunSummary {
   double largest_tip_error_m = 0.0;  ///< from the set-point, while the hand moved the robot
 };
 
-/// The pen of the loopback has an omega.6's travel. Beside a simulated robot it bears pauses.
+/// The handle of the loopback has an omega.6's travel. With a simulated robot it tolerates pauses.
 runtime::OpenedHaptic open_master(const Config& config, const hal::Clock& clock);
 
 class TeleopRun final : public RecordedRun<TeleopCycle, TeleopRecord, TeleopSummary> {
  public:
-  /// Robot, master, which is active, and `truth`, the simulated robot or null, outlive the run. `after_cycle`
-  /// sees every cycle, as a part of it.
-  /// @throws std::invalid_argument for a configuration that no part accepts, or a recording that would be
-  ///         replaced; hal::SetupError when the record directory cannot be used.
+  /// Robot, haptic device (already active) and `truth`, the simulated robot or null, must outlive the run.
+  /// `after_cycle` is called in every cycle, as a part of it.
+  /// @throws std::invalid_argument for an invalid configuration, or if a recording would be replaced;
+  /// hal::SetupError if the record directory cannot be used.
   TeleopRun(const Config& config, const RunOptions& options, hal::Robot& robot, hal::HapticDevice& master,
             const sim::MobileManipulator* truth, std::function<void(const TeleopRecord&)> after_cycle = {});
 

@@ -29,10 +29,10 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
   const std::unique_ptr<hal::Clock> clock = runtime::make_clock(options.virtual_time);
   const runtime::OpenedRobot robot = runtime::open_robot(config.robot, *clock, period);
   const runtime::OpenedHaptic master = open_master(config, *clock);
-  require_simulation(config, options);  // names nobody knows were refused above; no device was touched
+  require_simulation(config, options);  // unknown names were rejected above; no device has been touched
   std::optional<sim::SimulatedOperator> operating;
   if (master.hand && !options.tasks.empty()) {
-    // He has learned how far the tip goes for a way of the pen, and where the rim is.
+    // They know the motion scale between end effector and handle, and the boundary.
     const control::HapticMapping::Config& mapping = config.teleoperation.mapping;
     sim::OperatorParameters knows;
     knows.motion_scale = mapping.motion_scale;
@@ -46,7 +46,7 @@ TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& opti
     run.emplace(config, options, *robot.robot, *master.device, robot.manipulator.get(), options.after_cycle);
     run_alone(*clock, config, options, robot, *run, options.duration, stop, [&] {
       if (!operating) return false;
-      // While the robot comes to rest he has nothing to do.
+      // While the robot comes to rest they have nothing to do.
       const bool obeys =
           run->phase() == control::TeleopPhase::kOperating || run->phase() == control::TeleopPhase::kLetGo;
       if (!obeys) return false;

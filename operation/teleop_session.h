@@ -1,5 +1,5 @@
 /// @file
-/// One run of teleoperation, from opening robot and master to the summary.
+/// One run of teleoperation, from opening robot and haptic device to the summary.
 #pragma once
 #include <atomic>
 #include <functional>
@@ -12,16 +12,16 @@
 namespace operation {
 
 struct TeleopOptions : AloneOptions {
-  /// What a simulated operator does on the loopback's pen once the robot obeys it; then the run ends. Empty:
-  /// he holds the pen still.
+  /// Tasks of a simulated operator on the loopback's handle once the robot obeys it; then the run ends.
+  /// Empty: they hold the handle still.
   std::vector<sim::Task> tasks{};
-  /// Sees every cycle, as a part of it: outside virtual time it must neither allocate nor block.
+  /// Called in every cycle, as a part of it: outside virtual time it must neither allocate nor block.
   std::function<void(const TeleopRecord&)> after_cycle{};
 };
 
-/// Runs until the tasks are done, the duration is over, `stop` becomes true or a fault. Blocks.
-/// @throws hal::SetupError when robot or master cannot be opened, or real-time was refused and is not waived;
-///         std::invalid_argument for a configuration no part accepts.
+/// Blocks until the tasks are done, the duration is over, `stop` becomes true or a fault.
+/// @throws hal::SetupError if robot or haptic device cannot be opened, or real-time was refused and is not
+/// waived; std::invalid_argument for an invalid configuration.
 TeleopSummary run_teleop_session(const Config& config, const TeleopOptions& options,
                                  const std::atomic<bool>& stop);
 

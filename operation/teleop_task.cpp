@@ -21,15 +21,15 @@ using runtime::Verdict;
 using std::chrono::nanoseconds;
 
 constexpr std::size_t kJoints = TeleopRecord::kJoints;
-/// A master's own thread does not keep step with this loop.
+/// A haptic device's own thread does not keep step with this loop.
 constexpr std::chrono::milliseconds kFresh{10};
-/// After up to so many periods a wake-up was late, and the next is the earlier.
+/// Up to this many periods it was a late wake-up, and the next one is correspondingly early.
 constexpr int kPeriodsOfNoPause = 3;
-/// Of the controller's own times for braking and lowering, which it counts in cycles.
+/// Relative to the controller's own times for braking and lowering, which it counts in cycles.
 constexpr double kBrakeShare = 2;
 constexpr double kDegrees = 180 / std::numbers::pi;
 
-// What stopped it, see StopReason::text.
+// Reasons to stop, see StopReason::text.
 constexpr const char* kNotCentred =
     "the master did not come to its origin in time; nothing has moved: enable again and bring it to its "
     "middle";
@@ -99,7 +99,7 @@ TeleopTask::TeleopTask(const Config& config, const hal::Robot& robot, hal::Hapti
 }
 
 void TeleopTask::read(const Moment& moment) noexcept {
-  // After a pause, what was computed before is not to act now.
+  // After a pause, the old command must not act.
   if (moment.paused || is_over(moment.phase)) master_command_ = {};
   master_status_ = master_.exchange(master_command_, master_sample_);
   controlled_ = false;
@@ -118,7 +118,7 @@ void TeleopTask::read(const Moment& moment) noexcept {
                                  [](const hal::JointSample& joint) { return joint.homed; });
   input_.master_ready = master_status_.ok();
   input_.grip_fresh = master_status_.ok() && master_status_.age < kFresh;
-  // Not ready is not yet, and ends by itself.
+  // Not ready means not yet, and ends by itself.
   input_.master_fault = !master_status_.ok() && master_status_.fault != hal::HapticFault::kNotReady;
   input_.grip_after_pause = moment.gap > kPeriodsOfNoPause * period_;
   input_.grip = {master_sample_.p_HD_m, master_sample_.q_HD, master_sample_.v_HD_H_m_per_s};
@@ -129,7 +129,7 @@ void TeleopTask::read(const Moment& moment) noexcept {
 }
 
 bool TeleopTask::can_brake_after_pause(const Moment& moment) noexcept {
-  // Before the drives obey nothing moves, and nothing is to be stopped.
+  // Before the drives obey nothing moves, so there is nothing to stop.
   if (moment.phase != Phase::kStarting) control_.stop_after_gap(input_);
   return true;
 }
@@ -143,7 +143,7 @@ Verdict TeleopTask::wait(const Moment& moment) noexcept {
   }
   control(moment);
   hal::RobotCommand once_they_obey;
-  apply(once_they_obey);  // into the record
+  apply(once_they_obey);  // for the record
   return control_.finished() ? Verdict{.next = Verdict::Next::kFail, .reason = reason()} : Verdict{};
 }
 
@@ -152,7 +152,7 @@ Verdict TeleopTask::begin(const Moment& moment, hal::RobotCommand& command) noex
 }
 
 Verdict TeleopTask::step(const Moment& moment, hal::RobotCommand& command) noexcept {
-  // Angles that count from where the arm was at power-up do not say where it is.
+  // Angles relative to the power-up position do not give the arm's pose.
   if (control_.phase() == TeleopPhase::kCentring && !input_.arm_homed)
     control_.request_stop(TeleopEnd::kNotHomed);
   control(moment);
@@ -171,7 +171,7 @@ Verdict TeleopTask::brake(const Moment& moment, hal::RobotCommand& command,
   return {.next = control_.finished() ? Verdict::Next::kRest : Verdict::Next::kGoOn};
 }
 
-/// Once a cycle: a cycle that begins to brake has been stepped already.
+/// Once per cycle: a cycle that starts to brake has already been stepped.
 void TeleopTask::control(const Moment& moment) noexcept {
   if (controlled_) return;
   controlled_ = true;
@@ -182,7 +182,7 @@ void TeleopTask::control(const Moment& moment) noexcept {
 }
 
 void TeleopTask::apply(hal::RobotCommand& command) noexcept {
-  // Braking and lowering are not slowed down.
+  // Braking and lowering are not limited.
   const bool following = output_.phase >= TeleopPhase::kApproaching && output_.phase <= TeleopPhase::kLetGo;
   record_.limited &= static_cast<std::uint8_t>(~limiter::kTorqueRate);
   for (std::size_t i = 0; i < kWheels; ++i)
@@ -191,7 +191,7 @@ void TeleopTask::apply(hal::RobotCommand& command) noexcept {
   for (std::size_t i = kWheels; i < kJoints; ++i) {
     const double target = output_.arm_target[static_cast<Eigen::Index>(i - kWheels)];
     hal::JointCommand& joint = command.joints[i];
-    // The first torque takes over from a position controller, whose torque it does not know.
+    // The first torque replaces a position controller, whose torque is unknown.
     const bool had_torque = joint.mode == hal::CommandMode::kTorque;
     switch (output_.arm) {
       case TeleopOutput::Arm::kPosition: joint = hal::JointCommand::position_rad(target); break;

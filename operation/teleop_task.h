@@ -17,9 +17,9 @@
 
 namespace operation {
 
-/// control::Teleoperation between a hal::Robot with base and arm and a hal::HapticDevice. A fault of the
-/// master, or a pause of the program, brings base and arm to rest and lowers the arm; a fault of the robot
-/// switches the drives off at once. The force on the hand is off in either.
+/// Connects control::Teleoperation with a hal::Robot with base and arm and a hal::HapticDevice. A fault of
+/// the haptic device, or a pause of the program, brings base and arm to rest and lowers the arm; a fault of
+/// the robot switches the drives off at once. In both cases the force on the hand is off.
 class TeleopTask final : public runtime::Task {
  public:
   struct Config : runtime::Supervisor::Config {
@@ -27,7 +27,7 @@ class TeleopTask final : public runtime::Task {
     double torque_rate_per_s = control::kTorqueRate_per_s;  ///< as in BaseTask::Config
   };
 
-  /// `master` outlives the task. @throws std::invalid_argument from the controller's configuration, or when
+  /// `master` must outlive the task. @throws std::invalid_argument from the controller's configuration, or if
   /// the robot is not a base with one arm.
   TeleopTask(const Config& config, const hal::Robot& robot, hal::HapticDevice& master);
 
@@ -38,7 +38,7 @@ class TeleopTask final : public runtime::Task {
   runtime::Verdict step(const runtime::Moment& moment, hal::RobotCommand& command) noexcept override;
   runtime::Verdict brake(const runtime::Moment& moment, hal::RobotCommand& command,
                          double& fastest_rad_per_s) noexcept override;
-  /// Braking the base and lowering the arm have times of their own.
+  /// Braking the base and lowering the arm have their own times.
   std::chrono::nanoseconds brake_timeout() const noexcept override { return brake_timeout_; }
 
   TeleopRecord& record() noexcept { return record_; }  ///< of the last cycle

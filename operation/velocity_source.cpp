@@ -10,7 +10,7 @@ namespace {
 using control::PlanarPose;
 using control::PlanarVector;
 
-/// Shortened, along and across together and turning by itself, to these lengths.
+/// Limits translation (along and across together) and rotation (by itself) to these lengths.
 PlanarVector cut(const PlanarVector& v, double linear, double turning) noexcept {
   const double length = v.head<2>().norm();
   PlanarVector result = v;
@@ -55,10 +55,10 @@ Motion VelocitySource::read(std::chrono::nanoseconds now, const PlanarPose& X_WB
     wanted_B_ = slow_enough_for_wheels(cut(wanted_B_, limits_.speed_m_per_s, limits_.turn_speed_rad_per_s));
   const PlanarVector step = cut(wanted_B_ - twist_B_, limits_.acceleration_m_per_s2 * period_s_,
                                 limits_.turn_acceleration_rad_per_s2 * period_s_);
-  // Speeding up and turning change at their own rates: on the way from one twist to the next they may add up.
+  // Speed and turn rate change independently: between two twists they may add up.
   const PlanarVector next_B = slow_enough_for_wheels(twist_B_ + step);
   const PlanarVector before_B = std::exchange(twist_B_, braked_before_walls(next_B));
-  // Over a pause, too: a base that went on meanwhile is not to be pulled back.
+  // Also over a pause: a base that moved on meanwhile must not be pulled back.
   const std::chrono::duration<double> elapsed = now - std::exchange(last_read_, now);
   const PlanarPose ahead_W = control::moved_by(reference_W_, twist_B_ * elapsed.count());
   const PlanarVector from_base(ahead_W.x_m - X_WB.x_m, ahead_W.y_m - X_WB.y_m,

@@ -1,5 +1,5 @@
 /// @file
-/// Set-points from a velocity that somebody keeps telling.
+/// Set-points from a repeated velocity command.
 #pragma once
 #include "control/base_path.h"
 #include "control/link_map.h"
@@ -9,26 +9,27 @@
 
 namespace operation {
 
-/// A reference that moves at the last commanded velocity, no faster and no more suddenly than the limits of
-/// the path allow. It waits for a base that is held back, so that it does not dart off when it is let go; who
-/// commands a velocity sees that, and goes on. A path has no commander who sees it, and is stopped
+/// A reference that moves at the last commanded velocity, within the speed and acceleration limits of the
+/// path. It waits for a base that is held back, so that the base does not jump when it is released; the
+/// commanding client sees this and continues. On a path, where no one does, the base is stopped instead
 /// (Cycle::Config).
 class VelocitySource final : public MotionSource {
  public:
-  /// The reference is never further from the base than this.
+  /// Maximum distance of the reference from the base.
   struct Leash {
     double m = 0.1;
     double rad = 0.2;
   };
 
-  /// What would turn a wheel faster is slowed down as a whole, so that its direction stays; where a turn adds
-  /// to a fast drive, harder than the acceleration allows, which the cycle's ReferenceLimiter bounds.
+  /// A velocity that would turn a wheel too fast is scaled down as a whole, which keeps its direction. If a
+  /// turn is added to a fast drive, this may exceed the acceleration limit; the cycle's ReferenceLimiter
+  /// bounds it.
   struct Wheels {
     control::LinkMap map;
     double speed_limit_rad_per_s;
   };
 
-  /// `box_W_m`: the reference brakes before its walls as hard as the limits allow, and stays inside.
+  /// `box_W_m`: the reference brakes before its limits as hard as allowed, and stays inside.
   VelocitySource(const control::BasePath::Limits& limits, const Wheels& wheels,
                  std::chrono::nanoseconds period, const Leash& leash, const Eigen::AlignedBox2d& box_W_m)
       : limits_(limits),
@@ -45,7 +46,7 @@ class VelocitySource final : public MotionSource {
 
  private:
   control::PlanarVector slow_enough_for_wheels(const control::PlanarVector& twist_B) const noexcept;
-  /// No faster towards a wall than it can be braked before it.
+  /// Limits the speed towards a workspace limit so that it can brake before it.
   control::PlanarVector braked_before_walls(const control::PlanarVector& twist_B) const noexcept;
 
   control::BasePath::Limits limits_;

@@ -13,8 +13,8 @@ namespace {
 constexpr std::size_t kMostPoints = 20'000;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
-/// Walls of a box in the plane of x and another axis, each a line with a gap behind it. One without walls on
-/// all sides is drawn as far as the ways go.
+/// Limits of a box in the plane of x and another axis, each a line with a gap after it. A line without limits
+/// on all sides ends where the paths end.
 class Walls {
  public:
   Walls(std::string name, double overhang_m)
@@ -61,7 +61,7 @@ void WayReport::add(const std::vector<Eigen::Vector3d>& places_W_m, std::uint8_t
   if (cycles_++ % every_ != 0) return;
   for (std::size_t i = 0; i < ways_.size(); ++i) points_W_m_[i].push_back(places_W_m.at(i));
   if (points_W_m_.front().size() < kMostPoints) return;
-  // Every second one makes room.
+  // Drops every second one.
   for (std::vector<Eigen::Vector3d>& points_m : points_W_m_) {
     for (std::size_t i = 0; i < points_m.size() / 2; ++i) points_m[i] = points_m[2 * i];
     points_m.resize(points_m.size() / 2);

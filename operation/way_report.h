@@ -1,5 +1,5 @@
 /// @file
-/// The page beside a recording: the ways of base and tip, and the walls around them.
+/// The page with a recording: the paths of base and end effector, and the workspace limits.
 #pragma once
 #include <Eigen/Core>
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace operation {
 
-/// Keeps a bounded number of points however long the run is. One thread.
+/// Keeps a bounded number of points, however long the run. One thread.
 class WayReport {
  public:
   struct Way {
@@ -25,8 +25,7 @@ class WayReport {
   /// With `from_the_side` there is a second plot, of x and z.
   WayReport(std::vector<Way> ways, bool from_the_side, const control::Workspace& workspace);
 
-  /// A cycle: where each of the ways is in W, in their order, NaN where it is not known; `limited` as in the
-  /// record.
+  /// One cycle: position of each path in W, in their order, NaN if unknown; `limited` as in the record.
   void add(const std::vector<Eigen::Vector3d>& places_W_m, std::uint8_t limited);
   /// @throws hal::SetupError naming path and cause.
   void write(const std::filesystem::path& path) const;
@@ -37,8 +36,8 @@ class WayReport {
   std::vector<Way> ways_;
   bool from_the_side_;
   control::Workspace workspace_;
-  std::vector<std::vector<Eigen::Vector3d>> points_W_m_;  // of each way
-  std::size_t every_ = 1;                                 // so many cycles a point
+  std::vector<std::vector<Eigen::Vector3d>> points_W_m_;  // of each path
+  std::size_t every_ = 1;                                 // cycles per point
   std::uint64_t cycles_ = 0;
   std::array<std::uint64_t, 8> limited_cycles_{};  // of each bit
 };

@@ -11,7 +11,7 @@
 
 namespace operation {
 
-/// "workspace_base_x_m: -1 3" and so on; nothing of an axis without walls.
+/// "workspace_base_x_m: -1 3" and so on; nothing for an axis without limits.
 inline void add_workspace(const control::Workspace& workspace,
                           std::vector<runtime::RecordingFile::Comment>& comments) {
   const auto add = [&comments](const char* key, double lower_m, double upper_m) {

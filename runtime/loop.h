@@ -21,15 +21,15 @@ struct LoopStatistics {
   std::uint64_t overruns = 0;  ///< periods skipped because a cycle ended after the next deadline
   std::chrono::nanoseconds robot_time{};
   std::chrono::nanoseconds wall_time{};
-  drivers::LatencyHistogram wake_up;  ///< after the deadline; all zero in virtual time
+  drivers::LatencyHistogram wake_up;  ///< after the deadline; zero in virtual time
   drivers::LatencyHistogram step;     ///< always on the machine's clock
   Disturbances disturbances;          ///< of the loop after its first tenth of a second
 };
 
-/// Steps `cycle` every `period` of `clock` until it has finished. A late cycle keeps the phase: the deadlines
-/// it missed are skipped and counted. `stop_wanted(elapsed)` and `after_step(record)` are called once a
+/// Calls `cycle.step` every `period` of `clock` until it has finished. A late cycle keeps the phase: missed
+/// deadlines are skipped and counted. `stop_wanted(elapsed)` and `after_step(record)` are called once per
 /// cycle by this thread and are part of it. A cycle has step(now), request_stop(), finished() and record(),
-/// of the last step, which has places for wake_up and step.
+/// the record of the last step with members wake_up and step.
 template <typename Cycle, typename StopRequested, typename AfterStep>
 void run_loop(hal::Clock& clock, std::chrono::nanoseconds period, Cycle& cycle, StopRequested&& stop_wanted,
               AfterStep&& after_step, LoopStatistics& statistics) noexcept {

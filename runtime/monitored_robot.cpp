@@ -20,7 +20,7 @@ hal::CycleStatus MonitoredRobot::exchange(const hal::RobotCommand& command,
     latched_ = {hal::Fault::kJointFault, static_cast<std::int8_t>(finding->joint),
                 static_cast<std::uint32_t>(finding->fault)};
   once_silent_.add(monitor_.silent());
-  if (!latched_.ok()) sample.enabled = false;  // with the next exchange they are
+  if (!latched_.ok()) sample.enabled = false;  // they switch off with the next exchange
   return latched_;
 }
 

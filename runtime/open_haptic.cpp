@@ -21,10 +21,10 @@ namespace {
 using hal::seconds;
 
 constexpr const char* kLoopback = "loopback";
-/// The vendor's image has some 30 kB.
+/// The vendor's image has about 30 kB.
 constexpr std::size_t kMaxFirmware_bytes = 1 << 20;
-constexpr std::chrono::seconds kShortestRamp{1};  // that the omega.6's driver takes
-/// Without real-time rights a busy machine holds the loop up: as long as for the bus of a simulator.
+constexpr std::chrono::seconds kShortestRamp{1};  // of the omega.6's driver
+/// Without real-time rights a busy machine delays the loop: as long as for the bus of a simulator.
 constexpr std::chrono::milliseconds kPenPatience = hal::kSimulatorPatience;
 
 std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
@@ -43,7 +43,7 @@ std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
   return {bytes.begin(), bytes.end()};
 }
 
-/// The port's context lives as long as what opens ports.
+/// The port's context lives as long as the function that opens ports.
 hal::FalconLink::OpenPort falcon_opener(const std::string& port_path) {
   return [port_path, context = std::shared_ptr<drivers::usb::UsbContext>()]() mutable {
     context = std::make_shared<drivers::usb::UsbContext>();
@@ -74,7 +74,7 @@ std::chrono::milliseconds milliseconds(double seconds) {
   return std::chrono::milliseconds(std::llround(1e3 * seconds));
 }
 
-/// A time in seconds, given and kept in milliseconds.
+/// A time in seconds in the file, in milliseconds here.
 void read_time(TomlTable& table, std::string_view key, std::chrono::milliseconds& time,
                const NumberRules& rules) {
   double value_s = seconds(time);
@@ -170,7 +170,7 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
     return opened;
   }
   hal::HapticLimits limits = options.limits;
-  // Its driver fades the force in by itself, after the device has settled.
+  // Its driver fades the force in itself, after the device has settled.
   if (is_force_dimension(options.name)) limits.ramp_in = std::chrono::milliseconds(0);
   opened.device = std::make_unique<hal::ThreadedHapticDevice>(real_link(options), limits, options.thread);
   return opened;

@@ -1,5 +1,5 @@
 /// @file
-/// Turns `--haptic NAME` into a haptic master.
+/// Creates the haptic device for `--haptic NAME`.
 #pragma once
 #include <chrono>
 #include <filesystem>
@@ -23,42 +23,42 @@ struct HapticOptions {
   double force_limit_N = 8.0;
   hal::HapticLimits limits;
   hal::HapticThreadOptions thread{.fifo_priority =
-                                      85};  ///< above the robot's loop, so that a force does not wait for it
+                                      85};  ///< above the robot's loop, so that the force is not delayed
   hal::ForceDimensionLinkConfig force_dimension;
   struct Falcon {
-    std::filesystem::path firmware;  ///< the user's image; empty: the device has to be running
-    std::string port_path;           ///< "1-1.2"; empty: the first one
+    std::filesystem::path firmware;  ///< the user's image; empty: the device must already be running
+    std::string port_path;           ///< "1-1.2"; empty: the first one found
     drivers::haptic::FalconConfig device;
   } falcon;
   hal::SpaceMouseLinkConfig space_mouse;
-  sim::HandParameters hand;  ///< on the loopback
+  sim::HandParameters hand;  ///< of the loopback
 };
 
-/// Takes over what the `[haptic]` table of a configuration holds; drivers/haptic/README.md shows every key.
+/// Applies the content of the `[haptic]` table of a configuration; drivers/haptic/README.md shows every key.
 /// Relative paths start at `folder`.
 void read_haptic(TomlTable& table, const std::filesystem::path& folder, HapticOptions& options);
 
-/// Raises the pause that a simulated pen bears to 0.1 s, unless `stale_after` differs from its default. Only
-/// where no real device is involved: then nothing moves and nothing pushes.
+/// Raises the pause that a simulated handle tolerates to 0.1 s, unless `stale_after` differs from its
+/// default. Only without a real device: then nothing moves and no force acts.
 void bear_pauses(HapticOptions& options);
 
 struct OpenedHaptic {
-  std::unique_ptr<sim::Hand> hand;  ///< of the loopback; else null
+  std::unique_ptr<sim::Hand> hand;  ///< of the loopback; otherwise null
   std::unique_ptr<hal::HapticDevice> device;
 };
 
-/// - `loopback`: a simulated hand on a simulated grip, in lock-step with the caller's `period`.
+/// - `loopback`: a simulated hand on a simulated handle, in lock-step with the caller's `period`.
 /// - `force-dimension` or `omega.6`: an omega.6 through the vendor's library.
 /// - `falcon`: a Novint Falcon over USB.
 /// - `spacemouse`: a 3Dconnexion SpaceMouse, without force.
-/// All but the first have a thread of their own, and live in real time. `clock` outlives the result. Nothing
-/// is opened before HapticDevice::activate().
-/// @throws std::invalid_argument for a name nobody knows, listing those there are; hal::SetupError when the
-///         firmware's file cannot be read.
+/// All but the first have their own thread and run in real time. `clock` must outlive the result. Nothing is
+/// opened before HapticDevice::activate().
+/// @throws std::invalid_argument for an unknown name, listing the known ones; hal::SetupError if the firmware
+/// file cannot be read.
 OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
                          std::chrono::nanoseconds period);
 
-/// Whether such a master can run in virtual time.
+/// Whether such a device can run in virtual time.
 bool is_simulated_haptic(const std::string& name);
 /// Whether it is a device of the vendor's library.
 bool is_force_dimension(const std::string& name);

@@ -28,7 +28,7 @@ std::vector<hal::JointInfo> wheel_and_arm_joints() {
   return joints;
 }
 
-/// The simulated drive is the real axis: same gear, motor constant, current limit and sensor counts.
+/// The simulated drive has the real axis data: gear, motor constant, current limit and sensor counts.
 sim::BaseParameters with_youbot_wheels(sim::BaseParameters parameters) {
   const hal::AxisData& axis = hal::kWheelAxis;
   const hal::AxisScale scale(axis.constants);
@@ -45,7 +45,7 @@ bool names_interface(const std::string& name, std::string_view prefix) {
   return name.starts_with(prefix) && name.size() > prefix.size();
 }
 
-/// The last second: a frame out and one back each cycle.
+/// The last second: one frame out and one back per cycle.
 std::unique_ptr<drivers::ethercat::PcapRing> make_capture(const std::string& interface) {
   return std::make_unique<drivers::ethercat::PcapRing>(
       drivers::ethercat::PcapRing::Options{.interface = interface, .frames = 2000});
@@ -107,7 +107,7 @@ OpenedRobot open_robot(const RobotOptions& options, const hal::Clock& clock,
   } else {
     opened.robot = hal::make_can_robot(options.name.substr(kCanPrefix.size()), options.can, clock, period);
   }
-  // Off the ground the simulated body stays where it is, and the wheels tell more.
+  // When lifted, the simulated body does not move; the wheels give more information.
   if (!simulation.on_ground) opened.truth = nullptr;
   return opened;
 }

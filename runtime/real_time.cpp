@@ -40,7 +40,7 @@ RealTimeThread::~RealTimeThread() {
 
 std::vector<std::string> RealTimeThread::enter(const RealTimeConfig& config) {
   std::vector<std::string> problems;
-  // Freed memory stays with the process: giving it back and asking again would fault.
+  // Freed memory stays with the process: returning it and allocating again would fault.
   mallopt(M_TRIM_THRESHOLD, -1);
   mallopt(M_MMAP_MAX, 0);
   if (mlockall(MCL_CURRENT | MCL_FUTURE) != 0)

@@ -1,5 +1,5 @@
 /// @file
-/// Makes the calling thread fit for a 1 kHz cycle, or says why not.
+/// Prepares the calling thread for a 1 kHz cycle, or reports why it cannot.
 #pragma once
 #include <sched.h>
 
@@ -14,8 +14,8 @@ struct RealTimeConfig {
   std::optional<int> cpu{};  ///< core to pin the cycle to
 };
 
-/// Real-time scheduling of the calling thread, given back at destruction so that what follows the loop
-/// (closing files, another run) neither has it nor hands it on to new threads. Locked memory stays locked.
+/// Real-time scheduling of the calling thread, reset by the destructor so that the work after the loop
+/// (closing files, another run) does not have it or pass it on to new threads. Locked memory stays locked.
 class RealTimeThread {
  public:
   RealTimeThread();
@@ -24,7 +24,7 @@ class RealTimeThread {
   RealTimeThread& operator=(const RealTimeThread&) = delete;
 
   /// Locks memory, touches the stack, keeps the heap from shrinking, takes SCHED_FIFO and the core. Returns
-  /// what was refused, each with what to do about it; empty when the thread is real-time.
+  /// what was refused, each with advice; empty if the thread is real-time.
   std::vector<std::string> enter(const RealTimeConfig& config);
 
  private:
@@ -33,12 +33,12 @@ class RealTimeThread {
   cpu_set_t cpus_{};
 };
 
-/// Events of the calling thread that a cycle must not have.
+/// Events of the calling thread that disturb a cycle.
 struct Disturbances {
   long minor_faults = 0;
   long major_faults = 0;
   long voluntary_switches = 0;    ///< one per sleep is expected
-  long involuntary_switches = 0;  ///< something else took the core
+  long involuntary_switches = 0;  ///< another thread took the core
   static Disturbances of_this_thread() noexcept;
   Disturbances since(const Disturbances& earlier) const noexcept;
 };

@@ -25,7 +25,7 @@ namespace {
 constexpr std::string_view kReport = "youbotd-fault-";
 constexpr std::size_t kMostReports = 20;
 
-/// A name that no earlier report has.
+/// A unique name for the report.
 std::string fault_report_name() {
   const std::time_t now = std::time(nullptr);
   std::tm utc{};
@@ -37,8 +37,8 @@ std::string fault_report_name() {
          ".csv";
 }
 
-/// Where temporary files live, and there in a folder that only this user can write to: else another user
-/// could put a link in the place of a report.
+/// In the directory for temporary files, in a folder that only this user can write: otherwise another user
+/// could replace a report by a link.
 std::filesystem::path own_report_folder() {
   const uid_t user = geteuid();
   std::filesystem::path folder =
@@ -54,7 +54,7 @@ std::filesystem::path own_report_folder() {
   return folder;
 }
 
-/// Reports with their captures, the oldest first to go.
+/// Reports with their captures, oldest first.
 void remove_oldest_reports(const std::filesystem::path& folder) {
   namespace fs = std::filesystem;
   std::error_code unknown;
@@ -69,7 +69,7 @@ void remove_oldest_reports(const std::filesystem::path& folder) {
   }
 }
 
-/// Never over another file, and through no link. @throws hal::SetupError naming path and cause.
+/// Never overwrites a file and follows no link. @throws hal::SetupError naming path and cause.
 void write_capture(const std::filesystem::path& path, const drivers::ethercat::PcapRing& frames,
                    const std::string& reason) {
   std::ostringstream capture;

@@ -1,5 +1,5 @@
 /// @file
-/// What every run of a robot's loop begins and ends with.
+/// Common start and end of every run of a robot's loop.
 #pragma once
 #include <filesystem>
 #include <functional>
@@ -31,7 +31,7 @@ class RobotActivation {
   hal::Robot& robot_;
 };
 
-/// Force off however the session ends. What nothing confirmed is said.
+/// Switches the force off however the session ends. Logs if this is unconfirmed.
 class HapticActivation {
  public:
   explicit HapticActivation(hal::HapticDevice& device) : device_(device) { device_.activate(); }
@@ -43,15 +43,14 @@ class HapticActivation {
   hal::HapticDevice& device_;
 };
 
-/// What the system refuses. @throws hal::SetupError with all of it, unless that is allowed.
+/// Returns what the system refuses. @throws hal::SetupError with all of it, unless that is allowed.
 std::vector<std::string> enter_real_time(RealTimeThread& thread, const RealTimeConfig& config,
                                          bool allow_non_real_time);
 
-/// Writes the report on a fault: beside the recording where there is one, so that a lab finds both; if that
-/// cannot be written or there is none, into youbotd-faults-USER where temporary files live, a folder of this
-/// user's own in which the newest 20 are kept. Never over another file, and through no link. `write(path)`
-/// writes the cycles; `frames` may be null. Empty when it could not be written anywhere; why goes to
-/// `problems`.
+/// Writes the fault report next to the recording if there is one. If that fails, or without a recording, it
+/// goes to youbotd-faults-USER in the directory for temporary files, a folder of this user in which the
+/// newest 20 are kept. Never overwrites a file, and follows no link. `write(path)` writes the cycles;
+/// `frames` may be null. Empty if it could not be written anywhere; the reasons go to `problems`.
 std::optional<std::filesystem::path> write_fault_report(
     const std::optional<std::filesystem::path>& record_directory,
     const std::function<void(const std::filesystem::path&)>& write, const drivers::ethercat::PcapRing* frames,

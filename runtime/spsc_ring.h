@@ -11,10 +11,10 @@
 
 namespace runtime {
 
-/// Hands records from the cycle to a slower thread without either waiting for the other.
+/// Passes records from the cycle to a slower thread; neither waits for the other.
 ///
-/// One thread may push() and one other may pop(); nothing else is synchronised. Both are wait-free:
-/// a bounded number of instructions, no allocation, lock or system call.
+/// One thread may push() and one other may pop(); nothing else is synchronised. Both are wait-free: a bounded
+/// number of instructions, no allocation, lock or system call.
 template <typename T>
 class SpscRing {
   static_assert(std::is_trivially_copyable_v<T>, "a slot is copied while no lock protects it");
@@ -22,17 +22,16 @@ class SpscRing {
 
  public:
   /// Setup: allocates every slot, for `capacity` rounded up to a power of two.
-  /// @throws std::invalid_argument if `capacity` is 0 or has no power of two above it;
-  ///         std::bad_alloc.
+  /// @throws std::invalid_argument if `capacity` is 0 or there is no power of two above it; std::bad_alloc.
   explicit SpscRing(std::size_t capacity)
       : mask_(round_up(capacity) - 1),
-        // Value-initialised, so every page is touched now and not by the first lap of the cycle.
+        // Value-initialised, so every page is touched now and not in the first lap of the cycle.
         slots_(std::make_unique<T[]>(mask_ + 1)) {}
 
   SpscRing(const SpscRing&) = delete;
   SpscRing& operator=(const SpscRing&) = delete;
 
-  /// Cycle, producer thread: false, and nothing stored, when the ring is full.
+  /// Cycle, producer thread: false, with nothing stored, if the ring is full.
   [[nodiscard]] bool push(const T& value) noexcept {
     const std::size_t tail = tail_.load(std::memory_order_relaxed);
     if (tail - head_seen_ > mask_) {
@@ -44,7 +43,7 @@ class SpscRing {
     return true;
   }
 
-  /// Consumer thread: false, and `value` untouched, when the ring is empty.
+  /// Consumer thread: false, with `value` unchanged, if the ring is empty.
   [[nodiscard]] bool pop(T& value) noexcept {
     const std::size_t head = head_.load(std::memory_order_relaxed);
     if (head == tail_seen_) {
@@ -78,9 +77,8 @@ class SpscRing {
 
   const std::size_t mask_;
   const std::unique_ptr<T[]> slots_;
-  // Indices count up for ever and wrap as unsigned numbers do; only `& mask_` makes them slots. Each
-  // side keeps what it last saw of the other's index, and takes the other's cache line from it only
-  // when that says full or empty.
+  // Indices count up forever and wrap as unsigned numbers; `& mask_` makes them slots. Each side caches the
+  // other's index and reads the other's cache line only if the cached value says full or empty.
   alignas(kCacheLineBytes) std::atomic<std::size_t> tail_{0};  ///< producer writes
   std::size_t head_seen_ = 0;
   alignas(kCacheLineBytes) std::atomic<std::size_t> head_{0};  ///< consumer writes

@@ -1,5 +1,5 @@
 /// @file
-/// A thread, or an error that says which one is missing.
+/// Starts a thread, or throws an error that names it.
 #pragma once
 #include <string>
 #include <system_error>
@@ -10,8 +10,8 @@
 
 namespace runtime {
 
-/// Set-up. `what` is the thread's work, for the message. @throws hal::SetupError when the system has no
-/// thread to give.
+/// Set-up. `what` is the thread's work, for the message. @throws hal::SetupError if the system cannot create
+/// a thread.
 template <typename Body>
 std::jthread start_thread(const std::string& what, Body&& body) {
   try {

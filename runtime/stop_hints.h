@@ -1,5 +1,5 @@
 /// @file
-/// What to do about stops that base and arm have in common; behind what happened.
+/// Advice for stops common to base and arm; appended to what happened.
 #pragma once
 
 namespace runtime {

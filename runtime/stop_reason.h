@@ -1,5 +1,5 @@
 /// @file
-/// Why a supervisor stopped its task, kept as plain values by the cycle and put into words afterwards.
+/// Why a supervisor stopped its task: stored as plain values by the cycle and turned into text afterwards.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -14,32 +14,32 @@ namespace runtime {
 struct StopReason {
   enum class Kind : std::uint8_t {
     kNone,
-    // What the supervisor sees.
-    kRobotFault,  ///< what `status` says
+    // Detected by the supervisor.
+    kRobotFault,  ///< see `status`
     kNotEnabled,  ///< the drives did not start to obey within `value` s
-    kNotObeying,  ///< the drives went off by themselves
+    kNotObeying,  ///< the drives switched off by themselves
     kStalled,     ///< this program did not run for `value` s
     kNotAtRest,   ///< after braking for `limit` s a joint still turns at `value` rad/s
-    // What a task sees. It brings the words.
+    // Detected by a task, which provides the text.
     kCommandTimeout,  ///< set-points stopped coming
     kOverspeed,       ///< `joint` turned faster than allowed
     kBehind,          ///< too far from the reference
-    kTurnedBehind,    ///< likewise turned
+    kTurnedBehind,    ///< likewise in rotation
     kOutside,         ///< outside the workspace
     kTooFar,          ///< `joint` moved further than allowed
     kNearStop,        ///< `joint` came too near the end of its range
-    kTorque,          ///< `joint` took more torque than it is made for
-    kBlocked,         ///< `joint` is pushed and does not turn
-    kNotPlaced,       ///< `joint` did not reach the place where it was to begin
+    kTorque,          ///< `joint` took more torque than its rating
+    kBlocked,         ///< `joint` is pushed and does not move
+    kNotPlaced,       ///< `joint` did not reach its start position
     kNotInTime,       ///< it did not get ready in time
     kMisfit,          ///< the task does not fit the robot; nothing moved
-    kMasterFault,     ///< what `master` says
+    kMasterFault,     ///< see `master`
   };
   Kind kind = Kind::kNone;
-  /// Of what a task sees: a constant format string with {joint}, {value}, {limit} and {master}.
+  /// For reasons detected by a task: a constant format string with {joint}, {value}, {limit} and {master}.
   const char* text = nullptr;
   int joint = -1;      ///< of hal::Robot::joints()
-  double value = 0.0;  ///< what was too much
+  double value = 0.0;  ///< the excessive value
   double limit = 0.0;
   hal::CycleStatus status{};
   hal::HapticStatus master{};
@@ -52,10 +52,10 @@ struct StopReason {
 
 /// "wheel-2 turned at 14.1 rad/s, more than allowed (limits.wheel_speed_rad_per_s = 12); drives switched
 /// off".
-/// `master`: of a task with one.
+/// `master`: the haptic device of a task with one.
 std::string what(const StopReason& reason, const hal::Robot& robot,
                  const hal::HapticDevice* master = nullptr);
-/// The same, and behind it what switched the drives off before they came to rest, if anything did.
+/// The same, followed by what switched the drives off before they came to rest, if anything did.
 std::string what(const StopReason& reason, const StopReason& cut_short_by, const hal::Robot& robot,
                  const hal::HapticDevice* master = nullptr);
 /// "cycle 1200 (1.199 s): " and what().

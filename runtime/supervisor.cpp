@@ -30,7 +30,7 @@ void Supervisor::step(nanoseconds now) noexcept {
   const nanoseconds gap = now - now_;
   now_ = now;
 
-  // Stopped by a debugger or starved: what was computed before is not to act now.
+  // Stopped by a debugger or starved: old results must not act now.
   const bool paused = gap > config_.command_timeout;
   if (paused) {
     pause_.note(now, gap);
@@ -59,7 +59,8 @@ void Supervisor::step(nanoseconds now) noexcept {
       keep(stalled);
       enter(Phase::kStopping);
     } else if (phase_ == Phase::kStopping) {
-      // The pause was no time to brake, and after it a velocity begins at zero, which is no rest.
+      // The pause does not count as braking time, and the velocity estimate restarts at zero, which is not
+      // rest.
       phase_begin_ = last_motion_ = now;
     }
   }
@@ -100,7 +101,7 @@ void Supervisor::brake(const Moment& moment) noexcept {
   double fastest_rad_per_s = std::numeric_limits<double>::infinity();
   const Verdict verdict = task_.brake(moment, command_, fastest_rad_per_s);
   if (verdict.next == Verdict::Next::kFail) return fail(verdict.reason);
-  // Negated so that NaN is no rest.
+  // Negated so that NaN does not count as rest.
   if (!(fastest_rad_per_s < config_.rest_rad_per_s)) last_motion_ = now_;
   const bool resting = verdict.next == Verdict::Next::kRest || now_ - last_motion_ >= kRestHold;
   const nanoseconds timeout = task_.brake_timeout();

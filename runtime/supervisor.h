@@ -1,5 +1,5 @@
 /// @file
-/// Enables a robot, steps a task, and brings the robot to rest and the drives off whatever happens.
+/// Enables a robot, steps a task, and always brings the robot to rest and switches the drives off.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -13,28 +13,28 @@
 
 namespace runtime {
 
-/// kStarting → kRunning → kStopping → kOff,   any → kFaulted → finished.
-/// A fault of the robot switches the drives off at once. A pause of this program brakes first, where the task
-/// can. There is no way back: motion after a stop needs a new supervisor. One thread. step() is the cycle: no
-/// allocation, lock, exception, blocking call or logging.
+/// kStarting → kRunning → kStopping → kOff, any → kFaulted → finished.
+/// A fault of the robot switches the drives off at once. After a pause of this program it brakes first, if
+/// the task can. There is no way back: motion after a stop needs a new supervisor. One thread. step() is the
+/// cycle: no allocation, lock, exception, blocking call or logging.
 class Supervisor {
  public:
   struct Config {
     std::chrono::nanoseconds period{1'000'000};
-    /// Set-points that are older stop the robot, and so does a cycle that comes so late.
+    /// Older set-points stop the robot, and so does a cycle that is late by more.
     std::chrono::nanoseconds command_timeout{100'000'000};
-    /// Commutation takes up to 5 s a motor controller, a hot winding 14 s to cool.
+    /// Commutation takes up to 5 s per motor controller, a hot winding 14 s to cool.
     std::chrono::nanoseconds enable_timeout{30'000'000'000};
-    double rest_rad_per_s = 0.02;  ///< what is slower for kRestHold rests
+    double rest_rad_per_s = 0.02;  ///< slower for kRestHold counts as rest
     control::PlausibilityMonitor::Wheels wheels = control::PlausibilityMonitor::Wheels::kRolling;
     control::ChecksOff checks_off{};  ///< of the sensors
   };
-  /// A velocity filter needs some 15 ms to know that a joint rests.
+  /// A velocity filter needs about 15 ms to detect that a joint rests.
   static constexpr std::chrono::milliseconds kRestHold{50};
-  /// Cycles with the drives off before the end, so that every drive has heard it.
+  /// Cycles with the drives off before the end, so that every drive has received it.
   static constexpr std::chrono::milliseconds kOffHold{20};
 
-  /// `robot` and `task` outlive it.
+  /// `robot` and `task` must outlive it.
   Supervisor(const Config& config, hal::Robot& robot, Task& task);
 
   void step(std::chrono::nanoseconds now) noexcept;
@@ -45,7 +45,7 @@ class Supervisor {
   bool finished() const noexcept;
 
   const StopReason& stop_reason() const noexcept { return stop_reason_; }
-  /// What switched the drives off before they came to rest, of a stop that had another reason.
+  /// What switched the drives off before they came to rest, if the stop had another reason.
   const StopReason& cut_short_by() const noexcept { return cut_short_by_; }
   control::ChecksOff silent_checks() const noexcept { return robot_.silent_checks(); }
   control::ChecksOff once_silent_checks() const noexcept { return robot_.once_silent_checks(); }
@@ -75,13 +75,13 @@ class Supervisor {
   std::chrono::nanoseconds last_motion_{};  // while stopping
 };
 
-/// A task and its supervisor. `T::Config` begins with a Supervisor::Config, of which it is derived.
+/// A task and its supervisor. `T::Config` is derived from Supervisor::Config.
 template <typename T>
 class Supervised {
  public:
   using Config = typename T::Config;
 
-  /// `robot`, and what `more` names, outlive it. @throws what the task's constructor throws.
+  /// `robot`, and the references in `more`, must outlive it. @throws what the task's constructor throws.
   template <typename... More>
   Supervised(const Config& config, hal::Robot& robot, More&&... more)
       : task_(config, robot, std::forward<More>(more)...), supervisor_(config, robot, task_) {}

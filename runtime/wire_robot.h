@@ -9,11 +9,11 @@
 
 namespace runtime {
 
-/// Lets the emulated robot's time go on with the exchanges: one period each, of which the frame takes its
-/// part.
+/// Advances the emulated robot's time with the exchanges: one period each, including the duration of the
+/// frame.
 class WireRobot final : public hal::RobotWrapper {
  public:
-  /// `emulation` and `clock` outlive the robot.
+  /// `emulation` and `clock` must outlive the robot.
   WireRobot(sim::bus::YoubotBus& emulation, const hal::EthercatOptions& options, const hal::Clock& clock,
             std::chrono::nanoseconds period);
 
@@ -23,7 +23,7 @@ class WireRobot final : public hal::RobotWrapper {
  private:
   sim::bus::YoubotBus& emulation_;
   std::chrono::nanoseconds period_;
-  std::chrono::nanoseconds due_{};  // emulated time after the exchange under way
+  std::chrono::nanoseconds due_{};  // emulated time after the current exchange
 };
 
 }  // namespace runtime

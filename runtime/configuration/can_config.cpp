@@ -21,12 +21,12 @@ std::optional<hal::AxisData> axis_of(const std::string& joint) {
   return std::nullopt;
 }
 
-/// Where the joint on the rig may go, as its module counts.
+/// Range of the joint on the rig, in the module's own count.
 void read_range(TomlTable& table, hal::CanOptions& options) {
   if (!table.has("range_rad")) return;
   std::array<double, 2> range_rad{std::nan(""), std::nan("")};
   table.numbers("range_rad", range_rad);
-  if (std::isnan(range_rad[0])) return;  // refused already
+  if (std::isnan(range_rad[0])) return;  // already rejected
   if (range_rad[0] < range_rad[1]) {
     options.axis.range = {range_rad[0], range_rad[1]};
     options.range_is_stated = true;
@@ -35,7 +35,7 @@ void read_range(TomlTable& table, hal::CanOptions& options) {
   }
 }
 
-/// Never negative. False when there is one that was refused.
+/// Never negative. False if one was rejected.
 template <typename Number>
 bool read_integer(TomlTable& table, std::string_view key, Number& value, const NumberRules& rules) {
   int number = -1;

@@ -8,10 +8,10 @@
 
 namespace runtime {
 
-/// Takes over what `table` holds. apps/youbotd/demo.toml shows every key.
+/// Applies the content of `table`. apps/youbotd/demo.toml shows every key.
 void read_can(TomlTable& table, hal::CanOptions& options);
 
-/// The table as text from which read_can() gets the same options.
+/// The options as text from which read_can() restores them.
 std::string can_text(const hal::CanOptions& options);
 
 }  // namespace runtime

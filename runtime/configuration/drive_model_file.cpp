@@ -23,7 +23,7 @@ constexpr std::string_view kFormat = "youbot-drive-model/1";
 /// All of them act in each cycle.
 constexpr std::size_t kMostEffects = 32;
 
-/// Their defaults are not zero. Those of a gap came later than the format: files without them stay valid.
+/// Their defaults are not zero. Those of a gap are newer than the format: files without them stay valid.
 constexpr std::array<std::string_view, 4> kWithDefault{"exponent", "friction_ratio", "impact_loss_s_per_rad",
                                                        "flank_Hz"};
 

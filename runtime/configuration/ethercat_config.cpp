@@ -14,7 +14,7 @@ namespace runtime {
 namespace {
 
 constexpr std::chrono::milliseconds kLongestBridge{100};
-/// Of which hal::EthercatOptions::loss_fault is a share.
+/// hal::EthercatOptions::loss_fault is a share of it.
 constexpr int kLossCycles = 1000;
 
 }  // namespace
@@ -52,7 +52,7 @@ void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::Ether
   double frame_timeout_s = std::chrono::duration<double>(options.frame_timeout).count();
   table.number("frame_timeout_s", frame_timeout_s, {.min = 1e-4, .max = 0.1});
   options.frame_timeout = std::chrono::nanoseconds(std::llround(1e9 * frame_timeout_s));
-  // A cycle without an answer takes as long as it waits for one, or its period.
+  // A cycle without an answer takes as long as its time-out, or its period.
   const std::chrono::nanoseconds cycle = std::max(period, options.frame_timeout);
   if (tolerated_cycles * cycle > kLongestBridge) {
     const double cycle_s = std::chrono::duration<double>(cycle).count();

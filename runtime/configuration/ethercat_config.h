@@ -1,5 +1,5 @@
 /// @file
-/// The `[ethercat]` table of a configuration file, which every program on a bus reads alike.
+/// The `[ethercat]` table of a configuration file, common to all programs on a bus.
 #pragma once
 #include <chrono>
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace runtime {
 
-/// How long `home_arms` may take. A joint's whole travel takes a minute; found in its middle and blocked, it
-/// goes back and forth.
+/// Time-out of `home_arms`. A joint's whole travel takes a minute; a joint that is blocked in the middle goes
+/// back and forth.
 inline constexpr std::chrono::seconds kHomingTimeout{150};
 
-/// Takes over what `table` holds, for a cycle of `period`. apps/youbotd/demo.toml shows every key.
+/// Applies the content of `table`, for a cycle of `period`. apps/youbotd/demo.toml shows every key.
 void read_ethercat(TomlTable& table, std::chrono::nanoseconds period, hal::EthercatOptions& options);
 
-/// The table, `[[ethercat.parameter]]` included, as text from which read_ethercat() gets the same options.
+/// The table, `[[ethercat.parameter]]` included, as text from which read_ethercat() restores the options.
 std::string ethercat_text(const hal::EthercatOptions& options);
 
-/// "base+arm" → the kind. @throws std::invalid_argument listing those there are.
+/// "base+arm" → the kind. @throws std::invalid_argument listing the known names.
 hal::YoubotKind ethercat_kind(const std::string& name);
 
 }  // namespace runtime

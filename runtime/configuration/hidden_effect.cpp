@@ -21,7 +21,7 @@ using model::effects::NamedValue;
 
 constexpr double kPi = 3.14159265358979323846;
 
-/// From where to where a parameter is drawn.
+/// Range from which a parameter is drawn.
 struct Draw {
   std::string_view parameter;
   double from;
@@ -33,8 +33,8 @@ struct Choice {
   std::vector<Draw> draws;
 };
 
-/// Sizes: the measured wheel curves differ by some 0.02 N·m from each other, from turn to turn and from a
-/// straight line, with 0.06 to 0.1 N·m of break-away; the sensor's noise is 0.0015 N·m.
+/// Sizes: the measured wheel curves differ by about 0.02 N·m from each other, between turns and from a
+/// straight line, with a breakaway of 0.06 to 0.1 N·m; the sensor noise is 0.0015 N·m.
 const std::vector<Choice>& choices() {
   static const std::vector<Choice> kChoices{
       {"stribeck", {{"static_torque_Nm", 0.075, 0.1}, {"velocity_rad_per_s", 0.15, 0.5}}},
@@ -55,7 +55,7 @@ const std::vector<Choice>& choices() {
   return kChoices;
 }
 
-/// The engine is the same everywhere; the standard library's distributions are not.
+/// The engine is the same on all platforms; the standard library's distributions are not.
 class Chance {
  public:
   explicit Chance(std::uint64_t seed) : random_(seed) {}

@@ -10,7 +10,7 @@ struct Unit {
   std::string_view suffix;
   std::string_view unit;
 };
-/// The longer before those they end with.
+/// Longer units before those they end with.
 constexpr auto kUnits = std::to_array<Unit>({{"_Nm_s2_per_rad2", "N·m·s²/rad²"},
                                              {"_rad_per_s2", "rad/s²"},
                                              {"_Nm_s_per_rad", "N·m·s/rad"},

@@ -12,7 +12,7 @@
 #include "drivers/uninterrupted.h"
 
 namespace runtime {
-// O_NONBLOCK: a pipe without a writer is not waited for.
+// O_NONBLOCK: does not wait for a pipe without a writer.
 RegularFile::RegularFile(const std::filesystem::path& path)
     : fd_(drivers::uninterrupted(
           [&path] { return ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY); })) {
@@ -36,7 +36,7 @@ std::size_t RegularFile::read(char* buffer, std::size_t size) const {
 }
 
 std::string read_whole(const RegularFile& file, std::size_t limit_bytes) {
-  // The size is not asked for: files of the kernel say 0, and others may grow.
+  // Does not rely on the size: files of the kernel report 0, and others may grow.
   std::string text;
   for (std::size_t used = 0;;) {
     text.resize(std::min(used + 65536, limit_bytes + 1));

@@ -8,7 +8,7 @@
 
 namespace runtime {
 
-/// Set-up. A file of which no more than a piece has to be in memory. What is not regular is refused as below.
+/// Set-up. A file that is read piece by piece. Non-regular files are rejected as below.
 /// @throws std::runtime_error with the reason, without the path.
 class RegularFile {
  public:
@@ -17,9 +17,9 @@ class RegularFile {
   RegularFile& operator=(const RegularFile&) = delete;
   ~RegularFile();
 
-  /// As it was opened; a file of the kernel: 0.
+  /// Size when opened; 0 for files of the kernel.
   std::size_t size_bytes() const noexcept { return static_cast<std::size_t>(status_.st_size); }
-  /// Of what is open, whatever its path leads to by now.
+  /// Of the open file, whatever its path leads to now.
   uid_t owner() const noexcept { return status_.st_uid; }
   bool group_or_others_may_write() const noexcept { return (status_.st_mode & (S_IWGRP | S_IWOTH)) != 0; }
   /// Bytes read; 0 at the end.
@@ -30,11 +30,11 @@ class RegularFile {
   struct stat status_ {};
 };
 
-/// Set-up. The rest of the file, which has at most `limit_bytes`. @throws std::runtime_error likewise.
+/// Set-up. The rest of the file, at most `limit_bytes`. @throws std::runtime_error likewise.
 std::string read_whole(const RegularFile& file, std::size_t limit_bytes);
 
 /// Set-up. The whole text of a regular file of at most `limit_bytes`. Anything else of that name, such as a
-/// pipe, a device or a file of the kernel that has no end, is refused and never waited for.
+/// pipe, a device or an endless file of the kernel, is rejected without waiting.
 /// @throws std::runtime_error with the reason, without the path.
 std::string read_regular_file(const std::filesystem::path& path, std::size_t limit_bytes);
 

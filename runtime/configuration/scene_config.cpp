@@ -8,7 +8,7 @@
 namespace runtime {
 namespace {
 
-/// Walls, and tables: each is tried for contact in each step of the simulation.
+/// Walls and tables: each is checked for contact in each step of the simulation.
 constexpr std::size_t kMostBodies = 64;
 
 sim::Surface read_surface(TomlTable& table) {

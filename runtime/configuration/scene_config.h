@@ -1,5 +1,5 @@
 /// @file
-/// What the configuration says about what a simulated robot can touch.
+/// Configuration of the objects that a simulated robot can touch.
 #pragma once
 #include <filesystem>
 
@@ -11,7 +11,7 @@ namespace runtime {
 /// [scene], with walls, tables and a free box; apps/youbotd/teleop.toml has one.
 void read_scene(TomlTable table, sim::EnvironmentParameters& scene);
 
-/// The same of a whole file, whose other tables are other programs' business. @throws ConfigError
+/// The same from a whole file, whose other tables belong to other programs. @throws ConfigError
 sim::EnvironmentParameters load_scene(const std::filesystem::path& path);
 
 }  // namespace runtime

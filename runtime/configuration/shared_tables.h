@@ -1,5 +1,5 @@
 /// @file
-/// One configuration file for all programs on a robot: each reads its own tables and leaves the others alone.
+/// One configuration file for all programs on a robot: each reads its own tables and ignores the others.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace runtime {
 
-/// Keys and tables at the root of such a file, whoever reads them.
+/// Keys and tables at the root of such a file, of all programs.
 inline constexpr auto kSharedTables = std::to_array<std::string_view>(
     {"robot", "loop", "ethercat", "can", "haptic", "geometry", "controller", "limits", "workspace",
      "compensation", "path", "plausibility", "simulation", "teleoperation", "scene"});
 
-/// All of them but the caller's `own` are another program's business.
+/// Ignores all of them except the caller's `own`.
 inline void leave_to_others(TomlTable& root, std::initializer_list<std::string_view> own) {
   for (const std::string_view table : kSharedTables)
     if (std::find(own.begin(), own.end(), table) == own.end()) root.ignore(table);

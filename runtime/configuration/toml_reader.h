@@ -1,14 +1,14 @@
 /// @file
-/// Reads a TOML file into plain structs and reports everything that is wrong with it at once.
+/// Reads a TOML file into plain structs and reports all its errors at once.
 ///
 ///     TomlFile file = TomlFile::parse("demo.toml");
 ///     TomlTable root = file.root();
 ///     root.number("cycle_period_s", config.cycle_period_s, {.min = 0.0005, .max = 0.01});
 ///     root.choice("robot", config.robot, {{"base", Robot::kBase}, {"arm", Robot::kArm}}, {.required =
 ///     true}); for (TomlTable& segment : root.tables("path")) segment.number("turn_rad", ...); file.finish();
-///     // throws if anything above was refused, and for keys that nobody asked for
+///     // throws if anything above was rejected, and for keys that were not read
 ///
-/// A key that is absent or refused leaves its value as it was, so defaults live in the struct.
+/// If a key is missing or rejected, its value is unchanged, so defaults are in the struct.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -28,14 +28,15 @@ namespace runtime {
 
 class RegularFile;
 
-/// Files that a person writes are no longer. Longer ones are refused.
+/// Larger than any hand-written file. Longer files are rejected.
 inline constexpr std::size_t kMaxToml_bytes = 4 << 20;
 
-/// The file cannot be used. what() holds its problems, one per line: the first hundred and how many more.
+/// The file cannot be used. what() lists its problems, one per line: the first hundred and the number of the
+/// rest.
 class ConfigError : public std::runtime_error {
  public:
   explicit ConfigError(std::vector<std::string> problems);
-  /// Each as "file:line: message" (without line when the file could not be read), sorted by line.
+  /// Each as "file:line: message" (without line if the file could not be read), sorted by line.
   const std::vector<std::string>& problems() const noexcept { return problems_; }
 
  private:
@@ -46,25 +47,25 @@ struct KeyRules {
   bool required = false;
   std::size_t most = 1000;  ///< elements of an array
 };
-/// Both limits are allowed values. Not-a-number and infinity are refused whatever the limits.
+/// Both limits are allowed values. NaN and infinity are always rejected.
 struct NumberRules {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
   bool required = false;
 };
 
-/// One table of a TomlFile, to be used while that file lives. An absent table reads like an empty one.
+/// One table of a TomlFile, valid while that file exists. A missing table reads like an empty one.
 class TomlTable {
  public:
-  /// Takes whole numbers too.
+  /// Accepts whole numbers too.
   void number(std::string_view key, double& value, const NumberRules& rules = {});
-  /// Takes whole numbers only.
+  /// Accepts whole numbers only.
   void integer(std::string_view key, int& value, const NumberRules& rules = {});
-  /// Takes an array of exactly `values.size()` numbers.
+  /// Accepts an array of exactly `values.size()` numbers.
   void numbers(std::string_view key, std::span<double> values, const NumberRules& rules = {});
   void boolean(std::string_view key, bool& value, const KeyRules& rules = {});
   void text(std::string_view key, std::string& value, const KeyRules& rules = {});
-  /// Takes an array of strings, of up to `rules.most`.
+  /// Accepts an array of strings, up to `rules.most`.
   void texts(std::string_view key, std::vector<std::string>& values, const KeyRules& rules = {});
 
   template <typename Value>
@@ -82,18 +83,18 @@ class TomlTable {
     if (const auto index = choice_index(key, names, rules)) value = choices[*index].second;
   }
 
-  /// Reports a value that only together with others is wrong, at the line of `key`, or of the table without
-  /// it.
+  /// Reports a value that is wrong only in combination with others, at the line of `key`, or of the table if
+  /// the key is missing.
   void refuse(std::string_view key, const std::string& complaint);
 
-  /// Whatever is there is another program's business.
+  /// Accepts any content: it belongs to another program.
   void ignore(std::string_view key);
 
-  /// Whether TomlFile::set() gave the value of this key, and not the file.
+  /// Whether TomlFile::set() gave the value of this key, not the file.
   bool is_set(std::string_view key) const;
-  /// Whether there is such a key or table; does not count as asking for it.
+  /// Whether there is such a key or table; does not count as reading it.
   bool has(std::string_view key) const;
-  /// Whether nothing is in it; does not count as asking either.
+  /// Whether it is empty; does not count as reading it.
   bool empty() const;
   TomlTable table(std::string_view key, const KeyRules& rules = {});
   /// The elements of an array of tables, `[[key]]`: up to `rules.most`.
@@ -108,26 +109,26 @@ class TomlTable {
   Node* node_;
 };
 
-/// `text` quoted as TOML has it. Control characters, which such text cannot hold, become blanks.
+/// `text` quoted for TOML. Control characters, which such text cannot hold, become blanks.
 std::string toml_string(std::string_view text);
 
 class TomlFile {
  public:
-  /// @throws ConfigError when the file cannot be read, or at its first syntax error.
+  /// @throws ConfigError if the file cannot be read, or at its first syntax error.
   static TomlFile parse(const std::filesystem::path& path);
-  /// Of a file that is open already; messages name it by its path.
+  /// The same for an open file; messages name it by its path.
   static TomlFile parse(const std::filesystem::path& path, const RegularFile& file);
   TomlFile(TomlFile&&) noexcept;
   TomlFile& operator=(TomlFile&&) noexcept;
   ~TomlFile();
 
-  /// Before root(): as if the file held `value`, written as TOML has it, for the dotted `key`.
-  /// @throws ConfigError when that is not one key and its value.
+  /// Before root(): as if the file contained `value`, in TOML syntax, for the dotted `key`.
+  /// @throws ConfigError if that is not one key and its value.
   void set(const std::string& key, const std::string& value);
 
   TomlTable root();
-  /// To be called when everything has been asked for.
-  /// @throws ConfigError with all problems, among them the keys of every table that nobody asked for.
+  /// Call after everything has been read.
+  /// @throws ConfigError with all problems, including the keys of every table that were not read.
   void finish() const;
 
  private:

@@ -16,7 +16,7 @@
 namespace runtime {
 namespace {
 
-/// An open file under a name of its own, gone again unless it gets its final one.
+/// An open file with a temporary name, removed unless it gets its final one.
 class Unfinished {
  public:
   explicit Unfinished(const std::filesystem::path& path)
@@ -42,9 +42,9 @@ class Unfinished {
     }
   }
   void finish() {
-    // Before the rename: after a power cut the name must not lead to a file without its content.
+    // Before the rename: after a power cut the name must not refer to a file without content.
     const bool on_disk = drivers::uninterrupted([this] { return ::fsync(fd_); }) == 0;
-    // Closed by then, also when a signal came.
+    // It is closed even after EINTR.
     if (!on_disk || (::close(std::exchange(fd_, -1)) != 0 && errno != EINTR))
       refuse("cannot be finished", "choose another folder");
     if (::rename(beside_.c_str(), path_.c_str()) != 0)
@@ -67,7 +67,7 @@ class Unfinished {
 }  // namespace
 
 void write_whole_file(const std::filesystem::path& path, std::string_view text) {
-  // The last step would replace a device, /dev/null among them, by a file.
+  // The rename would replace a device, such as /dev/null, by a file.
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
     throw hal::SetupError(path.string(), "not a regular file", "choose another path");

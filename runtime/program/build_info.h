@@ -3,7 +3,7 @@
 
 namespace runtime {
 
-/// Release and commit the binary was built from, for logs and recordings: "0.1.0 (9320dc8)".
+/// Release and commit of the binary, for logs and recordings: "0.1.0 (9320dc8)".
 const char* build_version() noexcept;
 
 }  // namespace runtime

@@ -1,5 +1,5 @@
 /// @file
-/// How every command ends.
+/// Exit codes of all commands.
 #pragma once
 
 namespace runtime {
@@ -8,7 +8,7 @@ inline constexpr int kExitOk = 0;
 inline constexpr int kExitUsage = 2;  ///< command line or configuration
 inline constexpr int kExitSetup = 3;  ///< device or set-up
 inline constexpr int kExitFault = 4;  ///< stopped by a fault
-/// By Ctrl-C before the work was done, as shells have it (128 + SIGINT).
+/// Ctrl-C before the work was done, as in shells (128 + SIGINT).
 inline constexpr int kExitInterrupted = 130;
 
 }  // namespace runtime

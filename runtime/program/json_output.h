@@ -1,5 +1,5 @@
 /// @file
-/// `--json`: what a command prints, for other programs.
+/// `--json`: the output of a command, for other programs.
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstdint>
@@ -15,7 +15,7 @@ inline void add_json_flag(CLI::App& command, Format& format) {
       "--json", [&format] { format = Format::kJson; }, "print JSON, for other programs");
 }
 
-/// On standard output. Bytes that are no UTF-8, as a slave's name may have, are replaced.
+/// To standard output. Bytes that are not UTF-8, as in a slave's name, are replaced.
 inline void print(const nlohmann::json& json) {
   std::printf("%s\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
 }

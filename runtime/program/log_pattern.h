@@ -3,7 +3,7 @@
 
 namespace runtime {
 
-/// Lines of all programs' logs, as spdlog wants it: "youbotd: warning: ...".
+/// Line format of all programs' logs, for spdlog: "youbotd: warning: ...".
 inline constexpr const char* kLogPattern = "%n: %^%l%$: %v";
 
 }  // namespace runtime

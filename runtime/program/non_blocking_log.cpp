@@ -26,7 +26,7 @@ class NonBlockingSink final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   explicit NonBlockingSink(std::size_t queue_bytes) : queue_bytes_(queue_bytes) {}
 
-  /// What there is room for; true when nothing is left.
+  /// Writes as much as there is room for; true if nothing is left.
   bool write_all() {
     const std::lock_guard lock(mutex_);
     write();
@@ -34,7 +34,7 @@ class NonBlockingSink final : public spdlog::sinks::base_sink<std::mutex> {
   }
 
  private:
-  /// Standard error, written to without waiting. Its own O_NONBLOCK would also be that of others who write
+  /// Standard error, written without waiting. O_NONBLOCK on it would also affect other processes that write
   /// there.
   class StandardError {
    public:
@@ -53,7 +53,7 @@ class NonBlockingSink final : public spdlog::sinks::base_sink<std::mutex> {
     ssize_t write(const std::string& text) const {
       if (is_socket_) return ::send(STDERR_FILENO, text.data(), text.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
       if (own_ >= 0) return ::write(own_, text.data(), text.size());
-      // Opened by another user, perhaps: what poll() calls writable takes PIPE_BUF bytes of a pipe.
+      // It may have been opened by another user: if poll() reports it writable, a pipe takes PIPE_BUF bytes.
       pollfd error{STDERR_FILENO, POLLOUT, 0};
       if (poll(&error, 1, 0) > 0)
         return ::write(STDERR_FILENO, text.data(), std::min<std::size_t>(text.size(), PIPE_BUF));

@@ -17,8 +17,7 @@ constexpr std::chrono::seconds kLineInterval{10};
 constexpr std::chrono::seconds kStageInterval{1};
 constexpr int kBarWidth = 30;
 
-/// Left out while standard error takes nothing: the next one says more, and a reader that hangs
-/// holds nothing up.
+/// Dropped while standard error accepts nothing: the next one says more, and a blocked reader delays nothing.
 void print(const std::string& text) {
   pollfd error{STDERR_FILENO, POLLOUT, 0};
   if (poll(&error, 1, 0) <= 0) return;

@@ -1,5 +1,5 @@
 /// @file
-/// How far a long piece of work is, for the person who waits for it.
+/// Progress display for long work.
 #pragma once
 #include <chrono>
 #include <string>
@@ -7,20 +7,19 @@
 
 namespace runtime {
 
-/// A bar on a terminal; elsewhere a line for each new stage, at most one a second, and one now and then while
-/// a stage lasts. All on standard error; nothing when quiet. One thread.
+/// A bar on a terminal; elsewhere a line for each new stage, at most one per second, and occasionally another
+/// one during a long stage. All on standard error; nothing if quiet. One thread.
 class ProgressLine {
  public:
   ProgressLine(std::string name, bool quiet);
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
-  /// Clears away a bar that was not finished: what comes next begins on a line of its own.
+  /// Clears an unfinished bar, so that the next output starts on its own line.
   ~ProgressLine();
 
-  /// As often as one likes. `done`: share of the whole, 0 to 1, NaN when nobody knows. `detail` stands behind
-  /// it.
+  /// May be called at any rate. `done`: share of the whole, 0 to 1, NaN if unknown. `detail` follows it.
   void show(std::string_view stage, double done, std::string_view detail = {});
-  /// Leaves the last state standing on a line of its own.
+  /// Leaves the last state on its own line.
   void finish();
 
  private:

@@ -24,7 +24,7 @@
 namespace runtime {
 namespace {
 
-/// The library only says that a command is missing when one is misspelled.
+/// For a misspelled command, the library only reports that a command is missing.
 std::optional<CLI::RequiredError> unknown_command(const CLI::App& app) {
   const auto commands = app.get_subcommands([](const CLI::App*) { return true; });
   const std::vector<std::string> left_over = app.remaining();
@@ -59,14 +59,14 @@ int run_app(CLI::App& app, int argc, char** argv, const std::function<int()>& bo
     app.parse(argc, argv);
   } catch (const CLI::RequiredError& error) {
     if (const auto unknown = unknown_command(app)) return app.exit(*unknown) == 0 ? kExitOk : kExitUsage;
-    // A misspelled option is named before the one that is missing because of that.
+    // A misspelled option is reported before the one that is missing because of it.
     const std::vector<std::string> left_over = app.remaining(/*recurse=*/true);
     if (!left_over.empty()) return app.exit(CLI::ExtrasError(left_over)) == 0 ? kExitOk : kExitUsage;
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? kExitOk : kExitUsage;
   }
-  // https://no-color.org; on a terminal the library colours by itself.
+  // https://no-color.org; on a terminal the library uses colours by default.
   const char* const no_color = std::getenv("NO_COLOR");
   const bool plain = no_color != nullptr && *no_color != '\0';
   spdlog::set_default_logger(plain ? spdlog::stderr_logger_st(app.get_name())

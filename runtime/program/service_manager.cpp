@@ -26,8 +26,8 @@ std::optional<std::uint64_t> number(std::string_view text) noexcept {
   return value;
 }
 
-/// The protocol of sd_notify(3), which its manual declares stable: one datagram a message. libsystemd is not
-/// used, because its development package has to match the running systemd: installing it upgrades systemd.
+/// The protocol of sd_notify(3), which its manual declares stable: one datagram per message. libsystemd is
+/// not used, because its development package must match the running systemd: installing it upgrades systemd.
 void notify(std::string_view message) noexcept {
   const std::string_view path = environment("NOTIFY_SOCKET");
   sockaddr_un address{};
@@ -46,7 +46,7 @@ void notify(std::string_view message) noexcept {
   close(socket);
 }
 
-/// A message is lines of NAME=VALUE: a line break would start another assignment.
+/// A message consists of lines NAME=VALUE: a line break would start another assignment.
 std::string status_line(std::string text) {
   std::ranges::replace(text, '\n', ' ');
   return "STATUS=" + text;
@@ -67,7 +67,7 @@ void ServiceManager::watchdog() const noexcept { notify("WATCHDOG=1"); }
 std::optional<std::chrono::microseconds> ServiceManager::watchdog_interval() const noexcept {
   constexpr auto kLongest_us = static_cast<std::uint64_t>(std::chrono::microseconds::max().count());
   const std::optional<std::uint64_t> limit_us = number(environment("WATCHDOG_USEC"));
-  // Without a process id it is for every process that inherits the variable (sd_watchdog_enabled(3)).
+  // Without a process id it applies to every process that inherits the variable (sd_watchdog_enabled(3)).
   const std::string_view pid = environment("WATCHDOG_PID");
   const bool is_ours = pid.empty() || number(pid) == static_cast<std::uint64_t>(getpid());
   if (!limit_us || *limit_us == 0 || *limit_us > kLongest_us || !is_ours) return std::nullopt;

@@ -1,5 +1,5 @@
 /// @file
-/// What a service tells the service manager that started it (systemd, Type=notify).
+/// Notifications to the service manager that started the service (systemd, Type=notify).
 #pragma once
 #include <chrono>
 #include <optional>
@@ -7,20 +7,20 @@
 
 namespace runtime {
 
-/// Does nothing where nobody listens: in a shell there is no NOTIFY_SOCKET. Nothing here is for a cycle, and
-/// a message that cannot be delivered is nobody's fault: the manager acts by its own time-outs.
+/// Does nothing without a NOTIFY_SOCKET, as in a shell. Not for a cycle. A message that cannot be delivered
+/// is ignored: the manager has its own time-outs.
 class ServiceManager {
  public:
   /// Set-up is over; `status` as status().
   void ready(const std::string& status) const noexcept;
-  /// One line about what is done now, as `systemctl status` shows it.
+  /// One line on the current activity, as shown by `systemctl status`.
   void status(const std::string& text) const noexcept;
-  /// The service is on its way down.
+  /// The service is shutting down.
   void stopping() const noexcept;
 
-  /// Still alive. To be called every watchdog_interval(), by the thread whose hanging would be the failure.
+  /// Call every watchdog_interval(), from the thread whose hang must be detected.
   void watchdog() const noexcept;
-  /// Half the time after which the manager ends a service that it does not hear of; none: it does not wait.
+  /// Half the time after which the manager ends a silent service; empty: no watchdog.
   std::optional<std::chrono::microseconds> watchdog_interval() const noexcept;
 };
 

@@ -12,7 +12,7 @@
 namespace runtime {
 namespace {
 
-/// "wheel-3" → 3, when the name is `stem` and a number.
+/// "wheel-3" → 3, if the name is `stem` and a number.
 std::optional<int> number_after(std::string_view name, std::string_view stem) {
   if (!name.starts_with(stem)) return {};
   name.remove_prefix(stem.size());

@@ -7,14 +7,14 @@
 
 namespace runtime {
 
-/// "wheel-2"; "wheel-1 and wheel-4"; "wheel-1 to wheel-4" for three or more whose numbers follow each other;
-/// else "wheel-1, wheel-2 and wheel-4".
+/// "wheel-2"; "wheel-1 and wheel-4"; "wheel-1 to wheel-4" for three or more consecutive numbers; otherwise
+/// "wheel-1, wheel-2 and wheel-4".
 std::string list_text(std::span<const std::string> names);
 
 /// Three significant digits: "0.0721 N·m".
 std::string number_text(double value, const std::string& unit = {});
-/// From the least to the greatest of the values that are finite, "0.0721 to 0.104 N·m"; one number when they
-/// look the same, "–" without any.
+/// From minimum to maximum of the finite values, "0.0721 to 0.104 N·m"; one number if they look the same, "–"
+/// if there are none.
 std::string range_text(std::span<const double> values, const std::string& unit = {});
 
 /// "1 slip", "14 slips".

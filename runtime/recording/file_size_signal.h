@@ -6,8 +6,8 @@
 
 namespace runtime {
 
-/// A write past RLIMIT_FSIZE raises SIGXFSZ in the writing thread, whose default action ends the
-/// process. This holds the signal back for a scope and throws it away; the write reports EFBIG anyway.
+/// A write past RLIMIT_FSIZE raises SIGXFSZ in the writing thread, whose default action ends the process.
+/// This blocks the signal for a scope and discards it; the write reports EFBIG anyway.
 class FileSizeSignalHeldBack {
  public:
   FileSizeSignalHeldBack() noexcept {

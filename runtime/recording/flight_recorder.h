@@ -13,7 +13,7 @@
 
 namespace runtime {
 
-/// Cycle: add(). The rest after the loop has ended.
+/// Cycle: add(). Call the others after the loop has ended.
 template <typename Record>
 class FlightRecorder {
  public:
@@ -26,8 +26,8 @@ class FlightRecorder {
   }
   std::size_t size() const noexcept { return kept_; }
 
-  /// Oldest first, with the columns of the record. @throws hal::SetupError naming path and cause, also when
-  /// not all of it got there.
+  /// Oldest first, with the columns of the record. @throws hal::SetupError naming path and cause, also if the
+  /// file is incomplete.
   void write(const std::filesystem::path& path, const std::string& rig, const std::string& reason) const {
     RecordingFile file(
         path,

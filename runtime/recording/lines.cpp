@@ -13,8 +13,8 @@ constexpr std::size_t kPiece_bytes = std::size_t{1} << 18;
 bool Lines::fill() {
   if (file_ == nullptr) return false;
   const std::size_t begun = left_.size();
-  piece_.erase(0, piece_.size() - begun);  // the begin of a line stays
-  // A line that is longer than a piece makes it grow.
+  piece_.erase(0, piece_.size() - begun);  // keeps the beginning of a line
+  // Grows for a line that is longer than a piece.
   piece_.resize(std::max(kPiece_bytes, 2 * begun));
   const std::size_t count = file_->read(piece_.data() + begun, piece_.size() - begun);
   piece_.resize(begun + count);

@@ -1,5 +1,5 @@
 /// @file
-/// What a set-up has made on disk, until the work begins.
+/// Files and directories created in set-up, until the work begins.
 #pragma once
 #include <filesystem>
 #include <system_error>
@@ -8,9 +8,8 @@
 
 namespace runtime {
 
-/// Files and directories, removed again at destruction, the last one first, unless they are to be kept: a
-/// set-up that fails leaves nothing behind. A directory that holds something else stays. One thread at a
-/// time.
+/// The destructor removes them, the last one first, unless keep() was called: a failed set-up leaves nothing
+/// behind. A directory that contains something else stays. One thread at a time.
 class MadePaths {
  public:
   MadePaths() = default;
@@ -27,7 +26,7 @@ class MadePaths {
   void add(const std::vector<std::filesystem::path>& paths) {
     paths_.insert(paths_.end(), paths.begin(), paths.end());
   }
-  /// From now on there is something worth keeping.
+  /// From now on they contain results.
   void keep() noexcept { paths_.clear(); }
 
  private:

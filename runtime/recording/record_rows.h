@@ -1,13 +1,13 @@
 /// @file
 /// A record as column names and as a row of numbers, from one list.
 ///
-/// A function beside the record is its schema,
+/// A function next to the record is its schema,
 ///
 ///     template <typename Column>
 ///     void visit(const Record& record, Column&& column)
 ///
-/// and calls `column(name, end, number, decimals)` for each column, in order. A name comes in two parts,
-/// because joining them takes longer than writing the number.
+/// and calls `column(name, end, number, decimals)` for each column, in order. A name has two parts, because
+/// joining them takes longer than writing the number.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -33,7 +33,7 @@ std::vector<RecordingFile::Column> columns_of(const Record& record) {
   return columns;
 }
 
-/// Into a file that has columns_of() the record.
+/// Appends the record to a file with columns_of() it.
 template <typename Record>
 void append_record(RecordingFile& file, const Record& record) noexcept {
   std::array<double, kMostColumns> row;

@@ -1,5 +1,5 @@
 /// @file
-/// Carries records out of the cycle to a thread that may take its time.
+/// Passes records from the cycle to a writer thread.
 #pragma once
 #include <pthread.h>
 #include <sched.h>
@@ -26,38 +26,36 @@
 namespace runtime {
 
 struct RecorderStatistics {
-  std::uint64_t pushed = 0;         ///< records taken for writing
-  std::uint64_t dropped = 0;        ///< records refused: ring full, or pushed after stop()
-  std::uint64_t sink_failures = 0;  ///< exceptions out of the sink; each cost one record or flush
+  std::uint64_t pushed = 0;         ///< records accepted for writing
+  std::uint64_t dropped = 0;        ///< records rejected: ring full, or pushed after stop()
+  std::uint64_t sink_failures = 0;  ///< exceptions from the sink; each cost one record or flush
 };
 
-/// A ring and the thread that empties it into a sink.
+/// A ring buffer and the thread that empties it into a sink.
 ///
 ///     RecordingFile file(...);  // outlives the recorder, whose thread uses it
 ///     Recorder<CycleRecord> recorder(
 ///         8192, [&](const CycleRecord& r) { file.append_row(to_row(r)); }, [&] { file.flush(); });
-///     ... recorder.push(record), once a cycle ...
+///     ... recorder.push(record), once per cycle ...
 ///     recorder.stop();
 ///     file.close();
 ///
-/// push() never wakes the writer, because waking is a system call; the writer looks by itself every
-/// kPollInterval. Choose the capacity for the longest stall the disk may have: 8192 records are 8 s
-/// at 1 kHz.
+/// push() never wakes the writer, because that is a system call; the writer polls every kPollInterval. Choose
+/// the capacity for the longest stall of the disk: 8192 records are 8 s at 1 kHz.
 template <typename Record>
 class Recorder {
  public:
   static constexpr std::chrono::milliseconds kPollInterval{5};
-  /// With the time a disk takes, well within the 0.1 s that apps/youbotd/README.md allows a killed program to
-  /// lose.
+  /// With the time a disk takes, well within the 0.1 s that a killed program may lose
+  /// (apps/youbotd/README.md).
   static constexpr std::chrono::milliseconds kFlushInterval{50};
 
-  /// Setup: starts the writer thread. `write` takes each record in order; `flush` follows about every
+  /// Setup: starts the writer thread. `write` gets each record in order; `flush` follows about every
   /// kFlushInterval and after the last record. Both run on the writer thread only and may throw: the
-  /// exception is caught and counted.
-  /// The writer is SCHED_OTHER whatever the caller is, but it inherits the caller's CPU affinity: pin
-  /// the cycle to its core after this.
-  /// @throws std::invalid_argument for a capacity SpscRing refuses or an empty function;
-  ///         hal::SetupError if the thread cannot be started or given normal priority.
+  /// exception is caught and counted. The writer is SCHED_OTHER whatever the caller is, but it inherits the
+  /// caller's CPU affinity: pin the cycle to its core after this.
+  /// @throws std::invalid_argument for a capacity SpscRing rejects or an empty function; hal::SetupError if
+  /// the thread cannot be started or given normal priority.
   Recorder(std::size_t capacity, std::function<void(const Record&)> write, std::function<void()> flush)
       : ring_(capacity), write_(std::move(write)), flush_(std::move(flush)) {
     if (!write_ || !flush_) throw std::invalid_argument("Recorder: write and flush must be given");
@@ -75,8 +73,8 @@ class Recorder {
   Recorder& operator=(const Recorder&) = delete;
   ~Recorder() { stop(); }
 
-  /// Cycle, one thread: wait-free, no allocation, lock or system call. False when the record was
-  /// dropped, which is counted.
+  /// Cycle, one thread: wait-free, no allocation, lock or system call. False if the record was dropped, which
+  /// is counted.
   bool push(const Record& record) noexcept {
     const bool taken = !stop_requested_.load(std::memory_order_relaxed) && ring_.push(record);
     count_one(taken ? pushed_ : dropped_);
@@ -89,9 +87,8 @@ class Recorder {
     while (ring_.full()) std::this_thread::sleep_for(kPollInterval / 5);
   }
 
-  /// Writes out everything pushed so far, flushes and joins; blocks as long as the sink needs.
-  /// Call after the last push() has returned, from the owner's thread and never from the sink.
-  /// Further calls do nothing.
+  /// Writes everything pushed so far, flushes and joins; blocks as long as the sink needs. Call after the
+  /// last push() has returned, from the owner's thread and never from the sink. Further calls do nothing.
   void stop() noexcept {
     if (!writer_.joinable()) return;
     {
@@ -102,14 +99,14 @@ class Recorder {
     writer_.join();
   }
 
-  /// Any thread, any time. The counts are each exact, but taken one after the other.
+  /// Any thread, any time. Each count is exact, but they are read one after the other.
   RecorderStatistics statistics() const noexcept {
     return {.pushed = pushed_.load(std::memory_order_relaxed),
             .dropped = dropped_.load(std::memory_order_relaxed),
             .sink_failures = sink_failures_.load(std::memory_order_relaxed)};
   }
 
-  /// What was lost on the way, in words; empty when nothing was. Not for the cycle.
+  /// Texts on what was lost; empty if nothing was. Not for the cycle.
   std::vector<std::string> problems() const {
     std::vector<std::string> problems;
     if (const auto dropped = statistics().dropped; dropped > 0)
@@ -118,8 +115,8 @@ class Recorder {
     return problems;
   }
 
-  /// What the first exception out of the sink said; empty if there was none. Any thread but the
-  /// cycle's: it locks and allocates.
+  /// Message of the first exception from the sink; empty if there was none. Any thread except the cycle's: it
+  /// locks and allocates.
   std::string first_sink_failure() const {
     const std::scoped_lock lock(mutex_);
     return first_sink_failure_;
@@ -147,8 +144,8 @@ class Recorder {
     }
   }
 
-  /// One ring full at most: all there can be after the last push, and a bound before it, so that a
-  /// producer faster than the sink cannot hold off the flush.
+  /// At most one full ring: all there can be after the last push, and a bound before it, so that a producer
+  /// faster than the sink cannot delay the flush.
   void drain() noexcept {
     Record record{};
     for (std::size_t left = ring_.capacity(); left > 0 && ring_.pop(record); --left) {
@@ -173,15 +170,15 @@ class Recorder {
         const std::scoped_lock lock(mutex_);
         first_sink_failure_ = message;
       } catch (const std::bad_alloc&) {
-        // The count still tells; out of memory is no reason to stop the robot.
+        // The count is still correct; out of memory must not stop the robot.
       }
     }
     count_one(sink_failures_);
   }
 
   SpscRing<Record> ring_;
-  // Beside the ring's indices the cycle touches only these; the ring's alignment keeps them off the
-  // lines that the writer works on.
+  // Apart from the ring's indices, the cycle only touches these; the ring's alignment keeps them off the
+  // writer's cache lines.
   std::atomic<std::uint64_t> pushed_{0};
   std::atomic<std::uint64_t> dropped_{0};
   std::atomic<bool> stop_requested_{false};

@@ -1,5 +1,5 @@
 /// @file
-/// Records of a cycle on disk: one or more files, written by a thread of their own.
+/// Records of a cycle on disk: one or more files, written by their own thread.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace runtime {
 
-/// What cannot be written never stops the robot: it is counted and reported at the end.
+/// A write failure never stops the robot: it is counted and reported at the end.
 ///
 ///     Recording<CycleRecord> recording(std::move(tables), [&](const CycleRecord&) { made.keep(); });
 ///     ... recording.add(record), once a cycle ...
@@ -24,13 +24,13 @@ namespace runtime {
 template <typename Record>
 class Recording {
  public:
-  /// A file, and what of a record is written to it.
+  /// A file, and the function that writes a record to it.
   struct Table {
     std::unique_ptr<RecordingFile> file;
     std::function<void(RecordingFile&, const Record&)> append = append_record<Record>;
   };
 
-  /// Setup. `also` sees each record after it was written, on the writer's thread.
+  /// Setup. `also` gets each record after it was written, on the writer's thread.
   /// @throws hal::SetupError as Recorder.
   Recording(std::vector<Table> tables, std::function<void(const Record&)> also)
       : tables_(std::move(tables)),
@@ -49,7 +49,7 @@ class Recording {
   /// Not for a real-time cycle: waits until add() has room, for loops faster than the disk.
   void wait_for_room() noexcept { recorder_.wait_for_room(); }
 
-  /// Writes out what is pending and closes the files. Call before the counts below.
+  /// Writes what is pending and closes the files. Call before the counts below.
   void close() noexcept {
     recorder_.stop();
     for (const Table& table : tables_) table.file->close();
@@ -67,13 +67,13 @@ class Recording {
     const RecorderStatistics statistics = recorder_.statistics();
     return statistics.pushed + statistics.dropped - cycles_recorded();
   }
-  /// The same while it is written: rows that wait for their flush are not lost. Any thread.
+  /// The same during writing: rows that wait for their flush do not count as lost. Any thread.
   std::uint64_t cycles_lost_so_far() const noexcept {
     std::uint64_t most = 0;
     for (const Table& table : tables_) most = std::max(most, table.file->rows_lost());
     return recorder_.statistics().dropped + most;
   }
-  /// What went wrong, in words; empty when everything is on disk. Any thread but the cycle's.
+  /// Texts on what went wrong; empty if everything is on disk. Any thread except the cycle's.
   std::vector<std::string> problems() const {
     std::vector<std::string> problems;
     for (const Table& table : tables_)

@@ -1,5 +1,5 @@
 /// @file
-/// Where a run is recorded, and the configuration that made it beside it.
+/// Directory of a recorded run, with a copy of its configuration.
 #pragma once
 #include <filesystem>
 #include <memory>
@@ -11,37 +11,36 @@
 
 namespace runtime {
 
-/// What made a recording, kept beside it.
+/// Configuration of a recording, stored with it.
 struct RecordingConfig {
   std::filesystem::path file;
   std::string settings = {};  ///< TOML that replaced entries of the file; empty: none
 };
 
-/// The directory of a recording until its first row: when the start is refused before that, by a file that
-/// cannot be opened or later by a device, nothing is left of it.
+/// The directory of a recording until its first row: if the start fails before that, because of a file that
+/// cannot be opened or later a device, nothing is left of it.
 ///
 ///     NewRecording recording(directory, {config_file, settings}, problems);
 ///     auto file = recording.open("base", comments, columns);
 ///     recording.keep();  // with the first row
 class NewRecording {
  public:
-  /// Makes the directory where it is missing, copies the configuration into it as `config.toml` and writes
-  /// settings, if any, to `settings.toml`, never over another; what could not be written is added to
-  /// `problems`.
-  /// @throws hal::SetupError when files cannot be made in the directory.
+  /// Creates the directory if it is missing, copies the configuration into it as `config.toml` and writes
+  /// settings, if any, to `settings.toml`; never overwrites. Write failures are added to `problems`.
+  /// @throws hal::SetupError if files cannot be created in the directory.
   NewRecording(const std::filesystem::path& directory, const RecordingConfig& config,
                std::vector<std::string>& problems);
   NewRecording(const NewRecording&) = delete;
   NewRecording& operator=(const NewRecording&) = delete;
 
-  /// `name`.csv, never over another. @throws hal::SetupError as RecordingFile, with a full disk among others.
+  /// `name`.csv; never overwrites. @throws hal::SetupError as RecordingFile, for example for a full disk.
   std::unique_ptr<RecordingFile> open(const std::string& name,
                                       const std::vector<RecordingFile::Comment>& comments,
                                       const std::vector<RecordingFile::Column>& columns);
   void keep() noexcept { made_.keep(); }
 
  private:
-  /// @throws std::runtime_error when it is there already or cannot be written.
+  /// @throws std::runtime_error if it exists or cannot be written.
   void write_new(const std::filesystem::path& path, const std::string& text);
 
   std::filesystem::path directory_;

@@ -28,11 +28,11 @@ constexpr std::string_view kFirstLine = "# youbot recording v1\n";
 constexpr std::size_t kBufferBytes = 64 * 1024;
 /// Shortest text of a double: sign, 17 digits, point, "e-308".
 constexpr std::size_t kLongestShortestChars = 24;
-/// Fixed notation spells the largest double out: sign, 309 digits, point, then the decimals.
+/// Fixed notation writes all digits of the largest double: sign, 309 digits, point, then the decimals.
 constexpr std::size_t kLongestFixedChars = 2 + std::numeric_limits<double>::max_exponent10 + 1;
 
 struct WriteResult {
-  std::size_t bytes = 0;  ///< that reached the file, also when the rest failed
+  std::size_t bytes = 0;  ///< that reached the file, also if the rest failed
   int error_number = 0;
 };
 
@@ -43,7 +43,7 @@ WriteResult write_all(int fd, std::span<const char> text) noexcept {
     const auto rest = text.subspan(result.bytes);
     const ssize_t count = drivers::uninterrupted([&] { return ::write(fd, rest.data(), rest.size()); });
     if (count <= 0) {
-      // No file system should answer 0; to ask again could go on for ever.
+      // No file system should return 0; a retry might never end.
       result.error_number = count < 0 ? errno : ENOSPC;
       break;
     }
@@ -60,8 +60,8 @@ std::size_t longest_value_chars(const std::optional<int>& decimals) {
   return decimals ? kLongestFixedChars + static_cast<std::size_t>(*decimals) : kLongestShortestChars;
 }
 
-/// What std::to_chars() writes for fixed decimals, in a fifth of its time: the value is scaled to an integer,
-/// where the scaling's own error cannot change how it rounds. Null where it could.
+/// Same result as std::to_chars() with fixed decimals, in a fifth of the time: the value is scaled to an
+/// integer where the error of the scaling cannot change the rounding. Null where it could.
 char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
   constexpr std::array<double, 10> kPowers{1, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9};
   constexpr std::array<std::uint64_t, 10> kWholePowers{
@@ -71,7 +71,7 @@ char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
   if (decimals >= static_cast<int>(kPowers.size())) return nullptr;
   const double scaled = std::abs(value) * kPowers[static_cast<std::size_t>(decimals)];
   if (!(scaled < kLargest)) return nullptr;
-  const double half_above = scaled + 0.5;  // what rounds wrongly is left to std::to_chars below
+  const double half_above = scaled + 0.5;  // values that round incorrectly are left to std::to_chars below
   const auto digits = static_cast<std::uint64_t>(half_above);
   if (std::abs(scaled - static_cast<double>(digits)) > kCertainly) return nullptr;
   const std::uint64_t power = kWholePowers[static_cast<std::size_t>(decimals)];
@@ -84,16 +84,16 @@ char* format_scaled(char* out, char* end, double value, int decimals) noexcept {
   if (std::signbit(value)) *out++ = '-';
   out = std::to_chars(out, end, whole).ptr;
   if (decimals == 0) return out;
-  // A one before the decimals keeps their leading zeros; the point takes its place.
+  // A leading one keeps the zeros of the decimals; the point then replaces it.
   char* const point = out;
   out = std::to_chars(out, end, power + part).ptr;
   *point = '.';
   return out;
 }
 
-/// The caller has made room for longest_value_chars().
+/// The caller has reserved longest_value_chars().
 char* format_value(char* out, char* end, double value, const std::optional<int>& decimals) noexcept {
-  // One spelling, since to_chars would tell -nan from nan.
+  // One spelling; to_chars would distinguish -nan from nan.
   if (std::isnan(value)) return std::ranges::copy(std::string_view("nan"), out).out;
   if (!decimals) return std::to_chars(out, end, value).ptr;
   if (char* const behind = format_scaled(out, end, value, *decimals)) return behind;
@@ -151,7 +151,7 @@ RecordingFile::RecordingFile(const std::filesystem::path& path, const std::vecto
 
 /// Last in the constructor, so that no other exception can leak the descriptor.
 void RecordingFile::create(const std::string& header, Existing existing) {
-  bool is_ours = false;  // made here, or emptied: without a whole header it is no recording
+  bool is_ours = false;  // created or emptied here: without a complete header it is not a recording
   const auto refuse = [this, &is_ours](const char* problem, int error_number, const char* hint) {
     if (fd_ >= 0) ::close(fd_);
     if (is_ours) ::unlink(path_.c_str());
@@ -159,8 +159,8 @@ void RecordingFile::create(const std::string& header, Existing existing) {
     if (error_number != 0) step += ": " + std::generic_category().message(error_number);
     throw hal::SetupError("recording " + path_, step, hint);
   };
-  // O_APPEND: after a torn row is cut off, the next write lands at the new end and leaves no hole.
-  // No O_TRUNC: the file may be another daemon's: only the lock shows that.
+  // O_APPEND: after a torn row is cut off, the next write goes to the new end and leaves no hole. No O_TRUNC:
+  // the file may be another daemon's; only the lock shows that.
   const auto open = [this](int more) {
     return drivers::uninterrupted(
         [&] { return ::open(path_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC | more, 0644); });
@@ -173,17 +173,17 @@ void RecordingFile::create(const std::string& header, Existing existing) {
       refuse("not a regular file", 0, "a torn row could not be cut off it; choose another path");
   };
   if (fd_ < 0 && errno == EEXIST) {
-    // Before it is opened: a device may act on that.
+    // Before it is opened: a device may react to that.
     if (::stat(path_.c_str(), &status) == 0) refuse_special();
     if (existing == Existing::kRefuse)
       refuse("cannot create the file", EEXIST, "it is not replaced; choose another path");
-    fd_ = open(O_NONBLOCK);  // a pipe that took its place has no reader
+    fd_ = open(O_NONBLOCK);  // a pipe in its place has no reader
   }
   if (fd_ < 0) refuse("cannot create the file", errno, "the folder must exist and be writable");
 
   if (::fstat(fd_, &status) != 0) refuse("cannot inspect the file", errno, "choose another folder");
   refuse_special();
-  // File systems without locks (some network ones) still record; only a lock held elsewhere refuses.
+  // File systems without locks (some network ones) still record; only a lock held elsewhere prevents it.
   if (::flock(fd_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
     refuse("another recording is being written to the file", 0, "stop that one or choose another path");
   }
@@ -239,11 +239,11 @@ void RecordingFile::close() noexcept {
   if (fd_ < 0) return;
   flush();
   restore_last_whole_row();
-  // A disk that failed behind the page cache says so here, and only once.
+  // A disk that failed behind the page cache reports it here, and only once.
   if (drivers::uninterrupted([this] { return ::fsync(fd_); }) != 0) {
     close_failure_.store({Step::kSync, errno}, std::memory_order_relaxed);
   }
-  // Not repeated after EINTR: Linux has closed the descriptor by then, and nothing is lost.
+  // Not repeated after EINTR: Linux has already closed the descriptor, and nothing is lost.
   if (::close(fd_) != 0 && errno != EINTR &&
       close_failure_.load(std::memory_order_relaxed).step == Step::kNone) {
     close_failure_.store({Step::kClose, errno}, std::memory_order_relaxed);
@@ -251,8 +251,8 @@ void RecordingFile::close() noexcept {
   fd_ = -1;
 }
 
-/// Leaves exactly the header and whole rows in the file, and finds out whether there still is one: an
-/// unlinked file takes writes without complaint.
+/// Leaves exactly the header and complete rows in the file, and checks that the file still exists: an
+/// unlinked file accepts writes without an error.
 bool RecordingFile::restore_last_whole_row() noexcept {
   struct stat status {};
   if (::fstat(fd_, &status) != 0) {

@@ -1,5 +1,5 @@
 /// @file
-/// One recording on disk, readable at every moment, whatever the disk does.
+/// One recording on disk, readable at every moment, whatever happens to the disk.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -20,14 +20,14 @@ namespace runtime {
 ///     file.close();
 ///     if (const std::string problem = file.error(); !problem.empty()) { ...say it... }
 ///
-/// After construction nothing throws and nothing ends the process (a file size limit included, even
-/// with SIGXFSZ at its default action). The file holds the header and whole rows only: when a write
-/// fails half-way, the torn row is cut off again. Rows that did not get into the file are counted and
-/// not kept; the next flush tries the disk afresh, so a recording resumes, with a gap in its time
-/// column, when space comes back.
+/// After construction nothing throws and nothing ends the process (including a file size limit, even with
+/// SIGXFSZ at its default action). The file holds the header and complete rows only: if a write fails
+/// half-way, the torn row is cut off again. Rows that did not get into the file are counted and not kept; the
+/// next flush tries again, so a recording resumes, with a gap in its time column, when space is available
+/// again.
 ///
-/// Not for the cycle: writing blocks as long as the disk likes. append_row(), flush() and close()
-/// belong to one thread at a time; rows_written(), rows_lost() and error() may be called from any.
+/// Not for the cycle: a write blocks as long as the disk does. append_row(), flush() and close() belong to
+/// one thread at a time; rows_written(), rows_lost() and error() may be called from any.
 class RecordingFile {
  public:
   struct Comment {
@@ -35,21 +35,20 @@ class RecordingFile {
     std::string value;
   };
   struct Column {
-    std::string name;                            ///< with its unit, as "torque_measured_Nm"
-    std::optional<int> decimals = std::nullopt;  ///< none: the shortest text that reads back equal
+    std::string name;                            ///< with its unit, such as "torque_measured_Nm"
+    std::optional<int> decimals = std::nullopt;  ///< empty: the shortest text that reads back equal
   };
   static constexpr int kMaxDecimals = 17;
 
-  /// What to do with a file of the same name, or a link to anything.
+  /// How to treat an existing file of the same name, or a link to anything.
   enum class Existing : std::uint8_t { kRefuse, kReplace };
 
-  /// Setup: creates the file and writes the header. Both lists keep
-  /// their order; which columns a recording must have is the caller's matter.
-  /// @throws hal::SetupError naming path and cause if the file is there already, cannot be created, is not a
-  /// regular one, is
-  ///         being recorded already (it is locked, so two daemons cannot spoil each other's file) or has no
-  ///         room for the header; std::invalid_argument if a key, value or column name would break the
-  ///         format, if a column is given twice, or if decimals are outside [0, kMaxDecimals].
+  /// Setup: creates the file and writes the header. Both lists keep their order; the caller chooses the
+  /// columns.
+  /// @throws hal::SetupError naming path and cause if the file already exists, cannot be created, is not a
+  /// regular one, is already being recorded (it is locked, so two daemons cannot spoil each other's file) or
+  /// has no room for the header; std::invalid_argument if a key, value or column name would break the format,
+  /// if a column is given twice, or if decimals are outside [0, kMaxDecimals].
   RecordingFile(const std::filesystem::path& path, const std::vector<Comment>& comments,
                 const std::vector<Column>& columns, Existing existing = Existing::kRefuse);
   RecordingFile(const RecordingFile&) = delete;
@@ -57,21 +56,23 @@ class RecordingFile {
   ~RecordingFile() { close(); }
 
   /// Formats one row, in column order, into memory; allocates nothing. Flushes first when the memory
-  /// is full. NaN is written as `nan`. A row of the wrong width, or after close(), is counted as lost.
+  /// Formats one row, in column order, into memory; allocates nothing. Flushes first if the memory is full.
+  /// NaN is written as `nan`. A row of the wrong width, or after close(), counts as lost.
   void append_row(std::span<const double> values) noexcept;
 
-  /// Hands the rows in memory to the operating system, which survives our crash but not a power cut.
+  /// Passes the rows in memory to the operating system; they then survive a crash of this process but not a
+  /// power cut.
   void flush() noexcept;
 
-  /// Flushes, waits until the disk has it all (fsync) and closes. Further calls do nothing.
+  /// Flushes, waits until everything is on disk (fsync) and closes. Further calls do nothing.
   void close() noexcept;
 
-  /// Rows in the file. Falls back to 0 when the file is found deleted or shortened by someone else.
+  /// Rows in the file. Falls back to 0 if another party has deleted or shortened the file.
   std::uint64_t rows_written() const noexcept { return rows_written_.load(std::memory_order_relaxed); }
-  /// Rows handed in that are not, or no longer, in the file.
+  /// Rows passed in that are not, or no longer, in the file.
   std::uint64_t rows_lost() const noexcept { return rows_lost_.load(std::memory_order_relaxed); }
-  /// The first failure, and that of close(), in words with path and counts; empty if there was none.
-  /// It stays after a recovery, since the rows lost stay lost.
+  /// Text on the first failure, and that of close(), with path and counts; empty if there was none. It stays
+  /// after a recovery, because the rows stay lost.
   std::string error() const;
 
  private:
@@ -87,8 +88,8 @@ class RecordingFile {
     kSync,
     kClose,
   };
-  /// Words are made only when asked for, because making them allocates. Aligned to its size, without which
-  /// clang reads it through libatomic.
+  /// The text is made only on request, because that allocates. Aligned to its size; otherwise clang reads it
+  /// through libatomic.
   struct alignas(8) Failure {
     Step step = Step::kNone;
     std::int32_t error_number = 0;
@@ -104,11 +105,11 @@ class RecordingFile {
   const std::string path_;
   std::vector<std::optional<int>> decimals_;  // by column
   std::size_t longest_row_bytes_ = 0;
-  std::vector<char> buffer_;  // whole rows only
+  std::vector<char> buffer_;  // complete rows only
   std::size_t buffered_bytes_ = 0;
   std::uint64_t buffered_rows_ = 0;
   int fd_ = -1;
-  std::int64_t file_bytes_ = 0;  // header and whole rows; more on disk is a torn row of ours
+  std::int64_t file_bytes_ = 0;  // header and complete rows; more on disk is our own torn row
   std::atomic<std::uint64_t> rows_written_{0};
   std::atomic<std::uint64_t> rows_lost_{0};
   std::atomic<Failure> first_failure_{Failure{}};

@@ -22,7 +22,7 @@ struct KnownColumn {
   std::string_view quantity;
   std::string_view name;
 };
-/// Longer quantities first, so that velocity_command_deg_per_s is not taken for a velocity.
+/// Longer quantities first, so that velocity_command_deg_per_s does not match velocity.
 constexpr auto kKnownColumns = std::to_array<KnownColumn>({{"velocity_command", "velocity_command_rad_per_s"},
                                                            {"position_command", "position_command_rad"},
                                                            {"torque_measured", "torque_measured_Nm"},
@@ -33,7 +33,7 @@ constexpr auto kKnownColumns = std::to_array<KnownColumn>({{"velocity_command", 
                                                            {"velocity", "velocity_rad_per_s"},
                                                            {"current", "current_A"},
                                                            {"time", "time_s"}});
-/// Lower case; what units in column names are made of.
+/// Lower case; words of units in column names.
 constexpr auto kColumnUnitWords = std::to_array<std::string_view>(
     {"s",   "ms",  "us",  "ns", "min",  "h",     "rad", "mrad",  "urad", "deg",     "rev",   "turns",
      "rpm", "per", "nm",  "n",  "mnm",  "knm",   "ncm", "m",     "a",    "ma",      "c",     "k",
@@ -51,7 +51,7 @@ bool is_unit(std::string_view words) {
   return true;
 }
 
-/// The name the contract has for the quantity of `column`, which has another unit or none; else empty.
+/// The contract's name for the quantity of `column`, which has another unit or none; otherwise empty.
 std::string_view right_name(std::string_view column) {
   for (const KnownColumn& known : kKnownColumns) {
     if (!column.starts_with(known.quantity)) continue;
@@ -72,7 +72,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-/// As much of a field as fits a message, whatever bytes it has.
+/// The part of a field that fits a message, whatever its bytes.
 std::string quoted(std::string_view text) {
   constexpr std::size_t kLongest = 40;
   std::string result = "'";
@@ -136,7 +136,7 @@ class Reader {
       return;
     }
     const std::size_t colon = text.find(':');
-    if (colon == text.npos) return;  // a remark
+    if (colon == text.npos) return;  // a free comment
     const std::string key(trimmed(text.substr(0, colon)));
     const std::string_view value = trimmed(text.substr(colon + 1));
     recording.comments.emplace_back(key, value);
@@ -230,7 +230,7 @@ class Reader {
     for (auto& column : columns) column.values.reserve(lines_.left_bytes() / (8 * columns.size()) + 1);
     std::string_view line;
     bool whole = true;
-    std::size_t blank = 0;  // lines, which may stand at the end
+    std::size_t blank = 0;  // lines, allowed only at the end
     while (next_line(line, whole)) {
       if (line.empty() && (whole || blank > 0)) {
         ++blank;
@@ -279,7 +279,7 @@ class Reader {
     return tell_missing() && good;
   }
 
-  /// True when the row may be taken.
+  /// True if the row may be accepted.
   bool tell_missing() {
     if (missing_.empty()) return true;
     const std::string& first = result_.recording.columns[missing_.front()].name;
@@ -346,8 +346,8 @@ class Reader {
   Lines lines_;
   const std::string& name_;
   NotMeasured not_measured_;
-  std::map<std::string, std::string, std::less<>> reasons_;  // of what is not measured, by column
-  std::vector<std::size_t> missing_;                         // columns of the row being read
+  std::map<std::string, std::string, std::less<>> reasons_;  // by column, why it is not measured
+  std::vector<std::size_t> missing_;                         // columns of the current row
   std::size_t line_ = 0;
   bool titled_ = false;
   std::size_t time_column_ = static_cast<std::size_t>(-1);

@@ -1,18 +1,18 @@
 /// @file
-/// Reads a recording (apps/FILE_FORMATS.md) and believes nothing about it.
+/// Reads a recording (apps/FILE_FORMATS.md) and validates everything.
 ///
 ///     const runtime::ReadRecording read = runtime::read_recording("wheel-1.csv");
 ///     for (const std::string& warning : read.warnings) ...
 ///     fit(read.recording);
 ///
-/// Refused, each with file, line and what to do, all of a file together: columns with a unit other than the
-/// contract's (position_deg), without time_s, named twice or not at all; rows of the wrong width, decimal
-/// commas, what is not a finite number; time that repeats or runs backward; files without rows or header.
-/// Taken: columns in any order, other columns (kept, with a warning), CRLF, a byte order mark, blanks round
-/// numbers. A last line without its end was torn by a crash or a full disk, and its last number may lack
-/// digits: it is left out, with a warning.
+/// Rejected, each with file, line and advice, all of a file together: columns with a unit other than the
+/// contract's (position_deg), a missing time_s, names that are duplicate or empty; rows of the wrong width,
+/// decimal commas, non-finite numbers; time that repeats or decreases; files without rows or header.
+/// Accepted: columns in any order, unknown columns (kept, with a warning), CRLF, a byte order mark, blanks
+/// around numbers. A last line without its line end was torn by a crash or a full disk, and its last number
+/// may lack digits: it is left out, with a warning.
 ///
-/// A measurement may have no result, which is `nan` in its row. The header says why, and for which columns:
+/// A measurement may have no result, which is `nan` in its row. The header gives the reason and the columns:
 ///
 ///     # not_measured: first_step_rad,torque_command_Nm: wheel-3 never moved up to 0.3 N·m
 #pragma once
@@ -28,12 +28,12 @@
 
 namespace runtime {
 
-/// An hour of all columns at 1 kHz takes less. It is held in memory, so a longer file is refused.
+/// More than an hour of all columns at 1 kHz. The file is held in memory, so a longer one is rejected.
 inline constexpr std::uintmax_t kMaxRecordingBytes = std::uintmax_t{2} << 30;
 inline constexpr std::size_t kMaxRecordingColumns = 1000;
 
 /// The recording cannot be used. problems(): each "file:line: message", in the order of the lines, the first
-/// kMaxProblems and then how many more there are.
+/// kMaxProblems and then the number of the rest.
 class RecordingError : public ConfigError {
  public:
   static constexpr std::size_t kMaxProblems = 10;
@@ -43,18 +43,18 @@ class RecordingError : public ConfigError {
 struct ReadRecording {
   identification::Recording recording;
   static constexpr std::size_t kMaxWarnings = 1000;
-  std::vector<std::string> warnings;  ///< as problems(), the first kMaxWarnings
-  std::size_t first_row_line = 0;     ///< of the file; the other rows follow line by line
+  std::vector<std::string> warnings;  ///< like problems(), the first kMaxWarnings
+  std::size_t first_row_line = 0;     ///< in the file; the other rows follow line by line
 };
 
-/// What becomes of a row that lacks something for which the header has a reason: it is refused, or taken as
-/// NaN. The reason is told either way.
+/// How to treat a row with a missing value for which the header gives a reason: reject it, or accept NaN. The
+/// reason is reported in both cases.
 enum class NotMeasured : std::uint8_t { kRefused, kTaken };
 
-/// @throws RecordingError, also when the file cannot be read.
+/// @throws RecordingError, also if the file cannot be read.
 ReadRecording read_recording(const std::filesystem::path& path,
                              NotMeasured not_measured = NotMeasured::kRefused);
-/// The same for a text in memory; `name` stands for the file in messages.
+/// The same for a text in memory; `name` replaces the file name in messages.
 ReadRecording parse_recording(std::string_view text, const std::string& name,
                               NotMeasured not_measured = NotMeasured::kRefused);
 
