@@ -17,7 +17,7 @@ struct ParameterDescription {
   std::string_view name;  ///< ends with its unit
   double lower;
   double upper;
-  double initial;  ///< the default, where a fit may begin
+  double initial;  ///< the default, where a fit may start
 };
 struct NamedValue {
   std::string_view name;
@@ -25,14 +25,14 @@ struct NamedValue {
 };
 
 /// A member T of the variant has kName, Parameters with defaults and kParameters (friction/law.h), and is
-/// made from Parameters, which it checks. `Kind::kName`: what messages call the family.
+/// constructed from Parameters, which it checks. `Kind::kName`: name of the family in messages.
 template <class Kind, class Variant>
 class Catalogue;
 
 template <class Kind, class... Ts>
 class Catalogue<Kind, std::variant<Ts...>> {
  public:
-  /// Lives as long as the program.
+  /// Valid for the lifetime of the program.
   template <class T>
   static std::span<const ParameterDescription> parameters_of() {
     static const auto kDescriptions = [] {
@@ -46,13 +46,13 @@ class Catalogue<Kind, std::variant<Ts...>> {
     return kDescriptions;
   }
 
-  /// Calls `visit` with a null pointer to each type, for the type.
+  /// Calls `visit` with a null pointer to each type, as a type tag.
   template <class Visit>
   static void for_each(const Visit& visit) {
     (visit(static_cast<const Ts*>(nullptr)), ...);
   }
 
-  /// The one of `descriptions` with that name. @throws std::invalid_argument listing them.
+  /// The member of `descriptions` with that name. @throws std::invalid_argument listing all names.
   template <class Description>
   static const Description& find(std::span<const Description> descriptions, std::string_view name) {
     const auto found = std::ranges::find(descriptions, name, &Description::name);
@@ -62,7 +62,7 @@ class Catalogue<Kind, std::variant<Ts...>> {
     return *found;
   }
 
-  /// @throws std::invalid_argument listing the parameters when `parameter` is none of them.
+  /// @throws std::invalid_argument listing the parameters if `parameter` is unknown.
   template <class T>
   static double parameter(const T& of, std::string_view parameter) {
     double value = 0;
@@ -74,8 +74,7 @@ class Catalogue<Kind, std::variant<Ts...>> {
     with_parameter<T>(parameter, [&](const auto& info) { info.in(parameters) = value; });
   }
 
-  /// `fill(type, parameters)` changes the defaults of the type called `name`; none when there is no such
-  /// type.
+  /// `fill(type, parameters)` changes the defaults of the type called `name`; empty if there is no such type.
   template <class Made, class Fill>
   static std::optional<Made> make(std::string_view name, const Fill& fill) {
     std::optional<Made> result;

@@ -1,5 +1,5 @@
 /// @file
-/// What keeps a joint from moving as its torque wants, as far as a compensator can act on it.
+/// Friction and position-dependent torque of a joint, as far as a compensator can act on them.
 #pragma once
 #include "model/friction/sliding_table.h"
 #include "model/position_torque.h"
@@ -7,9 +7,9 @@
 namespace model {
 
 struct JointResistance {
-  friction::SlidingTable sliding;  ///< friction against velocity, with the break-away torque at rest
+  friction::SlidingTable sliding;  ///< friction against velocity, with the breakaway torque at rest
   PositionTorque position{};
-  double least_torque_Nm = 0;  ///< what the actuator makes of every smaller torque; see SmallTorques
+  double least_torque_Nm = 0;  ///< what the actuator delivers for every smaller torque; see SmallTorques
 };
 
 }  // namespace model

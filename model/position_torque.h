@@ -1,5 +1,5 @@
 /// @file
-/// A torque that depends on where the joint is.
+/// A position-dependent torque.
 #pragma once
 #include <cmath>
 #include <vector>
@@ -7,9 +7,9 @@
 namespace model {
 
 /// T(θ) = T0 + Σ A·sin(N·θ + φ) + Σ B·f(θ), positive against positive motion: an offset, a weight off the
-/// axis (N = 1), magnets, slots and teeth, and functions that a program brings along. θ is the position that
-/// the drive reports, so that this holds as long as its encoder keeps its zero: the youBot's wheels lose
-/// theirs when the power goes.
+/// axis (N = 1), magnets, slots and teeth, and functions that a program adds. θ is the position reported by
+/// the drive, so this holds as long as its encoder keeps its zero: the youBot's wheels lose it when powered
+/// off.
 struct PositionTorque {
   struct Harmonic {
     double amplitude_Nm = 0;     ///< A

@@ -12,8 +12,8 @@ struct TorqueDeadbandParameters {
   double threshold_Nm = 0.03;
 };
 
-/// The motor delivers no small torques: a smaller command is delivered at the threshold.
-/// The youBot's 0.03 N·m [thesis 2.5.2]. A command of exactly zero delivers nothing.
+/// The motor delivers its threshold torque for every smaller command: the youBot's 0.03 N·m [thesis 2.5.2]. A
+/// command of exactly zero delivers nothing.
 class TorqueDeadband : public WithParameters<TorqueDeadband, TorqueDeadbandParameters> {
  public:
   static constexpr std::string_view kName = "torque_deadband";

@@ -1,5 +1,5 @@
 /// @file
-/// An effect chosen at run time: by name, with parameters by name.
+/// An effect selected at run time: by name, with parameters by name.
 #pragma once
 #include <span>
 #include <string_view>
@@ -38,26 +38,26 @@ using model::ParameterDescription;
 
 struct EffectDescription {
   std::string_view name;
-  std::string_view shows;  ///< how it shows in measured data
+  std::string_view shows;  ///< how it appears in measured data
   std::span<const ParameterDescription> parameters;
 };
-/// All effects: the library's, then those that the program has added. Lives as long as the program.
+/// All effects: the library's, then those that the program has added. Valid for the lifetime of the program.
 std::span<const EffectDescription> effect_descriptions();
-/// @throws std::invalid_argument listing the effects there are.
+/// @throws std::invalid_argument listing the known effects.
 const EffectDescription& effect_description(std::string_view effect);
 const EffectDescription& description_of(const AnyEffect& effect) noexcept;
 
 std::string_view name_of(const AnyEffect& effect) noexcept;
-/// @throws std::invalid_argument listing the effect's parameters when `parameter` is none of them.
+/// @throws std::invalid_argument listing the effect's parameters if `parameter` is unknown.
 double parameter_of(const AnyEffect& effect, std::string_view parameter);
 
 /// Its parameters, in the order of its description.
 std::vector<double> values_of(const AnyEffect& effect);
-/// The same effect with these parameters. @throws std::invalid_argument when one is out of bounds.
+/// The same effect with these parameters. @throws std::invalid_argument if one is out of bounds.
 AnyEffect with_values(const AnyEffect& effect, std::span<const double> values);
 
-/// What is not named keeps its default. @throws std::invalid_argument listing what exists when the effect or
-/// a parameter is unknown, or naming a parameter that is out of bounds.
+/// Other parameters keep their defaults. @throws std::invalid_argument listing the known names if the effect
+/// or a parameter is unknown, or naming a parameter that is out of bounds.
 AnyEffect make_effect(std::string_view effect, std::span<const NamedValue> values);
 AnyEffect make_effect(std::string_view effect, std::initializer_list<NamedValue> values = {});
 

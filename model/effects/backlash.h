@@ -10,8 +10,8 @@ namespace model::effects {
 struct BacklashParameters {
   double gap_rad = 0.01;             ///< from one flank to the other
   double load_share = 0.3;           ///< of inertia, behind the gap
-  double friction_ratio = 1;         ///< share of friction behind it, over that of inertia
-  double impact_loss_s_per_rad = 2;  ///< α: flanks that meet at a low speed v separate at (1 − α·v)·v
+  double friction_ratio = 1;         ///< share of friction behind the gap, over that of inertia
+  double impact_loss_s_per_rad = 2;  ///< α: flanks that collide at a low speed v separate at (1 − α·v)·v
   double flank_Hz = 150;             ///< resonance of both masses on a flank; not fitted
 };
 

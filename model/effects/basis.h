@@ -16,10 +16,10 @@ namespace model::effects {
 /// its limit from that side.
 double sliding_torque_Nm(const EffectChain& effects, double velocity_rad_per_s) noexcept;
 
-/// The parameters in which the torque of `effect` is linear; empty when there are none.
+/// The parameters in which the torque of `effect` is linear; may be empty.
 std::span<const std::string_view> amplitudes_of(const AnyEffect& effect);
-/// The effect with one amplitude 1, the others 0 and its shape as it is: alone, its torque is the column of
-/// that amplitude. @throws std::invalid_argument when it is no amplitude of this effect.
+/// The effect with one amplitude 1, the others 0 and its shape unchanged: its torque is the column of that
+/// amplitude. @throws std::invalid_argument if the effect has no such amplitude.
 AnyEffect basis_of(const AnyEffect& effect, std::string_view amplitude);
 
 }  // namespace model::effects

@@ -1,5 +1,5 @@
 /// @file
-/// A torque command on its way: what an actuator effect remembers.
+/// Delayed torque commands: the memory of an actuator effect.
 #pragma once
 #include <array>
 #include <cmath>
@@ -7,12 +7,12 @@
 
 namespace model::effects {
 
-/// The commands of the last kLongest_s at the rate they come. Neither allocates nor locks.
+/// The commands of the last kLongest_s at the rate of their arrival. Neither allocates nor locks.
 class DelayLine {
  public:
   static constexpr double kLongest_s = 0.5;
 
-  /// What was put in `delay_s` ago, straight lines between; before the first command it is zero.
+  /// The input `delay_s` ago, linearly interpolated; zero before the first command.
   double pass(double torque_Nm, double delay_s, double interval_s) noexcept {
     newest_ = (newest_ + 1) % kSize;
     history_[newest_] = torque_Nm;

@@ -1,5 +1,5 @@
 /// @file
-/// Whether the friction of a drive model brakes.
+/// Checks that the friction of a drive model brakes.
 #pragma once
 #include <optional>
 
@@ -7,13 +7,12 @@
 
 namespace model::effects {
 
-/// Above this a youBot's wheel is stopped unless a configuration says otherwise.
+/// Default speed limit of a youBot's wheel.
 inline constexpr double kUsualTopSpeed_rad_per_s = 12.0;
 
-/// The velocity nearest to rest, up to the top speed in either direction, at which the effects that are
-/// friction would together drive the joint, cold or warm. A simulated drive has no friction there, and what
-/// compensates such a model is wrong at all speeds beyond. See
-/// model::friction::driving_velocity_rad_per_s().
+/// The velocity nearest to rest, up to the top speed in either direction, at which the friction effects
+/// together would drive the joint, cold or warm. A simulated drive has no friction there, and a compensation
+/// with such a model is wrong at all speeds beyond. See model::friction::driving_velocity_rad_per_s().
 std::optional<double> driving_velocity_rad_per_s(const DriveModel& model, double top_speed_rad_per_s);
 
 }  // namespace model::effects

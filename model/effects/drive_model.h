@@ -9,7 +9,7 @@
 
 namespace model::effects {
 
-/// Joint side. The order of the effects is that of the file; actuator and sensor effects act in this order.
+/// Joint side. The effects are in the order of the file; actuator and sensor effects act in this order.
 struct DriveModel {
   std::string name{};
   double inertia_kg_m2 = 0.0112;
@@ -17,7 +17,7 @@ struct DriveModel {
   std::optional<double> torque_noise_Nm{};  ///< 1 sigma of the reported torque
   std::vector<AnyEffect> effects{};
 
-  /// The first of a type, or null.
+  /// The first effect of a type, or null.
   template <Effect E>
   const E* find() const noexcept {
     for (const AnyEffect& effect : effects)

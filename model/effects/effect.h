@@ -1,19 +1,19 @@
 /// @file
-/// What every effect of a drive looks like from outside.
+/// Common interface of all effects of a drive.
 ///
-/// A drive is a chain:  command → actuator → delivered torque → J·a = τ − friction − load → transmission →
-/// sensor → measured.  An effect is one physical thing that happens somewhere on it: a small type with
-/// parameters, and the one function by which it acts there,
+/// A drive is a chain: command → actuator → delivered torque → J·a = τ − friction − load → transmission →
+/// sensor → measured. An effect is one physical phenomenon somewhere in it: a small type with parameters, and
+/// the one function by which it acts there,
 ///
-///   deliver(DelayLine&, torque, dt)  the actuator gives another torque than commanded
+///   deliver(DelayLine&, torque, dt)  the actuator delivers another torque than commanded
 ///   level_Nm(Sliding)                adds to the sliding friction: positive takes more torque
-///   load_Nm(position)                a torque against positive motion that depends on where the joint is; on
-///                                    the load, or where kOnMotor says so on the motor
+///   load_Nm(position)                a torque against positive motion that depends on position; on the load,
+///                                    or on the motor if kOnMotor says so
 ///   arrange(Mechanics&)              changes masses, springs and gaps
 ///   report_Nm(torque)                the sensor reports another torque than delivered
 ///
-/// and a sentence on how it shows in measured data. Everything is joint side and SI. Simulation, fits and the
-/// search for what is missing use the same types.
+/// and a sentence on how it appears in measured data. Everything is joint side and SI. Simulation, fits and
+/// the search for missing effects use the same types.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -30,19 +30,19 @@ namespace model::effects {
 using model::friction::member;
 using model::friction::ParameterInfo;
 
-/// A joint that slides, as friction sees it.
+/// A sliding joint, as input of friction.
 struct Sliding {
   double speed_rad_per_s = 0;  ///< >= 0
   double direction = 1;        ///< +1 or -1
-  double running_s = 0;        ///< since the drive was started cold
+  double running_s = 0;        ///< since the cold start of the drive
   double coulomb_Nm = 0;       ///< sum of the coulomb effects
-  double load_Nm = 0;          ///< what the transmission carries besides friction, its magnitude
+  double load_Nm = 0;          ///< magnitude of the other torque in the transmission, without friction
 };
 
 /// Masses and springs of the drive. One mass, unless there is a gap or a spring.
 struct Mechanics {
   double inertia_kg_m2 = 0.0112;
-  double stiffness_Nm_per_rad = 0;  ///< of the friction contact (σ0); 0: as stiff as the step allows
+  double stiffness_Nm_per_rad = 0;  ///< of the friction contact (σ0); 0: maximum that the step allows
   double damping_Nm_s_per_rad = 0;  ///< of the friction contact (σ1), while it sticks
   double bend_exponent = 0;         ///< of the friction contact (Dahl's α), towards sliding
   double backlash_rad = 0;          ///< free travel between motor and load
@@ -50,14 +50,14 @@ struct Mechanics {
   double shaft_Nm_s_per_rad = 0;    ///< its damping
   double load_share = 0;            ///< of inertia, behind gap and spring
   double friction_ratio = 1;        ///< share of friction behind them, over that of inertia
-  double flank_loss_s_per_rad = 0;  ///< α: what meets at a low speed v separates at (1 − α·v)·v
+  double flank_loss_s_per_rad = 0;  ///< α: flanks that collide at a low speed v separate at (1 − α·v)·v
   double flank_Hz = 150;            ///< resonance of both masses on a flank of the gap
   bool two_masses() const noexcept { return backlash_rad > 0 || shaft_Nm_per_rad > 0; }
   /// Clamped so that each mass has some friction.
   double friction_share() const noexcept { return std::clamp(friction_ratio * load_share, 1e-3, 1 - 1e-3); }
-  /// Torque from motor to load over a step on a flank that is pressed in by `pressed_rad`, of either sign,
-  /// and whose pressure grows while `rate_rad_per_s` has the same: k·δ·(1 + 3/2·α·dδ/dt), never pulling. No
-  /// more than what stops the one on the other: flanks that meet fast lose all of their speed within a step.
+  /// Torque from motor to load over a step on a flank with the compression `pressed_rad`, of either sign,
+  /// which grows while `rate_rad_per_s` has the same sign: k·δ·(1 + 3/2·α·dδ/dt), never pulling. At most the
+  /// torque that stops one body on the other: flanks that collide fast lose all their speed within a step.
   /// [K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42:440, 1975]
   double flank_Nm(double pressed_rad, double rate_rad_per_s, double step_s) const noexcept {
     const double closing = pressed_rad < 0 ? -rate_rad_per_s : rate_rad_per_s;
@@ -73,7 +73,7 @@ struct Mechanics {
   }
 };
 
-// Version 14 of clang-format takes the arrows apart.
+// clang-format 14 breaks the arrows apart.
 // clang-format off
 template <class E>
 concept ActsOnActuator = requires(const E& e, DelayLine& line, double x) { { e.deliver(line, x, x) } noexcept -> std::same_as<double>; };
@@ -100,7 +100,7 @@ concept Effect =
     (ActsOnActuator<E> || ActsOnFriction<E> || ActsOnPosition<E> || ActsOnMechanics<E> || ActsOnSensor<E>);
 // clang-format on
 
-/// Lists as kAmplitudes in which of its parameters its torque is linear; the others are its shape.
+/// kAmplitudes lists the parameters in which its torque is linear; the others are its shape.
 template <class E>
 concept Linear = requires {
   E::kAmplitudes;
@@ -110,7 +110,7 @@ concept Linear = requires {
 void require_within(std::string_view effect, std::string_view parameter, double value, double lower,
                     double upper);
 
-/// What all effects have in common: parameters that are within their bounds.
+/// Common base of all effects: parameters that are within their bounds.
 template <class E, class P>
 class WithParameters {
  public:
@@ -126,7 +126,7 @@ class WithParameters {
   P parameters_;
 };
 
-// From the pivot of an instrument to a crane's slew ring.
+// Range: from the pivot of an instrument to a crane's slew ring.
 inline constexpr double kMostTorque_Nm = 1e4;
 inline constexpr double kMostSpeed_rad_per_s = 1e4;
 

@@ -9,7 +9,7 @@
 namespace model::effects {
 namespace {
 
-/// std::visit that cannot throw: these effects never lose their value.
+/// std::visit that cannot throw: these variants are never valueless.
 template <std::size_t kIndex = 0, class Visit>
 void ask(const AnyEffect& effect, const Visit& of) noexcept {
   if constexpr (kIndex < std::variant_size_v<AnyEffect>) {

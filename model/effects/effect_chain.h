@@ -1,5 +1,5 @@
 /// @file
-/// The effects of one drive at work, each at its place.
+/// The effects of one drive in operation, each at its place in the chain.
 #pragma once
 #include <span>
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace model::effects {
 
-/// One joint's effects and what they remember. One thread. Setup: the constructor. Cycle: the others, which
-/// neither allocate nor lock.
+/// One joint's effects and their state. One thread. Setup: the constructor. Cycle: the others, which neither
+/// allocate nor lock.
 class EffectChain {
  public:
   EffectChain() = default;
@@ -19,19 +19,19 @@ class EffectChain {
   bool empty() const noexcept { return effects_.empty(); }
   /// The torque the actuator delivers for a command, once per controller period of `interval_s`.
   double deliver(double command_Nm, double interval_s) noexcept;
-  /// Sliding friction at `speed_rad_per_s` >= 0 in `direction`, what takes torque from the motion; not below
-  /// zero. `load_Nm`: what the transmission carries besides.
+  /// Sliding friction at `speed_rad_per_s` >= 0 in `direction`, positive against the motion; not below zero.
+  /// `load_Nm`: the other torque in the transmission.
   double level_Nm(double speed_rad_per_s, double direction, double running_s, double load_Nm) const noexcept;
-  /// The same as the effects add up, below zero where they would drive.
+  /// The same as the plain sum of the effects, negative where they would drive.
   double signed_level_Nm(double speed_rad_per_s, double direction, double running_s,
                          double load_Nm) const noexcept;
-  /// Torque against positive motion of the load by where it is; with one mass, of the joint.
+  /// Position-dependent torque against positive motion of the load; with one mass, of the joint.
   double load_Nm(double position_rad) const noexcept;
-  /// The same of the motor, where that is another mass.
+  /// The same for the motor, if it is a separate mass.
   double motor_load_Nm(double position_rad) const noexcept;
-  /// What the torque sensor makes of a torque.
+  /// Output of the torque sensor for a torque.
   double report_Nm(double torque_Nm) const noexcept;
-  /// What effects make of masses, springs and gaps. @throws std::invalid_argument when no inertia is left.
+  /// Masses, springs and gaps after all effects. @throws std::invalid_argument if no inertia is left.
   Mechanics arranged(Mechanics mechanics) const;
 
  private:

@@ -54,9 +54,9 @@ struct StribeckParameters {
 };
 
 /// Friction that is higher at rest and falls as the joint begins to slide.
-/// (Fs − Fc)·exp(−(|v|/vs)^δ) above the Coulomb torque Fc                       [friction.md 3; thesis 2.3]
+/// (Fs − Fc)·exp(−(|v|/vs)^δ) above the Coulomb torque Fc [friction.md 3; thesis 2.3]
 /// With a tail, (Fs − Fc)·(1 + q·(|v|/vs)^δ)^(−1/q): q = 1 is the form of Hess and Soom (ASME J. Tribology
-/// 112, 1990), which still falls where the other one is gone.
+/// 112, 1990), which still falls where the other form has decayed.
 class Stribeck : public WithParameters<Stribeck, StribeckParameters> {
  public:
   static constexpr std::string_view kName = "stribeck";
@@ -115,7 +115,7 @@ struct MidspeedDipParameters {
   double width_rad_per_s = 1;
 };
 
-/// A band of speed in which friction falls below the straight line.
+/// A range of speed in which friction falls below the straight line:
 /// −depth·exp(−((|v| − centre)/width)²); measured on youBot wheels between about 1 and 4 rad/s.
 class MidspeedDip : public WithParameters<MidspeedDip, MidspeedDipParameters> {
  public:
@@ -132,7 +132,7 @@ class MidspeedDip : public WithParameters<MidspeedDip, MidspeedDipParameters> {
     return -parameters_.depth_Nm *
            shape(sliding.speed_rad_per_s, parameters_.centre_rad_per_s, parameters_.width_rad_per_s);
   }
-  /// 1 in the middle of the band, towards 0 outside.
+  /// 1 in the middle of the range, towards 0 outside.
   static double shape(double speed_rad_per_s, double centre_rad_per_s, double width_rad_per_s) noexcept {
     const double off = (speed_rad_per_s - centre_rad_per_s) / width_rad_per_s;
     return std::exp(-off * off);
@@ -143,7 +143,7 @@ struct QuadraticDragParameters {
   double coefficient_Nm_s2_per_rad2 = 0.0005;
 };
 
-/// Friction in proportion to the square of speed: stirred grease, air; negative where grease thins.
+/// Friction proportional to the square of speed: stirred grease, air; negative if grease thins.
 class QuadraticDrag : public WithParameters<QuadraticDrag, QuadraticDragParameters> {
  public:
   static constexpr std::string_view kName = "quadratic_drag";

@@ -1,5 +1,5 @@
 /// @file
-/// The moving inertia is not the model's.
+/// Deviation of the moving inertia from the model's.
 #pragma once
 #include <array>
 

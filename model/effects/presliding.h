@@ -1,5 +1,5 @@
 /// @file
-/// The friction contact gives like a spring before it breaks away.
+/// The friction contact is elastic before breakaway.
 #pragma once
 #include <array>
 
@@ -13,8 +13,8 @@ struct PreslidingParameters {
   double exponent = 0;                ///< α
 };
 
-/// σ0 and σ1 of the bristle, and how it yields: Dahl's α is 0 for one that stays straight until it breaks
-/// away, 1 for one that bends over exponentially, as LuGre's. [dahl_curve.h]
+/// σ0 and σ1 of the bristle, and how it yields: Dahl's α is 0 for a bristle that stays straight until
+/// breakaway, 1 for one that bends exponentially, as in LuGre. [dahl_curve.h]
 class Presliding : public WithParameters<Presliding, PreslidingParameters> {
  public:
   static constexpr std::string_view kName = "presliding";

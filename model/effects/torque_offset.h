@@ -1,5 +1,5 @@
 /// @file
-/// A constant torque on the joint: a weight on a drum, a preloaded spring, a current sensor that is off.
+/// A constant torque on the joint: a weight on a drum, a preloaded spring, an offset of the current sensor.
 #pragma once
 #include <array>
 

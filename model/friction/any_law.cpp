@@ -20,7 +20,7 @@ using Laws = Catalogue<Family, AnyLaw::Variant>;
 template <Law L>
 constexpr bool kRemembers = !(std::same_as<L, Viscous> || std::same_as<L, Regularised> || HoldsRigidly<L>);
 
-/// The law called `name`, from what `fill(type, parameters)` makes of its defaults.
+/// The law called `name`, with `fill(type, parameters)` applied to its defaults.
 template <class Fill>
 AnyLaw made(std::string_view name, const Fill& fill) {
   (void)law_description(name);  // throws with the list

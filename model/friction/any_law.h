@@ -1,5 +1,5 @@
 /// @file
-/// A friction law chosen at run time: by name, with parameters by name.
+/// A friction law selected at run time: by name, with parameters by name.
 #pragma once
 #include <initializer_list>
 #include <span>
@@ -31,16 +31,17 @@ namespace model::friction {
 using model::NamedValue;
 using model::ParameterDescription;
 
-/// Any of the laws, with the meaning each gives to these functions; see law.h. A value: copies are
-/// independent. Setup: construction and what has names. Cycle: the others, which neither allocate nor lock.
+/// Any of the laws, with the meaning each gives to these functions; see law.h. A value type: copies are
+/// independent. Setup: construction and functions with names. Cycle: the others, which neither allocate nor
+/// lock.
 class AnyLaw {
  public:
   using Variant = std::variant<Coulomb, Viscous, Stiction, Kfm, Regularised, Karnopp, Armstrong, Dahl,
                                Bristle, ResetIntegrator, LuGre, ElastoPlastic, Leuven, Gms, MeasuredWheel>;
 
  private:
-  // std::visit may throw, for a variant that lost its value. This one cannot: what may throw when copied (a
-  // table) moves without, so that an assignment succeeds or changes nothing.
+  // std::visit may throw for a valueless variant. This one cannot be valueless: a type whose copy may throw
+  // (a table) has a nothrow move, so an assignment succeeds or changes nothing.
   template <std::size_t kIndex = 0, class Visit>
   auto visit(const Visit& of) const noexcept {
     if constexpr (kIndex + 1 < std::variant_size_v<Variant>)
@@ -53,9 +54,9 @@ class AnyLaw {
   explicit AnyLaw(L law) : law_(std::move(law)) {}
 
   std::string_view name() const noexcept;
-  /// @throws std::invalid_argument listing the law's parameters when `parameter` is none of them.
+  /// @throws std::invalid_argument listing the law's parameters if `parameter` is unknown.
   double parameter(std::string_view parameter) const;
-  /// The same law with one value changed. @throws std::invalid_argument also when it is out of bounds.
+  /// The same law with one changed value. @throws std::invalid_argument also if it is out of bounds.
   AnyLaw with(std::string_view parameter, double value) const;
 
   double step(State& state, const Contact& contact, double dt_s) const noexcept {
@@ -78,19 +79,19 @@ class AnyLaw {
 struct LawDescription {
   std::string_view name;
   std::span<const ParameterDescription> parameters;
-  bool has_memory;  ///< the torque depends on more than the velocity and applied torque of the moment
+  bool has_memory;  ///< the torque depends on more than the current velocity and applied torque
 };
-/// All laws, in the order of AnyLaw::Variant. Lives as long as the program.
+/// All laws, in the order of AnyLaw::Variant. Valid for the lifetime of the program.
 std::span<const LawDescription> law_descriptions();
-/// @throws std::invalid_argument listing the laws there are.
+/// @throws std::invalid_argument listing the known laws.
 const LawDescription& law_description(std::string_view law);
 
-/// What is not named keeps its default. @throws std::invalid_argument listing what exists when the law or a
-/// parameter is unknown, or naming a parameter that is out of bounds or given twice.
+/// Other parameters keep their defaults. @throws std::invalid_argument listing the known names if the law or
+/// a parameter is unknown, or naming a parameter that is out of bounds or given twice.
 AnyLaw make_law(std::string_view law, std::span<const NamedValue> values);
 AnyLaw make_law(std::string_view law, std::initializer_list<NamedValue> values = {});
-/// Every parameter, in the order of the law's description: the point of a fit.
-/// @throws std::invalid_argument also when there are more or fewer values than parameters.
+/// All parameters, in the order of the law's description, as a fit needs them.
+/// @throws std::invalid_argument also if the number of values differs from that of the parameters.
 AnyLaw make_law_from_values(std::string_view law, std::span<const double> values);
 
 }  // namespace model::friction

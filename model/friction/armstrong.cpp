@@ -9,9 +9,9 @@ namespace {
 enum Slot : std::size_t {
   kSliding,     // 0 sticking, else the direction of sliding
   kDeflection,  // [rad] of the spring while sticking
-  kDwell,       // [s] sticking, at most so much that no sum overflows
-  kDeficit,     // [N·m] e∞ − e₀: zero is a joint that has rested for long
-  kExcess,      // [N·m] e of the sliding that goes on
+  kDwell,       // [s] sticking, bounded so that no sum overflows
+  kDeficit,     // [N·m] e∞ − e₀: zero after a long rest
+  kExcess,      // [N·m] e of the present sliding
   kShare,       // b at the last sliding step
   kElapsed,     // [s] since the newest entry of the line
   kLine,        // velocities, oldest first, one every τL/8
@@ -71,7 +71,7 @@ double Armstrong::step(State& state, const Contact& contact, double dt_s) const 
     if (std::abs(state.x[kDeflection]) < bound || velocity == 0)
       return parameters_.stiffness_Nm_per_rad * std::clamp(state.x[kDeflection], -bound, bound) +
              parameters_.viscous_Nm_s_per_rad * velocity;
-    // A spring still loaded against the motion cannot break: it is being relieved.
+    // A spring loaded against the motion cannot break: the motion unloads it.
     if (state.x[kDeflection] * velocity < 0)
       return parameters_.stiffness_Nm_per_rad * state.x[kDeflection] +
              parameters_.viscous_Nm_s_per_rad * velocity;

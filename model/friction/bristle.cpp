@@ -11,9 +11,9 @@ namespace {
 constexpr std::uint64_t kModulus = 2147483647;
 constexpr std::uint64_t kFirstSeed = 20120704;
 constexpr double kReachesFollowed = 2;
-constexpr int kMostBreaks = 20;  // on such a way two or three are usual, and twenty have a chance of 1/19!
+constexpr int kMostBreaks = 20;  // per step usually two or three; twenty have a probability of 1/19!
 
-/// Evenly distributed in (0, 1). Park and Miller's generator with the multiplier 48271.
+/// Uniformly distributed in (0, 1). Park and Miller's generator with the multiplier 48271.
 double draw(double& generator) noexcept {
   std::uint64_t number = generator >= 1 && generator < static_cast<double>(kModulus)
                              ? static_cast<std::uint64_t>(generator)

@@ -8,14 +8,17 @@
 namespace model::friction {
 
 /// F = Σ (K/N)·(x − bᵢ); a bond stretched to its reach δ breaks and forms again anywhere within reach.
-/// [D. A. Haessig, B. Friedland, ASME J. Dyn. Syst. Meas. Control 113, 1991; "anywhere": evenly distributed]
-/// From rest all N bonds are relaxed and break together: break-away at K·δ. In sliding the deflection d of a
-/// bond has the density (d + δ)/(2δ²), so friction has the mean K·δ/3 and, from place to place, the standard
+/// [D. A. Haessig, B. Friedland, ASME J. Dyn. Syst. Meas. Control 113, 1991; "anywhere": uniformly
+/// distributed]
+/// From rest all N bonds are relaxed and break together: breakaway at K·δ. During sliding the deflection d of
+/// a bond has the density (d + δ)/(2δ²), so friction has the mean K·δ/3 and, over position, the standard
 /// deviation K·δ·√(2/N)/3.
-/// Chance is a Lehmer generator in the state: the same states and motions give the same friction. A zero
-/// state has a fixed seed; another integer in State::x[kBristles], 1 to 2147483646, is another seed.
-/// A bond that breaks within a step contributes its mean over the step, the others their end: passive in
-/// every step. Where a step goes further than 2·δ it is given the mean, and new places from the density.
+/// The random numbers come from a Lehmer generator in the state: the same states and motions give the same
+/// friction. A zero state has a fixed seed; another integer in State::x[kBristles], 1 to 2147483646, is
+/// another seed.
+/// A bond that breaks within a step contributes its mean over the step, the others their end value: passive
+/// in every step. If a step is longer than 2·δ, friction is the mean, and new positions are drawn from the
+/// density.
 /// No damper: a stuck joint rings. Stable for dt < 2·√(J/K).
 /// State: ten deflections [rad], the generator.
 class Bristle {

@@ -9,10 +9,9 @@
 
 namespace model::friction {
 
-/// F = Fc·sgn(v);  at v = 0 as much of the applied torque as Fc holds            [thesis figure 9a]
-/// Stateless. Only an exact zero is rest: a joint integrated with it chatters by up to dt·2·Fc/J about rest,
-/// which is what the laws with a threshold, a dead zone or a spring are for. Any step is stable in that
-/// sense.
+/// F = Fc·sgn(v); at v = 0 the applied torque, up to Fc [thesis figure 9a]
+/// Stateless. Only an exact zero is rest: an integrated joint chatters by up to dt·2·Fc/J about rest, which
+/// the laws with a threshold, a dead zone or a spring avoid. Any step is stable in that sense.
 class Coulomb {
  public:
   static constexpr std::string_view kName = "coulomb";

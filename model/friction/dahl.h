@@ -10,11 +10,11 @@
 
 namespace model::friction {
 
-/// dF/dx = σ0·|1 − F/Fc·sgn(v)|^α·sgn(1 − F/Fc·sgn(v))      [P. R. Dahl, AIAA J. 14, 1976; thesis 2.3]
-/// It depends on the way and not on the speed, so any step is exact (dahl_remainder()); coupled to an
-/// inertia, stable for dt < 2·√(J/(2^α·σ0)), where 2^α·σ0 is the slope right after a reversal. Neither
-/// stiction nor Stribeck effect, and like all laws whose deflection slips a little at any load (α > 0) it
-/// drifts under a load that swings. State: F [N·m].
+/// dF/dx = σ0·|1 − F/Fc·sgn(v)|^α·sgn(1 − F/Fc·sgn(v)) [P. R. Dahl, AIAA J. 14, 1976; thesis 2.3]
+/// It depends on displacement and not on speed, so any step is exact (dahl_remainder()); coupled to an
+/// inertia, stable for dt < 2·√(J/(2^α·σ0)), where 2^α·σ0 is the slope right after a reversal. No stiction or
+/// Stribeck effect. Like all laws whose deflection slips slightly at any load (α > 0) it drifts under an
+/// oscillating load. State: F [N·m].
 class Dahl {
  public:
   static constexpr std::string_view kName = "dahl";

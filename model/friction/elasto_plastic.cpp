@@ -7,7 +7,7 @@
 namespace model::friction {
 namespace {
 
-/// du/dx and its derivative to u, of the deflection u along the motion over the way x.
+/// du/dx and its derivative with respect to u, for the deflection u along the motion over the displacement x.
 struct Rate {
   double value;
   double slope_per_rad;
@@ -25,7 +25,7 @@ Rate rate_at(double u, double breakaway, double limit) noexcept {
   return {1 - alpha * u / limit, -(alpha + alpha_per_rad * u) / limit};
 }
 
-/// u after `way`.
+/// u after a displacement of `way`.
 double advanced(double u, double way, double breakaway, double limit) noexcept {
   if (u < breakaway) {
     const double elastic = std::min(way, breakaway - u);
@@ -34,7 +34,7 @@ double advanced(double u, double way, double breakaway, double limit) noexcept {
   }
   if (way <= 0) return u;
   if (u >= limit) return limit + (u - limit) * std::exp(-way / limit);
-  if (way > 40 * limit) return limit;  // closer than a double can tell
+  if (way > 40 * limit) return limit;  // closer than double precision resolves
   const double parts = std::clamp(std::ceil(4 * way / (limit - breakaway)), 1.0, 2.0);
   const double part = way / parts;
   for (double n = 0; n < parts; ++n) {

@@ -1,5 +1,5 @@
 /// @file
-/// LuGre that does not slip below a break-away deflection.
+/// LuGre without slip below a breakaway deflection.
 #pragma once
 #include <array>
 
@@ -8,16 +8,16 @@
 
 namespace model::friction {
 
-/// dz/dt = v·(1 − α(z, v)·sgn(v)·z/z_ss(v)),   F = σ0·z + σ1·dz/dt + σ2·v,   z_ss = s(v)/σ0
-/// α = 0 while z is relieved or |z| <= z_ba, 1 from z_ss on, between them
-/// ½ + ½·sin(π·(|z| − (z_ba + z_ss)/2)/(z_ss − z_ba))
+/// dz/dt = v·(1 − α(z, v)·sgn(v)·z/z_ss(v)), F = σ0·z + σ1·dz/dt + σ2·v, z_ss = s(v)/σ0
+/// α = 0 while z is unloaded or |z| <= z_ba, 1 from z_ss on, between them ½ + ½·sin(π·(|z| − (z_ba +
+/// z_ss)/2)/(z_ss − z_ba))
 /// [P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, IEEE TAC 47(5), 2002]
 /// z_ba is a share of the smallest z_ss, so that 0 < z_ba < z_ss(v) holds at every speed. Loads within
-/// ±σ0·z_ba do not move the joint for good, however they swing: there it is a spring. Between that and
-/// break-away it creeps, as LuGre does everywhere.
+/// ±σ0·z_ba cause no permanent displacement, even if they oscillate: the contact is a spring there. Between
+/// that and breakaway it creeps, as LuGre does everywhere.
 /// A step is exact in the elastic range and where α = 1; in the transition it is an exponential Rosenbrock
-/// step of second order, parted in at most two, and never passes z_ss. Stable coupled to J as LuGre, and
-/// passive in z as LuGre.
+/// step of second order, split in at most two, and never passes z_ss. Stability coupled to J, and passivity
+/// in z, as for LuGre.
 /// State: z [rad].
 class ElastoPlastic {
  public:

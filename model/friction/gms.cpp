@@ -25,14 +25,15 @@ double Gms::step(State& state, const Contact& contact, double dt_s) const noexce
 
   const double level = curve_.level_Nm(velocity);
   const double way = velocity * dt_s;
-  const double left = std::exp(-parameters_.attraction_Nm_per_s * dt_s / level);  // of a distance to rest
+  const double left = std::exp(-parameters_.attraction_Nm_per_s * dt_s /
+                               level);  // remaining share of a distance to the equilibrium
   double sum = 0.0;
   for (std::size_t i = 0; i < elements_.count(); ++i) {
     const std::uint32_t bit = std::uint32_t{1} << i;
     const double rest = direction * elements_.share(i) * level;
     double& torque = state.x[i];
     if (velocity != 0) {
-      // Also when the bound fell below an element that stuck.
+      // Also if the bound fell below a sticking element.
       const bool slips = (slipping & bit) != 0 || direction * (torque - rest) > 0;
       torque = slips ? rest + (torque - rest) * left : torque + elements_.stiffness_Nm_per_rad(i) * way;
       if (!slips && direction * (torque - rest) > 0) torque = rest;

@@ -1,5 +1,5 @@
 /// @file
-/// The generalised Maxwell-slip law: springs in parallel, each slipping by itself.
+/// The generalised Maxwell-slip law: parallel springs that slip independently.
 #pragma once
 #include <array>
 #include <cmath>
@@ -10,16 +10,17 @@
 
 namespace model::friction {
 
-/// element i sticks:  dFᵢ/dt = kᵢ·v   until |Fᵢ| = νᵢ·s(v)
-///           slips:   dFᵢ/dt = sgn(v)·C·(νᵢ − |Fᵢ|/s(v))   until v is zero or turns round
-/// F = Σ Fᵢ + σ2·v,  Σ νᵢ = 1
+/// element i sticks: dFᵢ/dt = kᵢ·v until |Fᵢ| = νᵢ·s(v)
+///           slips:   dFᵢ/dt = sgn(v)·C·(νᵢ − |Fᵢ|/s(v))   until v is zero or reverses
+/// F = Σ Fᵢ + σ2·v, Σ νᵢ = 1
 /// [V. Lampaert, F. Al-Bender, J. Swevers 2003; F. Al-Bender, V. Lampaert, J. Swevers, Chaos 14, 2004]
-/// A step is exact for constant velocity, slip within it included: νᵢ·s is where a slipping element rests, so
-/// one that gets there stays, and one that slips follows the exponential with time constant s/C. Stable
-/// coupled to J as coupled_step_limit_s() of Σkᵢ and σ2. Closed inner loops, no drift below the first slip.
-/// Where s depends on speed the law as published is not passive: what slips is drawn from one νᵢ·s(v) to
-/// another at the rate C and not by the joint's way, and a reversal hands back what the spring then seems to
-/// hold. With Fs = Fc it is passive.
+/// A step is exact for constant velocity, including slip within it: νᵢ·s is the equilibrium of a slipping
+/// element, so an element that reaches it stays, and a slipping one follows the exponential with time
+/// constant s/C. Stable coupled to J as coupled_step_limit_s() of Σkᵢ and σ2. Closed inner loops, no drift
+/// below the first slip.
+/// If s depends on speed, the published law is not passive: a slipping element moves from one νᵢ·s(v) to
+/// another at the rate C and not by the joint's displacement, and a reversal returns the energy that the
+/// spring then seems to store. With Fs = Fc it is passive.
 /// State: Fᵢ [N·m], which elements slip (a bit each), direction of the last motion.
 class Gms {
  public:
@@ -44,7 +45,7 @@ class Gms {
                         rows::viscous<Parameters>()}),
                    rows::elements<Parameters>());
 
-  /// @throws std::invalid_argument as checked(), or when no element has a share.
+  /// @throws std::invalid_argument as checked(), or if no element has a share.
   explicit Gms(const Parameters& parameters);
   const Parameters& parameters() const noexcept { return parameters_; }
 

@@ -1,5 +1,5 @@
 /// @file
-/// Karnopp's friction: inside a small band of velocities the joint counts as at rest.
+/// Karnopp's friction: within a small band of velocities the joint counts as at rest.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace model::friction {
 
-/// |v| < dv: as much of the applied torque as Fs holds;  else F_kfm(v)
+/// |v| < dv: the applied torque, up to Fs; otherwise F_kfm(v)
 /// [D. Karnopp, ASME J. Dyn. Syst. Meas. Control 107, 1985; thesis 2.3]
-/// Stateless. The second half of the model is the integrator's: while holds() the joint's velocity is zero.
-/// An integrator that ignores that still gets zero net torque and coasts at less than dv, and there the held
-/// torque may act along the motion: only with its second half the law is passive. No chatter as long as one
-/// step does not jump over the band, dt < dv·J/Fs; otherwise stable for dt < 2·J/σ2. max_step_s() is the
+/// Stateless. The second half of the model belongs to the integrator: while holds(), the joint's velocity is
+/// zero. An integrator that ignores that still gets zero net torque and coasts at less than dv, where the
+/// held torque may act along the motion: the law is passive only with its second half. No chatter as long as
+/// one step does not jump over the band, dt < dv·J/Fs; otherwise stable for dt < 2·J/σ2. max_step_s() is the
 /// smaller of both.
 class Karnopp {
  public:
@@ -53,7 +53,7 @@ class Karnopp {
     return in_band(contact.velocity_rad_per_s) &&
            std::abs(contact.applied_torque_Nm) <= parameters_.static_Nm;
   }
-  /// The sliding curve down to rest: the band holds whatever comes, and has no curve.
+  /// The sliding curve down to rest; the band itself has no curve.
   double steady_Nm(double velocity_rad_per_s) const noexcept { return kfm_.steady_Nm(velocity_rad_per_s); }
   double max_step_s(double inertia_kg_m2) const noexcept {
     const double across = parameters_.rest_band_rad_per_s * inertia_kg_m2 / parameters_.static_Nm;

@@ -10,9 +10,9 @@
 
 namespace model::friction {
 
-/// F = s(v)·sgn(v) + σ2·v,  s(v) = Fc + (Fs − Fc)·exp(−|v/vs|^δ);  at v = 0 as much of the applied torque as
-/// Fs holds                                                                        [thesis 2.3, figure 9d]
-/// Stateless. Rest is an exact zero, as for Coulomb. Where the curve falls faster than σ2 rises the joint is
+/// F = s(v)·sgn(v) + σ2·v, s(v) = Fc + (Fs − Fc)·exp(−|v/vs|^δ); at v = 0 the applied torque, up to Fs
+///                                                                        [thesis 2.3, figure 9d]
+/// Stateless. Rest is an exact zero, as for Coulomb. Where the curve falls faster than σ2 rises, the joint is
 /// physically unstable at that speed; the step itself is stable for dt < 2·J/σ2.
 class Kfm {
  public:

@@ -24,7 +24,7 @@ LawCompensator::Config checked_config(const LawCompensator::Config& config) {
   return config;
 }
 
-/// The share of the help at which friction and help balance; infinite where the help does not drive.
+/// Factor on the compensation at which it balances friction; infinite if it does not drive.
 double balance(double taken, double brought) noexcept {
   return brought > 0 ? taken / brought : std::numeric_limits<double>::infinity();
 }
@@ -41,7 +41,7 @@ double steady_gain(const AnyLaw& friction, const LawCompensator& compensator, do
   return gain;
 }
 
-/// The second period after rest; the first is the way into the cycle.
+/// The second period after rest; the first one is the transient.
 double cycle_gain(const AnyLaw& friction, const LawCompensator& compensator, double amplitude_rad_per_s,
                   double frequency_Hz) {
   constexpr int kSteps = 200;
@@ -74,7 +74,7 @@ LawCompensator::LawCompensator(SlidingTable table, const Config& config)
 double LawCompensator::direction(double velocity_rad_per_s) const noexcept {
   const double share = (std::abs(velocity_rad_per_s) - config_.quiet_speed_rad_per_s) /
                        (config_.blend_speed_rad_per_s - config_.quiet_speed_rad_per_s);
-  // Written so that not a number is no motion.
+  // Written so that NaN counts as no motion.
   return share > 0 ? std::copysign(std::min(share, 1.0), velocity_rad_per_s) : 0.0;
 }
 

@@ -14,7 +14,7 @@ Leuven::Leuven(const Parameters& parameters)
 Leuven::Rate Leuven::rate_at(double hysteresis_Nm, double level_Nm) const noexcept {
   const double n = parameters_.transition_exponent;
   const double q = hysteresis_Nm / level_Nm;
-  // |q|ⁿ⁻¹, kept where products of it are finite: a level that falls to nothing makes q huge.
+  // |q|ⁿ⁻¹, bounded so that its products are finite: q is huge if the level falls to zero.
   const double below = n == 1 ? 1.0 : n == 2 ? std::abs(q) : std::min(std::pow(std::abs(q), n - 1), 1e200);
   return {1 - q * below, -n * below / level_Nm};
 }
@@ -30,9 +30,9 @@ double Leuven::step(State& state, const Contact& contact, double dt_s) const noe
   for (std::size_t i = 0; i < elements_.count(); ++i) hysteresis += direction * state.x[i];
 
   Rate rate = rate_at(hysteresis, level);
-  // Each turn but the last ends with one slider more giving way.
+  // Each iteration except the last ends with one more slider slipping.
   for (std::size_t turn = 0; turn <= elements_.count() && way > 0; ++turn) {
-    // Above s(v), after the speed has grown, z goes back although the joint goes on.
+    // If z is above s(v) after the speed has grown, it decreases although the joint moves on.
     const double towards = direction * std::copysign(1.0, rate.value);
     double stiffness = 0.0;
     double to_slip = std::numeric_limits<double>::infinity();
@@ -60,7 +60,7 @@ double Leuven::step(State& state, const Contact& contact, double dt_s) const noe
     for (std::size_t i = 0; i < elements_.count(); ++i) {
       const double most = elements_.share(i) * bound;
       const double moved = towards * state.x[i] + elements_.stiffness_Nm_per_rad(i) * dz;
-      // Rounding must not leave a slider a hair short of slipping.
+      // Rounding must not leave a slider marginally below slipping.
       const double held = moved > most * (1 - 1e-12) ? most : moved;
       state.x[i] = towards * held;
       along_z += held;

@@ -9,14 +9,14 @@
 
 namespace model::friction {
 
-/// dz/dt = v·(1 − sgn(q)·|q|ⁿ),  q = F_h(z)/s(v)·sgn(v);      F = F_h(z) + σ1·dz/dt + σ2·v
+/// dz/dt = v·(1 − sgn(q)·|q|ⁿ), q = F_h(z)/s(v)·sgn(v); F = F_h(z) + σ1·dz/dt + σ2·v
 /// F_h = Σ Fᵢ: Maxwell-slip elements over z, |Fᵢ| <= νᵢ·max(Fc, Fs), dFᵢ/dz = kᵢ below
-/// [J. Swevers, F. Al-Bender, C. Ganseman, T. Prajogo, IEEE TAC 45(4), 2000; with the sliders V. Lampaert,
-/// J. Swevers, F. Al-Bender, IEEE TAC 47(4), 2002; thesis 2.3]
-/// The sliders bear together what sliding can ask for, so that F_h reaches s(v) at every speed. A step runs
-/// from one slider giving way to the next; between, it is exact for n = 1 and an exponential Rosenbrock step
+/// [J. Swevers, F. Al-Bender, C. Ganseman, T. Prajogo, IEEE TAC 45(4), 2000; with the sliders V. Lampaert, J.
+/// Swevers, F. Al-Bender, IEEE TAC 47(4), 2002; thesis 2.3]
+/// Together the sliders carry the maximum sliding torque, so that F_h reaches s(v) at every speed. A step is
+/// split where a slider starts to slip; in between, it is exact for n = 1 and an exponential Rosenbrock step
 /// of second order for other n; F_h never passes s(v). Stable coupled to J as coupled_step_limit_s() of Σkᵢ
-/// and σ1 + σ2. Passive in F_h; inner loops close as far as z follows the joint, that is for |q|ⁿ near 0.
+/// and σ1 + σ2. Passive in F_h; inner loops close where z follows the joint, that is for |q|ⁿ near 0.
 /// State: Fᵢ [N·m].
 class Leuven {
  public:
@@ -43,7 +43,7 @@ class Leuven {
                         rows::viscous<Parameters>()}),
                    rows::elements<Parameters>());
 
-  /// @throws std::invalid_argument as checked(), or when no element has a share.
+  /// @throws std::invalid_argument as checked(), or if no element has a share.
   explicit Leuven(const Parameters& parameters);
   const Parameters& parameters() const noexcept { return parameters_; }
 
@@ -59,7 +59,7 @@ class Leuven {
  private:
   struct Rate {
     double value;         // dz/dx along the motion
-    double slope_per_Nm;  // its derivative to F_h, never positive
+    double slope_per_Nm;  // its derivative with respect to F_h, never positive
   };
   Rate rate_at(double hysteresis_Nm, double level_Nm) const noexcept;
 

@@ -9,17 +9,18 @@
 
 namespace model::friction {
 
-/// dz/dt = v − σ0·|v|/s(v)·z,   F = σ0·z + σ1·dz/dt + σ2·v,   s(v) as in StribeckCurve
+/// dz/dt = v − σ0·|v|/s(v)·z, F = σ0·z + σ1·dz/dt + σ2·v, s(v) as in StribeckCurve
 /// [C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky, IEEE TAC 40(3), 1995; thesis 2.3, 2.4.1]
-/// At constant v, z goes to z_ss = sgn(v)·s/σ0 and exactly   z(t) = z_ss + (z₀ − z_ss)·exp(−σ0·|v|·t/s),
-/// and so does a step: none is too long for the state, where explicit Euler needs dt < 2·s/(σ0·|v|), for
+/// At constant v, z goes to z_ss = sgn(v)·s/σ0, exactly as
+///   z(t) = z_ss + (z₀ − z_ss)·exp(−σ0·|v|·t/s),
+/// and so does a step: no step is too long for the state, whereas explicit Euler needs dt < 2·s/(σ0·|v|), for
 /// wheel 1 5 ms at 0.1 rad/s and 0.03 ms at 10. Coupled to J the limit is that of the stuck joint,
 /// coupled_step_limit_s() of σ0 and σ1 + σ2.
-/// z is passive: σ0·z²/2 is at most what v·σ0·z brought in. The whole of F is passive for any motion only
-/// where |v|/s(v) <= 4·(σ1 + σ2)/σ1², for wheel 1 up to 1.3 rad/s: above, a sudden change of velocity may
-/// get a little energy out of the damper.
-/// Known defects: z slips a little at any load, so the joint drifts under a load that swings about a bias;
-/// no memory of inner loops.
+/// z is passive: σ0·z²/2 never exceeds the energy that v·σ0·z supplied. The whole of F is passive for any
+/// motion only where |v|/s(v) <= 4·(σ1 + σ2)/σ1², for wheel 1 up to 1.3 rad/s: above, a sudden change of
+/// velocity may extract a little energy from the damper.
+/// Known defects: z slips slightly at any load, so the joint drifts under a load that oscillates about a
+/// bias; no memory of inner loops.
 /// State: z [rad].
 class LuGre {
  public:

@@ -1,5 +1,5 @@
 /// @file
-/// The springs with sliders that Leuven and GMS have in parallel, as parameters.
+/// The parallel springs with sliders of Leuven and GMS, as parameters.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace model::friction {
 
-/// Up to kMaxElements springs kᵢ, each held by a slider that bears the share νᵢ of the whole. An element with
-/// share 0 does not exist. Shares are normalised to sum up to 1.
+/// Up to kMaxElements springs kᵢ, each with a slider that carries the share νᵢ of the total. An element with
+/// share 0 does not exist. Shares are normalised to a sum of 1.
 class MaxwellElements {
  public:
   using Values = std::array<double, kMaxElements>;
-  /// Defaults of a law: σ0 = 250 N·m/rad at rest (thesis 2.5.2), four sliders that give way one by one.
+  /// Defaults of a law: σ0 = 250 N·m/rad at rest (thesis 2.5.2), four sliders that slip one after the other.
   static constexpr Values kDefaultStiffness_Nm_per_rad{130, 70, 35, 15, 1, 1, 1, 1, 1, 1};
   static constexpr Values kDefaultShare{0.25, 0.25, 0.25, 0.25};
 
-  /// @throws std::invalid_argument naming the law when all shares are zero.
+  /// @throws std::invalid_argument naming the law if all shares are zero.
   MaxwellElements(std::string_view law, const Values& stiffness_Nm_per_rad, const Values& share);
 
   std::size_t count() const noexcept { return count_; }
@@ -27,7 +27,7 @@ class MaxwellElements {
   double compliance_rad_per_Nm(std::size_t element) const noexcept { return compliance_rad_per_Nm_[element]; }
   double share(std::size_t element) const noexcept { return share_[element]; }
   double total_stiffness_Nm_per_rad() const noexcept;
-  /// Of springs that carry the torques `torque_Nm[0 … count)`.
+  /// Energy of springs that carry the torques `torque_Nm[0 … count)`.
   double energy_J(const double* torque_Nm) const noexcept;
 
  private:

@@ -18,7 +18,7 @@ SlidingTable table_of(const MeasuredWheel::Parameters& parameters) {
   return wheel_table(static_cast<int>(p.wheel), {.spacing_rad_per_s = kSpacing_rad_per_s}).scaled(p.scale);
 }
 
-/// Steepest rise with speed, of either direction.
+/// Maximum rise with speed, in either direction.
 double steepest(const SlidingTable& table) {
   const int intervals = static_cast<int>(SlidingTable::Grid{}.top_speed_rad_per_s / kSpacing_rad_per_s);
   double slope = 0.0;

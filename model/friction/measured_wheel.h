@@ -8,22 +8,22 @@
 
 namespace model::friction {
 
-/// F = scale·curve(v)·sgn(v), from a table 0.005 rad/s fine (what it changes of the published curve:
-/// SlidingTable);  at v = 0 as much of the applied torque as break-away holds. The one law that differs
-/// between directions. Stateless; rest is an exact zero, as for Coulomb. Beyond 10 rad/s the level is held,
-/// so max_step_s() follows from the steepest rise within.
-/// Construction allocates the table, and so does a copy; a step does not.
+/// F = scale·curve(v)·sgn(v), from a table with a spacing of 0.005 rad/s (differences to the published curve:
+/// SlidingTable); at v = 0 the applied torque, up to breakaway. The only law that differs between directions.
+/// Stateless; rest is an exact zero, as for Coulomb. Beyond 10 rad/s the level is held, so max_step_s()
+/// follows from the steepest rise within.
+/// Construction and copy allocate the table; a step does not.
 class MeasuredWheel {
  public:
   static constexpr std::string_view kName = "measured_wheel";
   struct Parameters {
     double wheel = 1;  ///< 1 to 4, whole
-    double scale = 1;  ///< 1: wheels off the ground, as measured; loaded wheels are 1.1 to 1.3
+    double scale = 1;  ///< 1: lifted wheels, as measured; loaded wheels are 1.1 to 1.3
   };
   static constexpr auto kParameters = std::to_array<ParameterInfo<Parameters>>(
       {{"wheel", member<&Parameters::wheel>, 1, 4}, {"scale", member<&Parameters::scale>, 0, 100}});
 
-  /// @throws std::invalid_argument as checked(), or when the wheel is not a whole number.
+  /// @throws std::invalid_argument as checked(), or if the wheel is not a whole number.
   explicit MeasuredWheel(const Parameters& parameters);
   const Parameters& parameters() const noexcept { return parameters_; }
 

@@ -1,5 +1,5 @@
 /// @file
-/// The parameters that several laws share: one name, one unit, one pair of bounds each.
+/// Parameters that several laws share: one name, one unit, one pair of bounds each.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace model::friction::rows {
 
-// From the pivot of an instrument to a crane's slew ring; what a law divides by is not zero.
+// From the pivot of an instrument to a crane's slew ring; divisors are not zero.
 inline constexpr double kLeastTorque_Nm = 1e-9;
 inline constexpr double kMostTorque_Nm = 1e4;
 

@@ -1,5 +1,5 @@
 /// @file
-/// The kinetic friction model with a steep line through zero in place of its jump.
+/// The kinetic friction model with a steep line through zero instead of its jump.
 #pragma once
 #include <array>
 #include <cmath>
@@ -9,9 +9,9 @@
 
 namespace model::friction {
 
-/// F = F_kfm(v) for |v| >= ε,  F_kfm(ε)·v/ε below                                  [thesis 2.3, figure 10]
-/// Stateless and continuous. It cannot stick: under a constant load τ below F_kfm(ε) the joint creeps on at
-/// v = ε·τ/F_kfm(ε). The price of a small ε is the step: stable for dt < 2·J·ε/F_kfm(ε).
+/// F = F_kfm(v) for |v| >= ε, F_kfm(ε)·v/ε below [thesis 2.3, figure 10]
+/// Stateless and continuous. It cannot stick: under a constant load τ below F_kfm(ε) the joint creeps at v =
+/// ε·τ/F_kfm(ε). A small ε requires a small step: stable for dt < 2·J·ε/F_kfm(ε).
 class Regularised {
  public:
   static constexpr std::string_view kName = "regularised";

@@ -9,11 +9,11 @@
 
 namespace model::friction {
 
-/// dz/dt = v, but 0 while |z| = z0 is pushed outwards;  F = (1 + a(z))·σ0·z + σ1·dz/dt,
-/// a(z) = a below |z| = z0 and 0 there           [Haessig, Friedland 1991; thesis 2.3], with Fc = σ0·z0.
-/// Break-away at (1 + a)·Fc, sliding at Fc. Below break-away it is a damped spring: no drift. The torque
-/// jumps by a·Fc when sliding begins and again when it ends, which the spring (1 + a)·σ0 pays for: passive.
-/// Exact for any step: the stuck and the sliding part of the step's way are weighted. Stable as
+/// dz/dt = v, but 0 while |z| = z0 is pushed outwards; F = (1 + a(z))·σ0·z + σ1·dz/dt,
+/// a(z) = a below |z| = z0 and 0 there [Haessig, Friedland 1991; thesis 2.3], with Fc = σ0·z0.
+/// Breakaway at (1 + a)·Fc, sliding at Fc. Below breakaway it is a damped spring: no drift. The torque jumps
+/// by a·Fc when sliding begins and again when it ends, with energy from the spring (1 + a)·σ0: passive. Exact
+/// for any step: the stuck and the sliding part of the displacement are weighted. Stable as
 /// coupled_step_limit_s() of (1 + a)·σ0 and σ1.
 /// State: z [rad].
 class ResetIntegrator {
@@ -22,7 +22,7 @@ class ResetIntegrator {
   struct Parameters {                     // defaults: wheel 1, thesis table 4 and 2.5.2
     double coulomb_Nm = 0.03718;          ///< Fc
     double stiction_gain = 1.414;         ///< a = Fs/Fc − 1
-    double stiffness_Nm_per_rad = 104;    ///< σ0: (1 + a)·σ0 is what a stuck joint shows
+    double stiffness_Nm_per_rad = 104;    ///< σ0: a stuck joint has the stiffness (1 + a)·σ0
     double damping_Nm_s_per_rad = 0.127;  ///< σ1
   };
   static constexpr auto kParameters =
@@ -45,7 +45,7 @@ class ResetIntegrator {
     const double way = velocity * dt_s;
     const double before = z;
     z = std::clamp(z + way, -reach_rad_, reach_rad_);
-    // The share of the step's way on which the bond gives.
+    // The share of the step's displacement on which the bond slips.
     double share = 1.0;
     if (std::abs(z) == reach_rad_) share = way == 0 ? 0.0 : std::clamp((z - before) / way, 0.0, 1.0);
     const double stuck = stuck_Nm_per_rad_ * z + parameters_.damping_Nm_s_per_rad * velocity;

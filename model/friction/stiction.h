@@ -1,5 +1,5 @@
 /// @file
-/// Coulomb and viscous friction with a higher torque to break away from rest.
+/// Coulomb and viscous friction with a higher breakaway torque.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace model::friction {
 
-/// F = Fc·sgn(v) + σ2·v;  at v = 0 as much of the applied torque as Fs holds      [thesis 2.3, figure 9c]
+/// F = Fc·sgn(v) + σ2·v; at v = 0 the applied torque, up to Fs [thesis 2.3, figure 9c]
 /// Stateless. Rest is an exact zero, as for Coulomb. Stable for dt < 2·J/σ2, with chatter of up to dt·2·Fc/J.
 class Stiction {
  public:

@@ -1,5 +1,5 @@
 /// @file
-/// How strong sliding friction is against speed, without its viscous part.
+/// Sliding friction against speed, without its viscous part.
 #pragma once
 #include <algorithm>
 #include <cmath>

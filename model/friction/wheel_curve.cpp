@@ -6,11 +6,11 @@
 #include <stdexcept>
 #include <string>
 
-// Coefficients and segment limits are the thesis' (appendix A.1 to A.4); units N·m and rad/s throughout.
+// Coefficients and segment limits are from the thesis (appendix A.1 to A.4); units N·m and rad/s throughout.
 namespace model::friction {
 namespace {
 
-/// (Σ rₙ^−n)^(−1/n), the smooth minimum that joins neighbouring curves. Scaled by the smallest term, since
+/// (Σ rₙ^−n)^(−1/n), the smooth minimum that joins neighbouring curves. Scaled by the smallest term, because
 /// r^−n of a torque near zero overflows a double.
 double smooth_min(double n, std::initializer_list<double> terms) {
   const double smallest = *std::min_element(terms.begin(), terms.end());
@@ -24,10 +24,10 @@ double exponentials(double v, double a, double b, double c, double d) {
   return a * std::exp(b * v) + c * std::exp(d * v);
 }
 
-/// The line that ties every curve to zero torque at rest.
+/// The line that connects every curve to zero torque at rest.
 double through_zero(double speed) { return 5 * speed + 1e-6; }
 
-/// Magnitude of the part that holds for both directions, then the corrections of the negative branch.
+/// Magnitude of the part common to both directions, then the corrections of the negative branch.
 double wheel_1(double v) {
   if (v <= -9.52) return 0.0551 * v + 0.1812;
   if (v <= -3.59) return exponentials(v, -4.42e5, 4.899, -0.05591, -0.1906);
