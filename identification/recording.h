@@ -12,9 +12,9 @@
 
 namespace identification {
 
-/// Columns of equal length by name; SI, joint side, the unit at the end of each name ("position_rad"). What
-/// comes out of a file is checked by runtime/recording/recording_reader.h: numbers all finite, time_s rising.
-/// Only where the reader was told to take results that lack something they are NaN.
+/// Columns of equal length by name; SI, joint side, the unit at the end of each name ("position_rad").
+/// runtime/recording/recording_reader.h checks file contents: all numbers finite, time_s increasing. They are
+/// NaN only if the reader was asked to accept incomplete results.
 ///
 ///     for (const double torque_Nm : recording.column("torque_measured_Nm")) ...
 struct Recording {
@@ -25,15 +25,15 @@ struct Recording {
 
   std::string rig;
   std::string experiment;
-  double sample_rate_Hz = 0;  ///< as stated; 0 when nothing is
-  /// All `# key: value` lines in their order, those above included.
+  double sample_rate_Hz = 0;  ///< as stated; 0 if not stated
+  /// All `# key: value` lines in order, including those above.
   std::vector<std::pair<std::string, std::string>> comments;
   std::vector<Column> columns;
 
   std::size_t rows() const noexcept { return columns.empty() ? 0 : columns.front().values.size(); }
   bool has(std::string_view name) const noexcept { return find(name) != nullptr; }
   /// Valid while the recording is neither changed nor moved.
-  /// @throws std::invalid_argument naming the columns there are.
+  /// @throws std::invalid_argument naming the existing columns.
   std::span<const double> column(std::string_view name) const {
     if (const Column* found = find(name)) return found->values;
     std::string there;

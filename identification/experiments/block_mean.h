@@ -1,20 +1,20 @@
 /// @file
-/// The mean of a correlated signal with a confidence interval that knows the correlation.
+/// The mean of a correlated signal with a valid confidence interval.
 #pragma once
 #include <cstdint>
 
 namespace identification::experiments {
 
-/// Two-sided 95 % quantile of Student's t for `degrees` of freedom, by the expansion of Cornish and Fisher:
-/// within 0.3 % from 4 degrees on.
+/// Two-sided 95 % quantile of Student's t for `degrees` of freedom, by the Cornish-Fisher expansion: within
+/// 0.3 % from 4 degrees on.
 double student_t95(double degrees) noexcept;
 
-/// Cuts the samples into blocks; the block means are nearly independent once a block is several correlation
-/// times long, so that
+/// Divides the samples into blocks; the block means are nearly independent once a block is several
+/// correlation times long, so that
 ///   mean ± t95(B − 1)·s_B/√B
-/// covers the true mean in 95 of 100 cases, which the same formula on the samples themselves would not: the
-/// torque at constant speed is low-passed and carries the ripple of the velocity loop.
-/// Memory does not grow: one block at a time, Welford's update over the blocks. Cycle: add().
+/// covers the true mean in 95 of 100 cases. The same formula on the samples would not: the torque at constant
+/// speed is low-passed and contains the ripple of the velocity loop.
+/// Constant memory: one block at a time, Welford's update over the blocks. Cycle: add().
 class BlockMean {
  public:
   static constexpr int kFewestBlocks = 5;
@@ -23,7 +23,7 @@ class BlockMean {
       : samples_per_block_(samples_per_block > 0 ? samples_per_block : 1) {}
 
   void add(double value) noexcept;
-  /// Of all samples, those of an unfinished block included; NaN without any.
+  /// Over all samples, including an unfinished block; NaN without samples.
   double mean() const noexcept;
   /// Half the width of the interval; NaN with fewer than kFewestBlocks blocks.
   double ci95() const noexcept;

@@ -1,5 +1,6 @@
 /// @file
-/// How long a joint on a spring swings after a push, without and with friction compensation (thesis 2.7.2).
+/// Number of swings of a joint on a spring after a push, without and with friction compensation (thesis
+/// 2.7.2).
 #pragma once
 #include <string>
 
@@ -23,7 +24,7 @@ struct CompensationConfig {
   double full_command_Nm = 0.01;
   double blend_speed_rad_per_s = 0.05;
   int repeats = 1;
-  std::string compensator{};  ///< of what the friction was made, for whoever makes it
+  std::string compensator{};  ///< origin of the friction, for the code that creates it
 
   template <typename Visitor>
   void visit(Visitor&& v) {
@@ -46,14 +47,14 @@ struct CompensationConfig {
   }
 };
 
-/// u = −Kp·(x − x_r) + F̂, one push, hands off. Even measurements leave F̂ out, odd ones use
+/// u = −Kp·(x − x_r) + F̂, one push, then free motion. Even measurements leave F̂ out, odd ones use
 /// control::FrictionCompensator with the joint's friction curve. A swing is a half period: a turning point at
-/// least `smallest_swing` from x_r. Without friction it would swing for ever; friction F takes 2F/Kp from
-/// each.
+/// least `smallest_swing` from x_r. Without friction it would oscillate forever; friction F reduces each
+/// swing by 2F/Kp.
 class Compensation final : public JointExperiment {
  public:
-  /// `passive_gain`: of the help against the friction that is believed to be true, as
-  /// model::friction::max_passive_gain() has it; a result like the others.
+  /// `passive_gain`: gain of the compensation relative to the assumed true friction, from
+  /// model::friction::max_passive_gain(); recorded as a result.
   Compensation(const CompensationConfig& config, model::friction::SlidingTable friction, double passive_gain,
                double period_s);
 
@@ -75,7 +76,7 @@ class Compensation final : public JointExperiment {
   double passive_gain_;
   bool compensate_ = false;
   double reference_rad_ = 0.0;  // x_r
-  double extreme_rad_ = 0.0;    // of the swing under way
+  double extreme_rad_ = 0.0;    // of the current swing
   double first_swing_rad_ = 0.0;
   double last_off_rad_ = 0.0;
   int swings_ = 0;

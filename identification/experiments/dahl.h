@@ -10,10 +10,10 @@
 namespace identification::experiments {
 
 struct DahlConfig {
-  double amplitude_Nm = 0.045;  ///< below what the weakest wheel breaks away at, 0.058
+  double amplitude_Nm = 0.045;  ///< below the breakaway of the weakest wheel, 0.058
   double frequency_Hz = 0.1;
   int cycles = 10;      ///< 7 to 10 are representative (thesis)
-  double centre = 0.5;  ///< the slope is taken where the torque is below this share of the amplitude
+  double centre = 0.5;  ///< the slope is fitted where the torque is below this share of the amplitude
   double rest_s = 2.0;
   int repeats = 1;
 
@@ -50,12 +50,13 @@ class SlopeFit {
   double products_ = 0.0;
 };
 
-/// σ0 is the slope of torque over displacement at the centre of the loop, both fitted against the command,
-/// which has no noise, and each branch with an offset of its own, so that the loop's width is no slope:
+/// σ0 is the slope of torque over displacement at the centre of the loop. Both are fitted against the
+/// command, which has no noise, with a separate offset for each branch, so that the loop's width does not
+/// affect the slope:
 ///   σ0 = (dτ/dc) / (dx/dc)
-/// once with the torque as commanded (dτ/dc = 1) and once as measured. Where the motor delivers a constant
-/// offset in place of small commands the two differ, which tells that the loop is spoiled (thesis, figure
-/// 20).
+/// once with the commanded torque (dτ/dc = 1) and once with the measured one. If the motor delivers a
+/// constant offset instead of small commands, the two differ, which shows that the loop is invalid (thesis,
+/// figure 20).
 class Dahl final : public JointExperiment {
  public:
   explicit Dahl(const DahlConfig& config) : config_(checked(config)) {}

@@ -4,11 +4,11 @@
 
 namespace identification::experiments {
 
-/// Waited for this long, in units of 1/cutoff, a filter of first or second order remembers less than a
-/// thousandth of what was before.
+/// After this time, in units of 1/cutoff, less than a thousandth of the initial state is left in a filter of
+/// first or second order.
 inline constexpr double kForgotten = 10.0;
 
-/// First-order low-pass y' = ω·(u − y), exact for an input held between samples. Its mean is its input's.
+/// First-order low-pass y' = ω·(u − y), exact for an input held between samples. Its mean equals the input's.
 /// Cycle.
 class LowPass {
  public:

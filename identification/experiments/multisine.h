@@ -1,5 +1,5 @@
 /// @file
-/// A sum of sines of equal amplitude that stays low: much power at many frequencies under a torque limit.
+/// A sum of sines of equal amplitude with low peaks: maximum power at many frequencies under a torque limit.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -13,16 +13,16 @@ struct MultisineShape {
   double peak = 1.0;  ///< largest magnitude within a period
 };
 
-/// Harmonics of 1/period between the two frequencies. Their phases begin with Schroeder's, −k·(k−1)·π/K,
-/// and are then improved by clipping the sum's peaks and keeping the phases that result (Van der Ouderaa).
-/// A single harmonic gives a sine that begins at zero.
+/// Harmonics of 1/period between the two frequencies. Their phases start as Schroeder's, −k·(k−1)·π/K, and
+/// are improved by clipping the sum's peaks and keeping the resulting phases (Van der Ouderaa). A single
+/// harmonic gives a sine that begins at zero.
 class Multisine {
  public:
-  /// @throws std::invalid_argument when no harmonic lies in the band, or one lies above a tenth of the
-  /// sampling rate, where a held value is no sine any more.
+  /// @throws std::invalid_argument if no harmonic lies in the band, or one lies above a tenth of the sampling
+  /// rate, where a held value no longer resembles a sine.
   Multisine(const MultisineShape& shape, double period_s);
 
-  /// Cycle: of the periodic continuation; `time_s` not negative.
+  /// Cycle: value of the periodic continuation; `time_s` not negative.
   double value(double time_s) const noexcept;
   /// Peak over rms: 1.41 for a sine, about 1.4 to 1.7 for many.
   double crest_factor() const noexcept { return crest_factor_; }

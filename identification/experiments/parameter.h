@@ -1,6 +1,5 @@
 /// @file
-/// How the configuration of an experiment lists its values, so that a command line, a file and a check of
-/// the range need no list of their own.
+/// List of an experiment's configuration values, shared by command line, file and range check.
 #pragma once
 #include <cmath>
 #include <stdexcept>
@@ -14,7 +13,7 @@ namespace identification::experiments {
 struct Parameter {
   const char* key;   ///< with its unit: "settle_s"
   const char* help;  ///< without the unit
-  double min = 0.0;  ///< allowed, as is max; numbers only
+  double min = 0.0;  ///< allowed, as is max; for numbers only
   double max = 0.0;
 };
 

@@ -1,5 +1,5 @@
 /// @file
-/// Velocity to and fro in triangles that become smaller: what friction does at and after a reversal.
+/// Alternating velocity in shrinking triangles: friction at and after a reversal.
 #pragma once
 #include <vector>
 
@@ -10,8 +10,8 @@ namespace identification::experiments {
 
 struct ReversalsConfig {
   double highest_rad_per_s = 8.0;  ///< of the first triangles
-  double lowest_rad_per_s = 0.25;  ///< no smaller ones
-  double shrink = 3.0;             ///< from one height to the next
+  double lowest_rad_per_s = 0.25;  ///< minimum height
+  double shrink = 3.0;             ///< ratio of one height to the next
   double period_s = 4.0;
   int periods = 2;  ///< of each height
   int repeats = 1;
@@ -31,7 +31,7 @@ struct ReversalsConfig {
 /// the result.
 class Reversals final : public JointExperiment {
  public:
-  /// @throws std::invalid_argument naming the value out of range, or when lowest is above highest.
+  /// @throws std::invalid_argument naming the value out of range, or if lowest is above highest.
   explicit Reversals(const ReversalsConfig& config);
 
   const std::vector<double>& heights_rad_per_s() const noexcept { return heights_rad_per_s_; }

@@ -1,5 +1,5 @@
 /// @file
-/// Steps up, down through zero and back, in torque or velocity: input for finding what a model lacks.
+/// Steps up, down through zero and back, in torque or velocity: excitation to find what a model lacks.
 #pragma once
 #include <string>
 #include <vector>

@@ -18,7 +18,7 @@ struct SteadyStateConfig {
   double extra_s = 10.0;
   std::string sets = "1-9";
   double torque_cutoff_rad_per_s = 60.0;
-  int blocks = 20;  ///< of the measuring time: 1.5 s each, far longer than the velocity loop remembers
+  int blocks = 20;  ///< of the measuring time: 1.5 s each, far longer than the velocity loop's memory
 
   template <typename Visitor>
   void visit(Visitor&& v) {
@@ -32,14 +32,14 @@ struct SteadyStateConfig {
   }
 };
 
-/// Velocity control; without acceleration the torque that keeps the velocity is the friction. One result per
-/// measurement: mean velocity, mean torque with its confidence interval, velocity command. A joint that turns
-/// at less than a tenth of what it is told is held by something else: then there is no velocity and no
-/// friction.
+/// Velocity control; without acceleration the torque that holds the velocity equals the friction. One result
+/// per measurement: mean velocity, mean torque with its confidence interval, velocity command. A joint that
+/// turns at less than a tenth of the command is blocked: then there is neither a velocity nor a friction
+/// result.
 class SteadyState final : public JointExperiment {
  public:
   SteadyState(const SteadyStateConfig& config, double period_s);
-  /// Other velocities than those of table 3; `config.sets` is not read.
+  /// Other velocities than those of table 3; `config.sets` is not used.
   SteadyState(const SteadyStateConfig& config, std::vector<double> velocities_rad_per_s, double period_s);
 
   RecordedCommands recorded_commands() const noexcept override { return {.velocity = true}; }

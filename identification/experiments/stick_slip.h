@@ -1,5 +1,5 @@
 /// @file
-/// A joint dragged by a soft spring sticks and slips where friction falls with speed.
+/// A joint pulled by a soft spring sticks and slips where friction falls with speed.
 #pragma once
 #include <cstdint>
 
@@ -12,7 +12,7 @@ struct StickSlipConfig {
   double speed_rad_per_s = 0.05;      ///< v, of the spring's far end
   double stiffness_Nm_per_rad = 0.3;  ///< K
   double torque_limit_Nm = 0.5;
-  double slip_speed_rad_per_s = 0.15;  ///< faster is a slip; slower than half of it ends the slip
+  double slip_speed_rad_per_s = 0.15;  ///< a slip is faster; it ends below half of this speed
   double duration_s = 60.0;
   double rest_s = 2.0;
   int repeats = 1;  ///< in each direction
@@ -29,8 +29,8 @@ struct StickSlipConfig {
   }
 };
 
-/// u = K·(v·t − x), in software. Even measurements pull forward, odd ones back. A result tells how often the
-/// joint slipped, how far on average, and at which torque it let go; none means it slid evenly.
+/// u = K·(v·t − x), in software. Even measurements pull forward, odd ones back. Results: number of slips,
+/// their mean distance, and the torque at which they begin; zero slips means steady sliding.
 class StickSlip final : public JointExperiment {
  public:
   explicit StickSlip(const StickSlipConfig& config) : config_(checked(config)) {}
@@ -53,7 +53,7 @@ class StickSlip final : public JointExperiment {
   double direction_ = 1.0;
   double origin_rad_ = 0.0;
   bool slipping_ = false;
-  std::int64_t slips_ = 0;  // that have ended
+  std::int64_t slips_ = 0;  // finished ones
   double slip_begin_rad_ = 0.0;
   double slid_rad_ = 0.0;
   double held_Nm_ = 0.0;  // largest since the last slip

@@ -1,5 +1,5 @@
 /// @file
-/// The first encoder step under a slow torque ramp, and the break-away (thesis 2.5.2, figure 18, table 5).
+/// The first encoder step under a slow torque ramp, and the breakaway (thesis 2.5.2, figure 18, table 5).
 #pragma once
 #include "identification/experiments/joint_experiment.h"
 #include "identification/experiments/low_pass.h"
@@ -7,7 +7,7 @@
 
 namespace identification::experiments {
 
-/// σ0 = τ1/x1: torque at which the joint was first seen to move, over how far it had moved.
+/// σ0 = τ1/x1: torque at the first observed motion, over its displacement.
 double presliding_stiffness_Nm_per_rad(double torque_Nm, double displacement_rad) noexcept;
 /// σ1 = 0.2·√(J·σ0), the thesis' empirical rule. N·m·s/rad.
 double presliding_damping_Nm_s_per_rad(double inertia_kg_m2, double stiffness_Nm_per_rad) noexcept;
@@ -15,10 +15,10 @@ double presliding_damping_Nm_s_per_rad(double inertia_kg_m2, double stiffness_Nm
 struct TorqueRampConfig {
   double rest_s = 2.0;  ///< without torque before each ramp
   double rate_Nm_per_s = 0.002;
-  double highest_torque_Nm = 0.3;      ///< ends a ramp that moved nothing
-  double breakaway_travel_rad = 0.02;  ///< far beyond pre-sliding, 4e-4 rad: it slides
+  double highest_torque_Nm = 0.3;      ///< end of a ramp without motion
+  double breakaway_travel_rad = 0.02;  ///< far beyond presliding, 4e-4 rad: it slides
   double still_speed_rad_per_s =
-      0.02;                       ///< slower, it had not broken away yet; one encoder tick shows as 3 mrad/s
+      0.02;                       ///< below, it has not broken away yet; one encoder tick appears as 3 mrad/s
   double inertia_kg_m2 = 0.0107;  ///< for σ1: rotor through the gear, and wheel
   double torque_cutoff_rad_per_s = 20.0;  ///< the filtered torque lags by rate/cutoff: 0.1 mN·m
   int repeats = 3;                        ///< of a ramp in each direction
@@ -37,10 +37,10 @@ struct TorqueRampConfig {
   }
 };
 
-/// Even measurements ramp up, odd ones down; each begins when the joint is at rest. A result's first step is
-/// the displacement as the encoder shows it, a whole tick; where in its tick the joint rested is not known,
-/// so single σ0 scatter between nothing and all of it, and half of it is their mean where the rests are
-/// spread evenly. The slope over the next steps, stiffness_slope, is free of that.
+/// Even measurements ramp up, odd ones down; each starts with the joint at rest. The first step is the
+/// displacement shown by the encoder, a whole tick. The rest position within its tick is unknown, so single
+/// σ0 values scatter between zero and their full value; with evenly distributed rest positions, their mean is
+/// half of it. The slope over the next steps, stiffness_slope, is free of that.
 class TorqueRamp final : public JointExperiment {
  public:
   /// `encoder_step_rad`: one tick at the joint.
@@ -74,8 +74,8 @@ class TorqueRamp final : public JointExperiment {
   double origin_rad_ = 0.0;
   double ramp_begin_s_ = 0.0;
   Moment first_step_;
-  Moment last_step_;  ///< before sliding, of those the slope is taken over
-  Moment still_;      ///< the last moment before it slid
+  Moment last_step_;  ///< before sliding, of those used for the slope
+  Moment still_;      ///< the last moment before sliding
   bool slid_ = false;
 };
 

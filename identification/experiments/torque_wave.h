@@ -1,6 +1,6 @@
 /// @file
-/// A periodic torque, played without control: `presliding` below stiction (thesis 2.5.2, figure 23) and
-/// `multisine` above it.
+/// A periodic torque without feedback: `presliding` below stiction (thesis 2.5.2, figure 23) and `multisine`
+/// above it.
 #pragma once
 #include <string>
 
@@ -12,7 +12,7 @@ namespace identification::experiments {
 
 struct PreslidingConfig {
   std::string waveform = "multisine";  ///< or "sine", at the lowest frequency
-  double peak_Nm = 0.04;               ///< below what the weakest wheel breaks away at, 0.058
+  double peak_Nm = 0.04;               ///< below the breakaway of the weakest wheel, 0.058
   double lowest_Hz = 0.1;
   double highest_Hz = 5.0;
   double period_s = 10.0;
@@ -54,8 +54,8 @@ struct MultisineConfig {
   }
 };
 
-/// One measurement: rest, then the periods. The recording is the result; the summary tells whether a
-/// pre-sliding test stayed one.
+/// One measurement: rest, then the periods. The recording is the result; the summary reports whether a
+/// presliding test stayed in presliding.
 class TorqueWave final : public JointExperiment {
  public:
   TorqueWave(const PreslidingConfig& config, double period_s);

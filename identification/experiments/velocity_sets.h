@@ -15,8 +15,8 @@ struct VelocitySet {
 };
 
 /// As printed. Each set ends at `to` and begins one step after `from`, which gives the printed number of
-/// measurements, but for the last: 13 measurements that end at −10 begin at −4.0, in the range of the set
-/// before. The number is kept.
+/// measurements, except for the last: 13 measurements that end at −10 begin at −4.0, within the range of the
+/// previous set. The number is kept.
 inline constexpr std::array<VelocitySet, 9> kTable3{{{0, 0.5, 0.05, 10},
                                                      {0, 0.5, 0.005, 100},
                                                      {0.5, 0.75, 0.005, 50},
@@ -27,11 +27,11 @@ inline constexpr std::array<VelocitySet, 9> kTable3{{{0, 0.5, 0.05, 10},
                                                      {-1, -4.5, 0.1, 35},
                                                      {-4.5, -10, 0.5, 13}}};
 
-/// Those of one set, in the order from `from` to `to`.
+/// Velocities of one set, in the order from `from` to `to`.
 std::vector<double> velocities_rad_per_s(const VelocitySet& set);
 
-/// Those of the sets listed in `sets`, "1,3,9" or "1-9", counted from 1, one set after the other.
-/// @throws std::invalid_argument for a text that is no such list or names a set there is not.
+/// Velocities of the sets listed in `sets`, "1,3,9" or "1-9", counted from 1, one set after the other.
+/// @throws std::invalid_argument if the text is not such a list or names an unknown set.
 std::vector<double> velocities_rad_per_s(std::string_view sets);
 
 }  // namespace identification::experiments

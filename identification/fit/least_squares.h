@@ -1,5 +1,5 @@
 /// @file
-/// Nonlinear least squares with bounds, several starts and a robust loss: what all fits here have in common.
+/// Nonlinear least squares with bounds, several starts and a robust loss, common to all fits here.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -13,26 +13,26 @@ struct LeastSquaresProblem {
   std::size_t residuals = 0;
   Eigen::VectorXd lower;
   Eigen::VectorXd upper;
-  /// About how far a parameter has to move to matter; for the numeric derivatives.
+  /// Significant change of a parameter; used for the numeric derivatives.
   Eigen::VectorXd scale;
-  /// Only ever called within the bounds.
+  /// Only called within the bounds.
   std::function<void(const Eigen::VectorXd& parameters, Eigen::VectorXd& residuals)> evaluate;
-  /// Huber's ρ beyond this many standard deviations; 0: squares throughout.
+  /// Huber's ρ beyond this many standard deviations; 0: squares everywhere.
   double huber = 0;
   int max_iterations = 100;
-  double tolerance = 1e-12;  ///< done when a step changes the sum by less than this share
+  double tolerance = 1e-12;  ///< converged when a step changes the sum by less than this share
 };
 
 struct LeastSquaresSolution {
   Eigen::VectorXd parameters;
   Eigen::VectorXd residuals;
-  Eigen::MatrixXd jacobian;  ///< of the residuals, residuals × parameters; steps inwards at a bound
+  Eigen::MatrixXd jacobian;  ///< of the residuals, residuals × parameters; one-sided steps at a bound
   double cost = 0;           ///< ½·Σ ρ
   bool converged = false;
 };
 
-/// The best of the local minima below `starts` (each moved into the bounds). Deterministic, one thread.
-/// A problem without parameters is evaluated. @throws std::invalid_argument when there is no start.
+/// The best of the local minima from `starts` (each moved into the bounds). Deterministic, one thread. A
+/// problem without parameters is only evaluated. @throws std::invalid_argument if there is no start.
 LeastSquaresSolution minimise(const LeastSquaresProblem& problem, const std::vector<Eigen::VectorXd>& starts);
 
 }  // namespace identification::fit

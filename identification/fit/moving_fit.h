@@ -1,5 +1,5 @@
 /// @file
-/// Inertia and sliding friction together, from a joint that moves.
+/// Inertia and sliding friction together, from a moving joint.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,9 +10,9 @@
 namespace identification::fit {
 
 struct MovingFitOptions {
-  double cutoff_rad_per_s = 125;  ///< of the filter that makes velocity and acceleration of the position
+  double cutoff_rad_per_s = 125;  ///< of the filter that derives velocity and acceleration from position
   double slowest_rad_per_s = 0;   ///< slower samples are left out; 0: a fiftieth of the fastest
-  bool torque_offset = true;      ///< fitted, when both directions are there
+  bool torque_offset = true;      ///< fitted if both directions are present
 };
 
 struct MovingFit {
@@ -24,14 +24,14 @@ struct MovingFit {
   std::vector<std::string> verdicts;
 };
 
-/// Least squares of  τ = J·a + Fc·sgn(v) + σ2·v + τ0  with torque_measured_Nm (torque_command_Nm without it)
-/// and position_rad. Position and torque pass the same control::StateVariableFilter, twice, so that both lag
-/// alike. Left out are the start of the recording, slow samples and those so close to a reversal that the
-/// filter mixes both signs of friction. Intervals allow for residuals that are correlated over time. A
-/// parameter that the motion does not excite gets a reason instead of a number: without acceleration there is
-/// no inertia, at one speed no viscous friction, in one direction no offset. Neither has friction that comes
-/// out below zero a number.
-/// @throws std::invalid_argument when columns or an even sample rate are missing, or nothing moves.
+/// Least squares of τ = J·a + Fc·sgn(v) + σ2·v + τ0 with torque_measured_Nm (torque_command_Nm without it)
+/// and position_rad. Position and torque pass the same control::StateVariableFilter, twice, so that both have
+/// the same lag. Excluded are the start of the recording, slow samples and those so close to a reversal that
+/// the filter mixes both signs of friction. Intervals allow for residuals that are correlated over time. A
+/// parameter that the motion does not excite gets a reason instead of a number: without acceleration no
+/// inertia, at one speed no viscous friction, in one direction no offset. Negative friction gets no number
+/// either.
+/// @throws std::invalid_argument if columns or an even sample rate are missing, or nothing moves.
 MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options = {});
 
 }  // namespace identification::fit

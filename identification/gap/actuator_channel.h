@@ -1,5 +1,5 @@
 /// @file
-/// Command against delivered torque: what the actuator and its sensor do before anything moves.
+/// Command against delivered torque: the actuator and its sensor, before anything moves.
 #pragma once
 #include <span>
 #include <string>
@@ -11,13 +11,13 @@
 
 namespace identification::gap {
 
-/// Dead-band, delay and offset between command and measured torque. A sensor or current loop that only lags
-/// is no effect; a delay must do better than any lag. Without a torque command the delay may show in a
-/// velocity command (speed_channel.h). Empty where torque was not measured or no command recorded.
+/// Dead-band, delay and offset between command and measured torque. A pure lag of sensor or current loop is
+/// not an effect; a delay must fit better than any lag. Without a torque command the delay may be visible in
+/// a velocity command (speed_channel.h). Empty if torque was not measured or no command recorded.
 struct ActuatorFindings {
   std::vector<FoundEffect> effects;
-  /// What the sensor reported beyond the command through all that: its noise, sample by sample, of each
-  /// recording that has both.
+  /// Sensor report minus the predicted command response: its noise, sample by sample, for each recording that
+  /// has both.
   std::vector<std::vector<double>> left_Nm;
 };
 ActuatorFindings actuator_channel(std::span<const Signals> all, const model::effects::DriveModel& base,

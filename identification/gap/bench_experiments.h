@@ -1,5 +1,5 @@
 /// @file
-/// What a drive could be asked next: experiments that youbot-bench has, with options that suit the drive.
+/// Candidates for the next measurement: experiments of youbot-bench, with options that suit the drive.
 #pragma once
 #include <functional>
 #include <limits>
@@ -14,7 +14,7 @@
 
 namespace identification::gap {
 
-/// Where youbot-bench stops an experiment: faster than that, or further in one measurement.
+/// Limits at which youbot-bench stops an experiment: speed, or travel in one measurement.
 struct BenchStops {
   double speed_rad_per_s = std::numeric_limits<double>::infinity();
   double travel_rad = std::numeric_limits<double>::infinity();
@@ -27,8 +27,8 @@ struct BenchExperiment {
   BenchStops stops{};  ///< with these settings
 };
 
-/// Slow and fast, by speed and by torque, at rest and in motion. No set-point exceeds the limits; how fast a
-/// torque makes the joint is for carried_out() to find.
+/// Slow and fast, by speed and by torque, at rest and in motion. No set-point exceeds the limits;
+/// carried_out() determines the speed that a torque causes.
 std::vector<BenchExperiment> bench_experiments(const model::effects::DriveModel& model,
                                                const DriveLimits& limits);
 

@@ -1,16 +1,16 @@
 /// @file
-/// A motor and a load that meet on the flanks of a gap.
+/// A motor and a load that collide on the flanks of a gap.
 #pragma once
 #include "model/effects/effect.h"
 
 namespace identification::gap {
 
-/// Sliding friction of all the drive in both directions.
+/// Sliding friction of the whole drive in both directions.
 struct Levels {
   double forward_Nm, backward_Nm;
 };
-/// Velocity after friction has worked against it, which takes what `share` of `level` says: it stops a
-/// motion, it does not turn it round.
+/// Velocity after friction of `share` times `level` has acted against it: friction stops a motion but does
+/// not reverse it.
 double rubbed(double velocity, const Levels& level, double share);
 
 /// Motor and load, driven by torques. Impacts follow Hunt and Crossley, in steps short enough to resolve
@@ -18,7 +18,7 @@ double rubbed(double velocity, const Levels& level, double share);
 /// most of the time.
 class BetweenFlanks {
  public:
-  /// `bounce_s`: the shortest that counts. It begins in the middle of the gap.
+  /// `bounce_s`: the shortest rebound that counts. Starts in the middle of the gap.
   BetweenFlanks(const model::effects::Mechanics& mechanics, double bounce_s, double position_rad,
                 double velocity_rad_per_s);
 
@@ -28,19 +28,19 @@ class BetweenFlanks {
     double load_Nm;           ///< against positive motion of the load
     double drawn_rad_per_s2;  ///< on both
   };
-  /// What a step did to the load [N·m·s].
+  /// Impulse on the load in a step [N·m·s].
   struct Impulse {
     double flank = 0;
-    double friction = 0;  ///< and what draws it: all but the flank and `load_Nm`
+    double friction = 0;  ///< friction and its acceleration: everything except the flank and `load_Nm`
   };
-  /// Of bounce().
+  /// For bounce().
   static double longest_step_s(const model::effects::Mechanics& mechanics);
   bool in_contact() const noexcept { return side_ != 0; }
-  /// False: they separate, as they would not stay together for such a time.
+  /// False: they separate for at least such a time.
   bool keeps_contact(const Push& push, const Levels& level, double time_s);
-  /// While they are in contact.
+  /// During contact.
   Impulse step_in_contact(const Push& push, const Levels& level, double time_s);
-  /// While they are not, over at most longest_step_s(); they may be in contact after it.
+  /// Without contact, over at most longest_step_s(); they may be in contact after it.
   Impulse bounce(const Push& push, const Levels& level, double time_s);
 
   bool touches() const noexcept { return touches_; }  ///< during the last step

@@ -1,5 +1,5 @@
 /// @file
-/// Effects that a set of recordings could not have shown.
+/// Effects that a set of recordings could not show.
 #pragma once
 #include <span>
 #include <string_view>
@@ -10,12 +10,11 @@
 
 namespace identification::gap {
 
-/// One for each group of effects that the search cannot have found in this data, whether it is there
-/// or not, with the recording that would show it. Where `rests` is false, nothing rested under a changing
-/// torque.
+/// One for each group of effects that the search cannot find in this data, present or not, with the recording
+/// that would show it. `rests` is false if nothing rested under a changing torque.
 std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests);
 
-/// An effect that such a drive often has, in a size that is worth knowing.
+/// An effect that is common in such a drive, with a relevant size.
 model::effects::AnyEffect usual_effect(std::string_view effect, const model::effects::DriveModel& model,
                                        double resolution_rad);
 

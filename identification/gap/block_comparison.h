@@ -1,5 +1,5 @@
 /// @file
-/// Whether one model does better than another in most parts of the data, or by luck in a few.
+/// Whether one model is better than another in most parts of the data, or only by chance in a few.
 #pragma once
 #include <cmath>
 #include <cstddef>
@@ -8,8 +8,8 @@
 namespace identification::gap {
 
 /// Mean over standard error of the differences between the squares of two models, block by block: above 2,
-/// `worse` is worse than `better` by more than chance. 0 for less than two blocks and for no difference;
-/// infinite where a square of `worse` alone is not finite.
+/// `worse` is significantly worse than `better`. 0 for fewer than two blocks and for no difference; infinite
+/// if a square of only `worse` is not finite.
 inline double decisiveness(std::span<const double> worse, std::span<const double> better) {
   const auto n = static_cast<double>(worse.size());
   double sum = 0;

@@ -1,5 +1,5 @@
 /// @file
-/// Every effect a model might lack, in the shapes it might have.
+/// Every effect that a model might lack, in all candidate shapes.
 #pragma once
 #include <Eigen/Core>
 #include <functional>
@@ -11,7 +11,7 @@
 
 namespace identification::gap {
 
-/// An effect with its shape chosen: torque columns whose amplitudes are left to fit.
+/// An effect with a fixed shape: torque columns whose amplitudes are fitted.
 struct Candidate {
   std::string_view effect;
   std::vector<Eigen::Index> columns;  ///< of the dictionary
@@ -29,13 +29,13 @@ struct Dictionary {
 /// times; its harmonics are found by ripple(), not here).
 Dictionary make_dictionary(const FittedModel& fitted, const Rows& rows);
 
-/// How often per turn the residual repeats most, from its spectrum over position, refined by the ripple's
-/// phase where the joint turned far; 0 when it does not turn far enough to tell.
+/// Dominant number of periods per turn in the residual, from its spectrum over position, refined by the
+/// ripple's phase if the joint turned far; 0 if it does not turn far enough.
 double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::VectorXd& position_rad);
-/// Columns sin(N·θ), cos(N·θ), of rows at these positions and velocities, as far as the band passes them.
+/// Columns sin(N·θ), cos(N·θ), of rows at these positions and velocities, as passed by the band.
 Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& position_rad,
                                const Eigen::VectorXd& velocity_rad_per_s, double band_Hz);
-/// The model with one cogging harmonic more.
+/// The model with one additional cogging harmonic.
 FittedModel with_ripple(const FittedModel& fitted, double periods_per_rev, double sine_Nm, double cosine_Nm);
 
 }  // namespace identification::gap

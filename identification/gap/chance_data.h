@@ -1,5 +1,5 @@
 /// @file
-/// Residuals as chance might have dealt them.
+/// Residuals redrawn by chance.
 #pragma once
 #include <Eigen/Core>
 #include <cstdint>
@@ -7,9 +7,8 @@
 
 namespace identification::gap {
 
-/// Draws from a residual: its stretches stand elsewhere, each with a random sign. That keeps its size and
-/// colour and destroys what it has to do with the motion. [block bootstrap; H. R. Künsch, Ann. Statist. 17,
-/// 1989]
+/// Draws from a residual: its stretches are moved, each with a random sign. This keeps its size and spectrum
+/// and destroys its relation to the motion. [block bootstrap; H. R. Künsch, Ann. Statist. 17, 1989]
 class ChanceData {
  public:
   ChanceData(Eigen::VectorXd residual, std::uint64_t seed);

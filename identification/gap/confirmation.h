@@ -1,5 +1,5 @@
 /// @file
-/// Whether what a search added holds where it did not look.
+/// Checks that the additions of a search hold on data that it did not use.
 #pragma once
 #include <Eigen/Core>
 #include <vector>
@@ -8,29 +8,28 @@
 
 namespace identification::gap {
 
-/// What an addition is judged by.
+/// Criteria for an addition.
 struct Judged {
   const Rows& rows;
-  const Training& training;                   ///< what the search has seen
-  const std::vector<Eigen::Index>& held_out;  ///< rows that it has not
-  /// Whether these are of recordings of their own; stretches set aside of the searched ones say no more than
-  /// the blocks that the search has left out in turn.
+  const Training& training;                   ///< rows that the search used
+  const std::vector<Eigen::Index>& held_out;  ///< rows that it did not use
+  /// Whether these are separate recordings; stretches set aside from the searched ones say no more than the
+  /// blocks that the search has left out in turn.
   bool own_recordings = false;
   double noise_floor_Nm = 0;
   double resolution_rad = 0;  ///< of the encoder
 };
 
-/// Takes away, the latest first, and refits what stays:
-/// - an effect with which held-out recordings are predicted hardly better;
-/// - one whose size may as well be zero, when most is left over of them with it, too: a cause that is not in
-/// the library
-///   makes many of the effects that are a little useful;
-/// - an inertia that is another one while driving than while braking, or at small torques than at large ones;
+/// Removes, the latest first, and refits the rest:
+/// - an effect that hardly improves the prediction of held-out recordings;
+/// - an effect whose size may be zero, if most of the residual is left even with it: a cause outside the
+/// library makes many effects slightly useful;
+/// - an inertia that differs between driving and braking, or between small and large torques;
 /// - a static torque below the Coulomb friction;
 /// - a gap narrower than two steps of the encoder;
-/// - a second one of those that give between motor and load (presliding, backlash, elasticity), when it may
-///   as well be none: what the shape of the first does not fit looks like that.
-/// A spring or gap that is not determined at all may be the other one, which its addition then says.
+/// - a second compliance between motor and load (presliding, backlash, elasticity) whose size may be zero:
+/// the misfit of the first one's shape looks like that.
+/// A spring or gap that is not determined at all may be the other one; its addition then says so.
 void confirm(SearchResult& result, const Judged& judged);
 
 }  // namespace identification::gap

@@ -1,6 +1,6 @@
 /// @file
-/// A look at recordings before anything is explained with them: what is damaged is mended or cut, and what
-/// contradicts itself is refused.
+/// Checks recordings before they are analysed: damage is repaired or cut out, and contradictions are
+/// rejected.
 #pragma once
 #include <vector>
 
@@ -9,16 +9,16 @@
 namespace identification::gap {
 
 struct Diagnosed {
-  std::vector<Source> sources;  ///< mended; one recording may have become several, or none
+  std::vector<Source> sources;  ///< repaired; one recording may have become several, or none
   std::vector<Diagnosis> diagnosis;
 };
 
-/// Wrapped positions are unwrapped. Jumps of position and long holes in time divide a recording. Single
-/// torques far beyond all others are interpolated, of held values only the fresh ones are kept, and a dead
-/// column is removed when another one says the same. Units and signs are judged by what columns say of each
-/// other, and by the inertia and friction that they imply beside those of `base`.
-/// @throws std::invalid_argument naming recording, column, likely cause and remedy, where one of these cannot
-///         be mended without a guess.
+/// Wrapped positions are unwrapped. Jumps of position and long gaps in time divide a recording. Single
+/// torques far beyond all others are interpolated, only the fresh ones of held values are kept, and a dead
+/// column is removed if another one contains the same quantity. Units and signs are checked for consistency
+/// between columns, and against the inertia and friction of `base`.
+/// @throws std::invalid_argument naming recording, column, likely cause and remedy, if one of these cannot be
+/// repaired without a guess.
 Diagnosed diagnose(std::vector<Source> sources, const model::effects::DriveModel& base);
 
 }  // namespace identification::gap

@@ -1,5 +1,5 @@
 /// @file
-/// Which excerpts of very long recordings are analysed.
+/// Selects the excerpts of very long recordings that are analysed.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -18,21 +18,21 @@ struct Excerpt {
   std::size_t to;  ///< one past its last
 };
 
-/// Whether a place is there to judge with: of a recording, and the share of its rows that came before.
+/// Whether a position, given as recording and share of the preceding rows, belongs to the held-out data.
 using Judges = std::function<bool(std::size_t source, double share)>;
 
-/// All recordings as wholes, as long as they are not more than enough. Else they are cut into excerpts of
-/// some seconds, and one of every N neighbours is chosen. To search in, that is the one which visits most of
-/// what few others visit, of positions, and of torques at a velocity. Where any row is there to judge with,
-/// it is one by its number alone, so that what is measured on them is what all rows would give.
+/// Whole recordings, if they are not longer than necessary. Otherwise they are cut into excerpts of some
+/// seconds, and one of every N neighbours is selected. For the search it is the one with most of the rarely
+/// visited positions, and torques at a velocity. If any row is held out, it is selected by its number only,
+/// so that the excerpts are representative of all rows.
 std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band& band, const Judges& judges,
                                      const Enough& enough);
 
-/// Each made ready; those of one recording carry its number and where it begins and ends.
+/// Prepared signals of each; those of one recording carry its number and their start and end.
 std::vector<Signals> signals_of(std::span<const Source> sources, std::span<const Excerpt> excerpts,
                                 const Band& band);
 
-/// What was chosen, for people; none when it is all there is.
+/// Texts on what was selected; empty if everything was.
 std::vector<Diagnosis> left_out(std::span<const Source> sources, std::span<const Excerpt> excerpts);
 
 }  // namespace identification::gap

@@ -1,5 +1,5 @@
 /// @file
-/// A wide search around a fit that only goes downhill.
+/// A wide search around a downhill fit.
 #pragma once
 #include <vector>
 
@@ -7,10 +7,10 @@
 
 namespace identification::gap {
 
-/// refined(), and for a model with a gap more: a gap counts in impacts, and each that comes earlier or later
-/// bends the squared residual, so that a fit ends in one of many small valleys. So it begins with the best of
-/// a coarse grid, and goes along one direction after another in steps of a quarter, and then in smaller ones,
-/// from whatever is best so far.
+/// refined(), extended for a model with a gap: a gap acts through impacts, and each shift of an impact bends
+/// the squared residual, so that a fit ends in one of many local minima. Therefore it starts with the best
+/// point of a coarse grid, and searches one direction after another in steps of a quarter, and then in
+/// smaller ones, from the best point so far.
 FittedModel refined_widely(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use);
 
 }  // namespace identification::gap

@@ -1,5 +1,5 @@
 /// @file
-/// Which data a gap was measured on, for people.
+/// Names of the data on which a gap was measured, for reports.
 #pragma once
 #include <Eigen/Core>
 #include <string>
@@ -9,8 +9,8 @@
 
 namespace identification::gap {
 
-/// The recordings whose rows judge, by name where all of one is there to judge with: its excerpts or, of each
-/// recording, the share of its time `from` to `to`. Only what has rows in `judging` is listed.
+/// The held-out recordings, by name if all of one is held out; otherwise its excerpts or, for each recording,
+/// the share of its time `from` to `to`. Lists only those with rows in `judging`.
 std::vector<std::string> held_out_names(const Rows& rows, const std::vector<Eigen::Index>& judging,
                                         double from, double to);
 

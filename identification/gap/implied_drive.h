@@ -1,5 +1,5 @@
 /// @file
-/// The inertia and friction that a recording implies, whatever a model says.
+/// The inertia and friction that a recording implies, independent of a model.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -11,7 +11,7 @@
 
 namespace identification::gap {
 
-/// Slow enough for a rough look: below 5 Hz and a tenth of the sample rate.
+/// Slow enough for a rough estimate: below 5 Hz and a tenth of the sample rate.
 struct SmoothMotion {
   double period_s = 0;
   std::vector<double> position_rad;  ///< empty without such a column
@@ -20,30 +20,30 @@ struct SmoothMotion {
 double smooth_Hz(double period_s);
 SmoothMotion smooth_motion_of(const Source& source);
 
-/// Inertia and friction of τ = J·a + c·sign(v) + b·v + d, with standard deviations; where a weight explains
-/// most of what that leaves, of the same and s·sin(q) + k·cos(q).
+/// Inertia and friction of τ = J·a + c·sign(v) + b·v + d, with standard deviations; with additional terms
+/// s·sin(q) + k·cos(q) if a weight explains most of the residual.
 struct ImpliedDrive {
   double inertia_kg_m2;
   double inertia_sigma;
-  double inertia_share;  ///< of the squared torque that the other terms leave, what J·a takes away
+  double inertia_share;  ///< share of the squared torque left by the other terms that J·a removes
   double coulomb_Nm;
   double coulomb_sigma;
   double viscous_Nm_s_per_rad;
-  /// Of c·sign(v) + b·v, in the mean: what friction takes. The power of the whole torque also lifts and
-  /// lowers the joint, so that it says nothing where the joint does not come back.
+  /// Mean power of c·sign(v) + b·v: friction loss. The power of the whole torque also lifts and lowers the
+  /// joint, so it is not meaningful if the joint does not return.
   double friction_W;
   /// Five standard deviations from zero.
   bool inertia_is_sure() const noexcept;
   bool friction_is_sure() const noexcept;
 };
 enum class Quadrants : std::uint8_t { kAll, kBraking };  ///< braking: the torque acts against the motion
-/// None without a torque or with too little motion.
+/// Empty without a torque or with too little motion.
 std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion& motion,
                                        Quadrants quadrants = Quadrants::kAll);
 
-/// The inertia that recordings agree on, and braking with driving, when it is that of `base` neither roughly
-/// nor at all: more than five times as large or small. A search that begins so far off would explain the
-/// difference with anything that goes with the acceleration.
+/// The inertia on which the recordings, and braking and driving, agree, if it differs from that of `base` by
+/// more than a factor of five. A search that starts this far off would explain the difference with any effect
+/// that follows the acceleration.
 std::optional<double> another_inertia(std::span<const Source> sources,
                                       const model::effects::DriveModel& base);
 

@@ -1,5 +1,5 @@
 /// @file
-/// What a load behind a gap or a spring asks of the motor whose motion was measured.
+/// Torque that a load behind a gap or a spring exerts on the motor whose motion was measured.
 #pragma once
 #include <span>
 #include <vector>
@@ -10,36 +10,37 @@
 
 namespace identification::gap {
 
-/// What works on a drive besides inertia and friction, at each sample.
+/// Torques on a drive other than inertia and friction, at each sample.
 struct Pulls {
-  std::span<const double> drive_Nm;  ///< that the actuator delivers
+  std::span<const double> drive_Nm;  ///< delivered by the actuator
   std::span<const double> motor_Nm;  ///< against positive motion of the motor
-  std::span<const double> load_Nm;   ///< against that of the load
+  std::span<const double> load_Nm;   ///< against positive motion of the load
 };
 
 /// At each sample.
 struct LoadSide {
   std::vector<double>
-      simulated_Nm;  ///< torque on the motor, mean around the sample, but for the share of contact
-  std::vector<double> contact_share;         ///< 1: the load goes with the measured motor, 0: it moves freely
-  std::vector<double> twist_rad;             ///< by how much the motor is ahead of the load
-  std::vector<double> twist_rate_rad_per_s;  ///< by how much it is faster
+      simulated_Nm;  ///< torque on the motor, mean around the sample, without the share of contact
+  std::vector<double> contact_share;         ///< 1: the load moves with the measured motor, 0: it moves
+                                             ///< freely
+  std::vector<double> twist_rad;             ///< lead of the motor over the load
+  std::vector<double> twist_rate_rad_per_s;  ///< its rate
 };
 
 /// The load of `mechanics`, simulated, because the motor's motion alone does not show how the load coasts
 /// through a gap and rings on a spring.
 ///
 /// Behind a spring it follows the measured motor. On the flanks of a gap it bounces, and the motor recoils:
-/// both move as the torque drives them, and follow the measured motor so weakly that each impact keeps its
-/// own recoil. This gives the times of free flight and of contact with each flank. In flight the load asks
-/// for nothing. In contact, or while it bounces faster than the data show, it has the measured motion less
-/// the twist, and rubs as the motor moves: the measured torque, which drives the simulation, must not come
-/// back as its own prediction.
+/// the torque moves both, and they follow the measured motor so weakly that each impact keeps its own recoil.
+/// This gives the times of free flight and of contact with each flank. In flight the load exerts no torque.
+/// In contact, or while it bounces faster than the data show, it has the measured motion minus the twist,
+/// with friction from the motor's motion: the measured torque, which drives the simulation, must not reappear
+/// as its own prediction.
 LoadSide load_side(const model::effects::Mechanics& mechanics, const model::effects::EffectChain& chain,
                    const Signals& signals, const Pulls& pulls);
 
-/// What the load asks for, mean around each sample; `friction_Nm` is that of all the drive, as the motor
-/// moves, and `load_Nm` as in Pulls.
+/// Torque that the load exerts, mean around each sample; `friction_Nm` is that of the whole drive with the
+/// motor's motion, and `load_Nm` as in Pulls.
 std::vector<double> torque_on_motor_Nm(const LoadSide& load, const model::effects::Mechanics& mechanics,
                                        const Signals& signals, std::span<const double> friction_Nm,
                                        std::span<const double> load_Nm);

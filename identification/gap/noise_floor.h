@@ -1,5 +1,5 @@
 /// @file
-/// How much of a gap is noise.
+/// The part of a gap that is noise.
 #pragma once
 #include <vector>
 
@@ -7,10 +7,10 @@
 
 namespace identification::gap {
 
-/// The torque's noise in rows (prediction.h), rms: what the sensor reported beyond the command where both are
-/// recorded (`reported_Nm`, sample by sample, of each recording that has both), else what differs from sample
-/// to sample, taken as white; what the encoder's steps make of the acceleration; and what of the friction's
-/// turn is lost where the motion reverses between two samples.
+/// The torque's noise in rows (prediction.h), rms: sensor report minus command response if both are recorded
+/// (`reported_Nm`, sample by sample, for each recording that has both), otherwise the difference from sample
+/// to sample, taken as white; the effect of encoder steps on the acceleration; and the part of the friction's
+/// reversal that is lost if the motion reverses between two samples.
 double noise_floor_Nm(const std::vector<Signals>& signals,
                       const std::vector<std::vector<double>>& reported_Nm, const Band& band,
                       const model::effects::DriveModel& base);

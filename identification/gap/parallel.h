@@ -1,5 +1,5 @@
 /// @file
-/// Independent pieces of work on all cores.
+/// Independent tasks on all cores.
 #pragma once
 #include <algorithm>
 #include <atomic>
@@ -12,9 +12,9 @@
 
 namespace identification::gap {
 
-/// work(i) for each i below `count`, each once, in no order; what it writes must not be shared. The result is
-/// that of a loop, on as many threads as the system gives. @throws the first of what `work` throws, once all
-/// threads have ended.
+/// Calls work(i) for each i below `count`, each once, in any order; its outputs must not be shared. The
+/// result is that of a loop, on as many threads as the system provides. @throws the first exception of
+/// `work`, once all threads have ended.
 template <class Work>
 void in_parallel(std::size_t count, const Work& work) {
   std::atomic<std::size_t> next{0};
@@ -34,7 +34,7 @@ void in_parallel(std::size_t count, const Work& work) {
     try {
       for (std::size_t i = 1; i < std::min(cores, count); ++i) others.emplace_back(run);
     } catch (const std::system_error&) {
-      // Those that could be started, and this one, do all the work.
+      // The threads that started, and this one, do all the work.
     }
     run();
   }

@@ -1,5 +1,5 @@
 /// @file
-/// The torque a drive model says was needed for a motion that was measured.
+/// The torque that a drive model predicts for a measured motion.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -14,23 +14,23 @@ namespace identification::gap {
 
 /// Inverse dynamics at each sample of `signals`, before mask and filter:
 ///   τ = J·a + friction(v, its history) + load(θ)
-/// with what backlash and elasticity change in it. Where the torque is only known as commanded, the command
-/// that it takes, actuator effects included. `known`: its load, where that needs no simulation.
+/// with the changes by backlash and elasticity. If the torque is only known as commanded: the required
+/// command, including actuator effects. `known`: its load, if that needs no simulation.
 std::vector<double> predicted_torque_Nm(const model::effects::DriveModel& model, const Signals& signals,
                                         const LoadSide* known = nullptr);
 
-/// How far the bristle of a model with presliding has given at each sample; empty without one.
+/// Deflection of the bristle of a model with presliding at each sample; empty without one.
 std::vector<double> bristle_deflection_rad(const model::effects::DriveModel& model, const Signals& signals);
 
-/// Of a model with a gap or a spring.
+/// For a model with a gap or a spring.
 LoadSide load_side_of(const model::effects::DriveModel& model, const Signals& signals);
 
-/// What the actuator effects of `model` add to the command, at the samples of `signals`, filtered.
+/// Torque that the actuator effects of `model` add to the command, at the samples of `signals`, filtered.
 std::vector<double> delivered_beyond_command_Nm(const model::effects::DriveModel& model,
                                                 const Signals& signals);
 
 /// Rows in which data and predictions are compared: means over stretches of half a period of the band's edge,
-/// where the joint moves at least half of the time.
+/// if the joint moves at least half of the time.
 class Rows {
  public:
   explicit Rows(const std::vector<Signals>& signals);
@@ -40,15 +40,15 @@ class Rows {
   const Eigen::VectorXd& torque_Nm() const noexcept { return torque_Nm_; }
   const Eigen::VectorXd& torque_rate_Nm_per_s() const noexcept { return torque_rate_Nm_per_s_; }
   const Eigen::VectorXd& torque_bend_Nm_per_s2() const noexcept { return torque_bend_Nm_per_s2_; }
-  /// Of a quantity at each sample, put through the same mask and filter as the torque.
+  /// Of a quantity at each sample, with the same mask and filter as the torque.
   Eigen::VectorXd column(const std::function<std::vector<double>(const Signals&)>& quantity) const;
-  /// Of a quantity as it is: for maps.
+  /// Of the unfiltered quantity: for maps.
   Eigen::VectorXd means(const std::function<std::vector<double>(const Signals&)>& quantity) const;
 
   std::size_t recording(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].recording; }
   double time_s(Eigen::Index row) const;
   double length_s() const;  ///< of one row, the same in all recordings
-  /// Which row of its recording it would be if none were left out.
+  /// Index of the row in its recording if none were left out.
   std::size_t slot(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].first / length_; }
   const std::vector<Signals>& signals() const noexcept { return *signals_; }
 
@@ -57,7 +57,7 @@ class Rows {
     std::size_t recording;
     std::size_t first;  // sample
   };
-  /// Row by row, the samples around it by their weights, of which `reach` lie before its first.
+  /// For each row, the weighted samples around it, of which `reach` precede its first.
   Eigen::VectorXd weighted(const std::function<std::vector<double>(const Signals&)>& samples,
                            const Eigen::VectorXd& weights, std::size_t reach) const;
 
@@ -65,7 +65,7 @@ class Rows {
   std::size_t length_ = 1;  // samples per row
   std::vector<At> at_;
   std::size_t reach_ = 0;
-  Eigen::VectorXd filter_;  // weights of samples in the mean over a row of what the filter lets through
+  Eigen::VectorXd filter_;  // weights of samples in the filtered mean over a row
   Eigen::VectorXd torque_Nm_;
   Eigen::VectorXd torque_rate_Nm_per_s_;
   Eigen::VectorXd torque_bend_Nm_per_s2_;

@@ -1,5 +1,5 @@
 /// @file
-/// Linear least squares judged on blocks of data that it did not see.
+/// Linear least squares, judged on held-out blocks of data.
 #pragma once
 #include <Eigen/Core>
 #include <limits>
@@ -13,20 +13,20 @@ struct Bounds {
   double upper = std::numeric_limits<double>::infinity();
 };
 
-/// min ½·xᵀGx − pᵀx within bounds, nearly: directions without information stay near zero.
+/// min ½·xᵀGx − pᵀx within bounds, approximately: directions without information stay near zero.
 Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& gram, const Eigen::VectorXd& product,
                                  std::span<const Bounds> bounds);
 
-/// A fixed set of columns and blocks of rows; targets and subsets of columns may change. What costs time with
+/// A fixed set of columns and blocks of rows; targets and subsets of columns may change. Work that grows with
 /// the number of rows is done once per set of columns and once per target. Const functions may run in several
 /// threads.
 class BlockRegression {
  public:
-  /// `block` of each row, 0 to blocks − 1, contiguous; `folds`: how many parts the blocks are dealt to in
-  /// turn. Keeps a reference to `columns`.
+  /// `block` of each row, 0 to blocks − 1, contiguous; `folds`: number of parts to which the blocks are
+  /// assigned in turn. Keeps a reference to `columns`.
   BlockRegression(const Eigen::MatrixXd& columns, std::vector<int> block, int folds);
 
-  /// What has to be known of a target.
+  /// Precomputed data of a target.
   struct Target {
     std::vector<Eigen::VectorXd> product;  ///< columnsᵀ·target of each block
     std::vector<double> square;
@@ -38,13 +38,13 @@ class BlockRegression {
   Target target(const Eigen::VectorXd& values) const;
 
   struct Fit {
-    Eigen::VectorXd coefficients;     ///< of all rows, in the order of the columns asked for
+    Eigen::VectorXd coefficients;     ///< from all rows, in the order of the selected columns
     double held_out = 0;              ///< sum of squares, each fold predicted from the others
     std::vector<double> held_out_of;  ///< the same, by block
   };
-  /// Coefficients stay within `bounds` (one per column). Columns that carry no information stay near zero.
+  /// Coefficients stay within `bounds` (one per column). Columns without information stay near zero.
   Fit fit(const Target& target, std::span<const Eigen::Index> columns, std::span<const Bounds> bounds) const;
-  /// Only Fit::held_out, faster.
+  /// Fit::held_out only, faster.
   double held_out(const Target& target, std::span<const Eigen::Index> columns,
                   std::span<const Bounds> bounds) const;
 

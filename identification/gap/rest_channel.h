@@ -1,5 +1,5 @@
 /// @file
-/// How far a joint at rest gives under torques that do not break it away.
+/// Compliance of a joint at rest under torques below breakaway.
 #pragma once
 #include <optional>
 #include <span>
@@ -9,13 +9,13 @@
 
 namespace identification::gap {
 
-/// Presliding in stretches at rest: position against torque below break-away, a straight line through
-/// stretches of little and of much torque alike. What gives way only above some torque, or by the same
-/// distance under any, is a spring or a gap behind the motor and is not named here. Gaps are the displacement
-/// times the stiffness found [N·m].
+/// Presliding in stretches at rest: position against torque below breakaway, a common straight line through
+/// stretches of small and of large torque. A compliance that only appears above some torque, or has the same
+/// displacement under any, is a spring or a gap behind the motor and is not named here. Gaps are the
+/// displacement times the stiffness found [N·m].
 struct RestFindings {
-  bool rests = false;  ///< something rests under changing torque, often enough to tell
-  /// Empty where the model has presliding already, or where the encoder does not resolve what it gives.
+  bool rests = false;  ///< there are enough stretches at rest under changing torque
+  /// Empty if the model already has presliding, or if the encoder does not resolve the displacement.
   std::optional<FoundEffect> presliding{};
 };
 RestFindings rest_channel(std::span<const Signals> signals, const model::effects::DriveModel& base,

@@ -1,5 +1,5 @@
 /// @file
-/// How much of a gap a model closes, how sure that is, and what is left as a share of the torque.
+/// How much of a gap a model closes, with its uncertainty, and the rest relative to the torque.
 #pragma once
 #include <Eigen/Core>
 #include <cstddef>
@@ -9,8 +9,7 @@
 
 namespace identification::gap {
 
-/// Share of the rms residual that is gone, 1 - after/before, with its 95 % interval; below zero where it
-/// grew.
+/// Removed share of the rms residual, 1 - after/before, with its 95 % interval; negative if it grew.
 struct Shrink {
   double share = 0;
   double lower = 0;
@@ -28,20 +27,20 @@ struct RecordingGap {
   double vaf_after = 0;
 };
 
-/// Rows of held-out data in the order of time, recording after recording.
+/// Rows of held-out data in time order, recording after recording.
 struct HeldOutRows {
   std::vector<std::size_t> recording;  ///< of each row
   Eigen::VectorXd torque_Nm;
-  Eigen::VectorXd before_Nm;  ///< what the given model leaves
-  Eigen::VectorXd after_Nm;   ///< what the new one leaves
+  Eigen::VectorXd before_Nm;  ///< residual of the given model
+  Eigen::VectorXd after_Nm;   ///< residual of the new one
 };
 
-/// Interval by resampling recordings, and in each of them blocks of rows, as residuals near each other are
-/// alike (H. Künsch, Annals of Statistics 17, 1989). The same seed gives the same interval.
+/// Interval by resampling recordings, and blocks of rows within them, because neighbouring residuals are
+/// correlated (H. Künsch, Annals of Statistics 17, 1989). The same seed gives the same interval.
 Shrink shrink_of(const HeldOutRows& rows, std::uint64_t seed);
 
-/// `names`: of recordings by their number. Those without rows are left out; the last entry is of all rows and
-/// has no name.
+/// `names`: of recordings by their number. Those without rows are left out; the last entry covers all rows
+/// and has no name.
 std::vector<RecordingGap> recording_gaps(const HeldOutRows& rows, const std::vector<std::string>& names);
 
 }  // namespace identification::gap

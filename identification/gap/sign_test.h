@@ -1,5 +1,5 @@
 /// @file
-/// Whether more blocks got better than chance lets them.
+/// Whether more blocks improved than chance allows.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 
 namespace identification::gap {
 
-/// Probability that chance lets so many more blocks improve than worsen, of those that changed by more than a
-/// hair. `before`, `after`: squared misfit of each.
+/// Probability that by chance this many more blocks improve than worsen, among those that changed noticeably.
+/// `before`, `after`: squared misfit of each.
 inline double chance_of(std::span<const double> before, std::span<const double> after) {
   constexpr double kHair = 0.02;
   int better = 0;
@@ -19,7 +19,7 @@ inline double chance_of(std::span<const double> before, std::span<const double> 
     better += after[i] < (1 - kHair) * before[i] ? 1 : 0;
     worse += after[i] > (1 + kHair) * before[i] ? 1 : 0;
   }
-  // Binomial tail: at least `better` of better + worse, each as likely as not.
+  // Binomial tail: at least `better` of better + worse, both equally likely.
   const int n = better + worse;
   double tail = 0;
   for (int k = better; k <= n; ++k)

@@ -1,5 +1,5 @@
 /// @file
-/// Whether what no effect explains is noise.
+/// Whether the unexplained residual is noise.
 #pragma once
 #include <Eigen/Core>
 #include <vector>
@@ -10,20 +10,19 @@
 
 namespace identification::gap {
 
-/// Rows in short stretches where far more is left over than elsewhere although every column of the library
-/// was free to explain it: somebody pushed, something slipped. Stretches with a reversal in them do not
-/// count.
+/// Rows in short stretches with a far larger residual than elsewhere although every column of the library
+/// could explain it: an external push, or a slip. Stretches with a reversal are excluded.
 std::vector<bool> bursts(const FittedModel& fitted, const Rows& rows);
 
-/// Structure that is there, whatever its cause, in what a model leaves.
+/// Structure in the residual of a model, whatever its cause.
 struct Structure {
-  std::vector<Unexplained> held_out;  ///< what the verdict is of
-  std::vector<Unexplained> searched;  ///< the same of the rows that the model was fitted to
+  std::vector<Unexplained> held_out;  ///< basis of the verdict
+  std::vector<Unexplained> searched;  ///< the same for the fitted rows
 };
 /// Smooth functions of one coordinate at a time (velocity, acceleration, position, time since reversal,
 /// running time), and a cycle in time, that predict the residual better than chance. Each part is predicted
-/// in blocks from its other blocks; the held-out rows also by what the searched ones give, so that a few of
-/// them are enough to judge.
+/// in blocks from its other blocks; the held-out rows also from the searched ones, so that a few of them are
+/// enough.
 Structure structure(const FittedModel& fitted, const Rows& rows, const Training& training,
                     const std::vector<Eigen::Index>& held_out, const Options& options);
 

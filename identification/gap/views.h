@@ -1,5 +1,5 @@
 /// @file
-/// What the report shows of two models and one set of data.
+/// Data for the report on two models and one set of data.
 #pragma once
 #include <vector>
 
@@ -13,7 +13,7 @@ std::vector<ResidualMap> residual_maps(const FittedModel& before, const FittedMo
                                        const std::vector<Eigen::Index>& use);
 FrictionCurve friction_curve(const FittedModel& before, const FittedModel& after, const Rows& rows);
 
-/// Free simulation in windows of a second from the measured state, driven by the torque as delivered.
+/// Free simulation in windows of a second from the measured state, driven by the delivered torque.
 struct Simulated {
   double before_rad_per_s = 0;  ///< rms velocity error
   double after_rad_per_s = 0;
@@ -23,7 +23,7 @@ Simulated simulate(const model::effects::DriveModel& before, const model::effect
                    const std::vector<Signals>& signals, const Rows& rows,
                    const std::vector<Eigen::Index>& use);
 
-/// Where `contribution` (rows) is at least half of its most, along the coordinate that suits the effect.
+/// Where `contribution` (rows) is at least half of its maximum, along the coordinate that suits the effect.
 Where where_of(std::string_view effect, const Eigen::VectorXd& contribution, const Rows& rows,
                const std::vector<Eigen::Index>& use);
 

@@ -1,5 +1,5 @@
 /// @file
-/// Words that messages and reports of the search share.
+/// Texts shared by messages and reports of the search.
 #pragma once
 #include <array>
 #include <charconv>
