@@ -9,7 +9,7 @@
 namespace identification {
 namespace {
 
-/// Looked at between two counts, whatever the number of cores.
+/// Checked after this many draws, whatever the number of cores.
 constexpr int kDrawsAtOnce = 16;
 
 }  // namespace

@@ -27,7 +27,7 @@ void Compensation::begin(int measurement, const Reading& reading) noexcept {
 }
 
 void Compensation::count(double off_rad) noexcept {
-  // A swing ends where it crosses the reference; one that did not come far enough back is none.
+  // A swing ends where it crosses the reference; one that does not come back far enough does not count.
   if (off_rad * extreme_rad_ < 0) extreme_rad_ = 0.0;
   const bool counted_before = std::abs(extreme_rad_) >= config_.smallest_swing_rad;
   if (std::abs(off_rad) > std::abs(extreme_rad_)) extreme_rad_ = off_rad;

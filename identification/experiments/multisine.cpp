@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kTwoPi = 2 * std::numbers::pi;
 constexpr int kImprovements = 200;
-/// Samples per period of the highest harmonic while the phases are improved.
+/// Samples per period of the highest harmonic during the optimisation of the phases.
 constexpr std::size_t kOversampling = 8;
 
 /// One period of Σ cos(2π·k·t + φ_k) for the harmonics from `first` on.
@@ -77,7 +77,7 @@ std::vector<double> low_crest_phases(std::size_t first, std::size_t count) {
       lowest_peak = peak;
       best = phases;
     }
-    // Hard at first, to leave the neighbourhood of where it began, softer later.
+    // Hard at first, to leave the initial neighbourhood, softer later.
     const double clip = peak * (0.75 + 0.2 * n / kImprovements);
     for (double& value : signal) value = std::clamp(value, -clip, clip);
     phases = phases_of(first, count, signal);

@@ -16,7 +16,7 @@ double triangle(double periods) noexcept {
 }  // namespace
 
 Reversals::Reversals(const ReversalsConfig& config) : config_(checked(config)) {
-  // The last height may miss the lowest by rounding.
+  // Rounding may put the last height slightly below the lowest.
   for (double height = config_.highest_rad_per_s; height >= config_.lowest_rad_per_s * (1 - 1e-9);
        height /= config_.shrink)
     heights_rad_per_s_.push_back(height);

@@ -11,7 +11,7 @@
 namespace identification::experiments {
 namespace {
 
-/// Share of the commanded velocity from which on a joint counts as turning.
+/// Minimum share of the commanded velocity at which a joint counts as turning.
 constexpr double kFollows = 0.1;
 
 }  // namespace

@@ -8,9 +8,9 @@
 namespace identification::experiments {
 namespace {
 
-/// The slope is taken up to this many encoder steps after the first: beyond, the bristles begin to yield.
+/// The slope is fitted up to this many encoder steps after the first: beyond, the bristles begin to yield.
 constexpr double kSlopeSteps = 3.0;
-/// For a joint that the ramp before has set in motion and that is still not at rest after the rest.
+/// For a joint that the previous ramp has set in motion and that is still moving after the rest.
 constexpr double kPatience_s = 10.0;
 
 }  // namespace
@@ -39,7 +39,7 @@ void TorqueRamp::begin(int measurement, const Reading& reading) noexcept {
   phase_ = Phase::kRest;
   direction_ = measurement % 2 == 0 ? 1.0 : -1.0;
   origin_rad_ = reading.position_rad;
-  torque_filter_.reset(0.0);  // it rests without torque; what the ramp before left must not linger
+  torque_filter_.reset(0.0);  // it rests without torque; the previous ramp must not have an effect
   first_step_ = last_step_ = still_ = {};
   slid_ = false;
 }
@@ -52,7 +52,7 @@ void TorqueRamp::watch(const Reading& reading) noexcept {
   const double steps_after = (now.displacement_rad - first_step_.displacement_rad) / encoder_step_rad_;
   const double steps_before =
       (last_step_.displacement_rad - first_step_.displacement_rad) / encoder_step_rad_;
-  // The moment at which a further step appears is known to a cycle; how long it lasts says nothing.
+  // The time at which a further step appears is known to a cycle; its duration carries no information.
   if (steps_after > 0.5 && steps_after < kSlopeSteps + 0.5 &&
       (std::isnan(steps_before) || steps_after > steps_before + 0.5))
     last_step_ = now;
@@ -98,7 +98,7 @@ std::span<const char* const> TorqueRamp::result_columns() const noexcept {
 
 void TorqueRamp::write_result(std::span<double> values) const noexcept {
   const double x1_rad = direction_ * first_step_.displacement_rad;
-  // A joint that still creeps makes its first step before there is any torque to speak of.
+  // A joint that still creeps makes its first step before there is a significant torque.
   const auto stiffness = [x1_rad](double torque_Nm) {
     const double value = presliding_stiffness_Nm_per_rad(torque_Nm, x1_rad);
     return value > 0 ? value : kUnknown;

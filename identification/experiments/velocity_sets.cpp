@@ -13,7 +13,7 @@ namespace {
                               std::to_string(kTable3.size()) + " such as 1,2,7-9");
 }
 
-/// Takes a number off the front of `rest`.
+/// Parses and removes a number at the front of `rest`.
 int take_number(std::string_view& rest, std::string_view sets) {
   int number = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), number);
@@ -28,7 +28,7 @@ std::vector<double> velocities_rad_per_s(const VelocitySet& set) {
   const double step = std::copysign(set.step_rad_per_s, set.to_rad_per_s - set.from_rad_per_s);
   std::vector<double> velocities;
   for (int left = set.measurements - 1; left >= 0; --left) {
-    // On a grid of 0.1 mrad/s, so that 0.15 is the number that anybody else writes as 0.15.
+    // On a grid of 0.1 mrad/s, so that 0.15 equals the literal 0.15.
     velocities.push_back(std::round((set.to_rad_per_s - left * step) * 1e4) / 1e4);
   }
   return velocities;

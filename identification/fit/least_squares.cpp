@@ -10,7 +10,7 @@
 namespace identification::fit {
 namespace {
 
-/// Evaluates all residuals at once for Ceres, which asks for them one by one so that it can apply the loss.
+/// Evaluates all residuals at once for Ceres, which requests them one by one to apply the loss.
 class Evaluation : public ceres::EvaluationCallback {
  public:
   Evaluation(const LeastSquaresProblem& problem, const Eigen::VectorXd& parameters)

@@ -31,7 +31,7 @@ struct InTheirOrder {
 };
 using Terms = std::set<EffectParameter, InTheirOrder>;
 
-/// One row per speed, everything divided by its standard deviation.
+/// One row per speed, all values divided by their standard deviation.
 struct Data {
   Eigen::VectorXd v;
   Eigen::VectorXd weight;  // 1/sigma
@@ -39,13 +39,13 @@ struct Data {
   bool both_directions = false;
 };
 
-/// What no drive has with another sign: these terms brake.
+/// Terms whose sign is fixed, because they brake.
 bool brakes(const EffectParameter& term) {
   const auto& parameters = model::effects::effect_description(term.effect).parameters;
   return std::ranges::find(parameters, term.name, &ParameterDescription::name)->lower == 0;
 }
 
-/// What `term` adds to the torque at each speed, per unit; of a Stribeck term at this velocity and exponent.
+/// Torque of `term` at each speed, per unit; for a Stribeck term at this velocity and exponent.
 Eigen::VectorXd column(const EffectParameter& term, const Data& data, double velocity, double exponent) {
   const AnyEffect effect = term == terms::kStribeck
                                ? model::effects::make_effect(
@@ -57,20 +57,19 @@ Eigen::VectorXd column(const EffectParameter& term, const Data& data, double vel
       data.v.unaryExpr([&](double v) { return model::effects::sliding_torque_Nm(chain, v); }));
 }
 
-/// Least squares on one set of terms at one Stribeck velocity and exponent, ready for any torques.
+/// Least squares on one set of terms at one Stribeck velocity and exponent, prepared for any torques.
 struct Candidate {
   Eigen::MatrixXd Q;         // orthonormal basis of the columns
   Eigen::VectorXd leverage;  // diagonal of Q·Qᵀ
   Eigen::MatrixXd braking;   // coefficients of the terms that must not be negative = braking·y
   double velocity = 0;
   double exponent = 0;
-  bool reduced = false;  // some of them left out: for where the candidate before it has them negative
+  bool reduced = false;  // some terms left out: used where the preceding candidate has them negative
 };
 
-/// All candidates of one set of terms; linear but for the choice among them. Where the data would have a
-/// Coulomb, viscous or Stribeck term drive, its coefficient is zero, as in a fit of the law: a Stribeck term
-/// that is a hollow, or a viscous one that is negative beside a large quadratic one, would predict well and
-/// be no friction.
+/// All candidates of one set of terms; linear except for the choice among them. Where the data would make a
+/// Coulomb, viscous or Stribeck term drive, its coefficient is zero, as in a fit of the law: a Stribeck dip,
+/// or a negative viscous term with a large quadratic one, would predict well but is not friction.
 class Family {
  public:
   Family(const Terms& terms, const Data& data) {
@@ -79,13 +78,14 @@ class Family {
     flat.erase(terms::kStribeckExponent);
     if (!add(flat, data, 0, 0) || !terms.contains(terms::kStribeck)) return;
     const std::size_t flat_ones = candidates_.size();
-    // Below the slowest speed nothing of the term is seen, near the fastest no end of it.
+    // Below the slowest speed the term is invisible; near the fastest its end is.
     const double slowest = std::log(data.v.cwiseAbs().minCoeff());
     const double widest = std::log(0.7 * data.v.cwiseAbs().maxCoeff()) - slowest;
     std::vector<double> exponents{1, 2};
     if (terms.contains(terms::kStribeckExponent)) exponents = {0.3, 0.5, 0.75, 1, 1.5, 2, 3, 4};
     for (const double exponent : exponents) {
-      // Finer and finer about the best, to a step that the noise hides: else other terms mend the grid.
+      // A grid that is refined about the best, to a step below the noise: otherwise other terms compensate
+      // the grid.
       constexpr int kVelocities = 20;
       double step = widest / (kVelocities - 1);
       double best = 0;
@@ -106,15 +106,17 @@ class Family {
         for (const int i : {-2, -1, 1, 2}) look(middle + i * step);
       }
     }
-    if (candidates_.size() == flat_ones) candidates_.clear();  // no peak can be told from the other terms
+    if (candidates_.size() == flat_ones)
+      candidates_.clear();  // no peak can be distinguished from the other
+                            // terms
   }
   bool usable() const { return !candidates_.empty(); }
 
-  /// Sum of squared errors of predicting each entry of `y` from the others.
+  /// Sum of squared errors when each entry of `y` is predicted from the others.
   double held_out(const Eigen::VectorXd& y) const {
     const Eigen::Index n = y.size();
     const double square = y.squaredNorm();
-    // Without any term that may be there nothing is predicted.
+    // Without any term nothing is predicted.
     Eigen::VectorXd best_error = y;
     Eigen::VectorXd best_sum = square - y.array().square();
     Eigen::VectorXd coefficients;
@@ -122,15 +124,15 @@ class Family {
     Eigen::VectorXd braking;
     bool whole_fits = false;
     for (const Candidate& candidate : candidates_) {
-      if (candidate.reduced && whole_fits) continue;  // it would not be better
+      if (candidate.reduced && whole_fits) continue;  // it cannot be better
       coefficients.noalias() = candidate.Q.transpose() * y;
       residual.noalias() = y - candidate.Q * coefficients;
       braking.noalias() = candidate.braking * y;
       const double sum = square - coefficients.squaredNorm();
       bool fits = braking.size() == 0 || braking.minCoeff() >= 0;
       for (Eigen::Index i = 0; i < n; ++i) {
-        // Without row i the residual there is e/(1 − h), the sum of squares e²/(1 − h) less and each
-        // coefficient less by its share in that residual.
+        // Without row i the residual there is e/(1 − h), the sum of squares is less by e²/(1 − h), and each
+        // coefficient is less by its share in that residual.
         const double error = residual[i] / (1 - candidate.leverage[i]);
         if (!((braking - candidate.braking.col(i) * error).array() >= 0).all()) {
           fits = false;
@@ -154,14 +156,14 @@ class Family {
   }
 
  private:
-  /// Negative where a term would drive.
+  /// Negative if a term would drive.
   static double explained_by(const Candidate& candidate, const Eigen::VectorXd& y) {
     const bool drives = candidate.braking.rows() > 0 && (candidate.braking * y).minCoeff() < 0;
     return drives ? -1.0 : (candidate.Q.transpose() * y).squaredNorm();
   }
 
-  /// The terms there, then with some or all of the braking ones at zero, but for the Stribeck term, without
-  /// which velocity and exponent mean nothing. False when the terms cannot be told apart there.
+  /// All terms, then with some or all of the braking ones at zero, except the Stribeck term, without which
+  /// velocity and exponent have no meaning. False if the terms cannot be distinguished there.
   bool add(const Terms& terms, const Data& data, double velocity, double exponent) {
     if (!add_one(terms, data, velocity, exponent)) return false;
     for (const bool coulomb : {true, false})
@@ -207,7 +209,7 @@ class Family {
   std::vector<Candidate> candidates_;
 };
 
-/// What fit_static() fits with these terms.
+/// Form for fit_static() with these terms.
 StaticForm form_of(const Terms& terms, const Data& data) {
   StaticForm form;
   for (const EffectParameter& term : terms)
@@ -237,7 +239,7 @@ class ChoiceSearch {
   }
 
  private:
-  /// A fit as the one that is reported.
+  /// A fit as reported.
   struct Fitted {
     double held_out_percent = std::numeric_limits<double>::infinity();
     bool brakes = false;  // at all speeds
@@ -274,12 +276,13 @@ class ChoiceSearch {
                                                    {.effects = fit.effects}, top_speed_rad_per_s_)};
     return at->second;
   }
-  /// Whether the reported error falls by what `rich` has more than `simple`, and friction still brakes.
+  /// Whether the additional terms of `rich` reduce the reported error relative to `simple`, and friction
+  /// still brakes.
   bool serves(const Terms& rich, const Terms& simple) {
     return fitted(rich).brakes && fitted(rich).held_out_percent < fitted(simple).held_out_percent;
   }
 
-  /// How often data made from `simple` gain as much by one of `richer` as the measured ones did.
+  /// Probability that data from `simple` gain as much by one of `richer` as the measured ones did.
   double chance_of(double gain, const Family& simple, const std::vector<Family>& richer) {
     const Candidate& fit = simple.best(data_.y);
     const Eigen::VectorXd expected = fit.Q * (fit.Q.transpose() * data_.y);
@@ -301,7 +304,7 @@ class ChoiceSearch {
               return most;
             },
         .repetitions = options_.repetitions,
-        // From here on no further repetition makes the p-value small enough.
+        // From here on no further repetition can make the p-value small enough.
         .enough_exceedances = std::max(
             6, static_cast<int>(std::ceil(options_.false_positive_rate * (1.0 + options_.repetitions))))};
     return test.p_value(gain);
@@ -371,7 +374,7 @@ class ChoiceSearch {
   std::map<Terms, Fitted> fitted_;
 };
 
-/// The speeds of a map, weighted as a fit with all terms would, without its outliers.
+/// The speeds of a map, with the weights of a fit with all terms, without its outliers.
 Data data_of(const StaticMap& map, const StaticFit& all) {
   std::vector<bool> out(map.points.size(), false);
   for (const std::size_t i : all.outliers) out[i] = true;

@@ -24,8 +24,8 @@ std::vector<Sample> filtered(const Recording& recording, double cutoff_rad_per_s
       recording.column(recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm");
   const control::StateVariableFilter::Config config{.cutoff_rad_per_s = cutoff_rad_per_s,
                                                     .period_s = period_s};
-  // Twice: the acceleration of a single pass carries the encoder's steps times ω², and as a regressor with
-  // noise would make the inertia look smaller. The velocity of a pass over the velocity does not.
+  // Twice: the acceleration from a single pass contains the encoder's steps times ω², and as a noisy
+  // regressor would bias the inertia low. The velocity of a pass over the velocity does not.
   control::StateVariableFilter of_position(config);
   control::StateVariableFilter of_velocity(config);
   control::StateVariableFilter of_torque(config);
@@ -40,12 +40,12 @@ std::vector<Sample> filtered(const Recording& recording, double cutoff_rad_per_s
   return samples;
 }
 
-/// Which samples count: fast enough, and so for the whole memory of the filter before. After them too, by
-/// more than its lag: the joint reverses earlier than its filtered velocity shows.
+/// Samples to use: fast enough, also during the whole preceding memory of the filter, and after them for
+/// longer than its lag, because the joint reverses earlier than its filtered velocity.
 std::vector<Sample> sliding(const std::vector<Sample>& samples, double slowest, std::size_t memory) {
   const std::size_t ahead = memory / 2;
   std::vector<Sample> result;
-  std::size_t since = 0;  // samples of one sign so far, the present one included
+  std::size_t since = 0;  // consecutive samples of one sign, including the present one
   double sign = 0;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const double v = samples[i].velocity_rad_per_s;
@@ -66,7 +66,7 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   double fastest = 0;
   for (const Sample& s : all) fastest = std::max(fastest, std::abs(s.velocity_rad_per_s));
   const double slowest = options.slowest_rad_per_s > 0 ? options.slowest_rad_per_s : fastest / 50;
-  // Twenty time constants: of the other sign's friction less than 1e-4 is left.
+  // Twenty time constants: less than 1e-4 of the other sign's friction is left.
   const auto memory = static_cast<std::size_t>(std::ceil(20 / (cutoff_rad_per_s * period_s)));
   const std::vector<Sample> samples = sliding(all, slowest, memory);
   if (fastest == 0 || samples.size() < 50)
@@ -95,12 +95,12 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   fit.relative_error_percent = relative_error_percent(y, A * x);
   fit.condition = condition_number(A);
 
-  // Blocks longer than what the filter correlates, enough of them for a variance.
+  // Blocks longer than the filter's correlation, and enough of them for a variance.
   const auto blocks = static_cast<std::size_t>(
       std::clamp(static_cast<double>(n) / static_cast<double>(2 * memory + 1), 12.0, 60.0));
   const Eigen::MatrixXd covariance = block_covariance(A, residual, blocks);
   const double t = student_975(static_cast<double>(blocks) - static_cast<double>(A.cols()));
-  // The covariance of white residuals as a floor: few blocks may agree by chance.
+  // The covariance of white residuals as a lower bound: few blocks may agree by chance.
   const Eigen::MatrixXd white =
       normal_inverse(A) * residual.squaredNorm() / static_cast<double>(n - A.cols());
   const std::pair<const char*, const char*> names[] = {{"", "inertia_kg_m2"},

@@ -47,7 +47,7 @@ double resolution_of(std::span<const double> position) {
   return std::isfinite(least) ? least : 0;
 }
 
-/// What of the torque stands in the way; empty when nothing does.
+/// Why the torque does not allow the fit; empty if it does.
 std::string torque_obstacle(const Recording& recording, std::span<const double> torque, double static_Nm) {
   const double most = largest(torque);
   const auto [low, high] = std::minmax_element(torque.begin(), torque.end());
@@ -79,7 +79,7 @@ std::string torque_obstacle(const Recording& recording, std::span<const double> 
       return "the delivered torque differs from the commanded one by " + three_digits(off) +
              " N·m rms, more than a tenth of the static friction";
   }
-  // A torque that passes through zero has values near it; one that jumps over it has none.
+  // A torque that passes through zero has values near it; one that jumps over it does not.
   std::size_t small = 0;
   for (const double value : torque) small += std::abs(value) < kLargestOffset * static_Nm ? 1 : 0;
   if (200 * small < torque.size())
@@ -88,7 +88,7 @@ std::string torque_obstacle(const Recording& recording, std::span<const double> 
   return {};
 }
 
-/// The position that the torque makes of a joint with these parameters.
+/// Simulated position of a joint with these parameters under the torque.
 class Simulation {
  public:
   Simulation(std::span<const double> torque, double period_s, const PreslidingFitOptions& options)
@@ -158,7 +158,7 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
 
   const auto n = static_cast<Eigen::Index>(position.size());
   const Eigen::VectorXd measured = Eigen::Map<const Eigen::VectorXd>(position.data(), n);
-  // Of a rounded position; a fit to exact numbers needs a scale all the same.
+  // For a rounded position; a fit to exact numbers also needs a scale.
   const double sigma = std::max(resolution / std::sqrt(12.0), 1e-6 * range);
   const Simulation simulation(torque, period_s, options);
   LeastSquaresProblem problem;
@@ -169,7 +169,7 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
     simulation.run(std::exp(p[0]), std::exp(p[1]), p[2], p[3], residuals);
     residuals = (residuals - measured) / sigma;
   };
-  // The contact gives way, so its stiffness is at least what the ends of the motion say.
+  // The contact yields, so its stiffness is at least the secant of the motion.
   const double secant = 2 * largest(torque) / range;
   const double most_Nm = largest(torque);
   problem.lower =
@@ -194,7 +194,7 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
       starts.push_back({residuals.squaredNorm(), at});
     }
   std::sort(starts.begin(), starts.end(), [](const Start& a, const Start& b) { return a.cost < b.cost; });
-  // Further starts only while what is left is more than the encoder's steps explain.
+  // Further starts only while the residual is larger than the encoder's steps explain.
   LeastSquaresSolution solution = minimise(problem, {starts[0].at});
   for (std::size_t i = 1; i < 3 && solution.cost > static_cast<double>(n); ++i)
     if (LeastSquaresSolution other = minimise(problem, {starts[i].at}); other.cost < solution.cost)
@@ -209,7 +209,7 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
       normal_inverse(solution.jacobian) *
       std::max(solution.residuals.squaredNorm() / static_cast<double>(n - 4), 1e-12);
   const double t = student_975(kBlocks - 4.0);
-  // The covariance sees the neighbourhood only: quite another damping must leave clearly more.
+  // The covariance is only local: a very different damping must leave clearly more.
   bool damping_matters = true;
   for (const double factor : {0.1, 10.0}) {
     LeastSquaresProblem other = problem;

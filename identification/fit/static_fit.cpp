@@ -36,10 +36,10 @@ std::string four_digits(double value) {
 /// The same in both directions but for the sign.
 bool is_even(std::string_view effect) { return effect != "torque_offset" && effect != "direction_asymmetry"; }
 
-/// One parameter of the form: which it is, what it may be, whether it is fitted.
+/// One parameter of the form: identity, bounds, whether it is fitted.
 struct Slot {
   EffectParameter parameter;
-  bool curved = false;  ///< of an effect with a shape, in which nothing is linear as a whole
+  bool curved = false;  ///< of an effect with a shape, in which the torque is not linear
   double lower = 0;
   double upper = 0;
   double initial = 0;
@@ -61,7 +61,7 @@ class Model {
           slot.fixed_because = slot.parameter == terms::kConstantAsymmetry
                                    ? "given as zero: in a map it is the same as a torque offset"
                                    : "given, not fitted";
-        // A map has too few slow speeds to tell a tail from an exponent.
+        // A map has too few slow speeds to distinguish a tail from an exponent.
         if (slot.parameter == terms::kStribeckTail) slot.fixed_because = "given, not fitted";
         slots_.push_back(std::move(slot));
       }
@@ -80,8 +80,8 @@ class Model {
       if (slots_[i].parameter == parameter) return i;
     return std::nullopt;
   }
-  /// Friction at rest is not below that of sliding, and a peak that ends before the slowest speed of the map
-  /// is none that it shows: there is no Stribeck effect then, and both levels are one. Whether that was so.
+  /// Friction at rest is not below sliding friction, and a peak that ends before the slowest speed of the map
+  /// is invisible: then there is no Stribeck effect, and both levels are equal. Returns whether that was so.
   bool level_off(std::vector<double>& values, double slowest_rad_per_s) const {
     if (!coulomb_ || !static_ || !slots_[*static_].fixed_because.empty()) return false;
     const double share = model::effects::Stribeck::shape(slowest_rad_per_s, values[*velocity_],
@@ -136,7 +136,7 @@ class Fitter {
       largest_Nm_ = std::max(largest_Nm_, std::abs(p.torque_Nm));
     }
     every_point_ = used_;
-    // What double precision leaves of a torque; also where a map is exact.
+    // Double precision of a torque; also for an exact map.
     least_variance_ = std::max(largest_Nm_ * largest_Nm_ * 1e-18, 1e-40);
   }
 
@@ -216,7 +216,7 @@ class Fitter {
           slot.fixed_because = "only one direction was measured";
         }
     for (const Slot& slot : slots) base_.push_back(std::clamp(slot.initial, slot.lower, slot.upper));
-    // A parameter that changes no point, wherever the others are, belongs to another experiment.
+    // A parameter that affects no point, whatever the others are, needs another experiment.
     for (std::size_t i = 0; i < slots.size(); ++i) {
       if (!slots[i].fixed_because.empty()) continue;
       std::vector<double> moved = base_;
@@ -239,7 +239,7 @@ class Fitter {
     std::set<long> magnitudes;
     for (const Point& p : used_) magnitudes.insert(std::lround(std::log(std::abs(p.v)) / 0.005));
     const std::size_t speeds = speeds_of(map_).size();
-    std::size_t even = 0;  // parameters that only different magnitudes can tell apart
+    std::size_t even = 0;  // parameters that only different speeds can separate
     for (const std::size_t k : free_) even += is_even(model_.slots()[k].parameter.effect) ? 1 : 0;
     const bool enough = speeds > free_.size() && magnitudes.size() >= even;
     if (enough) return true;
@@ -255,7 +255,7 @@ class Fitter {
   }
 
   std::vector<Eigen::VectorXd> make_starts() {
-    // A Stribeck velocity somewhere in the map, levels from its two ends, and nothing else.
+    // Initial values: a Stribeck velocity within the map, levels from its two ends, and nothing else.
     double low = 0;
     double high = 0;
     double top = 0;
@@ -290,8 +290,8 @@ class Fitter {
     return starts;
   }
 
-  /// The scatter at which `size` of the residuals [N·m], divided by their sigma, is 1; 0 when it is less
-  /// than that without any.
+  /// The scatter at which `size` of the residuals [N·m], divided by their sigma, is 1; 0 if it is less than
+  /// that without any.
   template <class Size>
   double scatter_for(const Eigen::VectorXd& residuals_Nm, const Size& size) const {
     const auto excess = [&](double scatter) {
@@ -336,7 +336,7 @@ class Fitter {
     again.push_back(solution.parameters);
     solution = minimise(problem(used_, 1.5), again);
 
-    // Both that the median of few residuals is uncertain and that the worst of many is looked at.
+    // Accounts for the uncertain median of few residuals and for the maximum of many.
     const double limit = student_quantile(1 - 0.005 / n, std::max(3.0, degrees_of_freedom()));
     std::vector<Point> kept;
     std::vector<std::size_t> left_out;
@@ -363,7 +363,7 @@ class Fitter {
     used_ = std::move(kept);
   }
 
-  /// Instead of those found, of which only what they say of the law stays.
+  /// Replaces the outliers found; only the verdicts about the law stay.
   void leave_out_the_given() {
     scatter_ = 0;
     fit_.outliers = *options_.left_out;
@@ -372,7 +372,7 @@ class Fitter {
       if (std::ranges::find(fit_.outliers, i) == fit_.outliers.end()) used_.push_back(every_point_[i]);
   }
 
-  /// Three neighbouring speeds off to the same side are no chance; where they are, or empty.
+  /// Three neighbouring speeds that deviate to the same side are not chance; returns where, or empty.
   std::string misfit(const Eigen::VectorXd& residuals, double limit) const {
     std::vector<std::size_t> order(used_.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -444,7 +444,7 @@ class Fitter {
     }
   }
 
-  /// Of the torques in standard deviations: a term that may be larger than the whole map is not determined.
+  /// Of the torques in standard deviations: a term that may exceed the whole map is undetermined.
   double measured_size() const {
     double square = 0;
     for (const Point& p : used_) square += p.tau * p.tau / (sigma(p) * sigma(p));
@@ -465,7 +465,7 @@ class Fitter {
     const auto rise = [&](double value) {
       LeastSquaresProblem pinned = whole;
       pinned.lower[column] = pinned.upper[column] = value;
-      // From the last point, moving the others as the covariance says.
+      // From the last point, moving the others according to the covariance.
       const LeastSquaresSolution found =
           minimise_without(pinned, column, near + (value - near[column]) * along);
       near = found.parameters;
@@ -487,7 +487,7 @@ class Fitter {
     }
     return 0.5 * (inside + outside);
   }
-  /// `pinned` with the parameter of `column` taken out of the search.
+  /// `pinned` with the parameter of `column` removed from the search.
   static LeastSquaresSolution minimise_without(const LeastSquaresProblem& pinned, Eigen::Index column,
                                                const Eigen::VectorXd& from) {
     const Eigen::Index rest = from.size() - 1;
@@ -559,12 +559,13 @@ class Fitter {
         found->not_identifiable =
             "this map allows anything from " + four_digits(found->lower) + " to " + four_digits(found->upper);
   }
-  /// Whether the level at rest differs from that of sliding by more than chance, whatever the shape between
-  /// them: the sum of squares without it, against what three free parameters gain by chance in 1 of 20 maps.
+  /// Whether the level at rest differs significantly from that of sliding, whatever the shape between them:
+  /// the sum of squares without the difference, compared with the gain of three free parameters by chance in
+  /// 1 of 20 maps.
   bool stribeck_matters() {
     if (estimate(terms::kStribeck) == nullptr) return true;
     const LeastSquaresProblem whole = problem(used_, 0);
-    // Coulomb level for both, by evaluating with static = coulomb.
+    // Coulomb level for both, through static = coulomb.
     const std::size_t c = *model_.index(terms::kCoulomb);
     const std::size_t s = *model_.index(terms::kStribeck);
     const double coulomb_Nm = all_values(solution_.parameters)[c];
@@ -619,7 +620,7 @@ class Fitter {
   double fastest_ = 0;
   std::vector<Eigen::VectorXd> starts_;
   LeastSquaresSolution solution_;
-  LeastSquaresSolution better_;  // the best any profile came by
+  LeastSquaresSolution better_;  // the best of any profile
 };
 
 }  // namespace
@@ -652,7 +653,7 @@ std::optional<StaticForm> form_of_law(const model::friction::LawDescription& law
     return std::ranges::find(law.parameters, name, &model::friction::ParameterDescription::name) !=
            law.parameters.end();
   };
-  if (has("static_excess_Nm")) return {};  // Armstrong's peak has a shape of its own
+  if (has("static_excess_Nm")) return {};  // Armstrong's peak has its own shape
   StaticForm form;
   if (has("coulomb_Nm")) form.add("coulomb");
   if (has("viscous_Nm_s_per_rad")) form.add("viscous");

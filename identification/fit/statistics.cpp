@@ -22,7 +22,7 @@ const Estimate& estimate_of(std::span<const Estimate> estimates, std::string_vie
 }
 
 double normal_quantile(double p) {
-  // Bisection on the distribution itself: not in any inner loop.
+  // Bisection on the distribution itself: not used in inner loops.
   double below = -40;
   double above = 40;
   while (above - below > 1e-10) {
@@ -93,7 +93,7 @@ namespace {
 
 using SquareSvd = Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::NoQRPreconditioner>;
 
-/// Singular values and V of a matrix, by way of R of its QR decomposition, which has the same.
+/// Singular values and V of a matrix, from R of its QR decomposition, which has the same.
 SquareSvd svd_of(const Eigen::MatrixXd& matrix) {
   const Eigen::MatrixXd qr = Eigen::HouseholderQR<Eigen::MatrixXd>(matrix).matrixQR();
   const Eigen::Index rows = std::min(matrix.rows(), matrix.cols());

@@ -17,18 +17,17 @@
 namespace identification::gap {
 namespace {
 
-/// Of the squared misfit between command and measured torque; less is not worth a name.
+/// Minimum share of the squared misfit between command and measured torque for an effect to be named.
 constexpr double kLeastGain = 0.1;
-/// A row may hold the torque from before its command: up to so many sample periods are no delay.
+/// A row may hold the torque from before its command: up to this many sample periods are not a delay.
 constexpr double kLeastPeriods = 1.5;
-/// Pieces of this length, this many at most: the actuator is the same everywhere.
+/// Pieces of this length, at most this many: the actuator is the same everywhere.
 constexpr double kPiece_s = 1.0;
 constexpr std::size_t kMostPieces = 80;
-/// What a piece's delay line and lag do not know yet.
+/// Time after which a piece's delay line and lag have settled.
 constexpr double kSettle_s = 0.1;
 
-/// The hypothesis of one simple actuator: what was commanded, through the effects, through a lag, plus a
-/// constant.
+/// Hypothesis of one simple actuator: the command through the effects, through a lag, plus a constant.
 struct Actuator {
   double threshold_Nm = 0;
   double delay_s = 0;
@@ -66,7 +65,7 @@ std::size_t settled(const Signals& piece) {
   return std::min(piece.raw_command_Nm.size() / 4, static_cast<std::size_t>(kSettle_s / piece.raw_period_s));
 }
 
-/// Sum of squared misfit of each piece, once it has settled.
+/// Sum of squared misfit of each piece, after it has settled.
 std::vector<double> misfit(const std::vector<Signals>& pieces, const model::effects::DriveModel& base,
                            const Actuator& actuator) {
   std::vector<double> squares;
@@ -82,7 +81,7 @@ std::vector<double> misfit(const std::vector<Signals>& pieces, const model::effe
   return squares;
 }
 
-/// Stretches of the recordings in which the command does something, evenly spread.
+/// Stretches of the recordings in which the command changes, evenly spread.
 std::vector<Signals> pieces_of(std::span<const Signals> signals) {
   struct Place {
     const Signals* signals;
@@ -116,7 +115,7 @@ double sum(const std::vector<double>& values) {
   return total;
 }
 
-/// The value with the least misfit: a grid, then golden section around its best point.
+/// The value with the least misfit: a grid, then golden-section search around its best point.
 double least(const std::vector<double>& grid, const std::function<double(double)>& cost) {
   std::size_t best = 0;
   double lowest = cost(grid[0]);
@@ -160,7 +159,7 @@ fit::Estimate estimate(const char* name, double value, double half_width) {
   return {.name = name, .value = value, .lower = value - half_width, .upper = value + half_width};
 }
 
-/// Half the 95 % interval, from groups of pieces that are fitted each alone.
+/// Half the 95 % interval, from groups of pieces that are fitted separately.
 double half_width(const std::vector<Signals>& pieces,
                   const std::function<double(const std::vector<Signals>&)>& fit) {
   constexpr std::size_t kGroups = 6;
@@ -221,7 +220,7 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
   }
 
   const bool has_deadband = base.find<model::effects::TorqueDeadband>() != nullptr;
-  // Nor where a few rows are longer than any delay that is looked for.
+  // Also not if a few rows are longer than any delay in the search range.
   const bool has_delay = base.find<model::effects::TransportDelay>() != nullptr ||
                          kLeastPeriods * period_s >= model::effects::DelayLine::kLongest_s;
   for (int round = 0; round < 3; ++round) {
@@ -296,8 +295,8 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
       found.parameters = {
           estimate("threshold_Nm", chosen.threshold_Nm, std::max(half, 0.002 * chosen.threshold_Nm))};
     } else if (best->name == std::string_view("transport_delay")) {
-      // A row's measured torque answers the row before; a recorder that keeps both of one instant makes it a
-      // period more, which the interval has room for.
+      // A row's measured torque answers the previous row; with a recorder that stores both at one instant it
+      // appears a period later, which the interval covers.
       const double delay_s = chosen.delay_s - period_s;
       found.effect = model::effects::make_effect("transport_delay", {{"delay_s", delay_s}});
       found.where = {.coordinate = "frequency_Hz", .from = 0, .to = 0.5 / period_s};

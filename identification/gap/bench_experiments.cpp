@@ -21,17 +21,16 @@ using experiments::JointExperiment;
 using experiments::Parameter;
 using Settings = std::vector<std::pair<std::string, std::string>>;
 
-/// Of the Coulomb torque: does not break away, even where the model is a little too strong.
+/// Share of the Coulomb torque that does not break away, even if the model is slightly too strong.
 constexpr double kHolds = 0.7;
-/// Of the torque limit, for a model that has no Coulomb friction.
+/// Share of the torque limit, for a model without Coulomb friction.
 constexpr double kUsualCoulomb = 0.1;
-/// Of the speed that youbot-bench stops at: what leaves room for an overshoot. It allows 30 rad/s and no
-/// more.
+/// Share of youbot-bench's speed limit that leaves room for overshoot. It allows at most 30 rad/s.
 constexpr double kUsualTop_rad_per_s = 10;
 constexpr double kMostTop_rad_per_s = 25;
 constexpr double kAbove = 1.2;
 
-/// youbot-bench's own.
+/// youbot-bench's defaults.
 BenchStops usual_stops(std::string_view experiment) {
   if (experiment == "dahl" || experiment == "presliding") return {2, 0.5};
   if (experiment == "torque-ramp") return {5, 3};
@@ -39,7 +38,7 @@ BenchStops usual_stops(std::string_view experiment) {
   return {.speed_rad_per_s = 12};
 }
 
-/// Two digits, downwards: what a person would type.
+/// Two digits, rounded down, as typed by a person.
 double round_down(double value) {
   if (!(value > 0)) return 0;
   const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
@@ -54,7 +53,7 @@ std::string text_of(const Value& value) {
     return experiments::number_text(static_cast<double>(value));
 }
 
-/// Those values of a configuration that are not its defaults.
+/// The values of a configuration that differ from its defaults.
 template <class Config>
 Settings settings_of(Config config) {
   Settings defaults;
@@ -121,7 +120,7 @@ class Bench {
                                                                .period_s = share < 1 ? 2.0 : 4.0},
                                   {});
     }
-    // The recording of a map of friction is coarse unless one asks for more.
+    // The recording of a friction map is coarse unless more is requested.
     for (const char* const sets : {"1,7", "4,8", "6,9"}) {
       const experiments::SteadyStateConfig config{.settle_s = 2, .measure_s = 3, .extra_s = 0, .sets = sets};
       if (std::ranges::all_of(experiments::velocities_rad_per_s(sets),
@@ -144,7 +143,7 @@ class Bench {
       add<experiments::TorqueWave>(
           "multisine", experiments::MultisineConfig{.peak_Nm = peak, .lowest_Hz = 1, .highest_Hz = 25}, {});
     }
-    // Five minutes, for what changes with time.
+    // Five minutes, for slow changes.
     add<experiments::TorqueWave>("multisine", experiments::MultisineConfig{.peak_Nm = torque_, .periods = 30},
                                  {});
     add<experiments::TorqueRamp>("torque-ramp",
@@ -163,7 +162,7 @@ class Bench {
     add<experiments::Dahl>("dahl", experiments::DahlConfig{.amplitude_Nm = peak, .frequency_Hz = 0.5}, {});
   }
 
-  /// A torque ramp ends when it slides; how fine its first step is seen does not matter here.
+  /// A torque ramp ends when it slides; the resolution of its first step does not matter here.
   static constexpr double kEncoderStep_rad = 6e-5;
 
   double speed_;

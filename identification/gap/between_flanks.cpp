@@ -7,7 +7,7 @@
 namespace identification::gap {
 namespace {
 
-/// An impact is short beside all that the data show: that many steps do.
+/// An impact is short compared with all that the data resolve: this many steps are enough.
 constexpr double kStepsPerRadianOfImpact = 4;
 
 }  // namespace
@@ -90,7 +90,7 @@ BetweenFlanks::Impulse BetweenFlanks::bounce(const Push& push, const Levels& lev
   return given;
 }
 
-/// Gives both one velocity once they press more than they bounce.
+/// Gives both one velocity once the contact force exceeds the rebound.
 BetweenFlanks::Impulse BetweenFlanks::settle(double pressed_rad, const Push& push, const Levels& level,
                                              double time_s) {
   const double closing = motor_rad_per_s_ - load_rad_per_s_;

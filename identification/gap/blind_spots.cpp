@@ -7,13 +7,13 @@
 namespace identification::gap {
 namespace {
 
-/// Of the fastest speed: what is slower than this is where friction falls or rises when it begins to slide.
+/// Relative to the fastest speed: below it friction falls or rises when sliding begins.
 constexpr double kSlow = 0.1;
 constexpr double kLeastShare = 0.02;
 constexpr double kLeastAngle_rad = 1;
 constexpr double kLeastRunning_s = 15;
 constexpr std::size_t kLeastReversals = 4;
-/// Change from sample to sample over the torque itself, rms: of a sine with twelve samples a period.
+/// Change between samples over the torque itself, rms: that of a sine with twelve samples per period.
 constexpr double kMostChange = 0.5;
 
 struct Coverage {
@@ -26,11 +26,11 @@ struct Coverage {
   double longest_s = 0;
   bool torque_commanded = false;
   bool speed_commanded = false;
-  double change = 0;  ///< largest of all recordings
+  double change = 0;  ///< maximum over all recordings
 };
 
-/// How much the commanded torque, which has less noise than a measured one, changes from one sample to the
-/// next, over its own rms.
+/// Change of the commanded torque, which has less noise than a measured one, between samples, relative to its
+/// own rms.
 double change_of(const Signals& s) {
   const std::vector<double>& torque = s.raw_command_Nm;
   double square = 0;
@@ -67,15 +67,15 @@ Coverage coverage_of(std::span<const Signals> signals) {
   return c;
 }
 
-/// Share of the Coulomb torque that an effect often is.
+/// Typical size of an effect, relative to the Coulomb torque.
 constexpr double kOften = 0.3;
 constexpr double kUsualCoulomb_Nm = 0.05;
-/// Of the encoder, which a joint gives at a reversal.
+/// In encoder steps: displacement of a joint at a reversal.
 constexpr double kSteps = 20;
 constexpr double kFalls_rad_per_s = 0.3;
 constexpr double kWarm_s = 20;
 constexpr double kSpring_Hz = 20;
-/// Share of the inertia that the spring carries.
+/// Share of the inertia behind the spring.
 constexpr double kLoad = 0.2;
 
 }  // namespace

@@ -45,7 +45,7 @@ std::vector<double> geometric(double from, double to, int count) {
 }
 
 FittedModel plus(const FittedModel& fitted, std::string_view effect, std::vector<NamedValue> values) {
-  // A fit may end a hair outside of what an effect allows.
+  // A fit may end marginally outside the bounds of an effect.
   for (NamedValue& value : values)
     for (const auto& parameter : model::effects::effect_description(effect).parameters)
       if (parameter.name == value.name)
@@ -68,8 +68,8 @@ double coulomb_Nm(const FittedModel& fitted) {
 }
 
 struct Reach {
-  double slowest, fastest;  // |v| of the rows, nearly: 1 % and 99 % points
-  double position_span;     // most that one recording covers
+  double slowest, fastest;  // |v| of the rows, approximately: 1 % and 99 % quantiles
+  double position_span;     // maximum covered by one recording
   double longest_s;
   double band_rad_per_s;
 };
@@ -130,19 +130,19 @@ class Builder {
   const FittedModel& fitted_;
   const Rows& rows_;
   Reach reach_;
-  std::vector<Samples> modelled_Nm_;  // of each recording, as the model is
+  std::vector<Samples> modelled_Nm_;  // of each recording, for the present model
   std::vector<std::function<Samples(const Signals&)>> quantities_;
   std::vector<Candidate> candidates_;
 };
 
 constexpr Bounds kNotNegative{.lower = 0};
-/// For shapes that have no amplitude of their own.
+/// For shapes without their own amplitude.
 constexpr Bounds kAsItIs{.lower = 0.7, .upper = 1.3};
 /// Of inertia and friction, behind a gap or spring.
 constexpr Bounds kPossibleShare{.lower = 0.01, .upper = 0.95};
 constexpr double kTrialShare = 0.3;
 constexpr double kTrialDampingRatio = 0.05;
-/// A load rubs in its bearing; motor and gear in seals, grease and brushes as well.
+/// A load has friction in its bearing; motor and gear also in seals, grease and brushes.
 constexpr std::array kTrialFrictionRatios{0.3, 1.0};
 
 void Builder::friction() {
@@ -216,7 +216,7 @@ void Builder::direction() {
       return each(s, [&](std::size_t i) { return std::abs(s.velocity_rad_per_s[i]); });
     });
     if (offset)
-      // What was called an offset and grows with speed was an asymmetry.
+      // An offset that grows with speed was an asymmetry.
       add({"direction_asymmetry", {speed}, {Bounds{}}, [](const FittedModel& f, const Eigen::VectorXd& a) {
              FittedModel without = f;
              double constant_Nm = 0;
@@ -305,7 +305,7 @@ void Builder::mechanics() {
            return plus(given, "inertia",
                        {{"difference_kg_m2", a[0] + f.model.inertia_kg_m2 - f.given_inertia_kg_m2}});
          }});
-  // What the model says with an effect less what it says without, over `amount` of it.
+  // Prediction with an effect minus that without, per `amount` of it.
   const auto difference = [&](const AnyEffect& effect, double amount) {
     return column([this, effect, amount](const Signals& s) {
       FittedModel more = fitted_;
@@ -316,9 +316,9 @@ void Builder::mechanics() {
     });
   };
   if (const double level = coulomb_Nm(fitted_); !has<model::effects::Presliding>() && level > 0) {
-    // Straight until it breaks away, and bent over as LuGre's bristle.
+    // Straight until breakaway, and bent like LuGre's bristle.
     for (const double exponent : {0.0, 1.0})
-      // From a few samples' travel at the slowest speeds to what would be called a gap.
+      // From a few samples' travel at the slowest speeds to the size of a gap.
       for (const double bent : geometric(2e-4, 0.1, 9)) {
         if (!allowed("presliding", "stiffness_Nm_per_rad", level / bent)) continue;
         const std::vector<NamedValue> values{{"stiffness_Nm_per_rad", level / bent}, {"exponent", exponent}};
@@ -329,7 +329,7 @@ void Builder::mechanics() {
       }
   }
   if (!has<model::effects::Backlash>() && !has<model::effects::Elasticity>()) {
-    // Of a load behind it: its share is left to fit. What pulls at the load bends that a little.
+    // For a load behind it: its share is fitted. Torques on the load change that slightly.
     for (const double gap : geometric(1e-3, 0.2, 13)) {
       for (const double friction_ratio : kTrialFrictionRatios) {
         const auto with = [=](double share) {
@@ -364,7 +364,7 @@ void Builder::mechanics() {
 }
 
 void Builder::actuator() {
-  // With a measured torque these are a channel of their own.
+  // With a measured torque the actuator channel covers these.
   if (!std::ranges::all_of(rows_.signals(), &Signals::torque_is_command)) return;
   const double usual_Nm = usual_command_Nm(rows_.signals());
   double shortest_s = 1;
@@ -435,19 +435,20 @@ void Builder::custom() {
 constexpr std::size_t kRippleBins = 1 << 16;
 constexpr double kMostPeriods = 400;
 constexpr double kLeastTurns = 2;  // of the ripple
-/// Four to a ripple of the most periods, and what half of all bins then cover; the others are zero.
+/// Four per ripple of the maximum number of periods, and half of all bins must be covered; the others are
+/// zero.
 constexpr double kRippleBin_rad = kTwoPi / (4 * kMostPeriods);
 constexpr double kRippleSpan_rad = 0.5 * kRippleBins * kRippleBin_rad;
-/// Of a joint that turned further, as many stretches of that length are looked at.
+/// For a joint that turned further, this many stretches of that length are used.
 constexpr std::size_t kMostStretches = 8;
 
-/// Sums of a residual over position, by stretches.
+/// Sums of a residual over position, by stretch.
 std::vector<std::vector<double>> ripple_stretches(const Eigen::VectorXd& residual,
                                                   const Eigen::VectorXd& position_rad, double low,
                                                   double span, double bin) {
   const auto all = static_cast<std::size_t>(std::ceil(span / kRippleSpan_rad));
   const std::size_t count = std::min(all, kMostStretches);
-  std::vector<std::size_t> place(all + 1, count);  // which of those looked at; count: none
+  std::vector<std::size_t> place(all + 1, count);  // which of the used ones; count: none
   for (std::size_t i = 0; i < count; ++i) place[i * all / count] = i;
   std::vector<std::vector<double>> sums(count, std::vector<double>(kRippleBins, 0));
   for (Eigen::Index i = 0; i < residual.size(); ++i) {
@@ -460,8 +461,8 @@ std::vector<std::vector<double>> ripple_stretches(const Eigen::VectorXd& residua
   return sums;
 }
 
-/// Over many turns the phase of a ripple says more exactly how many periods it has than a spectrum of a part
-/// of them: those near `coarse` whose phase stays.
+/// Over many turns the phase of a ripple gives its number of periods more precisely than a spectrum of a part
+/// of them: among those near `coarse`, the one with constant phase.
 double finer_periods_per_rev(double coarse, const Eigen::VectorXd& residual,
                              const Eigen::VectorXd& position_rad, double low, double span) {
   constexpr double kGroupsOfStretch = 8;
@@ -471,7 +472,7 @@ double finer_periods_per_rev(double coarse, const Eigen::VectorXd& residual,
     const double at = position_rad[i] - low;
     groups[static_cast<std::size_t>(at / length)] += std::polar(residual[i], -coarse * at);
   }
-  // Four frequencies to what the whole span resolves, as far off as the coarse spectrum resolves: an eighth
+  // Four frequencies per resolution of the whole span, over the resolution of the coarse spectrum: an eighth
   // of the groups' own spectrum either way.
   std::vector<std::complex<double>> spectrum;
   const std::size_t count = groups.size();
@@ -512,7 +513,7 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
   if (!(span > 0)) return 0;
   std::vector<double> power(kRippleBins / 2, 0);
   std::vector<std::complex<double>> spectrum;
-  thread_local Eigen::FFT<double> fft;  // keeps its tables while the thread lives
+  thread_local Eigen::FFT<double> fft;  // keeps its tables for the lifetime of the thread
   const double bin = std::max(std::min(span, kRippleSpan_rad) / (0.5 * kRippleBins), kRippleBin_rad);
   for (const std::vector<double>& stretch : ripple_stretches(residual, position_rad, low, span, bin)) {
     fft.fwd(spectrum, stretch);
@@ -536,7 +537,7 @@ Eigen::MatrixXd ripple_columns(double periods_per_rev, const Eigen::VectorXd& po
                                const Eigen::VectorXd& velocity_rad_per_s, double band_Hz) {
   Eigen::MatrixXd columns(position_rad.size(), 2);
   for (Eigen::Index i = 0; i < position_rad.size(); ++i) {
-    // What the band leaves of it at this speed.
+    // Share that the band passes at this speed.
     const double over = periods_per_rev * velocity_rad_per_s[i] / (kTwoPi * band_Hz);
     const double gain = 1 / (1 + over * over * over * over);
     columns(i, 0) = gain * std::sin(periods_per_rev * position_rad[i]);

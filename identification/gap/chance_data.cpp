@@ -6,7 +6,7 @@
 namespace identification::gap {
 namespace {
 
-/// Long enough to hold what is correlated, short enough to be drawn often.
+/// Long enough to contain the correlation, short enough for many draws.
 Eigen::Index stretch_length(const Eigen::VectorXd& residual) {
   const Eigen::Index n = residual.size();
   const double power = residual.squaredNorm();
@@ -28,7 +28,7 @@ Eigen::VectorXd ChanceData::draw() {
   for (Eigen::Index at = 0; at < n; at += stretch_) {
     const Eigen::Index from = start(random_);
     const double sign = random_() % 2 == 0 ? 1 : -1;
-    // The end goes on at the beginning, or the ends would be drawn less often.
+    // The end continues at the beginning; otherwise the ends would be drawn less often.
     for (Eigen::Index i = 0; i < std::min(stretch_, n - at); ++i)
       result[at + i] = sign * residual_[(from + i) % n];
   }

@@ -10,22 +10,22 @@
 namespace identification::gap {
 namespace {
 
-/// Steps of the encoder that a gap has to be wide.
+/// Minimum width of a gap in encoder steps.
 constexpr double kLeastSteps = 2;
-/// Times the squared noise floor; below, what is left over is noise.
+/// Times the squared noise floor; below, the residual is noise.
 constexpr double kAboveNoise = 1.5;
-/// Of the squared held-out residual, what an effect has to take away,
+/// Minimum share of the squared held-out residual that an effect must remove,
 constexpr double kWorthwhileGain = 0.02;
-/// and of what of it is above the noise, one whose size may as well be zero.
+/// and of its part above the noise if the effect's size may be zero.
 constexpr double kMuch = 0.3;
 
-/// Share of its size by which an effect may differ from one half of the data to the other, unless that is no
-/// more than so many standard deviations.
+/// Share of its size by which an effect may differ between both halves of the data, unless the difference is
+/// within this many standard deviations.
 constexpr double kSameSize = 0.25;
 constexpr double kSureToDiffer = 4;
 constexpr std::size_t kConstancyBlocks = 40;
 
-/// What an effect is zero or nothing by; some have two.
+/// Parameters whose zero removes an effect; some have two.
 struct Size {
   std::string_view effect;
   std::string_view parameter;
@@ -52,7 +52,7 @@ constexpr std::array kSizes{
     Size{"torque_deadband", "threshold_Nm"},
     Size{"transport_delay", "delay_s"},
 };
-/// The value of `size` at which there is no such effect.
+/// The value of `size` at which the effect is absent.
 double none_at(const Size& size, const model::effects::DriveModel& model) {
   const auto* coulomb = model.find<model::effects::Coulomb>();
   return size.effect == "stribeck" && coulomb != nullptr ? coulomb->parameters().torque_Nm : 0;
@@ -62,7 +62,7 @@ class Confirmation {
  public:
   Confirmation(SearchResult& result, const Judged& judged) : result_(result), judged_(judged) { judge(); }
 
-  /// The reason to take the i-th addition away; empty: it stays.
+  /// The reason to remove the i-th addition; empty: it stays.
   std::string reason_against(std::size_t i, const FittedModel& without) const {
     const std::string_view effect = result_.added[i].effect;
     const double square_without = square(without);
@@ -74,8 +74,7 @@ class Confirmation {
     if (effect == "inertia" && !is_constant(i))
       return "it is not the same while driving and braking, or at small and large torques";
     if (is_another_harmonic(i)) return "";
-    // Where nothing but noise is left over, it is noise, too, what two models differ by on held-out
-    // recordings.
+    // If only noise is left, the difference between two models on held-out recordings is noise, too.
     const double noise = judged_.noise_floor_Nm * judged_.noise_floor_Nm;
     const bool judges = judged_.own_recordings && square_ > kAboveNoise * noise;
     const double share = (square_without - square_) / (square_without - noise);
@@ -88,13 +87,13 @@ class Confirmation {
     return "";
   }
 
-  /// The i-th is an elasticity or a backlash, and the data does not say how much of it.
+  /// The i-th addition is an elasticity or a backlash of undetermined size.
   bool is_either(std::size_t i) const {
     const std::string_view effect = result_.added[i].effect;
     return (effect == "elasticity" || effect == "backlash") && may_be_none(i);
   }
 
-  /// Of the result as it is now.
+  /// For the present result.
   void judge() {
     square_ = square(result_.fitted);
     free_ = free_parameters(result_.fitted, judged_.rows);
@@ -102,7 +101,7 @@ class Confirmation {
   }
 
  private:
-  /// Mean square of what a model leaves of the held-out rows.
+  /// Mean square residual of the held-out rows.
   double square(const FittedModel& fitted) const {
     const Eigen::VectorXd left = judged_.rows.torque_Nm() - predicted_rows(fitted, judged_.rows);
     return left(judged_.held_out).squaredNorm() / static_cast<double>(judged_.held_out.size());
@@ -115,8 +114,8 @@ class Confirmation {
     static const fit::Estimate kUnknown;
     return kUnknown;
   }
-  /// Whether the i-th has one size for all rows: one that differs between driving and braking, or between
-  /// small and large torques, stands for something else.
+  /// Whether the i-th addition has one size for all rows: if it differs between driving and braking, or
+  /// between small and large torques, it stands for something else.
   bool is_constant(std::size_t i) const {
     const std::vector<Eigen::Index>& use = judged_.training.rows;
     FittedModel without = result_.fitted;
@@ -155,7 +154,7 @@ class Confirmation {
       return estimate.lower <= none && none <= estimate.upper;
     });
   }
-  /// Of a cogging that holds: one cause has several.
+  /// Another harmonic of a confirmed cogging: one cause has several.
   bool is_another_harmonic(std::size_t i) const {
     const auto is_cogging = [](const Added& added) { return added.effect == "cogging"; };
     return is_cogging(result_.added[i]) &&
@@ -191,7 +190,7 @@ void confirm(SearchResult& result, const Judged& judged) {
     result.fitted = std::move(*without);
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
     confirmation.judge();
-    i = result.added.size();  // what stays may have become necessary, or needless
+    i = result.added.size();  // the remaining ones may have become necessary, or unnecessary
   }
   for (std::size_t i = 0; i < result.added.size(); ++i) {
     Added& added = result.added[i];

@@ -13,18 +13,18 @@ namespace identification::gap {
 namespace {
 
 constexpr std::size_t kDeliveryBlocks = 20;
-/// Standard errors: a difference above is more than uncertainty.
+/// Standard errors: a larger difference is significant.
 constexpr double kWorse = 2;
-/// A given value is left for another one that does better by this: about what three standard deviations of a
-/// parameter make.
+/// A given value is replaced if the new one is better by this: about the effect of three standard deviations
+/// of a parameter.
 constexpr double kAsked = 1.5;
-/// Share of the square below which two models do alike, however sure the difference is.
+/// Share of the square below which two models count as equal, however significant the difference.
 constexpr double kAlike = 0.01;
-/// The same where one of them keeps what the data do not ask to change: a given value, or a presliding that
-/// shows at rest.
+/// The same if one of them keeps something that the data do not require to change: a given value, or a
+/// presliding that is visible at rest.
 constexpr double kAlikeIfGiven = 0.05;
 constexpr double kMostOfIt = 0.5;
-/// Of the squared torque residual, what a gap, a spring or a bristle leaves at most.
+/// Maximum share of the squared torque residual that a gap, a spring or a bristle may leave.
 constexpr double kLeavesAtMost = 0.8;
 
 double total(const std::vector<double>& squares) {
@@ -33,7 +33,7 @@ double total(const std::vector<double>& squares) {
   return sum;
 }
 
-/// Squares of what one model leaves of the held-out data.
+/// Squared residuals of one model on the held-out data.
 struct Score {
   std::vector<double> torque;      ///< by block
   std::vector<double> simulation;  ///< by window
@@ -47,7 +47,7 @@ class HeldOut {
   Score score(const FittedModel& fitted) const {
     return {blocks(fitted, judged_.held_out), squared_errors(fitted.model, judged_.rows, windows_)};
   }
-  /// Squares of the torque residual over `rows`, by blocks of them.
+  /// Squares of the torque residual over `rows`, in blocks.
   std::vector<double> blocks(const FittedModel& fitted, const std::vector<Eigen::Index>& rows) const {
     const Eigen::VectorXd left = (judged_.rows.torque_Nm() - predicted_rows(fitted, judged_.rows))(rows);
     std::vector<double> squares(kDeliveryBlocks, 0);
@@ -64,19 +64,19 @@ class HeldOut {
 bool is_worse(const std::vector<double>& than, const std::vector<double>& candidate, double alike) {
   return total(candidate) > (1 + alike) * total(than) && decisiveness(candidate, than) > kWorse;
 }
-/// Takes little of the torque away that is left over; or not most of it, and simulates no better.
+/// Removes little of the remaining torque residual; or not most of it, and simulates no better.
 bool is_doubtful(const Score& than, const Score& candidate) {
   const bool simulates_better = total(candidate.simulation) < total(than.simulation);
   return total(candidate.torque) > (simulates_better ? kLeavesAtMost : kMostOfIt) * total(than.torque);
 }
-/// What is worse about a candidate; empty: nothing.
+/// What is worse with a candidate; empty: nothing.
 std::string worse_at(const Score& than, const Score& candidate, double alike = kAlike) {
   if (is_worse(than.torque, candidate.torque, alike)) return "predicts the torque of the held-out data worse";
   if (is_worse(than.simulation, candidate.simulation, alike)) return "simulates the held-out data worse";
   return "";
 }
 
-/// Which effect of the given model the delivered one has at `effect`; the added ones come after those.
+/// Index in the given model of the delivered effect `effect`; the added ones come after those.
 class GivenPlaces {
  public:
   GivenPlaces(const model::effects::DriveModel& given, const model::effects::DriveModel& final) {
@@ -98,8 +98,7 @@ bool is_same(const FreeParameter& a, const FreeParameter& b) {
   return a.kind == b.kind && a.effect == b.effect && a.name == b.name;
 }
 
-/// The given value of a parameter; none for what the search added and for the torque's way into the
-/// recording.
+/// The given value of a parameter; empty for additions and for the recording of the torque.
 std::optional<double> given_value(const FreeParameter& p, const FittedModel& given,
                                   const GivenPlaces& places) {
   if (p.kind == FreeParameter::Kind::kInertia) return given.model.inertia_kg_m2;
@@ -109,7 +108,7 @@ std::optional<double> given_value(const FreeParameter& p, const FittedModel& giv
   return model::effects::parameter_of(given.model.effects[*place], p.name);
 }
 
-/// Free are all but these.
+/// All parameters except these are free.
 std::function<bool(const FreeParameter&)> all_but(const std::vector<FreeParameter>& fixed) {
   return [&fixed](const FreeParameter& p) {
     return std::ranges::none_of(fixed, [&](const FreeParameter& f) { return is_same(f, p); });
@@ -124,7 +123,7 @@ FittedModel with_given(const FittedModel& fitted, const std::vector<FreeParamete
   return refined(start, judged.rows, judged.training.rows, all_but(fixed));
 }
 
-/// Share of a squared residual that an effect takes away, and how sure that is.
+/// Share of a squared residual that an effect removes, and its significance.
 struct Gain {
   double share;
   double decisiveness;
@@ -133,9 +132,9 @@ Gain gain_of(const std::vector<double>& bare, const std::vector<double>& left) {
   return {total(bare) > 0 ? 1 - total(left) / total(bare) : 0, decisiveness(bare, left)};
 }
 
-/// Drops effects that do not reduce the residual of held-out recordings or, where these cannot decide (as
-/// fast ones cannot about a Stribeck curve), that of the stretches left out in turn. Each effect that stays
-/// keeps the model without it.
+/// Drops effects that do not reduce the residual of held-out recordings or, if these cannot decide (as fast
+/// ones cannot for a Stribeck curve), that of the stretches left out in turn. Each remaining effect stores
+/// the model without it.
 void drop_useless(SearchResult& result, const std::vector<FreeParameter>& fixed, const HeldOut& held_out,
                   const Judged& judged) {
   for (std::size_t i = result.added.size(); i-- > 0;) {
@@ -159,7 +158,7 @@ void drop_useless(SearchResult& result, const std::vector<FreeParameter>& fixed,
                                "takes away nothing of the residual that it was not fitted to"});
     result.fitted = std::move(*without);
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
-    i = result.added.size();  // what stays takes away something else now
+    i = result.added.size();  // the remaining ones now remove something else
   }
 }
 
@@ -183,7 +182,8 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     if (!reason.empty()) reason = "with it the model " + reason;
     if (reason.empty() && gives(result.added[i].effect) && is_doubtful(bare, score))
       reason = "with it most of the gap stays, or the held-out data are simulated no better";
-    // A threshold decides what the motion is compared with: only the motion itself can confirm it.
+    // A threshold determines the torque that the motion is compared with: only the motion itself can confirm
+    // it.
     if (reason.empty() && result.added[i].effect == "torque_deadband" && !bare.simulation.empty() &&
         total(score.simulation) >= total(bare.simulation))
       reason = "with it the held-out data are simulated no better from their commands";
@@ -204,7 +204,7 @@ std::vector<std::string> deliver(SearchResult& result, const FittedModel& given,
     return {"The given model's own parameters keep their values: refitted, the model " + worse + "."};
   }
 
-  // Those that moved least in proportion first.
+  // Those with the smallest relative change first.
   std::ranges::sort(own, {}, [&](const FreeParameter& p) {
     return std::abs(p.value - *given_value(p, given, places)) / p.scale;
   });

@@ -11,7 +11,7 @@
 namespace identification::gap {
 namespace {
 
-/// Cuts in rows of a recording, as those of its remaining rows.
+/// Converts cuts in rows of a recording to its remaining rows.
 std::set<std::size_t> among(const std::vector<std::size_t>& rows, const std::set<std::size_t>& cuts) {
   std::set<std::size_t> result;
   for (const std::size_t cut : cuts) {

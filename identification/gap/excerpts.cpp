@@ -13,18 +13,18 @@
 namespace identification::gap {
 namespace {
 
-/// Long enough that the filters' ends, and what is not known of an excerpt's begin, do not count.
+/// Long enough that the filters' ends, and the unknown initial state of an excerpt, are negligible.
 constexpr double kExcerpt_s = 4;
 constexpr double kExcerptPeriods = 100;  // of the band's edge
 /// Samples of the widest band.
 constexpr double kKept_s = 2e-3;
-/// How often motion and torque are looked at, and over how long the velocity is taken.
+/// Interval at which motion and torque are sampled, and over which the velocity is computed.
 constexpr double kLook_s = 0.02;
 constexpr double kVelocity_s = 0.05;
 constexpr std::size_t kPositions = 48;
 constexpr std::size_t kShares = 16;
 
-/// Steps from excerpt to excerpt that repeat nothing: the fraction of the golden ratio.
+/// Step between excerpts that avoids repetition: the fraction of the golden ratio.
 constexpr double kGolden = 0.6180339887498949;
 
 double mean_step_of(const Source& source) {
@@ -43,7 +43,7 @@ std::vector<Excerpt> divided_evenly(std::span<const Source> sources, double leng
   return result;
 }
 
-/// What an excerpt looks like now and then.
+/// A sample of an excerpt.
 struct Look {
   std::size_t excerpt;
   float position_rad;
@@ -75,7 +75,7 @@ std::vector<Look> looks_at(std::span<const Source> sources, std::span<const Exce
   return looks;
 }
 
-/// Cells of the share of values below each, narrower towards both ends: each is e^(1/2) times as far out as
+/// Cells by the share of values below each, narrower towards both ends: each is e^(1/2) times as far out as
 /// the next.
 std::vector<std::size_t> shares(const std::vector<Look>& looks, float Look::*quantity) {
   std::vector<std::size_t> order(looks.size());
@@ -93,7 +93,7 @@ std::vector<std::size_t> shares(const std::vector<Look>& looks, float Look::*qua
   return cells;
 }
 
-/// How many cells each excerpt visits alone, and of the others its share of the visits.
+/// Number of cells that only this excerpt visits, plus its share of the visits to the others.
 std::vector<double> rarity(const std::vector<Look>& looks, std::size_t excerpts) {
   std::vector<double> result(excerpts, 0);
   if (looks.empty()) return result;
@@ -131,7 +131,7 @@ Source part_of(const Source& source, const Excerpt& excerpt) {
   return part;
 }
 
-/// Whether some of its rows, however few, are there to judge with.
+/// Whether some of its rows, however few, are held out.
 bool judges_anywhere(const Excerpt& excerpt, std::size_t rows, const Judges& judges) {
   constexpr std::size_t kPlaces = 32;
   for (std::size_t k = 0; k <= kPlaces; ++k) {
@@ -164,7 +164,7 @@ std::vector<Excerpt> chosen_excerpts(std::span<const Source> sources, const Band
 
   const std::vector<Excerpt> all =
       divided_evenly(sources, std::max(kExcerpt_s, kExcerptPeriods / band.cutoff_Hz));
-  std::array<std::vector<std::size_t>, 2> kinds;  // to search in and to judge with
+  std::array<std::vector<std::size_t>, 2> kinds;  // for the search and for the judgement
   for (std::size_t i = 0; i < all.size(); ++i)
     kinds[judges_anywhere(all[i], wholes[all[i].source].to, judges) ? 1 : 0].push_back(i);
   const std::vector<double> rare = rarity(looks_at(sources, all), all.size());

@@ -12,7 +12,7 @@ constexpr double kFirstStep = 1.25;
 constexpr double kLastStep = 1.02;
 constexpr int kMostTours = 20;
 
-/// Of the gap that a linear look at it prefers.
+/// Factors on the gap that the linear estimate prefers.
 constexpr std::array kStartsWider{0.8, 0.9, 1.0, 1.12, 1.25, 1.4, 1.6, 1.8, 2.0};
 constexpr std::array kStartShares{0.3, 0.45};
 constexpr std::array kStartFrictionRatios{0.7, 1.3};
@@ -22,13 +22,13 @@ using Direction = std::span<const model::effects::NamedValue>;  // a parameter a
 
 constexpr std::array kWider{model::effects::NamedValue{"gap_rad", 1}};
 constexpr std::array kRubsMore{model::effects::NamedValue{"friction_ratio", 1}};
-/// The load's friction stays.
+/// The load's friction is unchanged.
 constexpr std::array kHeavier{model::effects::NamedValue{"load_share", 1},
                               model::effects::NamedValue{"friction_ratio", -1}};
 constexpr std::array kBouncesLess{model::effects::NamedValue{"impact_loss_s_per_rad", 2}};
 constexpr std::array<Direction, 4> kDirections{kWider, kHeavier, kRubsMore, kBouncesLess};
 
-/// `fitted` with each parameter of its gap that `change` knows.
+/// `fitted` with each parameter of its gap changed by `change`.
 template <class Change>
 FittedModel with_gap(const FittedModel& fitted, const Rows& rows, const Change& change) {
   FittedModel result = fitted;
@@ -53,7 +53,7 @@ double square_of(const FittedModel& fitted, const Rows& rows, const std::vector<
   return (rows.torque_Nm() - predicted_rows(fitted, rows))(use).squaredNorm();
 }
 
-/// The best of a coarse grid, of predictions only.
+/// The best of a coarse grid, by predictions only.
 FittedModel best_start(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use) {
   FittedModel best = fitted;
   double least = square_of(best, rows, use);

@@ -16,23 +16,22 @@ namespace {
 
 using model::effects::AnyEffect;
 
-/// Groups whose residuals count as independent of each other's: stretches of time, and ranges of speed or
-/// acceleration.
+/// Groups whose residuals count as independent: stretches of time, and ranges of speed or acceleration.
 constexpr std::size_t kTimeGroups = 40;
 constexpr std::size_t kMotionGroups = 20;
 /// A parameter whose whole plausible range changes the prediction by less than this share of the residual is
-/// not seen.
+/// invisible.
 constexpr double kUnseen = 1e-6;
-/// Of a parameter's scale, to differentiate by.
+/// Step for differentiation, relative to a parameter's scale.
 constexpr double kWidestStep = 0.03;
 constexpr int kMostNarrowings = 4;
-/// Difference of the slopes to both sides, of their sum, that is straight enough.
+/// Difference between the slopes on both sides, relative to their sum, that counts as straight.
 constexpr double kStraight = 0.3;
 constexpr int kMostRounds = 20;
-/// An exponent of zero moves as far as others.
+/// Scale for an exponent of zero.
 constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
-/// The band does not resolve impacts, so the stiffness of flanks cannot be fitted. How far they give looks
+/// The band does not resolve impacts, so the stiffness of flanks cannot be fitted. Their compliance looks
 /// like a wider gap: their frequency may be half or twice as high.
 constexpr std::string_view kFlank = "flank_Hz";
 constexpr double kFlankMayBe = 2;
@@ -46,20 +45,20 @@ AnyEffect changed(const AnyEffect& effect, std::string_view name, double value) 
   return model::effects::make_effect(described.name, values);
 }
 
-/// Whether a fit was stopped by a bound that is no natural one, as zero is.
+/// Whether a bound stopped the fit that is not natural, as zero is.
 bool at_the_end(const FreeParameter& p) {
   if (p.kind != FreeParameter::Kind::kEffect) return false;
   return (p.lower > 0 && p.value <= (1 + kAtBound) * p.lower) ||
          (p.upper > 0 && p.value >= (1 - kAtBound) * p.upper);
 }
 
-/// A sensor that lags reports less of what rises: what was there is reported + lag·rate, which is exact for a
+/// A sensor that lags reports less of a rising torque: true = reported + lag·rate, which is exact for a
 /// first-order lag; + smoothing·bend, which is half the square of a pure delay, a 24th of that of a mean's
 /// length.
 Eigen::VectorXd lag_column(const Rows& rows) { return -rows.torque_rate_Nm_per_s(); }
 Eigen::VectorXd smoothing_column(const Rows& rows) { return -rows.torque_bend_Nm_per_s2(); }
 
-/// Of each recording; none where the model has no gap to bounce in.
+/// Per recording; empty if the model has no gap.
 std::vector<LoadSide> bouncing_loads(const FittedModel& fitted, const Rows& rows) {
   std::vector<LoadSide> loads;
   if (fitted.model.find<model::effects::Backlash>() == nullptr ||
@@ -69,7 +68,7 @@ std::vector<LoadSide> bouncing_loads(const FittedModel& fitted, const Rows& rows
   return loads;
 }
 
-/// As predicted_rows(), with these loads where there are any.
+/// As predicted_rows(), with these loads if there are any.
 Eigen::VectorXd rows_with(const std::vector<LoadSide>& loads, const FittedModel& fitted, const Rows& rows) {
   Eigen::VectorXd result = rows.column([&](const Signals& s) {
     const auto recording = static_cast<std::size_t>(&s - rows.signals().data());
@@ -80,10 +79,10 @@ Eigen::VectorXd rows_with(const std::vector<LoadSide>& loads, const FittedModel&
   return result;
 }
 
-/// How the prediction changes with one parameter, by differences: over a wide step, for what counts in
-/// events, such as a spring, narrower where the prediction bends within it. A load that bounces in a gap
-/// never bends less: there the wide step says what a fit can do, and no narrower one does. It goes on as it
-/// bounces when any other parameter changes.
+/// Change of the prediction with one parameter, by differences: over a wide step for parameters that act
+/// through events, such as a spring, narrower if the prediction is curved within it. A bouncing load in a gap
+/// is always curved: there the wide step shows what a fit can achieve, and no narrower one does. Its bouncing
+/// is kept when any other parameter changes.
 Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreeParameter& p,
                       const Eigen::VectorXd& here, const std::vector<LoadSide>& loads) {
   const bool bounces = !loads.empty() && p.kind == FreeParameter::Kind::kEffect &&
@@ -112,7 +111,7 @@ Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreePar
   return straightest;
 }
 
-/// Groups of rows, equally many in each, by what they are ordered by.
+/// Groups of rows of equal size, sorted by `order`.
 std::vector<std::size_t> groups_by(const Eigen::VectorXd& order, std::size_t groups) {
   const auto rows = static_cast<std::size_t>(order.size());
   std::vector<Eigen::Index> sorted(rows);
@@ -168,10 +167,10 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
       if (parameter.name == kFlank) continue;
       const double value = model::effects::parameter_of(effect, parameter.name);
       double scale = std::max(std::abs(value), 0.1 * std::abs(parameter.initial));
-      // A ripple is out of step where the joint is far from its zero long before its periods differ by much.
+      // A ripple is out of step far from the joint's zero long before its periods differ noticeably.
       if (std::holds_alternative<model::effects::Cogging>(effect) && parameter.name == "periods_per_rev")
         scale = std::min(scale, 2 * std::numbers::pi / std::max(farthest_rad(rows.signals()), 1e-3));
-      // Each starts from zero where the given contact has none.
+      // Both start from zero if the given contact has none.
       if (const auto* contact = std::get_if<model::effects::Presliding>(&effect)) {
         if (parameter.name == "exponent") scale = std::max(value, kExponentScale);
         if (parameter.name == "damping_Nm_s_per_rad")
@@ -229,7 +228,7 @@ Eigen::MatrixXd prediction_jacobian(const FittedModel& fitted, const Rows& rows,
 FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vector<Eigen::Index>& use,
                     const std::function<bool(const FreeParameter&)>& is_free) {
   FittedModel current = fitted;
-  // Gauss-Newton with a trust region by halving: few rounds, each one Jacobian.
+  // Gauss-Newton with a trust region by halving: few rounds, one Jacobian each.
   Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(current, rows))(use);
   double cost = residual.squaredNorm();
   double damping = 1e-6;
@@ -250,7 +249,7 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
       FittedModel moved = current;
       for (std::size_t k = 0; k < parameters.size(); ++k) {
         const FreeParameter& p = parameters[k];
-        // A shape may not run away in one step.
+        // Limits the change of a shape in one step.
         const double most =
             p.kind == FreeParameter::Kind::kEffect ? std::max(std::abs(p.value), p.scale) : 1e9;
         moved = with_value(moved, p,
@@ -275,8 +274,8 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
 
 namespace {
 
-/// By how much each free parameter differs in fits with flanks of half and of twice the frequency, the larger
-/// of both. Zero without a gap.
+/// Change of each free parameter in fits with flanks of half and of twice the frequency, the larger of both.
+/// Zero without a gap.
 Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows,
                                 const std::vector<Eigen::Index>& use) {
   const std::size_t count = free_parameters(fitted, rows).size();
@@ -288,7 +287,7 @@ Eigen::VectorXd moved_by_flanks(const FittedModel& fitted, const Rows& rows,
   const auto& ranges = model::effects::effect_description("backlash").parameters;
   const auto range =
       std::ranges::find(ranges, kFlank, [](const auto& p) { return std::string_view(p.name); });
-  // Delivered parameters may keep given values: only what the flanks move counts.
+  // Delivered parameters may keep given values: only changes by the flanks count.
   const std::vector<FreeParameter> unmoved = free_parameters(refined(fitted, rows, use), rows);
   for (const double factor : {1 / kFlankMayBe, kFlankMayBe}) {
     FittedModel other = fitted;

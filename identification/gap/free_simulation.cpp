@@ -17,7 +17,7 @@ namespace {
 constexpr double kWindow_s = 1.0;
 constexpr std::size_t kMostWindows = 60;
 constexpr std::size_t kLeastOfWindow = 4;
-/// Steps of the simulation in one of the signals: as many as friction needs.
+/// Simulation steps per sample: as many as friction needs.
 constexpr int kLeastSubsteps = 20;
 
 int substeps_for(const model::effects::DriveModel& model, double period_s) {

@@ -37,25 +37,25 @@ using Indices = std::vector<Eigen::Index>;
 
 constexpr int kBlocks = 32;
 constexpr Eigen::Index kLeastRows = 160;
-/// The stretch of each recording that is set aside when nothing else is: 65 % to 85 % of its time.
+/// The stretch of each recording that is set aside by default: 65 % to 85 % of its time.
 constexpr double kSetAsideFrom = 0.65;
 constexpr double kSetAsideTo = 0.85;
-/// Explained: what is left is noise.
+/// Explained: the residual is noise.
 constexpr double kAtTheFloor = 1.2;
-/// So far above the floor nothing is noise, even if nothing predicts it.
+/// This far above the floor it is not noise, even if nothing predicts it.
 constexpr double kNoise = 2;
-/// Share of the squared residual of a burst that is worth a line.
+/// Minimum share of the squared residual for a burst to be listed.
 constexpr double kLeastBurst = 0.02;
-/// An effect has to take away this much of the noise floor to be worth a name.
+/// Minimum share of the noise floor that an effect must remove to be named.
 constexpr double kLeastOfNoise = 0.5;
-/// A model leaves less than the noise of the rows that it is fitted to, by up to this.
+/// A model leaves less than the noise in its own fitted rows, by up to this factor.
 constexpr double kFittedNoise = 1.2;
 
 double rms(const Eigen::VectorXd& residual, const Indices& use) {
   return use.empty() ? 0 : std::sqrt(residual(use).squaredNorm() / static_cast<double>(use.size()));
 }
 
-/// Of the square of `before`; below zero where it grew.
+/// Relative to the square of `before`; negative if it grew.
 double share_taken(double before, double after) { return before > 0 ? 1 - std::pow(after / before, 2) : 0; }
 
 void require_one_rig(std::span<const Source> data, std::span<const Source> held_out) {
@@ -110,7 +110,7 @@ Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const
 
 std::vector<fit::Estimate> parameters_of(const model::effects::AnyEffect* effect, const FittedModel& fitted,
                                          const Rows& rows, const std::vector<fit::Estimate>& all) {
-  // Estimates come in the order of the free parameters.
+  // Estimates are in the order of the free parameters.
   std::vector<fit::Estimate> own;
   const auto parameters = free_parameters(fitted, rows);
   for (std::size_t k = 0; k < parameters.size(); ++k) {
@@ -129,8 +129,8 @@ const model::effects::AnyEffect* find_effect(const model::effects::DriveModel& m
   return nullptr;
 }
 
-/// What is left at no place in particular, all over the band, and bursts, each with its time, after what has
-/// structure; most first. `left` is the residual of all rows, of which `part` counts.
+/// The unlocalised residual, in the whole band, and bursts, each with its time, after the structured parts;
+/// largest first. `left` is the residual of all rows, of which `part` is used.
 std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::VectorXd& left,
                                    const Rows& rows, const std::vector<bool>& part,
                                    const std::vector<bool>& burst, double gap_Nm, double floor_Nm) {
@@ -164,7 +164,8 @@ std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::
   return found;
 }
 
-/// Of the given model's effects, how many begin the final one: an offset may have become an asymmetry.
+/// Number of the given model's effects at the beginning of the final one: an offset may have become an
+/// asymmetry.
 std::size_t effects_kept(const model::effects::DriveModel& base, const model::effects::DriveModel& final) {
   const bool replaced =
       base.find<model::effects::TorqueOffset>() && !final.find<model::effects::TorqueOffset>();
@@ -176,16 +177,16 @@ FittedModel with(FittedModel fitted, const model::effects::AnyEffect& effect) {
   return fitted;
 }
 
-/// What stands for presliding at rest when it is a spring.
+/// Equivalent of a spring as presliding at rest.
 model::effects::AnyEffect spring_like(const model::effects::AnyEffect& presliding) {
   return model::effects::make_effect(
       "elasticity",
       {{"stiffness_Nm_per_rad", model::effects::parameter_of(presliding, "stiffness_Nm_per_rad")}});
 }
 
-/// Looks for the experiments that would decide what the data leave open: between names, and what they could
-/// not have shown. `rivals`: of each found effect, models with another one in its place. `actuator`: what is
-/// found beside the model, and acts in an experiment as well.
+/// Finds the experiments that would decide what the data leave open: between names, and blind spots.
+/// `rivals`: for each found effect, models with another one in its place. `actuator`: findings beside the
+/// model, which also act in an experiment.
 void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& rivals, const FittedModel& final,
                const std::vector<model::effects::AnyEffect>& actuator, std::span<const Signals> searched,
                const AtHand& at_hand) {
@@ -223,9 +224,9 @@ void plan_next(Result& result, const std::vector<std::vector<FittedModel>>& riva
   for (std::size_t i = 0; i < found.size(); ++i) *answers[i] = found[i];
 }
 
-/// The search began with another inertia than the given model's: the model keeps that, and the difference is
-/// an effect like any other. `before` and `after`: what the given model leaves of all rows, and what it does
-/// with that inertia, refitted.
+/// The search started with another inertia than the given model's: the model keeps it, and the difference
+/// becomes an effect like any other. `before` and `after`: residual of the given model on all rows, and with
+/// that inertia, refitted.
 void name_inertia(Result& result, const model::effects::DriveModel& base, const Eigen::VectorXd& before,
                   const Eigen::VectorXd& after, const Training& training, const Indices& held_out) {
   double difference = result.model.inertia_kg_m2 - base.inertia_kg_m2;
@@ -277,7 +278,7 @@ HeldOutRows held_out_rows(const Rows& rows, const Eigen::VectorXd& before, const
   return result;
 }
 
-/// Whether what is left is noise, and whether all of it is looked at: the held-out data alone decide.
+/// Whether the residual is noise, and whether all of it was examined: only the held-out data decide.
 Verdict verdict_of(const Result& result) {
   const bool structured = !result.unexplained.empty();
   if (result.effects.empty()) return structured ? Verdict::kUnexplained : Verdict::kNoGap;
@@ -288,7 +289,7 @@ Verdict verdict_of(const Result& result) {
   return ambiguous ? Verdict::kAmbiguous : Verdict::kExplained;
 }
 
-/// Where the data that were searched say something else than the held-out ones; empty where they agree.
+/// Where the searched data contradict the held-out ones; empty if they agree.
 std::string disagreement(const Result& result) {
   const auto is_noise = [&](double gap_Nm, const std::vector<Unexplained>& structured) {
     return structured.empty() && (result.effects.empty() || gap_Nm <= kAtTheFloor * result.noise_floor_Nm);
@@ -341,7 +342,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   if (sign) sources = std::move(sign->sources);
   const std::span<const Source> data = std::span(sources).first(data_count);
   const std::span<const Source> held_out = std::span(sources).subspan(data_count);
-  // What the search begins with.
+  // Initial model of the search.
   model::effects::DriveModel start = base;
   const std::optional<double> inertia = another_inertia(data, base);
   if (inertia && !base.find<model::effects::Inertia>()) start.inertia_kg_m2 = *inertia;
@@ -354,7 +355,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   const std::vector<Signals> signals = signals_of(sources, excerpts, band);
   const Rows rows(signals);
 
-  // The actuator first: what was delivered decides what the rest is compared with.
+  // The actuator first: the delivered torque determines the reference of everything else.
   const auto searched_count =
       std::ranges::count_if(signals, [&](const Signals& s) { return s.source < data_count; });
   const std::span<const Signals> searched =
@@ -366,7 +367,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   Split parts = split(rows, data.size(), held_out.empty(), burst, band);
   result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, start);
   parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
-  // Bursts have their own say below: they are not in what the gap is measured on.
+  // Bursts are listed separately below: they are excluded from the measured gap.
   Indices quiet;
   for (const Eigen::Index i : parts.held_out)
     if (!burst[static_cast<std::size_t>(i)]) quiet.push_back(i);
@@ -375,8 +376,8 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     return rows.torque_Nm() - predicted_rows(fitted, rows);
   };
   SearchResult searching = search(given, rows, parts.training, options);
-  // What the sensor reports beyond the command is noise, or torque that the command did not ask for: a model
-  // that leaves less has shown that it is torque.
+  // Sensor report beyond the command is noise, or torque that was not commanded: a model that leaves less has
+  // shown that it is torque.
   result.noise_floor_Nm =
       std::min(result.noise_floor_Nm, kFittedNoise * rms(residual(searching.fitted), parts.training.rows));
   const Judged judged{
@@ -388,7 +389,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
 
   progress("looking for what is left", 0.92);
   RestFindings rest = rest_channel(searched, searching.fitted.model, band, options);
-  // Unless what gives at rest was found in motion already.
+  // Unless a compliance was already found in motion.
   if (searching.fitted.model.find<model::effects::Elasticity>() ||
       searching.fitted.model.find<model::effects::Backlash>())
     rest.presliding.reset();
@@ -450,7 +451,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     result.effects.push_back(found);
   }
   std::set<std::string> named;
-  // What shows at rest is in the delivered model, and not what is compared with it.
+  // A compliance at rest is in the delivered model, but not in the compared ones.
   const auto as_delivered = [&](const FittedModel& other) {
     return rest.presliding ? with(other, final.model.effects.back()) : other;
   };
@@ -471,7 +472,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
     found.blocks = added.blocks;
     found.blocks_improved = added.blocks_improved;
     found.p_value = added.p_value;
-    // Of the model that is delivered, and without recordings to judge by of the blocks left out in turn.
+    // For the delivered model; without held-out recordings, for the blocks left out in turn.
     found.gap_before = rms(residual(as_delivered(added.without)), quiet);
     found.gap_after = result.gap_after_Nm;
     found.held_out_gain = added.gain;
@@ -502,7 +503,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
       result.rejected.push_back({type, result.gap_after_Nm * std::sqrt(std::max(0.0, 1 - gain)), reason});
 
   progress("looking for the next experiment", 0.94);
-  // A delay that a speed command has is none of the torque: speed loops of experiments have their own.
+  // A delay of a speed command is not a delay of the torque: experiments have their own speed loops.
   std::vector<model::effects::AnyEffect> of_torque;
   if (std::ranges::any_of(searched, [](const Signals& s) { return !s.raw_command_Nm.empty(); }))
     for (const FoundEffect& found : actuator.effects) of_torque.push_back(found.effect);

@@ -14,18 +14,18 @@ namespace {
 constexpr double kSlow_Hz = 5;
 constexpr double kOfSampleRate = 0.1;
 constexpr std::size_t kLeastRowsToFit = 200;
-/// So slow a motion says no more in more rows than these.
+/// For such a slow motion, more rows than these add no information.
 constexpr std::size_t kMostRowsToFit = 1'000'000;
-/// Of the fastest: below, friction need not follow the sign of the velocity.
+/// Relative to the fastest: below, friction need not follow the sign of the velocity.
 constexpr double kMoving = 0.05;
 constexpr std::size_t kFitBlocks = 20;
-/// Standard deviations from zero from which on a sign is certain.
+/// Standard deviations from zero at which a sign is certain.
 constexpr double kCertain = 5;
-/// Of what goes otherwise with the motion, what the acceleration has to take away. A speed loop that answers
-/// a ripple of the torque looks like an inertia, too, but drives all the time.
+/// Minimum share that the acceleration must remove of the residual of the other terms. A speed loop that
+/// responds to a torque ripple looks like an inertia, too, but drives all the time.
 constexpr double kLeastInertiaShare = 0.8;
-/// Of what the other terms leave, what the terms of a weight have to take away. With less they are left out:
-/// of a small swing they are hardly different from the inertia's.
+/// Minimum share that the terms of a weight must remove. With less they are left out: for small motions they
+/// hardly differ from the inertia's.
 constexpr double kLeastWeightShare = 0.5;
 constexpr double kAnother = 5;
 constexpr double kAgreement = 1.5;
@@ -33,7 +33,7 @@ constexpr double kAgreement = 1.5;
 Eigen::VectorXd solution(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
   return fit::normal_inverse(columns) * (columns.transpose() * target);
 }
-/// Square of what the columns leave of the target.
+/// Squared residual of the target after the columns.
 double left_of(const Eigen::MatrixXd& columns, const Eigen::VectorXd& target) {
   return (target - columns * solution(columns, target)).squaredNorm();
 }

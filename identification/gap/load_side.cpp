@@ -10,22 +10,23 @@
 namespace identification::gap {
 namespace {
 
-/// Less would ring for ever after the first sample, whose state nobody knows.
+/// With less it would ring forever after the first sample, whose state is unknown.
 constexpr double kLeastDampingRatio = 0.02;
 constexpr double kStepsPerRadian = 12;
-/// A shaft that resonates so many times above the filter is rigid as far as the data can tell.
+/// A shaft whose resonance is this many times above the filter is rigid for the data.
 constexpr double kRigidOverFilter = 4;
 
-/// Of a gap before a rigid shaft.
+/// For a gap before a rigid shaft.
 constexpr double kGapStep_s = 1e-3;
 
-/// How quickly the simulated motor is drawn to the measured one, of the band: slower than a bounce, so that
-/// it does not suppress rebounds, and quicker than what a torque sensor's drift makes of a position.
+/// Rate at which the simulated motor is drawn to the measured one, relative to the band: slower than a
+/// bounce, so that it does not suppress rebounds, and faster than the position error from a torque sensor's
+/// drift.
 constexpr double kFollowsOverBand = 0.4;
 
-/// Of a period of the band: flights that are shorter look like contact in the data.
+/// Relative to a period of the band: shorter flights look like contact in the data.
 constexpr double kShortestFlightInBand = 0.5;
-/// A bounce of less, of such a period, ends in the simulation.
+/// A shorter bounce, relative to such a period, ends in the simulation.
 constexpr double kShortestBounceInBand = 0.1;
 
 /// The motor between two samples, from position and velocity at both.
@@ -57,8 +58,8 @@ Levels levels_at(const model::effects::EffectChain& chain, const Signals& s, std
           chain.level_Nm(speed, -1, s.running_s[i], carried)};
 }
 
-/// Means over the periods before each sample become means around it. The first sample has no period before
-/// it.
+/// Converts means over the periods before each sample to means around it. The first sample has no period
+/// before it.
 void centre(std::vector<double>& means) {
   means.front() = means[1];
   for (std::size_t i = 0; i + 1 < means.size(); ++i) means[i] = 0.5 * (means[i] + means[i + 1]);
@@ -87,7 +88,7 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
     const MotorStretch motor = stretch_before(s, i);
     const Levels level = levels_at(chain, s, i, pulls.load_Nm[i]);
     const double falling = -pulls.load_Nm[i] / inertia * dt;
-    double acceleration = 0;  // that the motor gives to the load, mean
+    double acceleration = 0;  // of the load by the motor, mean
     for (int n = 1; n <= steps; ++n) {
       const double share = static_cast<double>(n) / steps;
       const double motor_velocity = motor.velocity(share);
@@ -100,7 +101,7 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
           continue;
         }
         acceleration += (motor_velocity - velocity - falling) / dt;
-        // Friction that the motor has to overcome, as far as the load slides.
+        // Friction that the motor must overcome where the load slides.
         if (motor_velocity != 0)
           acceleration += rubs * (motor_velocity > 0 ? level.forward_Nm : -level.backward_Nm) / dt;
         velocity = motor_velocity;
@@ -186,8 +187,7 @@ LoadSide behind_gap(const model::effects::Mechanics& mechanics, const model::eff
   const std::vector<double> motor_acceleration = derivative(motor_velocity, s.period_s);
   for (std::size_t i = 0; i < s.size(); ++i) {
     load.contact_share[i] = std::clamp(load.contact_share[i], 0.0, 1.0);
-    // In contact only the effect of the twist stays of the simulation: without its inertia, friction and
-    // load.
+    // In contact only the twist is taken from the simulation, without its inertia, friction and load.
     load.simulated_Nm[i] -=
         load.contact_share[i] * (inertia * motor_acceleration[i] + friction_Nm[i] + pulls.load_Nm[i]);
   }

@@ -18,11 +18,11 @@ namespace identification::gap {
 namespace {
 
 constexpr int kSignBlocks = 32;
-/// Of a column's values, so many lie beyond what counts as its largest and lowest: a few are always wrong.
+/// Share of a column's values beyond its nominal minimum and maximum: a few are always wrong.
 constexpr double kTail = 0.005;
-/// Noise around zero may dip below it by this share of the largest,
+/// Noise around zero may dip below it by this share of the maximum,
 constexpr double kDip = 0.05;
-/// and a motion goes both ways from this share on.
+/// and from this share on a motion has both directions.
 constexpr double kBothWays = 0.1;
 constexpr double kShapeSmooth_Hz = 10;
 
@@ -70,7 +70,7 @@ bool may_be_magnitude(const std::vector<Source>& sources) {
   return both_ways && highest > 0 && lowest >= -kDip * highest;
 }
 
-/// Whose sign the torque had.
+/// The signal that gives the torque its sign.
 std::vector<double> direction(const Recording& recording) {
   for (const char* name : {"torque_command_Nm", "position_rad", "velocity_rad_per_s"}) {
     if (!recording.has(name)) continue;
@@ -112,7 +112,7 @@ SignMisfit in_blocks(const Eigen::VectorXd& left) {
   return result;
 }
 
-/// Of the command, scaled and shifted to fit.
+/// For the command, scaled and shifted to fit.
 SignMisfit misfit_of_command(std::span<const Source> sources) {
   Eigen::Index count = 0;
   for (const Source& source : sources) count += static_cast<Eigen::Index>(source.recording.rows());
@@ -130,7 +130,7 @@ SignMisfit misfit_of_command(std::span<const Source> sources) {
   return in_blocks(measured - columns * columns.colPivHouseholderQr().solve(measured));
 }
 
-/// Of the model, refitted.
+/// For the refitted model.
 SignMisfit misfit_of_model(std::span<const Source> sources, std::span<const Excerpt> excerpts,
                            const Band& band, const model::effects::DriveModel& base) {
   const std::vector<Signals> signals = signals_of(sources, excerpts, band);
@@ -152,7 +152,7 @@ std::optional<LostSign> lost_sign(const std::vector<Source>& sources, std::size_
   const bool commanded = std::ranges::all_of(
       sources, [](const Source& source) { return source.recording.has("torque_command_Nm"); });
   const Band band = choose_band(sources, base);
-  // Of both the same.
+  // The same excerpts for both.
   const std::vector<Excerpt> excerpts = chosen_excerpts(
       std::span(sources).first(data), band, [](std::size_t, double) { return false; }, options.enough);
   const auto misfit = [&](const std::vector<Source>& all) {

@@ -16,22 +16,22 @@ namespace identification::gap {
 namespace {
 
 constexpr double kPeriod_s = 1e-3;
-/// Standard deviations by which an experiment has to separate two models to be worth its time.
+/// Minimum separation of two models, in standard deviations, for an experiment to be worthwhile.
 constexpr double kClearly = 5;
-/// Of the noise, rms: a smaller difference is what any model lacks, however often it repeats.
+/// Relative to the noise, rms: smaller differences are within the error of any model, however often repeated.
 constexpr double kVisible = 0.2;
 constexpr double kLongest_s = 600;
-/// Over its set-point, for a moment.
+/// Relative to its set-point, briefly.
 constexpr double kOvershoot = 1.2;
-/// A joint that covered more than a turn turns for ever.
+/// A joint that covered more than a turn is continuous.
 constexpr double kTurn_rad = 2 * std::numbers::pi;
 /// A stretch at rest.
 constexpr double kRest_s = 0.5;
 
-/// Factor by which data in motion leave open how stiff a joint is at rest.
+/// Factor by which data in motion leave the stiffness at rest undetermined.
 constexpr double kOpen = 2;
 
-/// PI control of the speed, as quick as a drive's own is with a wheel on it.
+/// PI control of the speed, as fast as a drive's own with a wheel on it.
 class SpeedLoop {
  public:
   SpeedLoop(double inertia_kg_m2, double limit_Nm)
@@ -48,7 +48,7 @@ class SpeedLoop {
   double sum_Nm_ = 0;
 };
 
-/// A rival with what the data at hand know of its parameters.
+/// A rival with the information of the available data on its parameters.
 struct Contender {
   FittedModel truth;
   FittedModel model;
@@ -57,7 +57,7 @@ struct Contender {
   Eigen::MatrixXd known;       ///< J₀ᵀ·J₀
 };
 
-/// The same torque on another drive.
+/// Positions of another drive under the same torque.
 std::vector<double> positions_under(const model::effects::DriveModel& model,
                                     std::span<const double> command) {
   sim::ModelDrive drive(model, kPeriod_s);
@@ -70,7 +70,7 @@ std::vector<double> positions_under(const model::effects::DriveModel& model,
   return position;
 }
 
-/// An experiment, ready to be compared.
+/// An experiment, prepared for the comparison.
 class Trial {
  public:
   Trial(const Source& experiment, const AtHand& at_hand)
@@ -120,7 +120,7 @@ class Trial {
         other_square += b * b;
       }
     }
-    // The rival's stiffness follows, as far as it has one and the data at hand leave it open.
+    // The rival's stiffness adapts, if it has one and the available data leave it undetermined.
     const bool soft = std::ranges::any_of(
         rival.model.model.effects, [](const auto& effect) { return gives(model::effects::name_of(effect)); });
     const double scale =
@@ -148,7 +148,7 @@ std::vector<Contender> contenders(const std::vector<Pair>& question, const AtHan
     const Eigen::MatrixXd jacobian =
         prediction_jacobian(pair.rival, at_hand.rows, contender.free)(at_hand.use, Eigen::all);
     contender.known = jacobian.transpose() * jacobian;
-    for (const FreeParameter& p : contender.free)  // one that is out of its range may come back
+    for (const FreeParameter& p : contender.free)  // a parameter outside its range may return
       contender.bounds.push_back({std::min(0.0, p.lower - p.value), std::max(0.0, p.upper - p.value)});
     result.push_back(std::move(contender));
   }
@@ -244,7 +244,7 @@ std::vector<std::optional<NextExperiment>> next_experiments(const model::effects
     std::optional<Source> source = carried_out(drive, *experiment, limits, bench[i].stops);
     if (!source) return;
     const double duration_s = static_cast<double>(source->recording.rows()) * kPeriod_s;
-    // The new recording is worth what those at hand are.
+    // The new recording has the quality of the available ones.
     if (at_hand.rows.signals().front().torque_is_command)
       std::erase_if(source->recording.columns,
                     [](const Recording::Column& column) { return column.name == "torque_measured_Nm"; });

@@ -7,8 +7,8 @@
 namespace identification::gap {
 namespace {
 
-/// Share of the square below which two models do alike, however sure the difference is: one that has a
-/// parameter more predicts left-out blocks a little worse even where it is the same model.
+/// Share of the square below which two models count as equal, however significant the difference: with one
+/// more parameter, left-out blocks are predicted slightly worse even if it is the same model.
 constexpr double kAlike = 0.01;
 
 }  // namespace

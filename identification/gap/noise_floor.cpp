@@ -12,17 +12,17 @@
 namespace identification::gap {
 namespace {
 
-/// Standard deviation of a reversal's instant, in sample periods, and of how long the joint sticks there: a
-/// line between two samples knows more than either, and less than the motion.
+/// Standard deviation of a reversal's time, in sample periods, and of how long the joint sticks there:
+/// interpolation between two samples is better than either, but not exact.
 constexpr double kReversalTiming = 0.1;
 
-/// Rms of what `noise`, sampled like the recording, becomes in a row.
+/// Rms in a row of `noise`, sampled like the recording.
 double in_rows(const std::vector<double>& noise, const Signals& s) {
   const std::vector<double> smooth =
       zero_phase(steep_zero_phase(noise, s.raw_period_s, s.filter_Hz), s.raw_period_s, s.band_Hz);
   const auto length =
       static_cast<std::size_t>(std::max(1LL, std::llround(0.5 / (s.band_Hz * s.raw_period_s))));
-  // The median of the squares, as a normal distribution would have it, so that a few jumps do not count.
+  // The median of the squares, scaled for a normal distribution, so that a few jumps do not count.
   std::vector<double> means;
   for (std::size_t first = 0; first + length <= smooth.size(); first += length) {
     double sum = 0;
@@ -40,7 +40,7 @@ std::vector<double> white_noise(std::size_t count, double sigma) {
   return noise;
 }
 
-/// Rms of what reversals leave in rows: each turns the friction round, known to kReversalTiming.
+/// Rms of reversals in rows: each reverses the friction, with a timing error of kReversalTiming.
 double reversals_Nm(const std::vector<Signals>& signals, const model::effects::DriveModel& base) {
   const auto* coulomb = base.find<model::effects::Coulomb>();
   if (coulomb == nullptr) return 0;

@@ -11,20 +11,20 @@
 namespace identification::gap {
 namespace {
 
-/// Where a recording begins and ends the filters have only half of what they need: so many periods of the
-/// band's edge count for nothing.
+/// At the ends of a recording the filters have only half of their input: this many periods of the band's edge
+/// are ignored.
 constexpr double kEdgePeriods = 1;
-/// So many periods of the band's edge away, a sample has a millionth of the weight of a near one.
+/// At this distance, in periods of the band's edge, a sample has a millionth of the weight of a near one.
 constexpr double kReachPeriods = 3;
-/// Share of the time that is none.
+/// Share of the time that counts as none.
 constexpr double kNever = 1e-6;
 
 struct Friction {
   std::vector<double> torque_Nm;
   std::vector<double> deflection_rad;  // of the bristle; empty without one
 };
-/// Friction that is carried by a bristle between the levels of the two directions, or follows
-/// the sign of the velocity without one.
+/// Friction of a bristle between the levels of the two directions, or by the sign of the velocity without
+/// one.
 Friction friction(const model::effects::EffectChain& chain, const model::effects::DriveModel& model,
                   const Signals& s, const std::vector<double>& load) {
   const auto* contact = model.find<model::effects::Presliding>();
@@ -50,7 +50,7 @@ Friction friction(const model::effects::EffectChain& chain, const model::effects
     const double before_Nm =
         std::exchange(spring_Nm, model::friction::dahl_force(spring_Nm, moved, bristle.stiffness_Nm_per_rad,
                                                              bristle.exponent, backward, forward));
-    // As sim::BoundedBristle: on the deflection's rate, or what a bristle that does not bend lets through.
+    // As in sim::BoundedBristle: on the deflection's rate, or the part that a straight bristle passes.
     const double rate = (spring_Nm - before_Nm) / (bristle.stiffness_Nm_per_rad * s.period_s);
     torque_Nm = bristle.exponent > 0
                     ? spring_Nm + bristle.damping_Nm_s_per_rad * rate
@@ -133,7 +133,7 @@ Rows::Rows(const std::vector<Signals>& signals) : signals_(&signals) {
   };
   length_ = samples_in(0.5);
   reach_ = samples_in(kReachPeriods);
-  // What a filter without phase makes of a box is also what weighs the samples of a filtered mean.
+  // A zero-phase filter applied to a box gives the weights of a filtered mean.
   std::vector<double> box(2 * reach_ + length_);
   std::fill_n(box.begin() + static_cast<std::ptrdiff_t>(reach_), length_, 1 / static_cast<double>(length_));
   const std::vector<double> weights = zero_phase(box, period_s, band_Hz);

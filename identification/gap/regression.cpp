@@ -7,12 +7,12 @@
 namespace identification::gap {
 namespace {
 
-/// Relative to the columns' own squares: decides nothing, keeps singular systems solvable.
+/// Relative to the columns' own squares: no effect on results, keeps singular systems solvable.
 constexpr double kRidge = 1e-8;
 
 }  // namespace
 
-// The unbounded solution, the worst offender put on its bound, and again.
+// Solves without bounds, fixes the worst violation at its bound, and repeats.
 Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& gram, const Eigen::VectorXd& product,
                                  std::span<const Bounds> bounds) {
   const Eigen::Index n = gram.rows();
@@ -27,7 +27,7 @@ Eigen::VectorXd bounded_solution(const Eigen::MatrixXd& gram, const Eigen::Vecto
     for (const Eigen::Index i : free) held[i] = 0;
     Eigen::MatrixXd g = gram(free, free);
     Eigen::VectorXd p = (product - gram * held)(free);
-    // In units of each column's own length, so that the ridge means the same to all.
+    // In units of each column's length, so that the ridge is equal for all.
     const Eigen::VectorXd unit = g.diagonal().cwiseSqrt().cwiseInverse();
     g = unit.asDiagonal() * g * unit.asDiagonal();
     g.diagonal().array() += kRidge;

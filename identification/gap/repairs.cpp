@@ -18,11 +18,11 @@
 namespace identification::gap {
 namespace {
 
-/// Rows that a piece needs to say anything.
+/// Minimum number of rows of a useful piece.
 constexpr std::size_t kLeastRowsOfPart = 100;
-/// A step of time of so many usual ones is bridged by interpolation: half a period of the widest band.
+/// A time step of up to this many usual ones is bridged by interpolation: half a period of the widest band.
 constexpr double kBridgedPeriods = 5;
-/// From this share on, bridged holes are worth a line.
+/// Minimum share of bridged gaps for a remark.
 constexpr double kManyHoles = 1e-3;
 /// Distance from the median of five neighbours, in standard deviations of that distance and in usual values.
 constexpr double kSpikeSigmas = 8;
@@ -34,22 +34,23 @@ constexpr double kJumpSigmas = 50;
 constexpr double kJumpResolutions = 8;
 constexpr double kJumpOverUsual = 5;
 constexpr double kMostJumps = 0.005;
-/// Share of the values that are the end of a sensor's range, and how many times the next value.
+/// Minimum share of the values at the end of a sensor's range, and its ratio to the next value.
 constexpr double kLeastSaturated = 0.003;
 constexpr std::size_t kFarMore = 5;
-/// How close to a whole turn a jump is one.
+/// Tolerance for a jump of a whole turn.
 constexpr double kWholeTurn = 0.02;
-/// A held value goes on by several times what the sensor resolves; a coarse one by one step.
+/// A held value changes by several times the sensor's resolution; a coarse one by one step.
 constexpr double kHeldResolutions = 3;
-/// A column stops where it stays the same for as many usual runs of the same value.
+/// A column has stopped if it is constant for this many usual runs of the same value.
 constexpr std::size_t kLeastHeld = 20;
 constexpr double kUsualRuns = 0.99;
-/// Noise turns round at two of three values; without any, a dead-band or a steady speed looks like a stop.
+/// Noise reverses at two of three values; without any, a dead-band or a constant speed looks like a stop.
 constexpr double kTurnsOfNoise = 0.25;
-/// What moves meanwhile changes by this share of its usual value, or by so many of its least changes.
+/// Other columns count as moving if they change by this share of their usual value, or by this many of their
+/// smallest changes.
 constexpr double kMeanwhile = 0.05;
 constexpr double kMeanwhileChanges = 10;
-/// A velocity that leads this far, while the position says nothing moves, contradicts it.
+/// A velocity that leads this far, while the position is constant, contradicts it.
 constexpr double kWay_rad = 0.1;
 
 std::vector<double>* column_of(Source& source, std::string_view name) {
@@ -66,7 +67,7 @@ bool is_constant(std::span<const double> values) {
   return std::ranges::adjacent_find(values, std::ranges::not_equal_to()) == values.end();
 }
 
-/// The value below which a share of them lies.
+/// Quantile: the value below which a share lies.
 double quantile(std::vector<double> values, double share) {
   if (values.empty()) return 0;
   const auto at =
@@ -105,7 +106,7 @@ std::vector<double> medians_of_five(std::span<const double> values) {
   return result;
 }
 
-/// The smallest change there is, but for one in a hundred; 0 without any.
+/// The smallest change, except for one in a hundred; 0 without any.
 double least_change(std::span<const double> steps) {
   std::vector<double> changes;
   for (const double step : steps)
@@ -120,7 +121,7 @@ std::string share_text(std::size_t count, std::size_t all) {
   return std::to_string(count) + text.data();
 }
 
-/// Values at `from` to `to` − 1 on the line between their neighbours.
+/// Interpolates values `from` to `to` − 1 between their neighbours.
 void interpolate(std::vector<double>& values, std::span<const double> time_s, std::size_t from,
                  std::size_t to) {
   const double rise = (values[to] - values[from - 1]) / (time_s[to] - time_s[from - 1]);
@@ -128,7 +129,7 @@ void interpolate(std::vector<double>& values, std::span<const double> time_s, st
     values[i] = values[from - 1] + rise * (time_s[i] - time_s[from - 1]);
 }
 
-/// Where consecutive values are marked: first and behind the last.
+/// A run of marked values: first, and one after the last.
 struct MarkedRun {
   std::size_t from;
   std::size_t to;
@@ -145,7 +146,7 @@ std::vector<MarkedRun> runs_of(const std::vector<bool>& marked) {
   return runs;
 }
 
-/// Runs of the same value, one after the other.
+/// Consecutive runs of the same value.
 template <class Visit>
 void for_each_run(std::span<const double> values, const Visit& visit) {
   for (std::size_t from = 0; from < values.size();) {
@@ -156,7 +157,7 @@ void for_each_run(std::span<const double> values, const Visit& visit) {
   }
 }
 
-/// Rows for which a value usually stays the same where it changes at all; 1 for a fresh one in each row.
+/// Typical number of rows for which a value is constant; 1 for a fresh one in each row.
 std::size_t held_rows(std::span<const double> values) {
   const std::vector<double> steps = steps_of(values);
   std::vector<double> lengths;
@@ -332,7 +333,7 @@ std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {
 void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
   std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
   if (torque == nullptr || torque->size() < kLeastRowsOfPart) return;
-  // Wide enough for the longest spike that counts as one to leave no trace in it.
+  // Wide enough that the longest spike leaves no trace in it.
   std::vector<double> smooth = medians_of_five(*torque);
   std::vector<double> beyond;
   for (std::size_t i = 0; i < torque->size(); ++i) beyond.push_back((*torque)[i] - smooth[i]);
@@ -365,7 +366,7 @@ void mark_saturation(Source& source, Diagnoses& diagnoses) {
   if (torque == nullptr || torque->size() < kLeastRowsOfPart) return;
   std::vector<double> values = *torque;
   std::ranges::sort(values);
-  // A sensor's range ends in a value that is there far more often than the next one.
+  // The end of a sensor's range is a value far more frequent than the next one.
   const auto count = [&](double value) {
     const auto [first, last] = std::equal_range(values.begin(), values.end(), value);
     return static_cast<std::size_t>(last - first);
@@ -501,7 +502,7 @@ std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Di
     diagnoses.push_back({source.name, "time_s",
                          share_text(lost, time_s.size()) + " of the rows are in parts too short to use",
                          "left out"});
-  // Column by column, so that only one of them is there twice.
+  // Column by column, so that only one of them is duplicated.
   for (Recording::Column& column : source.recording.columns) {
     for (std::size_t i = 0; i < kept.size(); ++i) {
       const auto begin = column.values.begin();

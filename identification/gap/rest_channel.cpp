@@ -15,16 +15,16 @@ namespace identification::gap {
 namespace {
 
 constexpr double kWidest_Hz = 20;
-/// Of the model's Coulomb torque: below this it rests, however little is known of break-away.
+/// Relative to the model's Coulomb torque: below it rests, even if breakaway is unknown.
 constexpr double kHolds = 0.9;
-/// A swing of torque that is worth looking at, of the Coulomb torque.
+/// Minimum swing of torque, relative to the Coulomb torque.
 constexpr double kLeastSwing = 0.1;
-/// Stretches below and above this share of the Coulomb torque have to agree.
+/// Stretches below and above this share of the Coulomb torque must agree.
 constexpr double kLittleSwing = 0.5;
-/// How well: slopes under little torque over those under much.
+/// Minimum ratio of the slopes under small torque to those under large torque.
 constexpr double kLeastAgreement = 0.3;
 constexpr double kMostAgreement = 2;
-/// What coasts or was filtered in: left out at both ends of a rest.
+/// Coasting and filter effects: left out at both ends of a rest.
 constexpr double kSettleAtRest_s = 0.1;
 constexpr double kLeast_s = 0.25;
 constexpr double kRestPiece_s = 1;
@@ -37,7 +37,7 @@ struct Piece {
   double square_rad;  // about the mean
   double product;     // of displacement and torque about their means
   double torque_square;
-  double swing_Nm;  // half of what the torque covers
+  double swing_Nm;  // half of the torque range
   double left(double compliance) const {
     return square_rad - 2 * compliance * product + compliance * compliance * torque_square;
   }
@@ -114,7 +114,7 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
   findings.rests = pieces.size() >= kLeastPieces;
   if (!findings.rests || base.find<model::effects::Presliding>() != nullptr) return findings;
 
-  // Each half of the pieces is judged with what the other half gives.
+  // Each half of the pieces is judged with the result of the other half.
   const double odd = fit::median(slopes(pieces, [](std::size_t i, const Piece&) { return i % 2 == 1; }));
   const double even = fit::median(slopes(pieces, [](std::size_t i, const Piece&) { return i % 2 == 0; }));
   std::vector<double> before;
@@ -166,7 +166,7 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
                        .value = stiffness,
                        .lower = 1 / (compliance + half),
                        .upper = half < compliance ? 1 / (compliance - half) : 1e8}};
-  // Stretches of one size say nothing between the two: no draw of the noise could decide.
+  // Stretches of one size do not distinguish the two: no draw of the noise could decide.
   if (!both) found.equivalent = {"elasticity"};
   findings.presliding = std::move(found);
   return findings;

@@ -16,7 +16,7 @@ struct Squares {
   double after = 0;
 };
 
-/// Sums of squares of each block, by recording.
+/// Sums of squares per block, by recording.
 std::vector<std::vector<Squares>> blocks_of(const HeldOutRows& rows) {
   std::vector<std::vector<Squares>> recordings;
   const std::size_t count = rows.recording.size();

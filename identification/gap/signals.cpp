@@ -16,21 +16,21 @@ namespace identification::gap {
 namespace {
 
 constexpr double kWidestBand_Hz = 25;
-/// Samples per period of the band's edge that are kept.
+/// Samples kept per period of the band's edge.
 constexpr double kOversampling = 20;
-/// Cutoff of the signals' filter over the band, as far as the sample rate allows.
+/// Cutoff of the signals' filter relative to the band, if the sample rate allows.
 constexpr double kFilterOverBand = 6;
 constexpr double kMostOfSampleRate = 0.25;
-/// In periods of the filter's edge: so near to a standstill the filter mixes in the torque that held the
+/// In periods of the filter's edge: this close to a standstill the filter mixes in the torque that held the
 /// joint.
 constexpr double kFromStandstill = 0.25;
 constexpr double kFromSaturation = 1;
 constexpr double kUsualCommands = 0.9;
 
-/// Encoder noise may reach this share of the torque when the torque sensor is quieter.
+/// Encoder noise may reach this share of the torque if the torque sensor has less noise.
 constexpr double kAllowedNoiseShare = 0.01;
 constexpr std::size_t kLeastSamples = 100;
-/// Times within this share of a period are even.
+/// Times within this share of a period count as even.
 constexpr double kEven = 0.02;
 
 [[noreturn]] void refuse(const Source& source, const std::string& why) {
@@ -48,8 +48,8 @@ double period_of(const Source& source) {
 
 enum class Between : std::uint8_t { kLine, kCurve };
 
-/// Lines between samples at rising times, or cubics whose slopes are those of parabolas through three
-/// samples: motion has no corners, and twice differentiated they would show. The ends hold.
+/// Linear interpolation at ascending times, or cubic with the slopes of parabolas through three samples:
+/// motion has no corners, and after two derivatives they would be visible. The end values are held.
 std::vector<double> interpolated(std::span<const double> time_s, std::span<const double> values,
                                  double period_s, std::size_t count, Between between) {
   const std::size_t last = values.size() - 1;
@@ -89,8 +89,8 @@ bool is_even(std::span<const double> time_s, double period_s) {
   return true;
 }
 
-/// Whether a motion is smoother where the times put it than at even steps. Where samples are even and only
-/// what wrote the times was late, it is not.
+/// Whether a motion is smoother at its times than at even steps. It is not if sampling is even and only the
+/// recording of the times was late.
 bool times_are_right(std::span<const double> time_s, std::span<const double> motion) {
   double at_times = 0;
   double at_even = 0;
@@ -103,7 +103,7 @@ bool times_are_right(std::span<const double> time_s, std::span<const double> mot
   return at_times <= at_even;
 }
 
-/// A column at even times, `period_s` apart; as it is when its samples are even.
+/// A column at even times, `period_s` apart; unchanged if its samples are even.
 std::vector<double> evened(std::span<const double> time_s, std::span<const double> values, double period_s,
                            Between between) {
   if (is_even(time_s, period_s)) return {values.begin(), values.end()};
@@ -127,7 +127,7 @@ std::vector<double> position_of(const Source& source) {
   return position;
 }
 
-/// When the samples were taken: as the file says, unless that makes the motion rougher than even steps do.
+/// Sampling times: as in the file, unless that makes the motion rougher than even steps.
 std::vector<double> sampled_at(const Source& source, double period_s) {
   const Recording& recording = source.recording;
   const auto stated = recording.column("time_s");
@@ -147,15 +147,15 @@ std::span<const double> torque_of(const Source& source) {
   refuse(source, "has neither torque_measured_Nm nor torque_command_Nm");
 }
 
-/// Share of the way from `a` to `b` that lies above zero.
+/// Share of the segment from `a` to `b` that is above zero.
 double share_above_zero(double a, double b) {
   if (a >= 0 && b >= 0) return 1;
   if (a <= 0 && b <= 0) return 0;
   return std::max(a, b) / std::abs(a - b);
 }
 
-/// Mean sign over half a period to both sides of each sample: between two of them the velocity turns where a
-/// line between them does, not at the next one.
+/// Mean sign over half a period to both sides of each sample: between two of them the velocity reverses where
+/// the interpolation does, not at the next sample.
 std::vector<double> mean_signs(const std::vector<double>& velocity) {
   std::vector<double> result;
   result.reserve(velocity.size());
@@ -168,7 +168,7 @@ std::vector<double> mean_signs(const std::vector<double>& velocity) {
   return result;
 }
 
-/// Sets to 0 what lies within `margin` samples of where `apart` says so.
+/// Sets to 0 all samples within `margin` samples of those marked by `apart`.
 template <class Apart>
 void leave_out(std::vector<double>& weights, std::size_t margin, const Apart& apart) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
@@ -180,7 +180,7 @@ void leave_out(std::vector<double>& weights, std::size_t margin, const Apart& ap
   }
 }
 
-/// The smallest step that values take, robustly: the encoder's or sensor's resolution; 0 when continuous.
+/// The smallest step between values, robustly: the encoder's or sensor's resolution; 0 if continuous.
 double resolution(std::span<const double> values) {
   double smallest = std::numeric_limits<double>::infinity();
   std::size_t steps = 0;
@@ -197,7 +197,7 @@ double resolution(std::span<const double> values) {
   return steps > 0 && equal > steps / 1000 ? smallest : 0;
 }
 
-/// Of sample to sample noise, from second differences: a smooth signal leaves none.
+/// Sample-to-sample noise, from second differences: a smooth signal leaves none.
 double sample_sigma(std::span<const double> values) {
   std::vector<double> differences;
   for (std::size_t i = 2; i < values.size(); ++i)
@@ -221,7 +221,7 @@ std::vector<double> every(std::span<const double> values, std::size_t step) {
 
 Band choose_band(const std::vector<Source>& sources, const model::effects::DriveModel& base) {
   Band band;
-  std::vector<double> densities;  // sigma·√T: what filters leave of noise does not depend on the rate
+  std::vector<double> densities;  // sigma·√T: filtered noise does not depend on the rate
   std::vector<double> torques;
   std::vector<double> resolutions;
   double fastest = 0;
@@ -285,7 +285,7 @@ Signals make_signals(const Source& source, const Band& band) {
   const std::vector<double> time = sampled_at(source, own_period_s);
   Signals s;
   s.name = source.name;
-  // The recordings' own rates, where they are the same.
+  // The recordings' own rates, if they are equal.
   const bool slower = band.raw_period_s > (1 + 1e-3) * own_period_s;
   s.raw_period_s = slower ? band.raw_period_s : own_period_s;
   s.band_Hz = band.cutoff_Hz;
@@ -294,7 +294,7 @@ Signals make_signals(const Source& source, const Band& band) {
       std::max(1.0, std::floor(1 / (kOversampling * band.cutoff_Hz * band.raw_period_s))));
   s.period_s = s.raw_period_s * static_cast<double>(step);
 
-  // What is measured bends; a command jumps.
+  // Measurements are curved; a command jumps.
   const auto even = [&](std::span<const double> values, Between between = Between::kLine) {
     return evened(time, values, own_period_s, between);
   };

@@ -15,12 +15,12 @@ namespace identification::gap {
 namespace {
 
 constexpr double kBlock_s = 1.0;
-/// All recordings together; a delay shows in the first of them.
+/// All recordings together; a delay is visible in the first of them.
 constexpr std::size_t kMostSamples = 20000;
 constexpr double kLongestDelay_s = 0.4;
-/// Sampling alone makes a velocity look up to a period late, and its differences half of one.
+/// Sampling alone makes a velocity appear up to a period late, and its differences half a period.
 constexpr double kLeastPeriods = 1.5;
-/// Of the squared misfit; less is not worth a name.
+/// Minimum share of the squared misfit for an effect to be named.
 constexpr double kLeastGain = 0.1;
 
 /// One recording.
@@ -36,7 +36,7 @@ struct Response {
   double damping = 1;
 };
 
-/// Low-pass of second order, begun at rest at the first value; midpoint steps short enough for ω.
+/// Second-order low-pass, starting at rest at the first value; midpoint steps short enough for ω.
 std::vector<double> followed(const std::vector<double>& input, double period_s, const Response& response) {
   const double w = response.omega_rad_per_s;
   const int steps =
@@ -72,7 +72,7 @@ std::vector<double> signs(const std::vector<double>& input) {
   return result;
 }
 
-/// Columns g, c, o of all runs, one below the other.
+/// Columns g, c, o of all runs, stacked.
 Eigen::MatrixXd columns_of(const std::vector<Run>& runs, const Response& response) {
   std::size_t rows = 0;
   for (const Run& run : runs) rows += run.command.size();
@@ -97,7 +97,7 @@ Eigen::VectorXd velocities(const std::vector<Run>& runs) {
   return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
 }
 
-/// What the best of that response leaves.
+/// Residual of the best fit with that response.
 Eigen::VectorXd misfit(const std::vector<Run>& runs, const Eigen::VectorXd& velocity,
                        const Response& response) {
   const Eigen::MatrixXd columns = columns_of(runs, response);
@@ -111,7 +111,7 @@ struct Fitted {
   double square = 0;
 };
 
-/// The best response with that delay: a grid, then finer round its best point.
+/// The best response with that delay: a grid, then refined around its best point.
 Fitted best_response(const std::vector<Run>& runs, const Eigen::VectorXd& velocity, double delay_s,
                      double period_s) {
   Fitted best{.response = {}, .square = std::numeric_limits<double>::infinity()};
@@ -131,7 +131,7 @@ Fitted best_response(const std::vector<Run>& runs, const Eigen::VectorXd& veloci
   return best;
 }
 
-/// The delay with the least misfit within `low` to `high`, the response as it is.
+/// The delay with the least misfit within `low` to `high`, with the response fixed.
 double finer_delay(const std::vector<Run>& runs, const Eigen::VectorXd& velocity, Response response,
                    double low, double high) {
   constexpr int kSteps = 24;
@@ -196,7 +196,7 @@ std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
     const Fitted fitted = best_response(runs, velocity, delay, period_s);
     if (fitted.square < late.square) late = fitted;
   }
-  // Delay and response trade off against each other: both a little finer, in turn.
+  // Delay and response trade off against each other: both are refined in turn.
   for (int round = 0; round < 2; ++round) {
     const double delay =
         finer_delay(runs, velocity, late.response, std::max(0.0, late.response.delay_s - step),
@@ -208,7 +208,7 @@ std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
   const double gain = 1 - late.square / prompt.square;
   if (delay_s < kLeastPeriods * period_s || gain < kLeastGain) return std::nullopt;
 
-  // Blocks of a second in which it gets better, against those in which it gets worse.
+  // Blocks of a second that improve, against those that worsen.
   const Eigen::VectorXd before = misfit(runs, velocity, prompt.response);
   const Eigen::VectorXd after = misfit(runs, velocity, late.response);
   const auto length = std::max<Eigen::Index>(4, std::llround(kBlock_s / period_s));
@@ -250,7 +250,7 @@ std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
   found.gap_before = std::sqrt(square_before / static_cast<double>(velocity.size()));
   found.gap_after = std::sqrt(square_after / static_cast<double>(velocity.size()));
 
-  // The interval: stretches that are fitted each alone.
+  // The interval, from stretches that are fitted separately.
   constexpr std::size_t kGroups = 6;
   std::vector<double> alone;
   for (std::size_t group = 0; group < kGroups; ++group) {

@@ -22,16 +22,16 @@ namespace {
 
 constexpr int kStructureFolds = 8;
 constexpr double kBurstWindow_s = 0.3;
-/// Squared residual of a stretch over that of a usual one.
+/// Squared residual of a stretch relative to a usual one.
 constexpr double kBurst = 12;
-/// Of the squared residual; less is not worth a line.
+/// Minimum share of the squared residual to be listed.
 constexpr double kLeastStructure = 0.05;
 constexpr std::size_t kMostJudgingBlocks = 32;
 constexpr std::size_t kRowsToJudgeBy = 5;
 
 using Samples = std::vector<double>;
 
-/// Triangles that add up to one: any piecewise linear function of `x` between its 1 % and 99 % points.
+/// Triangles that add up to one: any piecewise linear function of `x` between its 1 % and 99 % quantiles.
 Eigen::MatrixXd hats(const Eigen::VectorXd& x, int count) {
   std::vector<double> sorted(x.data(), x.data() + x.size());
   std::ranges::sort(sorted);
@@ -64,7 +64,7 @@ std::vector<Coordinate> coordinates() {
           {"running_time_s", [](const Signals& s) { return s.running_s; }, 8, true}};
 }
 
-/// Rows of `use` that belong to one recording, its excerpts together.
+/// Rows of `use` that belong to one recording, with all its excerpts.
 struct OfRecording {
   Eigen::Index from;
   Eigen::Index count;
@@ -84,14 +84,14 @@ std::vector<OfRecording> by_recording(const Rows& rows, const std::vector<Eigen:
   return result;
 }
 
-/// Which row of its recording it would be if none were left out.
+/// Index of the row in its recording if none were left out.
 std::size_t slot_in_recording(const Rows& rows, Eigen::Index row) {
   const Signals& s = rows.signals()[rows.recording(row)];
   const double before_s = s.time_s.front() - s.recorded_from_s;
   return rows.slot(row) + static_cast<std::size_t>(std::llround(before_s / rows.length_s()));
 }
 
-/// The frequency in time at which the residual repeats most, over all recordings; 0 when none can be told.
+/// Dominant frequency of the residual in time, over all recordings; 0 if there is none.
 double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::vector<Eigen::Index>& use) {
   constexpr std::size_t kLeastBins = 1 << 13;
   std::size_t bins = kLeastBins;
@@ -106,7 +106,7 @@ double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::ve
     fft.fwd(spectrum, series);
     for (std::size_t k = 0; k < power.size(); ++k) power[k] += std::norm(spectrum[k]);
   }
-  // Slower than a few seconds is drift, which has its own coordinate.
+  // Periods above a few seconds are drift, which has its own coordinate.
   const double length_s = static_cast<double>(bins) * rows.length_s();
   const auto slowest = std::max<std::size_t>(1, static_cast<std::size_t>(0.3 * length_s));
   if (slowest >= power.size()) return 0;
@@ -114,8 +114,8 @@ double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::ve
   return static_cast<double>(best - power.begin()) / length_s;
 }
 
-/// What a sine and cosine of time takes away of each recording: their phases have nothing to do with each
-/// other, and neither have their fits.
+/// Share that a sine and cosine of time remove in each recording: phases and fits of the recordings are
+/// independent.
 double cycle_gain(double frequency_Hz, const Rows& rows, const Training& training,
                   const Eigen::VectorXd& target) {
   if (frequency_Hz == 0) return 0;
@@ -136,7 +136,7 @@ double cycle_gain(double frequency_Hz, const Rows& rows, const Training& trainin
   return 1 - left / target.squaredNorm();
 }
 
-/// Rows with what a model leaves of them.
+/// Rows with the residual of a model.
 struct Part {
   Part(Training blocks, const Eigen::VectorXd& of_all)
       : training(std::move(blocks)), residual(of_all(training.rows)) {}
@@ -144,7 +144,7 @@ struct Part {
   Eigen::VectorXd residual;
 };
 
-/// Short data have fewer blocks: one of a row or two says nothing.
+/// Short data have fewer blocks: a block of a row or two is useless.
 Training in_blocks(const std::vector<Eigen::Index>& held_out) {
   const std::size_t blocks = std::clamp<std::size_t>(held_out.size() / kRowsToJudgeBy, 2, kMostJudgingBlocks);
   Training result{.rows = held_out, .block = {}};
@@ -171,10 +171,10 @@ class Shape {
   Eigen::VectorXd coefficients(const Eigen::VectorXd& target) const {
     return regression_.fit(regression_.target(target), all_, bounds_).coefficients;
   }
-  /// A function that other rows have given is tried as it is, too.
+  /// A function from other rows is tried unchanged, too.
   void carry(const Eigen::VectorXd& coefficients) { carried_ = columns_ * coefficients; }
 
-  /// Share of the square of `target` that is predicted.
+  /// Predicted share of the square of `target`.
   double gain(const Eigen::VectorXd& target) const {
     return std::max(own_gain(target), carried_gain(target));
   }
@@ -209,7 +209,7 @@ class Shape {
   Eigen::VectorXd carried_;
 };
 
-/// What may be structured about a residual: by how much it predicts one, and where.
+/// A kind of structure in a residual: how much it predicts, and where.
 struct Question {
   std::function<double(const Eigen::VectorXd& target)> gain;
   std::function<Where(const Eigen::VectorXd& target)> where;
@@ -220,8 +220,7 @@ Question shape_question(const std::shared_ptr<const Shape>& shape) {
           [shape](const Eigen::VectorXd& target) { return shape->where(target); }};
 }
 
-/// A cycle in time at the frequency at which the target repeats most, or at `carried_Hz`, which other rows
-/// have given.
+/// A cycle in time at the dominant frequency of the target, or at `carried_Hz` from other rows.
 Question cycle_question(const Rows& rows, const Part& part, double carried_Hz) {
   const auto best_Hz = [&rows, &part, carried_Hz](const Eigen::VectorXd& target) {
     const double own_Hz = cycle_Hz(target, rows, part.training.rows);
@@ -239,7 +238,7 @@ Question cycle_question(const Rows& rows, const Part& part, double carried_Hz) {
           }};
 }
 
-/// Those that predict more of the residual than of any data that chance has dealt, most first.
+/// Those that predict more of the residual than of any chance data, largest first.
 std::vector<Unexplained> answered(const std::vector<Question>& questions, const Eigen::VectorXd& residual,
                                   const Options& options) {
   std::vector<Unexplained> found;

@@ -23,18 +23,18 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 constexpr double kTurns = 1 / (2 * std::numbers::pi);
 constexpr double kRpm = 30 / std::numbers::pi;
 constexpr double kThousand = 1e3;
-/// A stated rate may differ from the times by as much.
+/// Tolerance of a stated rate relative to the times.
 constexpr double kRateTolerance = 0.05;
-/// Position and velocity agree, and a factor is that of a unit.
+/// Tolerance for agreement of position and velocity, and for a unit's factor.
 constexpr double kAgree = 0.1;
 constexpr double kUnitTolerance = 0.03;
-/// Correlation from which on two columns show the same motion.
+/// Minimum correlation of two columns that show the same motion.
 constexpr double kSameMotion = 0.9;
-/// A gear, or a wrong torque constant, changes inertia and friction alike and by more than this.
+/// A gear ratio, or a wrong torque constant, changes inertia and friction equally and by more than this.
 constexpr double kLeastGear = 2.5;
-/// An implied inertia is that of a unit within this factor: a base model's own is hardly better known.
+/// An implied inertia matches a unit within this factor: a base model's own is hardly more accurate.
 constexpr double kModelTolerance = 1.25;
-/// Friction is less well known.
+/// Friction is less accurate.
 constexpr double kFrictionTolerance = 2;
 
 bool is_about(double value, double expected, double tolerance) {
@@ -63,7 +63,7 @@ void check_rate(const Source& source, std::vector<Diagnosis>& diagnoses) {
                        "the times count"});
 }
 
-/// What makes the position change `factor` times as fast as the velocity says.
+/// Cause of a position that changes `factor` times as fast as the velocity column.
 std::string cause_of(double factor) {
   struct Cause {
     double factor;
@@ -109,7 +109,7 @@ void check_torque(const Source& source, const SmoothMotion& motion, const model:
       source.recording.has("torque_measured_Nm") ? "torque_measured_Nm" : "torque_command_Nm";
   const bool inertia_is_sure = implied->inertia_is_sure();
   const bool friction_is_sure = implied->friction_is_sure();
-  // A joint that gives like a spring follows its torque as if its inertia were below zero, and takes energy.
+  // A joint with a spring follows its torque as if its inertia were negative, and gains energy.
   const bool takes_energy = implied->friction_W > 0;
   if (!takes_energy && inertia_is_sure && friction_is_sure && implied->inertia_kg_m2 < 0 &&
       implied->coulomb_Nm < 0)
@@ -139,7 +139,7 @@ void check_torque(const Source& source, const SmoothMotion& motion, const model:
     double inertia;
     double friction;
     std::string text;
-    bool is_usual = false;  ///< models are often wrong by that factor: viscous friction has to say the same
+    bool is_usual = false;  ///< models are often wrong by that factor: viscous friction must confirm it
   };
   const bool has_position = source.recording.has("position_rad");
   const std::array units{
@@ -156,7 +156,8 @@ void check_torque(const Source& source, const SmoothMotion& motion, const model:
         is_within_factor(friction, unit.friction, kFrictionTolerance) &&
         (!unit.is_usual || (has_viscous && is_within_factor(drag, unit.inertia, kFrictionTolerance))))
       throw std::invalid_argument(implies_factors + unit.text + otherwise);
-  // Over a gear of n, the torque is an n-th and the motion n times as large: the inertia an n²-th.
+  // Through a gear ratio of n, the torque is divided by n and the motion multiplied by n: the inertia is
+  // divided by n².
   if (has_viscous && friction < 1 / kLeastGear && is_within_factor(inertia, drag, kFrictionTolerance) &&
       is_within_factor(inertia, friction * friction, kFrictionTolerance))
     throw std::invalid_argument(implies_factors +

@@ -49,7 +49,7 @@ double quantile(Eigen::VectorXd values, double share) {
   return values[static_cast<Eigen::Index>(share * static_cast<double>(values.size() - 1))];
 }
 
-/// Mean square of the residual in each of `bins` equal bands of frequency, up to what rows can show.
+/// Mean square of the residual in each of `bins` equal frequency bands, up to the limit of the rows.
 std::vector<double> spectrum(const Eigen::VectorXd& residual, const Rows& rows,
                              const std::vector<Eigen::Index>& use, std::size_t bins) {
   std::vector<double> power(bins, 0);
@@ -149,7 +149,7 @@ FrictionCurve friction_curve(const FittedModel& before, const FittedModel& after
     curve.before_Nm.push_back(level(chain_before, before.model));
     curve.after_Nm.push_back(level(chain_after, after.model));
   }
-  // Measured: what the torque was beyond everything in the model but friction.
+  // Measured: torque minus everything in the model except friction.
   FittedModel frictionless = after;
   std::erase_if(frictionless.model.effects, [](const model::effects::AnyEffect& any) {
     return std::visit([]<class E>(const E&) { return model::effects::ActsOnFriction<E>; }, any) ||

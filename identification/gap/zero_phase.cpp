@@ -23,7 +23,7 @@ struct Section {
     a2 = (1 - std::numbers::sqrt2 * k + k * k) * norm;
   }
 
-  /// In place, in the direction of the iterators, from the steady state of the first sample.
+  /// In place, in the direction of the iterators, starting from the steady state of the first sample.
   template <class Iterator>
   void run(Iterator first, Iterator last) const {
     double s1 = *first * (1 - b0);
@@ -75,7 +75,7 @@ std::vector<double> derivative(std::span<const double> samples, double period_s)
   if (samples.size() < 2) return result;
   const std::size_t last = samples.size() - 1;
   for (std::size_t i = 1; i < last; ++i) result[i] = (samples[i + 1] - samples[i - 1]) / (2 * period_s);
-  // Five points where there are as many: three lose 0.3 % of what is at a fiftieth of the sample rate.
+  // Five points if available: three lose 0.3 % at a fiftieth of the sample rate.
   for (std::size_t i = 2; i + 2 <= last; ++i)
     result[i] = (8 * (samples[i + 1] - samples[i - 1]) - (samples[i + 2] - samples[i - 2])) / (12 * period_s);
   result[0] = (samples[1] - samples[0]) / period_s;

@@ -49,7 +49,7 @@ struct Spectra {
   std::array<double, kChannels> power{};   // Σ|Y|²
 
   Complex transfer(std::size_t channel) const { return cross[channel] / excitation; }
-  /// Of the transfer: what it leaves of the power, per degree of freedom.
+  /// Residual power of the transfer, per degree of freedom.
   double variance(std::size_t channel) const {
     const double left = std::max(0.0, power[channel] - std::norm(cross[channel]) / excitation);
     return left / ((periods - 1) * excitation);
@@ -134,7 +134,7 @@ HybridPoint solve(const std::vector<Spectra>& experiments, const EstimateLimits&
     point.condition = std::numeric_limits<double>::infinity();
     return point;
   }
-  // Of two columns of unit length, the scalar product decides: their singular values are √(1 ± |product|).
+  // For two columns of unit length, the scalar product decides: their singular values are √(1 ± |product|).
   const Eigen::MatrixX2cd scaled = X * scale.cwiseInverse().asDiagonal();
   const Complex product = scaled.col(0).dot(scaled.col(1));
   const double independent = 1.0 - std::norm(product);

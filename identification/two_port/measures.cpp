@@ -13,7 +13,7 @@ namespace {
 using Complex = std::complex<double>;
 using Points = std::vector<HybridPoint>;
 
-/// Mean of a function over an abscissa, by trapezoids.
+/// Mean of a function over an abscissa, by the trapezoidal rule.
 double mean(const Points& points, const std::function<double(const HybridPoint&)>& abscissa,
             const std::function<double(const HybridPoint&)>& value) {
   double area = 0.0;
@@ -36,7 +36,7 @@ Tracking tracking(const Points& points, const std::function<Complex(const Eigen:
   for (std::size_t i = 1; i < points.size(); ++i) {
     const double gain = std::abs(element(points[i].H));
     if (gain >= limit) continue;
-    // Straight between the points in a plot of logarithms.
+    // Linear between the points in a log-log plot.
     const double before = std::abs(element(points[i - 1].H));
     const double share = std::log(before / limit) / std::log(before / gain);
     result.bandwidth_Hz =
