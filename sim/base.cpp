@@ -50,7 +50,7 @@ void Base::step(double step_s) noexcept {
   wheels_.step(twist_B_, step_s, wrench_B);
   if (!wheels_.on_ground()) return;
 
-  // Newton in the turning frame B: m·(dv/dt + ω × v) = f.
+  // Newton in the rotating frame B: m·(dv/dt + ω × v) = f.
   const double spin = twist_B_[2];
   const control::PlanarVector acceleration_B(wrench_B[0] / parameters_.mass_kg + spin * twist_B_[1],
                                              wrench_B[1] / parameters_.mass_kg - spin * twist_B_[0],

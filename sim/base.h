@@ -18,8 +18,8 @@ struct BaseParameters : MecanumWheelParameters {
   std::chrono::nanoseconds step{50'000};  ///< integration step, see the convergence test
 };
 
-/// Joints: the four wheels, as sim/mecanum_wheels.h. The body obeys Newton and Euler in the base frame; the
-/// arm's motion is left out.
+/// Joints: the four wheels, as in sim/mecanum_wheels.h. The body obeys the Newton-Euler equations in the base
+/// frame; the arm's motion is not modelled.
 /// One thread. measure() and advance() neither allocate nor lock.
 class Base final : public hal::Plant {
  public:
@@ -31,14 +31,14 @@ class Base final : public hal::Plant {
   void advance(std::span<const hal::JointCommand> commands, bool powered,
                std::chrono::nanoseconds duration) noexcept override;
 
-  /// Truth, for tests and the summary of a simulated run.
+  /// True values, for tests and the summary of a simulated run.
   const control::PlanarPose& pose() const noexcept { return X_WB_; }
   const control::PlanarVector& twist() const noexcept { return twist_B_; }
   Drive& wheel(int index) noexcept { return wheels_[static_cast<std::size_t>(index)]; }
   double kinetic_energy_J() const noexcept;
   /// From now on a hand pushes the body with this wrench.
   void push(const control::PlanarVector& wrench_B) noexcept { push_B_ = wrench_B; }
-  /// Lifted off the ground the body stays where it is.
+  /// When lifted, the body stays where it is.
   void set_on_ground(bool on_ground) noexcept;
   void set_twist(const control::PlanarVector& twist_B) noexcept { twist_B_ = twist_B; }
 

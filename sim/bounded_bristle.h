@@ -1,5 +1,5 @@
 /// @file
-/// The element that sticks: an elastic deflection that gives way at a bound.
+/// An element that sticks: an elastic deflection that slips at a bound.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -10,13 +10,13 @@
 
 namespace sim {
 
-/// F = clamp(σ0·z + σ1·v, −b₋, b₊),  dz/dt = v while −b₋ < σ0·z < b₊;  with an exponent α the deflection
-/// approaches its bound as Dahl's does, the damping acts on dz/dt, and it gives way a little at any load.
-/// Without one: a Maxwell-slip element with a bound that may change from step to step: below the bound a
-/// damped spring, so a joint at rest really rests (no creep, no drift under load below break-away); sliding,
-/// exactly the bound. As α goes to zero the damping goes on acting on dz/dt, unbounded. It serves as
-/// pre-sliding of a joint (rad, N·m) and as grip of a roller on the floor (m, N). One step is exact in z for
-/// a constant velocity, whatever the step size. Cycle: pure arithmetic.
+/// F = clamp(σ0·z + σ1·v, −b₋, b₊), dz/dt = v while −b₋ < σ0·z < b₊; with an exponent α the deflection
+/// approaches its bound as Dahl's does, the damping acts on dz/dt, and it slips slightly at any load. Without
+/// one it is a Maxwell-slip element with a bound that may change from step to step: below the bound a damped
+/// spring, so a joint at rest really rests (no creep, no drift under load below breakaway); sliding, exactly
+/// the bound. As α goes to zero the damping still acts on dz/dt, unbounded. Used for presliding of a joint
+/// (rad, N·m) and grip of a roller on the floor (m, N). A step is exact in z for a constant velocity,
+/// whatever the step size. Cycle: pure arithmetic.
 class BoundedBristle {
  public:
   struct Parameters {
@@ -27,10 +27,9 @@ class BoundedBristle {
   explicit BoundedBristle(const Parameters& parameters) noexcept : parameters_(parameters) {}
 
   /// The force against the motion over a step of length `step_s` at `velocity`, between -`bound(-1)` and
-  /// `bound(+1)` (both >= 0). Which bound counts is decided by the deflection and not by the velocity: a
-  /// loaded joint that rings while it sticks is still held by the break-away of the direction it is pushed
-  /// to; with an exponent it is that of the motion, and damping comes on top. Only bounds that count are
-  /// asked for. `step_s` > 0.
+  /// `bound(+1)` (both >= 0). The deflection, not the velocity, selects the bound: a loaded joint that rings
+  /// while it sticks is still held by the breakaway of the direction in which it is pushed. With an exponent
+  /// it is the bound of the motion, and damping is added. Only the bounds needed are evaluated. `step_s` > 0.
   template <std::invocable<double> Bound>
   double step(double velocity, const Bound& bound, double step_s) noexcept {
     if (parameters_.exponent > 0) return bend(velocity, bound(std::copysign(1.0, velocity)), step_s);
@@ -46,8 +45,8 @@ class BoundedBristle {
   void set_deflection(double deflection) noexcept { deflection_ = deflection; }
 
  private:
-  /// The direction as a constant, and the bound as a branch: the processor predicts both, and goes on while
-  /// it still divides.
+  /// Direction as a template argument and bound as a branch: the processor predicts both and continues during
+  /// the division.
   template <int kDirection, std::invocable<double> Bound>
   double push(double velocity, double reached, const Bound& bound) noexcept {
     const double level = bound(double{kDirection});
@@ -55,7 +54,7 @@ class BoundedBristle {
     const double force = parameters_.stiffness * deflection_ + parameters_.damping * velocity;
     if (level < kDirection * force) return kDirection * level;
     if (kDirection * force >= 0) return force;
-    // Damping may push the other way.
+    // Damping may act in the other direction.
     return -kDirection * std::min(-kDirection * force, bound(double{-kDirection}));
   }
 

@@ -15,17 +15,17 @@
 
 namespace sim {
 
-/// Joint side but for the motor. Defaults: a youBot wheel.
+/// Joint side except for the motor. Defaults: a youBot wheel.
 struct DriveParameters {
   MotorParameters motor;
   double gear_ratio = 9405.0 / 364.0;
-  /// Behind the gear. 1.61e-3 follows from the thesis' σ1 = 0.2·√(J·σ0) and agrees with the wheel alone; the
+  /// Behind the gear. 1.61e-3 follows from the thesis' σ1 = 0.2·√(J·σ0) and matches the wheel alone; the
   /// reflected rotor adds 9.0e-3.
   double load_inertia_kg_m2 = 1.61e-3;
-  /// Pre-sliding, thesis 2.5.2: σ0 from torque ramps, σ1 = 0.2·√(J·σ0).
+  /// Presliding, thesis 2.5.2: σ0 from torque ramps, σ1 = 0.2·√(J·σ0).
   BoundedBristle::Parameters presliding{250.0, 0.127};
   SensorParameters sensors;
-  /// What else there is in this drive, besides its friction curve.
+  /// Further effects in this drive, in addition to its friction curve.
   std::vector<model::effects::AnyEffect> effects{};
   /// The motor controller's own loops, used by velocity and position commands.
   double velocity_gain_Nm_s_per_rad = 0.3;
@@ -35,26 +35,26 @@ struct DriveParameters {
 };
 
 /// J·dω/dt = k_t·g·i − friction(ω, z) − load; see MovingParts. The fastest mechanical part is the stuck
-/// wheel, √(σ0/J) ≈ 150 rad/s; the winding with its current loop is ten times faster and sets the step: see
-/// the convergence test. One thread. Cycle: control(), step() and sense() neither allocate nor lock.
+/// wheel, √(σ0/J) ≈ 150 rad/s; the winding with its current loop is ten times faster and determines the step:
+/// see the convergence test. One thread. Cycle: control(), step() and sense() neither allocate nor lock.
 class Drive {
  public:
   /// `friction`: a measured curve; without one all friction is in the effects.
   Drive(const DriveParameters& parameters, std::optional<model::friction::SlidingTable> friction,
         std::uint64_t noise_seed);
 
-  /// Begins a controller period of `interval_s`: closes the loop that `command` asks for on what was sensed
-  /// last. Unpowered, the bridge is open and the joint coasts.
+  /// Starts a controller period of `interval_s`: closes the loop for `command` on the last sensor values.
+  /// Unpowered: the bridge is open and the joint coasts.
   void control(const hal::JointCommand& command, bool powered, double interval_s) noexcept;
 
-  /// Integrates one step against `load_Nm`, positive when it brakes positive motion.
+  /// Integrates one step against `load_Nm`, positive if it brakes positive motion.
   void step(double load_Nm, double step_s) noexcept;
 
   /// Ends a controller period of `interval_s`: reads the sensors.
   void sense(double interval_s) noexcept;
   hal::JointSample measured() const noexcept;
 
-  /// Truth, for tests, energy balances and the summary of a simulated run.
+  /// True values, for tests, energy balances and the summary of a simulated run.
   double position_rad() const noexcept { return parts_.position_rad(); }
   double velocity_rad_per_s() const noexcept { return parts_.velocity_rad_per_s(); }
   double motor_torque_Nm() const noexcept { return motor_torque_Nm_; }  ///< at the joint, over the last step

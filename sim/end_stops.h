@@ -1,5 +1,5 @@
 /// @file
-/// Where a joint ends: a damped spring on either side that pushes and never pulls.
+/// End stops of a joint: a damped spring on either side that only pushes.
 #pragma once
 #include <algorithm>
 

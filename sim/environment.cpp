@@ -9,19 +9,19 @@ namespace {
 
 constexpr double kGravity_m_per_s2 = 9.81;
 
-/// How far one body is in another, and the way out of it. Its depth changes continuously wherever the first
-/// body goes, also where the way out changes: then a spring along it makes no energy.
+/// Penetration depth of one body in another, and the direction out of it. The depth is continuous wherever
+/// the first body moves, even where the direction changes: so a spring along it generates no energy.
 struct Overlap {
   double depth_m;
   Eigen::Vector3d normal_W;
 };
 
-/// Of something that reaches `reach_m` from its centre towards the wall.
+/// Of a body that reaches `reach_m` from its centre towards the wall.
 Overlap behind(const Wall& wall, const Eigen::Vector3d& p_W_m, double reach_m) noexcept {
   return {reach_m - wall.normal_W.dot(p_W_m - wall.p_W_m), wall.normal_W};
 }
 
-/// Of a point in a block of half size `half_m` around the origin: the nearest face is the way out.
+/// Of a point in a block of half size `half_m` around the origin: the direction is towards the nearest face.
 Overlap within(const Eigen::Vector3d& half_m, const Eigen::Vector3d& p_m) noexcept {
   Eigen::Index axis;
   const double depth_m = (half_m - p_m.cwiseAbs()).minCoeff(&axis);
@@ -133,7 +133,7 @@ Eigen::Vector3d Environment::step_box(const Eigen::Vector3d& p_WT_m, const Eigen
   }
   for (std::size_t i = 0; i < at_tables_.size(); ++i) {
     const Block& table = parameters_.tables[i];
-    // Two blocks overlap where the centre of one is in the other made larger by it.
+    // Two blocks overlap if the centre of one is in the other enlarged by it.
     const Overlap overlap = within(half_m + table.size_m / 2, box_p_W_m_ - table.centre_W_m);
     force_W_N += at_tables_[i].box.step(overlap.depth_m, overlap.normal_W, box_v_W_m_per_s_, step_s);
   }

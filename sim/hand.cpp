@@ -12,7 +12,7 @@ namespace {
 
 using hal::seconds;
 
-/// Far below the hand's own period of about 0.3 s, and below the 30 ms of the grip in its end stop.
+/// Far below the hand's own period of about 0.3 s, and below the 30 ms of the handle at its end stop.
 constexpr double kLargestStep_s = 1e-4;
 
 void check(const char* name, double value, bool may_be_zero) {
@@ -21,7 +21,7 @@ void check(const char* name, double value, bool may_be_zero) {
                               (may_be_zero ? "finite and not negative" : "finite and positive"));
 }
 
-/// The share of a movement of least jerk that is done after `reached_s` of `reach_s`.
+/// Completed share of a minimum-jerk movement after `reached_s` of `reach_s`.
 double least_jerk(double reached_s, double reach_s) {
   if (reached_s >= reach_s) return 1.0;
   const double t = reached_s / reach_s;
@@ -102,7 +102,7 @@ Eigen::Vector3d Hand::stop_force_N() const noexcept {
   };
   stop(-Eigen::Vector3d::UnitX(), travel.lowest_x_m - p_HD_m_.x());
   stop(-Eigen::Vector3d::UnitZ(), travel.lowest_z_m - p_HD_m_.z());
-  // Distance from the spheroid to first order: (|u| - 1) over its gradient, u the place in semi-axes.
+  // First-order distance from the spheroid: (|u| - 1) over its gradient, with u the position in semi-axes.
   const Eigen::Vector3d u = (p_HD_m_ - travel.centre_H_m).cwiseQuotient(travel.semi_axes_m);
   const double radius = u.norm();
   if (radius > 1.0) {

@@ -1,5 +1,5 @@
 /// @file
-/// What a youBot motor controller reports of the true joint: quantised, differenced, noisy.
+/// Sensor values of a youBot motor controller for the true joint: quantised, differenced, noisy.
 #pragma once
 #include <cstdint>
 #include <random>
@@ -11,8 +11,8 @@ struct SensorParameters {
   double position_resolution_rad = 6.0795e-5;
   double velocity_resolution_rad_per_s = 4.0530e-3;
   double torque_resolution_Nm = 8.656e-4;
-  /// 1 σ. The thesis calls the reported velocity "quite noisy and of low reliability"; on top of this it is
-  /// made from tick differences, so a single tick in 1 ms shows as 0.06 rad/s.
+  /// 1 σ. The thesis calls the reported velocity "quite noisy and of low reliability"; in addition it is made
+  /// from tick differences, so a single tick in 1 ms appears as 0.06 rad/s.
   double velocity_noise_rad_per_s = 0.03;
   double torque_noise_Nm = 0.0015;
 };
@@ -23,7 +23,8 @@ class JointSensors {
   JointSensors(const SensorParameters& parameters, std::uint64_t seed)
       : parameters_(parameters), random_(seed) {}
 
-  /// Counts the encoder and, over `interval_s` since the last call, the velocity. Once per controller period.
+  /// Samples the encoder and, over `interval_s` since the last call, the velocity. Once per controller
+  /// period.
   void update(double position_rad, double torque_Nm, double interval_s) noexcept;
 
   double position_rad() const noexcept { return position_rad_; }

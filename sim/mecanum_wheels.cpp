@@ -13,16 +13,16 @@ namespace sim {
 namespace {
 
 constexpr double kGravity_m_per_s2 = 9.81;
-/// Below this sliding speed a roller's rolling resistance fades, so that it is no force at rest.
+/// Below this sliding speed a roller's rolling resistance fades to zero at rest.
 constexpr double kRollingFade_m_per_s = 0.005;
 
-// Per wheel 1 to 4: which way its surface pushes the body forward for a positive turn, the lean of the roller
-// on the floor, and its place seen from the centre in units of half wheelbase and half track.
+// For wheels 1 to 4: direction in which the surface pushes the body forward for a positive turn, inclination
+// of the roller on the floor, and position relative to the centre in half wheelbases and half tracks.
 constexpr std::array<double, 4> kForward{-1, 1, -1, 1};
 constexpr std::array<double, 4> kLean{-1, 1, 1, -1};
 constexpr std::array<double, 4> kAhead{1, 1, -1, -1};
 constexpr std::array<double, 4> kLeft{1, -1, 1, -1};
-/// What differs between the wheels, computed for all at once: roots and divisions are most of a step.
+/// Per-wheel values, computed for all at once: roots and divisions are most of a step.
 using EachWheel = Eigen::Array4d;
 
 void require_positive(double value, const char* name) {
@@ -37,7 +37,7 @@ void require_not_negative(double value, const char* name) {
                                 std::to_string(value));
 }
 
-/// Whose friction is in the effects alone.
+/// A wheel whose friction is in the effects only.
 Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
   DriveParameters drive = parameters.drive;
   const model::effects::DriveModel& model = *parameters.model;
@@ -50,7 +50,8 @@ Drive make_modelled_wheel(const MecanumWheelParameters& parameters, int wheel) {
 
 Drive make_wheel(const MecanumWheelParameters& parameters, int wheel) {
   if (parameters.model) return make_modelled_wheel(parameters, wheel);
-  // A fine grid: the plant is the measured curve, the compensator's coarse table an approximation of it.
+  // A fine grid: the plant is the measured curve, and the compensator's coarse table is an approximation of
+  // it.
   const model::friction::SlidingTable table =
       model::friction::wheel_table(wheel, {.spacing_rad_per_s = 0.005});
   const double scale =
@@ -107,7 +108,7 @@ void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
   EachWheel speed;
   std::ranges::transform(wheels_, speed.begin(), &Drive::velocity_rad_per_s);
   const EachWheel surface_x = forward * r * speed;
-  // Along the roller's axis the wheel grips. The grip acts along (1, c)/√2; its x component carries the 1/√2
+  // The wheel grips along the roller's axis. The grip acts along (1, c)/√2; its x component carries the 1/√2
   // of that direction.
   const EachWheel slip = surface_x - (hub_x + lean * hub_y);
   const double grip_bound_N = parameters_.roller_grip * wheel_load_N_ / std::sqrt(2.0);
@@ -116,7 +117,7 @@ void MecanumWheels::step(const control::PlanarVector& twist_B, double step_s,
     const auto wheel = static_cast<Eigen::Index>(i);
     grip_N[wheel] = grips_[i].step(slip[wheel], parameters_.grip_scale[i] * grip_bound_N, step_s);
   }
-  // Across it the roller rolls: (−c, 1)/√2 is the way it does.
+  // Across it the roller rolls, along (−c, 1)/√2.
   const EachWheel rolling = (lean * (surface_x - hub_x) + hub_y) / std::sqrt(2.0);
   const EachWheel resistance_N = -parameters_.roller_resistance * wheel_load_N_ * rolling /
                                  (rolling * rolling + kRollingFade_m_per_s * kRollingFade_m_per_s).sqrt();

@@ -1,5 +1,5 @@
 /// @file
-/// Four wheel drives and their mecanum rollers on a level floor: what a body on them is pushed by.
+/// Four wheel drives and their mecanum rollers on a level floor: the wrench on the body.
 ///
 /// Units: SI; wrenches and twists planar, in B (control/planar.h). Errors: std::invalid_argument from the
 /// constructor. One thread; the cycle neither allocates nor locks.
@@ -22,17 +22,18 @@ struct MecanumWheelParameters {
   bool on_ground = true;  ///< false: wheels turn freely in the air, the body stays where it is
   control::BaseGeometry geometry;
   DriveParameters drive;
-  /// What the wheels' drives are instead of the measured curves, all four alike: friction and inertia, and
-  /// the noise of their torque sensors where it says so.
+  /// Replaces the measured curves of the wheels, all four alike: friction and inertia, and the noise of their
+  /// torque sensors if given.
   std::optional<model::effects::DriveModel> model{};
-  /// Times the measured curves, which were taken with the wheels off the ground: loaded bearings and rollers
-  /// take more, and not each wheel the same. An assumption, so that a compensator made from the measured
-  /// curves is judged where it is imperfect. In the air the curves count as measured.
+  /// Factor on the measured curves, which were taken with lifted wheels: loaded bearings and rollers have
+  /// more friction, and not all wheels the same. An assumption, so that a compensator based on the measured
+  /// curves is tested with model errors. When lifted, the curves apply as measured.
   std::array<double, 4> loaded_friction_scale{1.15, 1.30, 1.10, 1.25};
   double roller_grip = 0.6;  ///< friction coefficient along a roller's axis; assumption
-  /// Times `roller_grip`, each wheel its own: a wet patch; 0: a wheel over a hollow, which carries nothing.
+  /// Factor on `roller_grip` per wheel: a wet patch; 0: a wheel over a hole, without load.
   std::array<double, 4> grip_scale{1, 1, 1, 1};
-  /// A roller's tangential give along its axis [N/m, N·s/m]; assumption, stiff against the wheel drives.
+  /// A roller's tangential compliance along its axis [N/m, N·s/m]; assumption, stiff compared with the wheel
+  /// drives.
   BoundedBristle::Parameters roller_give{5e4, 300.0};
   double roller_resistance =
       0.004;  ///< rolling resistance coefficient of a roller about its axis; assumption
@@ -42,9 +43,10 @@ struct MecanumWheelParameters {
 /// In bus order, signs kCounterClockwise (control/link_map.h).
 ///
 /// Every roller grips the floor along its axis, at 45° to the wheel, with a bounded bristle on the slip
-///   u = s·r·w − (v_x + c·v_y) at the wheel's place,  s = ∓1 left/right,  c = ∓1 by the roller's direction,
+///   u = s·r·w − (v_x + c·v_y) at the wheel's position,  s = ∓1 left/right,  c = ∓1 by the roller's
+///   direction,
 /// and rolls about its axis against a small resistance. Wheel loads are equal and constant: load transfer is
-/// left out.
+/// not modelled.
 class MecanumWheels {
  public:
   static constexpr int kCount = 4;
@@ -52,15 +54,15 @@ class MecanumWheels {
   /// @throws std::invalid_argument naming the parameter that is not finite or not positive.
   MecanumWheels(const MecanumWheelParameters& parameters, double carried_mass_kg);
 
-  /// Begins a controller period, as Drive::control(). One command for each wheel.
+  /// Starts a controller period, like Drive::control(). One command for each wheel.
   void control(std::span<const hal::JointCommand> commands, bool powered, double interval_s) noexcept;
-  /// Integrates one step of the wheels under a body that moves with `twist_B`, and adds to `wrench_B` what
-  /// they push it with.
+  /// Integrates one step of the wheels under a body that moves with `twist_B`, and adds their force on it to
+  /// `wrench_B`.
   void step(const control::PlanarVector& twist_B, double step_s, control::PlanarVector& wrench_B) noexcept;
-  /// Ends a controller period, as Drive::sense().
+  /// Ends a controller period, like Drive::sense().
   void sense(double interval_s) noexcept;
   void measure(std::span<hal::JointSample> samples) const noexcept;
-  /// Lifts them off the ground, or sets them down. Measured curves stay scaled as they were at the start.
+  /// Lifts them off the ground, or sets them down. The scale of measured curves stays as at the start.
   void set_on_ground(bool on_ground) noexcept;
   bool on_ground() const noexcept { return parameters_.on_ground; }
 

@@ -19,7 +19,7 @@ using control::kChainAxes;
 
 /// The motor controllers' loops run at 1 kHz (TMCL axis parameter 133).
 constexpr std::chrono::nanoseconds kControllerPeriod{1'000'000};
-/// Of the fastest swing. It is unstable from 2 on; the default step sees 0.1 of joint 5 on its gear.
+/// For the fastest oscillation. It is unstable from 2 on; with the default step, joint 5 on its gear has 0.1.
 constexpr double kLongestStep_rad = 0.5;
 
 MobileManipulatorParameters checked(const MobileManipulatorParameters& parameters) {
@@ -70,7 +70,7 @@ std::array<ElasticJoint, kArmJoints> MobileManipulator::make_joints() {
   const auto make = [&](int index) {
     const auto i = static_cast<std::size_t>(index);
     const Eigen::Index axis = kBaseAxes + index;
-    // Rotors stand still while gear and stops shake the links; folded, whatever pose it starts in.
+    // Rotors are fixed while gear and stops oscillate the links; folded, whatever the start pose.
     const double link_kg_m2 = 1 / inverse(axis, axis);
     const double longest_s = kLongestStep_rad / std::sqrt(parameters_.gear.stiffness_Nm_per_rad / link_kg_m2);
     if (seconds(parameters_.step) > longest_s)
@@ -116,7 +116,7 @@ void MobileManipulator::set_on_ground(bool on_ground) noexcept {
   if (wheels_.on_ground() == on_ground) return;
   wheels_.set_on_ground(on_ground);
   if (!on_ground) v_.head<kBaseAxes>().setZero();
-  held_.left_s = 0.0;  // the inverse mass is another one
+  held_.left_s = 0.0;  // the inverse mass changes
 }
 
 void MobileManipulator::step(double step_s) noexcept {
@@ -145,7 +145,7 @@ void MobileManipulator::step(double step_s) noexcept {
 void MobileManipulator::hold_model(double duration_s) noexcept {
   held_.left_s = duration_s;
   held_.q = q_ + 0.5 * duration_s * v_;
-  // As it went on since the last time, so it goes on to the middle.
+  // Extrapolates the last change to the middle.
   const control::ChainVector v_middle = v_ + 0.5 * (v_ - held_.v);
   held_.v = v_;
   model_.update(held_.q);
@@ -157,7 +157,7 @@ void MobileManipulator::hold_model(double duration_s) noexcept {
 
 control::ChainMatrix MobileManipulator::inverse_mass(const control::ChainMatrix& mass) const noexcept {
   if (base_moves()) return mass.llt().solve(control::ChainMatrix::Identity());
-  // No force moves what is held.
+  // No force moves a fixed axis.
   control::ChainMatrix inverse = control::ChainMatrix::Zero();
   inverse.bottomRightCorner<kArmJoints, kArmJoints>() =
       mass.bottomRightCorner<kArmJoints, kArmJoints>().llt().solve(
@@ -183,8 +183,8 @@ double MobileManipulator::kinetic_energy_J() noexcept {
 }
 
 double MobileManipulator::potential_energy_J() noexcept {
-  // The work of lifting the arm here along a straight line in its angles: Gauss and Legendre's rule with
-  // three points in each of so many parts that it is good to a microjoule.
+  // The work of lifting the arm along a straight line in its angles: Gauss-Legendre quadrature with three
+  // points in each part; this number of parts is accurate to a microjoule.
   constexpr int kParts = 32;
   constexpr std::array<double, 3> kPoint{-0.7745966692414834, 0.0, 0.7745966692414834};
   constexpr std::array<double, 3> kWeight{5.0 / 9, 8.0 / 9, 5.0 / 9};

@@ -6,7 +6,7 @@
 namespace sim {
 namespace {
 
-/// A contact that nobody described is as stiff as the integration allows and settles within a few steps.
+/// An unspecified contact is as stiff as the integration allows and settles within a few steps.
 constexpr double kContactAngle_rad = 0.3;  // per integration step
 constexpr double kContactDampingRatio = 0.3;
 

@@ -1,14 +1,13 @@
 /// @file
-/// A drive model in motion: what its file says and nothing more.
+/// Simulation of a drive model: exactly the content of its file.
 #pragma once
 #include "model/effects/drive_model.h"
 #include "sim/moving_parts.h"
 
 namespace sim {
 
-/// Torque command in; motion, delivered and reported torque out, without noise and resolution. The current
-/// loop is taken as perfect: what it is not shows as actuator effects. One thread; step() neither allocates
-/// nor locks.
+/// Torque command in; motion, delivered and reported torque out, without noise or quantisation. The current
+/// loop is ideal: its imperfections are actuator effects. One thread; step() neither allocates nor locks.
 class ModelDrive {
  public:
   /// `step_s`: sample period; a command holds that long, and each is integrated in `substeps` parts.
@@ -17,7 +16,7 @@ class ModelDrive {
 
   void step(double command_Nm) noexcept;
 
-  double position_rad() const noexcept { return parts_.motor_position_rad(); }  ///< what an encoder sees
+  double position_rad() const noexcept { return parts_.motor_position_rad(); }  ///< the encoder's position
   double velocity_rad_per_s() const noexcept { return parts_.motor_velocity_rad_per_s(); }
   double delivered_Nm() const noexcept { return delivered_Nm_; }
   double reported_Nm() const noexcept { return effects_.report_Nm(delivered_Nm_); }

@@ -7,8 +7,8 @@
 namespace sim {
 
 /// Maxon EC 45 flat 50 W, 251601, as a DC equivalent. R, L, k_t, rotor inertia: data sheet values (editions
-/// differ by 5 to 8 %). The thesis' extra resistance for the no-load speed is left out, as it asks for once
-/// friction is modelled at the joint.
+/// differ by 5 to 8 %). The thesis' extra resistance for the no-load speed is left out, as the thesis
+/// requires once friction is modelled at the joint.
 struct MotorParameters {
   double resistance_ohm = 0.978;
   double inductance_H = 0.573e-3;
@@ -16,7 +16,7 @@ struct MotorParameters {
   double rotor_inertia_kg_m2 = 1.35e-5;
   double supply_V = 24.0;
   double current_limit_A = 2.85;
-  /// Closed-loop bandwidth of the PI current controller, whose zero is put on the winding's pole.
+  /// Closed-loop bandwidth of the PI current controller, whose zero cancels the winding's pole.
   double current_bandwidth_rad_per_s = 2000.0;
 };
 
@@ -34,11 +34,11 @@ class Motor {
     const double error_A = target_A - current_A_;
     const double wanted_V = p.inductance_H * p.current_bandwidth_rad_per_s * error_A + integral_V_;
     voltage_V_ = std::clamp(wanted_V, -p.supply_V, p.supply_V);
-    // The integrator waits while the voltage is limited, or it would wind up.
+    // Anti-windup: the integrator is held while the voltage is limited.
     if (voltage_V_ == wanted_V)
       integral_V_ += p.resistance_ohm * p.current_bandwidth_rad_per_s * error_A * step_s;
     const double back_emf_V = p.torque_constant_Nm_per_A * velocity_rad_per_s;
-    if (step_s != step_s_) {  // a division takes longer than all of the rest
+    if (step_s != step_s_) {  // a division takes longer than everything else
       step_s_ = step_s;
       step_per_H_ = step_s / p.inductance_H;
       decay_ = 1 + step_s * p.resistance_ohm / p.inductance_H;
@@ -47,7 +47,7 @@ class Motor {
     return p.torque_constant_Nm_per_A * current_A_;
   }
 
-  /// The bridge opens: no current, controller forgotten.
+  /// The bridge opens: no current, controller reset.
   void power_off() noexcept { current_A_ = integral_V_ = voltage_V_ = 0.0; }
 
   double current_A() const noexcept { return current_A_; }
@@ -59,7 +59,7 @@ class Motor {
   double current_A_ = 0.0;
   double integral_V_ = 0.0;
   double voltage_V_ = 0.0;
-  // Of the last step's length.
+  // For the last step's length.
   double step_s_ = 0.0;
   double step_per_H_ = 0.0;
   double decay_ = 1.0;

@@ -8,7 +8,7 @@
 namespace sim {
 namespace {
 
-/// Of the friction contact, in proportion to what rubs in it.
+/// Share of the friction contact, proportional to its friction.
 BoundedBristle contact(const model::effects::Mechanics& mechanics, double share) {
   return BoundedBristle({mechanics.stiffness_Nm_per_rad * share, mechanics.damping_Nm_s_per_rad * share,
                          mechanics.bend_exponent});
@@ -54,7 +54,7 @@ double MovingParts::shaft_torque_Nm(double step_s) const noexcept {
   const double bent = twist - std::clamp(twist, -half_gap, half_gap);
   if (!(mechanics_.shaft_Nm_per_rad > 0)) return mechanics_.flank_Nm(bent, rate, step_s);
   const double torque = mechanics_.shaft_Nm_per_rad * bent + mechanics_.shaft_Nm_s_per_rad * rate;
-  // Flanks push, they do not pull.
+  // Flanks only push.
   if (half_gap > 0 && torque * bent < 0) return 0;
   return torque;
 }

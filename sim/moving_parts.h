@@ -11,31 +11,31 @@
 namespace sim {
 
 /// J·dω/dt = τ − friction(ω, z) − load(θ), integrated semi-implicitly: velocity first, then position with the
-/// new velocity. Friction is the sum of a measured curve, when there is one, and of the effects; a bristle
+/// new velocity. Friction is the sum of a measured curve, if there is one, and of the effects; a bristle
 /// carries it, so that a joint at rest rests. With a gap or spring the load has its shares of inertia and
 /// friction, and the motor the rest. One thread. Cycle: step() neither allocates nor locks.
 class MovingParts {
  public:
-  /// `effects` have had their say in `mechanics` (EffectChain::arranged); its friction contact is a spring.
+  /// `mechanics` includes the `effects` (EffectChain::arranged); its friction contact is a spring.
   /// @throws std::invalid_argument without one.
   MovingParts(const model::effects::Mechanics& mechanics, std::optional<model::friction::SlidingTable> curve,
               const model::effects::EffectChain& effects);
 
-  /// One step under a torque on the motor, against `load_Nm` on the load, positive when it brakes positive
+  /// One step under a torque on the motor, against `load_Nm` on the load, positive if it brakes positive
   /// motion.
   void step(double motor_torque_Nm, double load_Nm, double step_s) noexcept;
 
   double motor_position_rad() const noexcept { return motor_.position_rad; }
   double motor_velocity_rad_per_s() const noexcept { return motor_.velocity_rad_per_s; }
-  /// Of the load; the motor's where there is one mass.
+  /// Of the load; the motor's if there is one mass.
   double position_rad() const noexcept { return load().position_rad; }
   double velocity_rad_per_s() const noexcept { return load().velocity_rad_per_s; }
-  double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< all of it, last step
-  double inertia_kg_m2() const noexcept { return mechanics_.inertia_kg_m2; }  ///< all of it
+  double friction_torque_Nm() const noexcept { return friction_torque_Nm_; }  ///< total, last step
+  double inertia_kg_m2() const noexcept { return mechanics_.inertia_kg_m2; }  ///< total
   double breakaway_Nm(double direction) const noexcept { return level_Nm(0, direction, 0); }
   void set_velocity(double velocity_rad_per_s) noexcept;
   void set_position(double position_rad) noexcept;
-  /// Of the load alone, where there is one.
+  /// Of the load only, if there is one.
   void set_load(double position_rad, double velocity_rad_per_s) noexcept {
     load_.position_rad = position_rad;
     load_.velocity_rad_per_s = velocity_rad_per_s;
@@ -45,7 +45,7 @@ class MovingParts {
     motor_.contact.set_deflection(deflection_rad);
     load_.contact.set_deflection(deflection_rad);
   }
-  void set_running(double running_s) noexcept { running_s_ = running_s; }  ///< for how long it has moved
+  void set_running(double running_s) noexcept { running_s_ = running_s; }  ///< time in motion so far
 
  private:
   struct Mass {
@@ -57,13 +57,13 @@ class MovingParts {
   };
   Mass mass(double inertia_share, double friction_share) const;
   const Mass& load() const noexcept { return mechanics_.two_masses() ? load_ : motor_; }
-  /// Inline: most of a step waits for it.
+  /// Inline: most of a step depends on it.
   double level_Nm(double speed_rad_per_s, double direction, double carried_Nm) const noexcept {
     const double curve_Nm = curve_ ? curve_->level_Nm(std::copysign(speed_rad_per_s, direction)) : 0;
     if (effects_.empty()) return curve_Nm;
     return curve_Nm + effects_.level_Nm(speed_rad_per_s, direction, running_s_, carried_Nm);
   }
-  /// Friction on that mass over the step, whose velocity and position follow.
+  /// Friction on that mass over the step; updates its velocity and position.
   double move(Mass& mass, double torque_Nm, double carried_Nm, double step_s) noexcept;
   double shaft_torque_Nm(double step_s) const noexcept;
 

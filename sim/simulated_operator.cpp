@@ -22,24 +22,24 @@ using std::chrono::nanoseconds;
 using namespace std::chrono_literals;
 
 constexpr nanoseconds kGlance = 10ms;
-/// Glances between the two places that tell him how fast the tip goes.
+/// Number of glances between the two positions used to estimate the speed of the end effector.
 constexpr std::size_t kSpeedGlances = 5;
-/// A movement of least jerk is this much faster at its middle than on average.
+/// Ratio of peak to mean speed of a minimum-jerk movement.
 constexpr double kPeakOverMean = 1.875;
 constexpr nanoseconds kSettle = 300ms;
 constexpr double kPushTolerance_m = 0.003;
-/// Feeling his way he moves on in pieces of this time.
+/// Duration of one piece of a feeling movement.
 constexpr nanoseconds kFeelingPiece = 400ms;
-/// From the rim to the middle, and the first part of it, in which the pen still drives.
+/// From the boundary to the centre, and the first part of it, in which the handle still drives.
 constexpr nanoseconds kWayBack = 600ms;
 constexpr double kLeaving_s = 0.2;
-/// At the rim the pen is where he wants it, as well as he can tell.
+/// Accuracy of the operator's handle position at the boundary.
 constexpr double kRimTolerance_m = 0.003;
-/// Closer than this the direction to the target is left as it is.
+/// Closer than this the direction to the target is not updated.
 constexpr double kDirectionFrom_m = 0.05;
 
 constexpr double kAtRest_m_per_s = 0.01;
-/// No boundary is further out: an arm's length.
+/// Upper bound of the distance to the boundary: an arm's length.
 constexpr double kLargestReach_m = 1.0;
 
 nanoseconds from_seconds(double time_s) { return nanoseconds(std::llround(1e9 * time_s)); }
@@ -57,7 +57,7 @@ double length_m(const std::vector<Vector3d>& points_m) {
   return length_m;
 }
 
-/// The place this far along the lines between the points, and no further than the last.
+/// Point at this distance along the polyline, at most its end.
 Vector3d place_along(const std::vector<Vector3d>& points_m, double way_m) {
   for (std::size_t i = 1; i < points_m.size(); ++i) {
     const Vector3d along_m = points_m[i] - points_m[i - 1];
@@ -68,7 +68,7 @@ Vector3d place_along(const std::vector<Vector3d>& points_m, double way_m) {
   return points_m.back();
 }
 
-/// Complains about one task or about the operator.
+/// Reports errors of one task or of the operator.
 struct Check {
   std::string who;
 
@@ -211,7 +211,7 @@ void SimulatedOperator::enter(Phase phase) noexcept {
 }
 
 void SimulatedOperator::end(TaskResult result) noexcept {
-  // A pen that is left at the rim would drive on for ever.
+  // A handle left at the boundary would drive forever.
   const bool drives = std::holds_alternative<tasks::DriveFar>(tasks_[current_].what);
   if (drives && phase_ == Phase::kOnTheWay) move_hand(Vector3d::Zero(), kWayBack);
   outcomes_[current_].result = result;
@@ -249,7 +249,7 @@ void SimulatedOperator::correct_towards(const Vector3d& p_WT_m) noexcept {
 }
 
 bool SimulatedOperator::bring_to(const Vector3d& p_WT_m, double tolerance_m, nanoseconds settle) noexcept {
-  // Half way into the tolerance he leaves it alone.
+  // Within half the tolerance no correction is made.
   if ((will_rest_at_m() - p_WT_m).norm() > 0.5 * tolerance_m) correct_towards(p_WT_m);
   if ((seen_.p_WT_m - p_WT_m).norm() > tolerance_m) settled_since_ = time_ + 1ns;
   return time_ - settled_since_ >= settle;
@@ -261,7 +261,7 @@ Vector3d SimulatedOperator::will_rest_at_m() const noexcept {
   return seen_.p_WT_m + parameters_.motion_scale * turned_H_W(to_come_m);
 }
 
-/// How far the boundary is from the origin in this direction of length 1.
+/// Distance of the boundary from the origin in this direction of length 1.
 double SimulatedOperator::boundary_m(const Vector3d& direction_H) const noexcept {
   double inside_m = 0.0;
   double outside_m = kLargestReach_m;
@@ -299,7 +299,7 @@ bool SimulatedOperator::act(const tasks::Follow& task) noexcept {
   }
   const double gone_m = task.speed_m_per_s * seconds(time_ - phase_begun_);
   if (gone_m >= length_m(task.points_W_m)) return bring_to(task.points_W_m.back(), task.tolerance_m, kSettle);
-  // To where the path will be when this movement has been seen to end.
+  // To where the path will be when the end of this movement is seen.
   const double ahead_m = task.speed_m_per_s * seconds(parameters_.correction + parameters_.reaction);
   correct_towards(place_along(task.points_W_m, gone_m + ahead_m));
   settled_since_ = time_;
@@ -348,7 +348,7 @@ bool SimulatedOperator::act(const tasks::DriveFar& task) noexcept {
     case Phase::kApproach: {
       const Vector3d needed_m = intended_m() + turned_H_W(task.p_WT_m - will_rest_at_m()) / scale;
       const bool within = (needed_m - within_reach(needed_m)).norm() * scale < 0.5 * task.tolerance_m;
-      // A tip that moves may still come there.
+      // A moving end effector may still arrive.
       if (within || !ready() || seen_v_WT_m_per_s_.norm() > kAtRest_m_per_s)
         return bring_to(task.p_WT_m, task.tolerance_m, kSettle);
       drive_direction_H_ = missing_m.stableNormalized();
@@ -358,8 +358,8 @@ bool SimulatedOperator::act(const tasks::DriveFar& task) noexcept {
     case Phase::kOnTheWay: {
       if (missing_m.norm() > kDirectionFrom_m) drive_direction_H_ = missing_m.normalized();
       const double rim_m = boundary_m(drive_direction_H_) + parameters_.beyond_boundary_m;
-      // Back in the middle the tip will have gone back as far as the pen. He ends half way past the target,
-      // so that as much is left to do for the hand as was too much.
+      // On the way back to the centre, the end effector moves back with the handle. The operator stops half
+      // of that way past the target, which leaves equal corrections in both directions.
       const double ahead_m = seen_v_WT_m_per_s_.dot(turned_H_W(drive_direction_H_)) *
                              (seconds(parameters_.reaction + parameters_.expected_lag) + kLeaving_s);
       if (missing_m.dot(drive_direction_H_) + 0.5 * scale * rim_m <= ahead_m) {
@@ -367,7 +367,7 @@ bool SimulatedOperator::act(const tasks::DriveFar& task) noexcept {
         enter(Phase::kReturn);
         return false;
       }
-      // The robot pulls at the pen; he feels where it is and pushes on, but not without end.
+      // The robot pulls at the handle; the operator feels its position and pushes further, within a limit.
       const Vector3d aside_m = rim_m * drive_direction_H_ - seen_.p_HD_m;
       if (!ready() || aside_m.norm() < kRimTolerance_m) return false;
       const Vector3d next_m = intended_m() + aside_m;

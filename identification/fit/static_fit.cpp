@@ -33,7 +33,7 @@ std::string four_digits(double value) {
   return text;
 }
 
-/// The same in both directions but for the sign.
+/// The same in both directions except for the sign.
 bool is_even(std::string_view effect) { return effect != "torque_offset" && effect != "direction_asymmetry"; }
 
 /// One parameter of the form: identity, bounds, whether it is fitted.

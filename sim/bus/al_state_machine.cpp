@@ -19,7 +19,7 @@ bool exists(AlState state) noexcept {
   }
 }
 
-// Up one state at a time, down to any (ETG.1000.6, figure 6); the numbers of the states are in order.
+// Up one state at a time, down to any (ETG.1000.6, figure 6); the state numbers are in order.
 bool connected(AlState from, AlState to) noexcept {
   if (to < from) return to != AlState::kBoot;
   return (from == AlState::kInit && to == AlState::kPreOp) ||

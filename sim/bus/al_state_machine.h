@@ -8,7 +8,7 @@
 
 namespace sim::bus {
 
-/// AL status codes that the emulated slaves give (ETG.1000.6, table 11); words for them are in
+/// AL status codes of the emulated slaves (ETG.1000.6, table 11); their texts are in
 /// drivers::ethercat::describe_al_status_code().
 namespace al_code {
 inline constexpr std::uint16_t kNone = 0x0000;
@@ -24,12 +24,12 @@ inline constexpr std::uint16_t kInvalidInputs = 0x001E;
 }  // namespace al_code
 
 /// Rules:
-/// - A refused request leaves the state, sets the error bit and the code.
-/// - While the error bit is set, a request without acknowledge (0x10) counts only if it goes down, and
-///   then clears the error; others are ignored. With acknowledge, error and code are cleared, then the
-///   request is looked at as usual.
-/// - SAFE-OP to OP waits for the first complete outputs of the master after SAFE-OP was entered, staying in
-///   SAFE-OP without error meanwhile, and is refused with 0x0019 when the time for them is over.
+/// - A refused request keeps the state, sets the error bit and the code.
+/// - While the error bit is set, a request without acknowledge (0x10) is only accepted to a lower state, and
+/// then clears the error; others are ignored. With acknowledge, error and code are cleared, then the request
+/// is processed as usual.
+/// - SAFE-OP to OP waits for the first complete outputs of the master after SAFE-OP was entered, stays in
+/// SAFE-OP without error meanwhile, and is refused with 0x0019 at the time-out.
 class AlStateMachine {
  public:
   using AlState = drivers::ethercat::AlState;
@@ -40,8 +40,8 @@ class AlStateMachine {
   std::uint16_t status() const noexcept;
 
   void reset() noexcept { *this = AlStateMachine{}; }
-  /// AL control was written. `obstacle`: what the slave's configuration has against the requested state,
-  /// 0 nothing. `outputs_time`: how long to wait for outputs on the way to OP.
+  /// AL control was written. `obstacle`: objection of the slave's configuration to the requested state; 0:
+  /// none. `outputs_time`: how long to wait for outputs on the way to OP.
   void request(std::uint16_t control, std::uint16_t obstacle, bool outputs_valid,
                std::chrono::nanoseconds outputs_time) noexcept;
   void advance(std::chrono::nanoseconds step) noexcept;

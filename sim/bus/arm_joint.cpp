@@ -11,8 +11,9 @@ namespace {
 
 constexpr double kStopDampingRatio = 0.5;
 constexpr double kBristleStiffness_Nm_per_rad = 2000.0;
-constexpr double kVelocityBandwidth_per_s = 30.0;  // of the drive's velocity loop; its integral a third of it
-/// As sim::Base: the stiffest part, √(20000 / 0.07 kg·m²) = 530 rad/s, sees 40 steps a radian.
+constexpr double kVelocityBandwidth_per_s = 30.0;  // of the drive's velocity loop; its integral has a third
+                                                   // of it
+/// As in sim::Base: the stiffest part, √(20000 / 0.07 kg·m²) = 530 rad/s, gets 40 steps per radian.
 constexpr std::int64_t kSteps_per_s = 20'000;
 
 }  // namespace
@@ -29,7 +30,7 @@ DriveParameters arm_drive_parameters(const ArmJointData& data) {
   const double inertia =
       p.load_inertia_kg_m2 + p.motor.rotor_inertia_kg_m2 * axis.gear_ratio * axis.gear_ratio;
   p.presliding = {kBristleStiffness_Nm_per_rad, 0.2 * std::sqrt(inertia * kBristleStiffness_Nm_per_rad)};
-  // The wheel's sensors, through another gear: they sit on the motor.
+  // The wheel's sensors, behind another gear: they are on the motor.
   const DriveParameters wheel;
   const double slower = wheel.gear_ratio / axis.gear_ratio;
   const double stronger = axis.gear_ratio * axis.torque_constant_Nm_per_A /

@@ -18,11 +18,11 @@ DriveParameters arm_drive_parameters(const ArmJointData& data);
 model::friction::SlidingTable arm_friction(const ArmJointData& data);
 
 /// A geared drive with Coulomb and viscous friction and a constant load inertia; no gravity, no coupling. The
-/// end stops are damped springs that only push, stiff against the drive: 3 A of motor current press joint 1
-/// in by less than a milliradian.
+/// end stops are damped springs that only push and are stiff compared with the drive: 3 A of motor current
+/// compress joint 1's by less than a milliradian.
 class ArmJoint final : public BoardDrive {
  public:
-  /// @throws std::invalid_argument when `start_rad` is not between the stops.
+  /// @throws std::invalid_argument if `start_rad` is not between the stops.
   ArmJoint(const ArmJointData& data, double start_rad, std::uint64_t noise_seed);
 
   void command(const hal::JointCommand& command, bool powered) noexcept override;
@@ -30,11 +30,11 @@ class ArmJoint final : public BoardDrive {
   /// Cycle.
   void advance(std::chrono::nanoseconds period) noexcept;
 
-  /// Truth, in the official driver's angles.
+  /// True value, in the official driver's angles.
   double position_rad() const noexcept { return start_rad_ + drive_.position_rad(); }
   double velocity_rad_per_s() const noexcept { return drive_.velocity_rad_per_s(); }
-  /// A blocked joint cannot pass this angle in the direction of the home stop: for homing that finds
-  /// something else than the stop.
+  /// The joint cannot pass this angle towards the home stop: for homing that finds an obstacle instead of the
+  /// stop.
   void block_at(double position_rad) noexcept;
 
  private:

@@ -1,7 +1,7 @@
 /// @file
-/// The youBot's axes as the emulated robot has them. Gears, torque constants and directions: configuration
-/// of the official driver; current limits: factory parameter dump of the KU Leuven driver. Kept apart from
-/// hal/youbot_axes.h, because a plant and the software that drives it share no source; a test compares them.
+/// Axis data of the emulated robot. Gears, torque constants and directions: configuration of the official
+/// driver; current limits: factory parameter dump of the KU Leuven driver. Separate from hal/youbot_axes.h,
+/// because a plant and the software that drives it must not share a source; a test compares them.
 #pragma once
 #include <array>
 #include <numbers>
@@ -12,11 +12,11 @@ namespace sim::bus {
 
 struct ArmJointData {
   BoardAxis axis;
-  /// End stops, in the official driver's angles: 0 is the stop that homing runs into. Ranges: robot
+  /// End stops, in the official driver's angles: 0 is the stop that homing touches. Ranges: robot
   /// description.
   double lower_stop_rad = 0.0;
   double upper_stop_rad = 0.0;
-  /// Assumptions: an arm stretched half way out, and friction a fifth of what homing takes for a stop.
+  /// Assumptions: a half-stretched arm, and friction a fifth of the homing threshold.
   double load_inertia_kg_m2 = 0.1;
   double coulomb_Nm = 0.5;
   double viscous_Nm_s_per_rad = 0.2;

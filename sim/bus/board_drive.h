@@ -1,5 +1,5 @@
 /// @file
-/// The mechanics a motor controller board drives, and how the board counts them.
+/// Interface between a motor controller board and its mechanics, with the board's units.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -25,8 +25,8 @@ struct BoardAxis {
   }
 };
 
-/// Between the board's motor-side integers and SI at the joint. Written apart from hal/axis_scale.h, so that
-/// an error in one of them shows.
+/// Converts between the board's motor-side integers and SI at the joint. Independent of hal/axis_scale.h, so
+/// that an error in one of them is detected.
 class MotorUnits {
  public:
   explicit MotorUnits(const BoardAxis& axis) noexcept
@@ -55,8 +55,8 @@ class MotorUnits {
   double Nm_per_mA_;
 };
 
-/// One joint as its board sees it. Commands hold until the next one; the owner of the mechanics lets them
-/// act. Cycle: both functions.
+/// One joint as seen by its board. A command holds until the next one; the owner of the mechanics advances
+/// them. Cycle: both functions.
 class BoardDrive {
  public:
   BoardDrive() = default;
@@ -64,7 +64,7 @@ class BoardDrive {
   BoardDrive& operator=(const BoardDrive&) = delete;
   virtual ~BoardDrive() = default;
 
-  /// Unpowered, the bridge is open and the joint coasts.
+  /// Unpowered: the bridge is open and the joint coasts.
   virtual void command(const hal::JointCommand& command, bool powered) noexcept = 0;
   virtual hal::JointSample measured() const noexcept = 0;
 };

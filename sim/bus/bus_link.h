@@ -1,5 +1,5 @@
 /// @file
-/// A link of the EtherCAT master that leads to emulated slaves in the same process.
+/// A link of the EtherCAT master to emulated slaves in the same process.
 #pragma once
 #include <algorithm>
 #include <chrono>
@@ -12,8 +12,8 @@
 
 namespace sim::bus {
 
-/// Makes emulated time pass while the master waits for a frame. The owner of a plant derives from it to move
-/// plant, clock and bus together; wait() has to end with EmulatedWire::advance(step), on which the master's
+/// Advances emulated time while the master waits for a frame. The owner of a plant derives from it to advance
+/// plant, clock and bus together; wait() must end with EmulatedWire::advance(step), on which the master's
 /// time-outs rely.
 class EmulatedTime {
  public:
@@ -24,11 +24,11 @@ class EmulatedTime {
   virtual void wait(std::chrono::nanoseconds step) noexcept = 0;
 };
 
-/// send() has the bus process the frame at once. receive() hands out the reply that is due, waits for one
-/// that is due within the timeout, or waits the timeout out: all in emulated time.
+/// send() lets the bus process the frame at once. receive() returns the reply that is due, waits for one due
+/// within the timeout, or waits until the time-out: all in emulated time.
 class BusLink final : public drivers::ethercat::Link {
  public:
-  /// `wire` and `time` outlive the link. Without `time`, waiting advances the wire itself.
+  /// `wire` and `time` must outlive the link. Without `time`, waiting advances the wire itself.
   explicit BusLink(EmulatedWire& wire, EmulatedTime* time = nullptr) : wire_(wire), time_(time) {}
 
   bool send(std::span<const std::uint8_t> frame) noexcept override {
@@ -44,8 +44,8 @@ class BusLink final : public drivers::ethercat::Link {
     return wire_.receive(buffer);
   }
 
-  /// The emulated time, which advances in receive() and wait(). On an untimed wire it would stand still
-  /// there: that one uses the machine's clock.
+  /// The emulated time, which advances in receive() and wait(). On an untimed wire it would not advance:
+  /// there it is the machine's clock.
   std::chrono::nanoseconds now() const noexcept override { return wire_.timed() ? wire_.now() : Link::now(); }
   void wait(std::chrono::nanoseconds duration) override {
     wire_.timed() ? pass(duration) : Link::wait(duration);

@@ -36,7 +36,7 @@ bool same_kind(const Configured& found, const SyncManagerSetting& expected) noex
          found.length == expected.length;
 }
 
-// Whether the FMMUs leave no bit out, once they touch the data at all.
+// Whether the FMMUs map every bit, if they touch the data at all.
 bool mapped_whole(const Configured& manager, std::span<const Fmmu> fmmus, bool outputs) noexcept {
   std::uint64_t bit = 8ULL * manager.start;
   const std::uint64_t end = bit + 8ULL * manager.length;
@@ -46,7 +46,7 @@ bool mapped_whole(const Configured& manager, std::span<const Fmmu> fmmus, bool o
       })) {
     return true;
   }
-  for (std::size_t pass = 0; pass < fmmus.size() && bit < end; ++pass) {  // each pass moves on by one FMMU
+  for (std::size_t pass = 0; pass < fmmus.size() && bit < end; ++pass) {  // each pass advances by one FMMU
     for (const Fmmu& fmmu : fmmus) {
       const bool right_way = outputs ? fmmu.writes() : fmmu.reads();
       if (right_way && fmmu.physical_first() <= bit) bit = std::max(bit, last_of(fmmu));

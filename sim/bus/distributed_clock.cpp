@@ -6,10 +6,10 @@
 namespace sim::bus {
 namespace {
 
-// Well damped for system time written once a cycle: natural frequency 1/32 per write, damping 1.
+// Well damped for system time written once per cycle: natural frequency 1/32 per write, damping 1.
 constexpr double kProportional = 1.0 / 16;
 constexpr double kIntegral = 1.0 / 1024;
-constexpr double kFastestSlew = 1e-3;  // ns per ns; silicon moves by about one part in a thousand
+constexpr double kFastestSlew = 1e-3;  // ns per ns; silicon changes by about one part in a thousand
 constexpr double kLargestCorrection = 5e-4;
 
 }  // namespace
@@ -51,7 +51,7 @@ void DistributedClock::steer(std::chrono::nanoseconds now, std::int32_t error_ns
   fraction_ -= step;
   local_ += static_cast<std::int64_t>(std::floor(fraction_));
   fraction_ -= std::floor(fraction_);
-  if (std::abs(step) < largest) {  // no wind-up while the phase is still being slewed
+  if (std::abs(step) < largest) {  // no wind-up while the phase is still being corrected
     correction_ =
         std::clamp(correction_ - kIntegral * error / elapsed, -kLargestCorrection, kLargestCorrection);
   }

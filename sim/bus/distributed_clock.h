@@ -1,18 +1,18 @@
 /// @file
-/// The clock of a slave and how it follows the bus's reference clock (ESC data sheet section I, chapter 9).
+/// The clock of a slave and its synchronisation to the reference clock (ESC data sheet section I, chapter 9).
 #pragma once
 #include <chrono>
 #include <cstdint>
 
 namespace sim::bus {
 
-/// Counts nanoseconds of its own from power-up, at its own rate. System time written by the master steers
-/// rate and phase: a proportional-integral controller of our own in place of the silicon's counters, with
-/// the same registers and sign: Δt = (local + offset - delay) - received; positive slows the clock down.
+/// Counts nanoseconds from power-up at its own rate. System time written by the master controls rate and
+/// phase: our own proportional-integral controller instead of the silicon's counters, with the same registers
+/// and sign: Δt = (local + offset - delay) - received; positive slows the clock down.
 class DistributedClock {
  public:
   struct Crystal {
-    std::int64_t start_ns = 0;  ///< what it shows at power-up
+    std::int64_t start_ns = 0;  ///< value at power-up
     double drift_ppm = 0.0;     ///< fast if positive
   };
 
@@ -27,12 +27,12 @@ class DistributedClock {
   void steer(std::chrono::nanoseconds now, std::int32_t error_ns, unsigned filter_depth) noexcept;
   /// Speed counter start (0x0930) was written: forgets the mean and the rate correction.
   void reset_filters(std::chrono::nanoseconds now) noexcept;
-  /// Register 0x092C: magnitude of the mean Δt, bit 31 set when the local time is behind.
+  /// Register 0x092C: magnitude of the mean Δt, bit 31 set if the local time lags.
   std::uint32_t difference() const noexcept;
-  /// Register 0x0932, from 0x0930: d, so that the correction is d / (5 (start + d + 2) (start - d + 2))
-  /// (section II, table 105).
+  /// Register 0x0932, derived from 0x0930: d, so that the correction is d / (5 (start + d + 2) (start - d +
+  /// 2)) (section II, table 105).
   std::int16_t speed_difference(std::uint16_t start) const noexcept;
-  /// Rate added to the crystal's, in parts per million.
+  /// Rate correction of the crystal, in parts per million.
   double correction_ppm() const noexcept { return 1e6 * correction_; }
 
  private:

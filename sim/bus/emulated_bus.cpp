@@ -19,7 +19,7 @@ constexpr std::size_t kSourceMac = 6;
 
 EmulatedSlave& EmulatedBus::add(SlaveDescription description, SlaveOptions options) {
   nodes_.push_back({.slave = std::make_unique<EmulatedSlave>(std::move(description), options)});
-  nodes_.back().slave->advance(now_);  // to the same time as all others
+  nodes_.back().slave->advance(now_);  // to the time of all others
   update_links();
   return *nodes_.back().slave;
 }
@@ -27,7 +27,7 @@ EmulatedSlave& EmulatedBus::add(SlaveDescription description, SlaveOptions optio
 bool EmulatedBus::process(std::span<std::uint8_t> frame) noexcept {
   const std::size_t slaves = reached();
   if (slaves == 0) return false;
-  // Forced open without a link. As it is now: this frame's own writes come into force behind it.
+  // Forced open without a link. Uses the present value: this frame's own writes take effect behind it.
   const bool falls_out = nodes_[slaves - 1].slave->controller().port_open(1);
 
   passing_.look_at(frame);
@@ -47,7 +47,8 @@ bool EmulatedBus::process(std::span<std::uint8_t> frame) noexcept {
     for (Datagram& datagram : passing_.datagrams()) slave.controller().process(datagram);
     slave.end_frame(good);
   }
-  for (std::size_t i = 0; !good && i + 1 < slaves; ++i) {  // marked by now, it comes back through all of them
+  for (std::size_t i = 0; !good && i + 1 < slaves; ++i) {  // already marked, it comes back through all of
+                                                           // them
     nodes_[i].slave->controller().count_invalid_frame(1, true);
   }
   if (!good || falls_out) return false;
@@ -83,7 +84,8 @@ nanoseconds EmulatedBus::round_trip(std::size_t frame_bytes) const noexcept {
          2 * hops * (kCableDelay + kPassDelay);
 }
 
-// There and back: a pass forward for each slave, one backward for each but the last, where it turns round.
+// There and back: one forward pass for each slave, one backward pass for each except the last, where it
+// returns.
 FrameTimes EmulatedBus::times_at(std::size_t position, std::size_t slaves) const noexcept {
   const auto before = static_cast<nanoseconds::rep>(position);
   const auto behind = static_cast<nanoseconds::rep>(slaves - 1 - position);

@@ -1,5 +1,5 @@
 /// @file
-/// A line of emulated slaves, as a frame sees it.
+/// A line of emulated slaves, as seen by a frame.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -12,7 +12,7 @@
 
 namespace sim::bus {
 
-/// Slaves in a line: each one's port 1 goes to port 0 of the next. Cable k leads into slave k; cable 0 comes
+/// Slaves in a line: port 1 of each goes to port 0 of the next. Cable k leads into slave k; cable 0 comes
 /// from the master. One thread; process() and advance() neither allocate, lock nor throw.
 class EmulatedBus {
  public:
@@ -25,22 +25,21 @@ class EmulatedBus {
   std::size_t size() const noexcept { return nodes_.size(); }
   EmulatedSlave& slave(std::size_t position) noexcept { return *nodes_[position].slave; }
 
-  /// Sends `frame`, without check sequence, through all slaves it can reach and back, in place. False: it
-  /// does not come back. That is the fate of a frame without a powered slave to turn it round, of one that
-  /// is damaged on the way, and of one that PassingFrame finds invalid: the slave that notices spoils its
-  /// check sequence and counts it.
+  /// Sends `frame`, without check sequence, through all reachable slaves and back, in place. False if it does
+  /// not come back: there is no powered slave to return it, it is damaged on the way, or PassingFrame finds
+  /// it invalid, in which case the slave that notices invalidates its check sequence and counts it.
   bool process(std::span<std::uint8_t> frame) noexcept;
-  /// Another master writes `count` times `value` to this slave, from `first_register` on, by a frame that
-  /// nobody else sees.
+  /// Another master writes `value` `count` times to this slave, from `first_register` on, in a frame that is
+  /// not visible on the wire.
   void write_as_another_master(std::size_t position, std::uint16_t first_register, std::uint16_t value,
                                std::size_t count = 1) noexcept;
-  /// Lets emulated time pass for all slaves.
+  /// Advances emulated time for all slaves.
   void advance(std::chrono::nanoseconds step) noexcept;
   std::chrono::nanoseconds now() const noexcept { return now_; }
   /// From the first bit sent to the last bit back: wire time at 100 Mbit/s and the delays of the line.
   std::chrono::nanoseconds round_trip(std::size_t frame_bytes) const noexcept;
 
-  /// Pulls cable `position` out, or plugs it in. Slaves behind it keep their power.
+  /// Unplugs cable `position`, or plugs it in. Slaves behind it keep their power.
   void set_cable(std::size_t position, bool plugged) noexcept;
   /// A slave without power also breaks the line.
   void set_power(std::size_t position, bool on) noexcept;

@@ -72,7 +72,7 @@ void EmulatedSlave::end_frame(bool good) noexcept {
     outputs_seen_ = true;
     const AlState before = machine_.state();
     machine_.outputs_arrived();
-    if (before == AlState::kOp) deliver_outputs();  // else on entering OP
+    if (before == AlState::kOp) deliver_outputs();  // otherwise when OP is entered
     follow_state(before);
   }
   if (events.managers_changed) check_running_configuration();
@@ -107,7 +107,7 @@ std::uint16_t EmulatedSlave::obstacle_to(AlState state) const noexcept {
 }
 
 void EmulatedSlave::check_running_configuration() noexcept {
-  // Switched off it forgets; the next master begins with an empty one.
+  // Switched off, it is cleared; the next master starts with an empty one.
   if (mailbox_in_ && !controller_.manager(*mailbox_in_).guarding()) mailbox_.clear();
   const AlState before = machine_.state();
   const std::uint16_t obstacle = obstacle_to(before);
@@ -130,7 +130,7 @@ void EmulatedSlave::follow_state(AlState before) noexcept {
   if (state == AlState::kInit) mailbox_.clear();
   shut_or_open_managers();
   application_->state_changed(state);
-  if (machine_.state() != state) return;  // the board reported an error at once
+  if (machine_.state() != state) return;  // the board reported an error immediately
   if (state == AlState::kOp) deliver_outputs();
   if (state == AlState::kSafeOp && before < state) refresh_inputs();
 }

@@ -1,6 +1,6 @@
 /// @file
-/// One emulated slave: a slave controller and the firmware that every slave has. What is special about a
-/// board comes in as an Application.
+/// One emulated slave: a slave controller and the firmware common to all slaves. An Application adds the
+/// behaviour of a board.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -17,24 +17,23 @@
 
 namespace sim::bus {
 
-/// How one specimen behaves, beside what its SII says.
+/// Behaviour of one specimen, in addition to its SII.
 struct SlaveOptions {
   SiiInterface::Timing sii{};
   DistributedClock::Crystal crystal{};
-  /// From the end of the frame that writes AL control until the firmware looks at it. 0: at once.
+  /// From the end of the frame that writes AL control until the firmware reads it. 0: at once.
   std::chrono::nanoseconds state_change_time{};
-  /// How long SAFE-OP to OP waits for outputs (200 ms in the ETG's slave stack code).
+  /// Time-out for outputs between SAFE-OP and OP (200 ms in the ETG's slave stack code).
   std::chrono::nanoseconds outputs_time = std::chrono::milliseconds(200);
   MailboxDemand mailbox_demand = MailboxDemand::kAlways;
 };
 
-/// Firmware rules beside those of AlStateMachine and configuration_check.h:
-/// - The mailbox is shut in INIT, process data is shut below SAFE-OP: accesses do not count.
+/// Firmware rules in addition to those of AlStateMachine and configuration_check.h:
+/// - The mailbox is closed in INIT, process data are closed below SAFE-OP: accesses do not count.
 /// - In OP the process data watchdog takes the slave to SAFE-OP with 0x001B. It runs from the first outputs
-/// on
-///   if their sync manager triggers it (control bit 6).
-/// - A master that changes a sync manager in use sends the slave down: to INIT with 0x0016 for the mailbox,
-///   to PRE-OP with the code of the matter for process data.
+/// on if their sync manager triggers it (control bit 6).
+/// - A master that changes a sync manager in use forces the slave down: to INIT with 0x0016 for the mailbox,
+/// to PRE-OP with the corresponding code for process data.
 /// - Outputs are passed on in OP only; inputs are refreshed in SAFE-OP and OP.
 class EmulatedSlave {
  public:
@@ -45,12 +44,12 @@ class EmulatedSlave {
 
   // ---- for the board ----
 
-  /// Setup. `application` outlives the last frame.
+  /// Setup. `application` must outlive the last frame.
   void attach(Application& application) noexcept { application_ = &application; }
-  /// A reply for the master, padded with zeros to the mailbox's length. One deep: false while the previous
-  /// one still waits behind a full mailbox, if it is too long, below PRE-OP, and without a mailbox.
+  /// A reply for the master, padded with zeros to the mailbox length. One deep: false while the previous one
+  /// waits behind a full mailbox, if it is too long, below PRE-OP, and without a mailbox.
   bool post_mailbox(std::span<const std::uint8_t> reply) noexcept;
-  /// The firmware gives up its state: down to `state` with the error bit and this AL status code.
+  /// The firmware leaves its state: down to `state` with the error bit and this AL status code.
   void report_error(AlState state, std::uint16_t al_status_code) noexcept;
   AlState state() const noexcept { return machine_.state(); }
   std::uint16_t al_status_code() const noexcept { return machine_.code(); }
@@ -58,10 +57,10 @@ class EmulatedSlave {
 
   // ---- for scripts and tests ----
 
-  /// Off: deaf and forgetful. On: INIT, registers and memory cleared. The EEPROM stays.
+  /// Off: no reaction, memory lost. On: INIT, registers and memory cleared. The EEPROM keeps its content.
   void set_power(bool on) noexcept;
   bool powered() const noexcept { return powered_; }
-  /// A hung firmware leaves requests in the mailbox and hands out no replies.
+  /// A hung firmware leaves requests in the mailbox and returns no replies.
   void hang_mailbox(bool hung) noexcept;
   void set_fault(BoardFault fault, bool present) noexcept { application_->fault(fault, present); }
   SlaveController& controller() noexcept { return controller_; }
@@ -70,7 +69,7 @@ class EmulatedSlave {
   // ---- for the bus ----
 
   void advance(std::chrono::nanoseconds step) noexcept;
-  /// The frame's end has passed: good or damaged.
+  /// The end of the frame has passed: good or damaged.
   void end_frame(bool good) noexcept;
 
  private:
@@ -88,7 +87,7 @@ class EmulatedSlave {
   const SlaveDescription description_;
   const SlaveOptions options_;
   const std::vector<SyncManagerSetting> settings_;
-  // Places among the sync managers; none: the slave has no such thing.
+  // Indices of the sync managers; empty: the slave does not have one.
   const std::optional<std::size_t> mailbox_out_;
   const std::optional<std::size_t> mailbox_in_;
   const std::optional<std::size_t> outputs_;
@@ -104,7 +103,7 @@ class EmulatedSlave {
   bool powered_ = true;
   bool al_control_waits_ = false;
   std::chrono::nanoseconds al_control_due_{};
-  bool outputs_seen_ = false;  // since SAFE-OP was entered, and no watchdog expired since
+  bool outputs_seen_ = false;  // since SAFE-OP was entered, without a watchdog timeout since
 };
 
 }  // namespace sim::bus

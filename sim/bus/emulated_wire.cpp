@@ -17,7 +17,7 @@ void EmulatedWire::send(std::span<const std::uint8_t> frame) noexcept {
   std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes> bytes;
   const FrameFate fate = player_.begin_frame(now());
   if (frame.size() > bytes.size() || fate.request_lost) return;
-  // In one piece: g++ 12 makes a loop over bytes of std::ranges::copy.
+  // As one copy: g++ 12 compiles std::ranges::copy to a loop over bytes.
   std::copy(frame.begin(), frame.end(), bytes.begin());
   const std::span<std::uint8_t> reply = std::span(bytes).first(frame.size());
   if (!bus_.process(reply) || fate.reply_lost) return;
@@ -33,11 +33,11 @@ void EmulatedWire::enqueue(std::span<const std::uint8_t> frame, nanoseconds due)
     ++dropped_;
     return;
   }
-  // Behind those due at the same time.
+  // After those due at the same time.
   const auto end = replies_.begin() + static_cast<std::ptrdiff_t>(under_way_++);
   const auto place = std::upper_bound(replies_.begin(), end, due,
                                       [](nanoseconds time, const Reply& reply) { return time < reply.due; });
-  std::rotate(place, end, end + 1);  // the slot of one that has gone
+  std::rotate(place, end, end + 1);  // the slot of a finished reply
   place->due = due;
   place->size = frame.size();
   std::copy(frame.begin(), frame.end(), slots_[place->slot].begin());

@@ -1,5 +1,5 @@
 /// @file
-/// The wire between a master and the emulated bus: frames take their time and meet the script's faults.
+/// The wire between a master and the emulated bus: frames take time and are subject to the script's faults.
 #pragma once
 #include <array>
 #include <chrono>
@@ -15,34 +15,34 @@
 namespace sim::bus {
 
 struct WireOptions {
-  /// False: a reply is there at once. True: after EmulatedBus::round_trip(), so that emulated time tells how
-  /// long an exchange keeps a 100 Mbit/s line busy.
+  /// False: a reply is available at once. True: after EmulatedBus::round_trip(), so that emulated time
+  /// includes how long an exchange occupies a 100 Mbit/s line.
   bool timed = false;
   std::vector<FaultEvent> faults{};
 };
 
-/// Used by BusLink in the process, and by a server that passes frames on from a network interface. One
-/// thread. Cycle: send(), receive() and advance() neither allocate, lock nor throw.
+/// Used by BusLink in the process, and by a server that forwards frames from a network interface. One thread.
+/// Cycle: send(), receive() and advance() neither allocate, lock nor throw.
 class EmulatedWire {
  public:
-  static constexpr std::size_t kCapacity = 32;  ///< replies on their way; more are dropped and counted
+  static constexpr std::size_t kCapacity = 32;  ///< replies under way; more are dropped and counted
 
-  /// `bus` is complete and outlives the wire. @throws std::invalid_argument see FaultPlayer
+  /// `bus` must be complete and outlive the wire. @throws std::invalid_argument see FaultPlayer
   explicit EmulatedWire(EmulatedBus& bus, WireOptions options = {});
 
   void send(std::span<const std::uint8_t> frame) noexcept;
-  /// The reply that is due longest, copied into `buffer` (cut off if that is too small); its size, 0: none.
+  /// Copies the oldest due reply into `buffer` (truncated if that is too small); returns its size, 0: none.
   std::size_t receive(std::span<std::uint8_t> buffer) noexcept;
-  /// When the next reply is due, perhaps already; none is under way otherwise.
+  /// When the next reply is due, possibly already; empty if none is under way.
   std::optional<std::chrono::nanoseconds> next_reply() const noexcept;
 
-  /// Lets emulated time pass on the bus, stopping at the script's events on the way.
+  /// Advances emulated time on the bus, stopping at the script's events.
   void advance(std::chrono::nanoseconds step) noexcept;
   std::chrono::nanoseconds now() const noexcept { return bus_.now() - start_; }
   bool timed() const noexcept { return timed_; }
 
   const FaultPlayer& faults() const noexcept { return player_; }
-  std::uint64_t dropped() const noexcept { return dropped_; }  ///< for want of capacity
+  std::uint64_t dropped() const noexcept { return dropped_; }  ///< for lack of capacity
 
  private:
   struct Reply {
@@ -57,7 +57,7 @@ class EmulatedWire {
   FaultPlayer player_;
   const bool timed_;
   const std::chrono::nanoseconds start_;
-  std::array<Reply, kCapacity> replies_{};  // under way, as they come; behind them free slots
+  std::array<Reply, kCapacity> replies_{};  // under way, in order of arrival; followed by free slots
   std::size_t under_way_ = 0;
   std::array<std::array<std::uint8_t, drivers::ethercat::kMaxFrameBytes>, kCapacity> slots_{};
   std::uint64_t dropped_ = 0;

@@ -1,5 +1,5 @@
 /// @file
-/// What goes wrong on an emulated bus, and when. The same script does the same, every time.
+/// Faults on an emulated bus and their times. The same script has the same effect every time.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -12,20 +12,20 @@
 namespace sim::bus {
 
 enum class FaultKind : std::uint8_t {
-  // To the next `count` frames. The slaves see all but the first kind as sent.
+  // For the next `count` frames. The slaves process all of them unchanged, except for the first kind.
   kDropRequest,    ///< lost before the first slave
   kDropReply,      ///< processed, then lost
-  kDelay,          ///< comes back `delay` later: overtaken by younger ones if they are quicker
+  kDelay,          ///< comes back `delay` later: faster frames overtake it
   kDuplicate,      ///< comes back twice
   kTruncate,       ///< comes back as its first `offset` bytes
   kCorrupt,        ///< byte `offset` of the reply, counted from the Ethernet header, is XORed with `mask`
   kWrongCounter,   ///< `counter_change` is added to the working counter of datagram number `datagram`
-  kDamageOnCable,  ///< spoiled on cable `slave`: slaves from there on count an invalid frame and ignore it
-  // For `duration`, for ever if that is 0.
-  kSlaveOff,     ///< `slave` without power; back in INIT, and everything behind it is out of reach meanwhile
-  kCableOut,     ///< cable `slave` pulled out
+  kDamageOnCable,  ///< damaged on cable `slave`: slaves from there on count an invalid frame and ignore it
+  // For `duration`, forever if that is 0.
+  kSlaveOff,     ///< `slave` without power, then back in INIT; everything behind it is unreachable meanwhile
+  kCableOut,     ///< cable `slave` unplugged
   kBrownOut,     ///< every slave without power
-  kMailboxHung,  ///< `slave` neither takes requests nor answers
+  kMailboxHung,  ///< `slave` neither accepts requests nor answers
   kBoardFault,   ///< `board_fault` of the application on `slave`
   // Once.
   /// another master, whose frames are not seen, writes `count` times `value` to `slave`, from register
@@ -35,8 +35,8 @@ enum class FaultKind : std::uint8_t {
 
 struct FaultEvent {
   FaultKind kind = FaultKind::kDropReply;
-  std::chrono::nanoseconds at{};            ///< emulated time since the wire was made; without `at_frame`
-  std::optional<std::uint64_t> at_frame{};  ///< begins with this frame; the first one sent is number 0
+  std::chrono::nanoseconds at{};            ///< emulated time since the wire was created; without `at_frame`
+  std::optional<std::uint64_t> at_frame{};  ///< starts with this frame; the first one sent is number 0
   std::uint32_t count = 1;
   std::chrono::nanoseconds duration{};
   std::uint32_t slave = 0;  ///< position on the bus, from 0
@@ -49,7 +49,7 @@ struct FaultEvent {
   BoardFault board_fault = BoardFault::kStuckEncoder;
 };
 
-/// What the script does to one frame.
+/// Effect of the script on one frame.
 struct FrameFate {
   bool request_lost = false;
   bool reply_lost = false;
@@ -57,23 +57,23 @@ struct FrameFate {
   std::chrono::nanoseconds delay{};
 };
 
-/// Carries a script out. Cycle: begin_frame(), spoil() and run_until() do not allocate.
+/// Executes a script. Cycle: begin_frame(), spoil() and run_until() do not allocate.
 class FaultPlayer {
  public:
-  /// `bus` is complete and outlives the player.
-  /// @throws std::invalid_argument listing every event that cannot be: a slave there is not, no frames, ...
+  /// `bus` must be complete and outlive the player.
+  /// @throws std::invalid_argument listing every invalid event: a missing slave, no frames, ...
   FaultPlayer(EmulatedBus& bus, std::vector<FaultEvent> events);
 
   /// Before each frame that is sent, with emulated time `now`.
   FrameFate begin_frame(std::chrono::nanoseconds now) noexcept;
-  /// Spoils the reply to that frame; its new size.
+  /// Damages the reply to that frame; returns its new size.
   std::size_t spoil(std::span<std::uint8_t> reply) noexcept;
 
-  /// Begins and ends what is due at `now`.
+  /// Starts and ends what is due at `now`.
   void run_until(std::chrono::nanoseconds now) noexcept;
-  /// When something next begins or ends by time alone.
+  /// Next time at which an event starts or ends by time alone.
   std::optional<std::chrono::nanoseconds> next_change() const noexcept;
-  /// True when nothing is active and nothing is left to come, so that a test knows where recovery starts.
+  /// True if nothing is active and nothing will follow, so that a test knows where recovery starts.
   bool finished() const noexcept;
 
  private:

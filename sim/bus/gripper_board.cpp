@@ -24,7 +24,7 @@ struct Setting {
   std::int32_t value;
 };
 // Threshold and filter: configuration of the official driver. Speed: the whole travel in about 2 s, because
-// that driver gives a motion 4 s; the rest is an assumption likewise.
+// that driver allows 4 s per motion; the rest is also an assumption.
 constexpr Setting kDefaults[] = {{4, 1000}, {5, 1000}, {6, 128},  {7, 8},   {140, 8},
                                  {154, 3},  {173, 1},  {174, 50}, {171, 1}, {214, 200}};
 
@@ -69,7 +69,7 @@ void GripperBoard::advance(Bar& bar, double seconds) const noexcept {
 
 MailboxBytes GripperBoard::execute(const Request& request) noexcept {
   if (drivers::tmcl::asks_for_text(request)) {
-    // A remark in the official driver cites "KR842V20"; the first byte is taken for the host's address.
+    // A comment in the official driver cites "KR842V20"; the first byte is assumed to be the host's address.
     return {kHostAddress, '8', '4', '2', 'V', '2', '.', '0'};
   }
   const Answer answer = execute_command(request);

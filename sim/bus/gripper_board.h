@@ -1,6 +1,6 @@
 /// @file
-/// The youBot's gripper controller (TMCM-KR-842): two stepper motors on self-locking spindles. It is no
-/// slave: arm joint 5's board passes its telegrams on.
+/// The youBot's gripper controller (TMCM-KR-842): two stepper motors on self-locking spindles. It is not a
+/// slave: arm joint 5's board forwards its telegrams.
 #pragma once
 #include <array>
 #include <chrono>
@@ -13,14 +13,14 @@ namespace sim::bus {
 /// Microsteps on the wire: opening is negative (official driver).
 struct GripperOptions {
   double travel = 66000;  ///< from the closed to the open stop, 11.5 mm
-  /// Where the bars are at power-up, counted from closed: the spindles keep them where they were.
+  /// Opening of the bars at power-up, from closed: the spindles hold them.
   std::array<double, 2> opening{20000, 20000};
 };
 
 /// The motors count steps, not motion: against a stop, or an object, steps are lost and the counter runs on.
 /// Speed is constant: v = 16 MHz·speed / (2^pulse divisor · 2048 · 32), the ramp chip's formula (TMC428 data
-/// sheet); acceleration is left out. Setting the counter moves nothing, and what its telegrams answer beyond
-/// those the official driver uses is a guess. Cycle: execute(), advance().
+/// sheet); acceleration is not modelled. Setting the counter moves nothing. Answers to telegrams that the
+/// official driver does not use are a guess. Cycle: execute(), advance().
 class GripperBoard {
  public:
   explicit GripperBoard(const GripperOptions& options = {}) noexcept;
@@ -29,16 +29,16 @@ class GripperBoard {
   void advance(std::chrono::nanoseconds step) noexcept;
   void power_changed(bool on) noexcept;
 
-  /// Truth, microsteps from closed.
+  /// True value, microsteps from closed.
   double opening(std::size_t bar) const noexcept { return bars_[bar].opening; }
-  /// Something between the bars: they close no further than this, each.
+  /// An object between the bars: each closes no further than this.
   void hold_object(double opening) noexcept { object_opening_ = opening; }
 
  private:
   struct Bar {
     std::array<std::int32_t, 256> parameters{};
     double opening = 0.0;  // true
-    double counter = 0.0;  // what the controller believes; negative is open
+    double counter = 0.0;  // the controller's value; negative is open
     std::int32_t target = 0;
     std::int32_t speed = 0;  // of the present motion
     bool stalled = false;

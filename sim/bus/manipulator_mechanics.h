@@ -1,5 +1,5 @@
 /// @file
-/// The boards of base and arm on one coupled robot: gravity, contact and what arm and base do to each other.
+/// The boards of base and arm on one coupled robot: gravity, contact and the interaction of arm and base.
 ///
 /// Units: SI at the joint; angles are the official driver's. Errors: std::invalid_argument from the
 /// constructor. One thread; the cycle neither allocates nor locks.
@@ -14,7 +14,7 @@
 
 namespace sim::bus {
 
-/// Each board commands its own joint; the robot moves under all nine at once, in advance(). A joint without
+/// Each board commands its own joint; advance() moves the robot under all nine together. A joint without
 /// power gets zero current, because sim::MobileManipulator switches all its bridges together.
 class ManipulatorMechanics {
  public:
@@ -32,7 +32,7 @@ class ManipulatorMechanics {
   void advance(std::chrono::nanoseconds period) noexcept;
 
   MobileManipulator& robot() noexcept { return robot_; }
-  /// As robot().pose(), in a place that stays.
+  /// Same as robot().pose(), with a stable address.
   const control::PlanarPose& pose() const noexcept { return pose_; }
 
  private:

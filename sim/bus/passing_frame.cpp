@@ -13,7 +13,7 @@ constexpr std::uint16_t kVlanTag = 0x8100;
 constexpr std::size_t kVlanTagBytes = 4;
 constexpr std::size_t kHeaderBytes = 2;
 constexpr std::uint16_t kTypeDatagrams = 1;
-// Of a datagram's length field: length, and whether more follow.
+// Length field of a datagram: length, and whether more follow.
 constexpr std::size_t kLengthOffset = 6;
 constexpr std::uint16_t kLengthMask = 0x07FF;
 constexpr std::uint16_t kMoreFollows = 0x8000;

@@ -1,5 +1,5 @@
 /// @file
-/// A frame as a slave controller sees it pass (ESC data sheet section I, chapter 2 and section 14.1).
+/// A passing frame as seen by a slave controller (ESC data sheet section I, chapter 2 and section 14.1).
 #pragma once
 #include <array>
 #include <cstddef>
@@ -11,24 +11,24 @@
 namespace sim::bus {
 
 /// The rules are the controller's, not those of our master's parser, which checks its own answers:
-/// - Datagrams follow each other by their own lengths, as long as each says that more follow. The length in
-///   the EtherCAT header is ignored, and so is everything behind the last datagram.
+/// - Datagrams follow each other by their own lengths, as long as each announces another one. The length in
+/// the EtherCAT header is ignored, and so is everything behind the last datagram.
 /// - A command that the controller does not know does nothing; the next datagram is processed as usual.
-/// - A VLAN tag is passed over.
-/// - A frame that ends before its datagrams do is damaged: what came whole is processed, but no register is
-///   written and no buffer exchanged, and the frame does not come back valid.
-/// - So is a frame of another EtherType or type, of which nothing is processed.
+/// - A VLAN tag is skipped.
+/// - A frame that ends before its datagrams do is damaged: complete ones are processed, but no register is
+/// written and no buffer exchanged, and the frame comes back invalid.
+/// - So does a frame of another EtherType or type, of which nothing is processed.
 class PassingFrame {
  public:
   PassingFrame() = default;
   explicit PassingFrame(std::span<std::uint8_t> frame) noexcept { look_at(frame); }
 
-  /// Replaces the frame before. The datagrams are views into `frame`, which outlives them. To clear their
-  /// array takes longer than to look at a frame: keep one object for many frames.
+  /// Replaces the previous frame. The datagrams are views into `frame`, which must outlive them. Clearing
+  /// their array takes longer than parsing a frame: keep one object for many frames.
   void look_at(std::span<std::uint8_t> frame) noexcept;
 
   std::span<drivers::ethercat::Datagram> datagrams() noexcept { return std::span(datagrams_).first(count_); }
-  /// False: the controller spoils the check sequence.
+  /// False: the controller invalidates the check sequence.
   bool valid() const noexcept { return valid_; }
 
  private:

@@ -1,5 +1,5 @@
 /// @file
-/// Which bits of a controller's registers the master may change directly (ESC data sheet section II).
+/// Register bits of a controller that the master may change directly (ESC data sheet section II).
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,11 +10,11 @@
 namespace sim::bus {
 
 inline constexpr std::size_t kRegisterBytes = drivers::ethercat::reg::kProcessMemory;
-/// From here on registers are plain memory, written as the frame passes, not at its end.
+/// From here on registers are plain memory, written while the frame passes, not at its end.
 inline constexpr std::uint16_t kUserMemory = 0x0F80;
 
-/// Registers whose writing does something else (EEPROM, sync managers, error counters, receive and system
-/// time) are 0 here and handled by EmulatedSlave, as are read-only and reserved ones.
+/// Registers with a side effect (EEPROM, sync managers, error counters, receive and system time) are 0 here
+/// and handled by EmulatedSlave, as are read-only and reserved ones.
 constexpr std::array<std::uint8_t, kRegisterBytes> writable_bits() {
   namespace reg = drivers::ethercat::reg;
   std::array<std::uint8_t, kRegisterBytes> bits{};

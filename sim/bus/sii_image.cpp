@@ -22,7 +22,7 @@ constexpr std::size_t kSerialWord = 0x0E;
 constexpr std::size_t kBootMailboxWord = 0x14;      // out start, out size, in start, in size
 constexpr std::size_t kStandardMailboxWord = 0x18;  // likewise
 constexpr std::size_t kProtocolsWord = 0x1C;
-constexpr std::size_t kSizeWord = 0x3E;     // in Kibit, less one
+constexpr std::size_t kSizeWord = 0x3E;     // in Kibit, minus one
 constexpr std::size_t kVersionWord = 0x3F;  // 1
 constexpr std::size_t kCategoriesWord = 0x40;
 
@@ -88,7 +88,7 @@ Bytes fmmus(const SlaveDescription& description) {
   if (description.outputs.bytes > 0) content.push_back(1);
   if (description.inputs.bytes > 0) content.push_back(2);
   if (description.mailbox_in.length > 0) content.push_back(3);  // "mailbox full" as a bit of the image
-  content.resize(content.size() + content.size() % 2, 0xFF);    // unused
+  content.resize(content.size() + content.size() % 2, 0xFF);    // padding
   return content;
 }
 
@@ -105,7 +105,7 @@ Bytes sync_managers(const std::vector<SyncManagerSetting>& managers) {
   return content;
 }
 
-// One PDO over the whole image; what the entries leave is filled with numbers of 32 and 8 bits.
+// One PDO over the whole image; bits without an entry are filled with numbers of 32 and 8 bits.
 Bytes pdo(const ProcessImage& image, std::uint16_t pdo_index, std::uint16_t object_index,
           std::uint8_t manager) {
   std::vector<PdoEntry> entries = image.entries;

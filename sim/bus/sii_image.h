@@ -10,10 +10,10 @@
 
 namespace sim::bus {
 
-/// Bytes of the configuration area that its checksum, in the word behind, covers.
+/// Bytes of the configuration area covered by its checksum, which is in the next word.
 inline constexpr std::size_t kSiiChecksummedBytes = 14;
 
-/// A whole EEPROM (2 KiB, or the next power of two that holds the categories), unused words 0xFFFF.
+/// A complete EEPROM (2 KiB, or the next power of two that holds the categories), unused words 0xFFFF.
 /// Categories: STRINGS, GENERAL, FMMU, SYNCM, TXPDO, RXPDO and, with a distributed clock, DC.
 /// @throws std::invalid_argument see validate()
 std::vector<std::uint8_t> build_sii_image(const SlaveDescription& description);

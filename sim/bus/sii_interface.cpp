@@ -70,11 +70,11 @@ void SiiInterface::write(std::size_t offset, std::span<const std::uint8_t> bytes
   for (std::size_t i = 0; i < bytes.size() && offset + i < kEndOfRegisters; ++i) {
     const std::size_t at = offset + i;
     if (at == 0) registers_[0] = bytes[i] & 0x03;
-    // While busy, or given away, everything but the configuration is locked.
+    // While busy, or assigned to the firmware, everything except the configuration is locked.
     if (at < kControl || command_ != 0 || (registers_[0] & kGivenToFirmware) != 0) continue;
     if (at < kAddress) {
       control = static_cast<std::uint16_t>(control | bytes[i] << (8 * (at - kControl)));
-      commanded = commanded || at == kControl + 1;  // the command's byte
+      commanded = commanded || at == kControl + 1;  // the command byte
     } else {
       registers_[at] = bytes[i];
     }
@@ -87,7 +87,7 @@ void SiiInterface::start(std::uint16_t control) noexcept {
   if (command == 0) {
     errors_ = 0;
   } else if (errors_ != 0) {
-    return;  // to be cleared first
+    return;  // must be cleared first
   } else if (command != kReadCommand && command != kWriteCommand && command != kReload) {
     errors_ = kCommandError;
   } else if (command == kWriteCommand && (control & kWriteEnable) == 0) {

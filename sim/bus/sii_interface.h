@@ -8,16 +8,16 @@
 
 namespace sim::bus {
 
-/// The content outlives power cycles, as an EEPROM's does.
+/// The content survives power cycles, as in an EEPROM.
 class SiiInterface {
  public:
   struct Timing {
-    bool reads_8_bytes = true;             ///< else 4 at a time
-    std::chrono::nanoseconds read_time{};  ///< busy for so long; 0: done with the end of the frame
+    bool reads_8_bytes = true;             ///< otherwise 4 at a time
+    std::chrono::nanoseconds read_time{};  ///< busy for this time; 0: done at the end of the frame
     std::chrono::nanoseconds write_time{};
   };
 
-  /// `registers`: the 16 bytes from 0x0500, which outlive this.
+  /// `registers`: the 16 bytes from 0x0500, which must outlive this.
   SiiInterface(std::vector<std::uint8_t> image, Timing timing, std::span<std::uint8_t> registers);
 
   /// Power-up: registers to their defaults, configuration area checked.
@@ -26,10 +26,10 @@ class SiiInterface {
   void write(std::size_t offset, std::span<const std::uint8_t> bytes) noexcept;
   void advance(std::chrono::nanoseconds step) noexcept;
 
-  /// Whether the configuration area was read in with a right checksum.
+  /// Whether the configuration area was loaded with a correct checksum.
   bool loaded() const noexcept { return loaded_; }
-  std::uint16_t word(std::uint32_t address) const noexcept;  ///< 0xFFFF behind the end
-  /// To spoil or inspect; takes effect as if an EEPROM programmer had been connected.
+  std::uint16_t word(std::uint32_t address) const noexcept;  ///< 0xFFFF beyond the end
+  /// To damage or inspect it; has the effect of an EEPROM programmer.
   std::span<std::uint8_t> image() noexcept { return image_; }
 
  private:

@@ -16,7 +16,7 @@ constexpr std::uint8_t kPorts0And1AreMii = 0x0F;
 constexpr std::uint16_t kClock64 = 0x000C;  // features: distributed clock, 64 bits wide
 
 // Loop control of a port in DL control.
-constexpr unsigned kAutoClose = 1;  // differs from "auto" only in how a link that comes back is reopened
+constexpr unsigned kAutoClose = 1;  // differs from "auto" only in how a returning link is reopened
 constexpr unsigned kForcedOpen = 2;
 
 unsigned loop_control(std::uint32_t dl_control, std::size_t port) noexcept {
@@ -59,7 +59,7 @@ void SlaveController::reset(nanoseconds now) noexcept {
     set(reg::kStationAlias, sii_.word(4));
     set(reg::kPdiControl, sii_.word(0));
   }
-  // The values a controller wakes up with (section II).
+  // Register values after reset (section II).
   set<std::uint32_t>(reg::kDlControl, 0x0007'0001);
   set<std::uint16_t>(reg::kAlControl, 0x0001);
   set<std::uint16_t>(reg::kAlStatus, 0x0001);
@@ -96,7 +96,7 @@ std::uint32_t SlaveController::memory_end() const noexcept {
 }
 
 void SlaveController::increment(std::uint16_t address) noexcept {
-  if (registers_[address] != 0xFF) ++registers_[address];  // error counters stop there
+  if (registers_[address] != 0xFF) ++registers_[address];  // error counters saturate there
 }
 
 // ---- ports ----
@@ -132,7 +132,7 @@ void SlaveController::update_dl_status() noexcept {
 void SlaveController::count_invalid_frame(std::size_t port, bool marked) noexcept {
   increment(static_cast<std::uint16_t>(marked ? reg::kForwardedErrorCounters + port
                                               : reg::kRxErrorCounters + 2 * port));
-  if (port == 0) increment(reg::kProcessingErrorCounter);  // it goes on to the processing unit
+  if (port == 0) increment(reg::kProcessingErrorCounter);  // it continues to the processing unit
 }
 
 void SlaveController::count_processing_error() noexcept { increment(reg::kProcessingErrorCounter); }

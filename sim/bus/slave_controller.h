@@ -18,14 +18,14 @@
 
 namespace sim::bus {
 
-/// When a frame reached the ports of a slave, in emulated time.
+/// Emulated times at which a frame reached the ports of a slave.
 struct FrameTimes {
   std::chrono::nanoseconds port0{};
   std::chrono::nanoseconds port1{};
-  bool through_port1 = false;  ///< false: the frame turned round in this slave
+  bool through_port1 = false;  ///< false: the frame was returned in this slave
 };
 
-/// What a frame did that firmware wants to know.
+/// Effects of a frame that the firmware needs to know.
 struct FrameEvents {
   std::uint32_t written = 0;  ///< bit n: sync manager n was completely written by the master
   std::uint32_t read = 0;     ///< ... read
@@ -36,15 +36,14 @@ struct FrameEvents {
 /// Registers 0x0000 to 0x0FFF, process memory from 0x1000, addressing, working counters, FMMUs, sync
 /// managers, EEPROM, process data watchdog, error counters, ports 0 and 1, distributed clock.
 ///
-/// Writes to registers and exchanges of sync-manager buffers take effect at the end of the frame, and only
-/// if the frame is good; memory is written as the frame passes (section I, "shadow buffer").
-/// Writing a read-only or reserved register changes nothing and counts as done: the memory is accessible,
-/// which is all the working counter tells (section I, 2.4).
-/// Not emulated: write protection, ESC reset, MII management, device emulation, SYNC and latch signals,
-/// forwarding of other protocols.
+/// Writes to registers and exchanges of sync-manager buffers take effect at the end of the frame, and only if
+/// the frame is good; memory is written while the frame passes (section I, "shadow buffer"). A write to a
+/// read-only or reserved register changes nothing but counts as done: the memory is accessible, which is all
+/// that the working counter states (section I, 2.4). Not emulated: write protection, ESC reset, MII
+/// management, device emulation, SYNC and latch signals, forwarding of other protocols.
 class SlaveController {
  public:
-  /// What a datagram does to memory, seen from the master.
+  /// Effect of a datagram on memory, from the master's point of view.
   struct Access {
     bool reads = false;
     bool writes = false;
@@ -65,17 +64,17 @@ class SlaveController {
   void begin_frame(const FrameTimes& times) noexcept;
   /// Executes the datagram in place: data, address, working counter, interrupt bits.
   void process(drivers::ethercat::Datagram& datagram) noexcept;
-  /// A damaged frame leaves registers and buffers as they were.
+  /// A damaged frame leaves registers and buffers unchanged.
   FrameEvents end_frame(bool good) noexcept;
 
   // ---- ports ----
 
   void set_link(std::size_t port, bool up) noexcept;  ///< a link that goes down is counted
   bool link(std::size_t port) const noexcept { return links_[port]; }
-  /// Whether frames leave by this port: by its link and by DL control. A port forced open without a link
-  /// loses them.
+  /// Whether frames leave by this port, from its link and DL control. A port forced open without a link loses
+  /// them.
   bool port_open(std::size_t port) const noexcept;
-  /// An invalid frame came in at this port; `marked`: a slave before has noticed it already.
+  /// An invalid frame arrived at this port; `marked`: a slave before it has already noticed.
   void count_invalid_frame(std::size_t port, bool marked) noexcept;
   void count_processing_error() noexcept;
 
@@ -85,11 +84,11 @@ class SlaveController {
   T get(std::uint16_t address) const noexcept {
     return drivers::ethercat::load_le<T>(&registers_[address]);
   }
-  /// What the master asked for; it may write AL control again from now on (section II, 0x0120).
+  /// The state requested by the master; it may write AL control again from now on (section II, 0x0120).
   std::uint16_t take_al_control() noexcept;
-  /// AL status and its code; raises the master's event when it differs.
+  /// AL status and its code; raises the master's event if it differs.
   void set_al_status(std::uint16_t status, std::uint16_t code) noexcept;
-  /// Shuts a sync manager to everybody (section I, 8.7), or opens it again.
+  /// Blocks all access to a sync manager (section I, 8.7), or unblocks it.
   void set_deactivated(std::size_t manager, bool deactivated) noexcept;
   void acknowledge_repeat(std::size_t manager) noexcept;
   bool repeat_requested(std::size_t manager) const noexcept;
@@ -143,7 +142,7 @@ class SlaveController {
 
   std::chrono::nanoseconds now_{};
   FrameTimes times_{};
-  // Registers written in this frame, in order; the bytes one after the other.
+  // Registers written in this frame, in order; their bytes are concatenated.
   std::array<RegisterWrite, 256> journal_{};
   std::array<std::uint8_t, 2048> journal_bytes_{};
   std::size_t journal_writes_ = 0;

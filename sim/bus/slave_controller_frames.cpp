@@ -1,4 +1,4 @@
-// How a slave controller executes datagrams; the rest of it is in slave_controller.cpp.
+// Execution of datagrams by a slave controller; the rest is in slave_controller.cpp.
 #include <algorithm>
 #include <utility>
 
@@ -25,7 +25,7 @@ constexpr SlaveController::Access kExchange{.reads = true, .writes = true};
 struct Rule {
   Target target = Target::kNobody;
   SlaveController::Access access{};
-  bool others_write = false;  // the one addressed reads
+  bool others_write = false;  // the addressed one reads
 };
 // By the number of the command (ETG.1000.4, table 6).
 constexpr std::array<Rule, drivers::ethercat::kHighestCommand + 1> kRules{{
@@ -63,8 +63,8 @@ void SlaveController::begin_frame(const FrameTimes& times) noexcept {
   update_manager_status();
 }
 
-// Only frames read it, so that it is brought up to date as they begin: nothing that changes it takes effect
-// before they end.
+// Only frames read it, so it is updated at their beginning: nothing that changes it takes effect before their
+// end.
 void SlaveController::update_manager_status() noexcept {
   unsigned events = get<std::uint16_t>(reg::kEventRequest) & (reg::kDlStatusEvent | reg::kAlStatusEvent);
   for (std::size_t i = 0; i < managers_.size(); ++i) {
@@ -87,7 +87,7 @@ void SlaveController::process(Datagram& datagram) noexcept {
   switch (rule.target) {
     case Target::kNobody: return;
     case Target::kPosition:
-    case Target::kAll: {  // counted up by every slave; zero on arrival means this one
+    case Target::kAll: {  // every slave increments it; zero on arrival means this one
       addressed = rule.target == Target::kAll || datagram.slave() == 0;
       const auto next = static_cast<std::uint16_t>(datagram.slave() + 1);
       datagram.address = (datagram.address & 0xFFFF'0000U) | next;
@@ -116,7 +116,7 @@ void SlaveController::process(Datagram& datagram) noexcept {
 // A read counts 1; a write counts 1, or 2 if the command also reads (section I, table 5).
 unsigned SlaveController::physical(std::uint16_t address, std::span<std::uint8_t> data, Access access,
                                    bool broadcast) noexcept {
-  DatagramBytes incoming;  // what is written is what came in, whatever is read meanwhile
+  DatagramBytes incoming;  // the received data are written, whatever is read meanwhile
   const bool both = access.reads && access.writes;
   if (both || (broadcast && access.reads)) std::ranges::copy(data, incoming.begin());
   unsigned counted = 0;
@@ -141,7 +141,7 @@ unsigned SlaveController::logical(std::uint32_t address, std::span<std::uint8_t>
   bool any_read = false;
   bool any_write = false;
   bool kept = false;
-  // From the last to the first, so that where two read the same bit the first wins.
+  // In reverse order, so that the first one wins where two read the same bit.
   for (auto fmmu = fmmus_.rbegin(); access.reads && fmmu != fmmus_.rend(); ++fmmu) {
     const MappedBits bits = fmmu->reads() ? fmmu->match(address, data.size()) : MappedBits{};
     if (bits.count == 0) continue;
@@ -169,7 +169,7 @@ unsigned SlaveController::logical(std::uint32_t address, std::span<std::uint8_t>
   return (any_read ? 1U : 0U) + (any_write ? (access.reads ? 2U : 1U) : 0U);
 }
 
-// How many of `bytes` from `address` on are treated alike: by `guard`, or as plain memory if it is null.
+// Number of `bytes` from `address` on that are handled alike: by `guard`, or as plain memory if it is null.
 std::size_t SlaveController::bytes_alike(std::uint32_t address, std::size_t bytes,
                                          SyncManager*& guard) noexcept {
   guard = nullptr;
@@ -186,8 +186,8 @@ std::size_t SlaveController::bytes_alike(std::uint32_t address, std::size_t byte
   return count;
 }
 
-// True if any byte was read; the others keep what the datagram brought. Without a configuration from its
-// EEPROM a controller gives no process memory (section I, 11.2.1).
+// True if any byte was read; the others keep the datagram's content. Without a configuration from its EEPROM
+// a controller provides no process memory (section I, 11.2.1).
 bool SlaveController::read(std::uint32_t address, std::span<std::uint8_t> data) noexcept {
   bool any = false;
   while (!data.empty()) {
@@ -219,7 +219,7 @@ bool SlaveController::write(std::uint32_t address, std::span<const std::uint8_t>
   while (!data.empty()) {
     std::size_t count = 0;
     if (address < kRegisterBytes) {
-      // User memory has no shadow, so it goes its own way.
+      // User memory has no shadow buffer and is handled separately.
       const std::size_t end = address < kUserMemory ? kUserMemory : kRegisterBytes;
       count = std::min<std::size_t>(data.size(), end - address);
       any |= write_registers(address, data.first(count));
@@ -254,7 +254,7 @@ bool SlaveController::write_registers(std::uint32_t address, std::span<const std
     std::ranges::copy(data, &registers_[address]);
     return true;
   }
-  // More than a frame can hold only if several FMMUs map the same bytes onto registers.
+  // More than a frame can hold, which needs several FMMUs that map the same bytes to registers.
   if (journal_writes_ == journal_.size() || journal_used_ + data.size() > journal_bytes_.size()) return false;
   journal_[journal_writes_++] = {.address = static_cast<std::uint16_t>(address),
                                  .length = static_cast<std::uint16_t>(data.size())};
@@ -303,8 +303,8 @@ void SlaveController::commit(std::uint16_t address, std::span<const std::uint8_t
   const std::size_t fmmus_end = reg::kFmmu + fmmus_.size() * reg::kFmmuBytes;
   for (std::size_t i = 0; i < length; ++i) {
     const std::size_t at = address + i;
-    if (at >= fmmus_end && at < reg::kSyncManager) continue;                      // FMMUs there are not
-    if (!has_clock_ && at >= reg::kDcReceiveTimes && at < kUserMemory) continue;  // nor a clock
+    if (at >= fmmus_end && at < reg::kSyncManager) continue;                      // missing FMMUs
+    if (!has_clock_ && at >= reg::kDcReceiveTimes && at < kUserMemory) continue;  // and a missing clock
     if (at / 2 == reg::kAlControl / 2 && !al_control_taken_) continue;
     const std::uint8_t mask = kWritableBits[at];
     registers_[at] = static_cast<std::uint8_t>((registers_[at] & ~mask) | (data[i] & mask));
@@ -340,8 +340,8 @@ void SlaveController::commit_managers(std::uint16_t address, std::span<const std
     for (std::size_t at = own; at < own + reg::kSyncManagerBytes; ++at) {
       if (at < address || at >= address + data.size()) continue;
       const std::uint8_t byte = data[at - address];
-      // Start, length and control are locked while enabled (section II, table 89); status and the firmware's
-      // register are not the master's.
+      // Start, length and control are locked while enabled (section II, table 89); the master cannot write
+      // status and the firmware's register.
       if (at - own < reg::kSyncManagerStatus && !enabled) registers_[at] = byte;
       if (at - own == reg::kSyncManagerActivate) registers_[at] = byte & 0xC3;
     }
@@ -351,7 +351,7 @@ void SlaveController::commit_managers(std::uint16_t address, std::span<const std
 }
 
 void SlaveController::clear_counters(std::uint16_t address, std::size_t length) noexcept {
-  // Writing any one of a group clears the group (section II, 0x0300 to 0x0313, 0x0442).
+  // A write to any register of a group clears the group (section II, 0x0300 to 0x0313, 0x0442).
   struct Group {
     std::size_t first;
     std::size_t count;
@@ -368,8 +368,8 @@ void SlaveController::clear_counters(std::uint16_t address, std::size_t length) 
   }
 }
 
-// Local copy of the system time when the frame passed the reference clock (section II, table 100).
-// Unsigned, since it wraps with whatever offset the master writes.
+// Local copy of the system time when the frame passed the reference clock (section II, table 100). Unsigned,
+// because any offset from the master may wrap it.
 std::uint64_t SlaveController::system_time() const noexcept {
   return static_cast<std::uint64_t>(clock_.local_ns(times_.port0)) +
          get<std::uint64_t>(reg::kDcSystemTimeOffset) - get<std::uint32_t>(reg::kDcSystemTimeDelay);
@@ -386,7 +386,7 @@ void SlaveController::commit_clock(std::uint16_t address, std::span<const std::u
   }
   if (touches(address, data.size(), reg::kDcSpeedCounterStart, 2)) clock_.reset_filters(now_);
   if (touches(address, data.size(), reg::kDcSystemTime, 1)) {
-    // Its lower half is compared with the local copy at the beginning of the frame (section II, table 100).
+    // The lower half is compared with the local copy at the beginning of the frame (section II, table 100).
     const auto skipped = static_cast<std::size_t>(reg::kDcSystemTime - std::min(address, reg::kDcSystemTime));
     std::array<std::uint8_t, 4> received{};
     std::ranges::copy(data.subspan(skipped).first(std::min<std::size_t>(4, data.size() - skipped)),

@@ -68,7 +68,7 @@ void validate(const SlaveDescription& description) {
   const std::vector<SyncManagerSetting> managers = sync_managers_of(description);
   require(managers.size() <= description.sync_manager_count, "more sync managers are needed than there are");
   const unsigned memory_end = kProcessMemory + 1024U * description.ram_kilobytes;
-  const auto end_of = [](const SyncManagerSetting& manager) {  // process data is held three times
+  const auto end_of = [](const SyncManagerSetting& manager) {  // process data has three buffers
     const bool mailbox =
         manager.use == SyncManagerUse::kMailboxOut || manager.use == SyncManagerUse::kMailboxIn;
     return manager.start + (mailbox ? 1U : 3U) * manager.length;

@@ -1,5 +1,5 @@
 /// @file
-/// What a slave is: the facts its SII memory tells every master.
+/// Description of a slave: the content of its SII memory.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -18,7 +18,7 @@ struct PdoEntry {
 struct ProcessImage {
   std::uint16_t start = 0;          ///< first of three buffers in process memory, from 0x1000
   std::uint16_t bytes = 0;          ///< 0: none
-  std::vector<PdoEntry> entries{};  ///< may be shorter than `bytes`: the image is filled up
+  std::vector<PdoEntry> entries{};  ///< may be shorter than `bytes`: the image is padded
 };
 
 struct MailboxArea {
@@ -26,7 +26,7 @@ struct MailboxArea {
   std::uint16_t length = 0;  ///< 0: none
 };
 
-/// Mailbox protocols of the SII, word 0x1C (ETG.1000.6, table 18). A headerless TMCL mailbox names none.
+/// Mailbox protocols of the SII, word 0x1C (ETG.1000.6, table 18). A headerless TMCL mailbox has none.
 namespace mailbox_protocol {
 inline constexpr std::uint16_t kAoE = 0x01;
 inline constexpr std::uint16_t kEoE = 0x02;
@@ -78,11 +78,11 @@ struct SyncManagerSetting {
   std::uint8_t control = 0;
 };
 
-/// The sync managers in their usual order: mailbox out, mailbox in (both or none), outputs, inputs.
-/// Outputs and inputs keep their places when empty, with length 0; a slave with neither has none.
+/// The sync managers in their usual order: mailbox out, mailbox in (both or none), outputs, inputs. Empty
+/// outputs or inputs keep their place with length 0; a slave with neither has none.
 std::vector<SyncManagerSetting> sync_managers_of(const SlaveDescription& description);
 
-/// @throws std::invalid_argument naming the slave and everything that cannot be.
+/// @throws std::invalid_argument naming the slave and everything invalid.
 void validate(const SlaveDescription& description);
 
 }  // namespace sim::bus

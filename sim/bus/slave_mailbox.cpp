@@ -41,7 +41,7 @@ bool SlaveMailbox::repeat(SyncManager& in) noexcept {
     delivered_.valid = false;
     place(current_, in);
   }
-  return true;  // nothing to repeat is an answer too
+  return true;  // also valid if there is nothing to repeat
 }
 
 void SlaveMailbox::hand_out(SyncManager& in) noexcept {

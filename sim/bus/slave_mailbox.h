@@ -1,5 +1,5 @@
 /// @file
-/// The firmware's side of a mailbox: takes requests, hands out replies, repeats a lost one.
+/// The firmware's side of a mailbox: accepts requests, returns replies, repeats a lost one.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace sim::bus {
 
-/// Repeats as ETG.1000.4 wants it (section 6.7.4; ESC data sheet section I, 8.6): the last reply the master
-/// has read is kept; when the master toggles the repeat request, it is put back in front of newer ones and
+/// Repeats as required by ETG.1000.4 (section 6.7.4; ESC data sheet section I, 8.6): the last reply that the
+/// master has read is kept; when the master toggles the repeat request, it is put back before newer ones and
 /// the acknowledge bit follows.
 class SlaveMailbox {
  public:
@@ -20,9 +20,9 @@ class SlaveMailbox {
   void resize(std::size_t reply_bytes);
 
   void clear() noexcept;
-  /// One deep: false while the one before still waits for its turn, and when it is too long.
+  /// One deep: false while the previous one is waiting, and if it is too long.
   bool post(std::span<const std::uint8_t> reply) noexcept;
-  /// A hung firmware neither takes requests nor hands out or repeats replies.
+  /// A hung firmware neither accepts requests nor returns or repeats replies.
   void hang(bool hung) noexcept { hung_ = hung; }
   bool hung() const noexcept { return hung_; }
 
@@ -32,7 +32,7 @@ class SlaveMailbox {
   void take_request(SyncManager& out, Application& application) noexcept;
   /// The repeat request differs from the acknowledge. True: done, the acknowledge may follow.
   bool repeat(SyncManager& in) noexcept;
-  /// Fills an empty mailbox with what waits.
+  /// Fills an empty mailbox with the waiting reply.
   void hand_out(SyncManager& in) noexcept;
 
  private:
@@ -42,8 +42,8 @@ class SlaveMailbox {
   };
   static void place(Message& message, SyncManager& in) noexcept;
 
-  Message posted_;     // waits for its turn
-  Message displaced_;  // was in the mailbox when an older one had to be repeated
+  Message posted_;     // waiting
+  Message displaced_;  // displaced from the mailbox by the repeat of an older one
   Message current_;    // in the mailbox
   Message delivered_;  // read by the master, kept for a repeat
   bool hung_ = false;

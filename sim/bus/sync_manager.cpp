@@ -19,7 +19,7 @@ void SyncManager::configure(std::span<const std::uint8_t> registers,
   end_ = start_ + static_cast<std::uint32_t>(length_ * (mailbox() ? 1 : 3));
   const bool enabled = (registers[reg::kSyncManagerActivate] & 0x01) != 0;
   locked_ = (registers[reg::kSyncManagerPdi] & 0x01) != 0;
-  // Of length 0 or 1 it lets accesses pass (section I, 8.5).
+  // With length 0 or 1 it does not guard (section I, 8.5).
   guarding_ =
       enabled && length_ > 1 && start_ >= reg::kProcessMemory && end_ <= reg::kProcessMemory + memory.size();
   const auto enables = static_cast<std::uint8_t>((enabled ? 1 : 0) | (locked_ ? 2 : 0));

@@ -1,6 +1,6 @@
 /// @file
-/// A sync manager: guards a piece of process memory that master and firmware share (ESC data sheet section
-/// I, chapter 8; ETG.1000.4 section 6.7).
+/// A sync manager: guards an area of process memory shared by master and firmware (ESC data sheet section I,
+/// chapter 8; ETG.1000.4 section 6.7).
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -8,19 +8,19 @@
 
 namespace sim::bus {
 
-/// Mailbox mode: one buffer, written and read in turns. Buffered mode: three buffers of which the first is
-/// addressed; the reader always gets the newest complete one.
-/// An access begins with the first byte of the area and is complete with the last one; in between it may
-/// be spread over datagrams. What is complete takes effect at the end of the frame, if the frame is good.
+/// Mailbox mode: one buffer, written and read alternately. Buffered mode: three buffers of which the first is
+/// addressed; the reader always gets the newest complete one. An access starts with the first byte of the
+/// area and is complete with the last one; it may be spread over datagrams. A complete access takes effect at
+/// the end of the frame, if the frame is good.
 class SyncManager {
  public:
   enum class Event : std::uint8_t { kNone, kWritten, kRead };
 
-  /// Takes its eight registers over; enabling or disabling it empties it. `memory` is the process memory
-  /// from 0x1000: an area that leaves it is not guarded.
+  /// Applies its eight registers; enabling or disabling empties it. `memory` is the process memory from
+  /// 0x1000: an area that leaves it is not guarded.
   void configure(std::span<const std::uint8_t> registers, std::span<std::uint8_t> memory) noexcept;
 
-  /// Whether an access of the master to `address` is this sync manager's business: hidden buffers included.
+  /// Whether this sync manager handles an access of the master to `address`: hidden buffers included.
   bool guards(std::uint32_t address) const noexcept {
     return guarding_ && address >= start_ && address < end_;
   }
@@ -32,18 +32,18 @@ class SyncManager {
   /// Register +5.
   std::uint8_t status() const noexcept;
 
-  // The master's side. False: refused, no byte went over and the working counter stays.
+  // The master's side. False: refused, no byte transferred and the working counter unchanged.
   bool master_write(std::uint32_t address, std::span<const std::uint8_t> bytes) noexcept;
   bool master_read(std::uint32_t address, std::span<std::uint8_t> bytes) noexcept;
-  /// What this frame completed; a damaged frame completes nothing.
+  /// Accesses completed by this frame; a damaged frame completes nothing.
   Event end_frame(bool good) noexcept;
 
   // The firmware's side.
   /// The mailbox's content or the newest complete outputs; empty if there is none.
   std::span<const std::uint8_t> firmware_read() noexcept;
-  /// Mailbox: it may be written again.
+  /// Mailbox: may be written again.
   void firmware_release() noexcept;
-  /// Where to write; empty when not guarding. Visible to the master after firmware_publish().
+  /// Buffer to write; empty if not guarding. Visible to the master after firmware_publish().
   std::span<std::uint8_t> firmware_buffer() noexcept;
   void firmware_publish() noexcept;
 
@@ -67,9 +67,9 @@ class SyncManager {
   std::uint8_t control_ = 0;
   std::uint8_t enables_ = 0;  // enabled by the master, deactivated by the firmware
   bool guarding_ = false;
-  bool locked_ = false;  // the firmware deactivated it: nobody gets in
+  bool locked_ = false;  // deactivated by the firmware: no access
 
-  bool open_ = false;     // the master is inside the area
+  bool open_ = false;     // the master is within the area
   bool closing_ = false;  // ... and reached its last byte in this frame
   bool full_ = false;     // mailbox
   bool was_written_ = false;
@@ -80,7 +80,7 @@ class SyncManager {
   std::uint8_t newest_ = 1;
   std::uint8_t reader_ = 2;
   std::uint8_t last_written_ = 0;
-  bool fresh_ = false;  // the newest was not yet taken by the reader
+  bool fresh_ = false;  // the reader has not taken the newest one yet
 };
 
 }  // namespace sim::bus

@@ -11,11 +11,11 @@ using drivers::tmcl::CurrentSign;
 using drivers::tmcl::StatusFlag;
 using std::chrono::nanoseconds;
 
-/// "Halted" and "position reached" look at the velocity without the noise of counting ticks for 1 ms.
+/// "Halted" and "position reached" use the velocity without the quantisation noise of 1 ms.
 constexpr double kSmoothing = 0.05;  // per period: 20 ms
-/// Above parameter 6, so that a drive at its limit is not called over it.
+/// Above parameter 6, so that a drive at its limit does not report overcurrent.
 constexpr double kOvercurrentMargin = 1.1;
-/// The encoder's spurious jumps come in odd sizes; a quarter turn of the motor is one that hurts.
+/// The encoder's spurious jumps have various sizes; a quarter turn of the motor is a harmful one.
 constexpr std::uint32_t kGlitchPeriod = 97;
 constexpr std::int32_t kGlitchTicks = 1000;
 
@@ -65,7 +65,7 @@ void TmcmBoard::power_changed(bool on) noexcept {
   drive_.command({}, false);
   followed_.reset();
   if (gripper_ != nullptr) gripper_->power_changed(on);
-  // An incremental encoder: zero is where the joint happens to be.
+  // An incremental encoder: zero is the joint's position at power-up.
   encoder_ticks_ = units_.ticks(drive_.measured().position_rad);
   set_counter(0);
   motor_.velocity_rpm = smooth_rpm_ = current_mA_ = 0.0;
@@ -94,7 +94,7 @@ void TmcmBoard::outputs_changed(std::span<const std::uint8_t> outputs) noexcept 
       break;
     case ControllerMode::kInitialize:
       move(ControllerMode::kMotorStop, 0);
-      // Once per command: a failure shows until the master tries again.
+      // Once per command: a failure stays until the master tries again.
       if (new_mode && !commutation_.turns()) commutation_.start(motor_.position_ticks);
       break;
     default: move(output.mode, output.value);
@@ -115,7 +115,7 @@ void TmcmBoard::fault(BoardFault fault, bool present) noexcept {
 }
 
 void TmcmBoard::move(ControllerMode mode, std::int32_t value) noexcept {
-  if (mode > ControllerMode::kInitialize) return;  // unknown: as before
+  if (mode > ControllerMode::kInitialize) return;  // unknown: ignored
   const bool begins_to_turn =
       mode == ControllerMode::kVelocity && value != 0 && (command_.mode != mode || command_.value == 0);
   command_ = {mode, value};
@@ -166,9 +166,9 @@ void TmcmBoard::read_sensors() noexcept {
   current_mA_ = units_.current_mA(sample.torque_Nm);
 }
 
-/// Three Hall sensors 120° apart tell six sectors of an electrical revolution; the angle is the middle of
-/// one, 65536 to the revolution (TMCL manuals of Trinamic's BLDC modules, parameter 210). They sit on the
-/// motor: where they begin has nothing to do with the zero of the encoder's counter.
+/// Three Hall sensors 120° apart distinguish six sectors of an electrical revolution; the angle is the middle
+/// of a sector, 65536 per revolution (TMCL manuals of Trinamic's BLDC modules, parameter 210). They are on
+/// the motor: their zero is unrelated to that of the encoder's counter.
 std::int32_t TmcmBoard::hall_angle() const noexcept {
   constexpr std::int64_t kSectors = 6;
   constexpr std::int64_t kMounted = 137;  // encoder counts from the simulation's zero to a sector's edge
@@ -187,7 +187,7 @@ void TmcmBoard::watch() noexcept {
   if (watchdog_armed_ && !timed_out_ && since_outputs_ > std::chrono::milliseconds(parameters_[90])) {
     timed_out_ = true;
     hold_ticks_ = motor_.position_ticks;
-    move(ControllerMode::kMotorStop, 0);  // the old command must not come back when the flag is cleared
+    move(ControllerMode::kMotorStop, 0);  // the old command must not return when the flag is cleared
   }
 }
 
@@ -206,7 +206,7 @@ void TmcmBoard::drive_motor() noexcept {
   drive_.command(motion_.update(command, motor_, parameters_, kPeriod), enabled);
 }
 
-// ---- what it shows ----
+// ---- reported values ----
 
 bool TmcmBoard::position_reached() const noexcept {
   return command_.mode == ControllerMode::kPosition && commutation_.known() &&

@@ -1,6 +1,6 @@
 /// @file
-/// The youBot's motor controller (TMCM-174, -1632, -KR-841, -1610) behind an emulated slave controller, or by
-/// itself for another bus.
+/// The youBot's motor controller (TMCM-174, -1632, -KR-841, -1610) behind an emulated slave controller, or
+/// standalone for another bus.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -22,55 +22,55 @@ namespace sim::bus {
 
 struct TmcmOptions {
   drivers::tmcl::Firmware firmware = drivers::tmcl::Firmware::k148;
-  int controller = 1632;  ///< how it calls itself: wheel 174 or 1632, arm joint 841 or 1610
+  int controller = 1632;  ///< reported type: wheel 174 or 1632, arm joint 841 or 1610
   BoardAxis axis = {};
   drivers::tmcl::CurrentSign current_sign = drivers::tmcl::CurrentSign::kSigned;
   std::int32_t password = 4711;  ///< for parameter 248; the real one is not public
-  /// From the end of the frame with the request; the reply waits for the next advance() at least.
+  /// From the end of the frame with the request; the reply waits at least for the next advance().
   std::chrono::nanoseconds reply_latency = std::chrono::milliseconds(1);
   std::chrono::nanoseconds gripper_latency =
-      std::chrono::milliseconds(5);  ///< on top, for module 1; assumption
-  int zero_version_replies = 0;      ///< real boards answer command 136 with zeros at times (Óbuda driver)
+      std::chrono::milliseconds(5);  ///< in addition, for module 1; assumption
+  int zero_version_replies = 0;      ///< real boards sometimes answer command 136 with zeros (Óbuda driver)
   std::chrono::nanoseconds commutation_time = std::chrono::milliseconds(500);  ///< firmware 1.48 (same)
 };
 
-/// What it does with commands, in order of precedence:
+/// Reaction to commands, in order of precedence:
 ///   power, undervoltage, overtemperature, overvoltage with parameter 245   bridge open
 ///   commutation unknown          bridge open; firmware 2.0 turns on a velocity command to find it
 ///   I²t exceeded (flag 17)       PWM 0, which shorts the winding; until SAP 29
-///   process data late (flag 16)  holds the position it had; until SAP 158
+///   process data late (flag 16)  holds its position at that time; until SAP 158
 ///   mode and value of the process data, or of the mailbox while those say "no more action"
-/// Interpretations, for want of a manual: the watchdog starts with the first process data after power-up;
-/// motor stop holds velocity zero; "no more action" leaves the last motion; setting the reference ends it.
-/// One controller period is a millisecond (parameter 133). Cycle: all hooks.
+/// Interpretations, because there is no manual: the watchdog starts with the first process data after
+/// power-up; motor stop holds velocity zero; "no more action" keeps the last motion; setting the reference
+/// ends it. One controller period is a millisecond (parameter 133). Cycle: all hooks.
 class TmcmBoard final : public Application {
  public:
   static constexpr std::chrono::nanoseconds kPeriod = std::chrono::milliseconds(1);
 
-  /// `slave` and `drive` outlive the board. Attaches itself.
+  /// `slave` and `drive` must outlive the board. Attaches itself.
   TmcmBoard(EmulatedSlave& slave, BoardDrive& drive, const TmcmOptions& options);
   /// Without EtherCAT: the carrier of the telegrams calls execute().
   TmcmBoard(BoardDrive& drive, const TmcmOptions& options);
   /// Setup: the gripper behind this board's mailbox.
   void attach(GripperBoard& gripper) noexcept { gripper_ = &gripper; }
 
-  /// Carries out a request to the drive at once; the reply as it stands in a mailbox. Cycle.
+  /// Executes a request to the drive at once; returns the reply in mailbox format. Cycle.
   drivers::tmcl::MailboxBytes execute(const drivers::tmcl::Request& request) noexcept;
 
   // ---- for scripts and tests ----
 
-  /// What its process data show, before it is packed.
+  /// Its process data before packing.
   const drivers::tmcl::DriveInput& input() const noexcept { return input_; }
-  /// What the motor has followed since the latest period; none: the bridge is open.
+  /// Command that the motor followed in the last period; empty: the bridge is open.
   const std::optional<drivers::tmcl::DriveOutput>& followed() const noexcept { return followed_; }
-  /// Since the last process data, in whole periods; before any, since its power came.
+  /// Time since the last process data, in whole periods; before any, since power-up.
   std::chrono::nanoseconds unheard() const noexcept { return since_outputs_; }
-  /// Between such integers and SI at the joint. Positions count as the board's counter does.
+  /// Converts between such integers and SI at the joint, with the zero of the board's counter.
   const MotorUnits& units() const noexcept { return units_; }
   const TmcmParameters& parameters() const noexcept { return parameters_; }
   bool initialized() const noexcept { return commutation_.known(); }
   const I2tMonitor& i2t() const noexcept { return i2t_; }
-  /// Firmware 1.48 reports a wrong position now and then (Óbuda driver); here: for one period in 97.
+  /// Firmware 1.48 occasionally reports a wrong position (Óbuda driver); here: for one period in 97.
   void set_encoder_glitches(bool present) noexcept { glitches_ = present; }
 
   // ---- Application ----

@@ -1,5 +1,5 @@
 /// @file
-/// How a motor controller finds out, once after power-up, where its rotor stands.
+/// Finds the rotor angle of a motor controller, once after power-up.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -9,13 +9,13 @@
 
 namespace sim::bus {
 
-/// Firmware 1.48 takes a fixed time on command, standing still. Firmware 2.0 finds it while turning: after
-/// one electrical revolution. Both fail with a hall sensor error; 2.0 also when the rotor does not get that
-/// far in time, because it is blocked or its encoder is. How a real board fails is not documented.
+/// Firmware 1.48 takes a fixed time on command, at standstill. Firmware 2.0 finds it while turning: after one
+/// electrical revolution. Both fail with a Hall sensor error; 2.0 also if the rotor does not get that far in
+/// time, because the rotor or its encoder is blocked. How a real board fails is not documented.
 class CommutationStartUp {
  public:
   enum class State : std::uint8_t { kUnknown, kSearching, kKnown, kFailed };
-  /// A half of the five seconds that the official driver waits.
+  /// Half of the five seconds that the official driver waits.
   static constexpr std::chrono::nanoseconds kLongestTurn = std::chrono::milliseconds(2500);
 
   CommutationStartUp(drivers::tmcl::Firmware firmware, std::chrono::nanoseconds standing_time,
@@ -31,14 +31,14 @@ class CommutationStartUp {
   bool turns() const noexcept { return turns_; }
 
   void forget() noexcept { state_ = State::kUnknown; }
-  /// Begins, again after a failure; no effect when it is known or under way.
+  /// Starts, also after a failure; no effect if the commutation is known or being searched.
   void start(std::int32_t position_ticks) noexcept {
     if (state_ == State::kKnown || state_ == State::kSearching) return;
     state_ = State::kSearching;
     from_ticks_ = position_ticks;
     elapsed_ = {};
   }
-  /// The motor is no longer told to turn.
+  /// The motor is no longer commanded to turn.
   void give_up() noexcept {
     if (state_ == State::kSearching) state_ = State::kUnknown;
   }

@@ -1,5 +1,5 @@
 /// @file
-/// The motor controller's thermal guard of the winding (TMCM-1630 manual, chapter 9).
+/// The motor controller's thermal protection of the winding (TMCM-1630 manual, chapter 9).
 #pragma once
 #include <array>
 #include <chrono>
@@ -8,10 +8,9 @@
 
 namespace sim::bus {
 
-/// Sum of I²·Δt [A²·ms] over the thermal winding time that has just passed; more than the limit raises the
-/// flag:
+/// Sum of I²·Δt [A²·ms] over the last thermal winding time; above the limit it sets the flag:
 ///   constant I from cold:  exceeded after limit / I², if that is less than the winding time.
-/// The flag stays until clear(), which works only when the winding has cooled for the winding time. The
+/// The flag stays until clear(), which works only after the winding has cooled for the winding time. The
 /// window moves in kBuckets steps.
 class I2tMonitor {
  public:
@@ -19,7 +18,7 @@ class I2tMonitor {
               std::chrono::nanoseconds step) noexcept;
   bool exceeded() const noexcept { return exceeded_; }
   double sum_A2_ms() const noexcept { return sum_; }
-  /// Seconds begun in excess, since the last power-up (parameter 28 counts them).
+  /// Started seconds above the limit, since the last power-up (parameter 28 counts them).
   std::int32_t seconds_exceeded() const noexcept { return seconds_; }
   /// False: the winding is still cooling.
   bool clear(std::int32_t winding_time_ms) noexcept;
@@ -30,7 +29,7 @@ class I2tMonitor {
   std::array<double, kBuckets> buckets_{};
   std::size_t newest_ = 0;
   std::chrono::nanoseconds in_bucket_{};
-  double full_A2_ms_ = 0.0;  // of all buckets but the newest
+  double full_A2_ms_ = 0.0;  // of all buckets except the newest
   double sum_ = 0.0;
   bool exceeded_ = false;
   std::chrono::nanoseconds since_exceeded_{};

@@ -9,7 +9,7 @@ namespace {
 
 using drivers::tmcl::ControllerMode;
 
-constexpr double kPositionGain_per_s = 10.0;  // as sim::Drive's own position loop
+constexpr double kPositionGain_per_s = 10.0;  // like sim::Drive's own position loop
 constexpr double kFullPwm = 1799.0;           // KU Leuven driver
 
 }  // namespace
@@ -35,7 +35,7 @@ hal::JointCommand TmcmMotion::update(const drivers::tmcl::DriveOutput& command, 
       target_mA_ = std::clamp<double>(command.value, -limit_mA, limit_mA);
       return hal::JointCommand::torque_Nm(units_.torque_Nm(target_mA_));
     case ControllerMode::kPwm: {
-      // The winding settles within a period: I = (V − k_e·ω)/R.
+      // The current settles within a period: I = (V − k_e·ω)/R.
       restart(motor);
       const double voltage_V = axis_.supply_V * std::clamp(command.value / kFullPwm, -1.0, 1.0);
       const double back_emf_V =

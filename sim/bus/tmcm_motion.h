@@ -1,5 +1,5 @@
 /// @file
-/// What a motor controller makes of a motion command: profile, limits, and a command to the drive's loops.
+/// Converts a motion command of a motor controller: profile, limits, and a command to the drive's loops.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -10,14 +10,14 @@
 
 namespace sim::bus {
 
-/// As seen by the board: its own counter, motor side.
+/// The board's own counter and velocity, motor side.
 struct MotorState {
   std::int32_t position_ticks = 0;
   double velocity_rpm = 0.0;
 };
 
-/// Velocity and position follow a trapezoidal ramp (parameters 4, 11, 146); the loops under it are those of
-/// sim::Drive. The PID parameters of the board are kept and change nothing.
+/// Velocity and position follow a trapezoidal ramp (parameters 4, 11, 146); the inner loops are those of
+/// sim::Drive. The PID parameters of the board are stored without effect.
 /// Cycle: everything.
 class TmcmMotion {
  public:
@@ -27,7 +27,7 @@ class TmcmMotion {
   hal::JointCommand update(const drivers::tmcl::DriveOutput& command, const MotorState& motor,
                            const TmcmParameters& parameters, std::chrono::nanoseconds period) noexcept;
 
-  /// From the actual velocity on.
+  /// Starts from the actual velocity.
   void restart(const MotorState& motor) noexcept { ramp_rpm_ = motor.velocity_rpm; }
   double ramp_rpm() const noexcept { return ramp_rpm_; }
   double target_rpm() const noexcept { return target_rpm_; }
@@ -43,7 +43,7 @@ class TmcmMotion {
   double target_mA_ = 0.0;
 };
 
-/// Distance with the counter's wrap: the shorter way.
+/// Distance with counter wrap: the shorter way.
 constexpr std::int32_t ticks_between(std::int32_t from, std::int32_t to) noexcept {
   return static_cast<std::int32_t>(static_cast<std::uint32_t>(to) - static_cast<std::uint32_t>(from));
 }

@@ -25,8 +25,8 @@ struct Setting {
 };
 
 // "Factory" set and common values of the Óbuda University driver's files for the arm, TMCM-1630 manual for
-// I²t. The timeout of 100 ms is that driver's simulation; the halted velocity and the start-up velocity are
-// ours: none of the three was seen on a real board.
+// I²t. The timeout of 100 ms is from that driver's simulation; the halted velocity and the start-up velocity
+// are ours: none of the three was observed on a real board.
 constexpr Setting kFactory[] = {
     {4, 4000},    {7, 500},    {9, 5},      {10, 5},     {11, 2000},  {14, 1000},  {25, 13200},
     {26, 211200}, {90, 100},   {130, 500},  {133, 1},    {134, 1},    {135, 500},  {140, 200},
@@ -76,7 +76,7 @@ TmcmParameters::Answer TmcmParameters::set(std::uint8_t number, std::int32_t val
   return {Status::kOk, value};
 }
 
-// STAP and RSAP carry no value worth keeping; the official driver expects what it sent, so the caller echoes.
+// STAP and RSAP carry no meaningful value; the official driver expects an echo, which the caller provides.
 TmcmParameters::Answer TmcmParameters::store(std::uint8_t number) noexcept {
   const Status status = may_write(number);
   if (status != Status::kOk) return {status, 0};

@@ -10,11 +10,11 @@
 
 namespace sim::bus {
 
-/// Answers SAP, GAP, STAP, RSAP and their global siblings by the rules of drivers/tmcl/axis_parameters.h:
-///   unknown, not readable, not writable or not storable 3, out of range 4, EEPROM locked 5, password
-///   needed 8.
-/// A drive that had the same table wrong would not notice; the numbers a test uses come from the fact sheet.
-/// Power-up reads the EEPROM; all that was not stored is lost. Cycle: everything but the constructor.
+/// Answers SAP, GAP, STAP, RSAP and their global counterparts by the rules of drivers/tmcl/axis_parameters.h:
+/// unknown, not readable, not writable or not storable 3, out of range 4, EEPROM locked 5, password needed 8.
+/// A drive with the same wrong table would not notice; the numbers in tests come from the fact sheet.
+/// Power-up reads the EEPROM; everything that was not stored is lost. Cycle: everything except the
+/// constructor.
 class TmcmParameters {
  public:
   struct Answer {
@@ -22,12 +22,12 @@ class TmcmParameters {
     std::int32_t value = 0;
   };
 
-  /// Factory setting. The real password is not public: `password` stands in for it.
+  /// Factory setting. The real password is not public: `password` replaces it.
   TmcmParameters(drivers::tmcl::Firmware firmware, const BoardAxis& axis, std::int32_t password);
 
   void power_up() noexcept;
 
-  // Axis parameters, as telegrams ask for them.
+  // Axis parameters, for telegrams.
   Answer get(std::uint8_t number) const noexcept;
   Answer set(std::uint8_t number, std::int32_t value) noexcept;
   Answer store(std::uint8_t number) noexcept;
@@ -39,7 +39,7 @@ class TmcmParameters {
   Answer store_global(std::uint8_t bank, std::uint8_t number) noexcept;
   Answer restore_global(std::uint8_t bank, std::uint8_t number) noexcept;
 
-  // For the firmware itself: no rules.
+  // For the firmware itself: no checks.
   std::int32_t operator[](std::uint8_t number) const noexcept { return ram_[number]; }
   void assign(std::uint8_t number, std::int32_t value) noexcept { ram_[number] = value; }
 
@@ -52,7 +52,7 @@ class TmcmParameters {
   drivers::tmcl::Firmware firmware_;
   std::int32_t password_;
   bool approved_ = false;
-  bool eeprom_locked_ = false;  // kept in EEPROM
+  bool eeprom_locked_ = false;  // stored in EEPROM
   std::array<std::int32_t, 256> ram_{};
   std::array<std::int32_t, 256> eeprom_{};
   std::array<std::int32_t, 256> user_ram_{};

@@ -21,7 +21,7 @@ using std::chrono::nanoseconds;
 
 constexpr std::uint8_t kHostAddress = 2;  // default of the TMCL manual; not checked
 
-/// Sets are echoed, with whatever they carried (official driver's acceptance rule); gets carry the answer.
+/// Sets are echoed with their value (official driver's acceptance rule); gets carry the answer.
 bool answers_with_value(const Request& request) noexcept {
   return request.command == Command::kGetAxisParameter || request.command == Command::kGetGlobalParameter ||
          request.command == Command::kGetFirmwareVersion;
@@ -36,7 +36,7 @@ std::int32_t saturated(std::int64_t value) noexcept {
 bool TmcmBoard::mailbox_received(std::span<const std::uint8_t> message) noexcept {
   if (request_ || reply_) return false;
   const std::optional<Request> request = drivers::tmcl::decode_mailbox_request(message);
-  // A module that is not there does not answer.
+  // A missing module does not answer.
   if (!request || (request->module != drivers::tmcl::kDriveModule &&
                    (gripper_ == nullptr || request->module != drivers::tmcl::kGripperModule)))
     return true;
@@ -52,7 +52,7 @@ void TmcmBoard::serve_mailbox(nanoseconds step) noexcept {
         request_->module == drivers::tmcl::kGripperModule ? gripper_->execute(*request_) : execute(*request_);
     request_.reset();
   }
-  // The one before may still wait for the master.
+  // The previous one may still wait for the master.
   if (reply_ && slave_ != nullptr && slave_->post_mailbox(*reply_)) reply_.reset();
 }
 
@@ -116,14 +116,14 @@ TmcmParameters::Answer TmcmBoard::set_axis_parameter(std::uint8_t number, std::i
       }
       break;
     case 29:
-      // Which status a drive refuses with while it cools is not documented.
+      // The status of a drive's refusal while it cools is not documented.
       if (!i2t_.clear(parameters_[25])) return {Status::kNotAvailable, value};
       break;
     case 154: move(ControllerMode::kPwm, value); break;
     case 155: move(ControllerMode::kCurrent, value); break;
     case 158:
       timed_out_ = false;
-      // It takes fresh process data to start the watchdog again; without, the flag would be back at once.
+      // Fresh process data restart the watchdog; without this, the flag would be set again at once.
       watchdog_armed_ = false;
       break;
     default: break;
@@ -173,7 +173,7 @@ std::int32_t TmcmBoard::pwm() const noexcept {
   return static_cast<std::int32_t>(std::lround(1799 * std::clamp(voltage_V / axis.supply_V, -1.0, 1.0)));
 }
 
-/// Eight characters and nothing else: "1610V148", "174V1.48" (fact sheet; the real spelling is not verified).
+/// Exactly eight characters: "1610V148", "174V1.48" (fact sheet; the real format is not verified).
 MailboxBytes TmcmBoard::version_text() noexcept {
   MailboxBytes text{};
   if (zero_versions_left_ > 0) {

@@ -10,8 +10,8 @@
 
 namespace sim::bus {
 
-/// Each board commands its own wheel; the base moves under all four at once, in advance(). A wheel without
-/// power gets zero current, because sim::Base switches all its bridges together.
+/// Each board commands its own wheel; advance() moves the base under all four together. A wheel without power
+/// gets zero current, because sim::Base switches all its bridges together.
 class WheelMechanics {
  public:
   /// @throws std::invalid_argument see sim::Base

@@ -10,11 +10,11 @@ namespace {
 using drivers::tmcl::Firmware;
 using std::chrono::nanoseconds;
 
-// Identity: vendor solid; process data places and sizes from the device table of an old SOEM, plausible and
-// unproven. Mailbox places and lengths are ours. Any master takes all of them from the SII.
-// Product codes are not known, but that they differ from board to board is: SOEM takes a slave whose vendor,
-// product and revision it has seen before for the same kind and does not read its SII again, and drivers that
-// stand on it tell the boards by their names. Here they are the number in the name.
+// Identity: the vendor is confirmed; process data addresses and sizes are from the device table of an old
+// SOEM, plausible but unconfirmed. Mailbox addresses and lengths are ours. Any master reads all of them from
+// the SII. The product codes are not known, except that they differ between boards: SOEM assumes that a slave
+// with known vendor, product and revision is of the same kind and does not read its SII again, and drivers
+// based on it distinguish the boards by their names. Here the product code is the number in the name.
 constexpr std::uint32_t kVendor = 0x286;
 
 SlaveDescription power_board(const char* name, int number) {
@@ -27,7 +27,7 @@ SlaveDescription motor_board(const char* name, int number, Firmware firmware,
   description.outputs = {
       .start = 0x1000, .bytes = process_data_bytes, .entries = {{0x7000, 1, 32}, {0x7000, 2, 8}}};
   description.inputs = {.start = 0x1100, .bytes = process_data_bytes};
-  const unsigned inputs = firmware == Firmware::k148 ? 5 : 8;  // all of them 32 bits
+  const unsigned inputs = firmware == Firmware::k148 ? 5 : 8;  // 32 bits each
   for (unsigned i = 1; i <= std::min(inputs, process_data_bytes / 4U); ++i)
     description.inputs.entries.push_back({0x6000, static_cast<std::uint8_t>(i), 32});
   description.mailbox_out = {.start = 0x1800, .length = 64};
@@ -112,7 +112,7 @@ void YoubotBus::advance(nanoseconds step) noexcept {
     const nanoseconds part = std::min(step, until_period_);
     step -= part;
     until_period_ -= part;
-    // The period that ends now first, so that the boards read what it led to.
+    // First completes the period that ends now, so that the boards read its result.
     const bool ends = until_period_.count() == 0;
     if (ends) {
       advance_mechanics();
@@ -135,7 +135,7 @@ void YoubotBus::advance_mechanics() noexcept {
 }
 
 double YoubotBus::position_rad(std::size_t joint) noexcept {
-  const std::size_t arm_joint = joint - wheel_count();  // of a wheel not used
+  const std::size_t arm_joint = joint - wheel_count();  // for an unused wheel
   if (manipulator_)
     return joint < wheel_count() ? manipulator_->robot().wheel(static_cast<int>(joint)).position_rad()
                                  : manipulator_->robot().arm_rad()[static_cast<Eigen::Index>(arm_joint)];

@@ -1,5 +1,5 @@
 /// @file
-/// The whole emulated robot: boards on their bus, in bus order, and the mechanics behind them.
+/// The complete emulated robot: boards on their bus, in bus order, and their mechanics.
 #pragma once
 #include <array>
 #include <chrono>
@@ -35,45 +35,45 @@ enum class Hardware : std::uint8_t { kFirst, kLater };
 struct YoubotBusOptions {
   YoubotKind robot = YoubotKind::kBase;
   Hardware hardware = Hardware::kLater;
-  /// For every board, but for what belongs to its axis: `controller` and `axis` are filled in.
+  /// For every board, except its axis data: `controller` and `axis` are filled in.
   TmcmOptions board = {};
   BoardAxis wheel = kWheelBoardAxis;
   std::array<ArmJointData, 5> arm = kArmJointData;
   std::array<double, 5> arm_start_rad{0.2, 0.2, -0.2, 0.2, 0.2};  ///< nearly folded
-  std::uint16_t process_data_bytes = 40;                          ///< each way; see youbot_bus.cpp
+  std::uint16_t process_data_bytes = 40;                          ///< each direction; see youbot_bus.cpp
   bool gripper = true;
   GripperOptions gripper_options = {};
   BaseParameters base = {};
-  /// kBaseAndArm alone: base and arm are one body with weight (sim/mobile_manipulator.h), and without power
-  /// the arm sinks. Otherwise each arm joint is for itself, which is what tests of boards and bus want.
+  /// Only for kBaseAndArm: base and arm are one body with weight (sim/mobile_manipulator.h), and the arm
+  /// sinks without power. Otherwise each arm joint is independent, as tests of boards and bus need.
   bool coupled = false;
-  EnvironmentParameters scene = {};  ///< what the tip of the coupled arm touches
-  /// Timed: a master in the process that waits for a reply lets emulated time pass, else no mailbox is ever
-  /// due.
+  EnvironmentParameters scene = {};  ///< objects that the end effector of the coupled arm can touch
+  /// Timed: a master in the process that waits for a reply advances emulated time; otherwise no mailbox would
+  /// ever be due.
   WireOptions wire = {.timed = true, .faults = {}};
   SlaveOptions slave = {};
-  /// What the slaves say of themselves in their EEPROMs, drivers/ethercat/simulated_bus.h; empty as a
-  /// robot's, so that a master treats them as it would a robot.
+  /// Mark of the slaves in their EEPROMs, drivers/ethercat/simulated_bus.h; empty as on a robot, so that a
+  /// master treats them like a robot.
   std::string mark = {};
-  std::uint64_t noise_seed = 1;  ///< of the arms; the base has its own, which a coupled robot takes
+  std::uint64_t noise_seed = 1;  ///< of the arms; the base has its own, which a coupled robot uses
 };
 
 /// Bus order (official driver): KR-845 and wheels 1 to 4, then per arm KR-843 and joints 1 to 5. Power boards
-/// are slaves without process data. Joints are counted as the official driver does: wheels, then arm by arm.
+/// are slaves without process data. Joints are numbered as in the official driver: wheels, then arm by arm.
 ///
 /// In the process: `BusLink link(robot.wire(), &robot)`. Behind a socket: wire().send() and receive() for the
-/// frames, advance() for the time. One thread; advance() does not allocate. Mechanics and boards move in
+/// frames, advance() for the time. One thread; advance() does not allocate. Mechanics and boards advance in
 /// periods of a millisecond, however small the steps.
 class YoubotBus final : public EmulatedTime {
  public:
-  /// @throws std::invalid_argument for options that cannot be.
+  /// @throws std::invalid_argument for invalid options.
   explicit YoubotBus(const YoubotBusOptions& options = {});
 
   void advance(std::chrono::nanoseconds step) noexcept;
   void wait(std::chrono::nanoseconds step) noexcept override { advance(step); }
-  /// How long until the end of this period, when mechanics and boards move.
+  /// Time until the end of this period, when mechanics and boards advance.
   std::chrono::nanoseconds until_period() const noexcept { return until_period_; }
-  /// Setup: called at the end of each period, when mechanics and boards have done theirs.
+  /// Setup: called at the end of each period, after mechanics and boards.
   void after_each_period(std::function<void()> look) noexcept { look_ = std::move(look); }
   /// Lifts a base off the ground, or sets it down.
   void set_on_ground(bool on_ground) noexcept;
@@ -91,14 +91,14 @@ class YoubotBus final : public EmulatedTime {
   std::size_t arm_count() const noexcept { return (joints_.size() - wheel_count()) / 5; }
   bool has_base() const noexcept { return wheels_ || manipulator_; }
 
-  /// Truth. Of the base, where there is one.
+  /// True pose of the base, if there is one.
   const control::PlanarPose& pose() noexcept {
     return manipulator_ ? manipulator_->pose() : wheels_->base().pose();
   }
   double position_rad(std::size_t joint) noexcept;
-  /// All of a coupled robot; null for others.
+  /// The complete coupled robot; null for others.
   MobileManipulator* manipulator() noexcept { return manipulator_ ? &manipulator_->robot() : nullptr; }
-  /// Not of a coupled robot.
+  /// Not for a coupled robot.
   Base& base() noexcept { return wheels_->base(); }
   ArmJoint& arm_joint(std::size_t arm, std::size_t joint) noexcept { return *arm_joints_[5 * arm + joint]; }
 
@@ -118,7 +118,7 @@ class YoubotBus final : public EmulatedTime {
   void advance_mechanics() noexcept;
 
   EmulatedBus bus_;
-  std::unique_ptr<ManipulatorMechanics> manipulator_;  // instead of the two that follow
+  std::unique_ptr<ManipulatorMechanics> manipulator_;  // replaces the following two
   std::unique_ptr<WheelMechanics> wheels_;
   std::vector<std::unique_ptr<ArmJoint>> arm_joints_;
   std::vector<std::unique_ptr<GripperBoard>> grippers_;

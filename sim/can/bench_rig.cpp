@@ -12,8 +12,8 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// Identifier, substitute bits, length, check sum and the stuff bits they may need: Bosch CAN 2.0, part A,
-/// counted bit by bit apart from drivers/can/frame_time.h.
+/// Identifier, substitute bits, length, check sum and their worst-case stuff bits: Bosch CAN 2.0, part A,
+/// counted bit by bit, independent of drivers/can/frame_time.h.
 constexpr std::int64_t worst_bits(int bytes) noexcept {
   const int stuffable = 1 + 11 + 1 + 1 + 1 + 4 + 8 * bytes + 15;
   const int plain = 1 + 2 + 7 + 3;  // delimiter, acknowledge, end of frame, interframe space
@@ -69,7 +69,7 @@ void BenchRig::start_transfer() noexcept {
 void BenchRig::end_transfer() noexcept {
   const Transfer done = *transfer_;
   transfer_.reset();
-  if (!acknowledged()) return;  // broke off; the host's stays in its queue
+  if (!acknowledged()) return;  // aborted; the host's frame stays in its queue
   if (!done.from_host) {
     replies_.pop();
     if (replies_to_lose_ > 0) {
@@ -88,7 +88,7 @@ void BenchRig::end_transfer() noexcept {
   }
 }
 
-/// The request takes effect at its beginning; its reply is ready at its end.
+/// The request takes effect at its start; its reply is ready at its end.
 void BenchRig::start_work() noexcept {
   if (!powered_ || requests_.empty()) return;
   const can_frame frame = requests_.front();

@@ -31,18 +31,18 @@ struct BenchRigOptions {
   std::uint32_t module_id = 1;
   std::uint32_t reply_id = 2;
   std::uint32_t bit_per_s = 1'000'000;
-  /// From the end of a request to its reply standing ready; one after the other.
+  /// From the end of a request until its reply is ready; one after the other.
   std::chrono::nanoseconds processing_time = std::chrono::microseconds(30);
-  /// Requests that wait while one is carried out; a further one is dropped without a word.
+  /// Requests that wait during the processing of another one; further ones are dropped silently.
   std::size_t buffered_requests = 8;
   std::uint64_t noise_seed = 1;
 };
 
-/// The bus carries one frame at a time, each as long as the worst stuffing makes it; of two that wait the
-/// lower identifier goes first. Only the module acknowledges: while its power is off or the cable is
-/// out, the host's frame stays and an error frame reports it every millisecond, as the kernel would pass them
-/// on; the queue behind it fills. Board and joint move in periods of a millisecond. One thread. Cycle: all
-/// but the constructor.
+/// The bus carries one frame at a time, each as long as worst-case stuffing makes it; of two waiting frames
+/// the lower identifier goes first. Only the module acknowledges: while its power is off or the cable is
+/// unplugged, the host's frame stays and an error frame reports it every millisecond, as passed on by the
+/// kernel; the queue behind it fills. Board and joint advance in periods of a millisecond. One thread. Cycle:
+/// all except the constructor.
 class BenchRig {
  public:
   static constexpr std::size_t kHostQueue = 10;  // txqueuelen of a CAN interface
@@ -54,9 +54,9 @@ class BenchRig {
 
   // ---- the host's interface ----
 
-  /// False when its queue is full.
+  /// False if its queue is full.
   bool send(const can_frame& frame) noexcept { return to_bus_.push(frame); }
-  /// False when nothing has come.
+  /// False if nothing was received.
   bool receive(can_frame& frame) noexcept;
   void advance(std::chrono::nanoseconds step) noexcept;
   std::chrono::nanoseconds now() const noexcept { return now_; }
@@ -65,17 +65,17 @@ class BenchRig {
 
   bus::TmcmBoard& board() noexcept { return board_; }
   const bus::ArmJoint& joint() const noexcept { return joint_; }
-  /// Since the board last carried out a request.
+  /// Time since the board last executed a request.
   std::chrono::nanoseconds unheard() const noexcept { return now_ - last_request_; }
-  /// Setup: called at the end of each period, when joint and board have done theirs.
+  /// Setup: called at the end of each period, after joint and board.
   void after_each_period(std::function<void()> look) noexcept { look_ = std::move(look); }
   /// Off: forgets everything that is not in its EEPROM; the joint coasts.
   void set_power(bool on) noexcept;
   void set_cable(bool in) noexcept { cable_in_ = in; }
-  /// The next ones never come.
+  /// The next ones are lost.
   void lose_replies(int count) noexcept { replies_to_lose_ = count; }
   void lose_requests(int count) noexcept { requests_to_lose_ = count; }
-  /// The controller of the host's interface cuts itself off, as after many errors; or it is started again.
+  /// The controller of the host's interface disconnects, as after many errors; or is restarted.
   void set_bus_off(bool off) noexcept;
 
  private:

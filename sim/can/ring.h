@@ -5,13 +5,13 @@
 
 namespace sim::can {
 
-/// A queue without a heap. Cycle: everything.
+/// A queue without heap allocation. Cycle: everything.
 template <typename T, std::size_t kCapacity>
 class Ring {
  public:
   bool empty() const noexcept { return first_ == end_; }
   std::size_t size() const noexcept { return end_ - first_; }
-  /// False when full.
+  /// False if full.
   bool push(const T& item) noexcept {
     if (size() == kCapacity) return false;
     items_[end_++ % kCapacity] = item;

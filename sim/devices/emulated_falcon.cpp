@@ -11,20 +11,20 @@ using drivers::usb::TransferResult;
 using drivers::usb::TransferStatus;
 using std::chrono::nanoseconds;
 
-constexpr int kStallCode = -9;  // as libusb has them
+constexpr int kStallCode = -9;  // as in libusb
 constexpr int kUnpluggedCode = -4;
 constexpr int kOverflowCode = -8;
 constexpr int kInvalidCode = -2;
 constexpr std::array<std::uint8_t, 2> kModemStatus{0x01, 0x60};  // of an idle line
 constexpr std::size_t kReceiveBuffer = 1024;                     // the chip's and the host's
 
-// A made-up mechanical range, wider than the ball of 40 mm in which the device is used.
+// An assumed mechanical range, wider than the ball of 40 mm in which the device is used.
 constexpr double kOuterEnd_deg = 60.0;
 constexpr double kInnerEnd_deg = 5.0;
 constexpr double kZeroCount_deg = 35.0;
 constexpr double kCountsPerDegree = 1280.0 / 360.0 * 110.0 / 14.25;
 constexpr double kDegreesPerRadian = 57.29577951308232;
-/// The motors this one has: command -10 000 is 1 N·m. No more than 4096 reaches them.
+/// This device's motors: command -10 000 is 1 N·m. At most 4096 reaches them.
 constexpr double kTorquePerCommand_Nm = -1e-4;
 
 std::int16_t encoder_count(double thigh_rad, int offset) noexcept {
@@ -85,7 +85,7 @@ TransferResult EmulatedFalcon::control_out(std::uint8_t request, std::uint16_t v
   if (const auto status = trouble(); status != TransferStatus::kDone) return failed(status);
   switch (request) {
     case 0:
-      // Not what is still on its way.
+      // Not the bytes still on the wire.
       if (value == 1)
         std::erase_if(received_, [this](const Received& received) { return received.at <= now_; });
       break;
@@ -209,7 +209,7 @@ void EmulatedFalcon::command() noexcept {
     homed_ = 0;
     seen_out_ = 0;
   }
-  move_grip(grip_m_);  // the firmware looks for the ends from now on, or no more
+  move_grip(grip_m_);  // starts or stops the firmware's search for the ends
   reply();
 }
 
@@ -269,7 +269,7 @@ void EmulatedFalcon::reply() noexcept {
 
 nanoseconds EmulatedFalcon::byte_time() const noexcept { return nanoseconds(std::lround(10 * 1e9 / baud_)); }
 
-/// What a host that never reads has no room for is lost.
+/// If a host never reads, data beyond the buffer is lost.
 void EmulatedFalcon::answer(std::span<const std::uint8_t> bytes, nanoseconds delay) noexcept {
   nanoseconds at = now_ + delay;
   if (!received_.empty()) at = std::max(at, received_.back().at);
@@ -279,12 +279,12 @@ void EmulatedFalcon::answer(std::span<const std::uint8_t> bytes, nanoseconds del
   }
 }
 
-/// When the latency timer is next over.
+/// Next expiry of the latency timer.
 nanoseconds EmulatedFalcon::timer_behind(nanoseconds time) const noexcept {
   return timer_set_ + ((time - timer_set_) / latency_ + 1) * latency_;
 }
 
-/// Of the next packet with something in it.
+/// Of the next packet with data.
 nanoseconds EmulatedFalcon::departure() const noexcept {
   const nanoseconds timer = timer_behind(received_.front().at - nanoseconds(1));
   return received_.size() < kData ? timer : std::min(timer, received_[kData - 1].at);

@@ -14,26 +14,27 @@
 namespace sim::devices {
 
 struct EmulatedFalconOptions {
-  bool powered = true;  ///< without its power supply the FTDI chip lives on USB's and nobody answers
+  bool powered = true;  ///< without its power supply only the FTDI chip works, on USB power, and nothing
+                        ///< answers
   bool firmware_running = false;  ///< left by an earlier program
-  /// What the processor can run; empty: anything. Another image is echoed as well, then nothing replies.
+  /// The image that the processor accepts; empty: any. Another image is echoed too, but then nothing replies.
   std::vector<std::uint8_t> image = {};
   bool zero_before_query_answer = false;                             ///< seen on macOS
-  std::array<std::int16_t, 3> counts_before_homing{1234, -777, 42};  ///< off by so much
+  std::array<std::int16_t, 3> counts_before_homing{1234, -777, 42};  ///< initial offset
 };
 
-/// States: cold, then boot loader once DTR has risen; the query is answered at 9600 Bd with DTR high only;
-/// load mode at 142 857 Bd echoes every byte; 1.5 MBd with an image that runs starts the firmware. Another
+/// States: cold, then boot loader after DTR has risen; the query is answered only at 9600 Bd with DTR high;
+/// load mode at 142 857 Bd echoes every byte; 1.5 MBd with an accepted image starts the firmware. Another
 /// rise of DTR leads back to the boot loader.
 ///
-/// What the processor sends waits in the FTDI chip for 62 bytes, which leave at once, or for the latency
-/// timer; when that finds nothing, two bytes of modem status leave. [G] The timer runs freely from when it
-/// was set: in run mode a host that answers at once gets a reply each millisecond. Were it to begin with the
-/// first byte that waits, it would be one each 1.2 ms.
+/// Output of the processor waits in the FTDI chip for 62 bytes, which leave at once, or for the latency
+/// timer; if that finds nothing, two bytes of modem status leave. [G] The timer runs freely from when it was
+/// set: in run mode a host that answers at once gets a reply each millisecond. If it started with the first
+/// waiting byte, it would be one every 1.2 ms.
 ///
-/// Its time is its own: it passes by the bytes' length on the wire and by what read() waits, so that a
-/// time-out is over at once. A read that waits for less than the latency never gets an empty packet.
-/// One thread. Nothing allocates once the firmware runs.
+/// Its time is its own: it advances by the duration of the bytes on the wire and by the wait of read(), so
+/// that a time-out is over at once. A read that waits less than the latency never gets an empty packet. One
+/// thread. Nothing allocates once the firmware runs.
 class EmulatedFalcon final : public drivers::usb::UsbPort {
  public:
   enum class State : std::uint8_t { kCold, kBoot, kLoad, kRun };
@@ -50,15 +51,15 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
                                     std::chrono::nanoseconds timeout) noexcept override;
   std::chrono::nanoseconds now() noexcept override { return now_; }
 
-  // ---- the user's hand and eye ----
+  // ---- the user's hand ----
 
-  /// Where the legs reach; frame as in falcon_legs.h. At 0.17 m on the axis all legs are at their outer ends,
-  /// at 0.09 m at their inner ones.
+  /// Within the reach of the legs; frame as in falcon_legs.h. At 0.17 m on the axis all legs are at their
+  /// outer ends, at 0.09 m at their inner ones.
   void move_grip(const FalconVector& place_m) noexcept;
-  /// All the way out, then in, as far as the firmware is looking; ends where it was.
+  /// Fully out, then in, as far as the firmware requires; ends where it was.
   void pull_and_push() noexcept;
   void press(std::uint8_t buttons) noexcept { buttons_ = buttons; }
-  /// What the motors do to the hand, as of the latest command.
+  /// Force of the motors on the hand from the latest command.
   FalconVector force_N() const noexcept;
   bool red() const noexcept { return (state_byte_ & 8U) != 0; }
   bool green() const noexcept { return (state_byte_ & 2U) != 0; }
@@ -88,13 +89,13 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
     split_ = count;
     split_at_ = first_bytes;
   }
-  /// A byte too many at this place of the reply; 0: before it, 16: behind it.
+  /// An extra byte at this place of the reply; 0: before it, 16: after it.
   void insert_into_replies(int count, std::size_t place, std::uint8_t byte) noexcept {
     insert_ = count;
     insert_at_ = place;
     inserted_ = byte;
   }
-  /// Instead of the true encoders.
+  /// Replaces the true encoders.
   void send_counts(int count, const std::array<std::int16_t, 3>& counts) noexcept {
     false_ = count;
     false_counts_ = counts;
@@ -110,7 +111,7 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
   void unplug() noexcept { unplugged_ = true; }
 
  private:
-  static constexpr std::size_t kData = 62;  // of a USB packet, behind the modem status
+  static constexpr std::size_t kData = 62;  // of a USB packet, after the modem status
   struct Received {
     std::chrono::nanoseconds at{};  ///< its end on the wire
     std::uint8_t byte = 0;
@@ -136,7 +137,7 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
   std::chrono::nanoseconds now_{};
 
   // The FTDI chip, as after power-on.
-  std::vector<Received> received_;  // and not yet sent on, or still to come
+  std::vector<Received> received_;  // not yet sent on, or still to come
   double baud_ = 9600;
   std::chrono::nanoseconds latency_ = std::chrono::milliseconds(16);
   std::chrono::nanoseconds timer_set_{};

@@ -32,8 +32,8 @@ Bytes axes_report(std::uint8_t number, std::span<const std::int16_t> axes) {
   return bytes;
 }
 
-// Parts of the report descriptor (HID 1.11, section 6.2.2): an item's first byte says what it is and how many
-// bytes follow.
+// Parts of the report descriptor (HID 1.11, section 6.2.2): an item's first byte is its type and the number
+// of bytes that follow.
 constexpr auto kBegin = std::to_array<std::uint8_t>({0x05, 0x01,    // usage page: generic desktop
                                                      0x09, 0x08,    // usage: multi-axis controller
                                                      0xa1, 0x01});  // application collection
@@ -48,7 +48,7 @@ constexpr auto kTranslation = std::to_array<std::uint8_t>({0xa1, 0x00, 0x85, 0x0
                                                            0x75, 0x10});                        // 16 bits
 constexpr auto kReportTwo = std::to_array<std::uint8_t>({0xa1, 0x00, 0x85, 0x02});
 constexpr auto kRotation = std::to_array<std::uint8_t>({0x09, 0x33, 0x09, 0x34, 0x09, 0x35});
-// The SpaceNavigator calls its axes relative, which they are not.
+// The SpaceNavigator declares its axes as relative, although they are not.
 constexpr auto kThreeRelative = std::to_array<std::uint8_t>({0x95, 0x03, 0x81, 0x06});
 constexpr auto kSixAbsolute = std::to_array<std::uint8_t>({0x95, 0x06, 0x81, 0x02});
 constexpr auto kButtons = std::to_array<std::uint8_t>({0xa1, 0x02, 0x85, 0x03,  // report 3

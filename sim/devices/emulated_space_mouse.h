@@ -1,13 +1,13 @@
 /// @file
-/// A 3Dconnexion SpaceMouse as its host sees it: the reports that it sends while a hand moves its cap, byte
-/// for byte, and its light. No operating system: who carries the bytes is the user's business.
+/// A 3Dconnexion SpaceMouse as seen by its host: its reports while a hand moves its cap, byte for byte, and
+/// its light. Without an operating system: the user transports the bytes.
 ///
 ///   EmulatedSpaceMouse mouse({}, [](auto time) { return SpaceMouseCap{.translation = {0.5, 0, 0}}; });
 ///   for (const auto& report : mouse.advance(20ms)) carry(report.bytes);
 ///
-/// Source: what AndunHH/spacemouse recorded of a SpaceNavigator and a SpaceMouse Wireless: descriptors,
-/// reports, their rate, and the three rounds of zeros after a release. That the newer layout ends with three
-/// zeros as well, and where in it the buttons come, is a guess.
+/// Source: recordings of AndunHH/spacemouse from a SpaceNavigator and a SpaceMouse Wireless: descriptors,
+/// reports, their rate, and the three rounds of zeros after a release. That the newer layout also ends with
+/// three zeros, and the position of its buttons, is a guess.
 #pragma once
 #include <array>
 #include <chrono>
@@ -19,8 +19,8 @@
 
 namespace sim::devices {
 
-/// Where the hand holds the cap, from -1 to 1, which are the stops; more is the stop. Axes as the user sees
-/// them: x to the right, y away from the user, z up; rotations right-handed about them.
+/// Position of the cap, from -1 to 1, which are the stops; larger values mean the stop. Axes from the user's
+/// point of view: x to the right, y away from the user, z up; rotations right-handed about them.
 struct SpaceMouseCap {
   std::array<double, 3> translation{};
   std::array<double, 3> rotation{};
@@ -28,7 +28,7 @@ struct SpaceMouseCap {
 using SpaceMouseMotion = std::function<SpaceMouseCap(std::chrono::nanoseconds)>;
 
 enum class SpaceMouseLayout : std::uint8_t {
-  kTwoReports,  ///< 1 and 2 in turn, every 8 ms (SpaceNavigator, Compact, Pro)
+  kTwoReports,  ///< 1 and 2 alternating, every 8 ms (SpaceNavigator, Compact, Pro)
   kOneReport,   ///< all axes in report 1, every 16 ms, and a battery (Wireless)
 };
 
@@ -47,18 +47,18 @@ class EmulatedSpaceMouse {
   EmulatedSpaceMouse(const EmulatedSpaceMouseOptions& options, SpaceMouseMotion motion)
       : options_(options), motion_(std::move(motion)) {}
 
-  /// What it sends until `now`, in order; the first time on from 0.
+  /// Its reports until `now`, in order; the first time from 0 on.
   std::vector<SpaceMouseReport> advance(std::chrono::nanoseconds now);
 
-  /// Bit 0 is the first button. Told with the next report's time, as is the battery.
+  /// Bit 0 is the first button. Sent at the time of the next report, like the battery.
   void press(std::uint32_t buttons) { buttons_to_tell_ = buttons; }
   void set_battery(std::uint8_t percent) { battery_to_tell_ = percent; }
 
-  /// What the host writes; false when it is not for the light.
+  /// Data written by the host; false if it is not for the light.
   bool take_output(std::span<const std::uint8_t> report);
   bool lit() const noexcept { return lit_; }
 
-  /// The next `count` reports of axes are lost on the radio.
+  /// The next `count` axis reports are lost on the radio link.
   void lose(int count) noexcept { lost_ = count; }
 
   /// Application collection: generic desktop (1), multi-axis controller (8).

@@ -14,10 +14,11 @@ constexpr Dimensions kLeg;
 constexpr double kDegree = 0.017453292519943295;
 constexpr FalconVector kAzimuths_deg{90.0 + 15.0, -30.0 + 15.0, -150.0 + 15.0};
 
-// The knee turns on a circle of radius `thigh` about the origin, the end of the leg at (x, z) is `shin` away:
+// The knee moves on a circle of radius `thigh` about the origin; the end of the leg at (x, z) has the
+// distance `shin` from it:
 //   2 thigh x cos + 2 thigh z sin = thigh^2 + x^2 + z^2 - shin^2 = k.
-// With t = tan(theta / 2): (k + 2 thigh x) t^2 - 4 thigh z t + (k - 2 thigh x) = 0; of the two the
-// knee is on the outer side of the line from the origin to the end.
+// With t = tan(theta / 2): (k + 2 thigh x) t^2 - 4 thigh z t + (k - 2 thigh x) = 0; the solution has the knee
+// on the outer side of the line from the origin to the end.
 double thigh_angle_rad(double azimuth_deg, const FalconVector& grip) noexcept {
   const double c = std::cos(azimuth_deg * kDegree);
   const double s = std::sin(azimuth_deg * kDegree);

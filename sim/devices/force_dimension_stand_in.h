@@ -1,11 +1,11 @@
 /// @file
-/// How a test steers the stand-in for the vendor's libdrd: a shared library of our own that exports the
-/// vendor's symbols and behaves as its documentation and users say (modes, watchdog, limits). Its time is
-/// virtual: nothing moves but in advance(), in calibration, and in calls that cost time.
+/// Control interface of the stand-in for the vendor's libdrd: a shared library of our own that exports the
+/// vendor's symbols and behaves as its documentation and users describe (modes, watchdog, limits). Its time
+/// is virtual: nothing moves except in advance(), in calibration, and in calls that take time.
 ///
-/// It is a test artifact under a name no search finds; load it by its path, then look up kStandInControl.
-/// What is not public is a guess and marked [G], the worst case where a force is at stake. One thread, but
-/// for hold() and held().
+/// It is a test artifact under a name that no search path contains; load it by its path, then look up
+/// kStandInControl. Unpublished behaviour is a guess and marked [G], the worst case where a force is
+/// involved. One thread, except for hold() and held().
 #pragma once
 #include <array>
 #include <atomic>
@@ -15,26 +15,26 @@ namespace sim::devices {
 
 using Axes = std::array<double, 3>;  ///< x towards the operator, y to the operator's right, z up
 
-/// What the device is and what happens to it. A test may write to it at any time.
+/// Configuration and faults of the device. A test may change it at any time.
 struct ForceDimensionScript {
   bool connected = true;       ///< to the USB bus; false in mid-run: unplugged
-  bool powered = true;         ///< without it calibration and watchdog are lost, the latter to off [G]
+  bool powered = true;         ///< without it calibration and watchdog are lost, the latter is then off [G]
   bool held_by_other = false;  ///< counted, not available
   int type = 34;
   std::uint16_t serial = 4711;
   double firmware = 3.2;  ///< below 3.0 there is no watchdog
   int error = 0;          ///< the status' error slot
   bool calibrated = true;
-  bool drd_agrees = true;  ///< false: drdIsInitialized says no although the device is calibrated
+  bool drd_agrees = true;  ///< false: drdIsInitialized denies the calibration
   bool wrist_calibrated = true;
   bool calibration_fails = false;           ///< before anything moves
   bool calibration_fails_half_way = false;  ///< with the regulation left running [G]
   double calibration_s = 4.0;
   /// drd... fails on a device that drdOpenID has not opened, dhdClose on one that it has [G].
   bool drd_needs_its_own_open = true;
-  bool drd_counts_otherwise = false;  ///< drdOpenID counts the devices from the last to the first [G]
+  bool drd_counts_otherwise = false;                 ///< drdOpenID numbers the devices in reverse order [G]
   std::uint32_t velocity_threshold_mm_per_s = 1500;  ///< 0: off [G]
-  int time_guard_us = 0;                             ///< the SDK's value before anybody sets one [G]
+  int time_guard_us = 0;                             ///< the SDK's default [G]
   double effector_mass_kg = 0.25;                    ///< stored in the device [G]; fits the handle below
 
   std::uint32_t buttons = 0;
@@ -46,9 +46,9 @@ struct ForceDimensionScript {
   double hand_damping_N_s_per_m = 10.0;
 
   bool pose_is_nan = false;
-  int nan_value = 1;                       ///< which: 0 to 2 the position, 3 to 11 the rotation by rows
-  bool pose_is_stuck = false;              ///< the time guard answers for ever
-  bool status_says_no_power = false;       ///< and is wrong: the motors go on
+  int nan_value = 1;                       ///< index: 0 to 2 the position, 3 to 11 the rotation by rows
+  bool pose_is_stuck = false;              ///< the time guard never passes
+  bool status_says_no_power = false;       ///< although the motors have power
   bool status_says_not_connected = false;  ///< likewise
   bool status_says_reset = false;          ///< likewise
   bool status_says_braked = false;         ///< likewise
@@ -56,18 +56,18 @@ struct ForceDimensionScript {
   bool brake_keeps_command = true;         ///< and enabling brings it back [G]
   bool close_keeps_mode = true;            ///< closing leaves the force on [G]
   bool refuses_to_enable = false;
-  int watchdog_reads_back = -1;  ///< what dhdGetWatchdog tells; negative: what was set
-  int failing_stops = 0;         ///< so many dhdStop fail, each taking one off
-  int failing_drd_stops = 0;     ///< so many drdStop fail
-  int failing_poses = 0;         ///< so many pose reads fail with `failing_code`
-  int failing_forces = 0;        ///< so many force commands fail with `failing_code`
+  int watchdog_reads_back = -1;  ///< result of dhdGetWatchdog; negative: the set value
+  int failing_stops = 0;         ///< number of dhdStop calls that fail, each decrements it
+  int failing_drd_stops = 0;     ///< number of drdStop calls that fail
+  int failing_poses = 0;         ///< number of pose reads that fail with `failing_code`
+  int failing_forces = 0;        ///< number of force commands that fail with `failing_code`
   int failing_code = 7;          ///< time-out
-  double status_delay_s = 0.0;   ///< how long a status tells the mode before the latest change [G]
+  double status_delay_s = 0.0;   ///< delay of a mode change in the status [G]
 };
 
 enum class ForceDimensionMode : std::uint8_t { kReset, kIdle, kForce, kBrake };
 
-/// What a test may look at.
+/// State for tests.
 struct ForceDimensionState {
   double time_s = 0.0;  ///< since reset()
   bool open = false;
@@ -77,52 +77,52 @@ struct ForceDimensionState {
   Axes position_m{};
   Axes velocity_m_per_s{};
   Axes command_N{};              ///< the last set-force, limited, without gravity compensation
-  Axes brought_back_N{};         ///< the one that came on with the latest enabling
-  Axes motor_N{};                ///< what the motors push the handle with now
+  Axes brought_back_N{};         ///< the command that became active at the latest enabling
+  Axes motor_N{};                ///< force of the motors on the handle now
   double largest_motor_N = 0.0;  ///< without gravity compensation, since reset()
   int watchdog_ticks = 0;
   double max_force_N = -1.0;  ///< negative: none
   double effector_mass_kg = 0.0;
   bool gravity_compensation = false;
   bool expert = false;      ///< one for all devices
-  bool regulation = false;  ///< of libdrd's thread: ends with drdStop and with nothing else [G]
+  bool regulation = false;  ///< libdrd's thread: ends with drdStop only [G]
   long force_calls = 0;
   long stop_calls = 0;
   long velocity_threshold_writes = 0;
   long calibrations = 0;
 };
 
-/// All calls of the vendor's functions that can fail, whatever the device.
+/// All calls of the vendor's functions that can fail, on any device.
 struct ForceDimensionCalls {
   long made = 0;               ///< since reset()
-  long failing = 0;            ///< the one with this number fails; 0: none
+  long failing = 0;            ///< the number of the failing call; 0: none
   int failing_code = 7;        ///< time-out
-  bool failing_works = false;  ///< it does what it should, and only its answer is lost
-  double cost_s = 0.0;         ///< so much time passes in each one before it does anything
+  bool failing_works = false;  ///< the call has its effect, and only its result is an error
+  double cost_s = 0.0;         ///< time that passes in each call before its effect
 };
 
 inline constexpr int kMaxStandInDevices = 2;
 
 struct ForceDimensionControl {
-  /// The process as it begins: `devices` devices, the second one left-handed and with the next serial number.
+  /// Resets the process: `devices` devices, the second one left-handed and with the next serial number.
   void (*reset)(int devices) noexcept;
   void (*set_sdk_version)(int major, int minor, int release, int revision) noexcept;
   void (*advance)(double seconds) noexcept;
   ForceDimensionScript* (*script)(int device) noexcept;
   const ForceDimensionState* (*state)(int device) noexcept;
   ForceDimensionCalls* (*calls)() noexcept;
-  /// With true no call returns, nor does anything, until a false. From any thread, as held().
+  /// While true, calls block without effect until false. From any thread, as held().
   void (*hold)(bool on) noexcept;
-  int (*held)() noexcept;  ///< so many calls wait for that
+  int (*held)() noexcept;  ///< number of calls blocked by hold()
 };
 
 /// extern "C" const ForceDimensionControl* fd_stand_in_control();
 inline constexpr const char* kStandInControl = "fd_stand_in_control";
 using StandInControlFunction = const ForceDimensionControl*();
 
-/// For a whole program that loads the library, where nobody calls the functions above: the environment names
-/// a file of this size, which another process writes to. Time passes as on a clock then, and a strong hand
-/// has the first device's handle where it is told to.
+/// For a complete program that loads the library, in which nothing calls the functions above: the environment
+/// names a file of this size, which another process writes. Time then passes in real time, and a strong hand
+/// moves the first device's handle as commanded.
 struct DistantHand {
   std::array<std::atomic<double>, 3> p_HD_m;
   std::atomic<std::uint32_t> buttons;

@@ -1,5 +1,5 @@
 /// @file
-/// The other end of a DistantHand: what its process wants, and the time.
+/// The library's end of a DistantHand: commands of the other process, and the time.
 #pragma once
 #include <chrono>
 
@@ -9,10 +9,10 @@ namespace sim::devices {
 
 class DistantHandLink {
  public:
-  /// Ends the process when the environment names a file that cannot be used.
+  /// Ends the process if the environment names an unusable file.
   DistantHandLink();
-  /// Does nothing and tells 0 when the environment names none. Otherwise the time since it was last told, in
-  /// s, at most what a busy machine may take away without a device's watchdog noticing.
+  /// Does nothing and returns 0 if the environment names none. Otherwise returns the time since the last
+  /// call, in s, limited so that a pause of a busy machine does not trigger a device's watchdog.
   double take(ForceDimensionScript& script);
 
  private:

@@ -21,9 +21,9 @@ constexpr double kWatchdogTick_s = 125e-6;
 constexpr double kHandMass_kg = 0.5;
 constexpr double kPositionStep_m = 1e-5;
 constexpr double kAngleStep_rad = 0.09 * 3.14159265358979 / 180.0;
-constexpr Axes kRest_m{0.03, 0.0, -0.05};       // where the handle lies when nobody has calibrated
-constexpr Axes kUncalibrated_m{0.0, 0.0, 0.0};  // what is told then, wherever it is
-constexpr Axes kRegulation_N{0.0, 0.0, 2.0};    // what calibration holds the handle with at its end
+constexpr Axes kRest_m{0.03, 0.0, -0.05};       // position of the handle without calibration
+constexpr Axes kUncalibrated_m{0.0, 0.0, 0.0};  // reported then, whatever the position
+constexpr Axes kRegulation_N{0.0, 0.0, 2.0};    // holding force at the end of the calibration
 
 enum Cause { kNoCause = 0, kVelocity = 2, kWatchdog = 3, kSoftware = 4, kUnplugged = 5 };
 
@@ -75,7 +75,7 @@ void StandInDevice::close() {
 
 void StandInDevice::calibrate() {
   ++state.calibrations;
-  // The path is not public; that it is not short is what counts.
+  // The path is not public; its long duration is what matters.
   state.time_s += script.calibration_s;
   state.position_m = {};
   state.velocity_m_per_s = {};

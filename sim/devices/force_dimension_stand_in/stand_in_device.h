@@ -1,8 +1,8 @@
 /// @file
-/// One omega.6 as the stand-in has it: modes, watchdog, limits, and a handle that moves in space.
+/// One emulated omega.6: modes, watchdog, limits, and a handle that moves in space.
 ///
 /// Per axis: m a = f_motor + f_hand - m g (z only) - b v - Coulomb. Motor force: a pole of 300 Hz after a
-/// transport time of 0.25 ms. All numbers are guesses of the right order [G]; the braked motors are a damper.
+/// transport delay of 0.25 ms. All numbers are estimates [G]; the braked motors are a damper.
 #pragma once
 #include <cstdint>
 
@@ -12,7 +12,7 @@ namespace sim::devices {
 
 class StandInDevice {
  public:
-  /// Open or not, moving or not: what the host side calls.
+  /// Called by the host side in any state.
   ForceDimensionScript script;
   ForceDimensionState state;
 
@@ -22,19 +22,19 @@ class StandInDevice {
   void advance(double seconds);
 
   bool reachable() const { return state.open && script.connected; }
-  /// Moves the handle about, for the script's time; the force stays on, regulated.
+  /// Moves the handle, for the script's time; afterwards the force stays on, regulated.
   void calibrate();
   void enable_force(bool on);
   void brake(int cause);
-  /// True when the motors saturate.
+  /// True if the motors saturate.
   bool set_force(const Axes& force_N);
-  /// True when the time guard lets only the old sample out.
+  /// True if the time guard returns the old sample.
   bool read_guarded();
-  /// Of force commands since the last time it was asked [G].
+  /// Of force commands since the last call [G].
   double force_rate_kHz();
   void set_time_guard(int guard_us) { time_guard_us_ = guard_us; }
 
-  /// As the SDK tells them: one transfer old, in steps of the sensors, constant while not calibrated.
+  /// As reported by the SDK: one transfer old, in sensor steps, constant while not calibrated.
   Axes position_m() const { return guarded_position_m_; }
   Axes wrist_rad() const { return guarded_wrist_rad_; }
   ForceDimensionMode told_mode() const;
@@ -55,12 +55,12 @@ class StandInDevice {
   ForceDimensionMode previous_mode_ = ForceDimensionMode::kBrake;
   double fed_s_ = 0.0;       ///< last force command
   double transfer_s_ = 0.0;  ///< last USB transfer
-  double read_s_ = -1.0;     ///< last sample that was not the guarded one
+  double read_s_ = -1.0;     ///< last new sample
   double asked_s_ = 0.0;     ///< force_rate_kHz()
   long asked_calls_ = 0;
   int time_guard_us_ = 0;
-  Axes target_N_{};    ///< on its way to the motors
-  Axes arriving_N_{};  ///< there after the transport time
+  Axes target_N_{};    ///< not yet at the motors
+  Axes arriving_N_{};  ///< after the transport delay
   Transfer transferred_;
   Transfer transferring_;
   Axes guarded_position_m_{};

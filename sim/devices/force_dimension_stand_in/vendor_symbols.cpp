@@ -1,4 +1,4 @@
-// The vendor's symbols. None of them calls another one by its name, so that a test may take any of them away.
+// The vendor's symbols. None of them calls another by name, so that a test may remove any of them.
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -90,11 +90,11 @@ const ForceDimensionState* state_of(int device) noexcept {
 constexpr ForceDimensionControl kControl{reset,    set_sdk_version, advance, script_of,
                                          state_of, the_calls,       hold,    held};
 
-/// A char has no sign on some machines.
+/// char is unsigned on some machines.
 bool is_default(char id) { return static_cast<signed char>(id) == -1; }
 int index_of(char id) { return is_default(id) ? opened_last : id; }
 
-/// Null, and the error told, when it is not open or does not answer.
+/// Null, with the error set, if it is not open or does not answer.
 StandInDevice* find(char id) {
   const int index = index_of(id);
   if (index < 0 || index >= device_count || !devices[static_cast<std::size_t>(index)].state.open) {
@@ -109,7 +109,7 @@ StandInDevice* find(char id) {
   return &device;
 }
 
-/// What each call that can fail goes through.
+/// Common path of all calls that can fail.
 template <typename Work>
 int call(Work work) {
   if (holding) {
@@ -500,7 +500,7 @@ int dhdGetVelocityThreshold(std::uint32_t* threshold, char id) {
     return succeed();
   });
 }
-/// Exported so that a test can see that nobody calls it.
+/// Exported so that a test can check that it is never called.
 int dhdSetVelocityThreshold(std::uint32_t threshold, char id) {
   return call_as_expert(id, [threshold](StandInDevice& device) {
     ++device.state.velocity_threshold_writes;
