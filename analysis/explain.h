@@ -1,5 +1,6 @@
 /// @file
-/// `youbot-gap`: where a drive model and recordings disagree, what is missing, and a model that has it.
+/// `youbot-gap`: finds where a drive model and recordings disagree, names the missing effect, and adds it to
+/// the model.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -19,16 +20,15 @@ struct GapOptions {
 };
 
 /// Writes `out`/model.toml, report.html and gap.json about `inputs`, which were read from the paths in
-/// `options`; each whole or not at all. Prints nothing. Recordings that the caller moves here are not copied.
-/// `progress`: see identification::gap::Options.
-/// @throws std::invalid_argument when the directory cannot be used, or the data cannot carry the question;
-///         std::runtime_error when a file cannot be written.
+/// `options`; each file is complete or missing. Prints nothing. Recordings that the caller moves here are not
+/// copied. `progress`: see identification::gap::Options.
+/// @throws std::invalid_argument if the directory cannot be used, or the data cannot answer the question;
+/// std::runtime_error if a file cannot be written.
 Findings write_findings(Inputs inputs, const GapOptions& options,
                         const std::function<void(std::string_view what, double done)>& progress);
 
-/// Reads and writes the same with a progress line, and prints what was found.
-/// @throws likewise, and runtime::ConfigError or std::invalid_argument when model or recordings cannot be
-/// used.
+/// Reads and writes the same with a progress line, and prints the result.
+/// @throws likewise, and runtime::ConfigError or std::invalid_argument if model or recordings cannot be used.
 void explain_gap(const GapOptions& options);
 
 }  // namespace analysis

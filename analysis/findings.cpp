@@ -20,7 +20,7 @@ using identification::gap::FoundEffect;
 using identification::gap::Verdict;
 using runtime::number_text;
 
-constexpr double kWorthTelling = 1.05;  // a gap that is this many times another one
+constexpr double kWorthTelling = 1.05;  // minimum ratio of two gaps to be reported
 
 std::string torque_text(double torque_Nm) { return number_text(torque_Nm, "N·m"); }
 
@@ -42,7 +42,7 @@ std::string names_of(std::span<const FoundEffect> effects) {
   return text;
 }
 
-/// What happened on the held-out data.
+/// Headline for the held-out data.
 std::string headline_of_held_out(const Findings& findings) {
   const identification::gap::Result& result = findings.result;
   const std::string before = torque_text(result.gap_before_Nm);
@@ -71,7 +71,7 @@ std::string headline_of_held_out(const Findings& findings) {
   return findings.drive;
 }
 
-/// Where most of what is left is: "time 3.1 to 3.8 s of 3.csv".
+/// Location of most of the residual: "time 3.1 to 3.8 s of 3.csv".
 std::string strongest_unexplained(const identification::gap::Result& result) {
   const auto strongest =
       std::ranges::max_element(result.unexplained, {}, &identification::gap::Unexplained::share);
@@ -218,7 +218,7 @@ std::vector<std::string> next_steps(const Findings& findings) {
 std::vector<Refitted> refitted_parameters(const Findings& findings) {
   const std::vector<model::effects::AnyEffect>& effects = findings.base.effects;
   std::vector<Refitted> all;
-  std::map<std::pair<std::string, std::string>, int> seen;  // several effects may be of one type
+  std::map<std::pair<std::string, std::string>, int> seen;  // several effects may have the same type
   for (const auto& [type, estimate] : findings.result.refitted) {
     Refitted refitted{.effect = effects.size(),
                       .before = std::numeric_limits<double>::quiet_NaN(),

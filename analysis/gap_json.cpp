@@ -60,7 +60,7 @@ Json json_of(const identification::gap::FoundEffect& found, const Findings& find
   return json;
 }
 
-/// Not a number, or the end of an interval that has none, would become `null`, which no reader expects.
+/// NaN, or an infinite end of an interval, would become `null`, which no reader expects.
 void require_finite(const Json& json, const std::string& path) {
   if (json.is_number_float() && !std::isfinite(json.get<double>()))
     throw std::logic_error("gap.json: " + path + " has no finite value; this is a mistake in youbot-gap");
@@ -114,7 +114,7 @@ std::string gap_json(const Findings& findings) {
   for (const identification::gap::Diagnosis& seen : result.diagnosis)
     json["diagnosis"].push_back(
         {{"recording", seen.recording}, {"column", seen.column}, {"found", seen.found}, {"done", seen.done}});
-  // A model that simulates to infinity still predicts the torque.
+  // A model whose simulation diverges still predicts the torque.
   if (std::isfinite(result.simulation_before) && std::isfinite(result.simulation_after))
     json["simulation"] = {{"metric", "rms velocity error of free simulation in windows, held-out"},
                           {"unit", "rad/s"},
@@ -138,7 +138,7 @@ std::string gap_json(const Findings& findings) {
                                   {"value", refitted.after.value},
                                   {"ci95", {refitted.after.lower, refitted.after.upper}}});
   require_finite(json, "");
-  // Names of files and rigs may hold any bytes.
+  // Names of files and rigs may contain any bytes.
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

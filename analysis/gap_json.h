@@ -6,9 +6,9 @@
 
 namespace analysis {
 
-/// The text of gap.json, format youbot-gap/1. A parameter without an interval has the effect's bounds for
-/// one, and the reason beside it; an effect that could not be tried is not among the rejected.
-/// @throws std::logic_error naming what is not a finite number otherwise.
+/// The text of gap.json, format youbot-gap/1. A parameter without an interval has the effect's bounds
+/// instead, with the reason; an effect that could not be tried is not in the rejected list.
+/// @throws std::logic_error naming any other value that is not finite.
 std::string gap_json(const Findings& findings);
 
 }  // namespace analysis

@@ -15,7 +15,7 @@ using identification::fit::Estimate;
 using identification::gap::FoundEffect;
 using model::effects::EffectDescription;
 
-/// One remark behind each parameter of an effect, from the estimates by their names.
+/// One comment after each parameter of an effect, from the estimates by name.
 void remark(runtime::EffectRemarks& remarks, const EffectDescription& effect, const std::string& parameter,
             const std::string& text) {
   remarks.parameters.resize(effect.parameters.size());
@@ -68,7 +68,8 @@ std::string improved_model_text(const Findings& findings) {
   for (const FoundEffect& found : result.effects) {
     const EffectDescription& effect =
         model::effects::effect_description(model::effects::name_of(found.effect));
-    // Several may be of one type; actuator effects stand elsewhere in the model than among those found.
+    // Several may have the same type; actuator effects have other positions in the model than in the
+    // findings.
     std::size_t i = given;
     while (i < remarks.size() && (remarked[i] || model::effects::name_of(result.model.effects[i]) !=
                                                      model::effects::name_of(found.effect)))

@@ -6,8 +6,8 @@
 
 namespace analysis {
 
-/// The text of model.toml: each added effect under its evidence, each parameter with its 95 % interval, each
-/// one of the given model with the value it had.
+/// The text of model.toml: each added effect with its evidence, each parameter with its 95 % interval, each
+/// parameter of the given model with its original value.
 std::string improved_model_text(const Findings& findings);
 
 }  // namespace analysis

@@ -27,7 +27,7 @@ report::Axis axis_of(const std::string& coordinate) {
   return {.label = quantity.name, .unit = quantity.unit};
 }
 
-/// A line with a gap where bins of the map are empty.
+/// A line with gaps at empty bins of the map.
 Series map_line(const std::string& name, const std::vector<double>& at, const std::vector<double>& residual,
                 Style style, unsigned look) {
   Series line{.name = name, .x = {}, .y = {}, .style = style, .look = look};

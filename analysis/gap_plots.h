@@ -1,6 +1,6 @@
 /// @file
-/// The plots about a gap. Before and after mean the model as given and the new one; each thing looks alike on
-/// all of them.
+/// Plots about a gap. Before and after mean the given model and the new one; each has the same style in all
+/// plots.
 #pragma once
 #include <vector>
 
@@ -11,7 +11,7 @@ namespace analysis {
 
 /// The gap after each step, above the noise floor.
 report::Plot steps_plot(const std::vector<double>& gap_Nm, double noise_floor_Nm);
-/// Without series when there is no curve.
+/// Without series if there is no curve.
 report::Plot friction_plot(const identification::gap::FrictionCurve& curve);
 std::vector<report::Plot> residual_plots(const identification::gap::Result& result);
 std::vector<report::Plot> trace_plots(const identification::gap::Result& result);

@@ -30,7 +30,7 @@ void add_diagnosis(report::Page& page, const Findings& findings) {
              "The recordings, before anything was explained with them");
 }
 
-/// "cogging 7.01 times a turn": its harmonics are steps of their own.
+/// "cogging 7.01 times a turn": its harmonics are separate steps.
 std::string name_in_steps(const FoundEffect& found) {
   const auto* const ripple = std::get_if<model::effects::Cogging>(&found.effect);
   if (ripple == nullptr) return name_with_rivals(found);

@@ -5,8 +5,8 @@
 
 namespace analysis {
 
-/// The page for people: what was missing and how sure that is, where it shows, measured against simulated
-/// before and after, and what was tried in vain.
+/// The HTML report: what was missing and how certain that is, where it is visible, measured against simulated
+/// before and after, and what was tried without success.
 report::Page gap_report(const Findings& findings);
 
 }  // namespace analysis

@@ -39,8 +39,8 @@ std::vector<fs::path> files_of(const std::vector<fs::path>& paths, const std::st
   return files;
 }
 
-/// Data that is fitted and counted twice makes everything look surer than it is; data that is fitted and
-/// then held against the fit proves nothing.
+/// Data used twice for the fit makes everything look more certain than it is; data used for both fit and
+/// judgement proves nothing.
 void require_distinct(const std::vector<fs::path>& data, const std::vector<fs::path>& held_out) {
   std::map<fs::path, const char*> seen;
   const auto add = [&seen](const fs::path& path, const char* option) {
@@ -58,11 +58,11 @@ void require_distinct(const std::vector<fs::path>& data, const std::vector<fs::p
   for (const fs::path& path : held_out) add(path, "--held-out");
 }
 
-/// Motion between rows is interpolated and integrated in steps of a millisecond: rows further apart say
-/// nothing about a drive, and would take for ever.
+/// Motion between rows is interpolated and integrated in steps of a millisecond: rows further apart contain
+/// no information on a drive, and would take forever.
 constexpr double kLongestStep_s = 1.0;
 
-/// @throws runtime::ConfigError naming the line of the first row that comes too late.
+/// @throws runtime::ConfigError naming the line of the first row that is too late.
 void require_dense(const runtime::ReadRecording& read, const fs::path& path) {
   const auto time_s = read.recording.column("time_s");
   for (std::size_t i = 1; i < time_s.size(); ++i)
@@ -73,7 +73,7 @@ void require_dense(const runtime::ReadRecording& read, const fs::path& path) {
           path.string(), read.first_row_line + i, step_s, kLongestStep_s)});
 }
 
-/// The last `parts` parts of a path.
+/// The last `parts` components of a path.
 std::string tail(const fs::path& path, std::size_t parts) {
   const std::vector<fs::path> all(path.begin(), path.end());
   fs::path result;
@@ -81,7 +81,7 @@ std::string tail(const fs::path& path, std::size_t parts) {
   return result.string();
 }
 
-/// The shortest ends of the paths that differ.
+/// The shortest path suffixes that differ.
 std::vector<std::string> short_names(const std::vector<fs::path>& paths) {
   std::vector<std::string> names;
   for (std::size_t parts = 1;; ++parts) {
@@ -97,7 +97,7 @@ std::vector<std::string> short_names(const std::vector<fs::path>& paths) {
   }
 }
 
-/// The one rig of all recordings that name theirs.
+/// The common rig of all recordings that name theirs.
 std::string common_rig(const std::vector<identification::gap::Source>& sources,
                        const std::vector<fs::path>& paths) {
   std::string rig;
@@ -126,7 +126,7 @@ Inputs read_inputs(const InputPaths& paths,
   require_distinct(files, held_out);
   files.insert(files.end(), held_out.begin(), held_out.end());
 
-  // All files are read before any is refused, so that all mistakes show at once.
+  // All files are read before any is rejected, so that all errors are reported at once.
   std::vector<std::string> problems;
   const auto collect = [&problems](const auto& read) {
     try {

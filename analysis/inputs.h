@@ -1,5 +1,5 @@
 /// @file
-/// What youbot-gap compares: a model and recordings of one drive.
+/// Inputs of youbot-gap: a model and recordings of one drive.
 #pragma once
 #include <filesystem>
 #include <functional>
@@ -20,17 +20,17 @@ struct InputPaths {
 
 struct Inputs {
   model::effects::DriveModel model;
-  std::string rig;  ///< of the recordings, empty when none says so
+  std::string rig;  ///< of the recordings, empty if none names it
   std::vector<identification::gap::Source> data;
   std::vector<identification::gap::Source> held_out;
   std::vector<std::string> warnings;
 };
 
-/// Of a directory all *.csv in it, by name; not those in its subdirectories. The sources are named after
-/// their files, with as many directories before the name as tell them apart.
-/// @throws runtime::ConfigError with what is wrong with the model and every recording; std::invalid_argument
-///         for files that are given twice or do not fit together.
-/// `progress`: called with what is being read, and NaN, as its duration is not known.
+/// For a directory all *.csv in it, by name, without its subdirectories. The sources are named after their
+/// files, with as many parent directories as are needed to distinguish them.
+/// @throws runtime::ConfigError with all errors in the model and every recording; std::invalid_argument for
+/// files that are given twice or do not fit together.
+/// `progress`: called with the current file, and NaN, because the duration is unknown.
 Inputs read_inputs(const InputPaths& paths,
                    const std::function<void(std::string_view what, double done)>& progress = {});
 

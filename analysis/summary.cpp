@@ -34,7 +34,7 @@ std::string effect_text(const identification::gap::FoundEffect& found) {
   return text + "\n";
 }
 
-/// What a reader would miss: those that would leave less of the gap.
+/// Plausible rejected effects: those that would reduce the gap.
 std::string rejected_text(const identification::gap::Result& result) {
   constexpr double kWorthMentioning = 0.99;
   std::string text;
@@ -45,7 +45,7 @@ std::string rejected_text(const identification::gap::Result& result) {
   return text;
 }
 
-/// The gap as a share of the torque, and by how much it is smaller.
+/// The gap relative to the torque, and its reduction.
 std::string shrink_text(const identification::gap::Result& result) {
   if (result.recordings.empty()) return {};
   const identification::gap::RecordingGap& all = result.recordings.back();

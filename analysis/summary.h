@@ -6,7 +6,7 @@
 
 namespace analysis {
 
-/// What the terminal says in the end: verdict, gap, a line for each effect, what is left and what to do next.
+/// Final output on the terminal: verdict, gap, a line for each effect, what is left and what to do next.
 std::string summary_text(const Findings& findings);
 
 }  // namespace analysis

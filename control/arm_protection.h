@@ -11,7 +11,7 @@ namespace control {
 /// Each limit has a spring that starts a margin before it, with a damper against further approach.
 /// - Joints: away from their end stops; no other torque may drive a joint towards its stop.
 /// - Elbow: joint 3 away from the stretched arm, on the side that bends the end effector forward. When the
-/// arm is stretched, elbow torque cannot move the end effector in or out.
+///   arm is stretched, elbow torque cannot move the end effector in or out.
 /// - Shoulder: the end effector away from the axis of joint 1, where that joint no longer moves it.
 /// - Body: end effector and wrist out of the base and the arm's foot, and off the floor.
 /// The forces act between the robot's own parts: on the arm's joints, and on the base only as any arm torque

@@ -12,11 +12,11 @@ namespace control {
 /// - Continuous in command and velocity, through zero of either.
 /// - At rest it helps breakaway in the direction of the command.
 /// - It never reverses the command: where it would, u = 0. A command against the motion therefore brakes with
-/// at least the full friction, and without a command only friction acts, however much the model overestimates
-/// friction or even if its sign is wrong. A good model loses by this only where a command brakes less than
-/// friction.
+///   at least the full friction, and without a command only friction acts, however much the model
+///   overestimates friction or even if its sign is wrong. A good model loses by this only where a command
+///   brakes less than friction.
 /// - With m at most 1, it never adds more than the model's friction at the estimated speed. The filter delays
-/// the estimate by 2ζ/ω; while friction falls with speed, the compensation is too large by that delay.
+///   the estimate by 2ζ/ω; while friction falls with speed, the compensation is too large by that delay.
 /// Cycle: pure.
 class FrictionCompensator {
  public:

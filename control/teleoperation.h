@@ -8,14 +8,14 @@
 /// - Centring: a weak spring brings the handle to its origin.
 /// - Unfolding: the arm moves to its unfolded pose; all joints take the same time.
 /// - Approaching: the end effector moves softly to a pose in front of the robot. When it rests near there,
-/// the set-point moves to it until the spring between them is slack.
+///   the set-point moves to it until the spring between them is slack.
 /// - Stiffening: handle and end effector are coupled; the spring becomes stiff, and its force fades in on the
-/// hand.
+///   hand.
 /// - Operating, until the hand is found to have released the handle.
 /// - LetGo: the set-point holds and the force is off until a button is pressed.
 /// - Stopping: base braked, arm held, force off.
 /// - Lowering: the arm sinks slowly under its own weight (without power it would fall), then the drives are
-/// switched off. The next start begins with Centring.
+///   switched off. The next start begins with Centring.
 #pragma once
 #include <Eigen/Core>
 #include <array>

@@ -1,5 +1,5 @@
 /// @file
-/// What the examples have in common: the robot named on the command line, and the clock it lives by.
+/// Common part of the examples: the robot from the command line, and its clock.
 #pragma once
 #include <youbot/robot.h>
 

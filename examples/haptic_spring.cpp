@@ -1,4 +1,4 @@
-// A spring of 100 N/m pulls the grip of a haptic device to where it was. IT PUSHES ON A HAND.
+// A spring of 100 N/m pulls the handle of a haptic device to its initial position. IT PUSHES ON A HAND.
 //   haptic_spring [DEVICE]      loopback (a simulated hand), omega.6, falcon
 #include <youbot/haptic.h>
 #include <youbot/robot.h>

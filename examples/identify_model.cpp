@@ -1,5 +1,5 @@
 // Measures wheel 1's friction at eight speeds in each direction, fits a Stribeck curve to it, and writes the
-// model that `[compensation] models` of youbotd takes. Wheels in the air.
+// model for `[compensation] models` of youbotd. Wheels in the air.
 //   identify_model [ROBOT [MODEL.toml]]
 #include <youbot/identification.h>
 #include <youbot/robot.h>
@@ -14,7 +14,7 @@
 
 namespace {
 
-/// The mean torque at this speed over two seconds, after one to settle.
+/// Mean torque at this speed over two seconds, after one second to settle.
 bool measure(ExampleRobot& example, double speed_rad_per_s, youbot::RobotCommand& command,
              youbot::RobotSample& sample, youbot::StaticMap& map) {
   double torque_Nm = 0;
@@ -43,7 +43,7 @@ int main(int argc, char** argv) try {
     for (double speed = 0.4; speed < 8; speed *= 1.5)
       if (!measure(example, direction * speed, command, sample, map)) return 1;
 
-  command = {};  // off, and a second to run out
+  command = {};  // off, and a second to coast down
   for (int n = 0; n < 1000; ++n)
     if (!example.cycle(command, sample)) return 1;
 
@@ -63,7 +63,7 @@ int main(int argc, char** argv) try {
   file << youbot::drive_model_text(model);
   file.close();
   if (!file) return std::fprintf(stderr, "%s: cannot be written\n", path.c_str()), 1;
-  // What a compensator makes of it: FrictionObserver takes this table, as in wheel_torque.cpp.
+  // As seen by a compensator: FrictionObserver uses this table, as in wheel_torque.cpp.
   const youbot::JointResistance resistance = youbot::resistance_of(youbot::read_drive_model(path));
   std::printf("%s: %.4f N·m at 1 rad/s\n", path.c_str(), resistance.sliding.level_Nm(1.0));
   return 0;

@@ -1,5 +1,5 @@
 // A controller of your own at 1 kHz: wheel 1 follows a sine by a spring and a damper, and its data are
-// recorded. A simulated robot is enough; with the wheels of a real one in the air.
+// recorded. On a simulated robot, or on a real one with its wheels in the air.
 //   own_controller [ROBOT [FILE.csv]]
 #include <youbot/recording.h>
 #include <youbot/robot.h>
@@ -23,7 +23,7 @@ struct Row {
   double velocity_rad_per_s = 0;
 };
 
-/// Position in, torque out; one call a millisecond.
+/// Position in, torque out; one call per millisecond.
 class SpringAndDamper {
  public:
   double step(double wanted_rad, double position_rad) noexcept {
@@ -43,7 +43,7 @@ class SpringAndDamper {
 
 int main(int argc, char** argv) try {
   const std::string name = argc > 1 ? argv[1] : "loopback";
-  const bool simulated = youbot::is_simulated(name);  // it is faster than a disk
+  const bool simulated = youbot::is_simulated(name);  // faster than a disk
   ExampleRobot example(name, /*on_ground=*/false);
   youbot::RecordingFile file(argc > 2 ? argv[2] : "own_controller.csv",
                              {{"rig", "wheel-1"}, {"sample_rate_Hz", "1000"}},
@@ -60,7 +60,7 @@ int main(int argc, char** argv) try {
       },
       [&file] { file.flush(); });
 
-  // Last, when everything is allocated: SCHED_FIFO and locked memory, as far as the system lets us.
+  // Last, when everything is allocated: SCHED_FIFO and locked memory, if the system allows.
   youbot::RealTimeThread real_time;
   for (const std::string& refused : real_time.enter({})) std::printf("not real-time: %s\n", refused.c_str());
 

@@ -1,4 +1,4 @@
-// Pushes wheel 1 with a small torque, wheels in the air: without compensation friction holds it, with
+// Applies a small torque to wheel 1, wheels in the air: without compensation friction holds it, with
 // compensation it turns.
 //   wheel_torque [ROBOT]        a real robot stands on blocks
 #include <youbot/friction.h>
@@ -14,13 +14,13 @@ namespace {
 
 constexpr double kPush_Nm = 0.05;
 
-/// How far wheel 1 turns in two seconds.
+/// Rotation of wheel 1 in two seconds.
 double push(ExampleRobot& example, bool compensate) {
   youbot::RobotCommand command;
   youbot::RobotSample sample;
   if (!example.enable(command, sample)) return NAN;
 
-  // The friction that was measured at this wheel, and how much of it is given back.
+  // The measured friction of this wheel, and the compensated share.
   youbot::FrictionObserver observer(youbot::wheel_table(1), {});
   const youbot::FrictionCompensator compensator({.margin = 0.9});
   observer.reset(sample.joints[0].position_rad);
@@ -33,7 +33,7 @@ double push(ExampleRobot& example, bool compensate) {
     if (!example.cycle(command, sample)) return NAN;
   }
   const double turned_rad = sample.joints[0].position_rad - start_rad;
-  command = {};  // off, and a second to run out
+  command = {};  // off, and a second to coast down
   for (int n = 0; n < 1000; ++n)
     if (!example.cycle(command, sample)) return NAN;
   return turned_rad;

@@ -61,18 +61,18 @@ std::chrono::nanoseconds shortest_can_period(std::uint32_t bit_per_s, int reques
 /// user variable 55, in RAM: a module that has restarted no longer holds it.
 ///
 /// - activate() stops the motor of a known module. It rejects a bit rate too slow for the period, an unknown
-/// module (known: TMCM-174, -1632, -KR-841, -1610 with firmware 1.48 and 2.0; TMCM-1630), an encoder that
-/// differs from the axis data, and a module that cannot take a cycle's requests at once: the TMCL manual
-/// allows one at a time, which is requests_per_cycle = 1.
+///   module (known: TMCM-174, -1632, -KR-841, -1610 with firmware 1.48 and 2.0; TMCM-1630), an encoder that
+///   differs from the axis data, and a module that cannot take a cycle's requests at once: the TMCL manual
+///   allows one at a time, which is requests_per_cycle = 1.
 /// - `enable` clears the time-out flag, lets a winding cool whose I²t limit was exceeded and finds the
-/// commutation where needed, as on EtherCAT: with firmware 2.0 the motor turns slightly. The TMCM-1630 finds
-/// it by itself.
+///   commutation where needed, as on EtherCAT: with firmware 2.0 the motor turns slightly. The TMCM-1630
+///   finds it by itself.
 /// - Lost answers, bus-off, a refused request, an error flag or a restarted module stop the motor and are
-/// latched. After a restart the position has a new origin.
+///   latched. After a restart the position has a new origin.
 /// - deactivate() stops the motor and waits for the acknowledgement; if there is none, report() says so
-/// afterwards.
+///   afterwards.
 /// - NO WATCHDOG: a module that receives nothing keeps its last target. If the cable breaks or this program
-/// dies, only the emergency stop helps.
+///   dies, only the emergency stop helps.
 ///
 /// `open_socket` is called by activate(); `clock` must outlive the robot, and so must `setup_clock`, used for
 /// waits in set-up and deactivate() (null: the machine's clock).

@@ -63,26 +63,26 @@ struct EthercatOptions {
 /// Joints in bus order: wheel-1 … wheel-4, arm-1 … arm-5, arm2-1 … arm2-5 (those that the kind has).
 ///
 /// - activate() scans, compares with the expected topology, reads the firmware versions and takes all slaves
-/// to OP. A base with one or two arms can also be used as a base, and one with two arms as a base with one:
-/// the drives of the unused arm, and its gripper, stay off in PRE-OP, and notes() says so.
+///   to OP. A base with one or two arms can also be used as a base, and one with two arms as a base with one:
+///   the drives of the unused arm, and its gripper, stay off in PRE-OP, and notes() says so.
 /// - A sample's stamp is taken as soon as its frame has been sent: the frame then passes the boards, which
-/// insert their latest measurements. The stamp excludes the time to build the frame and to fetch the answer.
-/// youbot-sim advances its robot until just before it answers, however late that is: its stamp is the arrival
-/// of the answer. In lock-step, simulated time and stamps advance by one millisecond per frame.
+///   insert their latest measurements. The stamp excludes the time to build the frame and to fetch the
+///   answer. youbot-sim advances its robot until just before it answers, however late that is: its stamp is
+///   the arrival of the answer. In lock-step, simulated time and stamps advance by one millisecond per frame.
 /// - `enable` clears the drives' time-out flags, lets a winding cool whose I²t limit was exceeded, finds the
-/// commutation where needed (with firmware 2.0 the joints move slightly) and homes the arms if requested.
-/// `sample.enabled` is true once all drives obey; that may take seconds. The drives hold still until such a
-/// sample has been returned: homing moves the zero, so a command made before means another position.
+///   commutation where needed (with firmware 2.0 the joints move slightly) and homes the arms if requested.
+///   `sample.enabled` is true once all drives obey; that may take seconds. The drives hold still until such a
+///   sample has been returned: homing moves the zero, so a command made before means another position.
 /// - A slave that is lost or leaves OP, or a drive's error flag, switches all drives off (motor stop) and is
-/// latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
+///   latched. Lost slaves are configured again as soon as they are back; motion needs a new `enable`.
 /// - If an interface takes no frames for longer than can be bridged, the fault names it and the system's
-/// error.
+///   error.
 /// - With another master on the bus, activate() fails; during operation it is a fault while that master is
-/// present.
+///   present.
 /// - A gripper that is missing or fails never stops the arm.
 /// - A drive that received nothing for 100 ms holds its position at that time on its own, until its time-out
-/// flag is cleared: while disabled, under a commanded stop, or by `enable`. Until then the sample shows the
-/// flag.
+///   flag is cleared: while disabled, under a commanded stop, or by `enable`. Until then the sample shows the
+///   flag.
 /// - deactivate() stops the motors and leaves OP. A moving gripper is stopped first, for at most 0.3 s.
 /// `open_link` is called by activate(); `clock` must outlive the robot.
 std::unique_ptr<Robot> make_ethercat_robot(

@@ -1,5 +1,5 @@
 /// @file
-/// What every page carries, as files at build time (embed.cmake).
+/// Contents of every page, embedded from files at build time (embed.cmake).
 #pragma once
 #include <string_view>
 

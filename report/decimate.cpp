@@ -13,7 +13,7 @@ double scaled(double value, bool log) {
   return value > 0 ? std::log10(value) : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Divides the range of the finite values evenly, as they lie on the axis.
+/// Divides the range of the finite values evenly on the axis.
 class Cells {
  public:
   Cells(std::span<const double> values, bool log) : log_(log) {
@@ -94,10 +94,10 @@ std::vector<std::size_t> needed_for_line(const Points& points) {
   const Cells cells(points.x, points.x_log);
   const auto column = [&](std::size_t i) { return cells.of(points.x[i], kColumns); };
   auto kept = outlined(points, false, [&](std::size_t a, std::size_t b) { return column(a) == column(b); });
-  // Many rounds of a loop, or x with noise: as many points on end as it takes, outlined in both directions.
+  // Many rounds of a loop, or noisy x: outlines blocks of consecutive points in both directions.
   for (std::size_t block = 8; kept.size() > kKeepAtMost && block < points.x.size(); block *= 2)
     kept = outlined(points, true, [block](std::size_t a, std::size_t b) { return a / block == b / block; });
-  if (kept.size() > kKeepAtMost) kept.resize(kKeepAtMost);  // nothing but gaps
+  if (kept.size() > kKeepAtMost) kept.resize(kKeepAtMost);  // only gaps
   return kept;
 }
 

@@ -1,5 +1,5 @@
 /// @file
-/// Leaves out of a long series what no screen shows.
+/// Removes points of a long series that are not visible on any screen.
 #pragma once
 #include <cstddef>
 #include <span>
@@ -9,12 +9,12 @@ namespace report {
 
 /// Up to here every point is kept.
 inline constexpr std::size_t kKeepAll = 4000;
-/// Never more than this, however the series runs.
+/// Maximum, whatever the series.
 inline constexpr std::size_t kKeepAtMost = 20000;
 /// More than any plot is wide in pixels.
 inline constexpr int kColumns = 2000;
 
-/// Equally long; lower and upper are y itself where there is no band. Anything that is not finite is a gap.
+/// Equally long; lower and upper equal y if there is no band. Non-finite values are gaps.
 struct Points {
   std::span<const double> x;
   std::span<const double> lower;
@@ -23,8 +23,8 @@ struct Points {
   bool y_log = false;
 };
 
-/// Indices, in order, of the points that a line needs: of each stretch within one pixel column the first, the
-/// last, the lowest and the highest, and one point of each gap. What returns to a column later (a loop) is
+/// Indices, in order, of the points that a line needs: in each stretch within one pixel column the first, the
+/// last, the lowest and the highest, and one point of each gap. A later return to a column (a loop) is
 /// another stretch.
 std::vector<std::size_t> needed_for_line(const Points& points);
 

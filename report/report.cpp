@@ -30,7 +30,7 @@ std::string escaped(std::string_view text) {
   return html;
 }
 
-/// A JSON string that may stand inside <script>: no `<` in it.
+/// A JSON string that is safe inside <script>: without `<`.
 std::string json(std::string_view text) {
   constexpr std::string_view kHex = "0123456789abcdef";
   std::string quoted = R"(")";
@@ -87,7 +87,7 @@ const char* name_of(Style style) {
   return "line";
 }
 
-/// Long numbers of points, readable.
+/// Number of points with separators.
 std::string grouped(std::size_t count) {
   std::string digits = std::to_string(count);
   for (std::size_t i = digits.size(); i > 3; i -= 3) digits.insert(i - 3, 1, ',');
@@ -96,7 +96,7 @@ std::string grouped(std::size_t count) {
 
 struct Drawn {
   std::string json;
-  std::string thinned;  ///< a sentence, empty when all points are there
+  std::string thinned;  ///< a sentence, empty if all points are there
 };
 
 Drawn drawn(const Series& series, const Plot& plot) {
@@ -109,7 +109,7 @@ Drawn drawn(const Series& series, const Plot& plot) {
   const auto optional = [&kept](const std::vector<double>& values) {
     return values.empty() ? "null" : json(values, kept);
   };
-  // Of a series without points there is no telling whether an area was meant: a line, then.
+  // Without points it is unknown whether the series is an area: a line, then.
   const std::string y = series.x.empty() ? "[]" : optional(series.y);
   Drawn result;
   result.json = R"({"name":)" + json(series.name) + R"(,"style":")" + name_of(series.style) + R"(","x":)" +
@@ -164,7 +164,7 @@ std::string fixed(double value, int decimals) {
   return number_text(value, std::chars_format::fixed, std::clamp(decimals, 0, 17));
 }
 
-/// Four significant digits, plain where that stays short.
+/// Four significant digits, without exponent if that is short.
 std::string four_digits(double value) {
   if (value == 0) return "0";
   const double magnitude = std::floor(std::log10(std::abs(value)));
@@ -212,7 +212,7 @@ void Page::table(const std::vector<Column>& columns, const std::vector<Row>& row
     head += std::string(R"(<th scope="col")") + (numbers ? R"( class="number")" : "") + ">" +
             with_unit(columns[i].name, columns[i].unit) + "</th>";
   }
-  // The box scrolls where the window is narrower than the table; to be scrolled by keys it takes the focus.
+  // The box scrolls if the window is narrower than the table; it takes the focus so that keys can scroll it.
   body_ += R"(<div class="table" tabindex="0" role="region" aria-label=")" +
            (caption.empty() ? "Table" : escaped(caption)) + "\"><table>\n";
   if (!caption.empty()) body_ += "<caption>" + escaped(caption) + "</caption>\n";

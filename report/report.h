@@ -1,5 +1,5 @@
 /// @file
-/// One page for people: a self-contained HTML file with text, tables and plots to zoom into.
+/// A self-contained HTML page with text, tables and zoomable plots.
 #pragma once
 #include <filesystem>
 #include <optional>
@@ -13,8 +13,8 @@ namespace report {
 
 enum class Style { kLine, kDashed, kPoints, kLineAndPoints };
 
-/// One name in the legend. The points are joined in their order, so x may go forth and back (a loop); a
-/// value that is not finite is a gap. Where y is empty, lower and upper alone are drawn, as an area.
+/// One name in the legend. The points are joined in their order, so x may go back and forth (a loop);
+/// non-finite values are gaps. If y is empty, only lower and upper are drawn, as an area.
 struct Series {
   std::string name;
   std::vector<double> x;
@@ -23,8 +23,8 @@ struct Series {
   /// Both or neither: a band along a line, error bars on points.
   std::vector<double> lower{};
   std::vector<double> upper{};
-  /// Series with the same number share colour and marker, such as the points of a wheel and the curve through
-  /// them; by their order in the plot when not given.
+  /// Series with the same number share colour and marker, such as the points of a wheel and its curve;
+  /// default: by their order in the plot.
   std::optional<unsigned> look{};
 };
 
@@ -32,7 +32,7 @@ struct Axis {
   std::string label;
   std::string unit{};            ///< as read, "rad/s"; empty without one
   bool log = false;              ///< values that are not positive are left out
-  std::optional<double> from{};  ///< as the data need it when not given
+  std::optional<double> from{};  ///< default: from the data
   std::optional<double> to{};
 };
 
@@ -41,16 +41,16 @@ struct Plot {
   Axis x;
   Axis y;
   std::vector<Series> series;
-  std::string note{};  ///< what to see in it, one or two sentences
+  std::string note{};  ///< explanation, one or two sentences
 };
 
 struct Column {
   std::string name;
   std::string unit{};
-  /// When not given: none if all numbers of the column are whole, else four significant digits.
+  /// Default: none if all numbers of the column are whole, otherwise four significant digits.
   std::optional<int> decimals{};
 };
-/// Numbers are right-aligned; one that is not finite is shown as a dash.
+/// Numbers are right-aligned; non-finite ones are shown as a dash.
 using Cell = std::variant<std::string, double>;
 using Row = std::vector<Cell>;
 
@@ -74,7 +74,7 @@ class Page {
   explicit Page(std::string title) : title_(std::move(title)) {}
 
   void heading(std::string_view text);
-  /// A paragraph. An empty line in it begins the next one.
+  /// A paragraph. An empty line in it starts a new one.
   void text(std::string_view text);
 
   /// @throws std::invalid_argument if a row is not as wide as the columns.
@@ -86,7 +86,7 @@ class Page {
   /// Side by side where the window is wide enough.
   void plots(const std::vector<Plot>& plots);
 
-  /// Setup: writes the page; an older one of that name is replaced only by a whole new one.
+  /// Setup: writes the page; an older one of that name is replaced only by a complete new one.
   /// @throws hal::SetupError naming path and cause.
   void write(const std::filesystem::path& path) const;
   std::string html() const;

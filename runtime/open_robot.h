@@ -47,7 +47,7 @@ inline constexpr std::string_view kCanPrefix = "can:";
 
 /// - `loopback`: the simulated base behind the HAL; with an arm if `ethercat.kind` is base+arm.
 /// - `wire`: the same behind emulated motor controllers, through the complete EtherCAT stack. Its arm has no
-/// known zero: `ethercat.home_arms`.
+///   known zero: `ethercat.home_arms`.
 /// - `ethercat:IFACE`: a robot, or youbot-sim, on a network interface.
 /// - `can:IFACE`: one joint on a bench, on a CAN interface.
 /// `clock` must outlive the result. @throws std::invalid_argument as check_robot_name() does.

@@ -7,7 +7,7 @@
 namespace youbot_bench {
 namespace {
 
-/// The weight is a sum of sines of the angle: 0.1 rad apart they differ by less than the model errs.
+/// The weight is a sum of sines of the angle: over 0.1 rad it changes by less than the model error.
 constexpr double kGrid_rad = 0.1;
 
 }  // namespace

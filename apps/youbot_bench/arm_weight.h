@@ -1,5 +1,5 @@
 /// @file
-/// What the arm's weight asks of one of its joints.
+/// Torque on one joint of the arm from the arm's weight.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -11,16 +11,16 @@
 
 namespace youbot_bench {
 
-/// By the model of the arm on a level base with an empty gripper. One thread. Cycle: all but construction.
+/// From the model of the arm on a level base with an empty gripper. One thread. Cycle: all but construction.
 class ArmWeight {
  public:
-  /// `joint`: in `joints`. Knows nothing of a joint that is not one of a whole arm.
+  /// `joint`: index in `joints`. Without effect for a joint that is not part of a complete arm.
   ArmWeight(std::span<const hal::JointInfo> joints, std::size_t joint);
 
-  /// Joint of the same arm whose place between its stops is not known; -1 when there is none.
+  /// Joint of the same arm that is not homed; -1 if there is none.
   int first_not_homed(const hal::RobotSample& sample) const noexcept;
-  /// Largest magnitude on the way between two positions of the joint, the other joints as they are. N·m; zero
-  /// where nothing is known.
+  /// Maximum magnitude between two positions of the joint, with the other joints as they are. N·m; zero if
+  /// unknown.
   double heaviest_Nm(const hal::RobotSample& sample, double from_rad, double to_rad) noexcept;
 
  private:

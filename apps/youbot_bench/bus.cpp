@@ -9,7 +9,7 @@
 namespace youbot_bench {
 namespace {
 
-/// Whoever sleeps lets the emulated robot's time go on.
+/// Sleeping advances the emulated robot's time.
 class EmulatedClock final : public hal::Clock {
  public:
   explicit EmulatedClock(sim::bus::YoubotBus& emulation) : emulation_(emulation) {}

@@ -1,5 +1,5 @@
 /// @file
-/// `--robot` of the commands that look at a bus: scan, parameters, sdo, diagnose.
+/// `--robot` of the commands that examine a bus: scan, parameters, sdo, diagnose.
 #pragma once
 #include <memory>
 #include <string>
@@ -10,18 +10,18 @@
 
 namespace youbot_bench {
 
-/// An EtherCAT bus and the time it lives in.
+/// An EtherCAT bus and its clock.
 struct Bus {
-  std::unique_ptr<sim::bus::YoubotBus> emulation;  ///< of `wire`; else null
+  std::unique_ptr<sim::bus::YoubotBus> emulation;  ///< for `wire`; otherwise null
   std::unique_ptr<drivers::ethercat::Link> link;
   std::unique_ptr<hal::Clock> clock;
 };
 
-/// `ethercat:IFACE`, or `wire`: an emulated base with an arm in this process, which needs no rights.
+/// `ethercat:IFACE`, or `wire`: an emulated base with an arm in this process, which needs no permissions.
 /// @throws std::invalid_argument for a robot without such a bus, drivers::ethercat::BusError.
 Bus open_bus(const std::string& robot);
 
-/// Of --robot, where it is a bus.
+/// Help of --robot for a bus.
 inline constexpr const char* kBusHelp =
     "ethercat:IFACE, or wire: an emulated base with an arm; loopback and can:IFACE have no EtherCAT bus";
 

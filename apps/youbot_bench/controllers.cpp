@@ -19,7 +19,7 @@ std::optional<tmcl::YoubotKind> complete_youbot(const std::vector<ethercat::Slav
       check_topology(slaves, tmcl::youbot_topology(kind), interface);
       return kind;
     } catch (const ethercat::BusError&) {
-      continue;  // another kind, then
+      continue;  // another kind of board
     }
   return std::nullopt;
 }

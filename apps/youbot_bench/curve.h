@@ -11,7 +11,7 @@ struct CurveOptions {
   double from_rad_per_s = -10.0;
   double to_rad_per_s = 10.0;
   double step_rad_per_s = 0.1;
-  bool quiet = false;  ///< the table and no remark
+  bool quiet = false;  ///< the table without remarks
 };
 
 /// Prints `velocity_rad_per_s,torque_Nm` to standard output. @throws std::invalid_argument.

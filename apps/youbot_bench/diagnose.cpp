@@ -28,10 +28,10 @@ namespace ethercat = drivers::ethercat;
 using std::chrono::nanoseconds;
 
 constexpr std::chrono::milliseconds kPeriod{1};
-constexpr std::size_t kCapturedFrames = 2000;  // a second: one out, one back each period
+constexpr std::size_t kCapturedFrames = 2000;  // a second: one out, one back per period
 constexpr std::uint8_t kPorts = 4;
 
-/// "up", with what was counted on the cable: "up, 12 CRC, 1 lost".
+/// "up", with the errors counted on the cable: "up, 12 CRC, 1 lost".
 std::string port_text(const ethercat::Slave& slave, const ethercat::SlaveErrors& errors, std::uint8_t port) {
   const ethercat::PortErrors& counted = errors.ports[port];
   std::string text = slave.communicates(port) ? "up" : "-";
@@ -54,7 +54,7 @@ void print_slaves(const ethercat::OpBus& bus) {
   }
 }
 
-/// What a diagnosis has counted.
+/// Counts of a diagnosis.
 struct Diagnosis {
   const ethercat::OpBus& bus;
   ethercat::FrameCounters frames{};
@@ -141,7 +141,7 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
     const nanoseconds now = clock.now();
     diagnosis.wake_up.add(now - next);
     const ethercat::CycleResult result = bus.exchange(now);
-    if (bus.other_master_present()) break;  // whose slaves are not to be taken back
+    if (bus.other_master_present()) break;  // its slaves must not be taken back
     if (result.answered && result.working_counter != result.expected_working_counter)
       ++diagnosis.short_counters;
     for (std::size_t i = 0; i < bus.size(); ++i) bus.resume(i);
@@ -151,7 +151,7 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
     std::fprintf(stderr, "%.0f of %.0f s\n", std::chrono::duration<double>(now - begin).count(),
                  options.duration_s);
   }
-  // Before the frames that end it, which nobody may answer.
+  // Before the final frames, which may stay unanswered.
   diagnosis.findings = bus.findings();
   diagnosis.frames = bus.counters();
   bus.leave_op();

@@ -23,10 +23,10 @@ struct DiagnoseOptions {
   runtime::Format format = runtime::Format::kText;
 };
 
-/// Takes a youBot's boards, all or some of them, to OP with all outputs zero, cycles them at 1 kHz and prints
-/// how frames, slaves and cables fared. True when nothing was found wrong. `stop` ends it early, and so does
+/// Takes all or some of a youBot's boards to OP with all outputs zero, cycles them at 1 kHz and prints the
+/// statistics of frames, slaves and cables. True if no fault was found. `stop` ends it early, and so does
 /// another master. `clock` is the bus'.
-/// @throws drivers::ethercat::BusError, also for any other device; std::runtime_error when the capture cannot
+/// @throws drivers::ethercat::BusError, also for any other device; std::runtime_error if the capture cannot
 /// be written.
 bool print_diagnosis(drivers::ethercat::Link& link, hal::Clock& clock, const DiagnoseOptions& options,
                      const std::atomic<bool>& stop);

@@ -24,7 +24,7 @@ double number_or(std::string_view text, double otherwise) {
   return error == std::errc() && end == text.data() + text.size() ? value : otherwise;
 }
 
-/// "COLUMN,COLUMN: reason" → the reason, when a value of one of these columns is missing.
+/// "COLUMN,COLUMN: reason" → the reason, if a value of one of these columns is missing.
 std::string reason_for_missing(const identification::Recording& results, std::string_view text) {
   const std::size_t colon = text.find(": ");
   if (colon == text.npos) return {};
@@ -36,7 +36,7 @@ std::string reason_for_missing(const identification::Recording& results, std::st
   return {};
 }
 
-/// Nothing, and a problem, when the file cannot be used.
+/// Empty, with a problem, if the file cannot be used.
 identification::Recording read(const fs::path& path, std::vector<std::string>& problems) {
   try {
     return runtime::read_recording(path, runtime::NotMeasured::kTaken).recording;
@@ -46,8 +46,8 @@ identification::Recording read(const fs::path& path, std::vector<std::string>& p
   }
 }
 
-/// As it was written: `key = value  # help`, tables and remarks apart. Nothing, and a problem, when the file
-/// cannot be read.
+/// Format: `key = value # help`, except tables and comments. Empty, with a problem, if the file cannot be
+/// read.
 std::vector<Setting> read_settings(const fs::path& path, std::vector<std::string>& problems) {
   std::vector<Setting> settings;
   std::istringstream file;
@@ -168,7 +168,7 @@ std::vector<Trace> traces(const MeasuredExperiment& experiment, const MeasuredJo
   for (std::size_t measurement = 0; measurement < ends.size(); ++measurement) {
     std::size_t first = rows_before(begin_s + rest_s + kTimeGrain_s);
     const std::size_t last = rows_before(ends[measurement] + kTimeGrain_s);
-    while (waits && first < last && command_Nm[first] == 0) ++first;  // until the joint rests, too
+    while (waits && first < last && command_Nm[first] == 0) ++first;  // until the end of the joint's rest
     if (last > first) result.emplace_back(joint.rows, measurement, first, last, each);
     begin_s = ends[measurement];
   }

@@ -1,5 +1,5 @@
 /// @file
-/// What an experiment left on disk (ExperimentRecording), read back for its report.
+/// Reads the recording of an experiment (ExperimentRecording) for its report.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -14,9 +14,9 @@ namespace youbot_bench {
 
 struct MeasuredJoint {
   std::string name;
-  identification::Recording rows;  ///< none when nothing was recorded, or not asked for
+  identification::Recording rows;  ///< empty if nothing was recorded or requested
   identification::Recording
-      results;  ///< a row for each finished measurement; NaN where something could not be measured
+      results;  ///< a row for each finished measurement; NaN if a value could not be measured
 };
 
 /// One line of experiment.toml.
@@ -29,10 +29,10 @@ struct Setting {
 struct MeasuredExperiment {
   std::string name;
   std::vector<MeasuredJoint> joints;     ///< in the order of their names
-  std::vector<double> finished_until_s;  ///< when each measurement was finished, on the clock of the rows
+  std::vector<double> finished_until_s;  ///< end of each measurement, on the clock of the rows
   std::vector<Setting> settings;
   std::vector<std::string> not_measured;  ///< reasons, "wheel-3 never moved up to 0.3 N·m"
-  std::vector<std::string> problems;      ///< files that could not be used, and why
+  std::vector<std::string> problems;      ///< files that could not be used, with reasons
 
   double setting(std::string_view key, double otherwise) const;
 };
@@ -40,24 +40,24 @@ struct MeasuredExperiment {
 /// Whether `directory` holds a recording of `experiment`.
 bool holds_experiment(const std::filesystem::path& directory, const std::string& experiment);
 
-/// Never throws for what is in the files: that becomes a problem, and the rest is read.
-/// `result` is the directory of the results, as in ExperimentPlan; `with_rows` false spares their time.
+/// Never throws because of file contents: that becomes a problem, and the rest is read. `result` is the
+/// directory of the results, as in ExperimentPlan; `with_rows` = false skips the rows to save time.
 MeasuredExperiment read_experiment(const std::filesystem::path& directory, const std::string& experiment,
                                    const std::string& result, bool with_rows);
 
-/// Rows of one measurement after its rest, thinned out by means over as many rows as it takes.
+/// Rows of one measurement after its rest, downsampled by means over several rows.
 class Trace {
  public:
-  /// Rows `first` to before `last`, of which there is one at least; no more than about `points` values.
+  /// Rows from `first` to before `last`, at least one; at most about `points` values.
   Trace(const identification::Recording& rows, std::size_t measurement, std::size_t first, std::size_t last,
         std::size_t points);
 
   std::size_t measurement() const noexcept { return measurement_; }  ///< counted from 0
 
   std::vector<double> time_s() const;            ///< since the rest
-  std::vector<double> displacement_rad() const;  ///< from where it rested
+  std::vector<double> displacement_rad() const;  ///< from the rest position
   std::vector<double> column(std::string_view name) const;
-  /// How long a value is the mean of.
+  /// Averaging time of a value.
   double mean_over_s() const noexcept { return mean_over_s_; }
 
  private:
@@ -71,8 +71,8 @@ class Trace {
   double mean_over_s_ = 0.0;
 };
 
-/// One for each measurement of the joint that got beyond its rest, an unfinished last one included; no more
-/// than about `points` values together. Valid while the experiment is neither changed nor moved.
+/// One for each measurement of the joint that got beyond its rest, including an unfinished last one; at most
+/// about `points` values together. Valid while the experiment is neither changed nor moved.
 std::vector<Trace> traces(const MeasuredExperiment& experiment, const MeasuredJoint& joint,
                           std::size_t points);
 

@@ -1,5 +1,5 @@
 /// @file
-/// What each experiment shows, as text, tables and plots for a page.
+/// Results of each experiment, as text, tables and plots for a page.
 #pragma once
 #include <string>
 #include <vector>
@@ -22,7 +22,7 @@ struct Findings {
   std::vector<report::Plot> plots{};
 };
 
-// Each takes the data of its own experiment, an interrupted one too. @throws std::invalid_argument when
+// Each takes the data of its own experiment, including an interrupted one. @throws std::invalid_argument if
 // columns are missing.
 Findings steady_state_findings(const MeasuredExperiment& measured);
 Findings torque_ramp_findings(const MeasuredExperiment& measured);

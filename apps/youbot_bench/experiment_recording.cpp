@@ -34,7 +34,7 @@ std::string shortest(double value) {
   return text.data();
 }
 
-/// The numbers of a line of data. False for a line that holds something else, or another number of them.
+/// Parses the numbers of a data line. False if the line contains anything else, or another number of values.
 bool parse_row(std::string_view line, std::vector<double>& row) {
   const char* at = line.data();
   const char* const end = at + line.size();
@@ -54,8 +54,8 @@ std::string header_of(const std::vector<Column>& columns) {
   return header;
 }
 
-/// @throws hal::SetupError when it cannot be read to its end: what is behind that would be taken for not
-/// measured. std::invalid_argument when it is not there, or larger than any recording that is read.
+/// @throws hal::SetupError if it cannot be read to its end: the rest would count as not measured.
+/// std::invalid_argument if it does not exist, or is larger than any readable recording.
 std::string text_of(const fs::path& path) {
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(path, error);
@@ -73,8 +73,8 @@ std::string text_of(const fs::path& path) {
 }
 
 /// Calls `take` for each row of the recording at `path`.
-/// @throws as text_of(); std::invalid_argument when it has other columns, and naming the line of a row that
-/// is damaged, or whose time does not run forward.
+/// @throws as text_of(); std::invalid_argument if it has other columns, or naming the line of a row that is
+/// damaged or whose time decreases.
 template <typename Take>
 void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take take) {
   const std::string text = text_of(path);
@@ -103,9 +103,9 @@ void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take
   };
   double last_s = 0;
   int unreadable = 0;
-  while (next_line() && whole) {  // a last line without its end was torn
+  while (next_line() && whole) {  // a last line without its line end was torn
     if (!parse_row(line, row)) {
-      unreadable = unreadable > 0 ? unreadable : number;  // what the end of a file may be after a power cut
+      unreadable = unreadable > 0 ? unreadable : number;  // possible at the end of a file after a power cut
       continue;
     }
     if (unreadable > 0) refuse(unreadable, "no row of this recording, but others follow");
@@ -116,7 +116,7 @@ void for_each_row(const fs::path& path, const std::vector<Column>& columns, Take
   }
 }
 
-/// For each reason a comment with the columns it stands for.
+/// A comment for each reason, with its columns.
 std::vector<Comment> reason_comments(const std::string& joint, const std::vector<std::string>& columns,
                                      const std::vector<std::string>& reasons) {
   std::map<std::string, std::string> columns_of;
@@ -170,7 +170,7 @@ ExperimentRecording::ExperimentRecording(const Description& description, bool re
   for (const std::string& name : description.result_columns) result_columns.push_back({name, 9});
   if (resume_) {
     count_finished(rows_directory / "progress", progress_columns);
-    // A power cut may have kept the line that was written last and not what came before it.
+    // A power cut may have kept the last line but not the data before it.
     for (const std::string& joint : description.joints)
       if (result_values_ > 0) count_finished(result_directory / (joint + ".csv"), result_columns);
   }
@@ -246,7 +246,7 @@ ExperimentRecording::File ExperimentRecording::open(
     const fs::path& path, const std::vector<Comment>& comments, const std::vector<Column>& columns,
     const std::function<bool(std::span<const double>, int)>& keep) {
   const fs::path fresh = path.string() + (resume_ ? ".resumed" : "");
-  // A resumption that was killed may have left one.
+  // An interrupted resumption may have left one.
   auto file = std::make_unique<runtime::RecordingFile>(
       fresh, comments, columns,
       resume_ ? runtime::RecordingFile::Existing::kReplace : runtime::RecordingFile::Existing::kRefuse);
@@ -295,7 +295,7 @@ void ExperimentRecording::note_missing(std::size_t joint, int measurement, std::
     not_measured_.push_back(
         joints_[joint] + ", measurement " + std::to_string(measurement + 1) + ": " +
         (reasons_[i].empty() ? result_names_[i] + " could not be computed" : reasons_[i]));
-    return;  // what is missing further right follows from it
+    return;  // missing values further right follow from it
   }
 }
 

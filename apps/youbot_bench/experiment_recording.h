@@ -1,5 +1,6 @@
 /// @file
-/// An experiment on disk: what every joint did, what every measurement gave, and where to go on.
+/// An experiment on disk: the rows of every joint, the results of every measurement, and the progress for
+/// resuming.
 #pragma once
 #include <array>
 #include <atomic>
@@ -20,14 +21,14 @@
 
 namespace youbot_bench {
 
-/// Recorded times are rounded to 1 µs; two times closer than this are equal.
+/// Recorded times are rounded to 1 µs; times closer than this are equal.
 inline constexpr double kTimeGrain_s = 0.6e-6;
 
-/// What leaves the cycle: a row of every joint, or the results of a measurement that all joints have
-/// finished. Joints in the order in which they were chosen.
+/// Output of the cycle: a row of every joint, or the results of a measurement that all joints have finished.
+/// Joints in the chosen order.
 struct ExperimentRecord {
   enum class Kind : std::uint8_t { kRow, kResult };
-  /// In a row, `values` are these; in a result, those of JointExperiment::write_result().
+  /// `values` of a row; in a result, those of JointExperiment::write_result().
   enum Value : std::uint8_t {
     kTorqueMeasured,
     kPosition,
@@ -42,17 +43,19 @@ struct ExperimentRecord {
   std::array<std::array<double, identification::experiments::kMaxResults>, hal::kMaxJoints> values{};
 };
 
-/// `DIR/EXPERIMENT/JOINT.csv` (rows), `DIR/RESULT/JOINT.csv` (results, when the experiment has some),
+/// `DIR/EXPERIMENT/JOINT.csv` (rows), `DIR/RESULT/JOINT.csv` (results, if the experiment has some),
 /// `DIR/EXPERIMENT/progress` (a line for each finished measurement) and `DIR/EXPERIMENT/experiment.toml`.
 ///
 /// A measurement counts once its line is in `progress`, which is written after its rows and results have been
-/// handed to the operating system. Resuming keeps what counts and leaves out the rest, so that the files read
-/// as if nothing had come between. Files are replaced by renaming: a crash while resuming loses nothing.
+/// passed to the operating system. Resuming keeps finished measurements and drops the rest, so that the files
+/// read as if there had been no interruption. Files are replaced by renaming: a crash while resuming loses
+/// nothing.
 ///
-/// A result that could not be measured is `nan`; the header says why (runtime/recording/recording_reader.h).
+/// A result that could not be measured is `nan`; the header gives the reason
+/// (runtime/recording/recording_reader.h).
 ///
-/// Until keep() is called, destruction removes again what the constructor has made, so that a set-up which
-/// fails leaves nothing behind.
+/// Until keep() is called, the destructor removes what the constructor created, so that a failed set-up
+/// leaves nothing behind.
 class ExperimentRecording {
  public:
   struct Description {
@@ -67,36 +70,36 @@ class ExperimentRecording {
     std::string configuration{};                       ///< TOML text
     std::function<void()> about_every_100_ms = [] {};  ///< on the writer's thread
   };
-  /// Recording there again would replace or join something.
+  /// A recording there would replace or extend an existing one.
   static bool holds_recording(const Description& description);
 
   /// Setup: new, or going on with what is there. @throws hal::SetupError naming path and cause;
   /// std::invalid_argument when there is a recording already, or, to resume, none or one that does not fit.
   ExperimentRecording(const Description& description, bool resume);
 
-  /// Setup: from now on there is something worth keeping.
+  /// Setup: from now on the files contain results.
   void keep() noexcept { made_.keep(); }
 
-  int finished_measurements() const noexcept { return finished_; }  ///< in what is resumed
+  int finished_measurements() const noexcept { return finished_; }  ///< of the resumed recording
   double finished_until_s() const noexcept { return finished_until_s_; }
 
-  /// Cycle: wait-free. False when the record was lost.
+  /// Cycle: wait-free. False if the record was lost.
   bool add(const ExperimentRecord& record) noexcept { return recorder_->push(record); }
   /// Not for a real-time cycle.
   void wait_for_room() const noexcept { recorder_->wait_for_room(); }
-  /// Cycle: the disk refused something. Nothing is written from then on.
+  /// Cycle: a write failed. Nothing is written from then on.
   bool failed() const noexcept { return failed_.load(std::memory_order_relaxed); }
 
-  /// Writes out what is pending and closes the files.
+  /// Writes what is pending and closes the files.
   void close() noexcept;
-  /// What went wrong, in words; empty when everything is on disk. After close().
+  /// Texts on what went wrong; empty if everything is on disk. After close().
   std::vector<std::string> problems() const;
-  /// Results on disk that could not be measured, in words: "wheel-3, measurement 1: never moved up to
-  /// 0.3 N·m". After close().
+  /// Texts on results on disk that could not be measured: "wheel-3, measurement 1: never moved up to 0.3
+  /// N·m". After close().
   const std::vector<std::string>& not_measured() const noexcept { return not_measured_; }
-  /// Finished measurements on disk, those resumed included. After close().
+  /// Finished measurements on disk, including the resumed ones. After close().
   int measurements_on_disk() const noexcept { return static_cast<int>(progress_->rows_written()); }
-  std::uint64_t rows_on_disk() const noexcept;  ///< of the joint that has fewest. After close().
+  std::uint64_t rows_on_disk() const noexcept;  ///< of the joint with the fewest. After close().
 
  private:
   using File = std::unique_ptr<runtime::RecordingFile>;
@@ -105,7 +108,7 @@ class ExperimentRecording {
             const std::function<bool(std::span<const double>, int)>& keep);
   std::vector<runtime::RecordingFile::Column> choose_columns(
       const identification::experiments::RecordedCommands& commands);
-  /// No more measurements count than `path` has rows, which must be of the same times.
+  /// Limits the finished measurements to the rows of `path`, whose times must match.
   void count_finished(const std::filesystem::path& path,
                       const std::vector<runtime::RecordingFile::Column>& columns);
   void write(const ExperimentRecord& record);
@@ -114,7 +117,7 @@ class ExperimentRecording {
 
   runtime::MadePaths made_;  // first: outlives the files
   bool resume_;
-  int finished_;  // -1: not known yet
+  int finished_;  // -1: unknown so far
   std::vector<double> finished_times_s_;
   double finished_until_s_ = -1.0;
   std::vector<ExperimentRecord::Value> row_values_;  // of the columns after time_s

@@ -18,7 +18,7 @@ namespace {
 struct Kind {
   const char* experiment;
   const char* result;
-  bool with_rows;  ///< hours at constant velocity are summed up in the map
+  bool with_rows;  ///< hours at constant velocity are summarised in the map
   Findings (*findings)(const MeasuredExperiment&);
 };
 constexpr auto kKinds =
@@ -49,7 +49,7 @@ Section section_of(const std::filesystem::path& directory, const Kind& kind) {
   return section;
 }
 
-/// Nothing when it went as planned.
+/// Empty if it went as planned.
 std::string stopped_early(const ExperimentRun& run, const std::filesystem::path& directory) {
   std::string text;
   if (!run.fault.empty()) text = "Stopped by a fault at " + run.fault + ". ";

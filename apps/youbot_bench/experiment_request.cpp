@@ -63,7 +63,7 @@ std::vector<std::string> split(const std::string& list) {
   return parts;
 }
 
-/// @throws std::invalid_argument for a text that is no number.
+/// @throws std::invalid_argument for a text that is not a number.
 std::optional<double> start_of(const ExperimentSettings& config) {
   if (config.start_rad.empty()) return std::nullopt;
   const char* const end = config.start_rad.data() + config.start_rad.size();
@@ -100,7 +100,7 @@ double encoder_step_rad(const std::string& joint) {
   return hal::AxisScale(constants).position_resolution_rad();
 }
 
-/// Files where they are found again, from wherever the experiment is resumed.
+/// Makes file paths absolute, so that the experiment can be resumed from anywhere.
 template <typename Config>
 void make_paths_absolute(Config& /*config*/) {}
 
@@ -133,7 +133,7 @@ void make_paths_absolute(CompensationConfig& config) {
     config.compensator = std::filesystem::absolute(config.compensator).string();
 }
 
-/// What the compensator believes.
+/// Friction model of the compensator.
 model::friction::SlidingTable compensated_friction(const std::string& compensator, int wheel) {
   if (compensator.empty()) return model::friction::wheel_table(wheel);
   if (is_law(compensator)) return model::friction::law_table(model::friction::make_law(compensator));
@@ -147,7 +147,7 @@ model::friction::SlidingTable compensated_friction(const std::string& compensato
   return model::effects::resistance_of(model).sliding;
 }
 
-/// Against the curve that was measured on this wheel. The observer blends from rest on.
+/// Relative to the curve measured on this wheel. The observer blends from rest on.
 double passive_gain_of(const CompensationConfig& config, const model::friction::SlidingTable& friction,
                        int wheel) {
   const model::friction::LawCompensator help(friction, {.margin = std::min(config.margin, 0.999),
@@ -188,7 +188,7 @@ std::string written(Config config) {
   return text;
 }
 
-/// The file that makes it again.
+/// The file that reproduces the experiment.
 std::string configuration(const ExperimentRequest& request) {
   return fmt::format(
       "# youbot-bench {0} --config THIS_FILE --out DIR makes it again\n"
@@ -356,7 +356,7 @@ int run_experiment(ExperimentRequest request) {
   robot.simulation.on_ground = false;
   robot.simulation.step = std::chrono::nanoseconds(std::llround(settings.simulation_step_s * 1e9));
   robot.simulation.noise_seed = static_cast<std::uint64_t>(settings.noise_seed);
-  // Where it is found again, from wherever the experiment is resumed.
+  // Absolute, so that the experiment can be resumed from anywhere.
   if (!settings.model.empty()) settings.model = std::filesystem::absolute(settings.model).string();
   robot.simulation.model = runtime::simulated_wheel_model(settings.model, hidden_effect_of(settings));
   const ExperimentPlan plan{.name = request.name,
@@ -368,7 +368,7 @@ int run_experiment(ExperimentRequest request) {
                                       request.parameters);
                                 },
                             .configuration = configuration(request)};
-  // In virtual time nothing but a simulation moves.
+  // In virtual time only a simulation moves.
   if (!options.virtual_time && !simulated && !request.yes) confirm(confirmation(request));
   runtime::stop_on_signals();
   return report(request, run_experiment(plan, options, robot, runtime::stop_requested));

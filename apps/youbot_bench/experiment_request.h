@@ -1,6 +1,5 @@
 /// @file
-/// An experiment with everything it needs, as a value: what a command line, a file and other programs ask
-/// for.
+/// An experiment with all its inputs, as a value: built from a command line, a file or by other programs.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -27,7 +26,7 @@ class TomlTable;
 
 namespace youbot_bench {
 
-/// What all experiments have; the defaults of some depend on the experiment.
+/// Settings common to all experiments; the defaults of some depend on the experiment.
 struct ExperimentSettings {
   std::string robot = "loopback";
   std::string joints{};

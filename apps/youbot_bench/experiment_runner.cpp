@@ -45,7 +45,7 @@ std::vector<std::size_t> choose_joints(const std::vector<std::string>& names, co
   return chosen;
 }
 
-/// Robot time of the measurements from each one on; a joint that takes longer holds up the others.
+/// Remaining robot time from each measurement on; a joint that takes longer delays the others.
 std::vector<double> time_left_from(const std::vector<ExperimentTask::Joint>& joints) {
   const int count = joints.front().experiment->measurement_count();
   std::vector<double> left(static_cast<std::size_t>(count) + 1, 0.0);
@@ -57,7 +57,7 @@ std::vector<double> time_left_from(const std::vector<ExperimentTask::Joint>& joi
   return left;
 }
 
-/// What each joint with end stops can take; each moves what the others bear, so that they go one at a time.
+/// Fits the plan to each joint with end stops; each moves the load of others, so they go one at a time.
 void fit_to_end_stops(const ExperimentPlan& plan, const ExperimentOptions& options, const hal::Robot& robot,
                       int first_measurement, std::vector<ExperimentTask::Joint>& joints) {
   const auto all = robot.joints();
@@ -81,7 +81,7 @@ void fit_to_end_stops(const ExperimentPlan& plan, const ExperimentOptions& optio
   }
 }
 
-/// Else a measurement would not only tell of itself, but of what came before, too.
+/// Otherwise earlier events would affect a measurement.
 void require_memory_shorter_than(double settle_s, double cutoff_rad_per_s) {
   const double memory_s = identification::experiments::kForgotten / cutoff_rad_per_s;
   if (settle_s < memory_s)
@@ -102,7 +102,7 @@ void require_real_time(runtime::RealTimeThread& thread, const ExperimentOptions&
                         "or run with --allow-non-rt on a robot that cannot move anybody:" + all);
 }
 
-/// The last frames on the bus, beside the recording, under a name that no earlier fault has.
+/// Writes the last frames on the bus next to the recording, under a unique name.
 void keep_frames(const drivers::ethercat::PcapRing& frames, const ExperimentPlan& plan,
                  const ExperimentOptions& options, ExperimentOutcome& outcome) {
   std::error_code unknown;
@@ -117,7 +117,7 @@ void keep_frames(const drivers::ethercat::PcapRing& frames, const ExperimentPlan
   }
 }
 
-/// The motors are off and the recording is closed: what goes wrong here costs the page and nothing else.
+/// The motors are off and the recording is closed: a failure here only costs the page.
 void write_report(const ExperimentPlan& plan, const ExperimentOptions& options, ExperimentOutcome& outcome) {
   try {
     write_experiment_report(options.directory, {.experiment = plan.name,
@@ -189,7 +189,7 @@ ExperimentOutcome run_experiment(const ExperimentPlan& plan, const ExperimentOpt
   {
     const runtime::RobotActivation activation(robot);
     runtime::RealTimeThread
-        real_time;  // entered last, when everything is allocated and every other thread runs
+        real_time;  // entered last, when everything is allocated and all other threads run
     if (!options.virtual_time) require_real_time(real_time, options, outcome);
     runtime::run_loop(
         clock, options.period, cycle,

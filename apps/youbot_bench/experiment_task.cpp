@@ -18,15 +18,15 @@ using runtime::Verdict;
 
 using std::chrono::nanoseconds;
 
-/// How a joint is taken to where it is to begin, and how near is near enough.
+/// Speed and tolerances for moving a joint to its start position.
 constexpr double kPlacing_rad_per_s = 0.2;
 constexpr double kPlacingGain_per_s = 2.0;
 constexpr double kPlaced_rad = 0.005;
 constexpr std::chrono::seconds kPlacingTimeout{60};
-/// Times its speed limit, at which a joint with end stops may be commanded.
+/// Times its speed limit: maximum commanded speed of a joint with end stops.
 constexpr double kOvershoot = 1.1;
 
-// What stopped it, see StopReason::text.
+// Reasons to stop, see StopReason::text.
 constexpr const char* kTooFast =
     "{joint} turned at {value:.2f} rad/s, more than --max-speed; drives switched off";
 constexpr const char* kTooFastForAnArm =
@@ -126,7 +126,7 @@ Verdict ExperimentTask::step(const Moment& moment, hal::RobotCommand& command) n
   return measuring_ ? measure(moment, command) : place(moment, command);
 }
 
-/// Until each joint rests where its experiment begins.
+/// Until each joint rests at the start of its experiment.
 Verdict ExperimentTask::place(const Moment& moment, hal::RobotCommand& command) noexcept {
   bool all_there = true;
   for (Channel& channel : channels_) {
@@ -176,7 +176,7 @@ Verdict ExperimentTask::measure(const Moment& moment, hal::RobotCommand& command
     const identification::experiments::SetPoint set_point = channel.joint.experiment->step(channel.reading);
     command.joints[channel.joint.index] = bounded(channel, set_point.command, moment.sent);
     channel.position_command_rad = set_point.position_command_rad;
-    // What the next values will answer to: the values of an exchange belong to the command before its own.
+    // Command answered by the next values: the values of an exchange belong to the previous command.
     const hal::JointCommand& sent = moment.sent.joints[channel.joint.index];
     channel.reading.command_Nm =
         sent.mode == hal::CommandMode::kTorque ? sent.target : identification::experiments::kUnknown;
@@ -189,7 +189,7 @@ Verdict ExperimentTask::measure(const Moment& moment, hal::RobotCommand& command
   return {};
 }
 
-/// What is wrong with how it moves, if anything.
+/// Fault in its motion, if any.
 StopReason ExperimentTask::watch(Channel& channel, const hal::RobotCommand& sent) noexcept {
   const identification::experiments::Reading& reading = channel.reading;
   const hal::JointInfo& info = joints_[channel.joint.index];
@@ -299,10 +299,10 @@ Verdict ExperimentTask::brake(const Moment& moment, hal::RobotCommand& command,
   const auto rest = hal::JointCommand::velocity_rad_per_s(0.0);
   fastest_rad_per_s = 0.0;
   for (const Channel& channel : channels_) {
-    // What is pressed against something must not be pushed on.
+    // A joint pressed against an obstacle must not be pushed further.
     command.joints[channel.joint.index] = pressed_ ? rest : bounded(channel, rest, moment.sent);
     const double speed_rad_per_s = std::abs(channel.reading.velocity_rad_per_s);
-    // Not a number: nothing shows that it rests.
+    // NaN: nothing shows that it rests.
     fastest_rad_per_s =
         std::max(fastest_rad_per_s,
                  std::isnan(speed_rad_per_s) ? std::numeric_limits<double>::infinity() : speed_rad_per_s);

@@ -1,5 +1,5 @@
 /// @file
-/// An experiment on one or several joints: takes them to their places, measures, and watches them meanwhile.
+/// An experiment on one or several joints: moves them to their start positions, measures, and monitors them.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -21,10 +21,11 @@
 
 namespace youbot_bench {
 
-/// Takes a joint with end stops to where its experiment is to begin, then measures. All chosen joints do the
-/// same measurement at once; the next begins when the last joint has finished. What is too fast, too far,
-/// blocked or overloaded is switched off at once; a joint with end stops is braked first and held until it
-/// rests: it belongs to an arm, which falls without torque. After a pause of the program all is switched off.
+/// Moves a joint with end stops to the start of its experiment, then measures. All chosen joints do the same
+/// measurement at once; the next one starts when the last joint has finished. A joint that is too fast, too
+/// far, blocked or overloaded is switched off at once; a joint with end stops is braked first and held until
+/// it rests, because it belongs to an arm, which falls without torque. After a pause of the program
+/// everything is switched off.
 class ExperimentTask final : public runtime::Task {
  public:
   struct Config : runtime::Supervisor::Config {
@@ -43,10 +44,11 @@ class ExperimentTask final : public runtime::Task {
   struct Joint {
     std::size_t index;  ///< in Robot::joints()
     std::unique_ptr<identification::experiments::JointExperiment> experiment;
-    std::optional<JointFit> fit{};  ///< of a joint that has end stops
+    std::optional<JointFit> fit{};  ///< for a joint with end stops
   };
 
-  /// The robot's joints and `recording` outlive it. @throws std::invalid_argument from the velocity filter.
+  /// The robot's joints and `recording` must outlive it. @throws std::invalid_argument from the velocity
+  /// filter.
   ExperimentTask(const Config& config, const hal::Robot& robot, std::vector<Joint> joints,
                  ExperimentRecording& recording);
 
@@ -60,10 +62,10 @@ class ExperimentTask final : public runtime::Task {
 
   runtime::CycleTimes& record() noexcept { return times_; }
   const runtime::CycleTimes& record() const noexcept { return times_; }
-  /// Setup: why the experiment does not fit, in words; empty when it does.
+  /// Setup: why the experiment does not fit; empty if it does.
   std::string misfit() const;
   int measurement() const noexcept { return measurement_; }
-  /// Into the measurement under way.
+  /// Time since the start of the current measurement.
   double measurement_time_s() const noexcept { return reading_time_s_; }
 
  private:
@@ -73,9 +75,9 @@ class ExperimentTask final : public runtime::Task {
     JointGuard guard;
     double max_speed_rad_per_s;
     identification::experiments::Reading reading{};
-    double start_rad = 0.0;  ///< where it is to begin
+    double start_rad = 0.0;  ///< start position
     double position_command_rad = 0.0;
-    double origin_rad = 0.0;  ///< where it was when the measurement began
+    double origin_rad = 0.0;  ///< position at the start of the measurement
     double torque_sum_Nm = 0.0;
   };
   void sense(const runtime::Moment& moment) noexcept;
@@ -99,8 +101,8 @@ class ExperimentTask final : public runtime::Task {
   std::vector<Channel> channels_;
   int measurement_count_;
   bool has_end_stops_ = false;
-  bool measuring_ = false;  // or on the way to the place where it begins
-  bool pressed_ = false;    // against something, when it was stopped
+  bool measuring_ = false;  // otherwise on the way to the start position
+  bool pressed_ = false;    // against an obstacle, when it was stopped
   Misfit misfit_{};
   const Channel* misfit_of_ = nullptr;
   int measurement_;

@@ -22,7 +22,7 @@ namespace youbot_bench {
 
 using identification::experiments::Parameter;
 
-/// One subcommand: what the command line said, until it is run.
+/// One subcommand: stores the command line's values until it runs.
 class ExperimentCommand {
  public:
   ExperimentCommand(CLI::App& app, ExperimentRequest request);
@@ -81,7 +81,7 @@ ExperimentCommand::ExperimentCommand(CLI::App& app, ExperimentRequest request)
   std::visit([&](auto& config) { config.visit(add_one); }, request_.parameters);
 }
 
-/// What is given is kept until the file was read, over which it stands.
+/// Command-line values are kept until the file has been read; they override it.
 template <typename Value>
 void ExperimentCommand::add(const Parameter& parameter, const Value& value) {
   const std::string option = runtime::option_name(parameter.key);
@@ -105,7 +105,7 @@ void ExperimentCommand::add(const Parameter& parameter, const Value& value) {
   if (const std::string text = fmt::format("{}", value); !text.empty()) added->default_str(text);
 }
 
-/// Takes what the command line gave over what was there.
+/// Applies the command line's values.
 template <typename Config>
 void ExperimentCommand::take_given(Config& config) const {
   config.visit([this](const Parameter& parameter, auto& value) {

@@ -1,5 +1,5 @@
 /// @file
-/// Series and columns of results, as the findings of all experiments put them together.
+/// Series and columns of results, common to the findings of all experiments.
 #pragma once
 #include <limits>
 #include <string>
@@ -11,21 +11,21 @@
 
 namespace youbot_bench {
 
-/// The look of what belongs to no joint: black on white, white on black.
+/// Style of series without a joint: black on white, white on black.
 inline constexpr unsigned kInk = 5;
 inline constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-/// One value for each finished measurement; empty when there are none.
+/// One value for each finished measurement; empty if there are none.
 std::vector<double> result(const MeasuredJoint& joint, std::string_view column);
-/// The `values` for which `key` has that value.
+/// The `values` for which `key` has the given value.
 std::vector<double> chosen(const std::vector<double>& values, const std::vector<double>& key, double value);
 std::vector<double> magnitudes(std::vector<double> values);
 std::vector<std::string> names(const MeasuredExperiment& measured);
 
-/// Markers with bars of `half_interval` to both sides; none where that is NaN.
+/// Markers with bars of `half_interval` to both sides; without bars where that is NaN.
 report::Series points(const std::string& name, const std::vector<double>& x, const std::vector<double>& y,
                       const std::vector<double>& half_interval, unsigned look);
-/// Behind what is there, with a gap between.
+/// Appends with a gap in between.
 void append(report::Series& series, const std::vector<double>& x, const std::vector<double>& y);
 
 }  // namespace youbot_bench

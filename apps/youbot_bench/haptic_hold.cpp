@@ -76,7 +76,7 @@ void visit(const HoldRecord& r, Column&& column) {
 
 std::array<double, 3> numbers(const Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-/// Pulls the loopback's pen aside in one direction after the other, holds it there and lets go.
+/// Pulls the loopback's handle aside in one direction after the other, holds it there and releases it.
 class Operator {
  public:
   explicit Operator(sim::Hand& hand, const Vector3d& point_m) : hand_(hand), point_m_(point_m) {
@@ -126,14 +126,14 @@ std::vector<runtime::Recording<HoldRecord>::Table> open(const std::filesystem::p
   return tables;
 }
 
-/// haptic.csv, of which nothing is left without rows.
+/// haptic.csv, which is removed if it has no rows.
 class HoldRecording {
  public:
   HoldRecording(const std::filesystem::path& directory, const HapticHoldOptions& options,
                 const hal::HapticInfo& device)
       : recording_(open(directory, options, device, made_), [this](const HoldRecord&) { made_.keep(); }) {}
 
-  /// Cycle, unless the loop is in virtual time, which has to wait for the disk.
+  /// Cycle, except in virtual time, where the loop must wait for the disk.
   void add(const HoldRecord& record, bool virtual_time) noexcept {
     if (virtual_time) recording_.wait_for_room();
     recording_.add(record);
@@ -145,11 +145,11 @@ class HoldRecording {
 
  private:
   runtime::MadePaths made_;
-  runtime::Recording<HoldRecord> recording_;  // last: its thread uses what is above
+  runtime::Recording<HoldRecord> recording_;  // last: its thread uses the members above
 };
 
 struct Outcome {
-  hal::HapticStatus fault;  ///< of the last exchange: what ended it, if anything
+  hal::HapticStatus fault;  ///< of the last exchange: the cause of the end, if any
   std::uint64_t samples = 0;
   std::uint64_t saturated = 0;
   drivers::LatencyHistogram age;
@@ -161,7 +161,7 @@ struct Outcome {
   std::vector<HoldRecord> points;  ///< for the plots
 };
 
-/// A line of what is shown while it runs.
+/// A line of the live display.
 struct Line {
   double time_s = 0.0;
   double off_point_mm = 0.0;
@@ -214,7 +214,7 @@ class Hold {
   }
 
  private:
-  /// Without a force, until there is a sample. False with the reason in the outcome.
+  /// Without force, until there is a sample. False with the reason in the outcome.
   bool wait_until_ready(nanoseconds& deadline, const std::atomic<bool>& stop) {
     const nanoseconds begin = deadline;
     for (bool told = options_.quiet; !has_sample_; clock_.sleep_until(deadline += kPeriod)) {
@@ -261,7 +261,7 @@ class Hold {
             .buttons = static_cast<double>(sample_.buttons)};
   }
 
-  /// Once a second. A terminal may take its time, so another thread writes.
+  /// Once per second. A terminal may be slow, so another thread writes.
   void tell(nanoseconds elapsed) noexcept {
     const Vector3d point_m(options_.point_m.data());
     const Line line{
@@ -373,10 +373,10 @@ runtime::HapticOptions load_options(const HapticHoldOptions& options) {
   return haptic;
 }
 
-/// Whether this thread, and so the device's, may be real-time.
+/// Whether this thread, and therefore the device's, may be real-time.
 void prepare_real_time(const HapticHoldOptions& options, runtime::HapticOptions& haptic) {
   std::string all;
-  runtime::RealTimeThread attempt;  // given back at once
+  runtime::RealTimeThread attempt;  // released at once
   for (const std::string& problem : attempt.enter({})) all += "\n  " + problem;
   if (all.empty()) return;
   if (!options.allow_non_real_time)
@@ -418,7 +418,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
     if (!options.out.empty()) recording = std::make_unique<HoldRecording>(options.out, options, info);
     Hold hold(options, *opened.device, *clock);
     runtime::RealTimeThread real_time;
-    if (!options.virtual_time) (void)real_time.enter({});  // a refusal was logged before
+    if (!options.virtual_time) (void)real_time.enter({});  // a refusal was already logged
     outcome = hold.run(hand.get(), recording.get(), stop);
   }
   if (recording) recording->close();

@@ -1,6 +1,7 @@
 /// @file
-/// `youbot-bench haptic-hold`: a haptic master's pen held at a point by springs, the thesis' first haptic
-/// test (3.4.1.1). Pulled away and let go it returns; what the hand feels is shown, and recorded on request.
+/// `youbot-bench haptic-hold`: springs hold the handle of a haptic device at a point, the thesis' first
+/// haptic test (3.4.1.1). Pulled away and released it returns; the force on the hand is displayed, and
+/// recorded on request.
 #pragma once
 #include <array>
 #include <atomic>
@@ -11,7 +12,7 @@
 namespace youbot_bench {
 
 struct HapticHoldOptions {
-  std::string haptic{};  ///< backend; empty: the configuration's, else loopback
+  std::string haptic{};  ///< backend; empty: the configuration's, otherwise loopback
   std::string config{};  ///< TOML with a [haptic] table; empty: defaults
   double stiffness_N_per_m = 200.0;
   double damping_N_s_per_m = 0.5;
@@ -20,15 +21,15 @@ struct HapticHoldOptions {
   std::string out{};  ///< directory for haptic.csv and report.html; empty: none
   bool virtual_time = false;
   bool allow_non_real_time = false;
-  bool quiet = false;  ///< nothing but problems
+  bool quiet = false;  ///< errors only
 };
 
-/// Largest values that --stiffness and --damping take.
+/// Maximum values of --stiffness and --damping.
 inline constexpr double kMostHoldStiffness_N_per_m = 2000.0;
 inline constexpr double kMostHoldDamping_N_s_per_m = 20.0;
 
-/// The exit code. Set `stop` to end it early; the force then fades out as at the end. On the loopback
-/// somebody pulls the pen away and lets it go, over and over.
+/// Returns the exit code. Set `stop` to end it early; the force then fades out as at the end. On the loopback
+/// a simulated hand pulls the handle away and releases it, repeatedly.
 /// @throws runtime::ConfigError, std::invalid_argument, hal::SetupError.
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop);
 

@@ -35,7 +35,7 @@ namespace {
 namespace fits = identification::fit;
 using fits::Estimate;
 
-/// On the terminal, unless nobody wants to know.
+/// Prints on the terminal, unless quiet.
 class Teller {
  public:
   explicit Teller(bool quiet) : quiet_(quiet) {}
@@ -81,7 +81,7 @@ identification::Recording read(const std::filesystem::path& path,
   return std::move(read.recording);
 }
 
-/// The maps that `path` names: itself, or those in a directory, also one that an experiment has written to.
+/// The maps at `path`: the file itself, or those in a directory, including an experiment's directory.
 std::vector<std::filesystem::path> maps_at(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_directory(path, error)) return {path};
@@ -103,7 +103,7 @@ struct Rig {
   std::vector<identification::Recording> maps{};
 };
 
-/// The one of this name, added when it is not there yet.
+/// The rig of this name, added if it is new.
 Rig& rig_named(std::vector<Rig>& rigs, const std::string& name) {
   const std::string known = name.empty() ? "unnamed" : name;
   const auto found =
@@ -114,7 +114,7 @@ Rig& rig_named(std::vector<Rig>& rigs, const std::string& name) {
   return rigs.back();
 }
 
-/// Motion and pre-sliding are of one rig, and so must be everything beside them.
+/// Motion and presliding belong to one rig, so all other recordings must, too.
 void require_one_rig(const std::vector<Rig>& rigs, const std::filesystem::path& path) {
   if (rigs.size() > 1)
     throw std::invalid_argument(path.string() + ": is of rig '" + rigs.back().identified.model.name +
@@ -122,7 +122,7 @@ void require_one_rig(const std::vector<Rig>& rigs, const std::filesystem::path& 
                                 "'; with --moving or --presliding identify one rig at a time");
 }
 
-/// Each of several drives has a directory of its own, named after it.
+/// Each of several drives has its own directory, named after it.
 void require_directory_names(const std::vector<Rig>& rigs) {
   if (rigs.size() < 2) return;
   for (const Rig& rig : rigs) {
@@ -141,7 +141,7 @@ std::string restriction(const fits::SpeedRange& speeds) {
   return std::string("fitted ") + (between ? "to " : "without ") + text;
 }
 
-/// Before the fit, so that nothing of what is left out decides about a term or an outlier.
+/// Before the fit, so that excluded points do not affect a term or an outlier.
 void restrict_map(const Teller& tell, IdentifiedRig& rig, const fits::SpeedRange& speeds) {
   auto& [model, evidence] = rig;
   const std::size_t all = evidence.map.points.size();
@@ -209,7 +209,7 @@ fits::StaticFit identify_map(const Teller& tell, IdentificationEvidence& evidenc
   return fit;
 }
 
-/// The sliding friction that a pre-sliding fit stands on.
+/// The sliding friction used by a presliding fit.
 model::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
   const model::effects::DriveModel model{.effects = fit.effects};
   const auto* const coulomb = model.find<model::effects::Coulomb>();
@@ -227,7 +227,7 @@ model::friction::Kfm::Parameters sliding_of(const fits::StaticFit& fit) {
   return parameters;
 }
 
-/// A law that drives is none, and what compensates it drives too.
+/// A law that drives is not friction, and its compensation would drive, too.
 void require_braking(const IdentifiedModel& model) {
   const std::string why =
       runtime::driving_friction(drive_model_of(model), model::effects::kUsualTopSpeed_rad_per_s);
@@ -307,7 +307,7 @@ void identify(const IdentifyOptions& options) {
   if (options.maps.empty() && (above > 0 || std::isfinite(below)))
     throw std::invalid_argument("--speeds-above, --speeds-below: choose from a map; give it with --map");
 
-  // All files first: a mistake in the last one shows before the work.
+  // All files first: an error in the last one is reported before the work.
   std::vector<Rig> rigs;
   for (const auto& named : options.maps)
     for (const auto& path : maps_at(named)) {

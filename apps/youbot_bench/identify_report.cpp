@@ -33,7 +33,7 @@ struct Points {
   }
 };
 
-/// From standstill to the fastest point of each direction, closer where the curve bends; a gap at zero, where
+/// From standstill to the fastest point of each direction, denser where the curve bends; a gap at zero, where
 /// friction jumps.
 Series fitted_curve(const std::string& name, const fits::StaticMap& map, const fits::StaticFit& fit,
                     unsigned look) {
@@ -148,7 +148,7 @@ std::vector<fits::Estimate> sliding_estimates(const IdentifiedModel& model) {
   return model.sliding ? model.sliding->parameters : std::vector<fits::Estimate>();
 }
 
-/// "Coulomb friction 0.0451 to 0.06 N·m", of the drives for which it was identified; else nothing.
+/// "Coulomb friction 0.0451 to 0.06 N·m", over the drives for which it was identified; otherwise empty.
 std::string found(std::span<const IdentifiedRig> rigs, const std::string& what, std::string_view effect,
                   std::string_view parameter) {
   std::vector<double> values;

@@ -11,11 +11,11 @@
 
 namespace youbot_bench {
 
-/// What a report of an identification shows beyond the model itself.
+/// Content of an identification report in addition to the model.
 struct IdentificationEvidence {
   identification::fit::StaticMap map{};                        ///< empty without one
-  std::vector<identification::fit::MapPoint> not_asked_for{};  ///< taken from the map before the fit
-  std::optional<identification::fit::ModelChoice> choice{};    ///< when the terms were chosen from the data
+  std::vector<identification::fit::MapPoint> not_asked_for{};  ///< removed from the map before the fit
+  std::optional<identification::fit::ModelChoice> choice{};    ///< if the terms were selected from the data
 };
 
 struct IdentifiedRig {
@@ -23,8 +23,8 @@ struct IdentifiedRig {
   IdentificationEvidence evidence;
 };
 
-/// Writes `directory`/report.html, one page for all rigs: their friction curves with what was left out, the
-/// residuals, the terms that were tried and every parameter with its interval, or why it has none.
+/// Writes `directory`/report.html, one page for all rigs: their friction curves with the excluded points, the
+/// residuals, the tried terms and every parameter with its interval, or why it has none.
 /// @throws hal::SetupError naming path and cause.
 void write_identify_report(std::span<const IdentifiedRig> rigs, const std::filesystem::path& directory);
 

@@ -46,8 +46,8 @@ namespace fs = std::filesystem;
 constexpr double kRecorded = 0.2;
 constexpr double kExplained = 0.9;
 
-/// What a lab would measure, so that the data carries the question: speeds held in both directions,
-/// everything at once, slowly through break-away, below it, and reversals from fast to slow.
+/// The measurements of a typical lab, with sufficient information: constant speeds in both directions,
+/// broadband, slow through breakaway, below breakaway, and reversals from fast to slow.
 std::vector<ExperimentRequest> experiments() {
   namespace of = identification::experiments;
   return {experiment_request(
@@ -71,7 +71,7 @@ void record(ExperimentRequest experiment, const ImproveOptions& options) {
   experiment.directory = options.out / "recordings";
   experiment.virtual_time = options.virtual_time;
   experiment.allow_non_real_time = options.allow_non_real_time;
-  experiment.yes = true;  // improve() has asked
+  experiment.yes = true;  // improve() has already asked
   experiment.quiet = true;
   const std::string name = experiment.name;
   const int code = run_experiment(std::move(experiment));
@@ -79,14 +79,14 @@ void record(ExperimentRequest experiment, const ImproveOptions& options) {
     throw hal::SetupError("youbot-bench", "record the experiment " + name, "see above");
 }
 
-/// In virtual time nothing but a simulation moves.
+/// In virtual time only a simulation moves.
 bool moves_a_machine(const ImproveOptions& options) {
   return !runtime::is_simulated(options.robot) && !options.virtual_time;
 }
 
 bool came_to_its_end(const Run& run) { return run.summary.stop_reason.empty() && !run.summary.cut_short; }
 
-/// Thrown through a search, which nothing else can stop.
+/// Thrown through a search, which cannot be stopped otherwise.
 struct Stopped {};
 
 analysis::GapOptions prepare_search(int wheel, const fs::path& out) {
@@ -101,7 +101,7 @@ analysis::GapOptions prepare_search(int wheel, const fs::path& out) {
   return search;
 }
 
-/// All wheels at once. @throws Stopped when the program is asked to end.
+/// All wheels at once. @throws Stopped if the program is asked to end.
 std::vector<analysis::Findings> explain(const ImproveOptions& options, runtime::ProgressLine& progress) {
   struct Search {
     analysis::GapOptions options;
@@ -136,7 +136,7 @@ std::vector<analysis::Findings> explain(const ImproveOptions& options, runtime::
   return findings;
 }
 
-/// A configuration with a line more in one of its tables.
+/// A configuration with an additional line in one of its tables.
 std::string with_line(std::string config, const std::string& table, const std::string& line) {
   const std::size_t header = config.find("\n[" + table + "]");
   if (header == std::string::npos) return config + "\n[" + table + "]\n" + line + "\n";
@@ -147,8 +147,7 @@ control::PlanarPose pose_of(const std::array<double, 3>& values) { return {value
 
 Run driven(const operation::Config& config, const fs::path& file, const ImproveOptions& options) {
   static constexpr std::chrono::milliseconds kBetweenPoints{50};
-  static constexpr std::size_t kMostPoints =
-      50'000;  // of which the memory is there: a drive may be in real time
+  static constexpr std::size_t kMostPoints = 50'000;  // allocated in advance: a drive may be in real time
   Run run;
   run.time_s.reserve(kMostPoints);
   run.X_WB.reserve(kMostPoints);
@@ -178,7 +177,7 @@ std::string text_of(const fs::path& path) {
   }
 }
 
-/// A person stands beside it, and has carried it back.
+/// A person is next to the robot, and has carried it back.
 void confirm_it_may_drive(const ImproveOptions& options, const std::string& name) {
   if (!moves_a_machine(options) || options.yes) return;
   confirm({.robot = options.robot,
@@ -188,12 +187,12 @@ void confirm_it_may_drive(const ImproveOptions& options, const std::string& name
            .otherwise = "Set it down where it may drive four times in a row and add --stage drive --yes"});
 }
 
-/// What is driven without the models.
+/// The driven configuration without the models.
 std::string configuration(const ImproveOptions& options) {
   return options.config.empty() ? std::string(operation::kDemoConfig) : text_of(options.config);
 }
 
-/// Writes the configuration beside the models and drives what it says. Ends early on request and on a fault.
+/// Writes the configuration next to the models and drives it. Ends early on request and on a fault.
 Drive drive(const ImproveOptions& options, const std::string& name, const std::string& model_file,
             const std::string& simulated_wheels) {
   std::string models;
@@ -241,7 +240,7 @@ void check(const ImproveOptions& options) {
         "then --stage drive --yes");
 }
 
-/// Where measuring has left everything that driving needs, and nobody has driven yet.
+/// Checks that the measurement has left everything needed for driving, and that nothing has been driven yet.
 void check_measured(const ImproveOptions& options) {
   for (const int wheel : explained_wheels(options))
     for (const char* const file : {"base.toml", "model.toml"})
@@ -254,7 +253,7 @@ void check_measured(const ImproveOptions& options) {
                                 " holds the report of earlier drives, which is not replaced");
 }
 
-/// False when it was asked to stop.
+/// False if it was asked to stop.
 bool measure(const ImproveOptions& options, runtime::ProgressLine& progress, Improvement& improvement) {
   runtime::make_output_directory(options.out);
   runtime::require_empty(options.out);

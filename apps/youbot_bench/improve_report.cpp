@@ -32,13 +32,13 @@ bool names(const analysis::Findings& findings, std::string_view effect) {
   });
 }
 
-/// Of the wheels from the base's centre: half the diagonal of wheelbase and track.
+/// Distance of the wheels from the base's centre: half the diagonal of wheelbase and track.
 double reach_m() {
   const control::BaseGeometry geometry;
   return 0.5 * std::hypot(geometry.wheelbase_m, geometry.track_m);
 }
 
-/// Squared, the mean over the four wheels' places.
+/// Mean square over the positions of the four wheels.
 double squared_distance_m2(const control::PlanarPose& a, const control::PlanarPose& b) {
   const double x_m = a.x_m - b.x_m;
   const double y_m = a.y_m - b.y_m;
@@ -46,7 +46,7 @@ double squared_distance_m2(const control::PlanarPose& a, const control::PlanarPo
   return x_m * x_m + y_m * y_m + 4 * reach_m() * reach_m() * half_angle * half_angle;
 }
 
-/// The poses of a run that are compared, and with what.
+/// Pairs of runs whose poses are compared.
 using Poses = std::vector<control::PlanarPose>;
 using Pair = std::pair<const Poses*, const Poses*>;
 
@@ -86,7 +86,7 @@ std::string driving_text(const Improvement& improvement) {
   return text;
 }
 
-/// Which way round the known model does worse: there is more to see.
+/// The direction in which the known model is worse: it shows more.
 struct Way {
   const char* name;
   Run Drive::*run;

@@ -1,5 +1,5 @@
 /// @file
-/// What came of the chain from measuring to driving, in words.
+/// Texts on the result of the chain from measurement to driving.
 #pragma once
 #include <string>
 
@@ -9,20 +9,19 @@
 
 namespace youbot_bench {
 
-/// How far the four wheels are from where the reference has them, rms over both runs: heading counts with
-/// what it moves them.
+/// Distance of the four wheels from their reference positions, rms over both runs: this includes heading.
 double path_error_m(const Drive& drive);
-/// The same from where they were in other runs at that time.
+/// The same relative to their positions in other runs at that time.
 double apart_m(const Drive& drive, const Drive& other);
-/// Whether a figure fell by more than a twentieth.
+/// Whether a value fell by more than a twentieth.
 bool less(double after, double before);
 
-/// Two tables, what the search named and how the base drove, and a sentence on what they show; of what was
+/// Two tables, the named effects and the driving results, and a concluding sentence; for the stages that were
 /// done.
 std::string improvement_text(const Improvement& improvement);
-/// What was hidden, and whether the search named it. For the end.
+/// The hidden effect, and whether the search named it. For the end.
 std::string reveal_text(const Improvement& improvement, const runtime::HiddenEffect& hidden);
-/// Both for people, with plots. `reveal`: empty where nobody knows what is hidden.
+/// Both with plots. `reveal`: empty if the hidden effect is unknown.
 report::Page improvement_page(const Improvement& improvement, const std::string& reveal);
 
 }  // namespace youbot_bench

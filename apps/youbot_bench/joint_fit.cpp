@@ -11,12 +11,12 @@ namespace {
 
 using runtime::number_text;
 
-/// No plan goes nearer to the ends of the range.
+/// Minimum distance of a plan from the ends of the range.
 constexpr double kPlanMargin_rad = 0.05;
-/// Of the torque limit; what is left is for friction, and for starting and stopping.
+/// Share of the torque limit; the rest is for friction, and for starting and stopping.
 constexpr double kWeightShare = 0.75;
-/// Of the largest torque command, for a joint that has to rest without torque: so little does not move it
-/// farther than the experiment does, and spoils no result.
+/// Share of the largest torque command, for a joint that must rest without torque: such a small weight moves
+/// it no further than the experiment does, and spoils no result.
 constexpr double kRestingShare = 0.1;
 
 }  // namespace
@@ -78,7 +78,7 @@ Misfit JointFit::check(const hal::RobotSample& sample) noexcept {
   if (const double weight_Nm = weight_.heaviest_Nm(sample, least_rad, most_rad);
       plan_.demand.by_torque && weight_Nm > resting_Nm)
     return {.kind = Misfit::Kind::kFallsAlone, .need = weight_Nm, .limit = resting_Nm};
-  // It may be taken to its start first.
+  // It may be moved to its start first.
   const double weight_Nm = weight_.heaviest_Nm(sample, std::min(least_rad, own.position_rad),
                                                std::max(most_rad, own.position_rad));
   if (weight_Nm > kWeightShare * torque_limit_Nm_)

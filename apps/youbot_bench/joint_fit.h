@@ -1,5 +1,5 @@
 /// @file
-/// Whether an experiment fits a joint that has end stops, judged before anything moves.
+/// Checks whether an experiment fits a joint with end stops, before anything moves.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -12,15 +12,15 @@
 
 namespace youbot_bench {
 
-/// Why an experiment cannot begin where its joint stands.
+/// Why an experiment cannot start at the joint's position.
 struct Misfit {
   enum class Kind : std::uint8_t {
     kNone,
-    kNotHomed,    ///< `joint` of the robot does not know its place between its end stops
+    kNotHomed,    ///< `joint` of the robot is not homed
     kRoomBelow,   ///< it needs `need` rad towards the lower end; there are `limit`
     kRoomAbove,   ///< likewise, towards the upper
-    kHeavy,       ///< the weight is `need` N·m, of which `limit` may be
-    kFallsAlone,  ///< likewise, of a joint that is left without torque
+    kHeavy,       ///< the weight is `need` N·m, more than `limit`
+    kFallsAlone,  ///< likewise, for a joint without torque
   };
   Kind kind = Kind::kNone;
   int joint = -1;
@@ -29,27 +29,27 @@ struct Misfit {
   explicit operator bool() const noexcept { return kind != Kind::kNone; }
 };
 
-/// One joint and what an experiment will ask of it.
+/// One joint and the demands of an experiment.
 class JointFit {
  public:
   struct Plan {
     std::string experiment;
     identification::experiments::Demand demand;
-    double max_travel_rad = 0.0;  ///< where it is stopped, from where it began; 0: nowhere
+    double max_travel_rad = 0.0;  ///< stop limit from its start; 0: no limit
     std::optional<double>
-        start_rad{};  ///< where the joint is taken first; otherwise it begins where it stands
+        start_rad{};  ///< position to which the joint is moved first; otherwise it starts at its position
   };
-  /// @throws std::invalid_argument naming joint, need, limit and what to do, when it fits nowhere.
+  /// @throws std::invalid_argument naming joint, need, limit and advice, if it fits nowhere.
   JointFit(const Plan& plan, std::span<const hal::JointInfo> joints, std::size_t joint);
 
-  /// Cycle: for a robot that stands like this.
+  /// Cycle: for the present pose of the robot.
   Misfit check(const hal::RobotSample& sample) noexcept;
-  /// Cycle: where the experiment begins.
+  /// Cycle: start of the experiment.
   double start_rad(const hal::JointSample& sample) const noexcept {
     return plan_.start_rad.value_or(sample.position_rad);
   }
   double torque_limit_Nm() const noexcept { return torque_limit_Nm_; }
-  /// Setup: in words, as those that the constructor throws.
+  /// Setup: text, as in the constructor's exceptions.
   std::string describe(const Misfit& misfit, std::span<const hal::JointInfo> joints) const;
 
  private:

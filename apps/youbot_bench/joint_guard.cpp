@@ -8,19 +8,18 @@
 namespace youbot_bench {
 namespace {
 
-/// Nearer to the end than any plan goes.
+/// Closer to the end than any plan goes.
 constexpr double kStopMargin_rad = 0.03;
-/// Slower is the noise of a joint that rests.
+/// Below this speed, it is the noise of a joint at rest.
 constexpr double kResting_rad_per_s = 0.02;
-/// Noise of the current is gone; a velocity loop that meets an obstacle takes some 10 ms more to the same
-/// torque.
+/// Removes current noise; a velocity loop at an obstacle takes about 10 ms more to reach the same torque.
 constexpr double kTorqueCutoff_rad_per_s = 100.0;
-/// Of its torque limit: more than friction takes. A joint that bears weight is only pushed by velocity
-/// commands, and turns within the patience.
+/// Share of its torque limit, above friction. A joint that carries weight is only moved by velocity commands,
+/// and moves within the time-out.
 constexpr double kHardShare = 0.5;
 constexpr double kHardPatience_s = 0.25;
-/// Slower commands may be rounded to nothing by a drive that counts whole revolutions a minute, or take their
-/// time to overcome stiction.
+/// A drive that counts whole revolutions per minute may round slower commands to zero, or take time to
+/// overcome stiction.
 constexpr double kCertainlyTurning_rad_per_s = 0.05;
 constexpr double kPatience_s = 3.0;
 /// Of the commanded velocity.

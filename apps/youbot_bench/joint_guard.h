@@ -1,5 +1,5 @@
 /// @file
-/// What is watched of a joint while an experiment moves it.
+/// Monitors a joint while an experiment moves it.
 #pragma once
 #include <cstdint>
 
@@ -14,16 +14,16 @@ class JointGuard {
  public:
   enum class Trip : std::uint8_t {
     kNone,
-    kNearStop,  ///< it could not be stopped any more before the end of its range
-    kTorque,    ///< it takes more than it is made for
-    kBlocked,   ///< it is pushed and does not turn
+    kNearStop,  ///< it could no longer be stopped before the end of its range
+    kTorque,    ///< it takes more torque than its rating
+    kBlocked,   ///< it is pushed and does not move
   };
 
   JointGuard(const hal::JointInfo& joint, double period_s) noexcept;
 
-  /// Each cycle of a measurement, with the command that has acted.
+  /// In each cycle of a measurement, with the command that has acted.
   Trip watch(const identification::experiments::Reading& reading, const hal::JointCommand& command) noexcept;
-  /// Low-passed, as it is judged.
+  /// Low-passed, as used for the checks.
   double torque_Nm() const noexcept { return torque_.value(); }
 
  private:
@@ -36,7 +36,7 @@ class JointGuard {
   double blocked_torque_Nm_;
   double period_s_;
   identification::experiments::LowPass torque_;
-  double pushed_hard_s_ = 0.0;  // without turning
+  double pushed_hard_s_ = 0.0;  // without motion
   double asked_to_turn_s_ = 0.0;
 };
 

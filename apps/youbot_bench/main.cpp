@@ -1,4 +1,4 @@
-// youbot-bench: looks at a youBot's bus, measures its drives, and identifies them from recordings.
+// youbot-bench: examines a youBot's bus, measures its drives, and identifies them from recordings.
 #include <CLI/CLI.hpp>
 #include <vector>
 

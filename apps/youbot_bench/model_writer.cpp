@@ -18,7 +18,7 @@ namespace {
 
 using identification::fit::Estimate;
 
-/// What a reader of the file has to know of a parameter.
+/// Comment on a parameter for readers of the file.
 std::string_view remark_on(const Estimate& estimate) {
   if (estimate.effect == "torque_offset")
     return "; or Coulomb friction that differs by direction: the same in sliding";
@@ -26,7 +26,7 @@ std::string_view remark_on(const Estimate& estimate) {
   return "";
 }
 
-/// Seven digits: the last that an identification can mean.
+/// Seven digits: more than an identification resolves.
 double rounded(double value) {
   std::array<char, 40> text{};
   const auto end =
@@ -43,8 +43,8 @@ struct Contents {
   std::vector<runtime::EffectRemarks> remarks{};
 };
 
-/// Adds an effect when all of its parameters are there, else the reasons to the header. An exponent that was
-/// given counts with the others.
+/// Adds an effect if all of its parameters are known; otherwise adds the reasons to the header. A given
+/// exponent counts as known.
 void add_effect(std::span<const Estimate> estimates, Contents& contents) {
   const std::string& effect = estimates.front().effect;
   const auto& described = model::effects::effect_description(effect).parameters;
@@ -71,7 +71,7 @@ void add_effect(std::span<const Estimate> estimates, Contents& contents) {
   try {
     contents.model.effects.push_back(model::effects::make_effect(effect, values));
     contents.remarks.push_back(std::move(remarks));
-  } catch (const std::invalid_argument& error) {  // a contact may come out stiffer than any drive's
+  } catch (const std::invalid_argument& error) {  // a contact may be identified stiffer than any drive's
     contents.header.push_back("left out: " + std::string(error.what()));
   }
 }
@@ -87,7 +87,7 @@ Contents contents_of(const IdentifiedModel& model) {
         "--inertia");
 
   std::vector<Estimate> estimates = model.sliding ? model.sliding->parameters : model.moving;
-  if (!model.presliding.empty())  // a map says nothing of it
+  if (!model.presliding.empty())  // a map does not show it
     std::erase_if(estimates, [](const Estimate& estimate) { return estimate.effect == "presliding"; });
   for (const Estimate& estimate : model.presliding)
     if (identification::fit::find_estimate(estimates, estimate.effect, estimate.name) == nullptr)

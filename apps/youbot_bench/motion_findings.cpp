@@ -27,7 +27,7 @@ struct Ends {
   }
 };
 
-/// Command, velocity and torque over time, one below the other, and what the joints reached.
+/// Command, velocity and torque over time, stacked, with the range of the joints.
 Findings driven_findings(const MeasuredExperiment& measured, bool velocity_commanded) {
   constexpr std::size_t kPoints = 3600;
   const char* const command_name = velocity_commanded ? "velocity_command_rad_per_s" : "torque_command_Nm";
@@ -182,7 +182,7 @@ Findings compensation_findings(const MeasuredExperiment& measured) {
                   .y = {"displacement", "rad"},
                   .series = {}};
     if (!with.x.empty()) swinging.series.push_back(with);
-    swinging.series.push_back(without);  // on top: it is over soon
+    swinging.series.push_back(without);  // on top: it ends soon
     findings.plots.push_back(swinging);
   }
   if (swings_without.empty())

@@ -49,7 +49,7 @@ std::string names(const std::vector<Controller>& controllers) {
   return all;
 }
 
-/// Those of the joints that are wanted.
+/// The selected joints' controllers.
 std::vector<Controller> chosen(std::vector<Controller> controllers, const std::vector<std::string>& joints) {
   if (joints.empty()) return controllers;
   for (const std::string& joint : joints) {
@@ -77,9 +77,9 @@ std::string label(const Controller& controller) {
   return controller.transport->name() + ", " + controller.joint;
 }
 
-/// A motor stop may leave velocity mode on, so that flag tells only with a target. The drive's own word on
-/// whether the motor turns is smoothed, the measured speed is not; but a slow motor and a blocked one count
-/// as halted. What cannot be told is PWM mode of firmware 2.0 at standstill: it has no flag.
+/// A motor stop may leave velocity mode on, so that flag is only meaningful with a target. The drive's flag
+/// for a turning motor is smoothed, the measured speed is not; but a slow motor and a blocked one count as
+/// halted. PWM mode of firmware 2.0 at standstill cannot be detected: it has no flag.
 void require_off(tmcl::Client& client, const Controller& controller) {
   const auto refuse = [&](const std::string& found) {
     throw hal::SetupError(label(controller), "check that it is off",
@@ -192,11 +192,11 @@ void print_parameters(std::span<Controller> controllers, runtime::Format format,
 
 void write_parameters(std::span<Controller> controllers, std::span<const NewParameter> settings, bool store,
                       tmcl::Clock& clock) {
-  // All are looked at before one is changed.
+  // All are checked before one is changed.
   for (const bool writing : {false, true})
     for (const Controller& controller : controllers) {
       tmcl::Client client(*controller.transport, clock);
-      (void)client.version();  // so that it knows what this firmware lacks
+      (void)client.version();  // loads the parameters that this firmware lacks
       if (!writing) require_off(client, controller);
       if (writing)
         for (const NewParameter& setting : settings) write(client, controller, setting, store);

@@ -1,5 +1,5 @@
 /// @file
-/// `youbot-bench parameters`: what the motor controllers are set to, and other settings.
+/// `youbot-bench parameters`: reads and writes parameters of the motor controllers.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -15,14 +15,15 @@ namespace youbot_bench {
 
 struct ParametersOptions {
   std::string robot;
-  std::filesystem::path config{};       ///< whose [can] tells what is on can:IFACE; empty: the defaults
-  std::vector<std::string> joints{};    ///< empty: all, of which one alone may be set
-  std::vector<std::string> settings{};  ///< "NAME=VALUE"; empty: they are printed
-  bool store = false;                   ///< keep what was set in EEPROM, too
+  std::filesystem::path config{};       ///< its [can] table describes can:IFACE; empty: the defaults
+  std::vector<std::string> joints{};    ///< empty: all; only a single joint may be set
+  std::vector<std::string> settings{};  ///< "NAME=VALUE"; empty: prints the parameters
+  bool store = false;                   ///< also store the new values in EEPROM
   runtime::Format format = runtime::Format::kText;
 };
 
-/// @throws std::invalid_argument for what no drive would take, before anything is sent; BusError, SetupError.
+/// @throws std::invalid_argument for values that no drive accepts, before anything is sent; BusError,
+/// SetupError.
 void parameters(const ParametersOptions& options);
 
 /// Prints `slave,name,firmware,number,parameter,value,unit` for every readable axis parameter, as CSV or
@@ -33,13 +34,13 @@ struct NewParameter {
   std::string name;
   std::int32_t value = 0;
 };
-/// "NAME=VALUE". @throws std::invalid_argument for what no drive would take: not a parameter, read-only, a
-/// command, protected by the manufacturer's password, out of range, or with `store` not kept in EEPROM.
+/// "NAME=VALUE". @throws std::invalid_argument if no drive accepts it: not a parameter, read-only, a command,
+/// protected by the manufacturer's password, out of range, or with `store` not storable in EEPROM.
 NewParameter read_setting(const std::string& text, bool store);
 
-/// Writes all of them to each controller, reads them back and says what they were. A setting acts at once:
-/// @throws hal::SetupError before anything is written when a motor turns, or its drive holds its place;
-/// drivers::SetupError with the controller's refusal, after what the others had taken was said.
+/// Writes all of them to each controller, reads them back and prints the old values. A setting acts at once:
+/// @throws hal::SetupError before anything is written if a motor turns, or its drive holds its position;
+/// drivers::SetupError with the controller's refusal, after the changes of the others were printed.
 void write_parameters(std::span<Controller> controllers, std::span<const NewParameter> settings, bool store,
                       drivers::tmcl::Clock& clock);
 

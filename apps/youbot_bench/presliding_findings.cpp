@@ -1,4 +1,4 @@
-// Experiments below and up to break-away: torque ramp, Dahl's loop, pre-sliding waves.
+// Experiments below and up to breakaway: torque ramp, Dahl's loop, presliding waves.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,7 +21,7 @@ using report::Style;
 const report::Axis kDisplacement{"displacement", "rad"};
 const report::Axis kTorque{"torque", "N·m"};
 
-/// Up to the first point at which the ramp is above break-away; all points when it never was.
+/// Up to the first point at which the ramp is above breakaway; all points if it never is.
 std::size_t points_before(const std::vector<double>& command_Nm, double breakaway_Nm) {
   if (!std::isfinite(breakaway_Nm)) return command_Nm.size();
   const auto beyond = std::ranges::find_if(
@@ -48,7 +48,8 @@ Series slope(const std::string& name, double stiffness_Nm_per_rad, double reach_
 Findings torque_ramp_findings(const MeasuredExperiment& measured) {
   constexpr std::size_t kPoints = 3600;
   constexpr double kSlopeReachSteps = 5;
-  constexpr double kShownSteps = 10;  // of the encoder: some more than any joint yields before it slides
+  constexpr double kShownSteps = 10;  // of the encoder: slightly more than any joint's displacement before it
+                                      // slides
   Plot torque{.title = "Torque",
               .x = {"time since the ramp began", "s"},
               .y = {"torque, measured", "N·m"},
@@ -161,7 +162,7 @@ Findings torque_ramp_findings(const MeasuredExperiment& measured) {
 
 Findings dahl_findings(const MeasuredExperiment& measured) {
   constexpr std::size_t kPoints = 3600;
-  constexpr double kFarApart = 0.1;  // far more than current noise makes of ten cycles
+  constexpr double kFarApart = 0.1;  // far more than current noise over ten cycles
   const double settled_s = 1 / measured.setting("frequency_Hz", 0.1);
   Findings findings{.table = {.caption = "Stiffness at the centre of the loop",
                               .columns = {{"joint"},
@@ -228,7 +229,7 @@ Findings dahl_findings(const MeasuredExperiment& measured) {
 
 Findings presliding_findings(const MeasuredExperiment& measured) {
   constexpr std::size_t kPoints = 3600;
-  constexpr double kCameBack = 0.5;  // of the largest displacement; more is not given back by a spring
+  constexpr double kCameBack = 0.5;  // of the largest displacement; a spring returns no more
   Plot torque{.title = "Torque, the same for all", .x = {"time", "s"}, .y = kTorque, .series = {}};
   Plot motion{.title = "Displacement", .x = {"time", "s"}, .y = kDisplacement, .series = {}};
   Findings findings{

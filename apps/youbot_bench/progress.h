@@ -1,5 +1,5 @@
 /// @file
-/// How far the measurements are, told without disturbing them.
+/// Progress of the measurements, displayed without disturbing them.
 #pragma once
 #include <atomic>
 #include <string>
@@ -11,8 +11,7 @@ namespace youbot_bench {
 
 using runtime::duration_text;
 
-/// The worker calls set(), which is wait-free, from its cycle; another thread calls show(), as often as it
-/// likes.
+/// The worker calls set(), which is wait-free, from its cycle; another thread calls show(), at any rate.
 class Progress {
  public:
   Progress(std::string name, int measurements, bool quiet)
@@ -25,7 +24,7 @@ class Progress {
     left_s_.store(left_s, std::memory_order_relaxed);
   }
   void show();
-  /// Leaves the last state standing on a line of its own.
+  /// Leaves the last state on its own line.
   void finish();
 
  private:

@@ -40,11 +40,11 @@ std::vector<std::string> protocols_of(const ethercat::Slave& slave) {
   return protocols;
 }
 
-/// Which youBot this is, or comes closest to.
+/// Which youBot this is, or which one is closest.
 struct Verdict {
   tmcl::YoubotKind kind{};
-  std::string complaint{};   // empty: it is complete
-  std::string simulation{};  // what its EEPROMs say; empty: nothing
+  std::string complaint{};   // empty: complete
+  std::string simulation{};  // mark in its EEPROMs; empty: none
 };
 
 Verdict verdict_on(const std::vector<ethercat::Slave>& slaves, const std::string& interface) {

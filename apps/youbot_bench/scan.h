@@ -1,5 +1,5 @@
 /// @file
-/// `youbot-bench scan`: what is on an EtherCAT bus.
+/// `youbot-bench scan`: lists the slaves on an EtherCAT bus.
 #pragma once
 #include <string>
 

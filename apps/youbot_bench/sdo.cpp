@@ -61,7 +61,7 @@ const Type& type_called(const std::string& name) {
   throw std::invalid_argument(fmt::format("'{}' is not a value of type {}", value, type));
 }
 
-/// The whole of `text`, decimal or, after 0x, hexadecimal.
+/// Parses all of `text`, decimal or, after 0x, hexadecimal.
 template <typename Integer>
 std::optional<Integer> integer(std::string_view text) {
   const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
@@ -103,7 +103,7 @@ std::optional<std::uint64_t> signed_bits(std::string_view text, std::size_t size
   return static_cast<std::uint64_t>(*value);
 }
 
-/// A double that a float cannot hold is no float.
+/// A double outside the range of float is not a float.
 std::optional<std::uint64_t> real_bits(std::string_view text, std::size_t size) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -142,7 +142,7 @@ bool printable(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
-/// What the bytes may be, when the type is not known.
+/// Possible meanings of the bytes if the type is unknown.
 std::string described(std::span<const std::uint8_t> bytes) {
   std::string text =
       fmt::format("{} byte{}: {}", bytes.size(), bytes.size() == 1 ? "" : "s", hexadecimal(bytes));
@@ -235,7 +235,7 @@ void sdo(ethercat::Link& link, const SdoOptions& options) {
     if (options.type.empty())
       fmt::print("{}: {}\n", label, described(data));
     else
-      fmt::print("{}\n", sdo_value(options.type, data));  // alone, for scripts
+      fmt::print("{}\n", sdo_value(options.type, data));  // value only, for scripts
   }
   for (const ethercat::CoeEmergency& emergency : client.emergencies())
     fmt::print(stderr, "youbot-bench: {}: emergency 0x{:04X}, {}\n", bus.slaves()[index].label(),

@@ -1,5 +1,5 @@
 /// @file
-/// `youbot-bench sdo`: one object of a CoE slave, read or written.
+/// `youbot-bench sdo`: reads or writes one object of a CoE slave.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -19,21 +19,21 @@ struct SdoOptions {
   int slave = 0;         ///< position on the bus, from 1
   std::string object{};  ///< "0x1018:01"
   bool complete = false;
-  std::string type{};                  ///< uint8 … bytes; empty: as the bytes look, and only to read
-  std::optional<std::string> value{};  ///< written; none: the object is read
+  std::string type{};                  ///< uint8 … bytes; empty: guessed from the bytes, for reading only
+  std::optional<std::string> value{};  ///< value to write; empty: read the object
 };
 
 /// "0x1018:01", both parts hexadecimal. @throws std::invalid_argument.
 drivers::ethercat::SdoObject parse_object(std::string_view text);
 
-/// The bytes of a value of this type, little-endian as CoE has them (ETG.1000.6, section 5.6.2), and back.
+/// Converts a value of this type to bytes, little-endian as in CoE (ETG.1000.6, section 5.6.2), and back.
 /// @throws std::invalid_argument for a type, a value or a size that does not fit.
 std::vector<std::uint8_t> sdo_bytes(const std::string& type, std::string_view value);
 std::string sdo_value(const std::string& type, std::span<const std::uint8_t> bytes);
 
 /// Takes the bus to PRE-OP and prints the object, or what was written to it.
-/// @throws std::invalid_argument for options that cannot be, drivers::ethercat::BusError with the abort code
-/// in words.
+/// @throws std::invalid_argument for invalid options, drivers::ethercat::BusError with the text of the abort
+/// code.
 void sdo(drivers::ethercat::Link& link, const SdoOptions& options);
 
 Subcommand add_sdo(CLI::App& app);

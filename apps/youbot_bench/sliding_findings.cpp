@@ -16,7 +16,7 @@ using report::Plot;
 using report::Series;
 using report::Style;
 
-/// Where friction bends most, and half of the speeds of the thesis' table 3 are.
+/// Range in which friction bends most; it contains half of the speeds of the thesis' table 3.
 constexpr double kSlow_rad_per_s = 0.75;
 
 struct Map {
@@ -25,14 +25,14 @@ struct Map {
   std::vector<double> ci95_Nm;
 };
 
-/// In rising velocity.
+/// In ascending velocity.
 Map map_of(const MeasuredJoint& joint) {
   const std::vector<double> velocity = result(joint, "velocity_rad_per_s");
   const std::vector<double> torque = result(joint, "torque_measured_Nm");
   const std::vector<double> ci95 = result(joint, "torque_ci95_Nm");
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < velocity.size(); ++i)
-    if (std::isfinite(velocity[i])) order.push_back(i);  // else it did not turn
+    if (std::isfinite(velocity[i])) order.push_back(i);  // otherwise it did not turn
   std::ranges::sort(order, {}, [&](std::size_t i) { return velocity[i]; });
   Map map;
   for (const std::size_t i : order) {

@@ -1,5 +1,5 @@
 /// @file
-/// What youbot-bench is made of.
+/// Common type of youbot-bench's subcommands.
 #pragma once
 #include <functional>
 
@@ -9,8 +9,7 @@ class App;
 
 namespace youbot_bench {
 
-/// A subcommand: its options, which belong to the application, and what it does with them. Each is added by
-/// its own file.
+/// A subcommand: its options, owned by the application, and its function. Each is added by its own file.
 struct Subcommand {
   CLI::App* app;
   std::function<int()> run;  ///< returns the exit code (exit_code.h)

@@ -35,9 +35,9 @@ using std::chrono::nanoseconds;
 
 constexpr std::chrono::milliseconds kPeriod{1};
 constexpr double kPeriod_s = 1e-3;
-/// After the start-up, and after another thing was put at the tip.
+/// After the start-up, and after a change at the end effector.
 constexpr int kRestCycles = 3000;
-/// What the start-up takes, for the progress alone.
+/// Duration of the start-up, for the progress display only.
 constexpr double kStartUp_s = 35.0;
 constexpr int kCyclesPerTelling = 200;
 
@@ -62,7 +62,7 @@ runtime::HapticOptions haptic_options(const TransparencyPlan& plan) {
   return options;
 }
 
-/// Robot, pen and the loop between them, through one condition.
+/// Robot, handle and the loop between them, for one condition.
 class Measurement {
  public:
   Measurement(const TransparencyPlan& plan, const TransparencyCondition& condition,
@@ -85,7 +85,7 @@ class Measurement {
     master_.device->activate();
   }
 
-  /// Empty when it was asked to stop.
+  /// Empty if it was asked to stop.
   std::optional<TransparencyResult> run() {
     std::vector<two_port::PortExperiment> experiments;
     const bool measured =
@@ -117,13 +117,13 @@ class Measurement {
       if (!step_operating(0.0)) return false;
     return true;
   }
-  /// Slack where the tip is, so that it pulls only when the hand moves the tip away.
+  /// Slack at the present position, so that it pulls only when the hand moves the end effector away.
   bool tether() {
     tethered_at_m_ = direction_W_.dot(tip_W_m());
     return rest();
   }
-  /// Along the one direction: across it the tip stays as free as without, or there would be more than two
-  /// ports. Held through a cycle, so that what is recorded is what acts.
+  /// Only in one direction: across it the end effector stays as free as without, or there would be more than
+  /// two ports. Held during a cycle, so that the recorded value is the one that acts.
   double environment_force_N() const {
     if (!tethered_at_m_) return 0.0;
     return plan_.tether_N_per_m * (direction_W_.dot(tip_W_m()) - *tethered_at_m_) +
@@ -147,7 +147,7 @@ class Measurement {
     return true;
   }
 
-  /// What was between the last two samples, as means: displacements for the velocities.
+  /// Means between the last two samples: displacements for the velocities.
   void keep(double excitation_N, const Vector3d& begin_W_m, two_port::PortRecord& record) {
     record.excitation_N.push_back(excitation_N);
     record.hand_force_N.push_back(direction_H_.dot(master_.hand->grip_force_N()));
@@ -171,7 +171,7 @@ class Measurement {
   bool step_operating(double excitation_N) {
     return step(excitation_N) && cycle_.task().phase() == TeleopPhase::kOperating;
   }
-  /// One cycle with this force on the hand. False when it was asked to stop.
+  /// One cycle with this force on the hand. False if it was asked to stop.
   bool step(double excitation_N) {
     master_.hand->push(excitation_N * direction_H_);
     environment_N_ = environment_force_N();
@@ -199,7 +199,7 @@ class Measurement {
   Vector3d last_H_m_ = Vector3d::Zero();
   Vector3d last_W_m_ = Vector3d::Zero();
   std::optional<double> tethered_at_m_{};
-  double environment_N_ = 0.0;  // of the tip on its environment, in this cycle
+  double environment_N_ = 0.0;  // of the end effector on its environment, in this cycle
   TransparencyResult result_;
   std::int64_t cycles_ = 0;
   std::int64_t counted_ = 0;
@@ -258,7 +258,7 @@ operation::Config load(const TransparencyOptions& options) {
                                 " is of a robot without a tip; set ethercat.kind = \"base+arm\"");
   if (config.cycle.period != kPeriod)
     throw std::invalid_argument("--config: " + options.config + ": loop.period_s has to be 0.001 here");
-  config.robot.scene = {};  // nothing but what is measured against
+  config.robot.scene = {};  // without other objects
   return config;
 }
 

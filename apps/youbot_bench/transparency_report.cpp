@@ -23,15 +23,15 @@ using two_port::HybridPoint;
 using Results = std::vector<TransparencyResult>;
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-/// Without feedback h12 is what rounding leaves.
+/// Without feedback h12 is a rounding error.
 constexpr double kNothing = 1e-9;
-/// At which impedances are told, where one was measured.
+/// Frequencies at which impedances are reported, if measured.
 constexpr std::array<double, 4> kTold_Hz{0.3, 1.0, 3.0, 10.0};
 constexpr std::array<const char*, 3> kAxes{"forward", "left", "up"};
 
 double least_coherence(const HybridPoint& point) { return *std::ranges::min_element(point.coherence); }
 
-/// Of the nearest point that counts, a quarter of the frequency away at most.
+/// At the nearest valid point, at most a quarter of the frequency away.
 double magnitude_near(const TransparencyResult& result, double frequency_Hz,
                       const std::function<std::complex<double>(const Eigen::Matrix2cd&)>& value) {
   constexpr double kFarthest = 0.25;
@@ -48,7 +48,7 @@ double magnitude_near(const TransparencyResult& result, double frequency_Hz,
 
 std::complex<double> free_air(const Eigen::Matrix2cd& H) { return H(0, 0); }
 
-/// One figure of all conditions. NaN: not known.
+/// One quantity for all conditions. NaN: unknown.
 struct Figure {
   std::string name;
   std::string unit;
@@ -127,7 +127,7 @@ std::vector<Figure> figures_of(const Results& results) {
 
 std::string unit_text(const Figure& figure) { return figure.unit.empty() ? "" : " [" + figure.unit + "]"; }
 
-/// What was left out and why, a sentence; empty when nothing was.
+/// A sentence on discarded points with the reason; empty if there are none.
 std::string discarded_text(const TransparencyResult& result) {
   if (!result.fault.empty()) return "ended by a fault at " + result.fault;
   std::vector<double> discarded_Hz;
@@ -155,7 +155,7 @@ std::string set_up_text(const TransparencyPlan& plan) {
       plan.control.mapping.motion_scale / plan.control.feedback.force_scale);
 }
 
-/// Over frequency, from each condition; gaps where a point does not count.
+/// Over frequency, for each condition; gaps at invalid points.
 report::Plot over_frequency(const std::string& title, const report::Axis& y, const Results& results,
                             const std::function<double(const HybridPoint&)>& value) {
   report::Plot plot{
@@ -173,7 +173,7 @@ report::Plot over_frequency(const std::string& title, const report::Axis& y, con
   return plot;
 }
 
-/// What rounding leaves of nothing has no place in a logarithmic plot, and no phase.
+/// A rounding error has no place in a logarithmic plot, and no phase.
 void add_element(report::Page& page, const Results& results, const std::string& name, const std::string& unit,
                  Eigen::Index row, Eigen::Index column) {
   const auto shown = [=](const HybridPoint& point) {

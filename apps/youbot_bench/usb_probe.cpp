@@ -29,13 +29,13 @@ using usb::UsbDevice;
 
 namespace haptic = drivers::haptic;
 
-/// What a device is to this software.
+/// Role of a device for this software.
 struct Role {
   std::string name{};
   std::string backend{};
   std::string rules_file{};
   bool is_master = false;
-  bool uses_node = true;  ///< else the access to the USB node says nothing
+  bool uses_node = true;  ///< otherwise access to the USB node is irrelevant
 };
 
 Role role_of(const UsbDevice& device) {
@@ -136,7 +136,7 @@ std::string report_of(const usb::UsbContext& context, const UsbDevice& device) {
   return text + "  descriptors, raw:\n" + hex_lines(bytes) + "\n";
 }
 
-/// What to check when nothing was found.
+/// Advice if nothing was found.
 std::runtime_error absence(const usb::UsbContext& context, const usb::UsbDeviceFilter& filter) {
   const std::string step = "usb-probe: look for devices: expected ";
   if (filter.vendor && filter.product) {
@@ -156,7 +156,7 @@ std::runtime_error absence(const usb::UsbContext& context, const usb::UsbDeviceF
       "cable and USB port, without a hub, and see the kernel's log (dmesg)");
 }
 
-/// Tells of those that are there, then of each that comes and goes.
+/// Reports the present devices, then each arrival and removal.
 void watch(const usb::UsbContext& context, const usb::UsbDeviceFilter& filter, bool any,
            const std::atomic<bool>& stop) {
   usb::UsbWatch devices(filter, context.paths());

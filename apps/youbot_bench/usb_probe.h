@@ -1,6 +1,6 @@
 /// @file
-/// `youbot-bench usb-probe`: which haptic masters are plugged in, what they say of themselves, and whether
-/// they can be used. Opens, claims and sends nothing: all of it is the kernel's copy.
+/// `youbot-bench usb-probe`: lists the connected haptic devices with their descriptors, and whether they can
+/// be used. Opens, claims and sends nothing: all data is the kernel's copy.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -13,13 +13,13 @@ namespace youbot_bench {
 struct UsbProbeOptions {
   std::string vendor{};         ///< hexadecimal, empty: any
   std::string product{};        ///< the same
-  bool all = false;             ///< also what is no haptic master
-  std::filesystem::path out{};  ///< the report goes there, too
-  bool watch = false;           ///< go on, and tell who comes and goes
+  bool all = false;             ///< also devices that are not haptic devices
+  std::filesystem::path out{};  ///< also write the report to this file
+  bool watch = false;           ///< continue, and report arrivals and removals
 };
 
-/// Prints the report; with `watch` until `stop`. @throws std::invalid_argument for a number that is none,
-/// std::runtime_error saying what to check when nothing was found.
+/// Prints the report; with `watch` until `stop`. @throws std::invalid_argument for an invalid number,
+/// std::runtime_error with advice if nothing was found.
 void usb_probe(const UsbProbeOptions& options, const std::atomic<bool>& stop);
 
 Subcommand add_usb_probe(CLI::App& app);

@@ -1,4 +1,4 @@
-// youbot-gap: find what a drive model lacks, name it, add it.
+// youbot-gap: finds what a drive model lacks, names it, adds it.
 #include <CLI/CLI.hpp>
 
 #include "analysis/explain.h"

@@ -1,5 +1,5 @@
 /// @file
-/// Where the emulated robot's frames come from, and the clock by which they come.
+/// Source of the emulated robot's frames, and the clock of their arrival.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -11,8 +11,8 @@ namespace youbot_sim {
 class FramePort {
  public:
   struct Frame {
-    std::size_t size = 0;             ///< 0: none came in time, or a signal did
-    std::chrono::nanoseconds came{};  ///< when it reached the machine, by now()
+    std::size_t size = 0;             ///< 0: none arrived in time, or a signal did
+    std::chrono::nanoseconds came{};  ///< arrival at the machine, by now()
   };
 
   FramePort() = default;
@@ -20,7 +20,7 @@ class FramePort {
   FramePort& operator=(const FramePort&) = delete;
   virtual ~FramePort() = default;
 
-  /// The next frame from outside, copied into `buffer`.
+  /// Copies the next received frame into `buffer`.
   virtual Frame receive(std::span<std::uint8_t> buffer, std::chrono::nanoseconds timeout) noexcept = 0;
   virtual bool send(std::span<const std::uint8_t> frame) noexcept = 0;
   virtual std::chrono::nanoseconds now() const noexcept = 0;  ///< steady

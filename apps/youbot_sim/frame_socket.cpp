@@ -59,11 +59,11 @@ FrameSocket::FrameSocket(const std::string& interface)
     address.sll_protocol = htons(drivers::ethercat::kEtherType);
     address.sll_ifindex = prepare(socket_, interface);
     lock_.emplace(interface, address.sll_ifindex, drivers::InterfaceLock::End::kEthercatSlaves);
-    // A hint: receive() drops copies of our own frames too.
+    // Optional: receive() also drops copies of our own frames.
     const int on = 1;
     setsockopt(socket_, SOL_PACKET, PACKET_IGNORE_OUTGOING, &on, sizeof on);
     drivers::stamp_packets(socket_);
-    // Frames go to the master's address or to everybody, seldom to ours.
+    // Frames go to the master's address or to broadcast, seldom to ours.
     packet_mreq everything{};
     everything.mr_ifindex = address.sll_ifindex;
     everything.mr_type = PACKET_MR_PROMISC;
@@ -89,7 +89,7 @@ FramePort::Frame FrameSocket::receive(std::span<std::uint8_t> buffer,
   }
 }
 
-/// What waits in the socket.
+/// Reads a frame from the socket.
 FramePort::Frame FrameSocket::take(std::span<std::uint8_t> buffer) noexcept {
   sockaddr_ll from{};
   iovec bytes{buffer.data(), buffer.size()};

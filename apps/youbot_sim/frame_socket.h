@@ -1,5 +1,5 @@
 /// @file
-/// The slaves' end of a network cable: EtherCAT frames in and out of an interface.
+/// The slaves' end of a network cable: sends and receives EtherCAT frames on an interface.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -13,12 +13,12 @@
 
 namespace youbot_sim {
 
-/// AF_PACKET, EtherType 0x88A4; needs CAP_NET_RAW and an interface that is up, which it has for itself as far
-/// as slaves go. Sleeps while it waits.
+/// AF_PACKET, EtherType 0x88A4; needs CAP_NET_RAW and an interface that is up, which it locks against other
+/// emulators. Sleeps while it waits.
 class FrameSocket final : public FramePort {
  public:
-  /// @throws std::runtime_error saying what to do: no such interface, interface down, no permission;
-  ///         drivers::InterfaceInUse.
+  /// @throws std::runtime_error with advice: no such interface, interface down, no permission;
+  /// drivers::InterfaceInUse.
   explicit FrameSocket(const std::string& interface);
   ~FrameSocket() override;
   FrameSocket(const FrameSocket&) = delete;

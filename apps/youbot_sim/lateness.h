@@ -1,5 +1,5 @@
 /// @file
-/// How late the emulator answered.
+/// Statistics of the emulator's late answers.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace youbot_sim {
 
-/// Counts the answers that left later after their frame came than a master waits by default
-/// (`frame_timeout_s`), and says so now and then. Adding allocates nothing.
+/// Counts the answers that were later than a master's default time-out (`frame_timeout_s`), and reports them
+/// occasionally. Adding allocates nothing.
 class Lateness {
  public:
   static constexpr std::chrono::microseconds kLate{500};
@@ -21,10 +21,9 @@ class Lateness {
     std::chrono::nanoseconds longest{};  ///< of the late ones
   };
 
-  /// An answer left `after` its frame had come.
+  /// An answer left `after` the arrival of its frame.
   void add(std::chrono::nanoseconds after) noexcept;
-  /// What was late since the last time this gave something, if anything; at most once in kPause. `now` is of
-  /// a steady clock.
+  /// Late answers since the last result, if any; at most once in kPause. `now` is from a steady clock.
   std::optional<Counts> due(std::chrono::nanoseconds now) noexcept;
   const Counts& total() const noexcept { return total_; }
 

@@ -39,7 +39,7 @@ const std::map<std::string, MailboxDemand> kDemands{{"lenient", MailboxDemand::k
                                                     {"strict", MailboxDemand::kAlways}};
 const std::map<std::string, Hardware> kGenerations{{"first", Hardware::kFirst}, {"later", Hardware::kLater}};
 
-/// Below a master's, which is 80 by default: where both share a core its cycle comes first.
+/// Below a master's, which is 80 by default: if both share a core its cycle comes first.
 constexpr int kPriority = 70;
 
 struct Arguments {
@@ -58,7 +58,7 @@ struct Arguments {
   bool quiet = false;
 };
 
-/// The wire takes its time by itself here, so emulated round trips stay off.
+/// A real wire takes time here, so emulated round trips stay off.
 sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   sim::bus::YoubotBusOptions options;
   options.robot = kRobots.at(arguments.robot);
@@ -82,11 +82,10 @@ youbot_sim::ServerSummary serve(const Arguments& arguments, sim::bus::YoubotBus&
                                 youbot_sim::FrameSocket& socket, std::chrono::nanoseconds duration) {
   if (arguments.lock_step)
     return youbot_sim::serve_in_lock_step(robot, socket, duration, runtime::stop_requested);
-  runtime::RealTimeThread
-      real_time;  // entered last, when everything is allocated and every other thread runs
+  runtime::RealTimeThread real_time;  // entered last, when everything is allocated and all other threads run
   for (const std::string& refused : real_time.enter({.priority = kPriority}))
     if (!arguments.quiet) spdlog::info("answers may be late on a busy machine: {}", refused);
-  const runtime::NonBlockingLog log;  // or who reads the log could hold the robot up
+  const runtime::NonBlockingLog log;  // otherwise a reader of the log could delay the robot
   return youbot_sim::serve(robot, socket, duration, runtime::stop_requested);
 }
 

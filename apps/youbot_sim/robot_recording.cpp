@@ -24,7 +24,7 @@ std::string name_of(const sim::bus::YoubotBus& robot, std::size_t joint) {
   return (arm_joint < 5 ? "arm_" : "arm2_") + std::to_string(arm_joint % 5 + 1);
 }
 
-/// A record and what its robot has.
+/// A record and the layout of its robot.
 struct RobotRow {
   const RobotRecord& record;
   const std::vector<std::string>& joints;  ///< their names
@@ -92,7 +92,7 @@ RobotRecord::Joint joint_of(sim::bus::YoubotBus& robot, std::size_t joint) noexc
     case ControllerMode::kVelocity: record.target = units.velocity_rad_per_s(value); break;
     case ControllerMode::kCurrent: record.target = units.torque_Nm(value); break;
     case ControllerMode::kPwm: record.target = std::numeric_limits<double>::quiet_NaN(); break;
-    default: break;  // stopped: no speed
+    default: break;  // stopped: zero speed
   }
   return record;
 }

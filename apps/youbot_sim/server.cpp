@@ -14,9 +14,9 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// In lock-step, where nothing is due without a frame, until it is looked whether to stop.
+/// In lock-step, where nothing is due without a frame: maximum wait until the stop flag is checked.
 constexpr nanoseconds kLongestPause = std::chrono::milliseconds(100);
-/// Further behind, emulation would never catch up, or run through the watchdogs in one go.
+/// Further behind, emulation would never catch up, or would run through the watchdogs at once.
 constexpr nanoseconds kLongestCatchUp = std::chrono::milliseconds(50);
 
 void pass_replies_on(sim::bus::EmulatedWire& wire, FramePort& port, std::span<std::uint8_t> buffer,
@@ -36,9 +36,9 @@ ServerSummary serve(sim::bus::YoubotBus& robot, FramePort& port, nanoseconds dur
 
   Lateness lateness;
   const nanoseconds start = port.now();
-  nanoseconds emulated = start;  // the clock's time that the robot has reached
+  nanoseconds emulated = start;  // clock time that the robot has reached
   while (!stop.load(std::memory_order_relaxed) && (duration.count() == 0 || emulated - start < duration)) {
-    // Mechanics move at the end of a period: done on time, they keep no frame waiting.
+    // Mechanics advance at the end of a period: done in time, they delay no frame.
     nanoseconds sleep = robot.until_period();
     if (const auto due = wire.next_reply()) sleep = std::clamp(*due - wire.now(), nanoseconds(0), sleep);
     const FramePort::Frame frame = port.receive(buffer, sleep);

@@ -1,5 +1,5 @@
 /// @file
-/// Serves an emulated robot on a network interface, by the real clock or in lock-step.
+/// Serves an emulated robot on a network interface, in real time or in lock-step.
 #pragma once
 #include <atomic>
 #include <chrono>
@@ -17,19 +17,20 @@ struct ServerSummary {
   std::uint64_t received = 0;
   std::uint64_t answered = 0;
   std::uint64_t refused = 0;  ///< by the interface
-  /// Time that the machine was too busy to emulate, and that did not pass for the robot.
+  /// Time for which the machine was too busy to emulate, and which did not pass for the robot.
   std::chrono::nanoseconds skipped{};
-  Lateness::Counts late;  ///< by the clock only
+  Lateness::Counts late;  ///< in real time only
 };
 
-/// Until `stop`, or for `duration` (zero: no end). Emulated time is brought up to the clock at least once a
-/// millisecond, and before each frame is answered: what the boards say is of now, however long this thread
-/// was held up. Answers that came late are logged.
+/// Until `stop`, or for `duration` (zero: no end). Emulated time catches up with the clock at least once per
+/// millisecond, and before each answer: the boards' values are current, however long this thread was delayed.
+/// Logs late answers.
 ServerSummary serve(sim::bus::YoubotBus& robot, FramePort& port, std::chrono::nanoseconds duration,
                     const std::atomic<bool>& stop) noexcept;
 
-/// The same by frames: each lets drivers::ethercat::kLockStepPeriod pass after its answer, and without one
-/// time stands still, `duration` with it. The master says whether the wheels are on the ground.
+/// The same in lock-step: each frame advances time by drivers::ethercat::kLockStepPeriod after its answer;
+/// without frames time, including `duration`, does not advance. The master determines whether the wheels are
+/// on the ground.
 ServerSummary serve_in_lock_step(sim::bus::YoubotBus& robot, FramePort& port,
                                  std::chrono::nanoseconds duration, const std::atomic<bool>& stop) noexcept;
 

@@ -16,7 +16,7 @@
 namespace youbotctl {
 namespace {
 
-/// youbotd answers between two looks at its robot; while it makes a run ready or opens a master, later.
+/// youbotd answers between two checks of its robot; later while it prepares a run or opens a haptic device.
 constexpr timeval kPatience{60, 0};
 
 std::string hint(int error) {
@@ -49,7 +49,7 @@ Client::Client(const std::filesystem::path& socket) : path_(socket) {
 Client::~Client() { close(socket_); }
 
 nlohmann::json Client::ask(const std::string& request) {
-  // youbotd would hang up, and a commander's robot come to rest.
+  // youbotd would disconnect, and a commanded robot come to rest.
   if (request.size() > runtime::kLongestRequest)
     throw std::invalid_argument("the request has " + std::to_string(request.size()) + " bytes, at most " +
                                 std::to_string(runtime::kLongestRequest) + " are possible");

@@ -1,5 +1,5 @@
 /// @file
-/// A caller's end of the control socket.
+/// The client's end of the control socket.
 #pragma once
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -9,13 +9,13 @@ namespace youbotctl {
 
 class Client {
  public:
-  /// @throws hal::SetupError when nobody serves there or one may not connect, with what to do about it.
+  /// @throws hal::SetupError with advice if there is no server or no permission to connect.
   explicit Client(const std::filesystem::path& socket);
   Client(const Client&) = delete;
   Client& operator=(const Client&) = delete;
   ~Client();
 
-  /// The answer, whatever it says. @throws hal::SetupError when youbotd has gone or does not answer;
+  /// The answer, whatever it contains. @throws hal::SetupError if youbotd has ended or does not answer;
   /// std::invalid_argument for a request longer than runtime::kLongestRequest.
   nlohmann::json ask(const std::string& request);
 

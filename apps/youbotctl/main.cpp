@@ -28,7 +28,7 @@ namespace {
 using nlohmann::json;
 using youbotctl::Client;
 
-/// Two of them are shorter than the shortest loop.commander_timeout_s, 0.3 s.
+/// Two periods are shorter than the minimum loop.commander_timeout_s, 0.3 s.
 constexpr int kBeat_ms = 100;
 
 struct Arguments {
@@ -53,7 +53,7 @@ std::vector<std::string> texts(const json& status, const char* key) {
   return all;
 }
 
-/// A line for each thing that there is to tell.
+/// A line for each item.
 void print(const json& status) {
   const auto line = [](const char* name, const std::string& what) {
     if (!what.empty()) std::printf("%-10s %s\n", name, what.c_str());
@@ -101,7 +101,7 @@ void print(const json& status) {
   line("report", text(status, "fault_report"));
 }
 
-/// Prints a refusal; everything else as the options ask.
+/// Prints a refusal; everything else as configured by the options.
 int tell(const json& reply, const Arguments& arguments, bool with_status) {
   if (reply["ok"] == false) {
     spdlog::error("{}", text(reply, "error"));
@@ -119,14 +119,14 @@ int ask(const Arguments& arguments, const std::string& request, bool with_status
   return tell(client.ask(request), arguments, with_status);
 }
 
-/// A line from standard input, if there is one by the time of the next beat.
+/// A line from standard input, if there is one before the next beat.
 class Input {
  public:
   bool take(std::string& line) {
     if (!ended_) listen();
     const std::size_t end = pending_.find('\n');
     if (end == pending_.npos) {
-      // Dropped as it comes, so that a line without end takes no memory.
+      // Dropped on arrival, so that an endless line takes no memory.
       too_long_ = too_long_ || pending_.size() > runtime::kLongestRequest;
       if (too_long_) pending_.clear();
       return false;
@@ -144,9 +144,9 @@ class Input {
  private:
   void listen() {
     pollfd input{STDIN_FILENO, POLLIN, 0};
-    // A line that is there already needs no waiting.
+    // A complete line needs no waiting.
     const int ready = poll(&input, 1, pending_.find('\n') == pending_.npos ? kBeat_ms : 0);
-    // The robot must not go on for a commander that cannot be heard.
+    // The robot must not continue for a client that cannot be heard.
     if (ready < 0 && errno != EINTR)
       throw hal::SetupError("standard input, /dev/stdin",
                             "wait for a line: " + std::generic_category().message(errno),
@@ -155,7 +155,7 @@ class Input {
     std::array<char, 1024> text{};
     const ssize_t size = drivers::uninterrupted([&] { return read(STDIN_FILENO, text.data(), text.size()); });
     ended_ = size <= 0;
-    if (ended_ && !pending_.empty()) pending_ += '\n';  // the last line needs none
+    if (ended_ && !pending_.empty()) pending_ += '\n';  // the last line may lack its end
     if (size > 0) pending_.append(text.data(), static_cast<std::size_t>(size));
   }
   std::string pending_;
@@ -163,7 +163,7 @@ class Input {
   bool ended_ = false;
 };
 
-/// Enables and stays: the robot comes to rest when this ends.
+/// Enables and stays connected: the robot comes to rest when this ends.
 int enable(const Arguments& arguments) {
   runtime::stop_on_signals();
   Client client(arguments.socket);
@@ -183,7 +183,7 @@ int enable(const Arguments& arguments) {
     }
     std::string line;
     const bool told = input.take(line);
-    // No further velocity can come.
+    // No further velocity can arrive.
     const bool abandoned = !told && input.ended() && text(reply["status"], "mode") == "velocity";
     if (!stopping && (runtime::stop_requested || abandoned)) {
       stopping = true;
@@ -263,7 +263,7 @@ int main(int argc, char** argv) {
       ->add_option("key", arguments.key, "with its tables")
       ->required();
   set->add_option("key", arguments.key, "with its tables, as limits.force_N; or velocity")->required();
-  // Without an option for it: the library would take an array of TOML apart.
+  // Without an option for it: the library would split a TOML array.
   set->prefix_command();
   set->footer("The value comes after the key, as the file would have it.");
   return runtime::run_app(app, argc, argv, [&] { return chosen(); });

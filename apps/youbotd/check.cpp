@@ -24,7 +24,7 @@ namespace {
 
 using Mark = Finding::Mark;
 
-/// Makes what a run is made of; nothing of it is opened before it is activated.
+/// Constructs the parts of a run; nothing is opened before activation.
 Finding check_configuration(const operation::Config& config, bool virtual_time) {
   const std::unique_ptr<hal::Clock> clock = runtime::make_clock(virtual_time);
   const runtime::OpenedRobot robot = runtime::open_robot(config.robot, *clock, config.cycle.period);
@@ -63,7 +63,7 @@ void check_real_time(const operation::Config& config, const CheckOptions& option
 
 void check_bus(const std::string& interface, const CheckOptions& options, Findings& findings) {
   findings.push_back(check_interface(interface, options.paths));
-  if (findings.back().mark != Mark::kOk) return;  // nor would it open
+  if (findings.back().mark != Mark::kOk) return;  // otherwise it would not open either
   findings.push_back(check_addresses(interface));
   findings.push_back(check_raw_socket(interface));
 }

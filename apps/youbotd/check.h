@@ -1,6 +1,6 @@
 /// @file
-/// `youbotd --check`: whether this machine lets the configured robot and master run, and what to do where it
-/// does not. Nothing moves and nothing is sent. What the configuration does not need is not looked at.
+/// `youbotd --check`: checks whether this machine can run the configured robot and haptic device, with
+/// advice. Nothing moves and nothing is sent. Skips checks that the configuration does not need.
 #pragma once
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -20,10 +20,11 @@ struct CheckOptions {
   drivers::usb::SystemPaths paths{};
 };
 
-/// @throws std::invalid_argument for a configuration no part accepts.
+/// @throws std::invalid_argument for an invalid configuration.
 Findings check(const operation::Config& config, const CheckOptions& options);
 
-/// A line for each, what to do below it, and how many fail; or only those there is something to do about.
+/// A line for each finding, with the advice below it, and the number of failures; optionally only findings
+/// with advice.
 std::string report(const Findings& findings, bool only_problems);
 /// An array of {mark, found, remedy}, of which mark is "ok", "warn" or "fail".
 nlohmann::json json_of(const Findings& findings);

@@ -38,7 +38,7 @@ std::string names_in(const fs::path& folder) {
   return names.empty() ? "none" : names;
 }
 
-/// Empty for what is no address, or one that every interface gives itself.
+/// Empty if it is not an address, or one that every interface has automatically.
 std::string address_text(const sockaddr* address) {
   std::array<char, INET6_ADDRSTRLEN> text{};
   if (address == nullptr) return {};
@@ -67,7 +67,7 @@ Finding check_interface(const std::string& interface, const drivers::usb::System
   if (fs::exists(folder / "wireless", unknown) || fs::exists(folder / "phy80211", unknown))
     return {Mark::kFail, name + "wireless, and EtherCAT needs a cable",
             "ip -brief link; name another one as ethercat:IFACE"};
-  // It takes the frames before they come to a socket.
+  // A native driver takes the frames before they reach a socket.
   if (const fs::path master = fs::read_symlink(folder / "master", unknown); !master.empty())
     return {Mark::kFail, name + "part of " + master.filename().string(),
             "sudo ip link set " + interface + " nomaster"};

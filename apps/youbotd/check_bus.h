@@ -1,5 +1,5 @@
 /// @file
-/// Whether a network interface can be the robot's EtherCAT bus. No frame is sent.
+/// Checks whether a network interface can be the robot's EtherCAT bus. No frame is sent.
 #pragma once
 #include <string>
 
@@ -8,13 +8,13 @@
 
 namespace youbotd {
 
-/// What the kernel's files say of it.
+/// From the kernel's files.
 Finding check_interface(const std::string& interface, const drivers::usb::SystemPaths& paths);
 
-/// Whether other traffic goes over it: this machine's addresses there.
+/// Whether it carries other traffic: addresses of this machine on it.
 Finding check_addresses(const std::string& interface);
 
-/// Opens it as the EtherCAT master does.
+/// Opens it like the EtherCAT master.
 Finding check_raw_socket(const std::string& interface);
 
 }  // namespace youbotd

@@ -21,7 +21,7 @@ using drivers::usb::first_line;
 using drivers::usb::SystemPaths;
 using Mark = Finding::Mark;
 
-/// Reading these takes a microsecond or more, or they stand still for longer than a cycle.
+/// Reading these takes a microsecond or more, or they are constant for longer than a cycle.
 constexpr std::array<std::string_view, 4> kSlowClocks{"hpet", "acpi_pm", "jiffies", "refined-jiffies"};
 
 /// "6.1.0-18-rt-amd64", the third word of /proc/version.
@@ -50,7 +50,7 @@ bool is_core(const std::string& name) {
 Finding check_kernel(const SystemPaths& paths) {
   const std::string version = first_line(paths.proc / "version");
   const std::string kernel = "kernel: " + release_in(version);
-  // Debian's kernel says it in both places, one built without the file only in the text.
+  // Debian's kernel states it in both places, one built without the file only in the text.
   if (first_line(paths.sys / "kernel/realtime") == "1" || version.find("PREEMPT_RT") != std::string::npos)
     return {Mark::kOk, kernel + ", PREEMPT_RT"};
   const bool preemptible = version.find("PREEMPT") != std::string::npos;

@@ -1,6 +1,6 @@
 /// @file
-/// What the kernel of this machine is to a 1 kHz loop. Everything is read from files, whose folders are
-/// parameters.
+/// Checks whether the kernel of this machine suits a 1 kHz loop. All data comes from files, whose directories
+/// are parameters.
 #pragma once
 #include <optional>
 
@@ -9,18 +9,18 @@
 
 namespace youbotd {
 
-/// Whether the kernel can be interrupted wherever it is.
+/// Whether the kernel is fully preemptible.
 Finding check_kernel(const drivers::usb::SystemPaths& paths);
 
-/// How long it takes to read the time, which the loop does several times a cycle.
+/// Duration of reading the clock, which the loop does several times per cycle.
 Finding check_clock_source(const drivers::usb::SystemPaths& paths);
 
-/// The share of the time that the kernel leaves to real-time threads. `busy_wait`: the loop takes a whole
+/// The share of the time that the kernel leaves to real-time threads. `busy_wait`: the loop occupies a whole
 /// core.
 Finding check_throttling(bool busy_wait, const drivers::usb::SystemPaths& paths);
 
-/// Whether the cores keep their clock while the loop sleeps: the loop's, or all when it is not pinned. None
-/// when the kernel does not change it.
+/// Whether the cores keep their frequency while the loop sleeps: the loop's core, or all if it is not pinned.
+/// Empty if the kernel does not change it.
 std::optional<Finding> check_governor(std::optional<int> cpu, const drivers::usb::SystemPaths& paths);
 
 }  // namespace youbotd

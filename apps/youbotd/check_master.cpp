@@ -19,7 +19,7 @@ namespace haptic = drivers::haptic;
 namespace usb = drivers::usb;
 using Mark = Finding::Mark;
 
-/// What `look` finds, or the reason why it cannot.
+/// Result of `look`, or the reason why it failed.
 Finding finding_of(const std::string& what, const std::function<Finding()>& look) {
   try {
     return look();
@@ -41,7 +41,7 @@ Finding check_falcon(const std::string& port_path, const usb::SystemPaths& paths
                                               .port_path = port_path})
                     : collect_access_facts(context, found.front(), haptic::kFalconPipes.interface,
                                            haptic::kFalconRules));
-  // A kernel's driver is taken off when the port is opened.
+  // A kernel driver is detached when the port is opened.
   const bool usable = verdict.access == usb::Access::kFree || verdict.access == usb::Access::kDriverBound;
   return {usable ? Mark::kOk : Mark::kFail, "Novint Falcon: " + verdict.found, usable ? "" : verdict.hint};
 }

@@ -1,5 +1,5 @@
 /// @file
-/// Whether the configured haptic master is there and may be used. Nothing is sent to it.
+/// Checks whether the configured haptic device is present and usable. Nothing is sent to it.
 #pragma once
 #include "apps/youbotd/finding.h"
 #include "drivers/usb/system_paths.h"
@@ -7,7 +7,7 @@
 
 namespace youbotd {
 
-/// A master that runtime::open_haptic() knows. None of the simulated one.
+/// For a device known to runtime::open_haptic(). Empty for the simulated one.
 Findings check_master(const runtime::HapticOptions& options, const drivers::usb::SystemPaths& paths);
 
 }  // namespace youbotd

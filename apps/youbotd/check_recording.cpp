@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using Mark = Finding::Mark;
 
-/// A row of teleoperation has 750 bytes, the five of a base together 550.
+/// A row of teleoperation has 750 bytes, the five rows of a base together 550.
 constexpr double kBytesPerCycle = 800;
 constexpr double kEnough_h = 1;
 

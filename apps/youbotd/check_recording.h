@@ -1,5 +1,5 @@
 /// @file
-/// Whether a run can be recorded where it is told to.
+/// Checks whether a run can be recorded in its directory.
 #pragma once
 #include <chrono>
 #include <filesystem>
@@ -8,12 +8,12 @@
 
 namespace youbotd {
 
-/// Writes a file where `directory` is, or where it would be made, and takes it away again. `holds_recording`:
-/// an earlier one is there, which is never replaced.
+/// Writes a file in `directory`, or where it would be created, and removes it again. `holds_recording`: there
+/// is an earlier recording, which is never replaced.
 Finding check_recording(const std::filesystem::path& directory, bool holds_recording,
                         std::chrono::nanoseconds period);
 
-/// Of a disk with so many bytes left.
+/// For a disk with this many free bytes.
 Finding check_room(const std::filesystem::path& directory, double free_bytes,
                    std::chrono::nanoseconds period);
 

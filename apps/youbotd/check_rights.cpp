@@ -28,7 +28,7 @@ bool has_capability(unsigned capability) noexcept {
   return (data[capability / 32].effective >> capability % 32 & 1U) != 0;
 }
 
-/// What `action` returns in a thread that is nobody else's.
+/// Result of `action` in its own thread.
 template <typename Action>
 int in_a_thread(Action action) {
   int result = 0;
@@ -52,7 +52,7 @@ Finding check_memory_lock(Mark refused) {
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur == RLIM_INFINITY || has_capability(CAP_IPC_LOCK))
     return {Mark::kOk, "memory lock: allowed"};
-  // What is locked now is less than what a run needs.
+  // The memory locked now is less than a run needs.
   return {Mark::kWarn,
           "memory lock: up to " + std::to_string(limit.rlim_cur >> 20U) + " MiB, which a run may exceed",
           how_to_give_rights()};

@@ -1,5 +1,5 @@
 /// @file
-/// What this process may do, found out by doing it.
+/// Checks the permissions of this process by trying.
 #pragma once
 #include <optional>
 #include <string>
@@ -8,16 +8,16 @@
 
 namespace youbotd {
 
-/// The command that gives this program, and whoever may run it, all that it needs.
+/// The command that gives this program, and its users, all permissions that it needs.
 std::string how_to_give_rights();
 
-/// Locks the memory that there is, and lets it go again. `refused`: how bad it is when it may not.
+/// Locks the present memory, and unlocks it again. `refused`: severity of a refusal.
 Finding check_memory_lock(Finding::Mark refused);
 
-/// Takes SCHED_FIFO in a thread of its own. `who`: "the cycle".
+/// Takes SCHED_FIFO in its own thread. `who`: "the cycle".
 Finding check_priority(const std::string& who, int priority, Finding::Mark refused);
 
-/// Puts a thread of its own on that core.
+/// Pins its own thread to that core.
 Finding check_core(int cpu, Finding::Mark refused);
 
 }  // namespace youbotd

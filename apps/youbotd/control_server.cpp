@@ -22,14 +22,14 @@ namespace {
 
 constexpr std::size_t kMostConnections = 16;
 constexpr std::chrono::milliseconds kRetry{200};
-/// Who waits at the door may want to stop the robot.
+/// A waiting client may want to stop the robot.
 constexpr std::chrono::milliseconds kAcceptRetry{20};
 
 hal::SetupError refused(const std::filesystem::path& path, const std::string& hint) {
   return {"control socket " + path.string(), "open", hint};
 }
 
-/// errno of connecting there; 0 when a program answers.
+/// errno of a connection attempt; 0 if a program answers.
 int error_of_calling(const sockaddr_un& address) {
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   if (probe < 0) return errno;
@@ -41,7 +41,7 @@ int error_of_calling(const sockaddr_un& address) {
   return error;
 }
 
-/// A socket without a server is left from a daemon that was killed. Anything else is not ours to remove.
+/// A socket without a server was left by a killed daemon. Anything else is not ours to remove.
 void remove_leftover(const std::filesystem::path& path, const sockaddr_un& address) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return;
@@ -54,10 +54,10 @@ void remove_leftover(const std::filesystem::path& path, const sockaddr_un& addre
   unlink(path.c_str());
 }
 
-/// Members of the daemon's group, by their main or any other group.
+/// Members of the daemon's group, by primary or supplementary group.
 bool in_our_group(int socket, const ucred& peer) {
   if (peer.gid == getegid()) return true;
-  // The kernel says how many there are when they do not fit: up to NGROUPS_MAX, 65536.
+  // The kernel returns their number if they do not fit: up to NGROUPS_MAX, 65536.
   std::vector<gid_t> groups;
   socklen_t size = 0;
   int result = getsockopt(socket, SOL_SOCKET, SO_PEERGROUPS, groups.data(), &size);
@@ -68,7 +68,7 @@ bool in_our_group(int socket, const ucred& peer) {
   return result == 0 && std::find(groups.cbegin(), groups.cend(), getegid()) != groups.cend();
 }
 
-/// Without a look into the list of users, which may be far away and slow.
+/// Without a query of the user database, which may be remote and slow.
 std::string name_of(const ucred& peer) {
   return (peer.uid == 0 ? "root" : "user " + std::to_string(peer.uid)) + " (process " +
          std::to_string(peer.pid) + ")";
@@ -84,7 +84,7 @@ int listen_at(const std::filesystem::path& path) {
     throw refused(path, why == ENOENT ? "there is no directory " + path.parent_path().string()
                                       : std::string(std::strerror(why)));
   }
-  // Before anybody can connect.
+  // Before any client can connect.
   if (chmod(path.c_str(), 0660) != 0 || listen(listening, kMostConnections) != 0) {
     const std::string why = std::strerror(errno);
     close(listening);
@@ -94,7 +94,7 @@ int listen_at(const std::filesystem::path& path) {
   return listening;
 }
 
-/// 0: there is nothing of that name.
+/// 0: there is no such file.
 std::uint64_t inode_of(const std::filesystem::path& path) {
   struct stat found {};
   return lstat(path.c_str(), &found) == 0 ? found.st_ino : 0;
@@ -107,14 +107,14 @@ ControlServer::ControlServer(const std::filesystem::path& path, Listener& listen
 
 ControlServer::~ControlServer() {
   for (const Connection& connection : connections_) close(connection.socket);
-  // As long as it listens, no other file has the number of our inode.
+  // While it listens, no other file has our inode number.
   if (is_ours()) unlink(path_.c_str());
   close(listening_);
 }
 
 bool ControlServer::is_ours() const { return made_ != 0 && inode_of(path_) == made_; }
 
-/// Whoever cleans directories must not take away the way to stop the robot.
+/// A clean-up of directories must not remove the way to stop the robot.
 void ControlServer::restore() {
   const auto now = std::chrono::steady_clock::now();
   if (is_ours()) lost_ = false;
@@ -123,7 +123,7 @@ void ControlServer::restore() {
   try {
     const int again = listen_at(path_);
     while (accept()) {
-    }  // who had connected before it was removed
+    }  // clients connected before its removal
     close(listening_);
     listening_ = again;
     made_ = inode_of(path_);
@@ -138,7 +138,8 @@ void ControlServer::restore() {
 
 void ControlServer::serve(std::chrono::milliseconds patience) {
   restore();
-  // Who could not be accepted still waits: watched, it would end each poll() at once. A negative one is not.
+  // A client that could not be accepted still waits: it would end each poll() at once. poll() ignores
+  // negative descriptors.
   const auto pause =
       std::chrono::ceil<std::chrono::milliseconds>(accept_again_ - std::chrono::steady_clock::now());
   const bool accepts = pause.count() <= 0;
@@ -166,7 +167,7 @@ void ControlServer::serve(std::chrono::milliseconds patience) {
   if (watched[0].revents != 0) (void)accept();
 }
 
-/// No client may reach the service then: the log says so, once for each problem.
+/// No client may be able to reach the service then: the log reports each problem once.
 void ControlServer::complain(const char* step, int error) {
   const std::string problem =
       std::string(step) + ": " + std::strerror(error) + "; what is connected is still served";
@@ -202,8 +203,9 @@ bool ControlServer::accept() {
   return true;
 }
 
-/// A full list must not keep out a peer that wants to stop the robot. The commander stays connected, and so
-/// does every other process as long as one has more connections than it: of that one's the most silent.
+/// A full list must not keep out a client that wants to stop the robot. The commanding client stays
+/// connected, and so does every other process as long as another one has more connections: the most silent
+/// one of that process is dropped.
 void ControlServer::drop_one() {
   const auto of_its_process = [this](const Connection& connection) {
     return std::count_if(connections_.begin(), connections_.end(),
@@ -228,7 +230,7 @@ bool ControlServer::hear(Connection& connection) {
   std::array<char, runtime::kLongestRequest> request{};
   const ssize_t size = recv(connection.socket, request.data(), request.size(), MSG_TRUNC);
   if (size < 0) return errno == EAGAIN || errno == EINTR;
-  // No request is as long.
+  // No request is that long.
   if (size == 0 || static_cast<std::size_t>(size) > request.size()) return false;
   connection.peer.heard = std::chrono::steady_clock::now();
   const std::string answer =
@@ -236,7 +238,7 @@ bool ControlServer::hear(Connection& connection) {
   if (drivers::uninterrupted(
           [&] { return send(connection.socket, answer.data(), answer.size(), MSG_NOSIGNAL); }) >= 0)
     return true;
-  // Who asks without reading the answers is not waited for, and who has gone needs none.
+  // A client that does not read its answers is not waited for; a disconnected one needs none.
   if (errno != EAGAIN && errno != EPIPE && errno != ECONNRESET) complain("answer", errno);
   return false;
 }

@@ -1,5 +1,5 @@
 /// @file
-/// The daemon's end of the control socket: who is connected, and what each of them asks.
+/// The daemon's end of the control socket: connected clients and their requests.
 #pragma once
 #include <sys/types.h>
 
@@ -11,14 +11,14 @@
 
 namespace youbotd {
 
-/// Who is at the other end, as the kernel knows it.
+/// The client at the other end, identified by the kernel.
 struct Peer {
-  std::uint64_t connection = 0;  ///< never the same twice
+  std::uint64_t connection = 0;  ///< unique
   pid_t pid = 0;
   uid_t uid = 0;
   std::string name;                               ///< "user 1000 (process 4711)"
   bool may_command = false;                       ///< root, the daemon's own user, or a member of its group
-  std::chrono::steady_clock::time_point heard{};  ///< last word of it
+  std::chrono::steady_clock::time_point heard{};  ///< time of its last request
 };
 
 /// One thread.
@@ -36,17 +36,17 @@ class ControlServer {
     virtual bool commands(const Peer& peer) const = 0;
   };
 
-  /// Makes the socket, for its owner and group. One that a dead daemon left is replaced.
-  /// @throws hal::SetupError when another daemon serves it, or naming what is in the way;
-  ///         std::invalid_argument for a path that is too long.
+  /// Creates the socket, for its owner and group. Replaces one left by a dead daemon.
+  /// @throws hal::SetupError if another daemon serves it, or naming what is in the way; std::invalid_argument
+  /// for a path that is too long.
   ControlServer(const std::filesystem::path& path, Listener& listener);
   ControlServer(const ControlServer&) = delete;
   ControlServer& operator=(const ControlServer&) = delete;
-  /// Removes the socket; no client gets an answer any more.
+  /// Removes the socket; clients no longer get answers.
   ~ControlServer();
 
-  /// Answers what has been asked, waiting for it no longer than this. A socket that was removed from
-  /// its directory is made again.
+  /// Answers pending requests, waiting for them at most this long. Recreates a socket that was removed from
+  /// its directory.
   void serve(std::chrono::milliseconds patience);
 
  private:
@@ -56,20 +56,20 @@ class ControlServer {
   };
   bool is_ours() const;
   void restore();
-  /// False when no client waited, or it could not be accepted.
+  /// False if no client was waiting, or it could not be accepted.
   bool accept();
   void drop_one();
   void complain(const char* step, int error);
-  /// False when the other end is gone.
+  /// False if the other end is closed.
   bool hear(Connection& connection);
 
   std::filesystem::path path_;
   Listener& listener_;
   int listening_ = -1;
-  std::uint64_t made_ = 0;  // inode of the socket that is ours
+  std::uint64_t made_ = 0;  // inode of our socket
   std::chrono::steady_clock::time_point tried_{};
-  std::chrono::steady_clock::time_point accept_again_{};  // after one that failed
-  bool lost_ = false;                                     // removed, and could not be made again yet
+  std::chrono::steady_clock::time_point accept_again_{};  // time of the next attempt after a failure
+  bool lost_ = false;                                     // removed, and could not be recreated yet
   std::string complaint_;                                 // the last one
   std::uint64_t accepted_ = 0;
   std::vector<Connection> connections_;

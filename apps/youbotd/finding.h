@@ -10,12 +10,12 @@ namespace youbotd {
 struct Finding {
   enum class Mark : std::uint8_t {
     kOk,
-    kWarn,  ///< youbotd runs, but not as well as it could
-    kFail,  ///< it does not run, or not as it was told to
+    kWarn,  ///< youbotd runs, but with limitations
+    kFail,  ///< it does not run, or not as configured
   };
   Mark mark = Mark::kOk;
   std::string found{};   ///< "clock source: tsc"
-  std::string remedy{};  ///< a command to type where there is one; empty: nothing to do
+  std::string remedy{};  ///< a command to type if there is one; empty: nothing to do
 };
 using Findings = std::vector<Finding>;
 

@@ -1,5 +1,5 @@
-// youbotd: drives the base at 1 kHz along the path in its configuration, or base and arm as a hand on a
-// master tells it.
+// youbotd: drives the base at 1 kHz along the path in its configuration, or base and arm by a hand on a
+// haptic device.
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
@@ -62,13 +62,13 @@ void log_problems(const operation::RunSummary& summary) {
     spdlog::error("the last second before it is in {}", summary.fault_report->string());
 }
 
-/// The master's thread is not refused what the loop may do without.
+/// The haptic device's thread may be refused only what the loop may do without.
 void relax(runtime::HapticOptions& haptic) {
-  runtime::RealTimeThread attempt;  // given back at once
+  runtime::RealTimeThread attempt;  // released at once
   if (!attempt.enter({.priority = haptic.thread.fifo_priority}).empty()) haptic.thread.fifo_priority = 0;
 }
 
-/// The file, what was set over it, and what the command line says.
+/// The file, with settings and the command line applied.
 operation::Config configuration(const Arguments& arguments,
                                 const std::map<std::string, std::string>& settings = {}) {
   operation::Config config = operation::load_config(arguments.session.config_file, settings);
@@ -90,7 +90,7 @@ int run_once(const Arguments& arguments, const operation::Config& config) {
   return exit_code(summary);
 }
 
-/// The same path without and with compensation, each into its own recording.
+/// The same path without and with compensation, each with its own recording.
 int run_demo(const Arguments& arguments, operation::Config config) {
   const auto recording_of = [&](bool compensate) {
     auto directory = arguments.session.record_directory;
@@ -100,8 +100,8 @@ int run_demo(const Arguments& arguments, operation::Config config) {
   for (const bool compensate : {false, true})
     if (const auto directory = recording_of(compensate)) operation::check_record_directory(*directory);
 
-  // Without compensation it falls behind, which is what the comparison is to show: how far, a simulation may.
-  // A robot stops, which is a finding too.
+  // Without compensation it falls behind, and the comparison shows how far: a simulation may continue. A
+  // robot stops, which is a result, too.
   if (runtime::is_simulated(config.robot.name)) config.cycle.allow_any_following_error();
   std::array<operation::Summary, 2> summaries;
   for (const bool compensate : {false, true}) {
@@ -127,7 +127,7 @@ int run_demo(const Arguments& arguments, operation::Config config) {
   return runtime::kExitOk;
 }
 
-/// Base and arm by hand.
+/// Teleoperation of base and arm.
 int run_teleoperation(const Arguments& arguments, const operation::Config& config) {
   operation::TeleopOptions options{static_cast<const operation::AloneOptions&>(arguments.session)};
   if (arguments.demo) options.tasks = operation::demo_tasks();
@@ -172,7 +172,7 @@ int run_check(const Arguments& arguments, const operation::Config& config) {
 
 std::string not_empty(const std::string& text) { return text.empty() ? "must not be empty" : ""; }
 
-/// No machine moves and no device pushes: a late loop does no harm.
+/// No machine moves and no device exerts a force: a late loop does no harm.
 bool is_all_simulated(const operation::Config& config) {
   return runtime::is_simulated(config.robot.name) &&
          (!config.teleoperated || runtime::is_simulated_haptic(config.haptic.name));
@@ -246,7 +246,7 @@ int main(int argc, char** argv) {
   runtime::add_json_flag(app, arguments.format);
   app.get_option("--json")->needs(check)->description("with --check: print JSON, for other programs");
   app.add_flag("--quiet", arguments.quiet, "print problems only");
-  std::optional<runtime::NonBlockingLog> log;  // of a service, to the reason for a start that is refused
+  std::optional<runtime::NonBlockingLog> log;  // for a service, to log the reason of a refused start
   return runtime::run_app(app, argc, argv, [&] {
     if (!arguments.control_socket.empty()) log.emplace();
     return run(arguments);

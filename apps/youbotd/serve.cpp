@@ -16,7 +16,7 @@
 
 namespace youbotd {
 
-/// Devices and socket are opened here and the loop runs in a thread of its own; this one may wait.
+/// Devices and socket are opened here and the loop runs in its own thread; this one may wait.
 void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   if (options.service.record_directory) runtime::try_output_directory(*options.service.record_directory);
   hal::SteadyClock clock;
@@ -38,7 +38,8 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   runtime::LoopStatistics statistics;
   std::atomic<bool> over{false};
   std::promise<std::vector<std::string>> entered;
-  const auto run_cycles = [&](const std::stop_token& left) {  // asked when an exception leaves this function
+  const auto run_cycles = [&](const std::stop_token& left) {  // requested if an exception leaves this
+                                                              // function
     runtime::RealTimeThread real_time;
     try {
       entered.set_value(runtime::enter_real_time(real_time, config.real_time, options.allow_non_real_time));
@@ -64,7 +65,7 @@ void serve(const ServeOptions& options, const std::atomic<bool>& stop) {
   while (!over.load(std::memory_order_acquire)) {
     server.serve(kBeat);
     service.beat();
-    spdlog::default_logger()->flush();  // a reader of the log that is back is not noticed otherwise
+    spdlog::default_logger()->flush();  // the return of a log reader is not noticed otherwise
   }
   service.manager().stopping();
   cycles.join();

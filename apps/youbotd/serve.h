@@ -1,5 +1,5 @@
 /// @file
-/// A Service on this machine: its devices, its control socket, its log, and the real-time thread of its loop.
+/// A Service on this machine: devices, control socket, log, and the real-time thread of its loop.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -14,10 +14,10 @@ struct ServeOptions {
   bool allow_non_real_time = false;
 };
 
-/// Runs until `stop` becomes true, then brings the robot to rest. Blocks. Nothing waits for the log: when its
+/// Runs until `stop` becomes true, then brings the robot to rest. Blocks. Nothing waits for the log: if its
 /// reader hangs, lines are lost and counted.
-/// @throws hal::SetupError when robot, master or socket cannot be opened, or real-time was refused and is not
-///         waived; std::invalid_argument for a configuration no part accepts.
+/// @throws hal::SetupError if robot, haptic device or socket cannot be opened, or real-time was refused and
+/// is not waived; std::invalid_argument for an invalid configuration.
 void serve(const ServeOptions& options, const std::atomic<bool>& stop);
 
 }  // namespace youbotd

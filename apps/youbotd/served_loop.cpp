@@ -11,12 +11,13 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
     return;
   }
   run_->step(now);
-  // It saw the pause first, and says so if that stops it. Nothing could have stopped it meanwhile.
+  // The run saw the pause first, and reports it if that stops the run. Nothing could have stopped it
+  // meanwhile.
   if (slept) call_off();
 }
 
 void ServedLoop::call_off() noexcept {
-  // One that has come to its own end needs no orders.
+  // A run that has ended by itself needs no orders.
   told_.unheard = told_.unheard || (!ending_ && !orders_.stop && !orders_.off && !run_->finished());
   run_->request_stop();
 }
@@ -24,7 +25,7 @@ void ServedLoop::call_off() noexcept {
 void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   if (orders_channel_.take(orders_)) last_order_ = now;
   told_.heard = orders_.serial;
-  // As of the step before: what this loop itself slept through is no silence of others.
+  // As of the previous step: a pause of this loop is not silence of the other thread.
   const bool heard = last_order_ && last_step_ - *last_order_ <= silence_;
   const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
@@ -35,7 +36,7 @@ void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
     told_.unheard = false;
     if (capture_ != nullptr) capture_->resume();
   } else if (run_ == nullptr && orders_.run != nullptr && orders_.number > number_) {
-    told_.ended = number_ = orders_.number;  // called off before it began
+    told_.ended = number_ = orders_.number;  // cancelled before it began
     told_.unheard = false;
   }
   if (run_ == nullptr) return;

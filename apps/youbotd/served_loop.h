@@ -1,5 +1,5 @@
 /// @file
-/// The cycle of a daemon that is told what to do: idle with the drives off, or one run after the other.
+/// The cycle of the daemon: idle with the drives off, or one run after the other.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -13,49 +13,48 @@
 
 namespace youbotd {
 
-/// A level: what is to be done now.
+/// The current orders, as levels.
 struct Orders {
-  std::uint64_t serial = 0;       ///< grows by one with each order given
+  std::uint64_t serial = 0;       ///< incremented with each order
   std::uint64_t number = 0;       ///< of the run; each is done once. 0: none
-  operation::Run* run = nullptr;  ///< lives until Told::ended says its number
-  bool stop = false;              ///< comes to rest, then drives off
-  bool off = false;               ///< drives off at once
-  bool leave_master = false;      ///< no exchange with the master, so that it can be opened again
+  operation::Run* run = nullptr;  ///< valid until Told::ended has its number
+  bool stop = false;              ///< come to rest, then switch the drives off
+  bool off = false;               ///< switch the drives off at once
+  bool leave_master = false;      ///< no exchange with the haptic device, so that it can be reopened
 };
 
 struct Told {
-  std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed; what is told is as new as they
+  std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed
   std::uint64_t cycles = 0;
-  std::uint64_t ended = 0;       ///< number of the last run that is over
-  bool unheard = false;          ///< the newest run comes, or came, to rest because no orders were heard
-  operation::Progress progress;  ///< of the run under way
-  hal::CycleStatus robot{};      ///< while there is none
+  std::uint64_t ended = 0;       ///< number of the last finished run
+  bool unheard = false;          ///< the newest run comes, or came, to rest because orders were missing
+  operation::Progress progress;  ///< of the current run
+  hal::CycleStatus robot{};      ///< without a run
   hal::HapticStatus master{};
   bool master_left = false;
 };
 
-/// Stands between two threads: one steps it, as runtime::run_loop() wants it, the other gives orders and is
-/// told.
+/// Connects two threads: one steps it, for runtime::run_loop(), the other gives orders and reads reports.
 class ServedLoop {
  public:
-  /// `master` and `capture`, which keeps still from the end of a run to the next, may be null. All outlive
-  /// the loop. A run without orders for longer than `silence`, or that this loop did not step for as long,
-  /// comes to rest, because nothing else could stop it.
+  /// `master` (haptic device) and `capture`, which does not record between runs, may be null. All must
+  /// outlive the loop. A run comes to rest if it has no orders for longer than `silence`, or this loop did
+  /// not step it for as long, because nothing else could stop it.
   ServedLoop(hal::Robot& robot, hal::HapticDevice* master, drivers::ethercat::PcapRing* capture,
              std::chrono::nanoseconds silence)
       : robot_(robot), master_(master), capture_(capture), silence_(silence) {}
 
-  // The other thread.
+  // Called by the other thread.
   void order(const Orders& orders) noexcept { orders_channel_.publish(orders); }
   bool take(Told& told) noexcept { return told_channel_.take(told); }
 
   // Cycle.
   void step(std::chrono::nanoseconds now) noexcept;
-  /// Ends the run under way, then the loop.
+  /// Ends the current run, then the loop.
   void request_stop() noexcept { ending_ = true; }
   bool finished() const noexcept { return ending_ && run_ == nullptr; }
   runtime::CycleTimes& record() noexcept { return times_; }
-  /// After step(), when `record()` is complete.
+  /// After step(), once `record()` is complete.
   void keep() noexcept;
 
  private:

@@ -22,22 +22,22 @@ namespace {
 
 using nlohmann::json;
 
-/// Of the following error, for the reference of a velocity.
+/// Share of the following error, for the reference of a velocity.
 constexpr double kLeashShare = 2.0 / 3;
-/// Tables that are read when robot and master are opened. The rest is read for each run.
+/// Tables that are read when robot and haptic device are opened. The rest is read for each run.
 constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geometry",   "ethercat",
                                                       "can",   "haptic", "simulation", "scene"};
 
-/// Who waited longer for a master may not expect motion any more.
+/// After a longer wait for a haptic device, the client may no longer expect motion.
 constexpr std::chrono::seconds kLongOpening{2};
-/// Of this thread: longer than a disk or a busy machine takes, and what was asked meanwhile is stale.
+/// Of this thread: longer than a disk or a busy machine takes; requests from that time are stale.
 constexpr std::chrono::seconds kLongHoldUp{1};
-/// In which the requests that wait after a hold-up are heard, one of each connection at a time.
+/// Time after a delay in which waiting requests are read, one of each connection at a time.
 constexpr std::chrono::milliseconds kBacklog{500};
-/// Of all settings together: the status, which holds them, has to fit an answer.
+/// For all settings together: the status, which contains them, must fit an answer.
 constexpr std::size_t kMaxSettings_bytes = runtime::kLongestAnswer / 4;
 
-/// A request that is refused, with the reason for who asked.
+/// A rejected request, with the reason for the client.
 struct Refusal : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -47,7 +47,7 @@ constexpr const char* kUnheard =
     "did; "
     "brought to rest and switched off: end other programs that keep it from running";
 
-/// So that an answer holds it.
+/// Shortened to fit an answer.
 std::string shortened(std::string text) {
   constexpr std::size_t kMax_bytes = runtime::kLongestAnswer / 8;  // in JSON up to six times as long
   if (text.size() > kMax_bytes) text = text.substr(0, kMax_bytes) + " ...";
@@ -209,7 +209,7 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
   }
   (void)loop_.take(told_);
   reply["status"] = status();
-  // Names come from outside and may be anything but UTF-8.
+  // Names come from outside and may not be UTF-8.
   const auto text = [&reply] { return reply.dump(-1, ' ', false, json::error_handler_t::replace); };
   std::string answer = text();
   for (const char* list : {"settings", "fault_robot_report", "robot_trouble"}) {
@@ -227,7 +227,7 @@ void Service::obey(const Peer& peer, const std::string& request) {
   words >> command;
   if (commands(peer)) commander_heard_ = clock_.now();
   if (command == "status" || command == "alive") return;
-  // Whoever sees that it must not go on may say so.
+  // Every client may stop the robot.
   if (command == "stop") return bring_to_rest("requested by " + peer.name);
   if (!peer.may_command)
     throw Refusal(peer.name + " may look and stop; commands are for root, the user of youbotd and its group");
@@ -264,7 +264,7 @@ void Service::or_log_refusal(const Peer& peer, const Change& change) {
     change();
   } catch (const std::exception& error) {
     std::string why = shortened(error.what());
-    // Keys and values come from outside, and a log has lines.
+    // Keys and values come from outside, and a log consists of lines.
     std::ranges::replace_if(
         why, [](unsigned char c) { return std::iscntrl(c) != 0; }, '?');
     spdlog::info("{} was refused a setting: {}", peer.name, why);
@@ -306,7 +306,7 @@ void Service::enable(const Peer& peer) {
   recording_ = run_->recording();
   orders_ = {.serial = orders_.serial, .number = orders_.number + 1, .run = run_.get()};
   commander_ = peer;
-  commander_heard_ = clock_.now();  // what came before this took its time
+  commander_heard_ = clock_.now();  // earlier messages are outdated
   fault_.clear();
   fault_acknowledged_ = false;
   fault_report_.clear();
@@ -316,7 +316,7 @@ void Service::enable(const Peer& peer) {
   give_orders();
 }
 
-/// The file is read for each run; its loop, geometry, robot and master have to be as they were.
+/// The file is read for each run; its loop, geometry, robot and haptic device must be unchanged.
 void Service::require_same_devices(const operation::Config& config) const {
   const bool same =
       config.cycle.period == config_.cycle.period && config.commander_timeout == config_.commander_timeout &&
@@ -331,10 +331,10 @@ void Service::require_same_devices(const operation::Config& config) const {
         " says something else of the loop, the geometry, the robot or the master by now: restart youbotd");
 }
 
-/// One that was unplugged is plugged in again, perhaps; and one that was lost for its driver, as a Falcon is
-/// after some replies that did not come, is there again only when it is opened again.
+/// An unplugged device may have been plugged in again; and a device that its driver counts as lost, such as a
+/// Falcon after several missing replies, is back only after it is reopened.
 void Service::open_master_again() {
-  give_orders_and_hear();  // an older report may describe the master before it was opened
+  give_orders_and_hear();  // an older report may describe the device before it was opened
   if (told_.master.fault != hal::HapticFault::kUnplugged &&
       told_.master.fault != hal::HapticFault::kDeviceFault)
     return;
@@ -352,9 +352,9 @@ void Service::open_master_again() {
     (void)loop_.take(told_);
     report_alive();
   }
-  opening.get();  // or throws, and it stays left
+  opening.get();  // or throws, and it stays closed
   orders_.leave_master = false;
-  give_orders_and_hear();  // by a loop that did not end meanwhile
+  give_orders_and_hear();  // by a loop that is still running
   if (clock_.now() - begin > kLongOpening)
     throw Refusal(master_.device->info().name + " took long to be opened, and is ready now: enable again");
 }
@@ -381,10 +381,10 @@ std::unique_ptr<operation::Run> Service::make_run(const operation::Config& confi
   const Eigen::AlignedBox2d& base_W_m = config.cycle.workspace.base_W_m;
   std::unique_ptr<operation::MotionSource> motion;
   if (mode_ == "velocity") {
-    // Short of the following error, which would stop a base that is only held back.
+    // Below the following error, which would stop a base that is only held back.
     const operation::VelocitySource::Leash leash{.m = kLeashShare * config.cycle.following_error_m,
                                                  .rad = kLeashShare * config.cycle.following_error_rad};
-    // Outside, where it was pushed, the reference begins where the base is, and goes no further out.
+    // If it was pushed outside, the reference starts at the base, and goes no further out.
     Eigen::AlignedBox2d walls_W_m = base_W_m;
     walls_W_m.extend(Eigen::Vector2d(X_WB_.x_m, X_WB_.y_m));
     const operation::VelocitySource::Wheels wheels{
@@ -435,7 +435,7 @@ void Service::set(const Peer& peer, const std::string& key, const std::string& v
   if (size > kMaxSettings_bytes)
     throw Refusal("the settings would have more than " + std::to_string(kMaxSettings_bytes) +
                   " bytes together: unset some");
-  const operation::Config config = options_.configuration(settings);  // throws what is wrong with it
+  const operation::Config config = options_.configuration(settings);  // throws the errors in it
   if (config.teleoperated != config_.teleoperated)
     throw Refusal("'" + key + "' is for teleoperation, and " + options_.config_file.string() +
                   " has none: start youbotd with one that has");
@@ -447,7 +447,7 @@ void Service::unset(const Peer& peer, const std::string& key) {
   if (run_) throw Refusal("settings act from the next enable on; stop first");
   std::map<std::string, std::string> settings = settings_;
   if (settings.erase(key) == 0) throw Refusal("'" + key + "' is not set: status lists what is");
-  // Even when what is left cannot be used: enable says so, and another unset may mend it.
+  // Even if the rest is invalid: enable reports it, and another unset may fix it.
   settings_ = std::move(settings);
   spdlog::info("{} unset {}", peer.name, key);
 }

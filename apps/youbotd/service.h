@@ -1,5 +1,5 @@
 /// @file
-/// The daemon as a service: robot and master stay open with the drives off, and a commander decides when
+/// The daemon as a service: robot and haptic device stay open with the drives off, and a client decides when
 /// they work.
 #pragma once
 #include <chrono>
@@ -28,47 +28,46 @@
 
 namespace youbotd {
 
-/// How often orders are repeated and news is read: well within any loop.commander_timeout_s.
+/// Period in which orders are repeated and reports read: well below any loop.commander_timeout_s.
 inline constexpr std::chrono::milliseconds kBeat{50};
 
 struct ServiceOptions {
   std::filesystem::path config_file;
   /// Each run records into a new directory run-1, run-2, … in it.
   std::optional<std::filesystem::path> record_directory{};
-  /// The configuration with these settings over it, as `youbotctl set` makes them.
+  /// The configuration with these settings applied, as made by `youbotctl set`.
   std::function<operation::Config(const std::map<std::string, std::string>& settings)> configuration;
 };
 
-/// Answers requests and gives a ServedLoop its orders. It knows no socket, thread or machine's clock: serve()
-/// gives it those, and tests run it in virtual time.
+/// Answers requests and gives a ServedLoop its orders. It uses no socket, thread or machine clock: serve()
+/// provides those, and tests run it in virtual time.
 ///
-/// - One peer commands at a time: the one that enables does until the drives are off, and the robot comes to
-///   rest when its connection ends or is silent for loop.commander_timeout_s. Every peer may stop.
-/// - W and its walls stay where the base stood at the start, however often it is enabled; with a master they
-///   are where it stands when it is enabled, as the hand's frame is.
-/// - Orders that waited while this thread was held up start nothing: who asked may not expect motion any
-/// more.
+/// - One client commands at a time: the one that enables commands until the drives are off, and the robot
+///   comes to rest when its connection ends or is silent for loop.commander_timeout_s. Every client may stop.
+/// - W and its workspace limits stay where the base was at the start, however often it is enabled; with a
+///   haptic device they are reset at each enable, like the hand's frame.
+/// - Orders that waited while this thread was delayed start nothing: the client may no longer expect motion.
 /// - A fault ends the run, not the service. It is latched: `enable` is refused until `acknowledge`.
-/// Requests, all answered by the status: status, alive, acknowledge, enable, stop, disable, mode NAME,
-/// set KEY VALUE, unset KEY, set velocity X Y YAW.
-/// One thread, which is not the loop's.
+/// Requests, all answered with the status: status, alive, acknowledge, enable, stop, disable, mode NAME, set
+/// KEY VALUE, unset KEY, set velocity X Y YAW.
+/// One thread, other than the loop's.
 class Service final : public ControlServer::Listener {
  public:
-  /// `robot` and `master`, which is empty without teleoperation, are active whenever the loop is stepped. All
-  /// outlive the service; so does the clock, on which it waits.
+  /// `robot` and `master` (empty without teleoperation) are active whenever the loop is stepped. All must
+  /// outlive the service, and so must the clock, on which it waits.
   Service(const ServiceOptions& options, const operation::Config& config, runtime::OpenedRobot& robot,
           runtime::OpenedHaptic& master, hal::Clock& clock);
 
-  /// Refuses what cannot run before `enable` does, once the master is active.
-  /// @throws std::invalid_argument for a configuration no part accepts.
+  /// Rejects invalid configurations before `enable` does, once the haptic device is active.
+  /// @throws std::invalid_argument for an invalid configuration.
   void require_usable_configuration();
   /// For the other thread.
   ServedLoop& loop() noexcept { return loop_; }
-  /// What the system refused the loop: it is in each status.
+  /// What the system refused the loop: part of each status.
   void set_not_real_time(std::vector<std::string> problems) { not_real_time_ = std::move(problems); }
   const runtime::ServiceManager& manager() const noexcept { return manager_; }
 
-  /// Every kBeat: repeats the orders, reads what became of them and reports to log and service manager.
+  /// Every kBeat: repeats the orders, reads their results and reports to log and service manager.
   void beat();
 
   /// A run is under way.
@@ -81,9 +80,9 @@ class Service final : public ControlServer::Listener {
   }
 
  private:
-  /// Notices when this thread was held up.
+  /// Detects that this thread was delayed.
   void attend();
-  /// @throws Refusal so soon after a hold-up that the order may have waited through it.
+  /// @throws Refusal soon after a delay, because the order may have waited through it.
   void require_fresh(std::string_view order) const;
 
   // Requests.
@@ -104,24 +103,24 @@ class Service final : public ControlServer::Listener {
   nlohmann::json status() const;
 
   void require_same_devices(const operation::Config& config) const;
-  /// `velocity`, unless null, is where to set one, in the mode that follows it.
+  /// `velocity`, unless null, receives the velocity source, in the mode that uses one.
   std::unique_ptr<operation::Run> make_run(const operation::Config& config,
                                            const operation::RunOptions& options,
                                            operation::VelocitySource** velocity);
   operation::RunOptions next_run() const;
   void open_master_again();
   void give_orders();
-  /// Gives the orders, then waits until a cycle has followed them and its news is read.
+  /// Gives the orders, then waits until a cycle has followed them and its report has been read.
   void give_orders_and_hear();
-  /// Logs what of the robot is lost, and what is back.
+  /// Logs faults and recoveries of the robot.
   void watch_robot();
   /// Logs once which checks of the sensors do not run.
   void watch_checks();
-  /// Logs once what of the recording is lost.
+  /// Logs once what the recording lost.
   void watch_recording();
   void end_run();
   void log_fault();
-  /// To the service manager: alive, as long as the cycles go on.
+  /// Notifies the service manager as long as the cycles continue.
   void report_alive();
   void bring_to_rest(const std::string& why);
 
@@ -137,8 +136,8 @@ class Service final : public ControlServer::Listener {
   std::map<std::string, std::string> settings_;
   std::vector<std::string> not_real_time_;
   std::optional<std::chrono::nanoseconds> attended_;  // its last beat or answer
-  std::chrono::nanoseconds held_up_{};                // how long, the last time
-  std::chrono::nanoseconds fresh_from_{};             // what is heard before may have waited as long
+  std::chrono::nanoseconds held_up_{};                // duration of the last delay
+  std::chrono::nanoseconds fresh_from_{};             // requests received earlier may have waited that long
   Orders orders_;
   Told told_;
   std::unique_ptr<operation::Run> run_;            // the one under way
@@ -148,14 +147,14 @@ class Service final : public ControlServer::Listener {
   std::string fault_;                // that ended the last run
   bool fault_acknowledged_ = false;  // by an order of its own
   std::filesystem::path fault_report_;
-  control::PlanarPose X_WB_{};         // where runs have taken the base, when there is no master
-  std::filesystem::path recorded_to_;  // by the run under way or the last one; empty: nothing is
+  control::PlanarPose X_WB_{};         // pose of the base after the runs, without a haptic device
+  std::filesystem::path recorded_to_;  // by the current or last run; empty: nothing
   std::optional<operation::RecordingState> recording_;  // of it
-  std::vector<std::string> fault_robot_report_;  // what the robot said then, of all since it was activated
+  std::vector<std::string> fault_robot_report_;  // the robot's report at the fault, since its activation
   std::vector<std::string> trouble_;             // hal::Robot::trouble()
   TroubleLog trouble_log_;
   std::vector<std::string> notes_;         // of the run under way
-  std::vector<std::string> notes_logged_;  // likewise; each once, though its reason comes and goes
+  std::vector<std::string> notes_logged_;  // likewise; each is logged once, even if its cause comes and goes
   std::uint64_t cycles_reported_ = 0;
   std::chrono::nanoseconds reported_{};
 };

@@ -1,4 +1,4 @@
-// What a Service answers to every request.
+// Answers of a Service to every request.
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -38,7 +38,7 @@ json recording_json(const std::filesystem::path& directory,
 
 }  // namespace
 
-/// While there is no run: "wheel-2: some devices on the bus did not answer".
+/// Without a run: "wheel-2: some devices on the bus did not answer".
 std::string Service::robot_state() const {
   const hal::CycleStatus& robot = told_.robot;
   if (robot.ok()) return "ready";

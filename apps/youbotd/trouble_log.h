@@ -1,5 +1,5 @@
 /// @file
-/// What of a robot's troubles is worth a line in the log.
+/// Selects which faults of a robot are logged.
 #pragma once
 #include <cstddef>
 #include <map>
@@ -9,18 +9,18 @@
 
 namespace youbotd {
 
-/// Looked at in every beat. A device that lost a few frames is back before anybody could check anything, and
-/// one that fails to come back takes the same turns again and again: so a trouble is told once it has lasted,
-/// and each of its texts once until the device works again.
+/// Called in every beat. A device that lost a few frames is back before a person could check anything, and
+/// one that fails to come back repeats the same states: so a fault is logged once it has lasted, and each of
+/// its texts once until the device works again.
 class TroubleLog {
  public:
   static constexpr int kPatience = 4;  ///< beats
-  /// Texts logged for one device until it works again: a text with a time in it is a new one each time.
+  /// Texts logged for one device until it works again: a text that contains a time is new each time.
   static constexpr std::size_t kMostTexts = 10;
 
   struct News {
-    std::vector<std::string> trouble;      ///< lines of the robot's
-    std::vector<std::string> works_again;  ///< devices that were told of
+    std::vector<std::string> trouble;      ///< current faults of the robot to log
+    std::vector<std::string> works_again;  ///< devices logged before
   };
   /// `trouble`: hal::Robot::trouble(), each line "device: what is wrong".
   News update(const std::vector<std::string>& trouble);
@@ -30,7 +30,7 @@ class TroubleLog {
     int beats = 0;
     std::set<std::string> told;
   };
-  std::map<std::string, Device> devices_;  // that are in trouble
+  std::map<std::string, Device> devices_;  // those with a fault
 };
 
 }  // namespace youbotd

@@ -15,10 +15,10 @@ namespace drivers::ethercat {
 /// header elsewhere). One request is under way at a time. Without a header, no number distinguishes a reply
 /// from an older one, so the line ensures that no other reply is mistaken for it:
 /// - The mailbox is read only if its status is full. If that frame is lost and the mailbox is empty, the
-/// frame has emptied it, and the slave is asked to repeat (sync manager repeat bit).
+///   frame has emptied it, and the slave is asked to repeat (sync manager repeat bit).
 /// - Before a request is written, waiting mail is read and dropped: the reply to an abandoned request, or
-/// unrequested mail. Otherwise it would be mistaken for the reply to the next request, whose own reply would
-/// be mistaken for the one after it, and so on.
+///   unrequested mail. Otherwise it would be mistaken for the reply to the next request, whose own reply
+///   would be mistaken for the one after it, and so on.
 /// A reply that arrives even later, because the slave had taken the old request, cannot be distinguished.
 /// Cycle-safe after construction.
 class MailboxLine {

@@ -65,7 +65,7 @@ struct BusState {
 
 /// One frame per exchange(), which is a send() and its receive():
 /// - normally one LRW over the whole image; while there is a fault, one LRW per slave, so that the working
-/// counter shows for each slave whether its data is good (3: read 1 + write 2);
+///   counter shows for each slave whether its data is good (3: read 1 + write 2);
 /// - a broadcast read of the AL status, which shows any slave that left OP although it still answers;
 /// - one supervision datagram for one slave in turn, for all slaves while there is a fault;
 /// - at most one mailbox or repair datagram per slave, in turn, as room permits;

@@ -33,10 +33,10 @@ struct PreslidingFit {
 /// A reason instead of a number if
 /// - the torque never reverses (σ0 and σ1 show where the velocity does),
 /// - the delivered torque differs from the commanded one, or skips small values, by more than a tenth of the
-/// static friction: the missing part would show σ0 and σ1 (the thesis' 0.03 N·m motor offset),
+///   static friction: the missing part would show σ0 and σ1 (the thesis' 0.03 N·m motor offset),
 /// - the position moves by fewer than 20 steps of the encoder,
 /// - for σ1 only: its interval spans more than a factor of four, or a tenth or ten times of it leaves less
-/// than 5 % more: the motion does not excite it.
+///   than 5 % more: the motion does not excite it.
 /// @throws std::invalid_argument for a missing column, an uneven sample rate or a non-positive inertia.
 PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOptions& options);
 

@@ -23,12 +23,12 @@ struct Judged {
 /// Removes, the latest first, and refits the rest:
 /// - an effect that hardly improves the prediction of held-out recordings;
 /// - an effect whose size may be zero, if most of the residual is left even with it: a cause outside the
-/// library makes many effects slightly useful;
+///   library makes many effects slightly useful;
 /// - an inertia that differs between driving and braking, or between small and large torques;
 /// - a static torque below the Coulomb friction;
 /// - a gap narrower than two steps of the encoder;
 /// - a second compliance between motor and load (presliding, backlash, elasticity) whose size may be zero:
-/// the misfit of the first one's shape looks like that.
+///   the misfit of the first one's shape looks like that.
 /// A spring or gap that is not determined at all may be the other one; its addition then says so.
 void confirm(SearchResult& result, const Judged& judged);
 

@@ -8,9 +8,9 @@ namespace model::effects {
 
 /// For control::BaseController. It uses
 /// - coulomb, viscous, stribeck, direction_asymmetry, midspeed_dip, quadratic_drag: together the sliding
-/// friction of either direction, at rest the breakaway torque;
+///   friction of either direction, at rest the breakaway torque;
 /// - thermal_drift: the smaller friction at each speed, cold or warm, because a compensator does not know the
-/// temperature of the drive and must not exceed friction;
+///   temperature of the drive and must not exceed friction;
 /// - torque_offset, imbalance, cogging: the position-dependent torque;
 /// - torque_deadband: the minimum torque;
 /// - an effect that the program has added: its friction and its position-dependent torque.

@@ -62,8 +62,8 @@ struct PassivityRange {
 /// somewhere in the range; infinite if it never helps. The minimum of
 /// - friction/compensation at constant velocity, at 2000 speeds of either direction, and
 /// - energy lost to friction (not to its springs) over energy supplied by the compensation in a cycle v =
-/// A·sin(ωt) about rest, A from top speed/10⁴ up in 28 steps, at nine frequencies: a joint on its presliding
-/// spring loses little, and a compensation that treats such a motion as sliding drives it.
+///   A·sin(ωt) about rest, A from top speed/10⁴ up in 28 steps, at nine frequencies: a joint on its
+///   presliding spring loses little, and a compensation that treats such a motion as sliding drives it.
 /// `friction` is the law assumed to be true, which may differ from the compensator's: with the lower end of
 /// the identified range the result holds for all above. It is a search on a grid, no proof between its
 /// points.

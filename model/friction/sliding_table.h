@@ -12,7 +12,7 @@ namespace model::friction {
 /// three ways:
 /// - straight lines between samples `spacing` apart, so a jump of the law is crossed within one spacing;
 /// - at rest it is the breakaway torque: the law's peak below `breakaway_band` is held from its speed down to
-/// standstill, where published curves fall to zero because they cannot stick;
+///   standstill, where published curves fall to zero because they cannot stick;
 /// - beyond `top_speed` the value at that speed is held.
 /// Immutable after construction; look-ups are cycle-safe.
 class SlidingTable {

@@ -26,10 +26,10 @@ inline constexpr std::uint16_t kInvalidInputs = 0x001E;
 /// Rules:
 /// - A refused request keeps the state, sets the error bit and the code.
 /// - While the error bit is set, a request without acknowledge (0x10) is only accepted to a lower state, and
-/// then clears the error; others are ignored. With acknowledge, error and code are cleared, then the request
-/// is processed as usual.
+///   then clears the error; others are ignored. With acknowledge, error and code are cleared, then the
+///   request is processed as usual.
 /// - SAFE-OP to OP waits for the first complete outputs of the master after SAFE-OP was entered, stays in
-/// SAFE-OP without error meanwhile, and is refused with 0x0019 at the time-out.
+///   SAFE-OP without error meanwhile, and is refused with 0x0019 at the time-out.
 class AlStateMachine {
  public:
   using AlState = drivers::ethercat::AlState;

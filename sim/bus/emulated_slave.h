@@ -31,9 +31,9 @@ struct SlaveOptions {
 /// Firmware rules in addition to those of AlStateMachine and configuration_check.h:
 /// - The mailbox is closed in INIT, process data are closed below SAFE-OP: accesses do not count.
 /// - In OP the process data watchdog takes the slave to SAFE-OP with 0x001B. It runs from the first outputs
-/// on if their sync manager triggers it (control bit 6).
+///   on if their sync manager triggers it (control bit 6).
 /// - A master that changes a sync manager in use forces the slave down: to INIT with 0x0016 for the mailbox,
-/// to PRE-OP with the corresponding code for process data.
+///   to PRE-OP with the corresponding code for process data.
 /// - Outputs are passed on in OP only; inputs are refreshed in SAFE-OP and OP.
 class EmulatedSlave {
  public:

@@ -12,11 +12,11 @@ namespace sim::bus {
 
 /// The rules are the controller's, not those of our master's parser, which checks its own answers:
 /// - Datagrams follow each other by their own lengths, as long as each announces another one. The length in
-/// the EtherCAT header is ignored, and so is everything behind the last datagram.
+///   the EtherCAT header is ignored, and so is everything behind the last datagram.
 /// - A command that the controller does not know does nothing; the next datagram is processed as usual.
 /// - A VLAN tag is skipped.
 /// - A frame that ends before its datagrams do is damaged: complete ones are processed, but no register is
-/// written and no buffer exchanged, and the frame comes back invalid.
+///   written and no buffer exchanged, and the frame comes back invalid.
 /// - So does a frame of another EtherType or type, of which nothing is processed.
 class PassingFrame {
  public:
