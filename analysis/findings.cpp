@@ -63,7 +63,7 @@ std::string headline_of_held_out(const Findings& findings) {
     case Verdict::kExplained:
     case Verdict::kAmbiguous: return findings.drive + ": " + missing + "; " + falls;
     case Verdict::kPartlyExplained:
-      return findings.drive + ": " + missing + ", and something is still; " + falls;
+      return findings.drive + ": " + missing + ", and something is still missing; " + falls;
     case Verdict::kUnexplained:
       return findings.drive + ": something is missing that no known effect explains; the held-out gap of " +
              after + " stays, noise is " + noise;

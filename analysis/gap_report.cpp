@@ -44,8 +44,7 @@ void add_summary(report::Page& page, const Findings& findings) {
       "The gap is the torque that the model does not predict, rms on held-out data: recordings or "
       "stretches that the search never saw, up to " +
       number_text(result.band_Hz, "Hz") +
-      ". The noise floor is what the torque sensor scatters by and nothing that was measured predicts: no "
-      "model can leave less.");
+      ". The noise floor is the unpredictable scatter of the torque sensor: no model can leave less.");
 
   std::vector<double> gaps_Nm;
   std::vector<report::Row> rows;
@@ -153,7 +152,7 @@ void add_rejected(report::Page& page, const Findings& findings) {
     rows.push_back({effect_words(rejected.type),
                     std::string(model::effects::effect_description(rejected.type).shows), rejected.gap_after,
                     100 * (1 - rejected.gap_after / result.gap_after_Nm), rejected.reason});
-  page.heading("What was tried in vain");
+  page.heading("What was tried without success");
   page.text("Added to the final model, none of these takes away enough of the " +
             number_text(result.gap_after_Nm, "N·m") + " to be more than chance.");
   page.table({{"effect"}, {"how it would show"}, {"gap with it", "N·m"}, {"less by", "%", 1}, {"why not"}},

@@ -80,7 +80,7 @@ ArmVector start_posture(const Teleoperation::Config& config, RobotModel& model) 
   for (int i = 0; i < kArmJoints; ++i) {
     const JointRange& range = model.ranges()[static_cast<std::size_t>(i)];
     require(config.unfolded_rad[i] >= range.lower_rad && config.unfolded_rad[i] <= range.upper_rad,
-            "an angle of the unfolded arm, which its joint does not reach,", config.unfolded_rad[i]);
+            "an angle of the unfolded arm, beyond the range of its joint,", config.unfolded_rad[i]);
   }
   // Seed: the unfolded arm, bent slightly in the wanted direction: elbow back, end effector forward.
   const ArmVector bent_rad = config.unfolded_rad + (ArmVector() << 0, -0.4, 0.8, 0.8, 0).finished();

@@ -75,7 +75,7 @@ InterfaceLock::InterfaceLock(const std::string& interface, int index, End end) {
     throw SetupError({interface, "lock the interface", "success", std::strerror(error),
                       "in a container, allow the address family AF_UNIX"});
   if (end == End::kEthercatSlaves)
-    throw InterfaceInUse({interface, "lock the interface", "nobody who answers for slaves on it",
+    throw InterfaceInUse({interface, "lock the interface", "no other emulator of slaves on it",
                           holder_of(address), "end that one first, or name another interface"});
   throw InterfaceInUse({interface, "lock the interface", "no other master on this bus", holder_of(address),
                         "two would disturb each other: end that one first"});

@@ -388,7 +388,7 @@ std::vector<std::string> CanRobot::report() const {
   if (!drive_) {
     if (!stop_unheard_) return {};
     return {options_.joint_name +
-            ": nobody acknowledged the motor stop, and a module on CAN has no watchdog: " +
+            ": the motor stop was not acknowledged, and a module on CAN has no watchdog: " +
             "the motor may still turn; press the emergency stop"};
   }
   return trouble();

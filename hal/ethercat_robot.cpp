@@ -564,7 +564,7 @@ void EthercatRobot::restore(std::size_t slave) noexcept {
 std::vector<std::string> EthercatRobot::notes() const {
   std::vector<std::string> notes = sampling_notes(period_);
   if (drives_left_off_ > 0)
-    notes.push_back("more is on the bus than the kind that is configured: its " +
+    notes.push_back("the bus has more drives than the configured kind: the " +
                     std::to_string(drives_left_off_) + " drives behind those of " + joints_.back().name +
                     ", and a gripper there, stay off");
   return notes;
@@ -614,9 +614,9 @@ std::vector<std::string> EthercatRobot::report() const {
       lines.push_back(joints_[i].name + ": " + failure);
   for (std::size_t i = 0; i < joints_.size(); ++i)
     if (state.without_hall[i])
-      lines.push_back(joints_[i].name +
-                      ": its drive refuses to report its Hall sensors (parameter 210), which would judge its "
-                      "encoder");
+      lines.push_back(
+          joints_[i].name +
+          ": its drive refuses to report its Hall sensors (parameter 210), which would check its encoder");
   for (std::size_t arm = 0; arm < state.grippers.size(); ++arm)
     if (state.grippers[arm] == GripperState::kAbsent)
       lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_trouble_[arm]);
@@ -629,7 +629,7 @@ std::vector<std::string> EthercatRobot::report() const {
 
 std::string check(const EthercatOptions::Parameter& parameter) {
   const tmcl::AxisParameter* const known = tmcl::find_drive_parameter(parameter.name);
-  if (known == nullptr) return "is none that the drives have; youbot-bench parameters lists them";
+  if (known == nullptr) return "is unknown to the drives; youbot-bench parameters lists theirs";
   if (!tmcl::writable(known->access)) return "can only be read";
   // Parameters that are not settings move the motor, change its counter or start an action as soon as they
   // are written: before the robot is enabled.
@@ -654,8 +654,7 @@ std::unique_ptr<Robot> make_ethercat_robot(const std::string& interface, const E
   const auto wait =
       options.busy_wait ? ethercat::RawSocketLink::Wait::kBusy : ethercat::RawSocketLink::Wait::kBlock;
   if (!clock.is_real())
-    throw std::invalid_argument(interface +
-                                ": a robot lives in real time, and the clock is not the machine's");
+    throw std::invalid_argument(interface + ": a robot needs real time, and the clock is not the machine's");
   return make_ethercat_robot(
       [interface, wait]() -> std::unique_ptr<ethercat::Link> {
         return std::make_unique<ethercat::RawSocketLink>(interface, wait);

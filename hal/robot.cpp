@@ -72,7 +72,8 @@ const char* describe(JointFault fault) noexcept {
     case JointFault::kWheelsDisagree:
       return "the four wheels cannot roll as they report: one encoder or its scale is wrong";
     case JointFault::kOpposedMotion:
-      return "it moves on against its torque: the encoder counts backwards, or something drives the joint";
+      return "it keeps moving against its torque: the encoder counts backwards, or something drives the "
+             "joint";
     case JointFault::kHallDisagrees:
       return "its motor's Hall sensors do not turn as its encoder counts: the encoder or its scale is wrong, "
              "or a Hall sensor";

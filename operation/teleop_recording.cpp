@@ -11,9 +11,9 @@ namespace {
 
 /// Columns that may contain `nan`, and why.
 constexpr const char* kNoTruth =
-    "true_tip_x_m,true_tip_y_m,true_tip_z_m,contact_force_x_N,contact_force_y_N,contact_force_z_N: "
-    "only a simulation knows";
-constexpr const char* kNoOpening = "gripper_opening_m: the gripper was told nothing";
+    "true_tip_x_m,true_tip_y_m,true_tip_z_m,contact_force_x_N,contact_force_y_N,contact_force_z_N: only "
+    "known in simulation";
+constexpr const char* kNoOpening = "gripper_opening_m: no gripper command was sent";
 
 std::vector<Eigen::Vector3d> base_setpoint_and_tip(const TeleopRecord& record) {
   return {{record.base_W[0], record.base_W[1], 0},

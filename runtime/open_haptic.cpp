@@ -67,7 +67,7 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
   }
   if (options.name == "spacemouse") return std::make_unique<hal::SpaceMouseLink>(options.space_mouse);
   throw std::invalid_argument("--haptic: there is no '" + options.name +
-                              "', but loopback, force-dimension or omega.6, falcon, spacemouse");
+                              "'; known: loopback, force-dimension or omega.6, falcon, spacemouse");
 }
 
 std::chrono::milliseconds milliseconds(double seconds) {

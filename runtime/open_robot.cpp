@@ -122,7 +122,7 @@ void check_robot_name(const std::string& name) {
     throw std::invalid_argument("--robot: '" + name + "' lacks its network interface; 'ip link' lists them");
   if (!is_robot_name(name))
     throw std::invalid_argument("--robot: there is no '" + name +
-                                "', but loopback, wire, ethercat:IFACE, can:IFACE");
+                                "'; known: loopback, wire, ethercat:IFACE, can:IFACE");
 }
 
 bool is_simulated(const std::string& name) {

@@ -29,8 +29,8 @@ std::string what(const StopReason& reason, const hal::Robot& robot, const hal::H
       if (!std::isfinite(reason.value))
         return fmt::format("after braking for {:g} s it does not rest; drives switched off", reason.limit);
       return fmt::format(
-          "after braking for {:g} s a joint still turns at {:.2f} rad/s; drives switched off: see what moves "
-          "it, a slope or somebody who pushes",
+          "after braking for {:g} s a joint still turns at {:.2f} rad/s; drives switched off: check for a "
+          "slope or a person who pushes it",
           reason.limit, reason.value);
     default: break;
   }

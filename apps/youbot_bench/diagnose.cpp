@@ -165,7 +165,7 @@ Subcommand add_diagnose(CLI::App& app) {
   const auto robot = std::make_shared<std::string>();
   const auto options = std::make_shared<DiagnoseOptions>();
   CLI::App* const command = app.add_subcommand(
-      "diagnose", "cycle the bus with the motors stopped and tell how frames, slaves and cables fare");
+      "diagnose", "cycle the bus with the motors stopped and report statistics of frames, slaves and cables");
   command->add_option("--robot", *robot, kBusHelp)->required();
   command->add_option("--duration", options->duration_s, "seconds")
       ->check(runtime::finite_range(0.1, 1e6))

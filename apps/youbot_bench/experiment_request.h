@@ -47,16 +47,17 @@ struct ExperimentSettings {
     v(Parameter{"joints", "such as wheel-2, or wheel-1,wheel-3, or arm-2 alone; none named: all wheels"},
       joints);
     v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
-    v(Parameter{"hidden_effect", "seed of an effect that simulated wheels have and no output names; -1: none",
-                -1, runtime::HiddenEffect::kMostSeed},
+    v(Parameter{"hidden_effect", "seed of a hidden effect injected into the simulated wheels; -1: none", -1,
+                runtime::HiddenEffect::kMostSeed},
       hidden_effect);
-    v(Parameter{"record_rate_Hz", "rows a second, of the recording", 0.001, 1000}, record_rate_Hz);
-    v(Parameter{"max_speed_rad_per_s",
-                "beyond, it is stopped; joints of an arm have limits of their own, too", 0.01, 30},
+    v(Parameter{"record_rate_Hz", "rows per second of the recording", 0.001, 1000}, record_rate_Hz);
+    v(Parameter{"max_speed_rad_per_s", "a faster joint is stopped; arm joints also have their own limits",
+                0.01, 30},
       max_speed_rad_per_s);
-    v(Parameter{"max_travel_rad", "in a measurement, likewise; 0: no limit", 0, 1e6}, max_travel_rad);
-    v(Parameter{"start_rad", "where a joint of an arm is taken first; none: it begins where it stands"},
-      start_rad);
+    v(Parameter{"max_travel_rad", "a joint that moves further in a measurement is stopped; 0: no limit", 0,
+                1e6},
+      max_travel_rad);
+    v(Parameter{"start_rad", "start position of an arm joint; none: its present position"}, start_rad);
     v(Parameter{"filter_cutoff_rad_per_s", "of the velocity", 1, 1000}, filter_cutoff_rad_per_s);
     v(Parameter{"simulation_step_s", "of the simulated drives", 1e-6, 2e-4}, simulation_step_s);
     v(Parameter{"noise_seed", "of the simulated sensors", 0, 2e9}, noise_seed);

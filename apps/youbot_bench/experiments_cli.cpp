@@ -54,25 +54,25 @@ ExperimentCommand::ExperimentCommand(CLI::App& app, ExperimentRequest request)
   command_->footer(
       "The recording is in OUT/" + name + "/JOINT.csv" +
       (result.empty() ? "" : ", the results in OUT/" + result + "/JOINT.csv") +
-      ".\nSimulated robots have their wheels in the air and run in virtual time.\n"
-      "What does not fit the range, torque or speed of an arm's joint is refused before it moves.\n"
-      "Exit codes: 0 done, 130 interrupted, 2 usage or configuration, 3 device, set-up or disk, "
-      "4 stopped by a fault.");
+      ".\nSimulated robots have their wheels in the air and run in virtual time.\nAn experiment beyond the "
+      "range, torque or speed of an arm joint is rejected before anything moves.\nExit codes: 0 done, 130 "
+      "interrupted, 2 usage or configuration, 3 device, set-up or disk, 4 stopped by a fault.");
   command_->add_option("--out", out_, "directory for the recordings, made if missing");
-  command_->add_option("--resume", resume_, "go on with the experiment in this directory");
+  command_->add_option("--resume", resume_, "continue the experiment in this directory");
   command_->add_option("--config", config_file_,
                        "TOML file: the experiment.toml of a recording, or youbotd's, of which robot, "
                        "[ethercat] and [can] are read");
-  command_->add_option("--kind", kind_,
-                       "what is on the bus: base, base+arm, base+two-arms, arm; overrides the file (base)");
+  command_->add_option(
+      "--kind", kind_,
+      "kind of robot on the bus: base, base+arm, base+two-arms, arm; overrides the file (base)");
   CLI::Option* const real_time =
-      command_->add_flag("--real-time", request_.real_time, "a simulated robot, too, in real time");
+      command_->add_flag("--real-time", request_.real_time, "run a simulated robot in real time");
   command_
       ->add_flag("--virtual-time", request_.virtual_time,
-                 "a simulated robot on a bus, too: youbot-sim --lock-step")
+                 "virtual time for a simulated robot on a bus: youbot-sim --lock-step")
       ->excludes(real_time);
   command_->add_flag("--allow-non-rt", request_.allow_non_real_time,
-                     "go on when the system refuses real-time scheduling or memory locking");
+                     "continue when the system refuses real-time scheduling or memory locking");
   command_->add_flag("--yes", request_.yes,
                      "the wheels are off the ground, or the arm is free to move: do not ask");
   command_->add_flag("--quiet", request_.quiet, "print problems only");

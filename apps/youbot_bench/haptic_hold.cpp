@@ -295,11 +295,10 @@ class Hold {
 
 void write_report(const std::filesystem::path& directory, const HapticHoldOptions& options,
                   const hal::HapticInfo& device, const Outcome& outcome) {
-  report::Page page("Haptic master held at a point: " + device.name);
-  page.text(
-      "A spring of " + std::to_string(static_cast<int>(options.stiffness_N_per_m)) +
-      " N/m holds the pen at a point. Pulled away it returns. Energy is what the motors gave to the hand: "
-      "while it stays at or below zero the hand got back no more than it put in.");
+  report::Page page("Haptic device held at a point: " + device.name);
+  page.text("A spring of " + std::to_string(static_cast<int>(options.stiffness_N_per_m)) +
+            " N/m holds the handle at a point. Pulled away, it returns. Energy is what the motors delivered "
+            "to the hand: at or below zero, the hand got back no more than it put in.");
   const std::vector<report::Column> columns{{"quantity"}, {"value"}, {"unit"}};
   page.table(columns,
              {{"largest force", outcome.largest_force_N, "N"},
@@ -328,8 +327,10 @@ void write_report(const std::filesystem::path& directory, const HapticHoldOption
                                        {"y, to the right", time_s, values[1]},
                                        {"z, up", time_s, values[2]}};
   };
-  page.plot(
-      {.title = "Where the pen is", .x = time, .y = {"from the point", "mm"}, .series = axes(place_mm)});
+  page.plot({.title = "Position of the handle",
+             .x = time,
+             .y = {"from the point", "mm"},
+             .series = axes(place_mm)});
   page.plot({.title = "Force on the hand", .x = time, .y = {"force", "N"}, .series = axes(force_N)});
   page.plots({{.title = "Energy given to the hand",
                .x = time,
@@ -438,7 +439,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
 Subcommand add_haptic_hold(CLI::App& app) {
   const auto options = std::make_shared<HapticHoldOptions>();
   CLI::App* const command = app.add_subcommand(
-      "haptic-hold", "hold a haptic master's pen at a point by springs. THIS PUSHES ON A HAND");
+      "haptic-hold", "hold the handle of a haptic device at a point by springs. THIS PUSHES ON A HAND");
   command->add_option(
       "--haptic", options->haptic,
       "loopback, force-dimension or omega.6, falcon, spacemouse; none: the file's, else loopback");
@@ -460,7 +461,7 @@ Subcommand add_haptic_hold(CLI::App& app) {
   command->add_option("--out", options->out, "directory for haptic.csv and report.html");
   command->add_flag("--virtual-time", options->virtual_time, "as fast as the machine allows (loopback)");
   command->add_flag("--allow-non-rt", options->allow_non_real_time,
-                    "go on when the system refuses real-time scheduling or memory locking");
+                    "continue when the system refuses real-time scheduling or memory locking");
   command->add_flag("--quiet", options->quiet, "print problems only");
   return {command, [options] {
             runtime::stop_on_signals();

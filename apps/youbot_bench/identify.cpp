@@ -272,7 +272,7 @@ void identify_rig(const Teller& tell, Rig& rig, const std::optional<identificati
     model.presliding = fit.parameters;
   }
   if (!model.inertia_kg_m2)
-    tell("inertia: nothing here tells it; the model has {:g} kg·m², assumed. Give --moving or --inertia\n",
+    tell("inertia: unknown from these recordings; the model assumes {:g} kg·m². Give --moving or --inertia\n",
          kAssumedInertia_kg_m2);
   require_braking(model);
 }

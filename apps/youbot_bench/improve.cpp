@@ -232,11 +232,10 @@ void check(const ImproveOptions& options) {
   runtime::check_virtual_time(options.robot);
   if (options.hidden_effect)
     throw std::invalid_argument(
-        "--hidden-effect: what a robot on a bus has is its own; youbot-sim --hidden-effect SEED hides it "
-        "there");
+        "--hidden-effect: not for a robot on a bus; start youbot-sim --hidden-effect SEED there");
   if (moves_a_machine(options) && options.yes && options.stage == Stage::kBoth)
     throw std::invalid_argument(
-        "--yes: nobody would set the robot down between measuring and driving; first --stage measure --yes, "
+        "--yes: no one would set the robot down between measuring and driving; first --stage measure --yes, "
         "then --stage drive --yes");
 }
 
@@ -361,23 +360,24 @@ Subcommand add_improve(CLI::App& app) {
       "fault.");
   command
       ->add_option("--hidden-effect", options->hidden_effect,
-                   "seed that draws the effect of the simulated robot in this program")
+                   "seed of the hidden effect of the simulated robot in this program")
       ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed));
-  command->add_option("--robot", options->robot, "ethercat:IFACE: a robot or youbot-sim, with what it has");
+  command->add_option("--robot", options->robot,
+                      "ethercat:IFACE: a robot or youbot-sim, with the effects of its own drives");
   command->add_option("--config", options->config, "youbotd's TOML file for that robot; none: the demo's");
   command->add_option("--stage", options->stage, "measure, with the wheels off the ground, or drive, on it")
       ->transform(CLI::CheckedTransformer(
                       std::map<std::string, Stage>{{"measure", Stage::kMeasure}, {"drive", Stage::kDrive}})
                       .description("measure or drive"));
   command->add_flag("--virtual-time", options->virtual_time,
-                    "as fast as both ends can; youbot-sim --lock-step and nothing else");
+                    "as fast as both ends can; with youbot-sim --lock-step only");
   command->add_flag("--allow-non-rt", options->allow_non_real_time,
-                    "go on when the system refuses real-time scheduling or memory locking");
+                    "continue when the system refuses real-time scheduling or memory locking");
   command->add_flag("--yes", options->yes, "with --stage: the robot may move, do not ask");
   command->add_option("--out", options->out, "directory for recordings, models and reports")->required();
   command
       ->add_option("--wheel", options->wheel,
-                   "explain this one and take its model for all; none: each wheel gets its own")
+                   "analyse this wheel and use its model for all four; none: each wheel gets its own")
       ->check(runtime::finite_range(1, 4));
   command->add_flag("--quiet", options->quiet, "print problems only");
   return {command, [options] { return improve(*options); }};
@@ -385,7 +385,8 @@ Subcommand add_improve(CLI::App& app) {
 
 Subcommand add_reveal(CLI::App& app) {
   const auto seed = std::make_shared<std::uint64_t>(0);
-  CLI::App* const command = app.add_subcommand("reveal", "tell what --hidden-effect SEED hides; for the end");
+  CLI::App* const command =
+      app.add_subcommand("reveal", "print the effect injected by --hidden-effect SEED; for the end");
   command->add_option("--hidden-effect", *seed, "the seed")
       ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed))
       ->required();

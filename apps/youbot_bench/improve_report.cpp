@@ -81,8 +81,8 @@ std::string driving_text(const Improvement& improvement) {
   text += ", " + millimetres(path_error_m(*plain)) + " with nothing hidden.";
   if (less(error_before_m, path_error_m(*plain)))
     text +=
-        " The known model helps more than friction takes, which makes up for what no model holds, such as "
-        "the rollers' resistance.";
+        " The known model compensates more than the friction, which offsets effects outside all models, such "
+        "as the rollers' resistance.";
   return text;
 }
 
@@ -149,7 +149,8 @@ void add_driving(report::Page& page, const Improvement& improvement) {
       {"worst", "mm", 1},   {"heading error, worst", "rad", 3},        {"at the force limit", "%", 0}};
   if (plain) columns.push_back({"shifted from the last line, both ways, rms", "mm", 1});
   page.table(columns, rows,
-             std::string("Both ways round, where it says so; otherwise and in the plots ") + way.name);
+             std::string("Both directions, if a column says \"both ways\"; otherwise, and in the plots, ") +
+                 way.name);
   page.plots({error, path});
 }
 
@@ -226,11 +227,10 @@ report::Page improvement_page(const Improvement& improvement, const std::string&
       fmt::format("Search for what the model lacks, and what it brings: path error {:.1f} to {:.1f} mm",
                   1e3 * path_error_m(improvement.base), 1e3 * path_error_m(improvement.improved)));
   page.text(
-      "The wheels may have an effect that the known model lacks. It was searched for in recordings of "
-      "each wheel in the air; then the base drove the demo path and its mirror image, its friction "
-      "compensated with the known and with the improved model. Off the path is meant at the four wheels, "
-      "where heading counts with what it moves; where the base was, a simulation in this program knows, and "
-      "otherwise its wheels tell.");
+      "The wheels may have an effect that the known model lacks. It was searched for in recordings of each "
+      "wheel in the air; then the base drove the demo path and its mirror image, its friction compensated "
+      "with the known and with the improved model. The path error is that of the four wheels, so it includes "
+      "heading; the base position is ground truth in simulation, odometry otherwise.");
   page.text(driving_text(improvement));
   std::vector<report::Row> rows;
   for (const analysis::Findings& findings : improvement.wheels) {

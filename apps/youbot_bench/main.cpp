@@ -33,7 +33,7 @@ std::vector<Subcommand> add_all(CLI::App& app) {
 
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
-  CLI::App app("Looks at a youBot's bus and measures its drives.", "youbot-bench");
+  CLI::App app("Examines a youBot's bus and measures its drives.", "youbot-bench");
   app.footer(
       "Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 a fault, 130 interrupted before "
       "it was done.");

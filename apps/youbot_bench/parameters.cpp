@@ -55,7 +55,7 @@ std::vector<Controller> chosen(std::vector<Controller> controllers, const std::v
   for (const std::string& joint : joints) {
     if (std::ranges::any_of(controllers, [&](const Controller& each) { return each.joint == joint; }))
       continue;
-    throw std::invalid_argument("--joint: there is no '" + joint + "', but " + names(controllers));
+    throw std::invalid_argument("--joint: there is no '" + joint + "'; known: " + names(controllers));
   }
   std::erase_if(controllers, [&](const Controller& each) {
     return std::ranges::find(joints, each.joint) == joints.end();
@@ -89,14 +89,14 @@ void require_off(tmcl::Client& client, const Controller& controller) {
   };
   const tmcl::StatusFlags flags(
       static_cast<std::uint32_t>(client.get(tmcl::drive_parameter("error_and_status"), controller.motor)));
-  if (flags.has(tmcl::StatusFlag::kTimeout)) refuse("it holds its place since it heard nothing any more");
+  if (flags.has(tmcl::StatusFlag::kTimeout)) refuse("its watchdog expired and it holds its position");
   using enum tmcl::StatusFlag;
   if (flags.has(kPositionMode) || flags.has(kCurrentMode) || flags.has(kPwmMode))
     refuse("it is being driven");
   if (!flags.has(kMotorHalted)) refuse("its motor turns");
   if (!flags.has(kVelocityMode)) return;
   const std::int32_t target_rpm = client.get(tmcl::drive_parameter("target_speed"), controller.motor);
-  if (target_rpm != 0) refuse("it is to turn at " + std::to_string(target_rpm) + " rpm");
+  if (target_rpm != 0) refuse("it is commanded to turn at " + std::to_string(target_rpm) + " rpm");
 }
 
 void write(tmcl::Client& client, const Controller& controller, const NewParameter& setting, bool store) {
@@ -142,7 +142,7 @@ void parameters(const ParametersOptions& options) {
     settings.push_back(std::move(setting));
   }
   if (options.store && settings.empty())
-    throw std::invalid_argument("--store: what? It keeps what --set NAME=VALUE writes");
+    throw std::invalid_argument("--store: needs --set NAME=VALUE, whose value it stores");
   runtime::check_robot_name(options.robot);
   if (options.robot.starts_with(runtime::kCanPrefix)) {
     run(controllers_on_can(options.robot.substr(runtime::kCanPrefix.size()), can_options(options)), options,

@@ -245,7 +245,7 @@ void sdo(ethercat::Link& link, const SdoOptions& options) {
 Subcommand add_sdo(CLI::App& app) {
   const auto options = std::make_shared<SdoOptions>();
   CLI::App* const command = app.add_subcommand(
-      "sdo", "read or write an object of a slave that speaks CoE; takes the bus to PRE-OP");
+      "sdo", "read or write an object of a slave that supports CoE; takes the bus to PRE-OP");
   command->add_option("--robot", options->robot, kBusHelp)->required();
   command->add_option("--slave", options->slave, "position on the bus, from 1, as scan prints it")
       ->required();

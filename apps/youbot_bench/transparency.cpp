@@ -210,7 +210,7 @@ class Measurement {
 int axis_from(const std::string& name) {
   for (int axis = 0; axis < 3; ++axis)
     if (name == std::string(1, static_cast<char>('x' + axis))) return axis;
-  throw std::invalid_argument("--axis: there is no '" + name + "', but x, y, z");
+  throw std::invalid_argument("--axis: there is no '" + name + "'; known: x, y, z");
 }
 
 /// Each feedback with each stiffness.
@@ -235,10 +235,10 @@ std::vector<TransparencyCondition> conditions_of(const TransparencyOptions& opti
 
 void require_simulation(const char* option, const std::string& name) {
   if (name == "loopback") return;
-  throw std::invalid_argument(
-      std::string(option) + ": the forces at both ends have to be known, and '" + name +
-      "' has no force sensor in the hand and at the tip; only the simulated robot and "
-      "pen tell them: loopback");
+  throw std::invalid_argument(std::string(option) + ": the forces at both ends have to be known, and '" +
+                              name +
+                              "' has no force sensors at hand and end effector; only the simulated robot and "
+                              "handle have them: loopback");
 }
 
 operation::Config load(const TransparencyOptions& options) {
@@ -255,7 +255,7 @@ operation::Config load(const TransparencyOptions& options) {
   require_simulation("--haptic", config.haptic.name);
   if (config.robot.ethercat.kind != hal::YoubotKind::kBaseAndArm)
     throw std::invalid_argument("--config: " + options.config +
-                                " is of a robot without a tip; set ethercat.kind = \"base+arm\"");
+                                " is of a robot without an arm; set ethercat.kind = \"base+arm\"");
   if (config.cycle.period != kPeriod)
     throw std::invalid_argument("--config: " + options.config + ": loop.period_s has to be 0.001 here");
   config.robot.scene = {};  // without other objects
@@ -271,7 +271,7 @@ const char* name_of(Feedback feedback) noexcept {
 Feedback feedback_from(const std::string& name) {
   for (const Feedback feedback : {Feedback::kPositionError, Feedback::kNone})
     if (name == name_of(feedback)) return feedback;
-  throw std::invalid_argument("--feedback: there is no '" + name + "', but position-error, none");
+  throw std::invalid_argument("--feedback: there is no '" + name + "'; known: position-error, none");
 }
 
 sim::HandParameters soft_hand() {
@@ -340,8 +340,8 @@ int transparency(const TransparencyOptions& options, const std::atomic<bool>& st
 
 Subcommand add_transparency(CLI::App& app) {
   const auto options = std::make_shared<TransparencyOptions>();
-  CLI::App* const command = app.add_subcommand(
-      "transparency", "measure how the robot feels and follows through teleoperation; in the simulation");
+  CLI::App* const command =
+      app.add_subcommand("transparency", "measure transparency and tracking of teleoperation, in simulation");
   command->add_option("--config", options->config, "youbotd's TOML file, such as teleop.toml");
   command->add_option("--robot", options->robot, "loopback; none: the file's");
   command->add_option("--haptic", options->haptic, "loopback; none: the file's");

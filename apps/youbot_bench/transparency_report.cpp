@@ -144,9 +144,10 @@ std::string discarded_text(const TransparencyResult& result) {
 
 std::string set_up_text(const TransparencyPlan& plan) {
   return fmt::format(
-      "Along the tip's way {}, {} realizations of {:g} s, {:g} N at most; free, then with {:g} N/m at the "
-      "tip. Force scale {:g}, motion scale {:g}: ideal would be force tracking {:.3g}, position tracking "
-      "{:.3g}; by the scales alone every transparency error is {:.2f}, every fidelity {:.3g}.",
+      "Along the end effector's direction {}, {} realizations of {:g} s, {:g} N at most; free, then with "
+      "{:g} N/m at the tip. Force scale {:g}, motion scale {:g}: ideal would be force tracking {:.3g}, "
+      "position tracking {:.3g}; by the scales alone every transparency error is {:.2f}, every fidelity "
+      "{:.3g}.",
       kAxes[static_cast<std::size_t>(plan.axis)], plan.realizations, plan.excitation.period_s,
       plan.excitation.peak_N, plan.tether_N_per_m, plan.control.feedback.force_scale,
       plan.control.mapping.motion_scale, 1 / plan.control.feedback.force_scale,
@@ -292,11 +293,10 @@ std::string transparency_text(const TransparencyPlan& plan, const Results& resul
 report::Page transparency_page(const TransparencyPlan& plan, const Results& results) {
   report::Page page("Transparency of teleoperation");
   page.text(
-      "Hand and tip as the two ports of [F_h; -V_s] = H·[V_m; F_e]: force of the hand and velocity of the "
-      "pen, force on the environment and velocity of the tip, all in the simulation and in the robot's "
-      "directions. h11 is what is felt in free air, h12 how much of the force on the tip arrives at the "
-      "hand, "
-      "-h21 how the tip follows, h22 how it gives way to a force.");
+      "Hand and end effector as the two ports of [F_h; -V_s] = H·[V_m; F_e]: force of the hand and velocity "
+      "of the handle, force on the environment and velocity of the end effector, all in the simulation and "
+      "in the robot's directions. h11 is what is felt in free air, h12 how much of the force on the tip "
+      "arrives at the hand, -h21 how the tip follows, h22 how it gives way to a force.");
   page.text(set_up_text(plan));
   std::string discarded;
   for (const TransparencyResult& result : results)
@@ -310,8 +310,9 @@ report::Page transparency_page(const TransparencyPlan& plan, const Results& resu
     for (const double value : figure.values) row.emplace_back(number(value));
     rows.push_back(std::move(row));
   }
-  page.table(columns, rows,
-             "A dash: not known; of a bandwidth, that the gain does not fall by 3 dB within the band");
+  page.table(
+      columns, rows,
+      "A dash means not available; for a bandwidth, that the gain does not fall by 3 dB within the band");
   if (!discarded.empty()) page.text(discarded);
   if (std::ranges::all_of(results, [](const TransparencyResult& r) { return r.points.empty(); })) return page;
 
@@ -328,12 +329,12 @@ report::Page transparency_page(const TransparencyPlan& plan, const Results& resu
   for (const TransparencyResult& result : results)
     if (!result.points.empty()) felt.push_back(felt_plot(result));
   page.plots(felt);
-  page.heading("What can be relied on");
+  page.heading("Reliability");
   report::Plot coherence = over_frequency(
       "Coherence", {.label = "least of the four signals", .from = 0, .to = 1}, results, least_coherence);
   coherence.note =
-      "Below 0.9 a frequency is discarded: friction of joints and wheels, not the hand, then makes much of "
-      "what was measured.";
+      "Below 0.9 a frequency is discarded: friction of joints and wheels, not the hand, then determines much "
+      "of the measurement.";
   page.plots({std::move(coherence)});
   return page;
 }

@@ -193,12 +193,13 @@ void usb_probe(const UsbProbeOptions& options, const std::atomic<bool>& stop) {
 Subcommand add_usb_probe(CLI::App& app) {
   const auto options = std::make_shared<UsbProbeOptions>();
   CLI::App* const command = app.add_subcommand(
-      "usb-probe", "list haptic masters on USB and whether they can be used; claims and sends nothing");
+      "usb-probe", "list haptic devices on USB and whether they can be used; claims and sends nothing");
   command->add_option("--vendor", options->vendor, "only this vendor's, hexadecimal");
   command->add_option("--product", options->product, "only this product, hexadecimal");
-  command->add_flag("--all", options->all, "also what is no haptic master");
-  CLI::Option* const probe_out = command->add_option("--out", options->out, "file that gets the report, too");
-  command->add_flag("--watch", options->watch, "go on and tell who comes and goes; Ctrl-C ends it")
+  command->add_flag("--all", options->all, "also list other devices");
+  CLI::Option* const probe_out =
+      command->add_option("--out", options->out, "also write the report to this file");
+  command->add_flag("--watch", options->watch, "continue and report arrivals and removals; Ctrl-C ends it")
       ->excludes(probe_out);
   return {command, [options] {
             runtime::stop_on_signals();

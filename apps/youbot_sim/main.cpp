@@ -70,7 +70,8 @@ sim::bus::YoubotBusOptions robot_options(const Arguments& arguments) {
   options.mark = arguments.lock_step ? drivers::ethercat::kLockStepMark : drivers::ethercat::kSimulatedMark;
   options.base.model = runtime::simulated_wheel_model(arguments.model_file, arguments.hidden_effect);
   if (!arguments.scene_file.empty()) {
-    if (!options.coupled) throw std::invalid_argument("--scene needs --robot base+arm: only its tip touches");
+    if (!options.coupled)
+      throw std::invalid_argument("--scene needs --robot base+arm: only its end effector can touch objects");
     options.scene = runtime::load_scene(arguments.scene_file);
   }
   if (!arguments.faults_file.empty())
@@ -123,13 +124,13 @@ int main(int argc, char** argv) {
   app.footer("Exit codes: 0 done, 2 usage or configuration, 3 device or set-up.");
   app.add_option("--interface", arguments.interface, "network interface, such as one end of a veth pair")
       ->required();
-  app.add_option("--robot", arguments.robot, "what stands on the bus")
+  app.add_option("--robot", arguments.robot, "boards on the bus")
       ->check(CLI::IsMember(&kRobots))
       ->capture_default_str();
   app.add_option("--firmware", arguments.firmware, "of the motor controllers")
       ->check(CLI::IsMember(&kFirmwares))
       ->capture_default_str();
-  app.add_option("--hardware", arguments.hardware, "generation that names the boards")
+  app.add_option("--hardware", arguments.hardware, "hardware generation, for the names of the boards")
       ->check(CLI::IsMember(&kGenerations))
       ->capture_default_str();
   app.add_option(
@@ -142,18 +143,19 @@ int main(int argc, char** argv) {
                  "TOML file of faults and when they come; FILE_FORMATS.md has an example")
       ->check(CLI::ExistingFile);
   app.add_option("--scene", arguments.scene_file,
-                 "TOML file whose [scene] is what the tip of the arm touches, as in youbotd's configuration")
+                 "TOML file whose [scene] lists the objects that the end effector can touch, as in youbotd's "
+                 "configuration")
       ->check(CLI::ExistingFile);
   app.add_option("--record", arguments.record_file,
-                 "CSV file, a row for each emulated millisecond: what the robot truly did, what its boards "
-                 "told the master and what they followed; FILE_FORMATS.md names the columns");
+                 "CSV file, a row for each emulated millisecond: true motion, values reported to the master "
+                 "and commands followed; FILE_FORMATS.md lists the columns");
   app.add_option("--model", arguments.model_file,
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,
-                 "seed of an effect that the wheels have and nobody names; `youbot-bench reveal` tells")
+                 "seed of a hidden effect of the wheels; `youbot-bench reveal` prints it")
       ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed));
   app.add_flag("--lock-step", arguments.lock_step,
-               "a millisecond passes with each frame and none without, for masters with --virtual-time");
+               "each frame advances time by a millisecond, for masters with --virtual-time");
   app.add_option("--duration", arguments.duration_s, "end after this many seconds of the robot's time")
       ->check(runtime::finite_range(0.001, 1e6));
   app.add_flag("--quiet", arguments.quiet, "print problems only");

@@ -195,7 +195,7 @@ int enable(const Arguments& arguments) {
     if (reply["ok"] == false) spdlog::error("{}", text(reply, "error"));
   }
   if (reply["status"]["run"] != run) {
-    spdlog::error("the run is over, and somebody has enabled the next one");
+    spdlog::error("the run has ended, and another client has enabled the next one");
     return runtime::kExitUsage;
   }
   if (const std::string fault = text(reply["status"], "fault"); !fault.empty()) {
@@ -213,13 +213,13 @@ int enable(const Arguments& arguments) {
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app("Tells a running youbotd (youbotd --control) what to do. ENABLE MOVES A MACHINE.",
-               "youbotctl");
+  CLI::App app("Commands a running youbotd (youbotd --control). ENABLE MOVES A MACHINE.", "youbotctl");
   app.footer(
       "Exit codes: 0 done, 2 usage, or youbotd refused, 3 no youbotd there, 4 the run was stopped by a "
       "fault.");
   app.require_subcommand(1);
-  app.add_option("--socket", arguments.socket, "of youbotd, its --control")->capture_default_str();
+  app.add_option("--socket", arguments.socket, "path of youbotd's control socket, its --control")
+      ->capture_default_str();
   app.add_flag("--quiet", arguments.quiet, "print problems only");
   std::function<int()> chosen;
   const auto command = [&](const char* name, const char* what, std::function<int()> body) {
@@ -227,23 +227,22 @@ int main(int argc, char** argv) {
     sub->callback([&chosen, body = std::move(body)] { chosen = body; });
     return sub;
   };
-  command("status", "what it is doing", [&] {
+  command("status", "print the status", [&] {
     return ask(arguments, "status", !arguments.quiet);
   })->add_flag("--json", arguments.as_json, "for machines");
+  command("enable",
+          "start the robot and stay connected: the robot comes to rest when this program ends, for any "
+          "reason. Ctrl-C stops. Reads commands from standard input, one per line",
+          [&] { return enable(arguments); });
   command(
-      "enable",
-      "start the robot, and stay: it comes to rest when this program ends, however it does. Ctrl-C stops. "
-      "Meanwhile it takes commands from standard input, one a line",
-      [&] { return enable(arguments); });
-  command("acknowledge",
-          "a fault that stopped the last run, once its cause is gone: before that enable is refused",
-          [&] { return ask(arguments, "acknowledge"); });
+      "acknowledge",
+      "acknowledge the fault that stopped the last run, once its cause is gone; until then enable is refused",
+      [&] { return ask(arguments, "acknowledge"); });
   command("stop",
-          "come to rest, drives off; in teleoperation the arm is lowered first, elsewhere one that stands up "
-          "FALLS",
+          "brake to rest, drives off; teleoperation lowers the arm first, otherwise a raised arm FALLS",
           [&] { return ask(arguments, "stop"); });
   command("disable", "drives off at once: an arm FALLS", [&] { return ask(arguments, "disable"); });
-  command("mode", "what it does once enabled", [&] { return ask(arguments, "mode " + arguments.mode); })
+  command("mode", "select what enable starts", [&] { return ask(arguments, "mode " + arguments.mode); })
       ->add_option("name", arguments.mode, "path, velocity or hold; teleoperation where a master commands")
       ->required();
   CLI::App* set = nullptr;
@@ -262,7 +261,7 @@ int main(int argc, char** argv) {
           [&] { return ask(arguments, "unset " + arguments.key); })
       ->add_option("key", arguments.key, "with its tables")
       ->required();
-  set->add_option("key", arguments.key, "with its tables, as limits.force_N; or velocity")->required();
+  set->add_option("key", arguments.key, "with its tables, such as limits.force_N; or velocity")->required();
   // Without an option for it: the library would split a TOML array.
   set->prefix_command();
   set->footer("The value comes after the key, as the file would have it.");

@@ -54,22 +54,22 @@ Finding check_kernel(const SystemPaths& paths) {
   if (first_line(paths.sys / "kernel/realtime") == "1" || version.find("PREEMPT_RT") != std::string::npos)
     return {Mark::kOk, kernel + ", PREEMPT_RT"};
   const bool preemptible = version.find("PREEMPT") != std::string::npos;
-  return {
-      Mark::kWarn,
-      kernel + (preemptible ? ", preemptible but" : ",") + " not PREEMPT_RT: a cycle may be late by any time",
-      "sudo apt install linux-image-rt-$(dpkg --print-architecture), then restart the machine"};
+  return {Mark::kWarn,
+          kernel + (preemptible ? ", preemptible but" : ",") +
+              " not PREEMPT_RT: the latency of a cycle is unbounded",
+          "sudo apt install linux-image-rt-$(dpkg --print-architecture), then restart the machine"};
 }
 
 Finding check_clock_source(const SystemPaths& paths) {
   const fs::path folder = paths.sys / "devices/system/clocksource/clocksource0";
   const std::string current = first_line(folder / "current_clocksource");
   if (std::ranges::find(kSlowClocks, current) == kSlowClocks.end())
-    return {Mark::kOk, "clock source: " + (current.empty() ? "not told" : current)};
+    return {Mark::kOk, "clock source: " + (current.empty() ? "unknown" : current)};
   std::istringstream others(first_line(folder / "available_clocksource"));
   std::string better;
   while (others >> better && std::ranges::find(kSlowClocks, better) != kSlowClocks.end()) better.clear();
   return {Mark::kWarn, "clock source: " + current + ", slow to read",
-          better.empty() ? "sudo dmesg | grep -i clocksource tells why the processor's own is not used"
+          better.empty() ? "sudo dmesg | grep -i clocksource shows why the processor's own is not used"
                          : "echo " + better + " | sudo tee " + (folder / "current_clocksource").string()};
 }
 

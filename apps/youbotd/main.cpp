@@ -206,9 +206,8 @@ int run(Arguments arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app(
-      "Drives the youBot's base at 1 kHz along the path in its configuration or, with a haptic master, base "
-      "and "
-      "arm by hand. THIS MOVES A MACHINE AND PUSHES ON A HAND.",
+      "Drives the youBot's base at 1 kHz along the path in its configuration or, with a haptic device, base "
+      "and arm by hand. THIS MOVES A MACHINE AND PUSHES ON A HAND.",
       "youbotd");
   app.footer(
       "Exit codes: 0 done, 2 usage or configuration, 3 device or set-up, 4 stopped by a fault, 130 "
@@ -218,9 +217,9 @@ int main(int argc, char** argv) {
       ->required();
   app.add_option("--robot", arguments.robot, "overrides the configuration: loopback, wire, ethercat:IFACE")
       ->check(not_empty);
-  app.add_option(
-         "--haptic", arguments.haptic,
-         "move base and arm by hand on this master: loopback, force-dimension or omega.6, falcon, spacemouse")
+  app.add_option("--haptic", arguments.haptic,
+                 "teleoperate base and arm with this haptic device: loopback, force-dimension or omega.6, "
+                 "falcon, spacemouse")
       ->check(not_empty);
   app.add_option("--duration", arguments.duration_s, "come to rest after this many seconds of robot time")
       ->check(runtime::finite_range(0.001, 1e6));
@@ -230,16 +229,15 @@ int main(int argc, char** argv) {
                  "serve: keep the drives off until `youbotctl` enables them over this Unix socket, and after "
                  "a fault until it is acknowledged and enabled again")
       ->check(not_empty);
-  app.add_flag(
-      "--virtual-time", arguments.session.virtual_time,
-      "as fast as the machine allows instead of real time (simulated robot and master, or youbot-sim "
-      "--lock-step on a bus)");
+  app.add_flag("--virtual-time", arguments.session.virtual_time,
+               "as fast as the machine allows instead of real time (simulated robot and haptic device, or "
+               "youbot-sim --lock-step on a bus)");
   app.add_flag("--allow-non-rt", arguments.session.allow_non_real_time,
                "continue when the system refuses real-time scheduling or memory locking; it always does when "
                "everything is simulated");
   app.add_flag("--demo", arguments.demo,
-               "drive the path without and with friction compensation and compare; with a master: a "
-               "simulated operator does his tasks");
+               "drive the path without and with friction compensation and compare; with a haptic device: a "
+               "simulated operator performs a series of tasks");
   CLI::Option* const check =
       app.add_flag("--check", arguments.check,
                    "check configuration, machine and devices, print what to do, and exit; nothing moves");

@@ -43,9 +43,8 @@ struct Refusal : std::runtime_error {
 };
 
 constexpr const char* kUnheard =
-    "the loop: it got no orders for 'loop.commander_timeout_s', as this program stood still or a part of it "
-    "did; "
-    "brought to rest and switched off: end other programs that keep it from running";
+    "the loop: no orders for 'loop.commander_timeout_s', because this program, or a part of it, did not run; "
+    "braked and switched off: end other programs that keep it from running";
 
 /// Shortened to fit an answer.
 std::string shortened(std::string text) {
@@ -79,7 +78,7 @@ void Service::attend() {
   if (attended_ && now - *attended_ > kLongHoldUp) {
     held_up_ = now - *attended_;
     fresh_from_ = now + kBacklog;
-    spdlog::warn("the control thread was held up for {:.1f} s: orders that waited as long start nothing",
+    spdlog::warn("the control thread was held up for {:.1f} s: orders that waited this long are ignored",
                  std::chrono::duration<double>(held_up_).count());
   }
   attended_ = now;
@@ -88,7 +87,7 @@ void Service::attend() {
 void Service::require_fresh(std::string_view order) const {
   if (clock_.now() < fresh_from_)
     throw Refusal(
-        fmt::format("youbotd was held up for {:.1f} s, and '{}' may have waited as long: give it again",
+        fmt::format("youbotd was held up for {:.1f} s, and '{}' may have waited as long: send it again",
                     std::chrono::duration<double>(held_up_).count(), order));
 }
 
@@ -132,7 +131,7 @@ void Service::watch_recording() {
   const bool was_well = !recording_ || recording_->problems.empty();
   recording_ = run_->recording();
   if (recording_ && was_well && !recording_->problems.empty())
-    spdlog::warn("recording: {}; the robot goes on", recording_->problems.front());
+    spdlog::warn("recording: {}; the robot continues", recording_->problems.front());
 }
 
 void Service::give_orders_and_hear() {
@@ -255,7 +254,7 @@ void Service::obey(const Peer& peer, const std::string& request) {
     return or_log_refusal(peer, [&] { unset(peer, key); });
   }
   throw Refusal("there is no command '" + command +
-                "', but status, acknowledge, enable, stop, disable, mode, set and unset");
+                "'; known: status, acknowledge, enable, stop, disable, mode, set and unset");
 }
 
 template <typename Change>
@@ -326,9 +325,8 @@ void Service::require_same_devices(const operation::Config& config) const {
       config.haptic.limits.slew_N_per_s == config_.haptic.limits.slew_N_per_s &&
       config.teleoperated == config_.teleoperated;
   if (!same)
-    throw Refusal(
-        options_.config_file.string() +
-        " says something else of the loop, the geometry, the robot or the master by now: restart youbotd");
+    throw Refusal(options_.config_file.string() +
+                  " now differs in the loop, the geometry, the robot or the haptic device: restart youbotd");
 }
 
 /// An unplugged device may have been plugged in again; and a device that its driver counts as lost, such as a
@@ -341,7 +339,7 @@ void Service::open_master_again() {
   const auto begin = clock_.now();
   orders_.leave_master = true;
   give_orders_and_hear();
-  if (!told_.master_left) throw Refusal("the loop has not left the master: enable again");
+  if (!told_.master_left) throw Refusal("the loop has not released the haptic device: enable again");
   std::future<void> opening = std::async(std::launch::async, [this] {
     if (!master_.device->deactivate())
       spdlog::error("{}: nothing confirmed that the force is off: switch the device off",
@@ -416,7 +414,7 @@ void Service::choose_mode(const std::string& mode) {
   if (std::find(modes.begin(), modes.end(), mode) == modes.end()) {
     std::string names;
     for (const std::string& name : modes) names += (names.empty() ? "" : ", ") + name;
-    throw Refusal("there is no mode '" + mode + "', but " + names);
+    throw Refusal("there is no mode '" + mode + "'; known: " + names);
   }
   if (run_ && mode != mode_) throw Refusal("the mode cannot change while it is enabled: stop it first");
   mode_ = mode;

@@ -53,7 +53,7 @@ bool is_repeatable(const Request& request) noexcept {
 }
 
 constexpr char kTimeoutHint[] =
-    "check that the module is powered, is addressed right, and that nobody else uses its mailbox";
+    "check that the module is powered and correctly addressed, and that no other program uses its mailbox";
 
 }  // namespace
 

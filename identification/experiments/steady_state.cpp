@@ -69,7 +69,7 @@ void SteadyState::write_result(std::span<double> values) const noexcept {
 }
 
 std::string SteadyState::not_measured(std::size_t column) const {
-  return column < 3 ? "did not turn as it was told" : "";
+  return column < 3 ? "did not turn at the commanded velocity" : "";
 }
 
 }  // namespace identification::experiments

@@ -141,7 +141,7 @@ MovingFit fit_moving(const Recording& recording, const MovingFitOptions& options
   for (std::size_t k = 1; k < 3; ++k) {
     const Estimate& e = fit.parameters[k];
     if (e.ok() && e.value < 0)
-      refuse(k, e.upper > 0 ? "this motion does not tell it from zero"
+      refuse(k, e.upper > 0 ? "this motion does not distinguish it from zero"
                             : "came out below zero, where no friction is: something else is in this motion");
     const double half = 0.5 * (e.upper - e.lower);
     if (e.ok() && !(half * A.col(static_cast<Eigen::Index>(k)).norm() < 0.5 * y.norm()))

@@ -97,7 +97,7 @@ Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const
   if (count < kLeastRows || result.held_out.empty())
     throw std::invalid_argument(
         "the recordings are too short to hold anything out: above " + short_number(band.slowest_rad_per_s) +
-        " rad/s, from which on position_rad tells motion from rest, there are " + std::to_string(count) +
+        " rad/s, where position_rad distinguishes motion from rest, there are " + std::to_string(count) +
         " stretches of " + short_number(0.5 / band.cutoff_Hz) + " s to search in, of " +
         std::to_string(kLeastRows) + " at least, and " + std::to_string(result.held_out.size()) +
         " to check with; record a staircase in both directions of half a minute or more, or with a finer "

@@ -82,7 +82,7 @@ Spectra spectra(const PortExperiment& experiment, const Line& line, std::size_t 
 
 void check(const std::vector<PortExperiment>& experiments, std::size_t samples) {
   if (experiments.size() < 2)
-    throw std::invalid_argument("two-port: one environment does not tell four unknowns, two are needed");
+    throw std::invalid_argument("two-port: one environment does not determine four unknowns; two are needed");
   if (samples == 0) throw std::invalid_argument("two-port: a period has no samples");
   for (const PortExperiment& experiment : experiments) {
     std::size_t periods = 0;

@@ -84,7 +84,7 @@ hal::YoubotKind ethercat_kind(const std::string& name) {
     if (kind_name == name) return kind;
     known += (known.empty() ? "" : ", ") + std::string(kind_name);
   }
-  throw std::invalid_argument("--kind: there is no '" + name + "', but " + known);
+  throw std::invalid_argument("--kind: there is no '" + name + "'; known: " + known);
 }
 
 }  // namespace runtime

@@ -216,9 +216,8 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
       support::run_command("ip netns exec " + namespaces.sim_namespace() + " " +
                            support::program("youbot-sim") + " --interface veth-s");
   EXPECT_EQ(twice.exit_code, 3);
-  EXPECT_TRUE(
-      twice.said("veth-s: lock the interface: expected nobody who answers for slaves on it, found "
-                 "youbot-sim (process "))
+  EXPECT_TRUE(twice.said(
+      "veth-s: lock the interface: expected no other emulator of slaves on it, found youbot-sim (process "))
       << twice.output;
 
   master.signal(SIGKILL);

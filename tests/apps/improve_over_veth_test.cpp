@@ -95,7 +95,7 @@ TEST_F(ImproveOverVeth, WhatMayBeARobotDoesNotMoveWithoutAWordAndNeverBothWaysUn
   EXPECT_TRUE(measuring.said("add --stage measure --yes")) << measuring.output;
   const support::CommandResult both = improve("--yes");
   EXPECT_EQ(both.exit_code, 2);
-  EXPECT_TRUE(both.said("nobody would set the robot down")) << both.output;
+  EXPECT_TRUE(both.said("no one would set the robot down")) << both.output;
   // Nothing was measured yet.
   const support::CommandResult driving = improve("--stage drive --yes");
   EXPECT_EQ(driving.exit_code, 2);

@@ -192,7 +192,8 @@ TEST_F(ParametersOfABase, NothingIsWrittenWhileAMotorTurnsAndAllIsWhenItStands) 
   command(1, Command::kSetAxisParameter, 15, 1);  // finds its commutation
   robot.advance(1s);
   // What a drive calls halted is slower than its parameter 9, and a blocked wheel.
-  for (const auto& [rpm, why] : {std::pair{500, "its motor turns"}, std::pair{3, "it is to turn at 3 rpm"}}) {
+  for (const auto& [rpm, why] :
+       {std::pair{500, "its motor turns"}, std::pair{3, "it is commanded to turn at 3 rpm"}}) {
     command(1, Command::kRotateRight, 0, rpm);
     robot.advance(1s);
     const std::string told = refused();
@@ -280,7 +281,7 @@ TEST(ParameterSetting, IsRefusedBeforeAnythingIsSentWhenNoDriveWouldTakeIt) {
   for (const char* text : {"motor_acceleration", "motor_acceleration=", "motor_acceleration=fast",
                            "motor_acceleration=1500.5", "motor_acceleration=99999999999", "=1", ""})
     EXPECT_TRUE(contains(said(text), "--set: '")) << text;
-  EXPECT_TRUE(contains(said("motor_acceleraton=1500"), "is none that the drives have"));
+  EXPECT_TRUE(contains(said("motor_acceleraton=1500"), "is unknown to the drives"));
   EXPECT_TRUE(contains(said("motor_acceleration=-1"), "must be 0 to 100000, not -1"));
   EXPECT_TRUE(contains(said("actual_speed=1"), "can only be read"));
   EXPECT_TRUE(contains(said("target_speed=100"), "is a command, not a setting"));
@@ -334,7 +335,7 @@ TEST(YoubotBenchBus, ParametersAreSetOfJointsThatAreNamed) {
   EXPECT_TRUE(twice.said("--set: 'motor_acceleration' is given twice")) << twice.output;
   const CommandResult none = bench("parameters --robot wire --joint elbow");
   EXPECT_EQ(none.exit_code, 2) << none.output;
-  EXPECT_TRUE(none.said("--joint: there is no 'elbow', but wheel-1, ")) << none.output;
+  EXPECT_TRUE(none.said("--joint: there is no 'elbow'; known: wheel-1, ")) << none.output;
 }
 
 }  // namespace youbot_bench_parameters_test

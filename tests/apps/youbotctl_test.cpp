@@ -179,7 +179,7 @@ TEST_F(Youbotctl, ADiskThatFillsUpDuringARunIsInTheStatusWhileItGoesOn) {
   disk.fill_up_to(0);
   EXPECT_TRUE(comes_to([](const json& now) { return now["recording"]["state"] == "failing"; }));
   const json now = status();
-  EXPECT_EQ(now["enabled"], true) << "the robot goes on";
+  EXPECT_EQ(now["enabled"], true) << "the robot continues";
   EXPECT_NE(now["recording"]["problems"].dump().find("No space left on device"), std::string::npos)
       << now.dump(2);
   EXPECT_GT(now["recording"]["cycles_lost"], 0);
@@ -201,7 +201,7 @@ TEST_F(Youbotctl, WhoSleptThroughTheEndOfHisRunDoesNotTakeTheNextForHis) {
   sleeper.signal(SIGCONT);
   const CommandResult result = sleeper.finish();
   EXPECT_EQ(result.exit_code, 2) << result.output;
-  EXPECT_TRUE(result.said("somebody has enabled the next one")) << result.output;
+  EXPECT_TRUE(result.said("another client has enabled the next one")) << result.output;
   EXPECT_EQ(next.finish().exit_code, 0);
 }
 
