@@ -1,5 +1,5 @@
 /// @file
-/// The masters that ethercat_bench compares, behind one face, and what it measures them with.
+/// Common interface of the masters that ethercat_bench compares, and the measurement functions.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -15,7 +15,7 @@ class Master {
   Master(const Master&) = delete;
   Master& operator=(const Master&) = delete;
   virtual ~Master() = default;
-  /// From whatever state the slaves are in to OP. @throws std::runtime_error.
+  /// From any state of the slaves to OP. @throws std::runtime_error.
   virtual void bring_up() = 0;
   /// One cyclic frame; false unless it came back with the full working counter.
   virtual bool exchange() = 0;
@@ -23,7 +23,7 @@ class Master {
 };
 
 enum class Waiting : std::uint8_t { kBlock, kBusy };
-/// kAll: every slave that has a mailbox is asked for a parameter again as soon as it has replied.
+/// kAll: every slave with a mailbox is asked for a parameter again as soon as it has replied.
 enum class MailboxLoad : std::uint8_t { kNone, kAll };
 
 std::unique_ptr<Master> make_our_master(const std::string& interface, Waiting waiting, MailboxLoad load);
@@ -35,9 +35,9 @@ std::unique_ptr<Master> make_kickcat_master(const std::string& interface);
 std::chrono::nanoseconds now();
 std::chrono::nanoseconds thread_cpu();
 void sleep_until(std::chrono::nanoseconds time);
-/// This thread, and the processes it starts, before ordinary programs; false when the system refuses.
+/// Gives this thread, and the processes it starts, real-time priority; false if the system refuses.
 bool become_real_time();
-/// By the interface, so that masters need not count.
+/// Counted by the interface, so that masters need not count.
 std::uint64_t frames_sent(const std::string& interface);
 
 }  // namespace bench

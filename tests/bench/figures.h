@@ -1,5 +1,5 @@
 /// @file
-/// What the benchmarks measured, for one table of all of them (`bench_table`, docs/speed.md).
+/// Results of the benchmarks, collected in one table (`bench_table`, docs/speed.md).
 #pragma once
 #include <string>
 
@@ -10,9 +10,8 @@ namespace bench {
 /// Names the file that the figures are added to; without it they are only printed.
 inline constexpr const char* kFiguresVariable = "YOUBOT_FIGURES";
 
-/// One row: what was measured, what came out with its unit, how it was taken. A line of the file, its cells
-/// divided by tabs.
-/// @throws std::runtime_error when the file cannot be written.
+/// One row: quantity, result with its unit, method. A line of the file, with tabs between its cells.
+/// @throws std::runtime_error if the file cannot be written.
 void add_figure(const std::string& what, const std::string& figure, const std::string& how);
 
 /// Three digits, or all before the point: "0.171", "7.25", "1280".

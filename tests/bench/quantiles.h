@@ -1,5 +1,5 @@
 /// @file
-/// Quantiles over the single runs of a benchmark, whose own time is their mean.
+/// Quantiles over the single runs of a benchmark, whose reported time is their mean.
 #pragma once
 #include <benchmark/benchmark.h>
 

@@ -1,5 +1,5 @@
 /// @file
-/// What a document tells its reader to type, for tests that type it.
+/// Commands in a document, for tests that run them.
 #pragma once
 #include <filesystem>
 #include <ostream>
@@ -19,29 +19,29 @@ struct Block {
 };
 /// For the messages of a test.
 inline void PrintTo(const Block& block, std::ostream* out) { *out << block.heading; }
-/// @throws std::runtime_error when the file cannot be read or a fence is not closed.
+/// @throws std::runtime_error if the file cannot be read or a fence is not closed.
 std::vector<Block> fenced_blocks(const std::filesystem::path& document);
 
-/// A command of a block, its continued lines joined, and what the document says that it prints.
+/// A command of a block, with its continuation lines joined, and its documented output.
 struct Step {
   std::string command;
   std::vector<std::string> printed{};
 };
-/// Of a block as a terminal shows it: commands after "$ ", all else is printed.
+/// For a block that shows a terminal: commands after "$ ", the rest is output.
 std::vector<Step> console_steps(const Block& block);
-/// Of a block that holds nothing but commands.
+/// For a block that contains only commands.
 std::vector<Step> command_steps(const Block& block);
 
-/// The first of the lines that is not in the output, in their order; empty when all are. A line that ends in
-/// " …" is the beginning of one. Numbers may differ by 5 %: they come out of a search, which ends a little
-/// elsewhere where the processor rounds otherwise.
+/// The first of the lines that is missing in the output, in order; empty if none is. A line that ends in " …"
+/// is a prefix. Numbers may differ by 5 %: they result from a search, which ends slightly differently with
+/// other rounding.
 std::string first_missing(const std::vector<std::string>& lines, const std::string& output);
 
-/// A directory that looks as the repository does to one who built it, with no file of anybody else in it.
+/// A directory that looks like the repository after a build, without files of others.
 class Checkout {
  public:
   Checkout();
-  /// By bash, from the top of it.
+  /// With bash, in its top directory.
   support::CommandResult run(const std::string& command) const;
   void write(const std::string& name, const std::vector<std::string>& lines) const;
   std::filesystem::path operator/(const std::string& name) const { return directory_ / name; }

@@ -1,5 +1,5 @@
 /// @file
-/// A CoE slave for tests: an SDO server by the standard, and the emulated board it runs on.
+/// A CoE slave for tests: an SDO server according to the standard, on an emulated board.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -45,13 +45,13 @@ inline Bytes emergency(std::uint16_t code, std::uint8_t counter = 1) {
       1);
 }
 
-/// An SDO server by the standard, with a mailbox of its own size.
+/// An SDO server according to the standard, with a configurable mailbox size.
 class SdoServer {
  public:
   explicit SdoServer(std::size_t mailbox) : mailbox_(mailbox) {}
 
   std::map<std::pair<int, int>, Bytes> objects;
-  unsigned emergency_before_every = 0;  // of so many replies; 0: none
+  unsigned emergency_before_every = 0;  // before every n-th reply; 0: none
   bool count = true;
   std::size_t repetitions = 0;  // requests with an unchanged counter
 
@@ -170,7 +170,8 @@ class SdoServer {
   unsigned requests_ = 0;
 };
 
-/// The server as the firmware of an emulated slave: one reply at a time, the next when there is room.
+/// The server as the firmware of an emulated slave: one reply at a time, the next one as soon as there is
+/// room.
 class CoeBoard final : public sim::bus::Application {
  public:
   CoeBoard(sim::bus::EmulatedSlave& slave, std::size_t mailbox) : server(mailbox), slave_(slave) {

@@ -1,6 +1,6 @@
 /// @file
-/// Counterparts of the EtherCAT master in tests: scripted links, and the emulated youBot with boards that can
-/// be looked into.
+/// Counterparts of the EtherCAT master in tests: scripted links, and the emulated youBot with observable
+/// boards.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ using sim::bus::FaultKind;
 using sim::bus::SlaveDescription;
 using sim::bus::SlaveOptions;
 
-/// The text of the BusError that `action` throws; empty if it throws none.
+/// The text of the BusError that `action` throws; empty if it does not throw.
 template <typename Action>
 std::string error_of(Action&& action) {
   try {
@@ -54,7 +54,7 @@ inline ::testing::AssertionResult contains(const std::string& text, const std::s
   return ::testing::AssertionFailure() << "no \"" << part << "\" in \"" << text << "\"";
 }
 
-/// Answers each frame by what `respond` puts into `incoming`; takes no time.
+/// Answers each frame with the frames that `respond` puts into `incoming`; takes no time.
 class ScriptedLink final : public Link {
  public:
   bool send(std::span<const std::uint8_t> frame) noexcept override {
@@ -87,8 +87,8 @@ class ScriptedLink final : public Link {
   const std::string name_ = "scripted";
 };
 
-/// Passes frames on. Both hooks may change them; on_send loses the frame before the slaves by true,
-/// on_receive behind them by false.
+/// Forwards frames. Both hooks may change them; on_send drops the frame before the slaves by returning true,
+/// on_receive behind them by returning false.
 class MeddlingLink final : public Link {
  public:
   explicit MeddlingLink(Link& link) : link_(link) {}
@@ -202,7 +202,7 @@ inline std::int32_t tmcl_value(std::span<const std::uint8_t> mailbox) {
                                    std::uint32_t{mailbox[6]} << 8 | std::uint32_t{mailbox[7]});
 }
 
-/// Counts what it executes; inputs tell how often they were refreshed. Never allocates.
+/// Counts its calls; the inputs show how often they were refreshed. Never allocates.
 class TestBoard final : public sim::bus::Application {
  public:
   explicit TestBoard(EmulatedSlave& slave) : slave_(slave) { slave.attach(*this); }
@@ -246,13 +246,13 @@ class TestBoard final : public sim::bus::Application {
   std::uint32_t refreshes = 0;
   std::uint8_t mark = 0;
   int output_writes = 0;
-  int set_values = 0;  // outputs that were not all zero
+  int set_values = 0;  // number of non-zero outputs
   int watchdogs = 0;
   bool faulty = false;
   bool busy = false;  // leaves requests in the mailbox
   int executed = 0;
   std::uint8_t last_type = 0;
-  std::optional<std::int32_t> value;  // to answer; else 1000 times the type plus the number of the request
+  std::optional<std::int32_t> value;  // answer; default: 1000 times the type plus the number of the request
   std::chrono::nanoseconds reply_time{};
 
  private:
@@ -286,8 +286,8 @@ class EmulatedRobot {
   std::optional<sim::bus::BusLink> wire_link;
 };
 
-/// Set-up with short time-outs, for tests in which they expire. The time-out of a state change keeps its
-/// usual length unless a test is about a state that a slave never reaches.
+/// Set-up with short time-outs, for tests in which they expire. The time-out of a state change is unchanged
+/// unless a test needs a state that a slave never reaches.
 inline PreOpBus::Options impatient(std::chrono::nanoseconds state_timeout = 3s) {
   PreOpBus::Options options;
   options.access.frame_timeout = 2ms;

@@ -1,5 +1,5 @@
 /// @file
-/// USB ports that stand between a Falcon's driver and the emulated device.
+/// USB ports between a Falcon's driver and the emulated device.
 #pragma once
 #include <algorithm>
 #include <chrono>
@@ -17,7 +17,7 @@ namespace drivers::haptic::tests {
 
 using Control = std::tuple<int, int>;  ///< request, value
 
-/// Notes what goes out; fails the transfers it is told to, and sets the clock.
+/// Records transfers, fails selected ones, and controls the clock.
 class WatchedPort final : public usb::UsbPort {
  public:
   explicit WatchedPort(usb::UsbPort& port) : port_(port) {}
@@ -50,8 +50,8 @@ class WatchedPort final : public usb::UsbPort {
   int fail_at = -1;  ///< number of the transfer, from 0
   int fail_count = 1;
   usb::TransferResult failure;
-  bool only_says_so = false;         ///< what fails was done all the same
-  std::chrono::nanoseconds shift{};  ///< of the clock, to be seen behind ...
+  bool only_says_so = false;         ///< the failed transfer has its effect
+  std::chrono::nanoseconds shift{};  ///< of the clock, visible after ...
   int shift_from = -1;               ///< ... this transfer
   int transfers = 0;
 
@@ -66,7 +66,7 @@ class WatchedPort final : public usb::UsbPort {
   usb::UsbPort& port_;
 };
 
-/// Something that answers everything with the same bytes, and takes the whole time-out.
+/// Answers everything with the same bytes, and takes the whole time-out.
 class AnsweringPort final : public usb::UsbPort {
  public:
   explicit AnsweringPort(std::vector<std::uint8_t> answer) : answer_(std::move(answer)) {}
@@ -100,7 +100,7 @@ class AnsweringPort final : public usb::UsbPort {
   bool answers_ = false;
 };
 
-/// A device that sends empty packets without end, in no time.
+/// A device that sends empty packets endlessly, in no time.
 class FloodingPort final : public usb::UsbPort {
  public:
   usb::TransferResult control_out(std::uint8_t /*request*/, std::uint16_t /*value*/,

@@ -1,5 +1,5 @@
 /// @file
-/// The Force Dimension driver in virtual time against the stand-in for the vendor's library.
+/// The Force Dimension driver in virtual time with the stand-in for the vendor's library.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -23,14 +23,14 @@ using std::chrono::nanoseconds;
 using Fault = ForceDimensionFault;
 
 inline constexpr ForceDimensionCommand kOff{};
-/// Enabled, without a force of its own.
+/// Enabled, without a force.
 inline constexpr ForceDimensionCommand kHold{.enable = true, .f_D_H_N = {}};
 inline constexpr std::array<double, 3> kZero_N{};
 inline constexpr double kWeight_N = 0.25 * 9.81;
 inline constexpr std::chrono::milliseconds kCycle{1};
 inline constexpr std::chrono::milliseconds kWatchdog{20};
 inline constexpr std::chrono::milliseconds kUntilFullForce{
-    1101};  ///< the settling, the ramp, and the cycle at its end
+    1101};  ///< settling, ramp, and the cycle at its end
 
 inline bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -40,7 +40,7 @@ inline ForceDimensionCommand push(double x_N, double y_N = 0.0, double z_N = 0.0
 }
 inline double norm(const sim::devices::Axes& v) { return std::hypot(v[0], v[1], v[2]); }
 
-/// The driver on a stand-in; time passes by cycles, pass(), and what the driver waits.
+/// The driver with a stand-in; time advances by cycles, pass(), and waits of the driver.
 struct ForceDimensionBench : testing::Test {
   ForceDimensionBench() {
     config.wait = [this](nanoseconds time) { pass(time); };
@@ -48,7 +48,7 @@ struct ForceDimensionBench : testing::Test {
 
   void load(const std::vector<std::string>& without) {
     device.reset();
-    // Never over a file that is loaded.
+    // Never overwrites a loaded file.
     stand_in = std::make_unique<StandIn>(folder, std::to_string(++loaded) + ".so", without);
   }
   void open() {
@@ -76,12 +76,12 @@ struct ForceDimensionBench : testing::Test {
   const ForceDimensionStatus& cycle(const ForceDimensionCommand& command) {
     const double begin_s = state().time_s;
     status = device->exchange(command, now, sample);
-    // What the calls took.
+    // Duration of the calls.
     now += std::chrono::duration_cast<nanoseconds>(std::chrono::duration<double>(state().time_s - begin_s));
     pass(kCycle);
     return status;
   }
-  /// Cycles for `time`; gives the last status.
+  /// Cycles for `time`; returns the last status.
   const ForceDimensionStatus& run(nanoseconds time, const ForceDimensionCommand& command) {
     for (const nanoseconds end = now + time; now < end;) {
       cycle(command);
@@ -89,7 +89,7 @@ struct ForceDimensionBench : testing::Test {
     }
     return status;
   }
-  /// Cycles until a fault; false when `time` was over first.
+  /// Cycles until a fault; false if `time` was over first.
   bool faults_within(nanoseconds time, const ForceDimensionCommand& command) {
     for (const nanoseconds end = now + time; now < end;) {
       if (!cycle(command).ok()) return true;
@@ -107,7 +107,7 @@ struct ForceDimensionBench : testing::Test {
   const sim::devices::ForceDimensionState& state() const { return stand_in->state(); }
   sim::devices::ForceDimensionCalls& calls() const { return stand_in->calls(); }
   sim::devices::ForceDimensionScript& script() const { return stand_in->script(); }
-  /// What the hand feels of the motors beside the handle's weight.
+  /// Force of the motors on the hand, without the handle's weight.
   double felt_N() const {
     if (state().mode != ForceDimensionMode::kForce) return norm(state().motor_N);
     return std::hypot(state().motor_N[0], state().motor_N[1], state().motor_N[2] - kWeight_N);
@@ -121,7 +121,7 @@ struct ForceDimensionBench : testing::Test {
   ForceDimensionSample sample;
   ForceDimensionStatus status;
   int faults = 0;
-  std::unique_ptr<ForceDimension> device;  // last: its end uses what is above
+  std::unique_ptr<ForceDimension> device;  // last: its destructor uses the members above
 };
 
 }  // namespace drivers::haptic

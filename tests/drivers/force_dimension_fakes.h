@@ -1,5 +1,5 @@
 /// @file
-/// Copies of the stand-in for the vendor's libdrd, each with a device and a virtual time of its own.
+/// Copies of the stand-in for the vendor's libdrd, each with its own device and virtual time.
 #pragma once
 #include <dlfcn.h>
 
@@ -17,11 +17,11 @@
 
 namespace drivers::haptic {
 
-/// Loaded, so that a test can steer it before and after the driver loads the same file.
+/// Loaded, so that a test can control it before and after the driver loads the same file.
 class StandIn {
  public:
-  /// `name` is where it goes in `folder`. `without`: symbols that cannot be found in it, because their names
-  /// are spelled otherwise in this copy.
+  /// `name`: file name in `folder`. `without`: symbols that cannot be found in this copy, because their names
+  /// are changed.
   StandIn(const support::TemporaryDirectory& folder, std::string_view name,
           const std::vector<std::string>& without = {}) {
     std::ifstream original(support::stand_in_library(), std::ios::binary);
@@ -48,7 +48,7 @@ class StandIn {
   const std::string& path() const { return path_; }
   const sim::devices::ForceDimensionControl& control() const { return *control_; }
   sim::devices::ForceDimensionCalls& calls() const { return *control_->calls(); }
-  /// What the driver does not look up.
+  /// A function that the driver does not look up.
   template <typename Function>
   Function* symbol(const char* name) const {
     return reinterpret_cast<Function*>(::dlsym(library_, name));

@@ -1,6 +1,6 @@
 /// @file
-/// A small drive for the tests of drivers/tmcl: one axis with an end stop, its mailbox and its flags.
-/// Scripted to fail in every way the sequences must survive.
+/// A small drive for the tests of drivers/tmcl: one axis with an end stop, its mailbox and its flags. Can be
+/// scripted to fail in every way that the sequences must survive.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -33,7 +33,7 @@ class Clock final : public tmcl::Clock {
 };
 
 /// Answers like a module with a memory. Each request is answered `latency` polls later. `script` replaces the
-/// answers to the first requests: empty entry: lost.
+/// answers to the first requests; an empty entry means lost.
 class Module final : public tmcl::Transport {
  public:
   bool post(const tmcl::Request& request) noexcept override {
@@ -75,7 +75,7 @@ class Module final : public tmcl::Transport {
 
   std::vector<tmcl::Request> requests;
   std::deque<std::optional<tmcl::Reply>> script;
-  std::deque<std::pair<int, tmcl::Reply>> pending;  // with the poll from which on it is there
+  std::deque<std::pair<int, tmcl::Reply>> pending;  // with the poll at which it becomes available
   std::map<std::pair<std::uint8_t, std::uint8_t>, std::int32_t> values;
   std::string version = "1610V148";
   std::chrono::nanoseconds age{};
@@ -87,8 +87,8 @@ class Module final : public tmcl::Transport {
   std::string name_ = "slave 3 (TMCM-1610)";
 };
 
-/// One axis, 1 ms a step. Velocity is followed at once; at the stop, or blocked, the current rises. It
-/// allocates nothing, so that the cycle can be checked with it.
+/// One axis, 1 ms per step. It follows a velocity at once; at the stop, or blocked, the current rises. It
+/// does not allocate, so that cycles can be checked with it.
 class Drive final : public tmcl::Transport {
  public:
   // The axis.
@@ -100,9 +100,9 @@ class Drive final : public tmcl::Transport {
   bool dead = false;  // neither moves nor pushes
   bool reversed = false;
   double sag_per_ms = 0;      // without current
-  double sinking_per_ms = 0;  // whatever the drive does, slower by this share each ms:
+  double sinking_per_ms = 0;  // whatever the drive does; decreases by this share each ms:
   double sinking_share = 1;
-  int break_away_ms = 0;  // sticks so long when told to move from rest
+  int break_away_ms = 0;  // duration of sticking when commanded to move from rest
   bool unsigned_current = true;
   // Commutation.
   int initializes_after_ms = 20;  // -1: never
@@ -219,12 +219,12 @@ class Drive final : public tmcl::Transport {
   std::string name_ = "slave 7 (TMCM-1610)";
 };
 
-/// What an owner of a drive does each cycle. Returns the cycles it took; the limit means that it hangs.
+/// The owner's work in each cycle. Returns the number of cycles; the limit means that it hangs.
 struct Owner {
   tmcl::RequestQueue queue;
   tmcl::DriveOutput output;
   tmcl::DriveInput input;
-  std::vector<tmcl::DriveOutput> outputs;  // as commanded, repetitions left out
+  std::vector<tmcl::DriveOutput> outputs;  // as commanded, without repetitions
 
   void cycle(tmcl::Sequence& sequence, Drive& drive) {
     input = drive.step(output);

@@ -1,5 +1,5 @@
 /// @file
-/// What the daemon recorded beside what the simulator did.
+/// Compares the daemon's recording with the simulator's.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -22,8 +22,8 @@ inline constexpr std::size_t kJoints = 9;
 inline constexpr std::array<const char*, kJoints> kJointNames{
     "wheel_1", "wheel_2", "wheel_3", "wheel_4", "arm_1", "arm_2", "arm_3", "arm_4", "arm_5"};
 
-/// One run's rows beside those of the simulator. Each cycle is a frame, and each frame a row of the
-/// simulator's: so they lie apart by a constant, or a row is missing.
+/// Rows of one run and of the simulator. Each cycle is a frame, and each frame a row of the simulator, so
+/// they differ by a constant offset unless a row is missing.
 class Comparison {
  public:
   Comparison(const Recording& run, const Recording& robot) : run_(run), robot_(robot) {
@@ -38,11 +38,11 @@ class Comparison {
     align();
   }
   bool aligned() const { return shift_.has_value(); }
-  /// What the robot did when the run's row was written.
+  /// The simulator's row for a row of the run.
   std::size_t robot_row(std::size_t row) const { return row + *shift_; }
 
-  /// Rows with the position that the boards told with that cycle's frame, and others that kept the one
-  /// before because the answer came too late.
+  /// Rows with the position that the boards reported in that cycle's frame, and rows that kept the previous
+  /// one because the answer was late.
   struct Count {
     std::size_t equal = 0;
     std::size_t kept = 0;
@@ -52,7 +52,7 @@ class Comparison {
   Count positions() const {
     Count count;
     const std::size_t first = first_row();
-    // A wheel that lost its power counts on from where it was, and its board from zero.
+    // A wheel that lost power continues from its position, and its board from zero.
     std::array<double, kJoints> offset{};
     for (std::size_t i = 0; i < 4; ++i) offset[i] = (*positions_[i])[first] - told(first, i);
     for (std::size_t row = first; row < run_.rows(); ++row) {
@@ -67,8 +67,8 @@ class Comparison {
     }
     return count;
   }
-  /// Torque commands while it operates against what the boards followed a cycle later, up to the one in which
-  /// a board lost its power: those behind it hear no more.
+  /// Torque commands while operating, compared with those followed by the boards one cycle later, up to the
+  /// row in which a board lost power: the boards behind it receive no more.
   Count torques() const {
     Count count;
     for (std::size_t row = first_row(); row < power_lost_row() && row + 1 < run_.rows(); ++row) {
@@ -90,7 +90,7 @@ class Comparison {
     }
     return count;
   }
-  /// The run's first row, if any, whose frame a board without power did not hear.
+  /// The run's first row, if any, whose frame did not reach a board without power.
   std::size_t power_lost_row() const {
     for (std::size_t row = first_row(); row < run_.rows() && robot_row(row) + 1 < robot_.rows(); ++row)
       for (const std::vector<double>* modes : modes_)
@@ -101,12 +101,12 @@ class Comparison {
  private:
   static constexpr double kRounding = 1e-6;  // of the files; a tick is 1e-5 rad and more
 
-  /// With the frame of that cycle, which carries what was published before it.
+  /// In the frame of that cycle, which carries the previous values.
   double told(std::size_t row, std::size_t joint) const { return (*encoders_[joint])[robot_row(row) - 1]; }
   bool operating(std::size_t row) const {
     return run_["phase"][row] == static_cast<double>(control::TeleopPhase::kOperating);
   }
-  /// Homing sets angles anew before.
+  /// Homing changes the angles before this row.
   std::size_t first_row() const {
     const std::vector<double>& phase = run_["phase"];
     return static_cast<std::size_t>(
@@ -118,7 +118,7 @@ class Comparison {
       if (std::abs((*positions_[i])[row] - (*encoders_[i])[robot_row]) >= kRounding) return false;
     return true;
   }
-  /// By a stretch in which the arm moves, where no two rows are alike.
+  /// By a stretch in which the arm moves, where no two rows are equal.
   void align() {
     constexpr std::size_t kStretch = 200;
     std::size_t best = 0;
@@ -141,7 +141,7 @@ class Comparison {
   std::optional<std::size_t> shift_;
 };
 
-/// A run as its daemon recorded it.
+/// A run from the daemon's recording.
 struct RecordedRun {
   RecordedRun(const std::filesystem::path& folder, const Recording& robot)
       : recording(folder / "teleoperation.csv"), comparison(recording, robot) {}

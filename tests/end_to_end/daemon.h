@@ -1,5 +1,5 @@
 /// @file
-/// youbotd as a service and youbotctl, as their user has them.
+/// youbotd as a service and youbotctl, used like a user does.
 #pragma once
 #include <chrono>
 #include <cstdio>
@@ -45,7 +45,7 @@ class Daemon {
   json status() const {
     return json::parse(tell({"status", "--json"}).output, nullptr, /*allow_exceptions=*/false);
   }
-  /// What the status is when `condition` holds for it, or when the patience ends.
+  /// The status as soon as it meets `condition`, or at the time-out.
   template <typename Condition>
   json wait_until(Condition condition) const {
     json now;
@@ -54,7 +54,7 @@ class Daemon {
       if (now = status(); now.is_object() && condition(now)) break;
     return now;
   }
-  /// Of the loop, each of which is a millisecond of the emulated robot. False when it was disabled before.
+  /// Cycles of the loop, each a millisecond of the emulated robot. False if it was disabled before.
   bool wait_cycles(long count) const {
     const long from = status().value("cycles", 0L);
     const json then = wait_until([&](const json& now) {
@@ -63,7 +63,7 @@ class Daemon {
     return then.value("enabled", false);
   }
 
-  /// A commander of its own process, which stays as long as what it enabled. False when it was refused.
+  /// A commanding client in its own process, which stays as long as the run. False if it was refused.
   bool enable() {
     if (const json fault = status().value("fault", json()); fault.is_string() && !fault.empty())
       std::printf("acknowledged: %s\n", fault.get<std::string>().c_str());
@@ -76,7 +76,7 @@ class Daemon {
     if (enabled) ++enables_;
     return enabled;
   }
-  /// So many runs there were.
+  /// Number of runs so far.
   int enables() const { return enables_; }
   support::CommandResult commander_ended() { return std::exchange(commander_, nullptr)->finish(); }
 

@@ -1,5 +1,5 @@
 /// @file
-/// What has to be true of what the daemon recorded and of what the simulator did meanwhile.
+/// Requirements on the daemon's recording and the simulator's.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ inline std::vector<TeleopPhase> phases(const Recording& run) {
   return phases;
 }
 
-/// First row at that time or later.
+/// First row at or after that time.
 inline std::size_t row_at(const Recording& recording, double time_s) {
   const std::vector<double>& times = recording["time_s"];
   return static_cast<std::size_t>(std::lower_bound(times.begin(), times.end(), time_s) - times.begin());
@@ -53,14 +53,14 @@ inline double correlation(const std::vector<double>& a, const std::vector<double
   return covariance(a, b) / (deviation(a) * deviation(b));
 }
 
-/// Whether any motor is told to do something, and has the power for it.
+/// Whether any motor is commanded and has power.
 inline bool driven(const Recording& robot, std::size_t row) {
   return std::any_of(kJointNames.begin(), kJointNames.end(), [&](const char* name) {
     return robot[std::string(name) + "_mode"][row] > static_cast<double>(ControllerMode::kMotorStop);
   });
 }
 
-/// Rows of a step, of the run and of the simulator's.
+/// Rows of a step, in the run and in the simulator.
 struct Part {
   Part(const RecordedRun& run, const Recording& simulated, const Window& window)
       : rows(run.recording),
@@ -79,7 +79,7 @@ inline void expect_phases_in_order(const Recording& run) {
       TeleopPhase::kCentring,  TeleopPhase::kUnfolding, TeleopPhase::kApproaching, TeleopPhase::kStiffening,
       TeleopPhase::kOperating, TeleopPhase::kStopping,  TeleopPhase::kLowering,    TeleopPhase::kOff};
   const std::vector<TeleopPhase> seen = phases(run);
-  // A fault of the robot ends any of them at once; everything else by way of stopping.
+  // A fault of the robot ends any phase at once; everything else goes through stopping.
   std::size_t next = 0;
   for (const TeleopPhase phase : seen) {
     if (phase == TeleopPhase::kFaulted) {
@@ -96,9 +96,9 @@ inline void expect_phases_in_order(const Recording& run) {
   EXPECT_EQ(next, all.size()) << "ended in " << control::name(seen.back());
 }
 
-/// Time goes on, and the set-point in steps that smoothing allows.
+/// Time increases, and the set-point moves in steps allowed by smoothing.
 inline void expect_continuous(const Recording& run) {
-  constexpr double kThreshold_m = 5e-4;  // what is nearer passes; a step is half of it
+  constexpr double kThreshold_m = 5e-4;  // nearer targets pass; a step is half of it
   const std::vector<double>& times_s = run["time_s"];
   for (std::size_t row = 1; row < run.rows(); ++row) {
     const double passed_ms = 1e3 * (times_s[row] - times_s[row - 1]);
@@ -119,7 +119,7 @@ inline void expect_same(const Comparison& comparison, std::size_t rows) {
   EXPECT_EQ(torques.wrong, 0U) << torques.first_wrong;
 }
 
-/// Once a board hears nothing any more, the drives of all others are told to stop in so many cycles more.
+/// Once a board receives nothing, all other drives are commanded to stop within this many more cycles.
 inline void expect_stopped_when_power_was_lost(const RecordedRun& run, int tolerated_cycles) {
   const std::size_t lost = run.comparison.power_lost_row();
   const std::size_t last = lost + static_cast<std::size_t>(tolerated_cycles) + 1;
@@ -127,8 +127,9 @@ inline void expect_stopped_when_power_was_lost(const RecordedRun& run, int toler
     ASSERT_EQ(run.recording["phase"][row], static_cast<double>(TeleopPhase::kFaulted)) << "row " << row;
 }
 
-/// The operator looks along the robot's x: ahead is away from him, to his right is the robot's right. The
-/// set-point goes the hand's way, and the tip after it as far as friction lets a soft spring pull it.
+/// The operator looks along the robot's x: ahead is away from the operator, and the operator's right is the
+/// robot's right. The set-point follows the hand, and the end effector follows it as far as friction lets a
+/// soft spring pull it.
 inline void expect_tip_follows_hand(const Part& part) {
   const auto of_run = [&](const std::string& column) {
     const std::vector<double>& all = part.rows[column];
@@ -159,8 +160,8 @@ inline void expect_base_drives(const Part& part) {
   EXPECT_GT(mean(rate, part.from, part.to), 0.3);
 }
 
-/// At the end of the step the grip is still, inside the boundary, and the tip at the wall before the robot:
-/// the hand feels the spring between set-point and tip, scaled down.
+/// At the end of the step the handle is at rest, inside the boundary, and the end effector at the wall in
+/// front of the robot: the hand feels the spring between set-point and end effector, scaled down.
 inline void expect_wall_is_felt(const Part& part, double stiffness_N_per_m, double force_scale) {
   constexpr std::size_t kStill = 500;
   ASSERT_GT(part.to - part.from, kStill);

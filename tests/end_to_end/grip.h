@@ -1,5 +1,5 @@
 /// @file
-/// What the operator's hand has hold of: the emulated Falcon's grip, or the handle of the stand-in omega.6.
+/// The handle in the operator's hand: that of the emulated Falcon, or of the stand-in omega.6.
 #pragma once
 #include <fcntl.h>
 #include <sys/mman.h>
@@ -20,7 +20,8 @@
 
 namespace end_to_end {
 
-/// Places in the master's frame H: x towards the operator, y to his right, z up, from the origin.
+/// Positions in the device's frame H: x towards the operator, y to the operator's right, z up, from the
+/// origin.
 class Grip {
  public:
   virtual ~Grip() = default;
@@ -28,11 +29,11 @@ class Grip {
   virtual void press(bool gripper_button) = 0;
 };
 
-/// Behind a mocked kernel's USB.
+/// On a mocked kernel's USB.
 class FalconGrip final : public Grip {
  public:
   explicit FalconGrip(support::MockUsbBus& bus) : falcon_(bus, {.firmware_running = true}) {}
-  /// As the light asks for it.
+  /// As requested by the light.
   void pull_and_push() {
     falcon_.with([](sim::devices::EmulatedFalcon& device) { device.pull_and_push(); });
   }
@@ -54,7 +55,7 @@ class FalconGrip final : public Grip {
 /// In the stand-in for the vendor's library, which youbotd loads, with the device on a mocked kernel's USB.
 class OmegaGrip final : public Grip {
  public:
-  /// Tells the programs that are started from now on by their environment.
+  /// Configures, through the environment, the programs that are started from now on.
   OmegaGrip(support::MockUsbBus& bus, const std::filesystem::path& file)
       : omega_(bus, {.vendor = 0x1451, .product = 0x0402, .product_name = "omega.x haptic device"}) {
     const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);

@@ -1,5 +1,5 @@
 /// @file
-/// The operator's hand: strong, so that the grip is where it wants it.
+/// The operator's hand: strong, so that the handle follows it.
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace end_to_end {
 
 using support::Recording;
 
-/// A machine that is busy makes the hand slower and never lets it jump.
+/// A busy machine makes the hand slower and never lets it jump.
 class Hand {
  public:
   explicit Hand(Grip& grip) : grip_(grip) { put(Eigen::Vector3d::Zero()); }
@@ -27,7 +27,7 @@ class Hand {
       put(way_m.norm() <= step_m ? p_HD_m : Eigen::Vector3d(p_HD_m_ + way_m * (step_m / way_m.norm())));
     }
   }
-  /// A recorded way of a hand, made smaller by `scale`, from its beginning to `until_s`.
+  /// A recorded hand motion, scaled by `scale`, from its beginning to `until_s`.
   void follow(const Recording& trajectory, double scale, double until_s) {
     const std::vector<double>& times_s = trajectory["time_s"];
     const auto place_m = [&](std::size_t i) -> Eigen::Vector3d {
@@ -46,7 +46,7 @@ class Hand {
   void press(bool gripper_button) { grip_.press(gripper_button); }
 
  private:
-  /// How much of its way the hand may go now.
+  /// Step that the hand may make now.
   static double pause_s() {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point before = Clock::now();

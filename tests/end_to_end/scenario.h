@@ -1,5 +1,5 @@
 /// @file
-/// What a user does step by step, with a machine that may hold him up.
+/// A user's steps, on a machine that may delay them.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class Scenario {
  public:
   Scenario(Daemon& daemon, Hand& hand) : daemon_(daemon), hand_(hand) {}
 
-  /// Operates, and does `step`, which says whether it was done; again, when something came too late.
+  /// Operates, and performs `step`, which returns whether it was done; repeats it if something was late.
   void perform(const std::string& name, const std::function<bool()>& step) {
     for (; !broken_; ++repetitions_) {
       if (!operates()) continue;
@@ -55,7 +55,7 @@ class Scenario {
       judge_end(name, /*operating=*/true);
     }
   }
-  /// The hand keeps still until the script has switched the slave off, and it is back.
+  /// The hand stays at rest until the script has switched the slave off and on again.
   void meet_power_cycle() {
     while (!broken_ && !power_cycled_in_operation) {
       if (!operates()) {
@@ -69,14 +69,14 @@ class Scenario {
     }
   }
   bool broken() const { return broken_; }
-  /// Something came too late again and again.
+  /// Something was late repeatedly.
   bool held_up() const { return held_up_; }
 
   std::map<std::string, Window> windows;
   bool power_cycled_in_operation = false;
 
  private:
-  /// False when the run ended before.
+  /// False if the run ended before.
   bool operates() {
     if (repetitions_ > kMostRepetitions) {
       held_up_ = broken_ = true;
@@ -104,7 +104,7 @@ class Scenario {
     }
     return false;
   }
-  /// It is off: by what?
+  /// It is off: checks the cause.
   void judge_end(const std::string& during, bool operating = false) {
     const json now = daemon_.status();
     const std::string fault = now.value("fault", "");
@@ -120,7 +120,7 @@ class Scenario {
         daemon_.wait_until([](const json& status) { return status["robot_state"] == "ready"; });
     broken_ = broken_ || ready.value("robot_state", "") != "ready";
     EXPECT_FALSE(broken_) << "it does not recover: " << ready.dump(2);
-    // Long enough for a drive that goes on again by itself to be seen.
+    // Long enough to see a drive that continues by itself.
     const long from = ready.value("cycles", 0L);
     (void)daemon_.wait_until([&](const json& status) { return status["cycles"].get<long>() > from + 500; });
   }

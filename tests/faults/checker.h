@@ -1,6 +1,6 @@
 /// @file
-/// Judges the daemon by what the boards follow and the mechanics do, and by nothing that it says of itself
-/// but whether a run is under way.
+/// Judges the daemon by the commands that the boards follow and by the mechanics; of the daemon's own reports
+/// it only uses whether a run is under way.
 #pragma once
 #include <array>
 #include <chrono>
@@ -17,14 +17,14 @@
 namespace faults {
 
 /// The rules, each checked every millisecond:
-/// - Those of every robot that is watched (tests/support/robot_watch.h), between an enable that was granted
-///   and the end of its run, with the torques that the configuration allows.
-/// - When a client orders a stop or the commander is gone, the last torque comes within the time that this
-///   takes; when what carries the frames ends, within the boards' watchdog time.
-/// - No wheel or arm joint and no base is faster than its limit allows.
-/// - What is recorded is what happened.
+/// - Those of every watched robot (tests/support/robot_watch.h), between a granted enable and the end of its
+///   run, with the torques that the configuration allows.
+/// - After a client's stop or the loss of the commanding client, the last torque comes within the time for
+///   this; after the loss of the frames, within the boards' watchdog time.
+/// - No wheel or arm joint and no base is faster than its limit.
+/// - The recording is true.
 /// - The force on the hand is finite, within the device's limit, and zero without a run.
-/// Numbers are written here again, from data sheets and the configuration that the world gives the daemon.
+/// The numbers are stated here independently, from data sheets and the daemon's configuration in the world.
 class Checker final : public Witness {
  public:
   explicit Checker(World& world);
@@ -40,13 +40,14 @@ class Checker final : public Witness {
 
   const std::vector<std::string>& violations() const noexcept { return watch_.violations(); }
   void violate(const std::string& what) { watch_.violate(what); }
-  /// Of all that boards and mechanics did: the same in every run of a script.
+  /// Hash over boards and mechanics: equal in every run of a script.
   std::uint64_t digest() const noexcept { return digest_; }
-  /// From the first event's begin to the last commanded torque of the run that it met; none while it lasts.
+  /// From the start of the first event to the last commanded torque of the run that it hit; empty while it
+  /// lasts.
   std::optional<std::chrono::milliseconds> last_torque_after() const;
   /// Of the base, from the first event on.
   double travel_m() const noexcept { return travel_m_; }
-  /// After the daemon's end: that what it recorded is what happened. `events` were those of the script.
+  /// After the daemon's end: checks that its recordings are true. `events` are those of the script.
   void check_recordings(const std::vector<Event>& events);
 
  private:
@@ -54,9 +55,9 @@ class Checker final : public Witness {
     nanoseconds began{};
     nanoseconds at{};
     const Event* event = nullptr;
-    bool lasts = false;  // the event does, until then and longer
+    bool lasts = false;  // the event does, at least until then
     std::chrono::milliseconds allowed{};
-    bool met = false;  // nothing was commanded once
+    bool met = false;  // torque was zero once
   };
 
   void look_at_boards();
@@ -73,7 +74,7 @@ class Checker final : public Witness {
   int active_events_ = 0;
   nanoseconds last_change_{};  // of them
   TrueMotion motion_;
-  nanoseconds permitted_until_{};  // while it is not: what a hand may still feel
+  nanoseconds permitted_until_{};  // end of the permission: the hand may still feel a force
   bool works_ = false;
   std::optional<nanoseconds> first_event_;
   nanoseconds last_torque_{};

@@ -1,5 +1,5 @@
 /// @file
-/// The people of the robot: a commander who wants it to work, and the hand on the pen.
+/// The people around the robot: a client that commands it, and the hand on the handle.
 #pragma once
 #include <chrono>
 #include <random>
@@ -9,7 +9,7 @@
 
 namespace faults {
 
-/// Enables, keeps the connection alive, asks for velocities or moves the pen, and after a fault acknowledges
+/// Enables, keeps the connection alive, sends velocities or moves the handle, and after a fault acknowledges
 /// and enables again some time later.
 class Commander {
  public:
@@ -17,10 +17,10 @@ class Commander {
 
   /// Each period.
   void act();
-  /// From now on it only looks.
+  /// From now on it only watches.
   void rest();
-  /// From now on it enables as soon as it may, and drives straight ahead or holds the pen still: for the end
-  /// of a script. What it knew of the daemon is forgotten.
+  /// From now on it enables as soon as possible, and drives straight ahead or holds the handle still: for the
+  /// end of a script. Its knowledge of the daemon is cleared.
   void be_calm();
   void ask(const std::string& request) { note(world_.ask(1, request)); }
 

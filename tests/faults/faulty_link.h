@@ -1,5 +1,5 @@
 /// @file
-/// The wire between daemon and boards, which a fault script spoils.
+/// The wire between daemon and boards, with faults from a script.
 #pragma once
 #include <array>
 #include <chrono>
@@ -15,17 +15,17 @@
 
 namespace faults {
 
-/// What is wrong with the wire now. Probabilities are of a frame.
+/// Current faults of the wire. Probabilities are per frame.
 struct WireFaults {
-  bool silent = false;    ///< nothing leaves: the program is dead
+  bool silent = false;    ///< nothing is sent: the program is dead
   int send_error = 0;     ///< errno of each send
-  int receive_error = 0;  ///< errno of each receive, which then hands out nothing
+  int receive_error = 0;  ///< errno of each receive, which then returns nothing
   double loses_request = 0.0;
   double loses_reply = 0.0;
   double repeats = 0.0;                 ///< the reply comes twice
-  double damages = 0.0;                 ///< a byte behind the Ethernet header is another one
-  double truncates = 0.0;               ///< somewhere
-  double miscounts = 0.0;               ///< the working counters are off by one
+  double damages = 0.0;                 ///< a byte behind the Ethernet header is changed
+  double truncates = 0.0;               ///< at a random position
+  double miscounts = 0.0;               ///< the working counters are wrong by one
   double holds_back = 0.0;              ///< the reply comes with the next receive
   double replays = 0.0;                 ///< the reply to an earlier frame comes in its place
   double adds_strangers = 0.0;          ///< a frame of another protocol's length and content comes first
@@ -33,7 +33,7 @@ struct WireFaults {
   double resets_by_other_master = 0.0;  ///< another master orders all slaves to INIT
 };
 
-/// Hands frames on to `wire`, but for what is wrong with it. `faults` and `random` outlive the link.
+/// Forwards frames to `wire`, except for its faults. `faults` and `random` must outlive the link.
 class FaultyLink final : public drivers::ethercat::Link {
  public:
   FaultyLink(std::unique_ptr<Link> wire, const WireFaults& faults, std::mt19937_64& random)
@@ -59,7 +59,7 @@ class FaultyLink final : public drivers::ethercat::Link {
   std::unique_ptr<Link> wire_;
   const WireFaults& faults_;
   std::mt19937_64& random_;
-  std::deque<Bytes> waiting_;    // handed out first
+  std::deque<Bytes> waiting_;    // returned first
   std::deque<Bytes> held_back_;  // for the next receive
   Bytes earlier_;                // a reply that was delivered
   int error_ = 0;

@@ -1,5 +1,5 @@
 /// @file
-/// A haptic device that a fault script spoils.
+/// A haptic device with faults from a script.
 #pragma once
 #include <limits>
 #include <memory>
@@ -23,7 +23,7 @@ struct PenFaults {
   bool buttons_bounce = false;
 };
 
-/// `faults` outlive the link.
+/// `faults` must outlive the link.
 class FaultyPen final : public hal::HapticLink {
  public:
   FaultyPen(std::unique_ptr<hal::HapticLink> pen, const PenFaults& faults)

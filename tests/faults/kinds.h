@@ -1,5 +1,5 @@
 /// @file
-/// The kinds of fault, by what they strike.
+/// The kinds of fault, by the part they affect.
 #pragma once
 #include <vector>
 
@@ -7,8 +7,8 @@
 
 namespace faults {
 
-/// Boards that hear nothing any more stop within their watchdog's time, those that do once the daemon's bus
-/// is no longer bridged; and some periods.
+/// Boards that receive nothing stop within their watchdog's time, others once the daemon's bus is no longer
+/// bridged; plus some periods.
 inline constexpr std::chrono::milliseconds kLoss{115};
 
 /// From 0.3 m/s at 0.5 m/s^2, with the controller's lag; an arm is lowered in 3 s, from the end of its motion
@@ -19,6 +19,6 @@ inline constexpr std::chrono::milliseconds kLowering{5500};
 std::vector<Kind> wire_kinds();     ///< frames, cables, other masters
 std::vector<Kind> board_kinds();    ///< slaves: power, state, mailbox, sensors
 std::vector<Kind> machine_kinds();  ///< mechanics, and the daemon's process, clock and disk
-std::vector<Kind> people_kinds();   ///< clients, and the hand with its pen
+std::vector<Kind> people_kinds();   ///< clients, and the hand with its handle
 
 }  // namespace faults

@@ -1,5 +1,5 @@
 /// @file
-/// Whether what was recorded is what happened.
+/// Checks whether a recording is true.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace faults {
 
-/// What the boards counted and followed, period by period, and when runs began: kept beside the daemon.
+/// Counters and commands of the boards, period by period, and starts of runs: stored beside the daemon.
 class TrueMotion {
  public:
   static constexpr std::size_t kJoints = 9;
@@ -26,11 +26,11 @@ class TrueMotion {
   }
   std::size_t runs() const noexcept { return first_cycles_.size(); }
 
-  /// What is wrong with the recordings below `folder`, empty when nothing is: torn rows, time that does not
-  /// go on and a tank below zero; and, where no sample was spoiled on its way (`samples_are_true`), what the
-  /// joints did not have within two periods of the row's time: positions of the wheels to 0.2 mrad, torques
-  /// to 1 mA of the motor, where they are commanded as such. A command goes out with the next cycle, which
-  /// may come late: it has until the next row.
+  /// Errors in the recordings below `folder`, empty if there are none: torn rows, time that does not increase
+  /// and a negative tank; and, if no sample was falsified (`samples_are_true`), values that the joints did
+  /// not have within two periods of the row's time: positions of the wheels to 0.2 mrad, torques to 1 mA of
+  /// the motor, if commanded as such. A command is sent in the next cycle, which may be late: it has until
+  /// the next row.
   std::vector<std::string> compare(const std::filesystem::path& folder, bool samples_are_true) const;
 
  private:

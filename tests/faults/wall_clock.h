@@ -1,12 +1,11 @@
 /// @file
-/// The wall clock of this process, which a script sets as an administrator or NTP does.
+/// The wall clock of this process, which a script sets like an administrator or NTP.
 #pragma once
 #include <chrono>
 
 namespace faults {
 
-/// From now on it is so much later than it was, or earlier. Another jump takes the place of the one before.
-/// The monotonic clocks go on.
+/// Shifts it from now on. Another jump replaces the previous one. The monotonic clocks are unchanged.
 void jump_wall_clock(std::chrono::duration<double> by) noexcept;
 
 }  // namespace faults

@@ -1,8 +1,9 @@
 /// @file
-/// The whole of it in one thread and in emulated time: daemon, bus, boards, robot, pen, hand and clients.
+/// The complete system in one thread and in emulated time: daemon, bus, boards, robot, handle, hand and
+/// clients.
 ///
-/// The daemon's parts are those of the program (apps/youbotd/service.h): only the sockets, threads and clocks
-/// of apps/youbotd/serve.cpp are left out.
+/// The daemon's parts are those of the program (apps/youbotd/service.h), without the sockets, threads and
+/// clocks of apps/youbotd/serve.cpp.
 #pragma once
 #include <sys/resource.h>
 
@@ -31,18 +32,18 @@ using nlohmann::json;
 using std::chrono::nanoseconds;
 
 enum class Machine : std::uint8_t {
-  kBase,         ///< driven by velocities of its commander
-  kManipulator,  ///< base and arm, moved by a hand on a pen
+  kBase,         ///< driven by velocities from its client
+  kManipulator,  ///< base and arm, moved by a hand on a handle
 };
 
-/// What a client's request came to.
+/// Result of a client's request.
 struct Reply {
   bool ok = false;
   std::string error;
   json status;
 };
 
-/// Sees each period of a millisecond, after boards and mechanics did theirs.
+/// Called in each millisecond period, after boards and mechanics.
 class Witness {
  public:
   Witness() = default;
@@ -52,23 +53,23 @@ class Witness {
   virtual void period_passed() = 0;
   virtual void cycle_begins() = 0;
   virtual void enable_granted() = 0;
-  /// The daemon did what it never may.
+  /// The daemon did something forbidden.
   virtual void object(const std::string& what) = 0;
-  /// The daemon says that no run is under way, or there is none any more.
+  /// The daemon reports that no run is under way, or there is none any more.
   virtual void nothing_runs() = 0;
 };
 
 class World;
 
-/// For tests of the checker: what stands around a daemon and makes it one with a defect.
+/// For tests of the checker: modifications around a daemon that give it a defect.
 struct Sabotage {
   std::function<std::unique_ptr<hal::Robot>(std::unique_ptr<hal::Robot>)> robot{};  ///< before the bus
   std::function<std::unique_ptr<hal::HapticLink>(std::unique_ptr<hal::HapticLink>)> pen{};
-  std::function<void(World&)> period{};  ///< before boards and mechanics are looked at
-  /// What the daemon hears in place of a client's request. The last of them is answered.
+  std::function<void(World&)> period{};  ///< before boards and mechanics are checked
+  /// Replaces a client's request for the daemon. The last one is answered.
   std::function<std::vector<std::string>(const std::string&)> request{};
-  bool ignores_its_end = false;                                    ///< an order to end is not heard
-  std::function<void(const std::filesystem::path&)> recordings{};  ///< their folder, before it is looked into
+  bool ignores_its_end = false;                                    ///< ignores an order to end
+  std::function<void(const std::filesystem::path&)> recordings{};  ///< their directory, before it is checked
 };
 
 class World final : public hal::Clock {
@@ -79,34 +80,35 @@ class World final : public hal::Clock {
   World(Machine machine, std::uint64_t seed, Sabotage sabotage = {});
   ~World() override;
 
-  /// The daemon's clock: sleeping on it lets its loop run on.
+  /// The daemon's clock: sleeping on it advances the simulation.
   nanoseconds now() const noexcept override { return emulation_->wire().now(); }
   void sleep_until(nanoseconds deadline) noexcept override {
     while (next_cycle_ <= deadline) step();
   }
 
-  /// Outlives the world, or is null again.
+  /// Must outlive the world, or be reset to null.
   void be_watched_by(Witness* witness) noexcept { witness_ = witness; }
 
-  /// A period: boards, mechanics, the daemon's cycle and, each kBeat of them, its beat.
+  /// A period: boards, mechanics, the daemon's cycle and, every kBeat, its beat.
   void step();
-  /// Starts it where it does not run. What it said when it could not is in start_error().
+  /// Starts it if it is not running. start_error() has the reason of a failure.
   void start_daemon();
-  /// As SIGKILL for bus and clients: nothing leaves any more. Recordings are closed as they are.
+  /// Like SIGKILL for bus and clients: nothing is sent any more. Recordings are closed as they are.
   void kill_daemon();
-  /// As SIGTERM: comes to rest, then ends, which takes some periods.
+  /// Like SIGTERM: comes to rest, then ends, which takes some periods.
   void end_daemon() noexcept;
   /// Where it recorded to.
   std::filesystem::path recordings() const;
   bool daemon_runs() const noexcept { return service_ != nullptr; }
-  /// The daemon says that a run is under way.
+  /// The daemon reports that a run is under way.
   bool enabled() const noexcept { return service_ != nullptr && service_->enabled(); }
   const std::string& start_error() const noexcept { return start_error_; }
 
-  /// A request of client `connection`; none when nothing listens. Connection 1 is the commander's.
+  /// A request of client `connection`; empty if nothing listens. Connection 1 is the commanding client's.
   std::optional<Reply> ask(std::uint64_t connection, const std::string& request, bool may_command = true);
   void hang_up(std::uint64_t connection);
-  /// A request that lies in the socket while the service's thread is held up. Heard as soon as it goes on.
+  /// A request that waits in the socket while the service's thread is delayed. It is read as soon as the
+  /// thread continues.
   void leave(std::uint64_t connection, const std::string& request);
 
   void object(const std::string& what) {
@@ -123,17 +125,17 @@ class World final : public hal::Clock {
   const std::filesystem::path& folder() const noexcept { return folder_.path(); }
   const operation::Config& config() const noexcept { return config_; }
 
-  /// As a disk that is full: no file of this process grows beyond. The harness' own writes come before it.
+  /// Like a full disk: no file of this process grows beyond. The harness' own writes come before it.
   void limit_files(std::uint64_t bytes);
   void restore_files();
 
   WireFaults wire;
   PenFaults pen;
   nanoseconds loop_paused_until{};   ///< no cycle before
-  nanoseconds beats_paused_until{};  ///< no beat and no answer before: the service's thread is held up
+  nanoseconds beats_paused_until{};  ///< no beat and no answer before: the service's thread is delayed
   bool commander_silent = false;
-  bool daemon_held_down = false;        ///< nothing starts it again
-  std::function<void()> each_period{};  ///< for what acts on the mechanics all the time
+  bool daemon_held_down = false;        ///< it is not restarted
+  std::function<void()> each_period{};  ///< for continuous effects on the mechanics
 
  private:
   /// Of the world whose devices were opened last; a capture's clock has no other context.
@@ -161,7 +163,7 @@ class World final : public hal::Clock {
   std::shared_ptr<sim::bus::YoubotBus> emulation_;
   std::vector<std::unique_ptr<support::LyingBoard>> boards_;
 
-  runtime::OpenedHaptic master_;  // its hand stays when the daemon goes
+  runtime::OpenedHaptic master_;  // its hand stays when the daemon ends
   runtime::OpenedRobot robot_;
   std::unique_ptr<youbotd::Service> service_;
   std::optional<runtime::HapticActivation> master_activation_;

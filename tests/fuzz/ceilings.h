@@ -1,5 +1,5 @@
 /// @file
-/// What no setting over the control socket may do to a configuration.
+/// Limits on settings over the control socket.
 #pragma once
 #include <cstddef>
 
@@ -8,7 +8,7 @@
 
 namespace fuzz {
 
-/// No limit of force, torque or speed above the file's, and no protection off that the file has on.
+/// No limit of force, torque or speed above the file's, and no protection off that is on in the file.
 inline void check_ceilings(const operation::Config& set, const operation::Config& file) {
   using operation::Config;
   const auto no_more = [&](auto value) { require(value(set) <= value(file)); };

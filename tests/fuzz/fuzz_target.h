@@ -14,15 +14,15 @@ namespace fuzz {
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Valid inputs, to be spoiled.
+/// Valid inputs, to be mutated.
 std::vector<Bytes> seeds();
 
-/// A parser's promise; both drivers report the input that broke it.
+/// A property of a parser; both drivers report the input that violates it.
 inline void require(bool promise) {
   if (!promise) std::abort();
 }
 
-/// Takes an input apart; zeros when it is used up.
+/// Consumes an input; zeros at its end.
 class Input {
  public:
   Input(const std::uint8_t* data, std::size_t size) : left_(data, size) {}
@@ -33,7 +33,7 @@ class Input {
     left_ = left_.subspan(1);
     return value;
   }
-  /// In memory of its own, so that the address sanitizer sees its end.
+  /// In its own memory, so that the address sanitizer detects an overrun.
   Bytes bytes(std::size_t count) {
     const auto taken = left_.first(count < left_.size() ? count : left_.size());
     left_ = left_.subspan(taken.size());

@@ -1,5 +1,5 @@
 /// @file
-/// A file in memory for code that wants a path: the same one for all inputs.
+/// A file in memory for code that needs a path: the same one for all inputs.
 #pragma once
 #include <sys/mman.h>
 #include <sys/types.h>
@@ -32,7 +32,7 @@ class MemoryFile {
   }
   const std::string& path() const noexcept { return path_; }
 
-  /// Whether a problem begins with this file, and a line of it where it could be read: "FILE:12: ...".
+  /// Whether a problem starts with this file, and with a line of it if it could be read: "FILE:12: ...".
   bool names_line(std::string_view problem) const noexcept {
     return problem.starts_with(path_ + ":") && problem.size() > path_.size() + 1 &&
            std::isdigit(static_cast<unsigned char>(problem[path_.size() + 1])) != 0;

@@ -1,6 +1,6 @@
 /// @file
-/// What people do without a search for one effect after the other: fit all of the library's effects at once.
-/// Both baselines see the rows and the torque columns that the search sees.
+/// Alternatives to a step-by-step search: fits of all of the library's effects at once. Both baselines get
+/// the same rows and torque columns as the search.
 #pragma once
 #include <string>
 #include <vector>
@@ -11,18 +11,18 @@ namespace gap_test {
 
 struct BaselineAnswer {
   std::vector<std::string> named{};  ///< effects of the library, each once
-  double gap_after_Nm = 0;           ///< rms of what is left of the held-out rows
+  double gap_after_Nm = 0;           ///< rms residual of the held-out rows
 };
 
 struct BaselineAnswers {
-  /// Effects without a torque column have no chance: those that act on the command of a measured torque, and
+  /// Effects without a torque column cannot be named: those that act on the command of a measured torque, and
   /// a lost sign.
   bool could_name_all = false;
   /// Sequentially thresholded least squares (Brunton, Proctor and Kutz, PNAS 113:3932, 2016) over every shape
   /// of every effect; the threshold is the one that predicts left-out blocks best.
   BaselineAnswer sparse{};
-  /// All parameters free at once and nothing selected, as in system identification of a complete model; each
-  /// effect in the shape that does best alone. Named: a 95 % interval of least squares without zero.
+  /// All parameters free at once without selection, as in system identification of a complete model; each
+  /// effect in the shape that is best alone. Named: the 95 % interval of least squares excludes zero.
   BaselineAnswer all_parameters{};
 };
 

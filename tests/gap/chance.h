@@ -1,5 +1,5 @@
 /// @file
-/// Random numbers that are the same with every standard library.
+/// Random numbers that do not depend on the standard library.
 #pragma once
 #include <cmath>
 #include <cstdint>

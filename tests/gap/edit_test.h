@@ -1,6 +1,6 @@
 /// @file
-/// Right for the right reason: an effect is taken away from the hidden drive and from the delivered model,
-/// and nothing is fitted again. [RCILab, "Fidelity Is Not Identification" (SAPC), 2026: the edit test]
+/// Right for the right reason: an effect is removed from the hidden drive and from the delivered model,
+/// without another fit. [RCILab, "Fidelity Is Not Identification" (SAPC), 2026: the edit test]
 #pragma once
 #include <string>
 #include <vector>
@@ -10,18 +10,18 @@
 
 namespace gap_test {
 
-/// A model that held the effect under another name, or wrong parameters that make up for each other, leaves a
-/// gap on the drive that has lost it.
+/// A model that contained the effect under another name, or wrong parameters that compensate each other,
+/// leaves a gap on the drive without it.
 struct Edit {
   std::string effect;
-  double gap_Nm = 0;       ///< that the edited model leaves of the edited drive's recordings
-  double never_Nm = 0;     ///< that is left of a drive which never had the effect: the noise floor
-  double refitted_Nm = 0;  ///< that the edited model leaves when it may follow the edited drive
+  double gap_Nm = 0;       ///< residual of the edited model on the edited drive's recordings
+  double never_Nm = 0;     ///< residual of a drive that never had the effect: the noise floor
+  double refitted_Nm = 0;  ///< residual of the edited model after a refit to the edited drive
   /// Its parameters then agree with the delivered ones, all within the 95 % intervals of both.
   bool parameters_agree = false;
 
   bool at_the_floor() const;
-  /// At the floor, or off it by no more than the delivered parameters are uncertain by their own intervals.
+  /// At the floor, or above it by no more than the intervals of the delivered parameters explain.
   bool passed() const;
 };
 

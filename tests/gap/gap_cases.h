@@ -1,6 +1,6 @@
 /// @file
-/// The list of cases that the search for missing effects is judged by: nothing missing, one to three effects
-/// missing, or something that is no effect of the library. Always the same list.
+/// The fixed list of cases for the search for missing effects: nothing missing, one to three effects missing,
+/// or a cause outside the library.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -18,9 +18,9 @@ std::string_view name_of(CaseKind kind);
 
 struct CaseSpec {
   CaseKind kind = CaseKind::kNone;
-  std::vector<Hidden> hidden{};  ///< what the model lacks
-  double size = 0;         ///< rms of what each does to the torque, in noise floors, as far as it can be
-  std::uint64_t seed = 1;  ///< of plant, shapes, sensors and recordings
+  std::vector<Hidden> hidden{};  ///< the effects that the model lacks
+  double size = 0;               ///< rms effect on the torque, in noise floors, as far as possible
+  std::uint64_t seed = 1;        ///< of plant, shapes, sensors and recordings
   std::string name() const;
 };
 
@@ -39,8 +39,8 @@ struct Case {
   std::vector<Run> held_out_runs;
   std::vector<identification::gap::Source> data;
   std::vector<identification::gap::Source> held_out;
-  std::vector<double> sizes;              ///< as they became, in the order of spec.hidden
-  std::vector<TrueParameter> parameters;  ///< those that mean the same in plant and library
+  std::vector<double> sizes;              ///< actual ones, in the order of spec.hidden
+  std::vector<TrueParameter> parameters;  ///< those with the same meaning in plant and library
   double least_size() const;
 };
 

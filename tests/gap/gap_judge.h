@@ -1,5 +1,5 @@
 /// @file
-/// What the search said of a case, against what is in it.
+/// Compares the result of the search on a case with its truth.
 #pragma once
 #include <string>
 #include <vector>
@@ -10,13 +10,13 @@
 
 namespace gap_test {
 
-/// A name counts as right when it is the true one, or one of a set of two that the search says it cannot tell
-/// apart, of which the other is.
+/// A name is right if it is the true one, or one of two that the search cannot distinguish, if the other is
+/// the true one.
 struct Judgement {
   CaseSpec spec;
   double least_size = 0;
   identification::gap::Verdict verdict = identification::gap::Verdict::kNoGap;
-  std::vector<std::string> named{};   ///< the true name where it counts as right, else the search's own
+  std::vector<std::string> named{};   ///< the true name if it counts as right, otherwise the search's own
   std::vector<std::string> missed{};  ///< true effects without a name
   std::vector<std::string> extra{};   ///< names without a true effect
   bool right() const { return missed.empty() && extra.empty(); }
@@ -34,11 +34,11 @@ struct Judgement {
   int base_parameters_inside = 0;
   std::vector<Edit> edits{};  ///< of a case called explained, where they were asked for
   double search_s = 0;        ///< wall time
-  std::string failure{};      ///< of the search, in its words
+  std::string failure{};      ///< message of the search
 };
 
-/// Runs the search on the case, and the edit test on what it calls explained. Does not throw what the search
-/// throws.
+/// Runs the search on the case, and the edit test if the result is "explained". Does not throw the search's
+/// exceptions.
 Judgement judge(const Case& gap_case, bool edit = false);
 
 }  // namespace gap_test

@@ -1,5 +1,5 @@
 /// @file
-/// Recordings of the hidden plant: what a test bench would do with it.
+/// Recordings of the hidden plant, as from a test bench.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -37,19 +37,19 @@ struct Run {
   double top_rad_per_s = 8;
   std::uint64_t seed = 1;
   double running_s = 0;  ///< warm-up before it
-  /// Where the bench believes that the joint breaks away; 0: where it does.
+  /// Breakaway assumed by the bench; 0: the true one.
   double breakaway_Nm = 0;
 };
 
 struct Simulated {
   identification::Recording recording;
-  std::vector<double> torque_Nm;                       ///< the motor's, without what the sensor does
+  std::vector<double> torque_Nm;                       ///< the motor's, before the sensor
   std::array<double, kHiddenKinds> contribution_Nm{};  ///< rms
   double motor_work_J = 0;
   double friction_heat_J = 0;
   double kinetic_J = 0;
 };
-/// Row k: a command from its time on, and what the sensors saw within the millisecond that it held.
+/// Row k: a command from its time on, and the sensor values within the millisecond that it held.
 Simulated simulate(const Drive& drive, const Run& run);
 
 struct Row {
@@ -58,10 +58,10 @@ struct Row {
   double measured_Nm;
   double position_rad;
 };
-/// One run after another on a drive that goes on turning, row by row: for recordings of any length. Plant and
-/// its noise are of the first run's seed.
+/// One run after another on a drive that keeps turning, row by row: for recordings of any length. Plant and
+/// its noise use the first run's seed.
 void simulate(const Drive& drive, std::span<const Run> runs, const std::function<void(const Row&)>& take);
-/// The same for an experiment of the library, whose velocity commands a loop of the bench follows.
+/// The same for an experiment of the library, whose velocity commands are followed by a loop of the bench.
 identification::Recording carry_out(const Drive& drive,
                                     identification::experiments::JointExperiment& experiment,
                                     std::uint64_t seed);

@@ -1,10 +1,10 @@
 /// @file
-/// The drive behind the hidden data: written apart from sim/ and sharing none of its code, so that finding an
-/// effect in it is not finding one's own formula.
+/// The drive behind the hidden data: independent of sim/ and without shared code, so that finding an effect
+/// in it does not just invert one's own formula.
 ///
 /// A voltage-fed motor with a PI current loop turns a motor mass; a gear (nearly rigid by default) turns a
-/// load mass; each rubs in an elasto-plastic contact. All joint side and SI. 40 µs steps: leapfrog for the
-/// masses, exact exponentials for current and contact.
+/// load mass; each has an elasto-plastic friction contact. All joint side and SI. 40 µs steps: leapfrog for
+/// the masses, exact exponentials for current and contact.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -37,18 +37,18 @@ enum class Hidden : std::uint8_t {
   kTransportDelay,
   kUnsignedCurrent,
   kLoadFriction,
-  kPush,           ///< something leans on the wheel for a moment, now and then
-  kCyclicLoad,     ///< at a fixed frequency in time, wherever the joint is
+  kPush,           ///< an occasional short push on the wheel
+  kCyclicLoad,     ///< at a fixed frequency in time, independent of position
   kLooseCoupling,  ///< the load slips on its shaft above a torque
   kStickingBrush,  ///< brakes at random for a moment
   kRandomWalk,     ///< a disturbance torque that wanders
 };
 inline constexpr std::size_t kHiddenKinds = 21;
 inline constexpr std::size_t kLibraryKinds = 16;
-/// The library's name, and one of ours for what it has none for.
+/// The library's name, or one of ours for causes outside the library.
 std::string_view name_of(Hidden kind);
 
-/// What everybody knows about the drive.
+/// Known parameters of the drive.
 struct Plant {
   double inertia_kg_m2 = 0.0112;
   double coulomb_Nm = 0.045;
@@ -60,7 +60,7 @@ struct Plant {
   double current_loop_Hz = 1000;
 };
 
-/// Amounts of what is missing in the model; 0 is none of it. The numbers after an amount are its shape.
+/// Amounts of the effects missing in the model; 0 means none. The numbers after an amount are its shape.
 struct HiddenEffects {
   double stribeck_Nm = 0;  ///< above Coulomb at rest, over 1 + (v/vs)²
   double stribeck_rad_per_s = 0.3;
@@ -69,7 +69,7 @@ struct HiddenEffects {
   double dip_centre_rad_per_s = 2.5;
   double dip_half_width_rad_per_s = 1.5;
   double drag_Nm_s2_per_rad2 = 0;
-  double contact_rad_per_Nm = 0;  ///< how far the friction contact gives
+  double contact_rad_per_Nm = 0;  ///< compliance of the friction contact
   double cogging_Nm = 0;          ///< and 0.3 of it at twice the frequency
   double cogging_per_rev = 26;
   double cogging_phase_rad = 0;
@@ -86,7 +86,7 @@ struct HiddenEffects {
   double deadband_Nm = 0;
   double delay_s = 0;
   double unsigned_current = 0;  ///< 1: the sensor has lost the sign
-  double load_friction = 0;     ///< share of the load that turns into friction
+  double load_friction = 0;     ///< share of the load that becomes friction
   double push_Nm = 0;
   double cyclic_Nm = 0;
   double cyclic_Hz = 3;
@@ -106,7 +106,7 @@ struct Sensors {
   double noise_correlation_s = 0;  ///< 0: white; first-order coloured otherwise, same rms
   double torque_step_Nm = 0;       ///< resolution of the torque signal
   double torque_lag_s = 0;         ///< of a first-order filter in front of it
-  /// rms of all that the torque sensor adds: what sizes are measured in.
+  /// rms of everything that the torque sensor adds: the unit of sizes.
   double noise_floor_Nm() const;
 };
 
@@ -114,11 +114,11 @@ class HiddenPlant {
  public:
   static constexpr double kSample_s = 1e-3;
   static constexpr int kSubsteps = 25;
-  /// When the sensors look: half a period after the command, and the current loop's lag later. A staircase of
-  /// commands seen there is neither early nor late against the motion it makes.
+  /// Sampling time: half a period after the command plus the lag of the current loop. A staircase of commands
+  /// sampled then is neither early nor late relative to its motion.
   static constexpr int kSensedSubstep = 16;
 
-  /// `running_s`: for how long it has been warming up.
+  /// `running_s`: time since the cold start.
   HiddenPlant(const Plant& plant, const HiddenEffects& effects, const Sensors& sensors, std::uint64_t seed,
               double running_s = 0);
 
@@ -127,11 +127,11 @@ class HiddenPlant {
 
   double measured_position_rad() const { return measured_position_rad_; }
   double measured_torque_Nm() const { return measured_torque_Nm_; }
-  /// Of the last sample, what each effect did to the torque that the motor had to give.
+  /// Torque of each effect in the last sample.
   const std::array<double, kHiddenKinds>& contributions_Nm() const { return contributions_Nm_; }
 
-  // The truth, for tests of the plant itself.
-  double torque_Nm() const { return sensed_torque_Nm_; }  ///< when the sensors looked
+  // True values, for tests of the plant itself.
+  double torque_Nm() const { return sensed_torque_Nm_; }  ///< at the sampling time
   double position_rad() const { return motor_.position_rad; }
   double velocity_rad_per_s() const { return motor_.velocity_rad_per_s; }
   double kinetic_J() const;

@@ -1,5 +1,5 @@
 /// @file
-/// Runs youbot-gap as a user does and reads what it answered.
+/// Runs youbot-gap like a user and parses its answer.
 #pragma once
 #include <map>
 #include <optional>
@@ -13,16 +13,16 @@ namespace gap_second {
 
 struct NamedEffect {
   std::string type;
-  std::vector<std::string> equivalent;  ///< rivals that the data cannot tell apart, by its own words
-  bool determined = true;  ///< it has no parameters, or the interval of one of them leaves zero out
+  std::vector<std::string> equivalent;  ///< rivals that the data cannot distinguish, according to the answer
+  bool determined = true;  ///< it has no parameters, or the interval of one of them excludes zero
 };
 
 struct Answer {
   int exit_code = -1;  ///< 124: out of time; 128 and more: ended by a signal
   double seconds = 0.0;
-  std::string error;      ///< the line with which it refused
+  std::string error;      ///< its error message
   std::string verdict;    ///< empty without gap.json
-  std::string diagnosis;  ///< as it stands in gap.json, lower case
+  std::string diagnosis;  ///< from gap.json, lower case
   std::vector<NamedEffect> effects;
   double floor_Nm = 0.0, gap_before_Nm = 0.0, gap_refitted_Nm = 0.0, gap_after_Nm = 0.0;
   std::optional<std::pair<double, double>> simulation;  ///< before and after
@@ -32,9 +32,9 @@ struct Answer {
   std::map<std::string, std::pair<double, double>> intervals;
 };
 
-/// Blocks until the program ends or has taken `longest_s`. Its output is DIR/log.txt, its results are in
+/// Blocks until the program ends or `longest_s` is over. Its output is DIR/log.txt, its results are in
 /// DIR/gap.
-/// @throws std::runtime_error when gap.json is there and is not as the document says.
+/// @throws std::runtime_error if gap.json exists but does not match its documentation.
 Answer ask(const std::string& program, const CaseFiles& files, const std::string& directory, int longest_s);
 
 }  // namespace gap_second

@@ -1,6 +1,6 @@
 /// @file
-/// Cases of known truth, drawn by seed. A case is a drive, what the model of it lacks, and what is wrong with
-/// the data.
+/// Cases of known truth, drawn by seed. A case is a drive, the effects that its model lacks, and the damage
+/// to the data.
 #pragma once
 #include <cstdint>
 #include <map>
@@ -14,8 +14,8 @@
 
 namespace gap_second {
 
-/// a clean, b one effect missing, c two missing, d bad data, e a poor base model, f a cause that no library
-/// has.
+/// a clean, b one effect missing, c two missing, d bad data, e a poor base model, f a cause outside any
+/// library.
 constexpr const char* kClasses = "abcdef";
 
 struct Case {
@@ -32,7 +32,7 @@ struct Case {
   std::uint64_t seed = 0;
 };
 
-/// @throws std::invalid_argument for a class that is none.
+/// @throws std::invalid_argument for an unknown class.
 Case draw_case(char case_class, int number, std::uint64_t seed);
 
 struct CaseFiles {

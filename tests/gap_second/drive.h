@@ -1,11 +1,11 @@
 /// @file
-/// A drive as it is, for recordings that judge youbot-gap. It shares nothing with the library: other friction
+/// The true drive, for recordings that judge youbot-gap. It shares nothing with the library: other friction
 /// laws, another integration, another actuator. SI units, joint side.
 ///
 /// Motor and load are one mass, or two with a spring or free play between them. Friction is set-valued
-/// Coulomb friction by time stepping after Moreau (what sticks stands exactly still) or, with presliding, the
-/// elasto-plastic bristle of Dupont, Hayward, Armstrong and Altpeter (IEEE TAC 47, 2002). Flanks meet after
-/// Hunt and Crossley (1975).
+/// Coulomb friction by time stepping after Moreau (sticking is exact rest) or, with presliding, the
+/// elasto-plastic bristle of Dupont, Hayward, Armstrong and Altpeter (IEEE TAC 47, 2002). Flanks collide
+/// according to Hunt and Crossley (1975).
 #pragma once
 #include <cstdint>
 #include <random>
@@ -15,7 +15,7 @@ namespace gap_second {
 
 constexpr double kStepS = 5e-5;  ///< of the integration, 20 kHz
 
-/// Zero means that the drive has nothing of the kind.
+/// Zero means that the drive does not have this property.
 struct DriveTruth {
   double inertia_kg_m2 = 0.01;  ///< motor and load together
   double coulomb_Nm = 0.0;
@@ -57,10 +57,10 @@ struct DriveTruth {
   double delay_s = 0.0;
   double deadband_Nm = 0.0;
 
-  // What no library of effects has
+  // Causes outside any library of effects
   double rough_track_share = 0.0;  ///< of Coulomb friction, changes along the way and never repeats
   double hidden_lag_s = 0.0;       ///< between measured and acting torque
-  double soft_limit_Nm = 0.0;      ///< acting torque approaches it, the measured one does not know
+  double soft_limit_Nm = 0.0;      ///< acting torque saturates towards it, invisible in the measured one
   double transmitted_share = 0.0;  ///< friction as a share of the motor's torque
   double brake_Nm = 0.0;           ///< drags and lets go at random instants
   double hum_Nm = 0.0;             ///< from outside, at a frequency and not over position
@@ -77,13 +77,12 @@ struct DriveState {
 
 class Drive {
  public:
-  /// @throws std::invalid_argument for an inertia that is not above zero, or a coupling too stiff for the
-  /// step.
+  /// @throws std::invalid_argument for a non-positive inertia, or a coupling too stiff for the step.
   Drive(const DriveTruth& truth, std::uint64_t seed);
   /// Lasts kStepS.
   void step(double command_Nm);
   const DriveState& state() const { return state_; }
-  /// What the motor's current makes, and a current sensor sees.
+  /// Torque of the motor's current, as measured by a current sensor.
   double motor_torque_Nm() const { return motor_torque_Nm_; }
   double time_s() const { return time_s_; }
   /// Kinetic energy and that of the spring.

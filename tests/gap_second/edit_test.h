@@ -1,7 +1,6 @@
 /// @file
-/// The edit test: an effect is taken away from the drive and from the delivered model, and the same program
-/// says what gap is left of new recordings before it fits anything. [RCILab, "Fidelity Is Not Identification"
-/// (SAPC), 2026]
+/// The edit test: an effect is removed from the drive and from the delivered model, and the same program
+/// reports the gap on new recordings before any fit. [RCILab, "Fidelity Is Not Identification" (SAPC), 2026]
 #pragma once
 #include <string>
 #include <vector>
@@ -13,11 +12,11 @@ namespace gap_second {
 
 struct Edit {
   std::string effect;
-  double gap_Nm = 0.0;            ///< not a number where the program refused the new recordings
+  double gap_Nm = 0.0;            ///< NaN if the program rejected the new recordings
   double floor_Nm = 0.0;          ///< the noise of a drive that never had the effect
-  double refitted_Nm = 0.0;       ///< what the edited model leaves when it may follow
+  double refitted_Nm = 0.0;       ///< residual of the edited model after a refit
   bool parameters_agree = false;  ///< then, within the 95 % intervals of both
-  /// At the floor, as "explained" stands for, or off it by no more than its own intervals.
+  /// At the floor, as for "explained", or above it by no more than its intervals explain.
   bool passed() const {
     return gap_Nm <= 1.2 * floor_Nm || (refitted_Nm <= 1.2 * floor_Nm && parameters_agree);
   }

@@ -1,5 +1,5 @@
 /// @file
-/// Drives a simulated drive as somebody at a rig does, and records it row by row.
+/// Drives a simulated drive like a person at a rig, and records it row by row.
 #pragma once
 #include <cstdint>
 #include <string>
@@ -9,15 +9,16 @@
 
 namespace gap_second {
 
-/// What the rig is, apart from the drive. SI units, joint side.
+/// Properties of the rig, independent of the drive. SI units, joint side.
 struct Rig {
   std::string name;
   double rate_Hz = 1000.0;
   int ticks_per_rev = 4096;
-  double encoder_eccentricity_rad = 0.0;  ///< the encoder reads too much here, too little half a turn on
+  double encoder_eccentricity_rad = 0.0;  ///< the encoder error is positive here, negative half a turn
+                                          ///< further
   double torque_noise_Nm = 0.0;           ///< 1 sigma, of each sample
   bool torque_is_mean = false;            ///< over the period that ends with the row; else of that instant
-  double usual_torque_Nm = 0.05;          ///< what it takes to turn the drive slowly
+  double usual_torque_Nm = 0.05;          ///< torque to turn the drive slowly
   double top_speed_rad_per_s = 10.0;
   double nominal_inertia_kg_m2 = 0.01;  ///< the velocity loop is tuned for it
   double highest_tone_Hz = 10.0;        ///< of multisines

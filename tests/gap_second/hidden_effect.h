@@ -1,5 +1,5 @@
 /// @file
-/// Puts an effect into a drive, of a size that matters to it, and says what its documented parameters are.
+/// Adds an effect of relevant size to a drive, and returns its documented parameters.
 #pragma once
 #include <map>
 #include <random>
@@ -11,7 +11,7 @@
 
 namespace gap_second {
 
-/// A drive on its rig with all that is known about it.
+/// A drive on its rig with all its true data.
 struct Subject {
   DriveTruth truth;
   Rig rig;
@@ -30,13 +30,13 @@ Subject draw_subject(std::mt19937_64& random);
 const std::vector<std::string>& known_effects();
 bool belongs_to(const std::string& effect, const Subject& subject);  ///< no backlash without a gear
 bool go_together(const std::string& one, const std::string& other);  ///< and can be told apart
-/// @throws std::invalid_argument for a name that it does not know.
+/// @throws std::invalid_argument for an unknown name.
 void hide_effect(const std::string& effect, Subject& subject, std::mt19937_64& random);
 
-/// Leaves the drive as if it had never had the effect; what it does not have changes nothing.
+/// Restores the drive without the effect; no change if it does not have it.
 void take_away(const std::string& effect, Subject& subject);
 
-/// What no library of effects has; the right answer is "unexplained".
+/// Causes outside any library of effects; the right answer is "unexplained".
 const std::vector<std::string>& unknown_causes();
 void hide_unknown_cause(const std::string& cause, Subject& subject, std::mt19937_64& random);
 

@@ -1,5 +1,5 @@
 /// @file
-/// Holds an answer of youbot-gap against the truth of its case.
+/// Compares an answer of youbot-gap with the truth of its case.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -28,10 +28,10 @@ const char* name(Outcome outcome);
 
 struct Score {
   Outcome outcome = Outcome::kFailed;
-  bool by_rival = false;   ///< a hidden effect is only among the rivals of the one that it names
+  bool by_rival = false;   ///< a hidden effect is only among the rivals of the named one
   bool diagnosed = false;  ///< bad data: `diagnosis` names what is wrong
-  bool worse =
-      false;  ///< by gap.json itself: the delivered model is worse on held-out data than the given one
+  bool worse = false;    ///< according to gap.json itself, the delivered model is worse on held-out data than
+                         ///< the given one
   int undetermined = 0;  ///< effects named without a parameter that differs from zero
   int intervals = 0;     ///< that can be judged
   int intervals_right = 0;
@@ -40,7 +40,7 @@ struct Score {
 };
 
 Score judge(const Case& drawn, const Answer& answer);
-/// What was hidden, what was answered, in one line.
+/// Truth and answer in one line.
 std::string report_line(const Case& drawn, const Answer& answer, const Score& score);
 
 /// Counts of one class or one kind.

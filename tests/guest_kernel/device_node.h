@@ -1,5 +1,5 @@
 /// @file
-/// What udev made of a device: the node in /dev, its group and mode, and who may open it.
+/// Result of udev's rules for a device: its node in /dev, group and mode, and who may open it.
 #pragma once
 #include <sys/types.h>
 
@@ -15,17 +15,17 @@ struct NodeAccess {
   std::string group;  ///< "plugdev"
   bool operator==(const NodeAccess&) const = default;
 };
-/// So that a test that fails tells the mode as one writes it.
+/// Prints the mode in octal in test failures.
 void PrintTo(const NodeAccess& access, std::ostream* stream);
 
-/// Once udev has come to the end of its rules for the node. Empty when it never does.
+/// After udev has processed its rules for the node. Empty if it never does.
 std::optional<NodeAccess> access_by_udev(const std::filesystem::path& node);
 
-/// Waits until udev has heard of all that has happened: also that a device is gone, whose number the next one
-/// may get.
+/// Waits until udev has processed all events, including the removal of a device whose number the next one may
+/// get.
 void settle_udev();
 
-/// Whether a user without any rights can open it for reading and writing, as a member of this group or, by
+/// Whether a user without privileges can open it for reading and writing, as a member of this group or, by
 /// default, of none.
 bool opens_for_a_user(const std::filesystem::path& node, const char* group = "nogroup");
 

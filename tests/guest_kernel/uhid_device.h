@@ -1,7 +1,7 @@
 /// @file
-/// A HID device that is a program: the kernel's uhid takes its descriptor and its reports, and hands over
-/// what a program writes to it. What the kernel makes of it is a hidraw node like any other. Source: the
-/// kernel's Documentation/hid/uhid.rst. Needs root.
+/// A HID device implemented by a program: the kernel's uhid takes its descriptor and its reports, and passes
+/// on what programs write to it. To the kernel it is a hidraw node like any other. Source: the kernel's
+/// Documentation/hid/uhid.rst. Needs root.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -21,9 +21,9 @@ struct HidIdentity {
 
 class UhidDevice {
  public:
-  /// Plugs it in; the kernel has it a little later. `on_output` gets each output report, its number first; it
-  /// is called by the device's own thread.
-  /// @throws std::runtime_error when there is no uhid.
+  /// Plugs it in; the kernel has it slightly later. `on_output` gets each output report, with its number
+  /// first; it is called by the device's own thread.
+  /// @throws std::runtime_error if there is no uhid.
   UhidDevice(const HidIdentity& identity, std::span<const std::uint8_t> report_descriptor,
              std::function<void(std::span<const std::uint8_t>)> on_output);
   UhidDevice(const UhidDevice&) = delete;
@@ -33,7 +33,7 @@ class UhidDevice {
 
   /// Any thread.
   void send(std::span<const std::uint8_t> report);
-  /// Pulls the cable.
+  /// Unplugs the cable.
   void unplug();
 
  private:

@@ -1,7 +1,7 @@
 /// @file
-/// A USB device that is a program, plugged into the kernel's virtual host controller (vhci_hcd): what the
-/// kernel wants of it comes through a socket, in the packets of USB/IP. The kernel, libusb and udev see a
-/// device like any other. Source: the kernel's Documentation/usb/usbip_protocol.rst. Needs root.
+/// A USB device implemented by a program and plugged into the kernel's virtual host controller (vhci_hcd):
+/// the kernel's requests arrive through a socket, as USB/IP packets. Kernel, libusb and udev see a device
+/// like any other. Source: the kernel's Documentation/usb/usbip_protocol.rst. Needs root.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -54,7 +54,7 @@ enum class Handshake : std::uint8_t {
   kStall,  ///< refused; an endpoint other than 0 stays halted until the host clears that
 };
 
-/// What the device does. All calls come from the device's own thread.
+/// Behaviour of the device. All calls come from the device's own thread.
 class UsbFunction {
  public:
   UsbFunction() = default;
@@ -62,33 +62,33 @@ class UsbFunction {
   UsbFunction& operator=(const UsbFunction&) = delete;
   virtual ~UsbFunction() = default;
 
-  /// Requests that are not answered from the description. `data` is what came with it, or is to be filled.
+  /// Requests that are not answered from the description. `data` is the received data, or is to be filled.
   virtual Handshake control(const UsbSetup& setup, Bytes& data) = 0;
   /// kAck or kStall.
   virtual Handshake out(std::uint8_t endpoint, std::span<const std::uint8_t> bytes) = 0;
-  /// One packet. While the host waits for one it is asked after everything that the host sends, and about
+  /// One packet. While the host waits for one, this is called after everything that the host sends, and about
   /// every millisecond.
   virtual Handshake in(std::uint8_t endpoint, Bytes& packet) = 0;
 };
 
 class UsbipDevice {
  public:
-  /// Plugs it in; the host finds it a little later. `function` has to outlive it.
-  /// @throws std::runtime_error when there is no vhci_hcd, or no free port on it.
+  /// Plugs it in; the host finds it slightly later. `function` must outlive it.
+  /// @throws std::runtime_error if there is no vhci_hcd, or no free port on it.
   UsbipDevice(UsbDescription description, UsbFunction& function);
   UsbipDevice(const UsbipDevice&) = delete;
   UsbipDevice& operator=(const UsbipDevice&) = delete;
-  /// Unplugs it, and waits for the kernel and udev to forget it: the next one of its kind is not to be taken
+  /// Unplugs it, and waits for kernel and udev to remove it, so that the next one of its kind is not mistaken
   /// for it.
   ~UsbipDevice();
 
-  /// Pulls the cable: nothing that waits is answered any more. The host notices a little later.
+  /// Unplugs the cable: nothing is answered any more. The host notices slightly later.
   void unplug();
 
  private:
   static constexpr std::size_t kHeaderBytes = 48;
   using Header = std::array<std::uint8_t, kHeaderBytes>;
-  /// A transfer towards the host, until it is full or a packet comes that is not.
+  /// A transfer towards the host, until it is full or a short packet arrives.
   struct Waiting {
     std::uint32_t number = 0;
     std::uint8_t endpoint = 0;

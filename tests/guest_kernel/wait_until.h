@@ -1,13 +1,13 @@
 /// @file
-/// Waiting for the kernel and for udev, which do their work when they come to it.
+/// Waits for the kernel and for udev, which work asynchronously.
 #pragma once
 #include <chrono>
 #include <thread>
 
 namespace guest {
 
-/// Looks again and again until `condition` holds. False when it does not for far longer than an emulated
-/// processor on a busy machine needs: a failure, never a measure.
+/// Polls until `condition` holds. False if it does not for far longer than an emulated processor on a busy
+/// machine needs: a failure, never a measurement.
 template <typename Condition>
 bool wait_until(Condition&& condition) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -18,7 +18,7 @@ bool wait_until(Condition&& condition) {
   return true;
 }
 
-/// What `find` finds at last: an optional, empty when it never does.
+/// The final result of `find`: an optional, empty if it never finds anything.
 template <typename Find>
 auto wait_for(Find&& find) {
   auto found = find();

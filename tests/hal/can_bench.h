@@ -1,5 +1,5 @@
 /// @file
-/// The CAN backend on the simulated bench rig: a socket pair in the place of an interface, virtual time.
+/// The CAN backend on the simulated bench rig: a socket pair instead of an interface, virtual time.
 #pragma once
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -20,13 +20,13 @@ namespace hal::test {
 
 using namespace std::chrono_literals;
 
-/// Carries frames between a socket and the rig while time passes.
+/// Transfers frames between a socket and the rig while time passes.
 class CanCable final : public drivers::tmcl::Clock {
  public:
   explicit CanCable(sim::can::BenchRig& rig) : rig_(rig) {}
   ~CanCable() override { close_bus(); }
 
-  /// As often as the robot is activated.
+  /// May be called for each activation.
   drivers::can::SocketCan open() {
     close_bus();
     std::array<int, 2> ends{};
@@ -42,11 +42,11 @@ class CanCable final : public drivers::tmcl::Clock {
     pump();
   }
 
-  /// Something that is not the module's sends this.
+  /// Sends a frame that is not the module's.
   void inject(const can_frame& frame) noexcept {
     (void)!::send(bus_, &frame, sizeof(frame), MSG_DONTWAIT | MSG_NOSIGNAL);
   }
-  /// Keeps what the host sends from now on.
+  /// Records the host's frames from now on.
   void record(bool on = true) { recording_ = on; }
   const std::vector<can_frame>& recorded() const noexcept { return recorded_; }
 
@@ -55,7 +55,7 @@ class CanCable final : public drivers::tmcl::Clock {
     can_frame frame{};
     while (::recv(bus_, &frame, sizeof(frame), MSG_DONTWAIT) == sizeof(frame)) {
       if (recording_) recorded_.push_back(frame);
-      (void)rig_.send(frame);  // a full queue loses it, which the kernel would tell with ENOBUFS
+      (void)rig_.send(frame);  // a full queue loses it, which the kernel would report as ENOBUFS
     }
     while (rig_.receive(frame)) (void)!::send(bus_, &frame, sizeof(frame), MSG_DONTWAIT | MSG_NOSIGNAL);
   }
@@ -90,7 +90,7 @@ struct CanBench {
   void run(std::chrono::nanoseconds duration) {
     for (auto left = duration; left > 0ms; left -= period) (void)step();
   }
-  /// Cycles until `condition`, at most `limit`; how long it took.
+  /// Cycles until `condition`, at most `limit`; returns the duration.
   template <typename Condition>
   std::chrono::nanoseconds run_until(Condition&& condition, std::chrono::nanoseconds limit = 10s) {
     std::chrono::nanoseconds passed{0};

@@ -1,5 +1,5 @@
 /// @file
-/// What tests of the EtherCAT robot stand on.
+/// Common fixture of the tests of the EtherCAT robot.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -20,13 +20,13 @@ using namespace std::chrono_literals;
 using drivers::tmcl::Firmware;
 using sim::bus::FaultEvent;
 
-/// The robot and its emulated boards in one process, a millisecond a step.
+/// The robot and its emulated boards in one process, a millisecond per step.
 struct EthercatRig {
   explicit EthercatRig(YoubotKind kind = YoubotKind::kBase, Firmware firmware = Firmware::k148,
                        std::vector<FaultEvent> faults = {})
       : EthercatRig(options(kind, firmware, std::move(faults)), {.kind = kind}) {}
 
-  /// `sabotage` gets between the calls of the test and the true robot.
+  /// `sabotage` wraps the true robot for the test's calls.
   EthercatRig(
       const sim::bus::YoubotBusOptions& bus, const EthercatOptions& ethercat,
       const std::function<std::unique_ptr<Robot>(std::unique_ptr<Robot>)>& sabotage =
@@ -61,7 +61,7 @@ struct EthercatRig {
   void run(std::chrono::milliseconds duration) {
     for (auto left = duration; left > 0ms; left -= 1ms) (void)step();
   }
-  /// Cycles until `condition`, at most `limit`; how long it took.
+  /// Cycles until `condition`, at most `limit`; returns the duration.
   template <typename Condition>
   std::chrono::milliseconds run_until(Condition&& condition, std::chrono::milliseconds limit = 20s) {
     std::chrono::milliseconds passed{0};

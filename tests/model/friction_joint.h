@@ -1,5 +1,5 @@
 /// @file
-/// What the tests of the friction laws share: a mass with friction, and chance that repeats.
+/// Common parts of the tests of friction laws: a mass with friction, and repeatable random numbers.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@
 
 namespace friction_test {
 
-/// J·dv/dt = applied − friction by semi-implicit Euler, knowing nothing of the law but its interface.
+/// J·dv/dt = applied − friction by semi-implicit Euler, using only the law's interface.
 template <class L>
 class Joint {
  public:
@@ -37,7 +37,7 @@ class Joint {
   double position_ = 0, velocity_ = 0, friction_ = 0;
 };
 
-/// Moves the law by `way` at `speed` in `steps` equal steps; the friction at the end.
+/// Moves the law by `way` at `speed` in `steps` equal steps; returns the friction at the end.
 template <class L>
 double moved(const L& law, model::friction::State& state, double way, double speed, int steps = 1) {
   double friction = 0;

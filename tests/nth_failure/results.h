@@ -1,5 +1,5 @@
 /// @file
-/// What a program leaves on the disk, and how much of it survived a failure.
+/// Files that a program leaves on the disk, and how much of them survived a failure.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -15,13 +15,13 @@ struct Results {
   static Results of(const std::filesystem::path& folder);
 };
 
-/// What is wrong with `found` beside `expected`, which a run without a failure left: files torn or left over,
-/// rows of a recording that are no rows of the expected one, or, when `whole`, anything that is missing.
-/// The columns named in `varying` differ from run to run.
+/// Flaws of `found` compared with `expected` from a run without a failure: torn or left-over files, rows of a
+/// recording that are not rows of the expected one, or, if `whole`, anything that is missing. The columns in
+/// `varying` differ between runs.
 std::vector<std::string> flaws(const Results& found, const Results& expected, bool whole,
                                const std::vector<std::string>& varying);
 
-/// Those that a failure cut off, where there is nothing to compare them with.
+/// Files cut off by a failure, if there is nothing to compare them with.
 std::vector<std::string> torn(const Results& found);
 
 }  // namespace nth_failure

@@ -1,5 +1,5 @@
 /// @file
-/// The simulated robot under the daemon's own cycles, with a sensor that can lie. In virtual time.
+/// The simulated robot under the daemon's own cycles, with a sensor that can be faulty. In virtual time.
 #pragma once
 #include <Eigen/Geometry>
 #include <chrono>
@@ -22,7 +22,7 @@ namespace sensor_rigs {
 
 using teleop_rig::kPeriod;
 
-/// As the daemon's loop: a late cycle keeps the phase.
+/// Like the daemon's loop: a late cycle keeps the phase.
 template <typename Cycle>
 void step_in_time(hal::VirtualClock& clock, std::chrono::nanoseconds& due, Cycle& cycle) {
   due += (clock.now() - due) / kPeriod * kPeriod + kPeriod;
@@ -76,7 +76,7 @@ inline std::vector<hal::JointInfo> robot_joints() {
   return joints;
 }
 
-/// Base and arm in teleoperation, with a simulated hand at the pen.
+/// Base and arm in teleoperation, with a simulated hand on the handle.
 struct ArmRig {
   explicit ArmRig(const teleop_rig::Scene& scene = teleop_rig::unfolded_scene(),
                   const control::ChecksOff& off = {})
@@ -99,7 +99,7 @@ struct ArmRig {
     for (int i = 0; i < 60'000 && !over() && cycle.task().phase() != phase; ++i) step();
     return cycle.task().phase() == phase;
   }
-  /// The hand leads the tip about for so long.
+  /// The hand moves the end effector about for this time.
   void play(std::mt19937& random, std::chrono::milliseconds duration) {
     std::uniform_real_distribution<> both(-1, 1);
     constexpr std::chrono::milliseconds kMove{900};

@@ -1,5 +1,5 @@
 /// @file
-/// What every run of teleoperation must satisfy.
+/// Requirements on every run of teleoperation.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -34,7 +34,7 @@ inline double largest_port_energy_J(const Rig& rig) {
   return most;
 }
 
-/// From the first mapped cycle on the set-point goes in steps of the smoothing and never jumps.
+/// From the first mapped cycle on the set-point moves in steps of the smoothing and never jumps.
 inline void expect_no_jump(const Rig& rig) {
   const TeleopRecord* last = nullptr;
   double furthest_m = 0, furthest_rad = 0;
@@ -54,8 +54,7 @@ inline void expect_no_jump(const Rig& rig) {
   EXPECT_LE(furthest_rad, 0.05 * std::numbers::pi / 180 + 1e-6);
 }
 
-/// All that the hand can have got beyond what it gave: the tank's reserve, and what the centring spring held
-/// when it began.
+/// Maximum net energy of the hand: the tank's reserve, and the initial energy of the centring spring.
 inline void expect_passive(const Rig& rig, double centring_J = 0.0) {
   EXPECT_LE(largest_port_energy_J(rig), kReserve_J + centring_J);
 }

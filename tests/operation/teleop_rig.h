@@ -1,5 +1,5 @@
 /// @file
-/// Teleoperation in virtual time: the simulated robot and pen under the daemon's own cycle.
+/// Teleoperation in virtual time: the simulated robot and handle under the daemon's own cycle.
 #pragma once
 #include <Eigen/Geometry>
 #include <chrono>
@@ -38,7 +38,7 @@ inline TeleopCycle::Config config() {
   return config;
 }
 
-/// As config(), through the start-up quickly: the arm begins nearly unfolded and becomes stiff at once.
+/// Like config(), with a quick start-up: the arm begins nearly unfolded and becomes stiff at once.
 inline TeleopCycle::Config quick_config() {
   TeleopCycle::Config quick = config();
   quick.control.approach_s = 4.0;
@@ -87,7 +87,7 @@ class Rig {
   void run(std::chrono::nanoseconds duration) {
     for (std::chrono::nanoseconds t{}; t < duration; t += kPeriod) step();
   }
-  /// False when it did not come to that within `limit`.
+  /// False if it was not reached within `limit`.
   bool run_until(control::TeleopPhase phase, std::chrono::nanoseconds limit = std::chrono::seconds(90)) {
     for (std::chrono::nanoseconds t{}; t < limit; t += kPeriod) {
       step();

@@ -1,5 +1,5 @@
 /// @file
-/// How soon a lying sensor is seen, and how far the robot went until then, judged by the simulated plant.
+/// How soon a faulty sensor is detected, and how far the robot moved until then, from the simulated plant.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -12,13 +12,13 @@
 
 namespace sensor_campaign {
 
-/// What the robot does when the sensor begins to lie.
+/// Motion of the robot at the onset of the fault.
 enum class Motion : std::uint8_t {
-  kFromRest,  ///< the base stands, and is asked to drive
+  kFromRest,  ///< the base is at rest, and commanded to drive
   kStarting,  ///< 0.3 s later
   kCreeping,  ///< the base drives at 0.05 m/s
   kDriving,   ///< at 0.3 m/s or 0.6 rad/s
-  kApproach,  ///< the arm is brought in front of the robot
+  kApproach,  ///< the arm moves to the front of the robot
   kLed,       ///< a hand leads the arm
   kHeld,      ///< a hand has held the arm still, and begins to lead it
 };
@@ -31,7 +31,7 @@ struct Way {
   double m = 0.0;
   double rad = 0.0;
   void extend(const Way& other);
-  /// Of what the safety issue allows: 0.1 m, 0.2 rad.
+  /// Relative to the limits of the safety issue: 0.1 m, 0.2 rad.
   double share() const;
 };
 
@@ -40,10 +40,10 @@ struct Detection {
   int seen = 0;            ///< the monitor ended the run
   int named = 0;           ///< and named the joint that lies
   int ended = 0;           ///< something else ended it
-  int beyond = 0;          ///< it came further astray than the issue allows
-  double longest_s = 0.0;  ///< of those seen: from the first lie on
-  Way travel;              ///< of those seen: what the robot went from the first lie on
-  Way astray;              ///< of all: how far it came from where it is at that time when no sensor lies
+  int beyond = 0;          ///< it deviated more than the issue allows
+  double longest_s = 0.0;  ///< of the detected ones: time from the onset
+  Way travel;              ///< of the detected ones: motion of the robot from the onset on
+  Way astray;              ///< of all: deviation from the position without the fault at that time
   void add(const Detection& other);
 };
 
@@ -56,13 +56,13 @@ struct DetectionCase {
 
 struct Conditions {
   std::uint32_t seed = 1;
-  std::chrono::nanoseconds late{};  ///< each answer comes up to so much later than on a quick bus
+  std::chrono::nanoseconds late{};  ///< maximum delay of each answer relative to a quick bus
   control::ChecksOff off{};
 };
 
 /// Every fault at every joint in every motion.
 std::vector<DetectionCase> detection_cases(const std::vector<SensorFault>& faults);
-/// On all cores; equal seeds give equal results. @throws std::runtime_error where a run ends before the lie.
+/// On all cores; equal seeds give equal results. @throws std::runtime_error if a run ends before the fault.
 std::vector<Detection> detect(const std::vector<DetectionCase>& cases, const Conditions& conditions);
 
 }  // namespace sensor_campaign

@@ -1,5 +1,5 @@
 /// @file
-/// What a sensor may do wrong: the faults that are tried on every joint.
+/// Sensor faults that are tried on every joint.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -23,9 +23,9 @@ struct SensorFault {
   support::SensorLie on(std::size_t joint) const;
 };
 
-/// A sensor that stands still, or shows half, double or the negative.
+/// A sensor that is constant, or shows half, double or the negative value.
 std::vector<SensorFault> factors();
-/// Everything else.
+/// All other faults.
 std::vector<SensorFault> other_faults();
 
 /// "wheel-1", "arm-5".

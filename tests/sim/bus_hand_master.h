@@ -1,5 +1,6 @@
 /// @file
-/// Datagrams by hand, one frame each, for tests of the emulated bus: no logic of the real master in it.
+/// Hand-written datagrams, one frame each, for tests of the emulated bus, without any logic of the real
+/// master.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -212,7 +213,7 @@ class HandMaster {
   std::size_t image_bytes_ = 0;
 };
 
-/// Remembers what its slave told it; answers mailboxes with `reply` when that is not empty.
+/// Records its slave's calls; answers mailboxes with `reply` if that is not empty.
 class RecordingBoard : public Application {
  public:
   explicit RecordingBoard(EmulatedSlave& slave) : slave_(slave) { slave.attach(*this); }

@@ -1,5 +1,5 @@
 /// @file
-/// One motor controller board on a bus of its own, with mechanics that do exactly what they are told.
+/// One motor controller board on its own bus, with ideal mechanics.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@ using drivers::tmcl::Firmware;
 using drivers::tmcl::Status;
 using drivers::tmcl::StatusFlag;
 
-/// Follows a velocity at once; a torque presses against a locked joint. No noise.
+/// Follows a velocity at once; a torque acts on a locked joint. No noise.
 class IdealJoint final : public BoardDrive {
  public:
   void command(const hal::JointCommand& command, bool powered) noexcept override {

@@ -1,7 +1,6 @@
 /// @file
-/// Where this build and its sources are. Functions of one source file that the configuration generates,
-/// because a path in a compiler option would make the same source another one in each clone, also for the
-/// compiler cache.
+/// Locations of this build and its sources. Functions of one generated source file, because a path in a
+/// compiler option would make the same source different in each clone, also for the compiler cache.
 #pragma once
 #include <string>
 #include <string_view>

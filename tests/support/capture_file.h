@@ -16,7 +16,7 @@ struct CapturedFrame {
   std::vector<std::uint8_t> bytes;
 };
 
-/// In the file's order. @throws std::runtime_error naming the file when it is none of PcapRing's, or cut off.
+/// In the file's order. @throws std::runtime_error naming the file if it is not PcapRing's, or truncated.
 std::vector<CapturedFrame> read_capture(const std::filesystem::path& path);
 
 }  // namespace support

@@ -1,20 +1,19 @@
 /// @file
-/// What failing_calls.cpp, a library to preload, and the tests that use it agree on: the calls that can fail
-/// and the file in which they are counted.
+/// Common definitions of failing_calls.cpp, a library to preload, and the tests that use it: the calls that
+/// can fail and the file with their counts.
 ///
 /// The environment controls the library:
-///   YOUBOT_FAIL_PROGRAM  the program that is meant, by its path; in all others the library does nothing
+///   YOUBOT_FAIL_PROGRAM  path of the program concerned; in all others the library does nothing
 ///   YOUBOT_FAIL_COUNTS   a file for the counts, one std::uint64_t for each of kFailingCalls; mapped,
 ///                        so that they survive any end of the program
 ///   YOUBOT_FAIL_CALL     one of kFailingCalls; without it calls are only counted
 ///   YOUBOT_FAIL_AT       fails at the n-th call, from 1 on
-///   YOUBOT_FAIL_ERRNO    with this errno; kShort makes a read or write transfer one byte less than asked for
+///   YOUBOT_FAIL_ERRNO    with this errno; kShort makes a read or write transfer one byte less than requested
 ///   YOUBOT_FAIL_FOR_EVER if set, every later call of that name fails, too
 ///
-/// Counted are calls from main() on, of the program and the libraries it loads, in all its threads. Not
-/// covered: what the C library calls by itself (stdio's writes, malloc's mmap, a new thread's stack), the
-/// dynamic loader, and calls that cannot fail in a way that a program could meet (clock_gettime, a write to
-/// an eventfd).
+/// Counts calls from main() on, of the program and the libraries it loads, in all its threads. Not covered:
+/// internal calls of the C library (stdio's writes, malloc's mmap, a new thread's stack), the dynamic loader,
+/// and calls whose failures a program cannot meet (clock_gettime, a write to an eventfd).
 #pragma once
 #include <array>
 #include <cstdint>

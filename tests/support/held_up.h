@@ -1,11 +1,10 @@
 /// @file
-/// How a test in real time says that the machine kept it from its result.
+/// How a real-time test reports that the machine prevented a result.
 #pragma once
 
 namespace support {
 
-/// Exit code for while_machine_keeps_time: nothing was wrong but that something came too late again and
-/// again.
+/// Exit code for while_machine_keeps_time: the only error was repeated lateness.
 inline constexpr int kHeldUp = 75;
 
 }  // namespace support

@@ -1,5 +1,5 @@
 /// @file
-/// A robot behind a bus whose ends a busy machine holds up.
+/// A robot on a bus whose ends are delayed by a busy machine.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -15,19 +15,19 @@
 
 namespace support {
 
-/// Frame and answer wait on their way for as long as it is asked to let them, and the program with them,
-/// while robot and clock go on. What the joints measured belongs to the end of the first wait; the stamp, as
-/// that of youbot-sim's bus, to the end of the second. Without delays it changes nothing.
+/// Frame and answer are delayed as configured, and the program with them, while robot and clock continue. The
+/// joints' measurements are from the end of the first delay; the stamp, like that of youbot-sim's bus, from
+/// the end of the second. Without delays it changes nothing.
 class HeldUpRobot final : public hal::RobotWrapper {
  public:
   struct Delay {
     std::chrono::nanoseconds frame{};    ///< until the robot has it
     std::chrono::nanoseconds answer{};   ///< from then until the kernel has it
-    std::chrono::nanoseconds program{};  ///< from then until it is taken in
+    std::chrono::nanoseconds program{};  ///< from then until it is processed
   };
   using Delays = std::function<Delay()>;
 
-  /// `robot`, which goes by `clock`, and `clock` outlive it.
+  /// `robot`, which uses `clock`, and `clock` must outlive it.
   HeldUpRobot(hal::Robot& robot, hal::Clock& clock) : RobotWrapper(robot), clock_(clock) {}
 
   void hold_up(Delays delays) { delays_ = std::move(delays); }
@@ -35,7 +35,7 @@ class HeldUpRobot final : public hal::RobotWrapper {
     const Delay delay = delays_ ? delays_() : Delay{};
     const std::chrono::nanoseconds sent = clock_.now();
     pass(delay.frame);
-    sample.stamp = taken_;  // which the robot leaves as it is where it has no new one
+    sample.stamp = taken_;  // unchanged by the robot if it has no new sample
     const hal::CycleStatus status = RobotWrapper::exchange(command, sample);
     pass(delay.answer);
     if (sample.stamp != std::exchange(taken_, sample.stamp)) {
@@ -56,7 +56,7 @@ class HeldUpRobot final : public hal::RobotWrapper {
   std::chrono::nanoseconds answered_{};  // likewise
 };
 
-/// Each answer comes late by anything up to `most`. Zero: none does.
+/// Each answer is late by up to `most`. Zero: none.
 class LateAnswers {
  public:
   LateAnswers(std::chrono::nanoseconds most, std::uint64_t seed) : late_(0, most.count()), random_(seed) {}
@@ -67,8 +67,7 @@ class LateAnswers {
   std::mt19937_64 random_;
 };
 
-/// Hold-ups as two processes on a busy machine have them, up to 19 ms: for a while of one kind, then of
-/// another.
+/// Delays from two processes on a busy machine, up to 19 ms: alternating periods of two kinds.
 class BusyMachine {
  public:
   explicit BusyMachine(std::uint64_t seed) : random_(seed) {}

@@ -1,5 +1,5 @@
 /// @file
-/// Clients of a control socket that do whatever a broken or hostile program can, for as long as they live.
+/// Clients of a control socket that behave like broken or hostile programs for as long as they exist.
 #pragma once
 #include <fcntl.h>
 #include <sys/socket.h>
@@ -21,7 +21,7 @@
 
 namespace support {
 
-/// A connection without a program's manners.
+/// A connection without protocol rules.
 class RawClient {
  public:
   explicit RawClient(const std::filesystem::path& path)
@@ -37,7 +37,7 @@ class RawClient {
   bool say(const std::string& text) const {
     return send(socket_, text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT) >= 0;
   }
-  /// False when the other end is gone; whether there was an answer does not matter.
+  /// False if the other end is closed; an answer is not required.
   bool hear() {
     const ssize_t size = recv(socket_, answer_.data(), answer_.size(), MSG_DONTWAIT);
     return size > 0 || (size < 0 && errno == EAGAIN);
@@ -49,7 +49,7 @@ class RawClient {
   std::string answer_ = std::string(runtime::kLongestAnswer, '\0');
 };
 
-/// One thread for each kind of nuisance, none of which ever waits.
+/// One thread for each kind of attack, none of which waits.
 class HostileClients {
  public:
   explicit HostileClients(std::filesystem::path socket) : socket_(std::move(socket)) {
@@ -87,7 +87,7 @@ class HostileClients {
       while (!stop_) nuisance();
     });
   }
-  /// Until youbotd hangs up.
+  /// Until youbotd disconnects.
   void flood(const std::function<std::string()>& text, bool reads) {
     RawClient client(socket_);
     if (!client.connected()) return std::this_thread::yield();

@@ -1,6 +1,5 @@
 /// @file
-/// A robot whose bus loses answers and bridges them with the sample it has, as hal::Robot says of fresh
-/// values.
+/// A robot whose bus loses answers and bridges them with the last sample, see hal::Robot on fresh values.
 #pragma once
 #include <functional>
 
@@ -18,10 +17,10 @@ class LossyRobot final : public hal::RobotWrapper {
     if (lost) sample.enabled = unheard.enabled;
     return status;
   }
-  /// Whether it does in its nth cycle. None: it does not.
+  /// Whether it loses the answer of its nth cycle. Empty: never.
   std::function<bool(int n)> loses;
 
-  /// All but one of so many.
+  /// All except one of this many.
   static std::function<bool(int n)> all_but_one_of(int frames) {
     return [frames](int n) { return n % frames != frames - 1; };
   }

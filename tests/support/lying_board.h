@@ -1,5 +1,5 @@
 /// @file
-/// A board whose process data are not what it measured.
+/// A board whose process data differ from its measurements.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -12,8 +12,7 @@
 
 namespace support {
 
-/// The process data of a board as the wire carries them; see drivers/tmcl/process_data.h, whose code this
-/// does not share.
+/// The process data of a board on the wire; see drivers/tmcl/process_data.h, whose code is not shared.
 struct BoardInputs {
   std::int32_t position = 0;
   std::int32_t current = 0;
@@ -22,13 +21,13 @@ struct BoardInputs {
   friend bool operator==(const BoardInputs&, const BoardInputs&) = default;
 };
 
-/// What the board shows instead of `now`; `begin` are its inputs when the lie began.
+/// Replaces the board's inputs `now`; `begin` are its inputs at the onset.
 using Lie = std::function<BoardInputs(const BoardInputs& begin, const BoardInputs& now)>;
 
-/// Stands before the true board on its slave. Not for allocation-free cycles.
+/// Wraps the true board on its slave. Not for allocation-free cycles.
 class LyingBoard final : public sim::bus::Application {
  public:
-  /// Both outlive this.
+  /// Both must outlive this.
   LyingBoard(sim::bus::TmcmBoard& board, sim::bus::EmulatedSlave& slave) : board_(board), slave_(slave) {
     slave_.attach(*this);
   }

@@ -1,5 +1,5 @@
 /// @file
-/// A robot of which one sensor lies from some moment on.
+/// A robot with one faulty sensor from some time on.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -21,21 +21,21 @@ namespace support {
 /// An encoder is position and velocity, a board is all three.
 enum class Channel { kEncoder, kPosition, kVelocity, kTorque, kBoard };
 
-/// What the sensor does, and what SensorLie::value means for it.
+/// Kind of fault, and the meaning of SensorLie::value.
 enum class LieKind : std::uint8_t {
-  kFactor,     ///< shows this times the truth; 0: stays as it was
-  kDrift,      ///< departs from the truth at this rate per second
-  kJump,       ///< is off by this at once
-  kLate,       ///< shows what was true so many seconds ago
+  kFactor,     ///< shows this times the true value; 0: constant
+  kDrift,      ///< drifts from the true value at this rate per second
+  kJump,       ///< has this offset at once
+  kLate,       ///< shows the value of this many seconds ago
   kCoarse,     ///< shows whole multiples of this
   kNoisy,      ///< adds white noise of this standard deviation
-  kLoose,      ///< loses contact again and again, for so many seconds on average: what it counts then is lost
-  kSaturated,  ///< shows no more than this; an encoder counts no faster
+  kLoose,      ///< loses contact repeatedly, for this many seconds on average: counts in that time are lost
+  kSaturated,  ///< shows at most this value; an encoder counts no faster
   kSwapped,    ///< shows the joint of this index
 };
 
-/// A position counts on from where it was when the lie began; a frozen value stays as it was, but for the
-/// velocity of an encoder, which is then zero.
+/// A position counts on from its value at the onset; a frozen value is constant, except for the velocity of
+/// an encoder, which is then zero.
 struct SensorLie {
   std::size_t joint = 0;
   Channel channel = Channel::kEncoder;
@@ -45,7 +45,7 @@ struct SensorLie {
 
 class LyingRobot final : public hal::RobotWrapper {
  public:
-  /// A base, or a base and its arm: their motors have Hall sensors, which tell the truth.
+  /// A base, or a base and its arm: their motors have fault-free Hall sensors.
   explicit LyingRobot(hal::Robot& robot) : RobotWrapper(robot) {
     for (std::size_t i = 0; i < robot.joints().size(); ++i) {
       const sim::bus::BoardAxis& axis =
@@ -108,7 +108,7 @@ class LyingRobot final : public hal::RobotWrapper {
     return shown_;
   }
 
-  /// Counts on by what the sensor makes of `way_rad`.
+  /// Counts on by the sensor's value of `way_rad`.
   double position(double way_rad, double elapsed_s) noexcept {
     const double jump_rad = time_s_ <= elapsed_s ? lie_->value : 0.0;
     switch (lie_->kind) {
@@ -157,7 +157,7 @@ class LyingRobot final : public hal::RobotWrapper {
     blurred.torque_Nm = blur(own.torque_Nm);
     return shown(own, blurred);
   }
-  /// The channels that lie from `wrong`, the others from `own`.
+  /// The faulty channels from `wrong`, the others from `own`.
   hal::JointSample shown(hal::JointSample own, const hal::JointSample& wrong) const noexcept {
     if (lies(Channel::kPosition)) own.position_rad = wrong.position_rad;
     if (lies(Channel::kVelocity)) own.velocity_rad_per_s = wrong.velocity_rad_per_s;
@@ -171,7 +171,7 @@ class LyingRobot final : public hal::RobotWrapper {
   hal::JointSample begin_;
   hal::JointSample shown_;
   double last_rad_ = 0.0;
-  double time_s_ = 0.0;  // since the lie began
+  double time_s_ = 0.0;  // since the onset
   double contact_until_s_ = 0.0;
   bool contact_ = false;
   std::array<hal::JointSample, kMemory> late_{};

@@ -1,5 +1,5 @@
 /// @file
-/// Real measurements under tests/data, whose README.md files tell where they come from.
+/// Real measurements under tests/data; their README.md files document the sources.
 #pragma once
 #include <cmath>
 #include <fstream>
@@ -31,8 +31,8 @@ inline std::vector<std::vector<std::string>> csv_rows(const std::string& path) {
   return rows;
 }
 
-/// The mean of each run of a screw drive, as the peers in its README took it. The interval comes from ten
-/// stretches of the run, since its samples are not independent.
+/// The mean of each run of a screw drive, as in the paper in its README. The interval is from ten stretches
+/// of the run, because its samples are not independent.
 inline identification::fit::StaticMap screw_drive_map(int drive) {
   struct Run {
     std::vector<double> velocity;

@@ -1,5 +1,5 @@
 /// @file
-/// The emulated Falcon where a driver expects it: behind a port of its own, or behind a mocked kernel.
+/// The emulated Falcon for a driver: on its own port, or on a mocked kernel.
 #pragma once
 #include <cerrno>
 #include <chrono>
@@ -17,7 +17,7 @@
 
 namespace support {
 
-/// A port that may go while what it leads to stays.
+/// A port that may be destroyed while its target stays.
 class BorrowedPort final : public drivers::usb::UsbPort {
  public:
   explicit BorrowedPort(drivers::usb::UsbPort& port) : port_(port) {}
@@ -39,9 +39,9 @@ class BorrowedPort final : public drivers::usb::UsbPort {
   drivers::usb::UsbPort& port_;
 };
 
-/// The emulated device has a time of its own: after each write it gets as much of it as it needs to say what
-/// it has to say, and a packet without bytes behind that, as the real one sends. As the real one's chip does,
-/// it keeps only some replies for a host that does not fetch them, and none when it is told to forget them.
+/// The emulated device has its own time: after each write it gets the time that it needs for its output, and
+/// an empty packet after that, like the real one. Like the real one's chip, it keeps only some replies for a
+/// host that does not fetch them, and none when commanded to drop them.
 class MockFalcon {
  public:
   /// After each write of the host, in the device's thread.
@@ -64,7 +64,7 @@ class MockFalcon {
   }
 
   MockUsbDevice& usb() { return usb_; }
-  /// The emulated device, while the other thread does not touch it.
+  /// Access to the emulated device, excluding the other thread.
   template <typename Action>
   auto with(Action action) {
     const std::lock_guard lock(mutex_);
@@ -73,7 +73,7 @@ class MockFalcon {
 
  private:
   static constexpr int kIn = 0x81;
-  static constexpr int kMostWaiting = 32;  // packets, every other one of which is empty
+  static constexpr int kMostWaiting = 32;  // packets, every other one is empty
   static int error_of(const drivers::usb::TransferResult& result) { return result.ok() ? 0 : -EPIPE; }
 
   int pump() {

@@ -1,10 +1,10 @@
 /// @file
-/// HID devices that only programs under umockdev's preload see: in sysfs, where drivers/haptic finds them,
-/// and as /dev/hidraw0, /dev/hidraw1 and so on, which behave as the kernel's: each opener gets all reports
-/// that come while it has the node open, poll() tells when there are some, and unplugging hangs up.
+/// HID devices that are only visible under umockdev's preload: in sysfs, where drivers/haptic finds them, and
+/// as /dev/hidraw0, /dev/hidraw1 and so on, which behave like the kernel's: each opener gets all reports that
+/// arrive while it has the node open, poll() reports them, and unplugging hangs up.
 ///
-/// What behaves like a real node in poll() is a pseudo terminal: one byte waits in it for each report. The
-/// reports themselves are handed over by umockdev's thread.
+/// A pseudo terminal behaves like a real node in poll(): one byte waits in it for each report. umockdev's
+/// thread passes the reports themselves.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -24,10 +24,10 @@ struct MockHidrawOptions {
   std::string name = "mocked device";
   std::string serial{};
   int usb_interface = 0;
-  /// Reports that wait for an opener; what comes when there are so many is dropped, as by the kernel.
+  /// Reports that wait for an opener; further ones are dropped, as by the kernel.
   std::size_t queue = 63;
   bool refuses_output = false;     ///< writes fail: EPIPE
-  bool refuses_questions = false;  ///< ioctls fail: ENOTTY, as with what is no HID node
+  bool refuses_questions = false;  ///< ioctls fail: ENOTTY, as for a node that is not HID
 };
 
 class MockHidrawDevice {
@@ -35,24 +35,24 @@ class MockHidrawDevice {
   using Bytes = std::vector<std::uint8_t>;
 
   const std::string& path() const;
-  /// For all who have it open now. When this returns, poll() tells.
+  /// For all current openers. After it returns, poll() reports it.
   void send(const Bytes& report);
   /// What was written so far.
   std::vector<Bytes> outputs() const;
-  int openers() const;  ///< ever
+  int openers() const;  ///< total
   /// Reads that a real node would have blocked.
   int reads_without_report() const;
-  /// Gone: from sysfs as well, and for all who have it open.
+  /// Removed: from sysfs as well, and for all openers.
   void unplug();
 
  private:
   friend class MockHidrawBus;
   struct State;
   explicit MockHidrawDevice(std::shared_ptr<State> state) : state_(std::move(state)) {}
-  std::shared_ptr<State> state_;  // umockdev's thread may still be in it when we are gone
+  std::shared_ptr<State> state_;  // umockdev's thread may still use it after our destruction
 };
 
-/// The machine that they are plugged into. One of them at a time in a process; goes with its devices.
+/// The machine that they are plugged into. One at a time per process; must be destroyed with its devices.
 class MockHidrawBus {
  public:
   MockHidrawBus();
@@ -60,7 +60,7 @@ class MockHidrawBus {
   MockHidrawBus& operator=(const MockHidrawBus&) = delete;
   ~MockHidrawBus();
 
-  /// Throws std::runtime_error when it cannot be mocked.
+  /// Throws std::runtime_error if it cannot be mocked.
   MockHidrawDevice& plug(const MockHidrawOptions& options);
 
  private:

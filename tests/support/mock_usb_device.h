@@ -1,14 +1,14 @@
 /// @file
-/// A USB device that the kernel does not have, for the real libusb: umockdev shows its folder in /sys and its
-/// node in /dev/bus/usb, and what libusb asks of the node (usbfs, linux/usbdevice_fs.h) is answered here. The
-/// program has to run with umockdev's library loaded before all others; see tests/mock_kernel/CMakeLists.txt.
+/// A USB device that the kernel does not have, for the real libusb: umockdev provides its directory in /sys
+/// and its node in /dev/bus/usb, and libusb's requests to the node (usbfs, linux/usbdevice_fs.h) are answered
+/// here. The program must run with umockdev's library preloaded; see tests/mock_kernel/CMakeLists.txt.
 ///
 ///   support::MockUsbBus bus;
 ///   support::MockUsbDevice device(bus, {.vendor = 0x0403, .product = 0xcb48});
 ///   device.on_out([&](int endpoint, Bytes bytes) { device.send(0x81, bytes); return 0; });
 ///
-/// The node is a pseudo-terminal's, so that poll(2) waits as it does on usbfs: ready to write while a
-/// transfer waits to be fetched, an error once the device is gone. One bus per process at a time.
+/// The node is a pseudo-terminal's, so that poll(2) waits as on usbfs: ready to write while a transfer waits
+/// to be fetched, an error once the device is gone. One bus per process at a time.
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -21,7 +21,7 @@ namespace support {
 
 using UsbBytes = std::vector<std::uint8_t>;
 
-/// Whether umockdev stands between this process and the kernel.
+/// Whether umockdev is between this process and the kernel.
 bool in_mock_kernel();
 
 /// An empty machine with one root hub, usb1.
@@ -32,7 +32,7 @@ class MockUsbBus {
   MockUsbBus& operator=(const MockUsbBus&) = delete;
   ~MockUsbBus();
 
-  /// What takes the place of "/".
+  /// Replaces "/".
   std::filesystem::path root() const;
 
  private:
@@ -48,7 +48,7 @@ struct MockUsbOptions {
   std::uint16_t vendor = 0x0403;
   std::uint16_t product = 0xcb48;
   int port = 1;            ///< of the root hub: the device is 1-PORT
-  int address = 2;         ///< one that no other device has or had
+  int address = 2;         ///< never used by another device
   UsbBytes descriptors{};  ///< empty: bulk_pair_descriptors()
   std::string manufacturer = "NOVINT";
   std::string product_name = "FALCON HAPTIC";
@@ -65,7 +65,7 @@ struct ControlRequest {
   friend bool operator==(const ControlRequest&, const ControlRequest&) = default;
 };
 
-/// What the host asked of the kernel so far.
+/// The host's requests to the kernel so far.
 struct MockUsbCounts {
   int opens = 0;
   int claims = 0;
@@ -88,33 +88,33 @@ class MockUsbDevice {
   /// Unplugged.
   ~MockUsbDevice();
 
-  // ---- the device's side; callbacks run on a thread of umockdev's, one at a time. Once another one is set,
-  // or none, what they noted is the caller's to read ----
+  // ---- the device's side; callbacks run on a thread of umockdev's, one at a time. After another one, or
+  // none, is set, the caller may read their records ----
 
   /// 0, or a negative errno: -EPIPE is a stall. Without one: 0.
   void on_control(std::function<int(const ControlRequest&)> callback);
   void on_out(std::function<int(int endpoint, const UsbBytes&)> callback);
-  /// For an IN transfer, at once or when the host asks; in order. More than fits it is an overflow.
+  /// For an IN transfer, at once or at the host's request; in order. More than fits is an overflow.
   void send(int endpoint, const UsbBytes& packet);
-  /// The same with a failure, a negative errno in place of a packet. -EPIPE halts the endpoint: what is under
-  /// way stays there, what comes later fails, until the host clears the halt.
+  /// The same with a failure, a negative errno instead of a packet. -EPIPE halts the endpoint: transfers
+  /// under way stay there, later ones fail, until the host clears the halt.
   void fail_in(int endpoint, int error);
-  /// Packets that no transfer has taken yet are gone.
+  /// Drops packets that no transfer has taken yet.
   void forget(int endpoint);
 
   // ---- faults ----
 
-  /// OUT transfers stay under way after `taken` bytes, until released or taken back.
+  /// OUT transfers stay under way after `taken` bytes, until released or cancelled.
   void hold_out(int taken = 0);
   void release_out();
   void refuse_claims(bool refuse);
-  /// Everything under way fails, the node's poll(2) too, and udev tells of it.
+  /// Everything under way fails, including poll(2) on the node, and udev reports it.
   void unplug();
 
   // ---- for tests ----
 
   MockUsbCounts counts() const;
-  /// IN transfers that the host has under way.
+  /// IN transfers of the host under way.
   int listening() const;
   /// Packets that no transfer has taken yet.
   int waiting() const;

@@ -4,9 +4,9 @@
 
 namespace support {
 
-/// Counts calls of malloc and its kin, free, and pthread_mutex_lock made by this thread while one guard is
-/// alive (C++ new, containers, strings and std::mutex all end there). The interposed functions of
-/// no_alloc_guard.cpp replace libc's for the whole binary; under a sanitizer, which has its own, the guard
+/// Counts calls of malloc and related functions, free, and pthread_mutex_lock by this thread during the
+/// lifetime of a guard (C++ new, containers, strings and std::mutex all end there). The interposed functions
+/// of no_alloc_guard.cpp replace libc's for the whole binary; under a sanitizer, which has its own, the guard
 /// counts nothing and kActive is false.
 class NoAllocGuard {
  public:

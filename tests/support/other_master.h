@@ -1,5 +1,5 @@
 /// @file
-/// Another EtherCAT master on a network interface, as a program that knows nothing of ours.
+/// Another EtherCAT master on a network interface: a program that is unaware of ours.
 #pragma once
 #include <linux/if_packet.h>
 #include <net/if.h>
@@ -15,7 +15,7 @@
 
 namespace support {
 
-/// Asks all slaves for their state once a millisecond, from SOEM's source address. Needs root.
+/// Reads the state of all slaves once per millisecond, from SOEM's source address. Needs root.
 class OtherMaster {
  public:
   explicit OtherMaster(const std::string& interface)

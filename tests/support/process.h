@@ -1,5 +1,5 @@
 /// @file
-/// A program that runs beside the test, with its output on a pipe.
+/// A program that runs in parallel to the test, with its output on a pipe.
 #pragma once
 #include <fcntl.h>
 #include <sys/wait.h>
@@ -16,7 +16,7 @@
 
 namespace support {
 
-/// The program and its arguments, without a shell. Killed with this object, if it still runs.
+/// The program and its arguments, without a shell. Killed with this object if it still runs.
 class Process {
  public:
   explicit Process(std::vector<std::string> words) {
@@ -52,7 +52,7 @@ class Process {
     if (output_ != nullptr) fclose(output_);
   }
 
-  /// Reads until a line holds `text`; false when the output ends before.
+  /// Reads until a line contains `text`; false if the output ends before.
   bool wait_for(const std::string& text) {
     std::array<char, 4096> line{};
     while (fgets(line.data(), line.size(), output_) != nullptr) {
@@ -70,10 +70,10 @@ class Process {
     close(input_);
     input_ = -1;
   }
-  /// From now on a few unread lines fill its output.
+  /// From now on a few unread lines fill its output pipe.
   bool shrink_output() const { return fcntl(fileno(output_), F_SETPIPE_SZ, 4096) == 4096; }
   void signal(int number) const { kill(pid_, number); }
-  /// Whether it has ended by itself; finish() still tells how.
+  /// Whether it has ended by itself; finish() still returns how.
   bool ended() const {
     siginfo_t info{};
     return waitid(P_PID, static_cast<id_t>(pid_), &info, WEXITED | WNOHANG | WNOWAIT) == 0 &&

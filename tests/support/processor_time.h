@@ -1,6 +1,6 @@
 /// @file
-/// Processor time of the calling thread. Tests measure it instead of wall-clock time, which depends on how
-/// busy the machine is.
+/// Processor time of the calling thread. Tests measure it instead of wall-clock time, which depends on the
+/// load of the machine.
 #pragma once
 #include <chrono>
 #include <ctime>

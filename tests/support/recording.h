@@ -13,7 +13,7 @@ namespace support {
 
 class Recording {
  public:
-  /// Throws std::runtime_error when a row is not as wide as the header.
+  /// Throws std::runtime_error if a row is not as wide as the header.
   explicit Recording(const std::filesystem::path& path) : path_(path) {
     std::ifstream file(path);
     std::vector<std::vector<double>*> columns;

@@ -1,5 +1,5 @@
 /// @file
-/// A captured bus in place of the real one.
+/// A captured bus instead of a real one.
 #pragma once
 #include <algorithm>
 #include <chrono>
@@ -15,12 +15,12 @@
 
 namespace support {
 
-/// Answers a master as the capture has it, at the capture's times, for as long as the master sends what it
-/// sent then: each frame has to be the same byte by byte. The one thing that differs is the source address,
-/// which each master draws at random (unique_master_mac()): the replies carry the new one. The first frame
-/// that differs is described by difference(), and from then on the bus is silent.
+/// Answers a master from the capture, at the capture's times, as long as the master sends the captured
+/// frames: each must be equal byte by byte. The only difference is the source address, which each master
+/// draws at random (unique_master_mac()): the replies carry the new one. difference() describes the first
+/// differing frame, and from then on the bus is silent.
 ///
-/// Time is the capture's and passes in receive(), wait() and advance_to(): a replay takes none.
+/// Time is the capture's and advances in receive(), wait() and advance_to(): a replay takes none.
 class ReplayLink final : public drivers::ethercat::Link {
  public:
   using Bytes = std::vector<std::uint8_t>;
@@ -56,7 +56,7 @@ class ReplayLink final : public drivers::ethercat::Link {
   const std::string& name() const noexcept override { return name_; }
 
   void advance_to(std::chrono::nanoseconds time) noexcept { now_ = std::max(now_, time); }
-  /// Empty as long as the master sends what it sent when it was captured.
+  /// Empty as long as the master sends the captured frames.
   const std::string& difference() const noexcept { return difference_; }
   bool at_end() const noexcept { return next_ == frames_.size(); }
 
@@ -82,7 +82,7 @@ class ReplayLink final : public drivers::ethercat::Link {
         difference_ = number + ": differs from byte " + std::to_string(here - expected.begin()) + " on";
     }
   }
-  /// Of our own frame, as against one of another master's.
+  /// True for our own frame, false for another master's.
   bool is_reply(const Bytes& frame) const {
     const Bytes& ours = frames_.front().bytes;
     return (frame[kSource] & ~drivers::ethercat::kReturnedBit) == ours[kSource] &&

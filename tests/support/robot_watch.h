@@ -1,5 +1,5 @@
 /// @file
-/// Judges a robot by what its motors follow, and believes nothing that the software says which commands it.
+/// Judges a robot by the commands that its motors follow, independent of the software that commands it.
 #pragma once
 #include <chrono>
 #include <cstddef>
@@ -18,27 +18,27 @@ namespace support {
 
 using std::chrono::nanoseconds;
 
-/// What the motor of a joint follows.
+/// Command that the motor of a joint follows.
 struct FollowedDrive {
-  /// From kPosition on it is commanded. kOpen: without power, or shorted; kHeld: the drive's own watchdog ran
-  /// out.
+  /// From kPosition on it is commanded. kOpen: without power, or shorted; kHeld: the drive's own watchdog
+  /// expired.
   enum class Mode : std::uint8_t { kOpen, kHeld, kStopped, kPosition, kVelocity, kPwm, kCurrent };
   Mode mode = Mode::kOpen;
   double target = 0.0;    ///< rad, rad/s or N·m at the joint, as `mode` says
-  nanoseconds unheard{};  ///< since the drive was last commanded
-  bool homed = false;     ///< of kPosition: it counts as the joint's range does
+  nanoseconds unheard{};  ///< time since the drive was last commanded
+  bool homed = false;     ///< for kPosition: it has the zero of the joint's range
 
   bool acts() const noexcept { return mode == Mode::kPosition || (mode > Mode::kPosition && target != 0); }
 };
 
-/// Of a board. `true_rad` is where its joint is.
+/// For a board. `true_rad`: position of its joint.
 FollowedDrive followed_by(const sim::bus::TmcmBoard& board, double true_rad);
-/// Of each joint of a robot. `drives` has as many.
+/// For each joint of a robot. `drives` has the same size.
 void look_at(sim::bus::YoubotBus& bus, std::span<FollowedDrive> drives);
-/// Whether a joint's counter counts from where its range does.
+/// Whether a joint's counter has the zero of its range.
 bool is_homed(double counter_rad, double true_rad) noexcept;
 
-/// What a joint must never be commanded beyond.
+/// Limits that a joint must never be commanded beyond.
 struct DriveLimits {
   std::string name;
   double torque_Nm = 0.0;
@@ -52,21 +52,20 @@ DriveLimits wheel_limits(std::size_t wheel);
 DriveLimits arm_limits(std::string name, const sim::bus::ArmJointData& joint);
 std::vector<DriveLimits> robot_limits(bool has_base, std::size_t arms);
 
-/// The rules, each checked at the end of each period. They need no knowledge of what a test is about:
-/// - Nothing is commanded but between an enable and the disable or fault that follows: a drive that hears its
-///   bus obeys after Allowance::until_heard, and any other within its own watchdog.
-/// - What worked and then was switched off, or held or let go by its drive while that heard its bus, is not
-///   commanded again before the next enable.
+/// The rules, each checked at the end of each period. They are independent of the test:
+/// - Nothing is commanded except between an enable and the following disable or fault: a drive that receives
+///   its bus obeys within Allowance::until_heard, any other within its own watchdog.
+/// - A drive that worked and was then switched off, or held or released itself while it received its bus, is
+///   not commanded again before the next enable.
 /// - Nothing is commanded for longer than the watchdog after the last process data.
-/// - Targets are finite; torque and speed within the limits; positions of a joint that knows its zero within
-///   its range.
+/// - Targets are finite; torque and speed within the limits; positions of a homed joint within its range.
 class RobotWatch {
  public:
-  /// The boards' watchdog, parameter 90, and some periods of theirs and of the bus.
+  /// The boards' watchdog, parameter 90, plus some periods of boards and bus.
   static constexpr std::chrono::milliseconds kWatchdog{105};
 
   struct Allowance {
-    /// For so long a drive may hear its bus after permission has ended, and still be commanded.
+    /// Time that a drive may still be commanded on a working bus after the end of the permission.
     nanoseconds until_heard = std::chrono::milliseconds(2);
     bool watchdog = true;  ///< the drives have one
   };
@@ -77,14 +76,14 @@ class RobotWatch {
   void permit();
   void forbid();
   bool permitted() const noexcept { return permitted_; }
-  /// The robot says that it obeys: until forbid() velocities and positions count as work, as currents always
-  /// do. Before, they may be part of a start-up, which stops in between.
+  /// The robot reports that it obeys: until forbid() velocities and positions count as work, as currents
+  /// always do. Before, they may be part of a start-up, which stops in between.
   void obeys() noexcept { obeys_ = permitted_; }
   bool obeying() const noexcept { return obeys_; }
   /// A period has passed; `drives` in the order of the limits.
   void look(nanoseconds now, std::span<const FollowedDrive> drives);
 
-  /// Keeps each once, with its first time.
+  /// Stores each once, with its first time.
   void violate(const std::string& what);
   const std::vector<std::string>& violations() const noexcept { return violations_; }
 
@@ -92,7 +91,7 @@ class RobotWatch {
   struct Joint {
     bool worked = false;  // since the last enable
     int rested = 0;       // periods since then
-    nanoseconds heard{};  // for so long since the robot was forbidden to move
+    nanoseconds heard{};  // time since the robot was forbidden to move
   };
   void check_permission(const std::string& name, const FollowedDrive& drive, nanoseconds heard);
   void check_restart(std::size_t joint, const FollowedDrive& drive);

@@ -1,5 +1,5 @@
 /// @file
-/// Tests that need something of the machine: namespaces, a program, a device.
+/// Tests that depend on the machine: namespaces, a program, a device.
 #pragma once
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -8,12 +8,12 @@
 
 namespace support {
 
-/// `./dev test` installs what the tests need, so as root none of them has an excuse.
+/// `./dev test` installs what the tests need, so as root none of them may be skipped.
 inline bool must_run() { return std::getenv("YOUBOT_TESTS_MUST_RUN") != nullptr && ::geteuid() == 0; }
 
 }  // namespace support
 
-/// Without `condition` the test ends here: skipped, or failed where it must run.
+/// Without `condition` the test ends here: skipped, or failed if it must run.
 #define SKIP_UNLESS(condition, reason)         \
   do {                                         \
     if (condition) break;                      \

@@ -11,8 +11,8 @@
 
 namespace support {
 
-/// A port whose clock runs at a fiftieth of the real speed: a time-out of the driver lasts fifty times as
-/// long, and no reply misses it on a busy machine.
+/// A port whose clock runs at a fiftieth of real time: the driver's time-outs last fifty times as long, and
+/// no reply misses them on a busy machine.
 class SlowPort final : public drivers::usb::UsbPort {
  public:
   explicit SlowPort(std::unique_ptr<drivers::usb::UsbPort> port) : port_(std::move(port)) {}

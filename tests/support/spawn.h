@@ -1,5 +1,5 @@
 /// @file
-/// Runs a program without a shell, which a sanitizer's library, loaded before all others, would bring down.
+/// Runs a program without a shell, which a preloaded sanitizer library would crash.
 #pragma once
 #include <string>
 #include <string_view>
@@ -8,7 +8,7 @@
 namespace support {
 
 struct SpawnResult {
-  int exit_code = -1;    ///< -1 when it could not be started or was ended by a signal
+  int exit_code = -1;    ///< -1 if it could not be started or was ended by a signal
   std::string output{};  ///< both streams
   bool said(std::string_view part) const { return output.find(part) != std::string::npos; }
 };

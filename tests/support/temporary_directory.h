@@ -1,6 +1,6 @@
 /// @file
-/// A directory for the files of one test: tests run side by side in processes of their own, so nothing that
-/// two of them could meet at may have a fixed name.
+/// A directory for the files of one test: tests run in parallel processes, so shared resources must not have
+/// fixed names.
 #pragma once
 #include <cerrno>
 #include <cstdlib>
@@ -14,10 +14,10 @@
 
 namespace support {
 
-/// Fresh and empty; it goes with this object, and so does everything in it.
+/// New and empty; removed with its content by the destructor.
 class TemporaryDirectory {
  public:
-  /// Throws std::runtime_error when there is no place for it.
+  /// Throws std::runtime_error if it cannot be created.
   TemporaryDirectory() {
     const std::string pattern = (std::filesystem::temp_directory_path() / "youbot-test-XXXXXX").string();
     std::string made = pattern;
@@ -35,8 +35,8 @@ class TemporaryDirectory {
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
 
-  /// The path of the file that now holds `text` and nothing else; the folders in `name` are made where they
-  /// are missing. Throws std::runtime_error when it could not be written.
+  /// Writes `text` to a file and returns its path; creates missing directories in `name`. Throws
+  /// std::runtime_error if it could not be written.
   std::filesystem::path write(std::string_view name, std::string_view text) const {
     std::filesystem::path file = path_ / name;
     std::filesystem::create_directories(file.parent_path());

@@ -1,5 +1,5 @@
 /// @file
-/// A robot of which one joint turns by itself and ignores its commands.
+/// A robot with one joint that turns by itself and ignores its commands.
 #pragma once
 #include <chrono>
 #include <cstddef>

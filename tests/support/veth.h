@@ -1,6 +1,6 @@
 /// @file
-/// Two network namespaces joined by a veth pair, and a bus emulator in one of them: what tests with real raw
-/// sockets stand on. Needs root.
+/// Two network namespaces joined by a veth pair, with a bus emulator in one of them: the basis of tests with
+/// real raw sockets. Needs root.
 #pragma once
 #include <sys/types.h>
 
@@ -9,8 +9,8 @@
 
 namespace support {
 
-/// A pair of namespaces joined by a veth pair: interface veth-s in the one of the simulator, veth-c in the
-/// other, in which the calling thread lives while this exists. Threads started meanwhile live there too.
+/// A pair of namespaces joined by a veth pair: interface veth-s in the simulator's, veth-c in the other, in
+/// which the calling thread runs while this exists. Threads started meanwhile run there too.
 class Namespaces {
  public:
   Namespaces();
@@ -18,7 +18,7 @@ class Namespaces {
   Namespaces& operator=(const Namespaces&) = delete;
   ~Namespaces();
 
-  /// False without root or where namespaces are forbidden: skip the test.
+  /// False without root or if namespaces are forbidden: skip the test.
   bool usable() const { return usable_; }
   std::string sim_namespace() const { return "ybs" + id_; }
   std::string control_namespace() const { return "ybc" + id_; }
@@ -29,8 +29,8 @@ class Namespaces {
   bool usable_ = false;
 };
 
-/// A program in the simulator's namespace, from the line on its output that says it is ready to the end of
-/// this object. It is not listened to afterwards, so it must not say more than a pipe holds.
+/// A program in the simulator's namespace, from its ready message to the end of this object. Its later output
+/// is not read, so it must fit into a pipe.
 class Server {
  public:
   Server(const Namespaces& namespaces, const std::string& command, const std::string& ready_word);

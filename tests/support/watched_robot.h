@@ -1,5 +1,5 @@
 /// @file
-/// Robots whose motors are watched: a test with one of them fails when a rule of RobotWatch is broken.
+/// Robots with watched motors: a test fails if a rule of RobotWatch is broken.
 #pragma once
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@
 
 namespace support {
 
-/// Reports at its end.
+/// Reports in its destructor.
 class TestWatch : public RobotWatch {
  public:
   using RobotWatch::RobotWatch;
@@ -42,9 +42,9 @@ class TestWatch : public RobotWatch {
 
   /// The robot whose enables and disables count.
   std::unique_ptr<hal::Robot> over(std::unique_ptr<hal::Robot> robot);
-  /// The test breaks a rule on purpose: a violation has to contain this.
+  /// The test breaks a rule on purpose: a violation must contain this text.
   void expect_violation(std::string part) { expected_.push_back(std::move(part)); }
-  /// Permission comes from the enables of the robot's HAL interface; this many of them, when said.
+  /// Permission follows the enables of the robot's HAL interface; limited to this many, if given.
   void allow_enables(int count) { enables_left_ = count; }
   void enable() {
     if (enables_left_ && --*enables_left_ < 0) violate("the robot is enabled by itself");
@@ -59,7 +59,7 @@ class TestWatch : public RobotWatch {
   std::optional<int> enables_left_;
 };
 
-/// Stands where the commands pass the HAL interface and tells the watch of enable, disable and fault.
+/// Wraps the HAL interface and reports enable, disable and fault to the watch.
 class WatchedRobot final : public hal::RobotWrapper {
  public:
   WatchedRobot(std::unique_ptr<hal::Robot> robot, TestWatch& watch)
@@ -78,7 +78,7 @@ class WatchedRobot final : public hal::RobotWrapper {
     if (command.enable && !enable_) watch_.enable();
     enable_ = command.enable;
     const hal::CycleStatus status = RobotWrapper::exchange(command, sample);
-    // Catching up with time that was missed is still part of what went before: after the exchange.
+    // Making up for missed time still belongs to the previous command: after the exchange.
     if (!command.enable || !status.ok())
       watch_.forbid();
     else if (sample.enabled)
@@ -95,7 +95,7 @@ inline std::unique_ptr<hal::Robot> TestWatch::over(std::unique_ptr<hal::Robot> r
   return std::make_unique<WatchedRobot>(std::move(robot), *this);
 }
 
-/// Of an emulated robot on a bus, which outlives it.
+/// For an emulated robot on a bus, which must outlive it.
 class BusWatch final : public TestWatch {
  public:
   explicit BusWatch(sim::bus::YoubotBus& bus)
@@ -115,8 +115,8 @@ class BusWatch final : public TestWatch {
   sim::bus::YoubotBus& bus_;
 };
 
-/// Of the bench rig, which outlives it. Its module has no watchdog, and requests get lost: what the master
-/// repeats until it is acknowledged comes later.
+/// For the bench rig, which must outlive it. Its module has no watchdog, and requests get lost: repetitions
+/// until the acknowledgement come later.
 class CanWatch final : public TestWatch {
  public:
   CanWatch(sim::can::BenchRig& rig, DriveLimits limits)
@@ -135,10 +135,10 @@ class CanWatch final : public TestWatch {
   sim::can::BenchRig& rig_;
 };
 
-/// A loopback robot that is watched.
+/// A watched loopback robot.
 class WatchedLoopback final : public hal::Robot {
  public:
-  /// As hal::LoopbackRobot. The limits are those of `joints`.
+  /// Like hal::LoopbackRobot. The limits are those of `joints`.
   WatchedLoopback(hal::Plant& plant, const hal::Clock& clock, nanoseconds period,
                   const std::vector<hal::JointInfo>& joints)
       : watch(limits_of(joints)),
@@ -168,7 +168,7 @@ class WatchedLoopback final : public hal::Robot {
       plant_.advance(commands, powered, duration);
       now_ += duration;
       std::array<FollowedDrive, hal::kMaxJoints> drives;
-      // Who commands the period that enables has no sample yet that says where the joints are.
+      // In the period that enables, there is no sample with the joints' positions yet.
       for (std::size_t i = 0; powered && i < commands.size(); ++i)
         drives[i] = {.mode = mode_of(commands[i].mode),
                      .target = commands[i].target,

@@ -1,5 +1,5 @@
 /// @file
-/// Measured drives in the project's own formats: what was published about each, and its recordings.
+/// Measured drives in the project's formats: published data of each, and its recordings.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -15,16 +15,16 @@ struct ConvertedRecording {
   identification::Recording recording;
 };
 
-/// Joint side, SI. The model is what a laboratory has before it looks at the data: inertia, Coulomb and
-/// viscous friction as published or from data sheets, and a weight that was put on.
+/// Joint side, SI. The model contains what a laboratory knows in advance: inertia, Coulomb and viscous
+/// friction as published or from data sheets, and an attached weight.
 struct ConvertedDrive {
   model::effects::DriveModel base;   ///< its name is that of the rig and of the directory
-  std::vector<std::string> remarks;  ///< where its numbers come from; comments of the model file
+  std::vector<std::string> remarks;  ///< sources of its numbers; comments of the model file
   std::vector<ConvertedRecording> data;
-  std::vector<ConvertedRecording> held_out{};  ///< empty: the analysis sets aside what it likes
+  std::vector<ConvertedRecording> held_out{};  ///< empty: the analysis sets data aside
 };
 
-// One for each folder of tests/data; its README says what is mapped to what. `folder`: that folder.
+// One for each folder of tests/data; its README documents the mapping. `folder`: that folder.
 // @throws std::runtime_error naming the file that cannot be used.
 
 /// `drive`: 1 or 2.

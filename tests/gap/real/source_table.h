@@ -11,12 +11,12 @@ namespace real_recordings {
 
 class SourceTable {
  public:
-  /// @throws std::runtime_error naming file and line; a table with less than two rows is none.
+  /// @throws std::runtime_error naming file and line; a table needs at least two rows.
   explicit SourceTable(const std::filesystem::path& path);
 
   std::size_t rows() const noexcept { return rows_.size(); }
-  /// @throws std::runtime_error naming the file when there is no such column, or a field that is no finite
-  ///         number.
+  /// @throws std::runtime_error naming the file if there is no such column, or a field is not a finite
+  /// number.
   std::vector<double> column(std::string_view name) const;
   std::vector<std::string> words(std::string_view name) const;
 
