@@ -227,7 +227,7 @@ TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) 
   EXPECT_EQ(scan.exit_code, 0) << scan.output;
 }
 
-/// A served base on veth-c, and who asks it.
+/// A served base on veth-c, and its client.
 struct ServedBase {
   ServedBase()
       : config(directory.write("config.toml",
@@ -286,7 +286,7 @@ TEST(EthercatOverVeth, AnotherMasterThatJoinsEndsTheRunByItsName) {
   ASSERT_TRUE(base.daemon.wait_for("waiting for commands"));
   std::optional<support::OtherMaster> other(std::in_place, "veth-c");
   ASSERT_TRUE(base.daemon.wait_for("robot: bus: another EtherCAT master is on it: 01:01:01:01:01:01"));
-  // While it is there no run lasts.
+  // While the other master is there, no run lasts.
   const support::CommandResult run = base.tell("enable");
   EXPECT_EQ(run.exit_code, 4) << run.output;
   const nlohmann::json status = base.status();

@@ -1,4 +1,4 @@
-// An effect that nobody was told of: drawn from a seed, and kept to itself until somebody asks.
+// A hidden effect: drawn from a seed, and not disclosed until requested.
 #include "runtime/configuration/hidden_effect.h"
 
 #include <gtest/gtest.h>

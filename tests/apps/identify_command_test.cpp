@@ -76,7 +76,7 @@ TEST_F(IdentifyCommand, WritesAStribeckEffectForThePlainScrewOnly) {
   EXPECT_NE(model().find("format = \"youbot-drive-model/1\"\nname = \"tro2021-drive-1\""), std::string::npos);
   EXPECT_NE(model().find("type = \"stribeck\""), std::string::npos) << model();
   EXPECT_NE(model().find("type = \"torque_offset\""), std::string::npos);
-  // Nothing tells the inertia, without which a file is no model.
+  // Nothing determines the inertia, without which the file is not a model.
   EXPECT_EQ(drive_model().inertia_kg_m2, model::effects::DriveModel{}.inertia_kg_m2);
   EXPECT_NE(model().find("# inertia_kg_m2 is assumed"), std::string::npos) << model();
   EXPECT_TRUE(said("0.0112 kg·m², assumed")) << output_;

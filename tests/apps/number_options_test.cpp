@@ -1,5 +1,5 @@
-// Every option of every program that takes a number refuses what is none: "nan" lies in every range that is
-// checked from its ends.
+// Every numeric option of every program rejects non-numbers: "nan" passes any range check that compares with
+// the ends.
 #include <gtest/gtest.h>
 
 #include <algorithm>

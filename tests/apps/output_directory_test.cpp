@@ -46,7 +46,7 @@ TEST(OutputDirectory, IsTriedWithAFileAsRightsAloneMayLie) {
   const support::TemporaryDirectory folder;
   EXPECT_EQ(runtime::why_not_writable(folder.path()), "");
   EXPECT_TRUE(fs::is_empty(folder.path()));
-  // Root has every right there, and nobody can make a file.
+  // Even root cannot create a file there.
   EXPECT_THROW(runtime::make_output_directory("/proc"), hal::SetupError);
 }
 

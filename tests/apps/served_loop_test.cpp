@@ -1,4 +1,4 @@
-// The cycle that is told what to do, with runs that a test looks into.
+// The cycle that follows orders, with observable runs.
 #include "apps/youbotd/served_loop.h"
 
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ class IdleRobot final : public hal::Robot {
   hal::CycleStatus status{};
 };
 
-/// Comes to rest in three steps once told, as a real one takes its time.
+/// Comes to rest three steps after the request, because a real one takes time.
 class ScriptedRun final : public operation::Run {
  public:
   void step(nanoseconds) noexcept override {
@@ -200,7 +200,7 @@ TEST_F(ServedLoopTest, ARunThatNeverBeganIsNotEndedForWantOfOrders) {
   EXPECT_FALSE(told.unheard);
 }
 
-/// Counts who touches it.
+/// Counts the calls to it.
 class CountedMaster final : public hal::HapticDevice {
  public:
   const hal::HapticInfo& info() const noexcept override { return info_; }
@@ -245,7 +245,7 @@ TEST_F(ServedLoopTest, WhatItTellsSaysWhichOrdersItFollows) {
   EXPECT_TRUE(told.master_left);
   EXPECT_EQ(master.exchanges, 1) << "of the second order";
 
-  // Likewise of a fault: opened anew, it is there again.
+  // The same for a fault: it is back after it is reopened.
   EXPECT_EQ(told.master.fault, hal::HapticFault::kUnplugged);
   master.status = {};
   with_master.order({.serial = 4});

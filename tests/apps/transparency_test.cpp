@@ -37,8 +37,8 @@ using youbot_bench::TransparencyResult;
 
 bool says(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-/// What makes teleoperation nonlinear is left out or nearly nothing: friction and what compensates it, the
-/// energy tank. Gears are stiff, because behind one that gives the tip is not where the encoders see it.
+/// Nonlinear parts of teleoperation are off or negligible: friction and its compensation, the energy tank.
+/// Gears are stiff, because behind a compliant one the encoders do not measure the end effector.
 runtime::OpenedRobot linear_robot(const hal::Clock& clock, std::chrono::nanoseconds period) {
   sim::MobileManipulatorParameters parameters = teleop_rig::unfolded_scene().robot;
   parameters.masses = {};
@@ -73,8 +73,8 @@ TransparencyResult measured(const TransparencyPlan& plan, const TransparencyCond
   return *result;
 }
 
-/// The coupling as control computes it: the spring at the hand; spring and damper at the tip, which is drawn
-/// by the velocity of the set-point, low-passed, and braked by its own.
+/// The coupling as computed by control: the spring at the hand; spring and damper at the end effector, which
+/// is driven by the low-passed velocity of the set-point, and braked by its own.
 struct Coupling {
   Complex at_hand, drawing, braking;
 
@@ -95,7 +95,7 @@ Complex laplace(const HybridPoint& point) { return {0.0, 2 * std::numbers::pi * 
 
 double relative_error(Complex is, Complex expected) { return std::abs(is - expected) / std::abs(expected); }
 
-/// Position-error force feedback: with the tip's mechanics Z_s, whatever they are,
+/// Position-error force feedback: with any mechanics Z_s of the end effector,
 ///   h22 = 1/(Z_s + C_braking), h21 = -λ·C_drawing·h22, h12 = C_hand·h22, h11 = Z_m + C_hand·(λ + h21).
 void expect_closed_form(const TransparencyPlan& plan, const TransparencyCondition& condition) {
   const TransparencyResult result = measured(plan, condition);
@@ -111,7 +111,8 @@ void expect_closed_form(const TransparencyPlan& plan, const TransparencyConditio
     const Eigen::Matrix2cd& H = point.H;
     const Complex pen = plan.hand.device_mass_kg * s + plan.hand.device_drag_N_s_per_m;
     EXPECT_LT(relative_error(H(0, 1), coupling.at_hand * H(1, 1)), 0.02);
-    // The tip's own velocity comes from encoders through a filter, which shows towards the highest line.
+    // The end effector's own velocity comes from encoders through a filter, which is visible near the highest
+    // line.
     EXPECT_LT(relative_error(H(1, 0), -motion_scale * coupling.drawing * H(1, 1)), 0.07);
     EXPECT_LT(relative_error(H(0, 0), pen + coupling.at_hand * (motion_scale + H(1, 0))), 0.02);
   }
@@ -256,7 +257,7 @@ TEST(TransparencyCommand, WritesTablesAndReport) {
       EXPECT_LE(row[channel], 1.0 + 1e-6);
     }
   }
-  // Friction notwithstanding, the tip goes where the hand goes.
+  // Despite friction, the end effector follows the hand.
   EXPECT_LT(rows.front()[5], -0.3) << "real part of h21";
 
   const std::string html = text_of(out + "/report.html");

@@ -15,7 +15,7 @@ const std::string kStopped = "slave 5 (TMCM-1632): answers, but is not in OP; it
 const std::string kResuming = "slave 5 (TMCM-1632): on its way to OP; it refused OP";
 
 struct TroubleLogTest : testing::Test {
-  /// What is told of it in as many beats.
+  /// Lines logged in this many beats.
   Lines warnings(const Lines& trouble, int beats) {
     Lines told;
     for (int i = 0; i < beats; ++i)

@@ -1,4 +1,4 @@
-// Experiments end to end: what is measured, what is on disk, and what stops.
+// Experiments end to end: measurements, files on disk, and stops.
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
@@ -143,8 +143,8 @@ class BenchExperiment : public ::testing::Test {
       return status;
     };
   }
-  /// In one go on one robot, and on another that is stopped after `cycles` and goes on where it stands.
-  /// Directories "run" and "in-parts".
+  /// In one go on one robot, and on another that is stopped after `cycles` and resumes there. Directories
+  /// "run" and "in-parts".
   void run_whole_and_in_parts(const ExperimentPlan& plan, std::uint64_t cycles) {
     EXPECT_TRUE(run(plan).fault.empty());
     options.directory = directory / "in-parts";
@@ -301,7 +301,7 @@ TEST_F(BenchExperiment, RampsAfterAnInterruptionFindTheSameStiffnessAndBreakAway
     for (std::size_t i = 0; i < parts.size(); ++i) {
       EXPECT_EQ(parts[i][1], once[i][1]);
       EXPECT_NEAR(parts[i][7], once[i][7], 0.03 * once[i][7]);
-      EXPECT_NEAR(parts[i][10], once[i][10], 2e-3);  // it goes on rising until the wheel is seen to slide
+      EXPECT_NEAR(parts[i][10], once[i][10], 2e-3);  // it keeps rising until the wheel is detected to slide
     }
   }
 }
@@ -639,7 +639,7 @@ TEST_F(BenchCommand, CompensationTellsWhetherTheHelpStaysBelowTheFrictionThatWas
   };
   // Its own curve, of which 95 % are helped; 3 % for how the two tables sample it.
   EXPECT_NEAR(passive_gain("measured", ""), 1 / 0.95, 0.03);
-  // The curve's least level is about 0.048 N·m, at 0.45 rad/s and in its dip.
+  // The curve's minimum is about 0.048 N·m, at 0.45 rad/s and in its dip.
   const std::string model =
       directory.write("strong.toml",
                       "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.011\n[[effect]]\n"
@@ -715,7 +715,7 @@ TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
   EXPECT_EQ(text_of(directory / "b/staircase/experiment.toml"), effective);
   EXPECT_EQ(text_of(directory / "b/staircase/wheel-1.csv"), text_of(directory / "a/staircase/wheel-1.csv"));
   EXPECT_EQ(bench("staircase --quiet --resume " + (directory / "a").string()).exit_code, 0);
-  // Of both `parameters` takes what is on the CAN bus, which alone it lacks here.
+  // From both files `parameters` reads the CAN settings; only the bus itself is missing here.
   for (const fs::path& file : {directory / "a/staircase/experiment.toml", fs::path(config)}) {
     const CommandResult parameters = bench("parameters --robot can:nosuch0 --config " + file.string());
     EXPECT_EQ(parameters.exit_code, 3) << parameters.output;

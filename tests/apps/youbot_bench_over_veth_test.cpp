@@ -91,8 +91,8 @@ TEST(YoubotBenchOverVeth, ASettingIsStillThereForTheNextProgram) {
   }
 }
 
-/// Listens on the robot's end of the cable: what the drives were told last, whether or not they were there to
-/// hear it. Not on the other end, where the kernel shows nobody what a master sends past its queues.
+/// Listens on the robot's end of the cable: the last commands to the drives, whether or not they were
+/// received. Not on the other end, where the kernel does not show frames that a master sends past its queues.
 class Listener {
  public:
   explicit Listener(const support::Namespaces& namespaces) {
@@ -108,7 +108,7 @@ class Listener {
     close(home);
     close(there);
     const timeval patience{0, 100'000};
-    const int room = 64 << 20;  // for what comes while a busy machine does not run the thread
+    const int room = 64 << 20;  // for frames that arrive while a busy machine does not run the thread
     const int on = 1;
     ready_ = setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience) == 0 &&
              setsockopt(socket_, SOL_SOCKET, SO_RCVBUFFORCE, &room, sizeof room) == 0 &&

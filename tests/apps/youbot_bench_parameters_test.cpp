@@ -92,7 +92,7 @@ struct ParametersOfABase : testing::Test {
 
 // ---- strangers on the bus ----
 
-/// A servo drive where a wheel should be, and what was written to it.
+/// A servo drive in place of a wheel, and the writes to it.
 struct BusWithAStranger : testing::Test {
   BusWithAStranger() {
     link.on_send = [this](ethercat::test::Bytes& frame) {

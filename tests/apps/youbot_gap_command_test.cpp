@@ -29,8 +29,8 @@ constexpr const char* kCoulombOnly =
     "[sensor]\nencoder_ticks_per_rev = 104000\ntorque_noise_Nm = 0.0015\n"
     "[[effect]]\ntype = \"coulomb\"\ntorque_Nm = 0.045\n";
 
-/// A wheel with Coulomb and viscous friction, by a method of its own: small explicit steps, and rest where
-/// the torque cannot overcome the friction. Driven by three sines that turn it round again and again.
+/// A wheel with Coulomb and viscous friction, by an independent method: small explicit steps, and rest where
+/// the torque cannot overcome the friction. Driven by three sines that reverse it repeatedly.
 std::string recording(unsigned seed, const std::string& rig = "wheel-1", double duration_s = 16) {
   constexpr double kInertia_kg_m2 = 0.0112;
   constexpr double kPeriod_s = 0.004;

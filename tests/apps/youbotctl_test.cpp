@@ -123,7 +123,7 @@ TEST_F(Youbotctl, ARefusedStartEndsEvenIfItsLogIsNotRead) {
   EXPECT_EQ(youbotd.finish().exit_code, 2);
 }
 
-/// A file system of its own, which a test fills up. Needs root.
+/// A separate file system, which a test fills up. Needs root.
 class SmallDisk {
  public:
   explicit SmallDisk(const std::filesystem::path& where) : where_(where) {
@@ -641,7 +641,7 @@ TEST_F(Youbotctl, ALogThatNobodyReadsHoldsUpNoStop) {
 TEST_F(Youbotctl, ArmAndBaseByHandAreServedToo) {
   std::ostringstream as_shipped;
   as_shipped << std::ifstream(support::source_dir() + "/apps/youbotd/teleop.toml").rdbuf();
-  // A busy machine may stall a loop of 1 kHz, or the simulated pen beside it.
+  // A busy machine may stall a loop of 1 kHz, or the simulated handle.
   std::string patient = as_shipped.str();
   const std::string table = "[haptic]\n";
   ASSERT_NE(patient.find(table), patient.npos);

@@ -1,8 +1,8 @@
-// ethercat_bench: what a bus of eleven slaves (base and arm) costs: bring-up, round trip, CPU. youbot-sim
-// serves them at the other end of a veth pair; what is compared takes turns, so that the machine's noise hits
-// all. Needs root. Cycles are paced at 1 kHz; nothing here fails because a machine is slow. Both ends run
-// with real-time priority, so that the scheduler keeps them apart: else a master that polls keeps the
-// simulator from its core for as long as a time slice.
+// ethercat_bench: cost of a bus of eleven slaves (base and arm): bring-up, round trip, CPU. youbot-sim serves
+// them at the other end of a veth pair; the compared masters take turns, so that the machine's noise affects
+// all of them. Needs root. Cycles are paced at 1 kHz; nothing here fails because a machine is slow. Both ends
+// run with real-time priority, so that the scheduler separates them: otherwise a polling master blocks the
+// simulator's core for up to a time slice.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>

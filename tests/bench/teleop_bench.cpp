@@ -50,8 +50,8 @@ void TeleoperationStep(benchmark::State& state) {
 }
 BENCHMARK(TeleoperationStep)->MinTime(1.0);
 
-/// From a sample of the pen to the force that the device is told, at 4 kHz: exchange with the loopback
-/// device, whose pen moves on meanwhile, and the whole control step. The robot's exchange is not in it.
+/// From a sample of the handle to the force command, at 4 kHz: exchange with the loopback device, whose
+/// handle keeps moving, and the whole control step. Without the robot's exchange.
 void HapticPathAt4kHz(benchmark::State& state) {
   state.SetLabel("from a sample of the pen to its force at 4 kHz, on the loopback device");
   constexpr std::chrono::microseconds kFast{250};

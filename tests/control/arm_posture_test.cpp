@@ -1,4 +1,4 @@
-// Joints for a pose of the tip, checked by going there.
+// Joint angles for a pose of the end effector, checked by forward kinematics.
 #include "control/arm_posture.h"
 
 #include <gtest/gtest.h>

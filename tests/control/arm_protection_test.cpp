@@ -1,5 +1,5 @@
-// What pushes the arm back: directions by hand, and everything at once against the gradient of a potential
-// that is written down anew here.
+// Forces that push the arm back: directions by hand, and all together against the gradient of a potential
+// that is implemented independently here.
 #include "control/arm_protection.h"
 
 #include <gtest/gtest.h>

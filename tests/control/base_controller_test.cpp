@@ -173,7 +173,7 @@ TEST(BaseController, AtRestCompensationAddsTheBreakAwayTorqueOfEachWheel) {
     for (int n = 1; n <= 3000; ++n)
       published_peak_Nm =
           std::max(published_peak_Nm, std::abs(model::friction::wheel_curve_Nm(i + 1, signs[i] * 1e-4 * n)));
-    // The compensator's table may miss the tip of the peak by half a spacing of 0.02 rad/s.
+    // The compensator's table may miss the top of the peak by half a spacing of 0.02 rad/s.
     EXPECT_NEAR(signs[i] * torque_Nm[i], 0.02375 + 0.9 * published_peak_Nm, 0.9 * 0.5 * 0.01)
         << "wheel " << i + 1;
   }

@@ -1,4 +1,4 @@
-// A wrench on the base by torques of its wheels, and what its wheels tell of it.
+// A wrench on the base from torques of its wheels, and the motion derived from its wheels.
 #include "control/base_drive.h"
 
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ TEST(BaseDrive, AGapInTimeIsNoSpeed) {
   WheelVector wheels_rad = WheelVector::Zero();
   drive.reset(wheels_rad);
   const double before_m = turned(drive, wheels_rad, kMap.wheel_velocity({0.1, 0, 0})).X_WB.x_m;
-  wheels_rad += kMap.wheel_velocity({0.5, 0, 0});  // where nobody looked
+  wheels_rad += kMap.wheel_velocity({0.5, 0, 0});  // without a sample
   drive.forget_velocity(wheels_rad);
   const BaseDrive::State state = drive.sense(wheels_rad);
   EXPECT_LT(state.twist_B.norm(), 1e-9);

@@ -1,4 +1,4 @@
-// The spring and damper at the tip against closed forms, and rotations against Eigen's.
+// The spring and damper at the end effector against closed forms, and rotations against Eigen's.
 #include "control/cartesian_stiffness.h"
 
 #include <gtest/gtest.h>

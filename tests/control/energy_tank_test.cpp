@@ -31,7 +31,7 @@ const EnergyTank::Config kConfig{.reserve_J = kReserve_J,
                                  .against_speed_m_per_s = 0.01,
                                  .active = true};
 
-/// Does what it was told a sample ago, as fast as it may.
+/// Follows the command of the previous sample, as fast as it may.
 class Device {
  public:
   void tell(const Vector3d& force_N) {
@@ -75,7 +75,7 @@ struct Motion {
   Vector3d v_m_per_s = Vector3d::Zero();
 };
 
-/// With this in it, and the grip at p = (1, 0, 0) m: the hand has pushed it there against a force, or was
+/// With this level, and the handle at p = (1, 0, 0) m: the hand has pushed it there against a force, or was
 /// pushed.
 EnergyTank with_level(double level_J) {
   EnergyTank tank(kConfig);
@@ -164,7 +164,7 @@ TEST(EnergyTank, ASpringThatTheRobotStretchesDrivesAFreeGripByNoMoreThanTheReser
     Motion grip;
     double most_J = 0, withheld_N = 0;
     for (int n = 0; n < 20'000; ++n) {
-      // The tip runs away, and back again.
+      // The end effector moves away, and back again.
       const double phase = std::fmod(kPeriod_s * n * tip_speed_m_per_s / 0.15, 2.0);
       const double tip_m = 0.15 * std::min(phase, 2 - phase);
       const double stretch_m = tip_m - grip.p_m.x();
@@ -223,8 +223,8 @@ TEST(EnergyTank, HoldsNoMoreThanTheSpringAndTheReserve) {
 }
 
 TEST(EnergyTank, KeepsBackWhatBrakingTheForceWillGive) {
-  // Taken away at its rate R, a force F goes on giving F²·v/(2·R), and F⁴/(8·m·R²) as it speeds the mass up
-  // meanwhile: 22 mJ for 4 N at 0.5 m/s on 0.4 kg.
+  // A force F that is removed at its rate R still delivers F²·v/(2·R), and F⁴/(8·m·R²) because it accelerates
+  // the mass meanwhile: 22 mJ for 4 N at 0.5 m/s on 0.4 kg.
   const Vector3d v(0.5, 0, 0), wanted_N(4, 0, 0);
   const auto given_N = [&](double level_J) {
     EnergyTank tank = with_level(level_J);

@@ -18,8 +18,8 @@ TEST(ForceFeedback, HasTheThesisSignsAndScale) {
 }
 
 TEST(ForceFeedback, PullsTheGripToWhereTheTipIs) {
-  // The hand is ahead of the tip in each direction in turn: the spring pulls the tip after it, and the hand
-  // back.
+  // The hand leads the end effector in each direction in turn: the spring pulls the end effector forward, and
+  // the hand back.
   const ForceFeedback feedback{.force_scale = 10, .force_limit_N = 8};
   for (int axis = 0; axis < 3; ++axis)
     for (const double sign : {-1.0, 1.0}) {
@@ -41,7 +41,7 @@ TEST(ForceFeedback, WhatIsStoredIsTheForceOverTheWayOfTheHand) {
   for (const double motion_scale : {0.5, 1.0, 2.0})
     for (const double force_limit_N : {2.0, 8.0}) {
       const ForceFeedback feedback{.force_scale = 10, .force_limit_N = force_limit_N};
-      // The hand goes along with the force, and the tip's set-point with the hand, from slack outwards.
+      // The hand yields to the force, and the end effector's set-point follows the hand, from slack outwards.
       constexpr int kSteps = 20'000;
       constexpr double kStretch_m = 0.25;
       double energy_J = 0;

@@ -1,4 +1,4 @@
-// What is added to a command for friction, and above all what is not.
+// The friction added to a command, and especially the friction not added.
 #include "control/friction_compensator.h"
 
 #include <gtest/gtest.h>

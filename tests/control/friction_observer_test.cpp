@@ -31,7 +31,7 @@ FrictionEstimate at_velocity(FrictionObserver& observer, double velocity_rad_per
   return estimate;
 }
 
-// The filter is exact for a ramp; what is left is its transient.
+// The filter is exact for a ramp; the difference is its transient.
 constexpr double kSlope = 0.002;
 
 TEST(FrictionObserver, IsTheSlidingFrictionOfTheDirectionOfMotion) {

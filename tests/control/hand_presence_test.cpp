@@ -1,4 +1,4 @@
-// Hands and grips alone under forces: which of them is told from which, and how soon.
+// Held and free handles under forces: whether and how soon they are distinguished.
 #include "control/hand_presence.h"
 
 #include <gtest/gtest.h>
@@ -32,13 +32,13 @@ const HandPresence::Config kConfig{.period_s = kPeriod_s,
                                    .felt_hand_N = 0.1,
                                    .unfelt_after_s = 0.3};
 
-/// One cycle of a hand or grip under a device's force; true while a hand is seen.
+/// One cycle of a held or free handle under a device's force; true while a hand is detected.
 bool step(HandPresence& presence, sim::Hand& hand, const Vector3d& force_N) {
   hand.advance(force_N, 1ms);
   return presence.step(hand.v_HD_H_m_per_s(), force_N, kNothingWithheld_N);
 }
 
-/// When nobody is seen any more, of a grip that is let go and pushed; a second when never.
+/// Time until release is detected, for a handle that is released and pushed; a second if never.
 double found_after_s(double mass_kg, double force_N) {
   sim::Hand hand({.device_mass_kg = mass_kg});
   hand.let_go();
@@ -49,7 +49,7 @@ double found_after_s(double mass_kg, double force_N) {
 }
 
 TEST(HandPresence, FindsThatAGripFliesOnItsOwnOnceTheImpulseIsThere) {
-  // The filter is told the force and its answer at the same time: the device's share rises past 0.3 N within
+  // The filter gets the force and its response at the same time: the device's share rises past 0.3 N within
   // ln(f/(f − 0.3))/ω, and the impulse of 0.1 N·s follows.
   for (const double force_N : {0.5, 1.0, 2.0, 8.0}) {
     const double telling_s = std::log(force_N / (force_N - 0.3)) / 60;
@@ -59,7 +59,7 @@ TEST(HandPresence, FindsThatAGripFliesOnItsOwnOnceTheImpulseIsThere) {
 }
 
 TEST(HandPresence, FindsItWithAMassThatIsThirtyPerCentWrong) {
-  // A lighter grip seems to have a hand that helps, until its drag takes a share of the force.
+  // A lighter handle seems to have a helping hand, until its drag takes a share of the force.
   for (const double mass_kg : {0.21, 0.39})
     for (const double force_N : {1.0, 2.0, 8.0})
       EXPECT_LT(found_after_s(mass_kg, force_N), 0.4) << mass_kg << " kg, " << force_N << " N";
@@ -108,7 +108,7 @@ TEST(HandPresence, NeverTakesAHandForNoneHoweverItHoldsAndMoves) {
 }
 
 TEST(HandPresence, AHandThatGivesWayNowAndThenIsNotAddedUp) {
-  // For 60 ms with 1 N nobody holds against it, and for as long somebody does; a hundred times.
+  // For 60 ms with 1 N nothing holds against it, and then a hand does for as long; a hundred times.
   sim::Hand grip({});
   grip.let_go();
   HandPresence presence(kConfig);

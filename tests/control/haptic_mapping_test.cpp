@@ -1,5 +1,5 @@
-// From the grip to the tip: signs, scale, index, and rate control against the thesis' own bookkeeping
-// (3.4.3).
+// From the handle to the end effector: signs, scale, index, and rate control against the thesis' own
+// bookkeeping (3.4.3).
 #include "control/haptic_mapping.h"
 #include "control/master_frame.h"
 
@@ -54,12 +54,12 @@ Quaterniond about(const Vector3d& axis, double angle_rad) {
 }
 const TipPose kStart{.p_WT_m = {0.35, 0, 0.35}, .q_WT = about({0, 1, 0}, 2.1)};
 
-/// As if the tip were always where it should be.
+/// As if the end effector were always at its set-point.
 const TipPose& step(HapticMapping& mapping, const Grip& grip) { return mapping.step(grip, mapping.target()); }
 
 /// A little longer than a master of speeds has to be before it drives.
 void rest(HapticMapping& mapping) {
-  for (int n = 0; n < 210; ++n) step(mapping, at({0.004, 0, 0}));  // at rest, as far as it can be told
+  for (int n = 0; n < 210; ++n) step(mapping, at({0.004, 0, 0}));  // at rest, within the resolution
 }
 
 TEST(HapticMapping, TheTipGoesWhereTheOperatorsHandGoesAsHeSeesIt) {
@@ -83,8 +83,8 @@ TEST(HapticMapping, ScalesTheWay) {
 }
 
 TEST(HapticMapping, TheTipTurnsAboutTheAxisTheOperatorSeesThePenTurnAbout) {
-  // Whatever pen and tip point to at the index: what turns about an axis of H turns the tip about that axis
-  // seen from W.
+  // For any orientation of handle and end effector at the index: a rotation about an axis of H turns the end
+  // effector about that axis, as seen from W.
   const Quaterniond pen = about({1, 2, 3}, 0.7);
   for (const Vector3d& axis_H :
        {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, 1), Vector3d(1, -2, 0.5)}) {
@@ -216,8 +216,8 @@ TEST(RateBoundary, ItsRimPushesBackAsTheSlopeOfAPotential) {
   EXPECT_LT(outside, 1900);
 }
 
-/// The thesis' drift, old positions and flag, written out as there. What it saves of the grip when rate
-/// control begins is a cycle younger than what it saves of the target.
+/// The thesis' drift, old positions and flag, implemented as published. Its stored handle position at the
+/// start of rate control is a cycle newer than its stored target.
 class ThesisBookkeeping {
  public:
   ThesisBookkeeping(const Vector3d& p_HD_m, const Vector3d& start_W_m, double speed_m_per_s)

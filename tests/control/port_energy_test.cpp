@@ -1,4 +1,4 @@
-// The energy at a haptic master's port, and the spring that a pen hangs on: closed forms.
+// The energy at a haptic device's port, and the spring that holds a handle: closed forms.
 #include "control/port_energy.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,5 @@
-// The robot's dynamics against another engine, DART, on states all over the workspace. DART gets every link
-// of the description as a body of its own and works by another method (recursions over bodies in their own
-// frames).
+// The robot's dynamics against another engine, DART, on states all over the workspace. DART treats every link
+// of the description as a separate body and uses another method (recursions over bodies in their own frames).
 #include <gtest/gtest.h>
 #include <urdf_parser/urdf_parser.h>
 

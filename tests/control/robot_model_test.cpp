@@ -63,7 +63,8 @@ class Any {
   std::mt19937 random_{7};
 };
 
-/// How f changes with q along v, by a difference whose error is below 1e-9 for what is of the order of one.
+/// Derivative of f with respect to q along v, by a difference with an error below 1e-9 for values of order
+/// one.
 template <class Function>
 auto derivative_along(const ChainVector& v, const ChainVector& q, Function f) {
   constexpr double kStep = 1e-5;

@@ -211,7 +211,7 @@ TEST(SetpointSmoothing, BrakesBeforeAWallAndNeverPassesIt) {
   double hardest = 0;
   for (int n = 0; n < 2000; ++n) {
     const double before_m = smoothing.setpoint().p_WT_m.x();
-    // A hand at 0.2 m/s, which goes on beyond the wall.
+    // A hand at 0.2 m/s, which continues beyond the workspace limit.
     const double after_m = smoothing.step({2e-4 * n, 0, 0}, Quaterniond::Identity()).p_WT_m.x();
     ASSERT_LE(after_m, 0.1);
     const double velocity_now = (after_m - before_m) / config.period_s;

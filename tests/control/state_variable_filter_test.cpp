@@ -178,7 +178,7 @@ TEST(StateVariableFilter, AlongAStraightInputAGapIsAsIfEachSampleHadCome) {
                    << config.cutoff_rad_per_s << ", " << config.damping << ", " << periods);
       StateVariableFilter whole(config), gapped(config);
       const auto input = [&](int k) { return 2.0 - 3.0 * config.period_s * k; };
-      // The gap begins in the middle of the transient: what is off the ramp is to decay in it, too.
+      // The gap begins in the middle of the transient: the deviation from the ramp must decay in it, too.
       for (StateVariableFilter* filter : {&whole, &gapped}) {
         filter->reset(1.9);
         for (int k = 0; k <= 4; ++k) filter->step(input(k));

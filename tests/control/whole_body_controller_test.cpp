@@ -1,4 +1,5 @@
-// Base and arm at a spring: virtual work, the mechanics of what the tip is not to feel, and coming to rest.
+// Base and arm at a spring: virtual work, mechanics that must not affect the end effector, and coming to
+// rest.
 #include "control/whole_body_controller.h"
 
 #include <gtest/gtest.h>
@@ -145,7 +146,7 @@ TEST(WholeBodyController, TellsWhereTheTipIsAndHowItMoves) {
 }
 
 TEST(WholeBodyController, ThePullTowardsAPostureHardlyMovesTheTip) {
-  // Of links with rotors and wheels in round figures: J·M⁻¹·τ is how the tip accelerates.
+  // For links with rotors and wheels in round numbers: J·M⁻¹·τ is the acceleration of the end effector.
   const ChainVector reflected =
       (ChainVector() << 18.8, 18.8, 2.8, 0.33, 0.33, 0.135, 0.068, 0.068).finished();
   RobotModel model;

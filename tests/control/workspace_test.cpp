@@ -1,4 +1,4 @@
-// Walls around base and tip.
+// Workspace limits of base and end effector.
 #include "control/workspace.h"
 
 #include <gtest/gtest.h>

@@ -101,7 +101,7 @@ TEST_P(KickcatMaster, TakesTheRobotToOpWithTheFullCounterAndExchangesValues) {
   bus.waitForState(State::OPERATIONAL, 3s, exchange);
   for (kickcat::Slave& slave : bus.slaves()) EXPECT_EQ(bus.getCurrentState(slave), State::OPERATIONAL);
 
-  // Each board loads a number of its own into its position counter, and tells its position.
+  // Each board loads a different number into its position counter, and reports its position.
   lost = wrong = 0;
   for (std::int32_t round = 1; round <= 5; ++round) {
     const auto number = [&](std::size_t i) { return 100'000 * round + 1000 * static_cast<std::int32_t>(i); };

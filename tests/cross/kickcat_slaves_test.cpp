@@ -104,9 +104,9 @@ TEST_F(KickcatSlaves, ObjectsAreReadAndWrittenExpeditedWholeAndInSegments) {
     std::iota(expected.begin(), expected.end(), std::uint8_t{0});
     EXPECT_EQ(sdo.read(0x2001, 0), expected) << "in segments";
 
-    // Like SOEM we let the mail that begins a long download carry data already: segments are for the rest
-    // (ETG.1000.6, section 5.6.2).
-    // KickCAT's slaves, at least those of 2026, drop these bytes and store the segments in their place.
+    // Like SOEM, the mail that begins a long download already carries data: segments are for the rest
+    // (ETG.1000.6, section 5.6.2). KickCAT's slaves, at least those of 2026, drop these bytes and store the
+    // segments in their place.
     const std::size_t first_mail = bus_->slaves()[i].sii.mailbox_out.length - std::size_t{16};
     Bytes sent(expected.rbegin(), expected.rend());
     Bytes shifted(sent.begin() + static_cast<std::ptrdiff_t>(first_mail), sent.end());

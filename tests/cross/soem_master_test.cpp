@@ -126,7 +126,7 @@ TEST_P(SoemMaster, TakesTheRobotToOpWithTheFullCounterExchangesValuesAndReadsAMa
   ecx_readstate(soem.context());  // of each
   for (int i = 1; i <= kSlaves; ++i) EXPECT_EQ(soem.slave(i).state, EC_STATE_OPERATIONAL) << "slave " << i;
 
-  // Each board loads a number of its own into its position counter, and tells its position.
+  // Each board loads a different number into its position counter, and reports its position.
   int answered = 0;
   for (std::int32_t round = 1; round <= 5; ++round) {
     const auto number = [&](int i) { return 100'000 * round + 1000 * i; };

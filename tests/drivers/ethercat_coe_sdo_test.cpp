@@ -277,7 +277,7 @@ TEST(SdoTransfer, MailsAfterTheEndChangeNothing) {
   EXPECT_EQ(transfer.status(), Status::kDone);
 }
 
-// ---- what is wrong ----
+// ---- faults ----
 
 std::vector<Bytes> valid_mails() {
   return {

@@ -72,7 +72,7 @@ TEST(Diagnostics, AddsUpWhatIsNewAcrossClearingAndPowerCycles) {
   diagnostics.take(0, with({{0x0300, 4}}), false);
   EXPECT_EQ(total(), 214U);
   EXPECT_EQ(diagnostics.errors(0).gaps, 0U);
-  diagnostics.take(0, with({{0x0300, 1}}), false);  // went back: somebody else, or a power cycle
+  diagnostics.take(0, with({{0x0300, 1}}), false);  // decreased: another party, or a power cycle
   EXPECT_EQ(total(), 215U);
   EXPECT_EQ(diagnostics.errors(0).gaps, 1U);
 }

@@ -204,7 +204,7 @@ TEST(ClockPlan, IsExactForAnyTreeOfEqualSlaves) {
   EXPECT_EQ(largest, 20U);
 }
 
-/// Four emulated slaves in a line, the second without a clock; every clock has a time and a rate of its own.
+/// Four emulated slaves in a line, the second without a clock; every clock has a different time and rate.
 class ClocksOnTheBus : public ::testing::Test {
  protected:
   static constexpr nanoseconds kHop = sim::bus::EmulatedBus::kCableDelay + sim::bus::EmulatedBus::kPassDelay;

@@ -1,4 +1,4 @@
-// The bus in operation against the emulated youBot: what goes wrong, how it is told, and how it recovers.
+// The bus in operation against the emulated youBot: faults, their reports, and recovery.
 #include "drivers/ethercat/op_bus.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@ namespace ethercat_op_bus_test {
 using enum SlaveCondition;
 
 constexpr std::size_t kWheel = 2;  // slave 3, the second wheel
-constexpr std::size_t kHand = 10;  // the last one: nobody is behind it
+constexpr std::size_t kHand = 10;  // the last one: no slave behind it
 constexpr std::uint16_t kWholeCounter = 9 * 3;
 
 class Operation : public ::testing::Test {
@@ -58,8 +58,8 @@ class Operation : public ::testing::Test {
     for (int left = 1000; left > 0 && bus->health(i).condition != condition; --left) cycle();
     return bus->health(i).condition == condition;
   }
-  // Resumes whoever waits for it, as a robot does while it is not enabled; the milliseconds until all is
-  // well, or -1 after two seconds.
+  // Resumes every waiting slave, as a robot does while it is not enabled; returns the milliseconds until all
+  // are well, or -1 after two seconds.
   int recover() {
     for (int cycle_number = 0; cycle_number < 2000; ++cycle_number) {
       if (cycle().all_operational) return cycle_number;
@@ -73,7 +73,7 @@ class Operation : public ::testing::Test {
     store_le(&robot->bus.slave(i).controller().sii().image()[2 * kSiiProductWord], product);
   }
 
-  bool timed = false;  // the wire has a time of its own
+  bool timed = false;  // the wire has its own time
   std::optional<EmulatedRobot> robot;
   std::optional<MeddlingLink> link;
   std::optional<OpBus> bus;
@@ -269,7 +269,7 @@ TEST_F(Operation, APowerCycledSlaveComesBackByParametersAndResume) {
   EXPECT_TRUE(cycle().all_operational);
   EXPECT_TRUE(bus->health(kHand).inputs_fresh);
   EXPECT_EQ(robot->board(kHand).outputs[0], 0x77);
-  // The frame in which it first fails is one for all: nobody's data counts in it.
+  // The frame in which it first fails is one for all slaves: no slave's data counts in it.
   EXPECT_LE(stale, 10);
   EXPECT_EQ(bus->failure(kHand), "");
 }
@@ -1253,7 +1253,7 @@ TEST_F(WithBystanders, StayInPreOpGetNoOutputsAndGoDownWithTheOthers) {
 
 TEST_F(WithBystanders, DoNotHideASlaveThatLeavesOpWithoutAWord) {
   cycles(20);
-  // Another master's request, which no error bit tells of; the power board has no process data either.
+  // Another master's request, which no error bit shows; the power board has no process data either.
   FrameWriter writer;
   const Datagram request = writer.add(Command::kApwr, 0, address_of(0, reg::kAlControl), 2);
   request.data[0] = static_cast<std::uint8_t>(AlState::kPreOp);

@@ -53,8 +53,8 @@ class RawSocket : public ::testing::TestWithParam<RawSocketLink::Wait> {
   bool made_ = false;
 };
 
-// A segment of one slave: counts each datagram and sends the frame back. Written on sockets of its own, so
-// that an error in RawSocketLink does not hide itself.
+// A segment of one slave: counts each datagram and sends the frame back. Implemented on separate sockets, so
+// that an error in RawSocketLink is not hidden.
 class Reflector {
  public:
   explicit Reflector(const std::string& interface) : socket_(socket(AF_PACKET, SOCK_RAW, 0)) {

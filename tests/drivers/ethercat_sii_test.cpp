@@ -126,7 +126,7 @@ TEST_P(SiiReads, AHandMadeImageIsUnderstood) {
 
 TEST_P(SiiReads, AllPossibleReadsCoverTheImageOnceAndNoMore) {
   const Bytes image = whole().bytes();
-  // One read more than the size says: a category may begin in the middle of what was read before a jump.
+  // One read more than the size requires: a category may begin in the middle of a block read before a jump.
   EXPECT_LE(read(image, GetParam()).reads, static_cast<int>(image.size() / GetParam()) + 2);
 }
 

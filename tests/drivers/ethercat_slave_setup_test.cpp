@@ -51,7 +51,7 @@ class Setup : public ::testing::Test {
   std::optional<Transceiver> transceiver;
   Slave slave;
   SlaveSetup setup;
-  Bytes requests;  // what was written to AL control
+  Bytes requests;  // values written to AL control
   std::vector<SetupStep> steps_;
 };
 
@@ -61,7 +61,7 @@ TEST_F(Setup, TheStepsTakeASlaveToOp) {
   EXPECT_EQ(robot->state(0), AlState::kPreOp);
   EXPECT_EQ(run(steps_to_safe_op(slave)), SlaveSetup::Status::kDone);
   EXPECT_EQ(robot->state(0), AlState::kSafeOp);
-  // OP waits for outputs, which nobody sends here.
+  // OP waits for outputs, which are never sent here.
   setup.begin(slave.station, {}, 1ms);
   EXPECT_EQ(setup.status(), SlaveSetup::Status::kDone) << "no steps: nothing to do";
 }

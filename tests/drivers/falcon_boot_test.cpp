@@ -64,7 +64,7 @@ TEST(FalconBoot, RunningFirmwareIsLeftAlone) {
   EXPECT_EQ(device.commands(), 1);
 }
 
-// Somebody may hold the grip of a device that is homed and running.
+// A person may hold the handle of a device that is homed and running.
 TEST(FalconBoot, QuestionKeepsTheDeviceHomedAndItsMotorsAtZero) {
   EmulatedFalcon device({.firmware_running = true});
   EXPECT_TRUE(firmware_answers(device, {}));

@@ -28,7 +28,7 @@ using Motors = std::array<std::int16_t, 3>;
 constexpr Vector kPlace_m{0.01, -0.02, 0.12};
 constexpr Vector kOrigin_m{0.0, 0.0, 0.13};
 constexpr Motors kAtRest{};
-/// Two counts in one leg move the grip by about as much as 0.1 mm.
+/// Two counts in one leg move the handle by about 0.1 mm.
 constexpr double kEncoder_m = 1e-4;
 
 double magnitude(const Vector& v) { return std::hypot(v[0], v[1], v[2]); }
@@ -749,7 +749,7 @@ TEST_F(FalconExchange, MotorsAreAtZeroAfterDeactivationAndDestruction) {
   EXPECT_EQ(device_.motors(), kAtRest);
 }
 
-/// A Falcon of its own on a port that can fail, pushing.
+/// A separate Falcon on a port that can fail, exerting a force.
 struct FalconThatPushes : FalconExchange {
   void push() {
     home();
@@ -791,7 +791,7 @@ TEST_F(FalconThatPushes, DestructionZeroesWhatAFailedActivationCouldNot) {
   EXPECT_EQ(device_.motors(), kAtRest);
 }
 
-// It may be the zero that somebody waits for.
+// This may be the zero-force packet.
 TEST_F(FalconThatPushes, PacketGoesOutAlsoWhenTheLookForLateRepliesFails) {
   push();
   fail_next(1);

@@ -75,7 +75,7 @@ TEST(FalconKinematics, CountIsTheKnownPartOfADegree) {
   EXPECT_NEAR(angles[2] / kDegree, 35.0 - 36.4347, 1e-4);
 }
 
-// Turning the grip's place by 120° about z hands the angles on to the next leg.
+// Rotating the handle's position by 120° about z shifts the angles to the next leg.
 TEST(FalconKinematics, LegsAreOneAnothersImageAThirdOfATurnOn) {
   const Vector3 p{0.02, -0.015, 0.125};
   const double c = std::cos(120 * kDegree);
@@ -123,7 +123,7 @@ struct Jump {
   Vector3 from_m, to_m;
 };
 
-// Pairs at the rim of what the legs reach, between which Newton's steps get stuck.
+// Pairs at the boundary of the legs' reach, between which Newton's steps get stuck.
 TEST(FalconKinematics, ForwardStartsAfreshWhenTheStartLeadsNowhere) {
   for (const Jump& jump : {Jump{{-0.037, -0.034, 0.163}, {0.049, 0.044, 0.116}},
                            Jump{{-0.047, 0.049, 0.149}, {0.025, 0.017, 0.085}},

@@ -207,7 +207,7 @@ TEST_F(ForceDimensionDevice, NegativeResultIsAFaultWithItsCode) {
   EXPECT_TRUE(cycle(kOff).ok());
 }
 
-// The buttons' calls cannot tell that they failed, and are left out.
+// The buttons' calls cannot report failures, and are excluded.
 TEST_F(ForceDimensionDevice, AnyCallOfACycleThatFailsIsAFaultAndZeroForce) {
   for (const bool in_two_calls : {false, true}) {
     for (const bool works : {false, true}) {
@@ -483,7 +483,7 @@ TEST_F(ForceDimensionDevice, CableThatWasOutBetweenTwoExchangesNeedsANewSetUp) {
   script().connected = true;
   EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
   EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged);
-  start(push(6.0));  // though the status still tells that cause until the force is on
+  start(push(6.0));  // although the status reports that cause until the force is on
 }
 
 TEST_F(ForceDimensionDevice, UnpluggedIsToldEvenAfterAnotherFault) {

@@ -208,7 +208,8 @@ TEST_F(ForceDimensionSetup, AnyCallThatFailsRefusesOrLeavesEveryLimitSetAndTheFo
         calls().failing_works = works;
         const bool opened = says(refusal(), "opened");
         if (calls().made < call) break;               // none is left to fail
-        const bool id_was_lost = works && call == 1;  // with the answer to opening: nobody can close it
+        const bool id_was_lost = works && call == 1;  // lost with the answer to opening: the device cannot be
+                                                      // closed
         EXPECT_EQ(state().open, opened || id_was_lost);
         EXPECT_FALSE(state().regulation);
         EXPECT_NE(state().mode, ForceDimensionMode::kForce);

@@ -61,7 +61,7 @@ TEST_F(TmclBatch, ADroppedRequestNeverGivesTheNextAnswerItsMeaning) {
   module.pending.erase(module.pending.begin() + 1);  // the position's: the current's stands in its place
   for (int i = 0; i < 3; ++i) EXPECT_EQ(step(), 0U);
   EXPECT_EQ(batch.lost(), 1U);
-  // Late replies have as long to come, and are nobody's.
+  // Late replies have as long to arrive, and are discarded.
   module.pending.emplace_back(0, module.answer(kPosition));
   for (int i = 0; i < 2; ++i) {
     EXPECT_EQ(step(), 0U);

@@ -227,7 +227,7 @@ TEST_F(Sequences, AParameterThatReadsBackAsAnotherValueFailsItsApplication) {
   owner.run(kept, drive);
   EXPECT_EQ(kept.progress(), Progress::kDone) << describe(kept.fault());
 
-  drive.thermal_time_ms = 999;  // it accepts the value and goes on with its own
+  drive.thermal_time_ms = 999;  // it accepts the value and continues with its own
   ParameterApplication ignored(settings);
   fake::Owner().run(ignored, drive);
   EXPECT_EQ(ignored.fault(), SequenceFault::kNotKept);

@@ -1,8 +1,8 @@
-// All of the system through its real interfaces: youbotctl tells youbotd, which has a master on a mocked
-// kernel's USB and a robot on a network interface, behind which youbot-sim is. In real time, on a machine
-// that may be busy: a run may end because something came too late, and is repeated from the same step on. The
-// robot's own time goes with the frames, so what it does depends on nobody; a pause of the daemon's loop is
-// none to it, and what becomes of such a pause is other tests' business.
+// The complete system through its real interfaces: youbotctl commands youbotd, which has a haptic device on a
+// mocked kernel's USB and a robot on a network interface, with youbot-sim behind it. In real time, on a
+// machine that may be busy: a run may end because something was late, and is repeated from the same step on.
+// The robot's time advances with the frames, so its motion does not depend on the machine; a pause of the
+// daemon's loop is no pause for it, and other tests cover such pauses.
 #include <gtest/gtest.h>
 #include <sched.h>
 
@@ -37,7 +37,7 @@ constexpr double kStiffness_N_per_m = 700;
 constexpr double kForceScale = 10;
 constexpr int kToleratedCycles = 2;
 
-/// Patient with the machine, and quick through the start-up; the hand reaches the rim on a Falcon.
+/// Tolerant of the machine, and quick through the start-up; the hand reaches the boundary on a Falcon.
 const std::string kConfig = R"([loop]
 command_timeout_s = 2.0
 commander_timeout_s = 5.0
@@ -112,7 +112,7 @@ void operate(Scenario& scenario, const Daemon& daemon, Hand& hand) {
     return now.value("enabled", false);
   });
   scenario.perform("wall", [&] {
-    // On at the rim until the wall stops the tip.
+    // Continues at the boundary until the workspace limit stops the end effector.
     hand.move_to(at_the_rim);
     double before_m = -1;
     for (double x_m = 0; x_m - before_m > 0.005;) {
@@ -122,7 +122,7 @@ void operate(Scenario& scenario, const Daemon& daemon, Hand& hand) {
       if (!now.contains("tip_p_WT_m") || now["tip_p_WT_m"].is_null()) return false;
       x_m = now["tip_p_WT_m"][0].get<double>();
     }
-    // The rim pushes no more: what the hand feels is the wall.
+    // The boundary pushes no more: the hand feels the workspace limit.
     hand.move_to(origin);
     hand.move_to(before_the_rim);
     return daemon.wait_cycles(1000);
@@ -187,7 +187,7 @@ struct TeleopEndToEnd : testing::Test {
   void SetUp() override {
     SKIP_UNLESS(support::in_mock_kernel(), "needs umockdev's library loaded first");
     SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
-    // Robot and hand are no programs of this machine: what is goes before what is only being built or tested.
+    // Robot and hand are separate from this machine's programs: they have priority over builds and tests.
     const sched_param first{.sched_priority = 20};
     (void)sched_setscheduler(0, SCHED_FIFO, &first);
     bus = std::make_unique<support::MockUsbBus>();
@@ -197,7 +197,7 @@ struct TeleopEndToEnd : testing::Test {
     (void)sched_setscheduler(0, SCHED_OTHER, &usual);
   }
 
-  /// `ready` is what is to be done with the master before it can be used.
+  /// `ready`: the steps with the haptic device before it can be used.
   void run(const std::string& haptic, Grip& grip, const std::function<void()>& ready) {
     const std::filesystem::path robot_file = folder / "robot.csv";
     // Its kernel is not mocked.

@@ -32,7 +32,7 @@ class Play {
     world_.start_daemon();
     if (!world_.daemon_runs()) checker_.violate("the daemon does not start: " + world_.start_error());
     begin_ = world_.now();
-    // A start of the daemon takes its time: what was to begin or end meanwhile does so after it.
+    // The daemon takes time to start: events due meanwhile start or end after it.
     while (world_.now() - begin_ < length_of(script_.machine) || !all_over()) {
       play_events();
       period();

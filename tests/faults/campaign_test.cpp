@@ -138,7 +138,7 @@ TEST_F(Campaign, ADaemonThatGoesOnAfterItsRunIsCaught) {
   EXPECT_NE(all(outcome).find("commanded without an enable"), std::string::npos) << all(outcome);
 }
 
-/// Switches off for some cycles and goes on.
+/// Switches off for some cycles and continues.
 class OffAndOnAgain final : public DefectiveRobot {
   using DefectiveRobot::DefectiveRobot;
   void spoil(hal::RobotCommand& command) noexcept override {

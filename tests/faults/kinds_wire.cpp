@@ -66,7 +66,7 @@ std::vector<Kind> other_masters_writes() {
              [](World& world, const Event& event) {
                world.emulation().bus().write_as_another_master(event.place, reg::kStationAddress, 0);
              }),
-      // A neighbour's, so that two answer to it, or one that nobody has.
+      // A neighbour's, so that two answer to it, or an unused one.
       writes("address-changed-by-other-master", Kind::Where::kSlave, 150ms,
              [](World& world, const Event& event) {
                const std::uint16_t address =

@@ -226,7 +226,7 @@ void print_failure(const Script& script, const Verdict& verdict, bool shrink) {
   std::fflush(stdout);
 }
 
-/// The reason alone: without the time before it, the joint, and what comes after a semicolon.
+/// The reason only: without the time before it, the joint, and the text after a semicolon.
 std::string without_numbers(const std::string& fault) {
   const std::size_t cycle = fault.find("): ");
   const std::size_t time = fault.find(": ");

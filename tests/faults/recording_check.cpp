@@ -79,7 +79,7 @@ bool TrueMotion::is_true(const Column& column, double value, Reading& reading, W
     }
     return found;
   };
-  // Negated by the caller: what is not a number is not true.
+  // Negated by the caller, so that NaN fails.
   const auto within = [value](double least, double most, double tolerance) {
     return value > least - tolerance && value < most + tolerance;
   };

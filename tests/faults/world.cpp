@@ -201,7 +201,7 @@ void World::step() {
   }
   // A cycle that took long skips those it missed, as runtime::run_loop() does.
   while (next_cycle_ <= now()) next_cycle_ += kPeriod;
-  if (!service_ || answering_) return;  // its thread answers a request, or goes on below
+  if (!service_ || answering_) return;  // its thread answers a request, or continues below
   if (service_->loop().finished()) {
     service_->beat();
     forget_daemon();

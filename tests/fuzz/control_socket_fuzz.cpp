@@ -42,7 +42,7 @@ class Connection {
   Connection& operator=(const Connection&) = delete;
   ~Connection() { close(socket_); }
 
-  /// None: the service hung up, as it does to whoever says nothing or too much.
+  /// Empty: the service disconnected, as for clients that send nothing or too much.
   std::optional<std::string> ask(std::string_view request) const {
     static std::array<char, 2 * runtime::kLongestAnswer> answer;
     if (send(socket_, request.data(), request.size(), MSG_NOSIGNAL) < 0) return std::nullopt;
@@ -91,7 +91,7 @@ class RunningService {
     if (request == "status" || request == "alive" || request == "stop") require(parsed.at("ok").get<bool>());
     json& status = parsed.at("status");
     require(status.at("format") == "youbotd-status/1" && status.at("enabled").is_boolean());
-    // Without an order to enable nobody commands.
+    // Without an order to enable there is no commanding client.
     require(status.at("enabled").get<bool>() || status.at("commander").is_null());
     check_settings(status.at("settings"));
     return status;

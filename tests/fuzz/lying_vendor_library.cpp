@@ -1,4 +1,4 @@
-// The vendor's symbols with results out of a fuzzer's input (force_dimension_sdk.h says what is honest).
+// The vendor's symbols with results from a fuzzer's input (force_dimension_sdk.h defines valid ones).
 #include "tests/fuzz/lying_vendor_library.h"
 
 #include <algorithm>

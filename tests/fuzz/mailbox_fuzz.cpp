@@ -25,7 +25,7 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
     for (std::uint8_t i = 0; i < kBytes; ++i) start.push_back(i);
     return start;
   };
-  // Fates: 0 lost, 1 answered with what follows, 2 answered by nobody. Status 8: full.
+  // Fates: 0 lost, 1 answered with the following bytes, 2 unanswered. Status 8: full.
   Bytes written{0, 1};
   written.resize(2 + kBytes);
   Bytes replied = written;

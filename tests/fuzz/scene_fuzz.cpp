@@ -1,4 +1,5 @@
-// What a simulated robot can touch, as a [scene] describes it, and the tip that touches it.
+// Objects that a simulated robot can touch, as described by a [scene], and the end effector that touches
+// them.
 #include <algorithm>
 #include <span>
 #include <stdexcept>
@@ -32,7 +33,7 @@ void check(const sim::Block& block) {
   check(block.surface);
 }
 
-/// A tip that moves through all of it for a tenth of a second feels a force that is a number.
+/// An end effector that moves through all of it for a tenth of a second feels a finite force.
 void touch(const sim::EnvironmentParameters& scene) {
   constexpr double kStep_s = 0.001;
   sim::Environment environment(scene);

@@ -34,7 +34,7 @@ void use(const Request& request, const Reply& reply) {
   if (matches(request, reply) && accepted(request, reply)) require(asks_for_text(request) || reply.ok());
 }
 
-/// A drive's inputs, and the outputs as an emulated board reads them: what is read is what was written.
+/// A drive's inputs, and the outputs as read by an emulated board: reading returns the written values.
 void read_process_data(const fuzz::Bytes& bytes) {
   for (const Firmware firmware : {Firmware::k148, Firmware::k200}) {
     DriveInput input;
@@ -82,7 +82,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const fuzz::Bytes bytes(data, data + size);
   read_process_data(bytes);
 
-  // What is read is what was written.
+  // Reading returns the written values.
   const auto request = drivers::tmcl::decode_mailbox_request(bytes);
   const auto reply = drivers::tmcl::decode_mailbox_reply(bytes);
   require(request.has_value() == (size >= kMailboxBytes) && reply.has_value() == request.has_value());

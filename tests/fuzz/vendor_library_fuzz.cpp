@@ -39,7 +39,7 @@ void check(const ForceDimensionStatus& status, const ForceDimensionSample& sampl
            const fuzz::VendorLies& told) {
   require(finite(status.f_D_H_N) && finite(sample.p_HD_m) && std::ranges::all_of(sample.R_HD, finite));
   require(told.largest_command_N <= kLimit_N * (1 + 1e-12));
-  // A fault leaves no force on: the last command is none.
+  // A fault leaves no force on: the last command is zero.
   if (!status.ok()) require(told.command_N == std::array<double, 3>{});
 }
 

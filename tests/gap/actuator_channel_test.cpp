@@ -1,4 +1,4 @@
-// Rows of torque command and measured torque: what is late in them, and what only is written that way.
+// Rows of torque command and measured torque: real delays, and those of the recording only.
 #include "identification/gap/actuator_channel.h"
 
 #include <gtest/gtest.h>

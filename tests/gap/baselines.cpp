@@ -48,8 +48,8 @@ struct Problem {
   Indices held_out;
 };
 
-/// sin(N·θ), cos(N·θ) of the N that least squares takes most of `left` away with: a spectrum knows it to one
-/// in all the turns that were made. Empty: the joint does not turn far enough.
+/// sin(N·θ), cos(N·θ) for the N with which least squares removes most of `left`: a spectrum resolves it to
+/// one in the total number of turns. Empty: the joint does not turn far enough.
 Eigen::MatrixXd sharpest_ripple(const Eigen::VectorXd& left, const Rows& rows, const Indices& learn) {
   constexpr int kTrials = 20;  // on each side
   const Eigen::VectorXd position = rows.means([](const Signals& s) { return s.position_rad; });
@@ -134,7 +134,7 @@ Problem make_problem(const Case& gap_case) {
   return problem;
 }
 
-/// What least squares needs of some rows.
+/// Normal equations of some rows.
 struct Normal {
   Eigen::MatrixXd gram;
   Eigen::VectorXd product;

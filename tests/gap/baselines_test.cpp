@@ -11,7 +11,7 @@ bool names(const BaselineAnswer& answer, Hidden hidden) {
   return std::ranges::find(answer.named, name_of(hidden)) != answer.named.end();
 }
 
-// They are opponents, not straw men: a strong effect is among their names, and what is left is noise.
+// They are real opponents: they name a strong effect, and leave only noise.
 TEST(Baselines, FindAStrongEffectAndLeaveNoise) {
   for (const Hidden hidden :
        {Hidden::kStribeck, Hidden::kCogging, Hidden::kQuadraticDrag, Hidden::kInertia}) {

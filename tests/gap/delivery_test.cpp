@@ -1,4 +1,4 @@
-// What is delivered is never worse than what was given, on data that judged it, and so is what is said of it.
+// The delivered model is never worse than the given one on the judging data, and neither are its claims.
 #include "identification/gap/delivery.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Recordings as they come out of real loggers: what is wrong with them is seen before anything is explained.
+// Recordings as real loggers produce them: damage is detected before the analysis.
 #include "identification/gap/diagnosis.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The edit test as a judge: it passes what is right for the right reason, and nothing else.
+// The edit test as a judge: it passes models that are right for the right reason, and no others.
 #include "tests/gap/edit_test.h"
 
 #include <gtest/gtest.h>

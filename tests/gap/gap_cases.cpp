@@ -68,7 +68,7 @@ HiddenEffects any_shapes(Chance& chance) {
   return effects;
 }
 
-/// First guess of the amount that makes `torque_Nm` rms, and the least and most there may be.
+/// Initial guess of the amount that makes `torque_Nm` rms, with its minimum and maximum.
 struct Range {
   double guess;
   double least = 0;

@@ -54,8 +54,8 @@ void check_parameters(const Case& gap_case, const identification::gap::Result& r
   }
 }
 
-/// Whatever is missing beside them. Not where what is hidden has a share in them: a drift is cold or warm,
-/// other curves of friction end at another level, and a brush that sticks is friction.
+/// Whatever else is missing. Not if the hidden effect affects them: a drift is cold or warm, other friction
+/// curves end at another level, and a sticking brush is friction.
 void check_base_parameters(const Case& gap_case, const identification::gap::Result& result,
                            Judgement& judgement) {
   const Plant& plant = gap_case.drive.plant;
@@ -94,7 +94,7 @@ Judgement judge(const Case& gap_case, bool edit) {
   judgement.spec = gap_case.spec;
   judgement.least_size = gap_case.least_size();
   judgement.true_floor_Nm = gap_case.drive.sensors.noise_floor_Nm();
-  std::vector<std::string> truths;  // what is outside the library has no name to be missed
+  std::vector<std::string> truths;  // causes outside the library have no name to be missed
   if (gap_case.spec.kind != CaseKind::kOutside)
     for (const Hidden hidden : gap_case.spec.hidden) truths.emplace_back(name_of(hidden));
 

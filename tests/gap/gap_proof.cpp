@@ -110,7 +110,7 @@ Answers run(const std::vector<CaseSpec>& cases, const Arguments& arguments) {
   return answers;
 }
 
-/// Rows: what is in the data. Columns: what was named, a dot for never.
+/// Rows: effects in the data. Columns: named effects, a dot for never.
 void print_confusion(const std::vector<Judgement>& judgements) {
   std::vector<std::string> columns;
   for (const auto& description : model::effects::effect_descriptions())

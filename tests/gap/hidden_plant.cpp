@@ -378,7 +378,8 @@ void HiddenPlant::account(double command_Nm, double missing_shaft_Nm, double del
   if (effects_.cyclic_Nm != 0) at(Hidden::kCyclicLoad) = outside;
   if (effects_.walk_Nm != 0) at(Hidden::kRandomWalk) = outside;
 
-  // Against a contact that gives two ticks: with less the encoder hardly tells it from a rigid one.
+  // Relative to a contact compliance of two ticks: below, the encoder hardly distinguishes it from a rigid
+  // one.
   const double least = 2 * (2 * kPi / sensors_.encoder_ticks_per_rev);
   if (sum * effects_.contact_rad_per_Nm > least) {
     shadow_deflection_rad_ =

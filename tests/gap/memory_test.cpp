@@ -1,4 +1,4 @@
-/// How much memory rows take, counted by what is allocated and not yet released.
+/// Memory that rows take, counted by allocations not yet released.
 #include <gtest/gtest.h>
 #include <malloc.h>
 
@@ -51,7 +51,7 @@ namespace {
 
 using identification::gap::Source;
 
-/// The most that is held at once while `work` runs, beyond what is held before.
+/// Maximum memory held during `work`, beyond that held before.
 template <class Work>
 double most_bytes_of(const Work& work) {
   const std::size_t before = held_bytes;
@@ -116,7 +116,7 @@ TEST(GapMemory, AFileIsReadWithoutBeingInMemory) {
   const double most =
       most_bytes_of([&] { EXPECT_EQ(runtime::read_recording(path).recording.rows(), kRows); });
   EXPECT_GE(most, 3.0 * sizeof(double) * kRows);
-  EXPECT_LT(most, 1.2 * bytes);  // what is set aside for the numbers, and a piece of the text
+  EXPECT_LT(most, 1.2 * bytes);  // reserved for the numbers, and a piece of the text
 }
 
 }  // namespace

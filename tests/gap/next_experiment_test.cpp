@@ -1,4 +1,4 @@
-// Which experiment would tell two models apart: cases of known answer.
+// Which experiment would distinguish two models: cases of known answer.
 #include "identification/gap/next_experiment.h"
 
 #include <gtest/gtest.h>
@@ -99,8 +99,8 @@ TEST(NextExperiment, SpeedTellsAnOffsetFromMoreViscousFrictionOneWay) {
       << words(next);
 }
 
-// At one frequency of a wheel that viscous friction brakes, a torque reported late by T looks like an inertia
-// of T·b more or less; many frequencies at once tell them apart, and constant speeds show neither.
+// At one frequency of a wheel braked by viscous friction, a torque reported late by T looks like an inertia
+// difference of T·b; many frequencies at once distinguish them, and constant speeds show neither.
 TEST(NextExperiment, AMultisineTellsAnInertiaFromALateTorque) {
   const Known known(std::make_unique<identification::experiments::TorqueWave>(
       identification::experiments::PreslidingConfig{
@@ -113,7 +113,7 @@ TEST(NextExperiment, AMultisineTellsAnInertiaFromALateTorque) {
   EXPECT_EQ(next->name, "multisine") << words(next);
 }
 
-// e^(−sT) and a filter agree up to second order in sT: only a high frequency tells them apart.
+// e^(−sT) and a filter agree up to second order in sT: only a high frequency distinguishes them.
 TEST(NextExperiment, HighFrequenciesTellADelayFromAFilter) {
   const Known known(
       std::make_unique<identification::experiments::TorqueWave>(

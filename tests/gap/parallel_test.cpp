@@ -26,7 +26,7 @@ TEST(InParallel, PassesOnWhatAPieceThrowsWhenNoThreadRunsAnyMore) {
       if (i == 0) throw std::runtime_error("piece 0");
       ++running;
       std::this_thread::sleep_for(
-          std::chrono::milliseconds(2));  // long enough to be met, were nobody waiting
+          std::chrono::milliseconds(2));  // long enough to be observed without waiting
       --running;
     });
     FAIL();

@@ -42,7 +42,7 @@ Source source(const std::vector<double>& times, double noise_Nm = 1e-3) {
   return made;
 }
 
-/// Position, velocity and acceleration, as far from the ends as what is compared with a model.
+/// Position, velocity and acceleration, at the distance from the ends that model comparisons use.
 void expect_motion(const Signals& s, double share) {
   ASSERT_GT(s.size(), 40U);
   double position = 0;

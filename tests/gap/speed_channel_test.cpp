@@ -1,4 +1,4 @@
-// Drives with a speed loop of their own: what is late in it, and what only is slow.
+// Drives with their own speed loop: real delays, and mere slowness.
 #include "identification/gap/speed_channel.h"
 
 #include <gtest/gtest.h>
@@ -84,7 +84,7 @@ TEST(GapSpeedChannel, SaysNothingWhereItIsNotAsked) {
   Signals none = s;
   none.raw_velocity_command_rad_per_s.clear();
   EXPECT_FALSE(speed_command_delay(std::vector{none}, kBase, {}));
-  // A torque command has a channel of its own.
+  // A torque command has its own channel.
   s.raw_command_Nm.assign(s.raw_velocity_rad_per_s.size(), 0.1);
   EXPECT_FALSE(speed_command_delay(std::vector{s}, kBase, {}));
 }

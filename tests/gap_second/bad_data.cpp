@@ -114,7 +114,7 @@ void scale_torques(Recording& recording, double factor) {
     if (recording.has(column)) scale(recording, column, factor);
 }
 
-/// A velocity as somebody differentiates it, in rpm.
+/// A velocity by naive differentiation, in rpm.
 void velocity_in_rpm(Recording& recording, Random&) {
   const std::vector<double>& time_s = recording.at("time_s");
   const std::vector<double>& position = recording.at("position_rad");

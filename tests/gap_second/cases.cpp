@@ -31,7 +31,8 @@ bool one_of_hidden(const Case& drawn, const char* effect) {
   return std::find(drawn.hidden.begin(), drawn.hidden.end(), effect) != drawn.hidden.end();
 }
 
-/// What a laboratory knows: all but what is hidden, friction within 3 % and inertia within 0.5 %.
+/// A laboratory's knowledge: everything except the hidden effects, friction within 3 % and inertia within 0.5
+/// %.
 BaseModel known_model(const Case& drawn, std::mt19937_64& random) {
   const DriveTruth& truth = drawn.subject.truth;
   const auto hides = [&](const char* effect) { return one_of_hidden(drawn, effect); };
@@ -108,8 +109,8 @@ void finish(Case& drawn, std::mt19937_64& random) {
   if (!drawn.measured_column && one_of_hidden(drawn, "transport_delay"))
     parameters["transport_delay.delay_s"] += drawn.subject.truth.current_lag_s;
   if (one_of_hidden(drawn, "thermal_drift"))
-    parameters.erase("coulomb.torque_Nm");  // cold or warm: nobody says
-  // An inertia effect and a refit of the inertia say the same; each alone has no truth of its own.
+    parameters.erase("coulomb.torque_Nm");  // cold or warm: unspecified
+  // An inertia effect and a refit of the inertia are equivalent; neither alone has a true value.
   if (one_of_hidden(drawn, "inertia")) parameters.erase("inertia_kg_m2");
   if (drawn.bad_data == "torque in mN m" || drawn.bad_data.ends_with("degrees") ||
       drawn.bad_data.ends_with("milliseconds") || drawn.bad_data.ends_with("motor side"))

@@ -67,7 +67,7 @@ OfTime multisine(const Rig& rig, double amplitude_Nm, std::mt19937_64& random) {
   };
 }
 
-/// Proportional and integral, with a ramp on the set-point; what it commands and what it was told.
+/// Proportional and integral, with a ramp on the set-point; its output and its set-point.
 class VelocityLoop {
  public:
   VelocityLoop(const Rig& rig, const DriveTruth& truth) : period_s_(1 / rig.rate_Hz) {

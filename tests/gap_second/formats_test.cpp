@@ -151,7 +151,7 @@ TEST(SecondEditTest, TakesOneTypeOutOfAModelFileButWhatWasGiven) {
   EXPECT_EQ(without_effect(head + coulomb, "cogging"), head + coulomb);
 }
 
-// Every effect that is hidden can be taken away: what is left is the drive that never had it.
+// Every hidden effect can be removed: the result is the drive that never had it.
 TEST(SecondEditTest, TheDriveLosesWhatWasHiddenInIt) {
   for (const std::string& effect : known_effects()) {
     if (effect == "viscous") continue;  // every drive has it

@@ -124,7 +124,7 @@ class FalconInKernel : public testing::Test {
     cable_ = std::make_unique<UsbipDevice>(falcon_description(), *function_);
     const auto node = wait_for([] { return find_usb_node(kVendor, kProduct); });
     ASSERT_TRUE(node && access_by_udev(*node));
-    // udev tells libusb last.
+    // udev notifies libusb last.
     std::vector<UsbDevice> found;
     ASSERT_TRUE(wait_until([&] {
       found = context_.devices({.vendor = kVendor, .product = kProduct});

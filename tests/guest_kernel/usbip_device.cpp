@@ -163,8 +163,8 @@ void UsbipDevice::submitted(const Header& header, Bytes data) {
   }
 }
 
-/// The host no longer wants an answer. What has come in is not lost: then the transfer ends as it is, and
-/// the kernel is told that it took its wish back too late.
+/// The host no longer wants an answer. Received data is not lost: then the transfer ends as it is, and the
+/// kernel learns that it cancelled too late.
 void UsbipDevice::unlinked(const Header& header) {
   const std::uint32_t victim = get_word(header, kUnlinkedNumber);
   const auto found = std::ranges::find(waiting_, victim, &Waiting::number);
@@ -322,7 +322,7 @@ void UsbipDevice::complete(std::uint32_t number, int error, std::span<const std:
   send(reply, data);
 }
 
-/// A kernel that no longer listens has unplugged the device itself: the next read tells.
+/// A kernel that no longer listens has unplugged the device itself: the next read reports it.
 void UsbipDevice::send(const Header& header, std::span<const std::uint8_t> data) const {
   Bytes packet(header.begin(), header.end());
   packet.insert(packet.end(), data.begin(), data.end());

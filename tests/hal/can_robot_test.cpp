@@ -580,7 +580,7 @@ TEST(CanRobot, AHotWindingHasToCoolBeforeItIsEnabled) {
   EXPECT_TRUE(bench.sample.enabled) << describe_can(bench.status);
 }
 
-/// Of so many cycles those that tell the motor to stop.
+/// Number of cycles that command the motor to stop.
 int cycles_with_stop(CanBench& bench, int cycles) {
   bench.cable.record();
   const std::vector<can_frame>& sent = bench.cable.recorded();

@@ -24,7 +24,7 @@ class Channel : public testing::Test {
     ASSERT_TRUE(pack(tmcl::Firmware::k148, input, pdo));
     ASSERT_TRUE(drive.sense(pdo));
   }
-  /// It is told to go on.
+  /// Commands it to continue.
   tmcl::DriveOutput tell() {
     std::array<std::uint8_t, tmcl::kOutputBytes> pdo{};
     drive.prepare();
@@ -40,7 +40,7 @@ class Channel : public testing::Test {
 TEST_F(Channel, WithoutNewsFromTheDriveItsPreparationStandsStill) {
   hear({});
   (void)tell();
-  // Longer than any step of it has patience.
+  // Longer than any time-out of its steps.
   for (int i = 0; i < 20'000; ++i) (void)tell();
   EXPECT_FALSE(drive.failed()) << describe(drive.failure());
   for (int i = 0; i < 20'000 && !drive.failed(); ++i) {

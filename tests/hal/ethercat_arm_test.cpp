@@ -153,7 +153,7 @@ TEST(EthercatArm, APowerCycledJointIsHomedAgainBeforeItObeys) {
 }
 
 TEST(EthercatArm, TheFirstPositionCommandAfterHomingIsTrueEvenWhenAReplyIsLostJustThen) {
-  // A joint that lost its power goes on from where it was, while its counter begins at zero: until it is
+  // A joint that lost its power continues from its position, while its counter begins at zero: until it is
   // homed the two differ by this.
   constexpr double kTarget_rad = 0.5;
   const auto homed_again_at = [&](std::vector<FaultEvent> faults) {

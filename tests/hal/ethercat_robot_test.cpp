@@ -139,8 +139,8 @@ TEST(EthercatRobot, ATargetThatIsNotANumberIsFoundAtWhicheverJoint) {
   }
 }
 
-/// What the first wheel was told last. While nothing is wrong a frame begins with the image, and that with
-/// this wheel's outputs.
+/// Last command to the first wheel. Without faults a frame begins with the image, which begins with this
+/// wheel's outputs.
 struct FirstWheel final : drivers::ethercat::FrameTap {
   void frame(drivers::ethercat::Direction direction, std::span<const std::uint8_t> bytes) noexcept override {
     constexpr std::size_t kOutputs = 16 + 10;
@@ -448,7 +448,7 @@ TEST_P(EthercatRobotFaults, StopsEverythingRecoversByItselfAndMovesOnlyAfterANew
   EXPECT_EQ(rig.status.fault, fault.expected) << fault.name << ": " << describe(rig.status.fault);
   EXPECT_FALSE(rig.sample.enabled);
 
-  // The fault ends by itself; nobody enables anew. Within 2 s the bus is whole, and no wheel moves.
+  // The fault ends by itself, without a new enable. Within 2 s the bus is whole, and no wheel moves.
   rig.run_until([&] { return rig.emulation.wire().now() >= 5400ms + 2s; });
   EXPECT_FALSE(rig.status.ok()) << "latched until disabled";
   for (std::size_t i = 0; i < 4; ++i)

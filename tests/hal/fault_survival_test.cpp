@@ -31,9 +31,9 @@ using std::chrono::nanoseconds;
 using Kind = YoubotKind;
 
 constexpr double kSpeed_rad_per_s = 1.0;
-// A drive that hears nothing goes on for 100 ms (parameter 90), then returns to where it was at that moment:
-// 60 mrad to stop at 2000 rpm/s of the motor (parameter 11), and back at 10/s. Without power, friction takes
-// 5 rad/s² off a wheel in the air.
+// A drive that receives nothing continues for 100 ms (parameter 90), then returns to its position at that
+// time: 60 mrad to stop at 2000 rpm/s of the motor (parameter 11), and back at 10/s. Without power, friction
+// takes 5 rad/s² off a lifted wheel.
 constexpr nanoseconds kStandstillAfter = 900ms;
 constexpr double kStandstill_rad_per_s = 0.03;  // quivering of a velocity loop that holds still
 constexpr double kHeld_rad = 0.01;
@@ -56,7 +56,7 @@ bool takes_power(FaultKind kind) {
   return kind == FaultKind::kSlaveOff || kind == FaultKind::kBrownOut || kind == FaultKind::kForeignWrite;
 }
 
-/// A robot on a bus that misbehaves, told to turn all joints. Each cycle checks what holds in all of them.
+/// A robot on a faulty bus, commanded to turn all joints. Each cycle checks the invariants.
 struct Rig {
   Rig(Kind robot_kind, Firmware firmware, std::vector<FaultEvent> faults, int tolerated_cycles = 10)
       : kind(robot_kind),
@@ -121,7 +121,7 @@ struct Rig {
     ASSERT_TRUE(run_until([this] { return sample.enabled; }, kRecovery)) << where(0);
   }
 
-  /// Nothing moves but what is enabled or being enabled, when firmware 2.0 turns for its commutation.
+  /// Only enabled drives move, or those being enabled, when firmware 2.0 turns for its commutation.
   void check_motion() {
     const bool may_move = command.enable && status.ok();
     if (may_move) moved_until = now();
@@ -169,7 +169,7 @@ struct Rig {
   RobotCommand command;
   RobotSample sample;
   CycleStatus status;
-  bool spoiled = false;           // what is measured is not true
+  bool spoiled = false;           // measurements are false
   bool counters_restart = false;  // some have lost their power, and count from zero
   std::array<double, kMaxJoints> speed_rad_per_s{};
   bool complained = false;
@@ -183,7 +183,7 @@ struct Rig {
 
 /// What must come of a fault.
 struct Outcome {
-  Fault fault = Fault::kNone;  // none: it is bridged, and nobody notices
+  Fault fault = Fault::kNone;  // kNone: bridged without notice
   int joint = -1;
   JointFault detail = JointFault::kNone;
 };
@@ -275,7 +275,7 @@ void add_frame_faults(std::vector<Case>& cases) {
       const auto of_datagram = [&](std::uint32_t number) {
         return FaultEvent{.kind = FaultKind::kWrongCounter, .counter_change = change, .datagram = number};
       };
-      // Once in doubt every slave has a datagram of its own: the first is wheel 1's, the second wheel 2's.
+      // In doubt every slave has its own datagram: the first is wheel 1's, the second wheel 2's.
       const auto counted = [count](int joint) { return count <= 10 ? kBridged : partial(joint); };
       add(name + "of the image", of_datagram(0), counted(0));
       add(name + "of the state of all", of_datagram(1), counted(1));
@@ -393,7 +393,7 @@ void add_faults_that_last(std::vector<Case>& cases) {
              Firmware::k148,
              fault == BoardFault::kStuckEncoder});
       };
-      add("encoder stuck", BoardFault::kStuckEncoder, kBridged);  // no flag of the drive tells
+      add("encoder stuck", BoardFault::kStuckEncoder, kBridged);  // no flag of the drive shows it
       add("hall sensor", BoardFault::kHallSensor, joint_fault(joint, JointFault::kHallSensor));
       add("undervoltage", BoardFault::kUndervoltage, joint_fault(joint, JointFault::kUndervoltage));
       add("overvoltage", BoardFault::kOvervoltage, joint_fault(joint, JointFault::kOvervoltage));
@@ -489,8 +489,7 @@ TEST(FaultsInARow, MoveNothingThatWasNeverEnabled) {
   }
 }
 
-/// Faults at random, over one another too. The operator disables when he is told of one and enables when it
-/// is gone.
+/// Random, overlapping faults. The operator disables when a fault is reported and enables when it is gone.
 TEST(FaultsInARow, AtRandomAreSurvivedToo) {
   std::mt19937 random(1);
   const auto below = [&](std::size_t limit) { return static_cast<std::size_t>(random() % limit); };
@@ -715,7 +714,7 @@ INSTANTIATE_TEST_SUITE_P(
                     ""}),
     [](const auto& parameter) { return std::string(parameter.param.name); });
 
-/// Faults that come while drives are being prepared: told with the joint, and gone with the next enable.
+/// Faults while drives are being prepared: reported with the joint, and gone with the next enable.
 TEST(FaultsWhileEnabling, AreToldAndTheNextEnableSucceeds) {
   for (const Firmware firmware : {Firmware::k148, Firmware::k200})
     for (const nanoseconds at : {21ms, 50ms, 150ms})

@@ -1,4 +1,4 @@
-// Real drivers behind hal::HapticLink: axes, codes in words, and what is refused.
+// Real drivers behind hal::HapticLink: axes, texts of codes, and rejections.
 #include <gtest/gtest.h>
 
 #include <chrono>

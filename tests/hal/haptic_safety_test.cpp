@@ -58,7 +58,7 @@ class Rig {
   /// Nothing but its own firmware's watchdog can take the force away when the cable is pulled.
   virtual bool has_watchdog() const { return true; }
   virtual bool has_cable() const { return true; }
-  /// Who notices first that the grip is too fast.
+  /// The fault of the part that first notices the excessive handle speed.
   virtual HapticFault too_fast() const { return HapticFault::kTooFast; }
   /// As the programs have them.
   virtual hal::HapticLimits limits() const { return {}; }
@@ -150,7 +150,7 @@ class FalconRig final : public Rig {
     HapticSample sample;
     hand_.measure(sample);
     place_m_ = sample.p_HD_m;
-    // As far as the grip reaches.
+    // Within the handle's reach.
     const Vector3d p_m = place_m_.cwiseMax(-0.04).cwiseMin(0.04);
     falcon_.move_grip({p_m.y(), p_m.z(), p_m.x() + 0.13});
   }
@@ -202,7 +202,7 @@ class HapticSafety : public testing::TestWithParam<Kind> {
     EXPECT_LE(rig->made_N().norm(), kForceLimit_N + 0.05);
     return status;
   }
-  /// As an application does: a spring to a point, whatever it is told.
+  /// Like an application: a spring to a point, whatever it gets.
   const HapticStatus& spring_step() {
     return step({true, spring.force_N(point_m, sample.p_HD_m, sample.v_HD_H_m_per_s)});
   }
@@ -314,7 +314,7 @@ TEST_P(HapticSafety, PositionsThatAreNoneEndTheForce) {
 TEST_P(HapticSafety, ALoopThatStopsEndsTheForce) {
   hold_beside_the_point(0.03);
   const hal::HapticCommand last{true, status.f_D_H_N};
-  // The transport thread goes on with the last command, as it grows old.
+  // The transport thread continues with the last command, as it becomes stale.
   for (int i = 0; i < 25; ++i) {
     command_age += 1ms;
     (void)step(last);

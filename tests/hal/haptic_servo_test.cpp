@@ -25,7 +25,7 @@ using std::chrono::nanoseconds;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Answers as it is told to.
+/// Answers as scripted.
 class ScriptedLink final : public hal::HapticLink {
  public:
   const hal::HapticInfo& info() const noexcept override { return info_; }

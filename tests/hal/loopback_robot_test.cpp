@@ -1,4 +1,4 @@
-// hal::Robot over a plant: who gets power, when, and what the application is told.
+// hal::Robot over a plant: when drives get power, and what is reported to the application.
 #include "hal/loopback_robot.h"
 
 #include <gtest/gtest.h>
@@ -468,7 +468,7 @@ TEST_F(LoopbackRobotOnSimulatedBase, AVelocityCommandIsReachedAsFastAsTheCurrent
   const double before_rad = base.wheel(1).position_rad();
   run(command, 1000);
   // Over one second the controller's integral makes the mean of the measured velocity, one tick difference
-  // per period, the target: what is left is velocity noise, 0.03/sqrt(1000), and its dead-beat residue.
+  // per period, equal the target: the rest is velocity noise, 0.03/sqrt(1000), and its dead-beat residue.
   EXPECT_NEAR(base.wheel(1).position_rad() - before_rad, 3.0, 0.01);
   EXPECT_EQ(base.wheel(0).position_rad(), 0.0);
 }

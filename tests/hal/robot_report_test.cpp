@@ -1,4 +1,4 @@
-// What the EtherCAT robot tells of itself while it is cycled; also run under the thread sanitizer.
+// Reports of the EtherCAT robot during its cycles; also run under the thread sanitizer.
 #include <gtest/gtest.h>
 
 #include <atomic>

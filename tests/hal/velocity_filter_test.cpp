@@ -1,4 +1,4 @@
-// The grip's velocity: closed forms of a first-order low pass.
+// Handle velocity: closed forms of a first-order low pass.
 #include "hal/velocity_filter.h"
 
 #include <gtest/gtest.h>

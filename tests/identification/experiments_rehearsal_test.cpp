@@ -25,7 +25,7 @@ TEST(Rehearsal, ConstantVelocityTakesSpeedTimesTimeAndTheWayToStop) {
   EXPECT_EQ(demand.speed_rad_per_s, 0.5);
   EXPECT_EQ(demand.torque_Nm, 0);
   EXPECT_FALSE(demand.by_torque);
-  const Demand rest = rehearse(experiment, 1, kPeriod_s);  // what is left to do after an interruption
+  const Demand rest = rehearse(experiment, 1, kPeriod_s);  // remainder after an interruption
   EXPECT_EQ(rest.speed_rad_per_s, 0.25);
   EXPECT_NEAR(rest.lowest_rad, -(0.25 * 4 + 0.03 * 0.25), 2e-3);
   EXPECT_EQ(rest.highest_rad, 0);

@@ -105,7 +105,7 @@ TEST(LowPass, FollowsTheExponentialOfAStepAndKeepsTheMean) {
   EXPECT_NEAR(filter.value(), 1 - std::exp(-1.0), 1e-12);
 }
 
-/// A joint that turns as told against a friction torque with a ripple.
+/// A joint that follows the command against a friction torque with a ripple.
 TEST(SteadyState, MeasuresAfterSettlingOnlyAndSumsUp) {
   SteadyStateConfig config{.settle_s = 2, .measure_s = 4, .extra_s = 1};
   SteadyState experiment(config, {0.5, -1.0}, 1e-3);

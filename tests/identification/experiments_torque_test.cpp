@@ -96,7 +96,7 @@ TEST(TorqueRamp, FindsStiffnessAndBreakAwayOfTheSimulatedWheelBothWays) {
     EXPECT_NEAR(result[4], result[2] / result[1], 1e-9);
     EXPECT_NEAR(result[6], kStiffness_Nm_per_rad, 3.0);
     EXPECT_NEAR(result[7], 0.2 * std::sqrt(0.0107 * result[4]), 1e-12);
-    // Until it has slid 0.02 rad/s the ramp goes on by less than 1 mN·m.
+    // Until it has reached 0.02 rad/s the ramp rises by less than 1 mN·m.
     EXPECT_NEAR(direction * result[9], rig.drive().breakaway_Nm(direction), 1e-3);
   }
 }

@@ -113,8 +113,8 @@ TEST(Excerpts, ToJudgeWithDoNotDependOnWhatIsInThem) {
   for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(before[i].from, after[i].from);
 }
 
-// Whole recordings, or quarters of them, as short as an excerpt: each row that is there to judge with belongs
-// to an excerpt that was chosen by its number, not for what is in it.
+// Whole recordings, or quarters of them, as short as an excerpt: each held-out row belongs to an excerpt that
+// was selected by its number, not by its content.
 TEST(Excerpts, OfShortRecordingsJudgeByTheirNumberToo) {
   const auto is_set_aside = [](std::size_t, double share) { return share >= 0.65 && share < 0.85; };
   for (const double seconds : {5.0, 16.0}) {

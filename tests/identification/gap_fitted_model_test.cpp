@@ -86,7 +86,8 @@ TEST(Estimates, FlanksMayBeAsStiffAndAsSoftAsTheEffectKnows) {
   }
 }
 
-// A load that goes on as it bounces while other parameters are differentiated still carries what pulls at it.
+// A load whose bouncing is fixed while other parameters are differentiated still includes its external
+// torques.
 TEST(Estimates, WhatPullsAtALoadBehindAGapIsDetermined) {
   model::effects::DriveModel drive = drive_with(150);
   drive.effects.push_back(model::effects::make_effect("torque_offset", {{"torque_Nm", 0.01}}));

@@ -69,7 +69,7 @@ std::vector<double> torque_on_motor(const model::effects::Mechanics& mechanics,
                             friction_Nm, load_Nm);
 }
 
-// A shaft that is rigid as far as the data can tell leaves the gap before it as it is.
+// A shaft that is rigid for the data does not change the gap before it.
 TEST(LoadSide, AGapBeforeARigidShaftStaysAGap) {
   const double gap_rad = 0.05;
   const model::effects::Mechanics mechanics{

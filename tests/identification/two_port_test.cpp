@@ -1,5 +1,5 @@
-// The two-port: what is estimated from simulated recordings is what the closed forms say, and what the
-// measures say of known matrices is what a pencil says.
+// The two-port: estimates from simulated recordings match the closed forms, and the measures of known
+// matrices match hand calculations.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -374,7 +374,7 @@ TEST_F(SpaceMouseOnHidraw, UnpluggedInUseIsAFaultForEverAndNobodyHoldsTheCap) {
     EXPECT_EQ(sample.buttons, 0U);
     EXPECT_EQ(sample.stamp, nanoseconds(5ms));
   }
-  // Plugged in again it is another node; who has the old one open does not see it.
+  // Plugged in again it is another node, invisible to openers of the old one.
   plug(space_navigator()).send({3, 1, 0});
   EXPECT_EQ(mouse.poll(8ms, sample).fault, SpaceMouseFault::kUnplugged);
   SpaceMouse again;

@@ -25,7 +25,7 @@ namespace usb_port_test {
 using namespace std::chrono_literals;
 using Bytes = std::vector<std::uint8_t>;
 
-// Generous: what does not come at all must fail, what comes late may not.
+// Generous: missing data must fail, late data must not.
 constexpr auto kLong = 60s;
 constexpr int kIn = 0x81;
 

@@ -376,7 +376,7 @@ TEST(ModelDrive, AMotorWithoutFrictionCoastsThroughTheGap) {
              make_effect("backlash", {{"gap_rad", 2.0}, {"load_share", 0.5}, {"friction_ratio", 2}})},
             0.01),
       1e-4, 4);
-  // All friction is the load's: the motor goes on by itself.
+  // All friction is the load's: the motor keeps moving.
   drive.set_velocity(1.0);
   for (int i = 0; i < 2000; ++i) drive.step(0);
   EXPECT_NEAR(drive.velocity_rad_per_s(), 1.0, 0.01);

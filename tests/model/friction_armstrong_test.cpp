@@ -45,7 +45,7 @@ TEST(Armstrong, RemembersTheVelocityForItsMemoryTime) {
   const Armstrong law(kParameters);
   State state = sliding(law, 0.1);
   const double old_share = 0.5, new_share = 1.0 / (1 + 9);
-  const auto stribeck = [&](double velocity) {  // what is left without Fc and σ2, in units of e∞
+  const auto stribeck = [&](double velocity) {  // the rest without Fc and σ2, in units of e∞
     return (law.step(state, {velocity, 0}, 1e-4) - 0.05 - 0.02 * velocity) / 0.03;
   };
   for (int n = 0; n < 395; ++n) ASSERT_NEAR(stribeck(0.3), old_share, 1e-9) << "still, " << n << " steps on";

@@ -78,7 +78,7 @@ TEST(Gms, InnerLoopsCloseAndAreForgotten) {  // (d) non-local memory
   State state;
   static_cast<void>(moved(law, state, 0.8e-3, kSlow, 4));
   const double inner_start = moved(law, state, -0.6e-3, kSlow, 4);
-  State plain = state;  // goes on without the inner loop
+  State plain = state;  // continues without the inner loop
   static_cast<void>(moved(law, state, 0.35e-3, kSlow, 7));
   static_cast<void>(moved(law, state, -0.1e-3, kSlow, 7));  // a loop in the loop
   static_cast<void>(moved(law, state, 0.1e-3, kSlow, 7));

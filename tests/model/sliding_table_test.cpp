@@ -31,7 +31,7 @@ double peaked_law(double v) {
   return std::copysign(level, v);
 }
 
-/// The published peak of a wheel's curve below the break-away band, searched on a grid of its own.
+/// The published peak of a wheel's curve below the breakaway band, from an independent grid search.
 double published_peak_Nm(int wheel, double sign) {
   double peak_Nm = 0;
   for (int i = 1; i <= 30000; ++i)
@@ -139,8 +139,8 @@ TEST(WheelTable, BreakAwayIsThePublishedPeak) {
     for (const double sign : {-1.0, 1.0}) {
       const double published_Nm = published_peak_Nm(wheel, sign);
       const double breakaway_Nm = wheel_table(wheel).breakaway_Nm(sign);
-      // Samples every 0.02 rad/s may miss the tip of the peak, whose flanks are no steeper than
-      // 0.5 N·m·s/rad (the line 0.06 + 0.5·v of wheel 2): half a spacing's worth. Never above it.
+      // Samples every 0.02 rad/s may miss the top of the peak, whose flanks are no steeper than 0.5 N·m·s/rad
+      // (the line 0.06 + 0.5·v of wheel 2): half a spacing's worth. Never above it.
       EXPECT_LE(breakaway_Nm, published_Nm + 1e-6) << "wheel " << wheel;
       EXPECT_GE(breakaway_Nm, published_Nm - 0.5 * 0.01) << "wheel " << wheel;
       EXPECT_NEAR(wheel_table(wheel, {.spacing_rad_per_s = 0.001}).breakaway_Nm(sign), published_Nm,

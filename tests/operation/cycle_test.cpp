@@ -30,7 +30,7 @@ constexpr double kAtRest_m_per_s = 0.001 + 0.014 * 0.2;
 
 const VelocitySource::Wheels kAnyWheelSpeed{control::LinkMap::with_geometry({}), 1e3};
 
-/// Asks for a pose far ahead, so that torque is wanted, until told otherwise.
+/// Requests a pose far ahead, so that torque is needed, until changed.
 class ScriptedMotion final : public MotionSource {
  public:
   void begin(nanoseconds now, const control::PlanarPose&) noexcept override { begin_ = now; }
@@ -207,7 +207,7 @@ TEST(Cycle, AfterAFaultTheRecordGoesOnTellingTheTruth) {
 TEST(Cycle, BrakingThatDoesNotBringItToRestIsAFault) {
   Rig rig;
   rig.run(1s);
-  rig.base.push({200.0, 0.0, 0.0});  // somebody pushes much harder than it may brake
+  rig.base.push({200.0, 0.0, 0.0});  // a person pushes much harder than it may brake
   rig.cycle.request_stop();
   rig.run(5s);
   EXPECT_TRUE(rig.cycle.finished());
@@ -236,7 +236,7 @@ struct SteadyRig : Rig {
     config.controller.wrench_limits = {60.0, 5.0};
     return config;
   }
-  /// The base goes on under the torques it has, and nobody looks.
+  /// The base continues under its torques, without a cycle.
   void pause(nanoseconds duration) { clock.sleep_until(clock.now() + duration); }
 };
 
@@ -361,7 +361,7 @@ TEST(Cycle, AnOverspeedOnABusyMachineIsSeenOnceNoTimesOfItsSamplesExplainIt) {
   }
 }
 
-/// A robot whose drives never obey, or whose bus fails when told to.
+/// A robot whose drives never obey, or whose bus fails on request.
 class BrokenRobot final : public hal::Robot {
  public:
   std::span<const hal::JointInfo> joints() const noexcept override { return kFourWheels; }

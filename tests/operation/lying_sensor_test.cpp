@@ -105,7 +105,7 @@ TEST(TrueWheels, EndNoRunOnAnyFloorUnderAnyLoad) {
         sim::BaseParameters parameters;
         parameters.loaded_friction_scale.fill(load);
         parameters.roller_grip = grip;
-        if (held) parameters.mass_kg = 3000;  // against a wall of its own, in every direction
+        if (held) parameters.mass_kg = 3000;  // blocked in every direction
         parameters.noise_seed = random();
         BaseRig rig(parameters);
         for (int i = 0; i < 20; ++i) {
@@ -180,7 +180,7 @@ TEST(TrueArm, EndsNoRunInFreeSpaceNorAtAWallNorUnderAnyLoad) {
       if (wall_N_per_m > 0)
         scene.environment.walls.push_back({{0.38, 0, 0}, {-1, 0, 0}, {.stiffness_N_per_m = wall_N_per_m}});
       ArmRig rig(scene);
-      // With three times the friction a tip at a hard wall may not come to rest where it is wanted.
+      // With three times the friction an end effector at a hard wall may not come to rest at its set-point.
       if (rig.reach(TeleopPhase::kOperating)) rig.play(random, 12s);
       rig.cycle.request_stop();
       for (int i = 0; i < 10'000 && !rig.cycle.finished(); ++i) rig.step();

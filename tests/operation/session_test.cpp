@@ -50,7 +50,8 @@ std::vector<std::vector<double>> rows(const fs::path& path, std::size_t width) {
 }
 
 TEST_F(Session, TheDemoBaseFollowsItsPathWithCompensationOnly) {
-  // Thesis 2.7.2: without compensation the wrench could not start the base, with it the base moved as told.
+  // Thesis 2.7.2: without compensation the wrench could not start the base, with it the base followed its
+  // path.
   const Summary with = run_session(config, options, stop);
   EXPECT_TRUE(with.stop_reason.empty()) << with.stop_reason;
   ASSERT_TRUE(with.path.first_motion().has_value());
@@ -138,7 +139,7 @@ TEST_F(Session, TheReportBesideARecordingDrawsTheWayAndTheWallsAndCountsWhatWasL
   const std::string text(std::istreambuf_iterator<char>(page), {});
   EXPECT_NE(text.find("walls for the base's centre"), std::string::npos);
   EXPECT_NE(text.find("From above"), std::string::npos);
-  // Two walls, from one end to the other of what was driven and a tenth of a metre more.
+  // Two limits, over the driven range plus a tenth of a metre.
   EXPECT_NE(text.find("[-0.5,-0.5,-0.5,1.5,1.5,1.5]"), std::string::npos);
   const std::size_t row = text.find("speed, acceleration or jerk of a set-point");
   ASSERT_NE(row, std::string::npos);

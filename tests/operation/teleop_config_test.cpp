@@ -1,5 +1,5 @@
-// [teleoperation] and [scene] of the daemon's configuration: what arrives, what is refused, and that
-// teleop.toml tells the truth about the defaults.
+// [teleoperation] and [scene] of the daemon's configuration: accepted values, rejected values, and that
+// teleop.toml states the defaults correctly.
 #include <gtest/gtest.h>
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
@@ -238,7 +238,7 @@ TEST_F(TeleopConfig, TheFileHasEveryKeyThereIsAndSoHasThisTest) {
   std::map<std::string, std::set<std::string>> tested;
   for (const Key& key : keys()) tested[key.table()].insert(key.key());
   for (const auto& [table, names] : tested) {
-    // A name like no other is answered with all there are.
+    // The answer to an unknown name lists all known ones.
     const Problems told =
         problems("[teleoperation." + table + "]\nxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx = 1\n");
     ASSERT_EQ(told.size(), 1U);
@@ -372,14 +372,15 @@ TEST_F(TeleopConfig, NoSettingWeakensBrakingOrWhatSeesAFault) {
   }
   EXPECT_THROW((void)set("teleoperation.arm.payload_kg", "2"), runtime::ConfigError)
       << "the arm would carry 20 N that are not there";
-  // With less damping hand, tip and posture swing, with more their sampled velocity pushes.
+  // With less damping hand, end effector and posture oscillate, with more their sampled velocity injects
+  // energy.
   for (const auto& [key, less, more] : std::to_array<std::array<const char*, 3>>(
            {{"teleoperation.coupling.damping_ratio", "0.6", "0.8"},
             {"teleoperation.arm.posture_Nm_s_per_rad", "1.4", "1.6"},
             {"teleoperation.start.centring_N_s_per_m", "0.4", "0.6"},
             {"teleoperation.feedback.damping_N_s_per_m", "2.9", "3.1"}}))
     for (const char* other : {less, more}) EXPECT_THROW((void)set(key, other), runtime::ConfigError) << key;
-  // A release is judged by these two: of a heavier grip, or of a lighter one, no motion would be a free
+  // Release detection uses these two: for a heavier or lighter handle, no motion would look like a free
   // one's.
   for (const char* key :
        {"teleoperation.feedback.device_mass_kg", "teleoperation.feedback.device_drag_N_s_per_m"})

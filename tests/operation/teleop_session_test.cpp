@@ -1,4 +1,4 @@
-// One run of teleoperation as the daemon does it, in virtual time: what it returns, tells and leaves on disk.
+// One run of teleoperation as in the daemon, in virtual time: its results, messages and files.
 #include "operation/teleop_session.h"
 
 #include <gtest/gtest.h>
@@ -37,7 +37,7 @@ std::string text_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// A recording read with a parser of its own; fails the test on a row of another width.
+/// A recording read with an independent parser; fails the test on a row of another width.
 struct Recorded {
   explicit Recorded(const fs::path& path) {
     std::ifstream file(path);
@@ -190,7 +190,7 @@ TEST_F(TeleopSession, TheDemoDoesAllItsTasksAndTheSummaryIsThatOfItsCycles) {
   EXPECT_GT(largest([](const auto& r) { return -r.contact_force_W_N[0]; }), 4.0) << "the wall pushes back";
   EXPECT_NEAR(largest([](const auto& r) { return r.true_tip_p_WT_m[0]; }), 1.07, 0.003)
       << "a ball of 10 mm on the wall";
-  // And none of it goes on.
+  // None of it remains.
   EXPECT_EQ(seen.back().held_force_H_N, (std::array<double, 3>{}));
   EXPECT_LT(std::abs(seen.back().true_tip_p_WT_m[0] - seen[seen.size() - 10].true_tip_p_WT_m[0]), 1e-4);
 }
@@ -549,7 +549,7 @@ TEST_F(TeleopSession, AnArmThatDoesNotKnowItsAnglesIsNotMoved) {
   EXPECT_TRUE(fs::exists(fs::path(*summary.fault_report).replace_extension(".pcapng")));
 }
 
-// --- What is told ---
+// --- Messages ---
 
 TEST(TeleopReport, TellsHowEachTaskEndedAndWhatTheHandFelt) {
   TeleopSummary summary;

@@ -93,7 +93,7 @@ TEST(TeleopOverTheWire, AnArmThatHomedUnderItsOwnWeightFollowsTheHandAndFeelsThe
   rig.run(4s);
   EXPECT_LT(vector(rig.last().contact_force_W_N).x(), -2.0);
   EXPECT_LT(rig.last().true_tip_p_WT_m[0], kWall_m);
-  // The tip's spring is on the hand, a tenth of it and with x changing sign.
+  // The end effector's spring acts on the hand, a tenth of it and with x changing sign.
   EXPECT_GT(vector(rig.last().held_force_H_N).x(), 0.2);
   EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kOperating);
 }

@@ -199,7 +199,7 @@ struct MovingRig : Rig {
   }
   double fastest_rad_per_s() const { return plant.velocity().tail<5>().cwiseAbs().maxCoeff(); }
   void pause(std::chrono::nanoseconds duration) { clock.sleep_until(clock.now() + duration); }
-  /// With the motion, which the tip has followed.
+  /// With the motion, which the end effector has followed.
   void expect_goes_on() const {
     EXPECT_EQ(cycle.task().phase(), TeleopPhase::kOperating) << describe(cycle.stop_reason(), robot, &master);
     EXPECT_LT((vector(last().true_tip_p_WT_m) - vector(last().setpoint_p_WT_m)).norm(), 0.02);

@@ -116,7 +116,8 @@ TEST(Teleoperation, AMasterThatDoesNotComeToItsOriginEndsTheStart) {
 
 TEST(Teleoperation, AnArmThatIsHeldUpEndsTheStart) {
   Scene scene;
-  scene.environment.spring = sim::TetherSpring{{0.17, 0, 0.57}, 1e4, 50};  // by the tip, where it lies folded
+  scene.environment.spring = sim::TetherSpring{{0.17, 0, 0.57}, 1e4, 50};  // at the end effector of the
+                                                                           // folded arm
   auto config = teleop_rig::quick_config();
   config.control.unfolding_timeout_s = 8;
   config.control.joint_following_error_rad = 3;
@@ -178,7 +179,7 @@ TEST(Teleoperation, TheTipFollowsTheGripWithXAndYChangingSign) {
   const Vector3d grip_m = vector(rig.last().grip_p_HD_m);
   // To within what friction and an imperfect model leave of the 700 N/m.
   EXPECT_LT((way_m - Vector3d(-grip_m.x(), -grip_m.y(), grip_m.z())).norm(), 0.012) << way_m.transpose();
-  // The hand is pulled to where the tip is.
+  // The hand is pulled towards the end effector.
   const Vector3d spring_N = vector(rig.last().spring_W_N);
   EXPECT_LT(
       (vector(rig.last().held_force_H_N) - Vector3d(spring_N.x(), spring_N.y(), -spring_N.z()) / 10.0).norm(),
@@ -192,7 +193,7 @@ TEST(Teleoperation, AnOrientationIsFollowedByArmAndBaseTogether) {
   ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
   rig.run(500ms);
   const Quaterniond before = rotation(rig.last().tip_q_WT);
-  // The pen turned by 30 degrees about its upright axis: the hand turns to the left with it.
+  // The handle turned by 30 degrees about its upright axis: the end effector turns to the left with it.
   rig.hand.turn_to(Quaterniond(Eigen::AngleAxisd(std::numbers::pi / 6, Vector3d::UnitZ())), 1s);
   rig.run(6s);
   const Eigen::AngleAxisd turn(rotation(rig.last().tip_q_WT) * before.conjugate());
@@ -294,11 +295,11 @@ TEST(Teleoperation, ATipThatDoesNotTurnAsItIsToldEndsItBeforeTheSpringTurnsRound
       << control::name(rig.cycle.task().phase());
 }
 
-// --- The danger of 3.4.5: the pen let go, and only its orientation changed ---
+// --- The danger of 3.4.5: the handle released, and only its orientation changed ---
 
 struct Release {
   double tip_way_m = 0;              ///< furthest from where it was
-  double largest_speed_m_per_s = 0;  ///< of the pen
+  double largest_speed_m_per_s = 0;  ///< of the handle
   double given_J = 0;
   TeleopPhase phase = TeleopPhase::kOff;
 };
@@ -361,7 +362,7 @@ TEST(Teleoperation, AReleasedPenThatIsFlippedDoesNotRunAwayWithProtection) {
       EXPECT_LE(seen.given_J, kReserve_J);
       // What 5 mJ can do to 0.3 kg.
       EXPECT_LT(seen.largest_speed_m_per_s, std::sqrt(2 * kReserve_J / 0.3));
-      // No further than the pen reaches: it is not driven away.
+      // No further than the handle reaches: it is not driven away.
       EXPECT_LT(seen.tip_way_m, 0.2);
     }
 }
@@ -394,7 +395,7 @@ TEST(Teleoperation, ALetGoPenMovesNothingUntilAButtonIsPressed) {
   rig.run(2s);
   EXPECT_NEAR(rig.last().setpoint_p_WT_m[1] - held_m.y(), 0.02, 0.004);
   expect_no_jump(rig);
-  expect_passive(rig, kReserve_J);  // whoever presses the button gets another
+  expect_passive(rig, kReserve_J);  // each press of the button adds another
 }
 
 TEST(Teleoperation, APenThatIsLetGoWhilePressedOnAWallDoesNotFly) {
@@ -500,9 +501,9 @@ TEST(Teleoperation, AStartOutsideTheWorkspaceIsRefused) {
 
 // --- Contact ---
 
-/// How a hand with little damping of its own presses on a wall under strong feedback.
+/// Contact of a weakly damped hand with a wall under strong feedback.
 struct Pressed {
-  double swing_m = 0;  ///< of the pen, at the end
+  double swing_m = 0;  ///< of the handle, at the end
   double given_J = 0;
   bool ended = false;
 };
@@ -599,7 +600,8 @@ TEST(Teleoperation, AFreeBoxIsPushedOverATable) {
   EXPECT_EQ(rig.cycle.task().phase(), TeleopPhase::kOperating);
   EXPECT_GT(rig.plant.environment().box_p_W_m().x() - begin_m, 0.1);
   EXPECT_NEAR(rig.plant.environment().box_p_W_m().z(), 0.35, 0.005) << "still on the table";
-  // At a steady pace the tip carries the box' friction, 0.3 of 0.5 kg, on average over its little taps.
+  // At a steady pace the end effector carries the box' friction, 0.3 of 0.5 kg, on average over its small
+  // impacts.
   EXPECT_NEAR(pushed_N, 0.3 * 0.5 * 9.81, 0.15);
   expect_no_jump(rig);
   expect_passive(rig);

@@ -79,7 +79,7 @@ TEST_F(VelocitySourceTest, SlowsDownAWholeTwistThatWouldTurnAWheelTooFastAndKeep
   slowed.tell({0.3, 0.3, 0.5});
   PlanarVector twist_B;
   for (int i = 0; i < 6000; ++i) {
-    // From straight ahead to a turn on the spot, where both add up on the way.
+    // From straight ahead to a turn on the spot; in between both add up.
     if (i == 3000) slowed.tell({0, 0, -1});
     const Motion motion = slowed.read(now += 1ms, base);
     base = motion.reference.X_WB;

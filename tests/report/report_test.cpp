@@ -1,4 +1,4 @@
-// Report pages: what is in the file. What a reader sees of it is tests/browser's matter.
+// Report pages: content of the file. tests/browser checks what a reader sees.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -163,7 +163,7 @@ TEST_F(ReportFile, ReplacesNeitherFoldersNorDevices) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
 }
 
-/// A line's points: what is between lower and upper is y.
+/// A line's points: y lies between lower and upper.
 struct Line {
   std::vector<double> x;
   std::vector<double> y;

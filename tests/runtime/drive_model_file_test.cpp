@@ -1,4 +1,4 @@
-// Model files: what is written reads back, and what is wrong is named with its line.
+// Model files: written files read back, and errors are named with their line.
 #include "runtime/configuration/drive_model_file.h"
 
 #include <gtest/gtest.h>

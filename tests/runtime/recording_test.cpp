@@ -144,7 +144,7 @@ TEST(SpscRing, PushAndPopDoNotAllocateOrLock) {
 
 // ---------------------------------------------------------------------------------------------- file
 
-/// The format read back with a parser of its own; throws on anything that is not a whole recording.
+/// The format read back with an independent parser; throws on anything that is not a complete recording.
 struct ReadBack {
   std::vector<std::pair<std::string, std::string>> comments;
   std::vector<std::string> columns;
@@ -523,7 +523,7 @@ TEST_F(RecordingFileOnFullDisk, ResumesWithWholeRowsWhenSpaceComesBack) {
     for (int i = 1; i <= 3; ++i) file.append_row(row(i));
     file.flush();  // row 1 fits, rows 2 and 3 do not
     file.append_row(std::array{0.004, 0.125});
-    file.flush();  // too long for what is left
+    file.flush();  // too long for the rest
   }
   file.append_row(row(5));
   file.close();

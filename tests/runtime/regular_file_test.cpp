@@ -1,4 +1,4 @@
-// Files from outside: what is no file, or has no end, is refused and never waited for.
+// Files from outside: non-files and endless files are rejected without waiting.
 #include "runtime/configuration/regular_file.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// A slice of sensor_campaign: what is frozen in motion is seen in time, and true sensors end no run.
+// A slice of sensor_campaign: a sensor frozen in motion is detected in time, and fault-free sensors end no
+// run.
 #include <gtest/gtest.h>
 
 #include <cstddef>

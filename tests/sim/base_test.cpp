@@ -44,7 +44,7 @@ BaseParameters noiseless() {
   parameters.drive.sensors = {0, 0, 0, 0, 0};
   return parameters;
 }
-/// Nothing but inertia and grip: drives and rollers without friction (scales must be positive).
+/// Only inertia and grip: drives and rollers without friction (scales must be positive).
 BaseParameters frictionless() {
   BaseParameters parameters = noiseless();
   parameters.loaded_friction_scale.fill(1e-12);
@@ -240,7 +240,7 @@ TEST(Base, OdometryFromItsTrueWheelAnglesFindsItsTruePose) {
   }
   ASSERT_GT(path_m, 0.5);
   ASSERT_GT(base.pose().yaw_rad, 0.3);
-  // What a wheel may be ahead of the floor is its grip's deflection, 5 N over 5e4 N/m.
+  // A wheel may lead the floor by its grip's deflection, 5 N over 5e4 N/m.
   EXPECT_NEAR(odometry.pose().x_m, base.pose().x_m, 1e-3 * path_m);
   EXPECT_NEAR(odometry.pose().y_m, base.pose().y_m, 1e-3 * path_m);
   EXPECT_NEAR(odometry.pose().yaw_rad, base.pose().yaw_rad, 1e-3 * path_m / kLever_m);
@@ -299,8 +299,8 @@ TEST(Base, CoastingUnpoweredItLosesEnergyAllTheTimeUntilItRests) {
   set_rolling(base, {0.3, 0.15, 0.4});
   double last_J = base.kinetic_energy_J();
   ASSERT_GT(last_J, 2.0);
-  // Energy may come back from what is bent: four presliding bristles, ½·(0.13 N·m)²/250, and four rollers,
-  // ½·(0.13 N·m/0.0475 m)²/5e4 N/m.
+  // Elastic energy may be returned: four presliding bristles, ½·(0.13 N·m)²/250, and four rollers, ½·(0.13
+  // N·m/0.0475 m)²/5e4 N/m.
   const double elastic_J = 4 * (0.5 * 0.13 * 0.13 / 250 + 0.5 * std::pow(0.13 / kRadius_m, 2) / 5e4);
   double lowest_J = last_J;
   for (int ms = 0; ms < 6000; ++ms) {
@@ -322,7 +322,7 @@ TEST(Base, LosesWhatItsWheelsAndRollersTake) {
     PlanarVector twist_B = PlanarVector::Zero();
     twist_B[axis] = 0.3;
     set_rolling(base, twist_B);
-    coast(base, 20);  // the grip has taken its deflection
+    coast(base, 20);  // the grip has reached its deflection
     const double before_J = base.kinetic_energy_J();
     double drives_J = 0, rollers_J = 0;
     for (int ms = 0; ms < 100; ++ms) {
@@ -338,7 +338,7 @@ TEST(Base, LosesWhatItsWheelsAndRollersTake) {
     // The sum over 1 ms intervals, and 9e-3 J at most that the rollers' give may hold back.
     EXPECT_NEAR(before_J - base.kinetic_energy_J(), loss_J, 0.01 * loss_J) << "axis " << axis;
     if (axis == 1) {
-      EXPECT_GT(rollers_J, 0.05 * loss_J);  // the tolerance would tell
+      EXPECT_GT(rollers_J, 0.05 * loss_J);  // visible beyond the tolerance
     }
   }
 }

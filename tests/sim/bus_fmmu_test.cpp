@@ -77,7 +77,7 @@ TEST(LogicalCommands, CarryOutputsThereAndInputsBack) {
 }
 
 TEST(LogicalCommands, OutputsAndInputsMayShareTheirPlace) {
-  // SOEM's overlapping map: outputs are taken from what comes in, then inputs are put over them.
+  // SOEM's overlapping map: outputs are taken from the received data, then inputs overwrite them.
   EmulatedBus bus;
   RecordingBoard board(bus.add(drive()));
   HandMaster master(bus);

@@ -145,8 +145,8 @@ TEST(Drive, BreaksAwayAtThePublishedPeakInEitherDirection) {
         drive.step(-sign * load_Nm, kStep_s);
         largest_Nm = std::max(largest_Nm, sign * drive.friction_torque_Nm());
       }
-      // The load gains 0.01 N·m/s · (6·J·x/0.01)^(1/3) = 2e-3 N·m·… 1.3e-4 on that way, the plant's table of
-      // 0.005 rad/s may cut the tip of the peak by 0.5 N·m·s/rad · 0.0025.
+      // The load gains 0.01 N·m/s · (6·J·x/0.01)^(1/3) = 2e-3 N·m·… 1.3e-4 over that displacement; the
+      // plant's table of 0.005 rad/s may cut the top of the peak by 0.5 N·m·s/rad · 0.0025.
       EXPECT_NEAR(load_Nm, peak_Nm, 1.5e-3) << "wheel " << number;
       EXPECT_NEAR(largest_Nm, peak_Nm, 1.3e-3) << "wheel " << number;
       EXPECT_GT(sign * drive.velocity_rad_per_s(), 0.0);
@@ -312,8 +312,8 @@ TEST(Drive, ConvergesWithTheStepThroughBreakAwaySlidingReversalAndStop) {
 }
 
 TEST(Drive, DeliversTheCommandedTorqueUpToTheCurrentLimit) {
-  // Against a steadily rising back-EMF the PI loop lags by the share (k_t·g)²/(J·R·ω_b) = 3.6 %, which the
-  // closed form of its transfer function gives; what is left is the step's ω_b·h/2 of that.
+  // Against a steadily rising back-EMF the PI loop lags by the share (k_t·g)²/(J·R·ω_b) = 3.6 %, as given by
+  // the closed form of its transfer function; the rest is the step's ω_b·h/2 of that.
   Drive drive = frictionless();
   const double lag = 0.0335 * 0.0335 * kGear * kGear / (drive.inertia_kg_m2() * 0.978 * 2000);
   run(drive, JointCommand::torque_Nm(0.2), true, 0.010);  // 20 time constants of the current loop

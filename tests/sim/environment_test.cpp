@@ -1,4 +1,4 @@
-// What the simulated tip touches: laws of contact, and that no contact ever makes energy.
+// Contacts of the simulated end effector: contact laws, and that no contact generates energy.
 #include "sim/environment.h"
 
 #include <gtest/gtest.h>
@@ -254,7 +254,7 @@ TEST(Environment, ABoxPushedOverTheEdgeFallsToTheFloor) {
   let_pass(environment, 0.5);
   EXPECT_NEAR(environment.box_p_W_m().z(), 0.33, 1e-3);  // a part of it is still on the table
 
-  // The tip follows it and pushes.
+  // The end effector follows it and pushes.
   double t = 0;
   const double speed_m_per_s = 0.1;
   for (; environment.box_p_W_m().z() > 0.2 && t < 5; t += kStep_s)

@@ -207,7 +207,7 @@ TEST(Hand, TakesHoldOfThePenWhereItIs) {
   EXPECT_EQ(hand.intended_p_HD_m(), p_m);
   hand.advance(Vector3d::Zero(), 4s);
   EXPECT_TRUE(hand.p_HD_m().isApprox(p_m, 1e-9));
-  // One who holds it means to be where he meant to be.
+  // A holding hand keeps its intended position.
   hand.advance({0, 3, 0}, 4s);
   hand.take_hold();
   hand.advance(Vector3d::Zero(), 4s);
@@ -231,7 +231,7 @@ TEST(Hand, TheForceBetweenHandAndGripIsWhatTheDeviceNeedsToMoveAsItDoes) {
     const Vector3d device_N(0, 0, 3.0 * std::sin(0.02 * i));
     hand.advance(device_N, 100us);
     const Vector3d a_m_per_s2 = (hand.v_HD_H_m_per_s() - before) / 1e-4;
-    // Newton for the grip alone.
+    // Newton for the free handle.
     ASSERT_TRUE(hand.grip_force_N().isApprox(0.3 * a_m_per_s2 - device_N + 0.5 * before, 1e-9)) << i;
     EXPECT_EQ(hand.device_force_N(), device_N);
   }

@@ -30,7 +30,7 @@ MecanumWheelParameters noiseless() {
   parameters.drive.sensors = {0, 0, 0, 0, 0};
   return parameters;
 }
-/// Nothing but inertia and grip (scales must be positive).
+/// Only inertia and grip (scales must be positive).
 MecanumWheelParameters frictionless() {
   MecanumWheelParameters parameters = noiseless();
   parameters.loaded_friction_scale.fill(1e-12);

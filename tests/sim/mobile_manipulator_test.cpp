@@ -107,8 +107,9 @@ TEST(MobileManipulator, AFrictionlessArmFallsAndKeepsItsEnergy) {
       const double start_J = energy_J(robot);
       for (int n = 0; n < 30; ++n) {  // then it meets end stop or floor
         robot.advance(Commands{}, false, 10ms);
-        // Not a thousandth of what has turned from height into motion. What is there at rest: the gears bend
-        // when the arm is let go, and a semi-implicit step sees such a swing at the wrong phase.
+        // Less than a thousandth of the energy converted from height to motion. The constant part: the gears
+        // bend when the arm is released, and a semi-implicit step samples such an oscillation at the wrong
+        // phase.
         ASSERT_NEAR(energy_J(robot), start_J, 5e-4 + 1e-3 * robot.kinetic_energy_J()) << 10 * n << " ms";
       }
       EXPECT_GT(robot.kinetic_energy_J(), 1.0);
@@ -129,7 +130,8 @@ TEST(MobileManipulator, AnUnpoweredArmOnlyLosesEnergyAlsoAtEndStopsAndFloor) {
       continue;
     }
     const double now_J = energy_J(robot);
-    // Wheels and rollers keep what is not counted here: presliding, 4·½·(0.13 N·m)²/250 N·m, and grip.
+    // Wheels and rollers store energy that is not counted here: presliding, 4·½·(0.13 N·m)²/250 N·m, and
+    // grip.
     ASSERT_LE(now_J, lowest_J + 1e-3) << ms << " ms";
     lowest_J = std::min(lowest_J, now_J);
   }
@@ -401,7 +403,7 @@ TEST(MobileManipulator, EndStopsAreWhereTheDescriptionHasThemAndHold) {
   }
 }
 
-/// A wall that the level arm's tip is just in front of, below it.
+/// A wall just in front of and below the end effector of the level arm.
 EnvironmentParameters floor_under(const MobileManipulatorParameters& parameters, double gap_m) {
   EnvironmentParameters environment;
   const MobileManipulator robot(parameters);
@@ -460,7 +462,7 @@ TEST(MobileManipulator, AWallIsNotPassedAtFullSpeed) {
     furthest_m = std::min(furthest_m, robot.X_WT().translation().y());
   }
   EXPECT_GT(hardest_N, 30);
-  EXPECT_GT(furthest_m, -0.1);  // not deeper than the tip's radius
+  EXPECT_GT(furthest_m, -0.1);  // not deeper than the end effector's radius
   EXPECT_LT(furthest_m, -0.09);
 }
 

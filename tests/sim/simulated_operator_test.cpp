@@ -1,5 +1,4 @@
-// The operator, on a robot that is no more than what he needs to see: a lag, the thesis' rate control, a
-// wall.
+// The operator, on a robot reduced to what they need to see: a lag, the thesis' rate control, a wall.
 #include "sim/simulated_operator.h"
 
 #include <gtest/gtest.h>
@@ -33,8 +32,8 @@ const Vector3d kStart_m(0.35, 0.0, 0.35);
 
 Vector3d across(const Vector3d& v) { return {-v.x(), -v.y(), v.z()}; }  // half a turn about z
 
-/// The tip follows its target with a lag, or creeps after what is pulled against the wall; a tenth of the
-/// coupling spring's force comes back to the hand.
+/// The end effector follows its set-point with a lag, or creeps if it is pulled against the wall; a tenth of
+/// the coupling spring's force acts on the hand.
 struct Robot {
   double lag_s = 0.15;
   double rate_m_per_s = 0.15;
@@ -124,21 +123,21 @@ TEST_F(OperatorAtWork, WhatHeSeesHeAnswersAfterHisReactionTime) {
     robot = {};
     give({{tasks::Reach{.p_WT_m = kStart_m, .settle = 10s}}}, {.reaction = reaction});
     run(1.0);
-    EXPECT_EQ(hand.intended_p_HD_m(), Vector3d::Zero());  // the tip is where it is to be
-    robot.drift_m.y() += 0.03;                            // somebody moves it to the left
+    EXPECT_EQ(hand.intended_p_HD_m(), Vector3d::Zero());  // the end effector is at its target
+    robot.drift_m.y() += 0.03;                            // a push moves it to the left
     robot.tip_m.y() += 0.03;
     const double moved_s = time_s;
     while (hand.intended_p_HD_m().isZero(1e-9) && time_s < moved_s + 2) cycle();
     const double reaction_s = std::chrono::duration<double>(reaction).count();
     EXPECT_GE(time_s - moved_s, reaction_s);
-    EXPECT_LE(time_s - moved_s, reaction_s + 0.015);  // of a glance each 10 ms, and the start of least jerk
+    EXPECT_LE(time_s - moved_s, reaction_s + 0.015);  // of a glance each 10 ms, and the start of minimum jerk
     run(0.1);
-    EXPECT_GT(hand.intended_p_HD_m().y(), 0.0);  // his right is the robot's right
+    EXPECT_GT(hand.intended_p_HD_m().y(), 0.0);  // the operator's right is the robot's right
   }
 }
 
 TEST_F(OperatorAtWork, CorrectsInMovementsWithRestsBetween) {
-  // A tip that he cannot move: each correction adds to the last.
+  // An immovable end effector: each correction adds to the last.
   robot.lag_s = 1e6;
   give({{tasks::Reach{.p_WT_m = kStart_m + Vector3d(0, 0.01, 0)}, 4s}});
   std::vector<double> begun_s;
@@ -154,7 +153,7 @@ TEST_F(OperatorAtWork, CorrectsInMovementsWithRestsBetween) {
   EXPECT_EQ(outcome().duration, 4s);
   ASSERT_GE(begun_s.size(), 8U);
   for (std::size_t i = 1; i < begun_s.size(); ++i) EXPECT_NEAR(begun_s[i] - begun_s[i - 1], 0.45, 0.003);
-  // However much he wants, he stays where the tip follows the pen.
+  // The handle stays in the range of position control, however large the error.
   run(20);
   EXPECT_FALSE(robot.drives);
 }
@@ -189,17 +188,17 @@ TEST_F(OperatorAtWork, ATouchedWallIsFeltHeldAndLeft) {
   double touching_s = 0;
   while (!somebody->finished()) {
     cycle();
-    touching_s += robot.f_D_H_N().x() > 0.5 ? kPeriod_s : 0;  // towards him
+    touching_s += robot.f_D_H_N().x() > 0.5 ? kPeriod_s : 0;  // towards the operator
   }
   EXPECT_EQ(outcome().result, TaskResult::kDone);
   EXPECT_GE(outcome().largest_force_N, 1.0);
-  EXPECT_LT(outcome().largest_force_N, 3.0);  // he does not lean on it
+  EXPECT_LT(outcome().largest_force_N, 3.0);  // without leaning on it
   EXPECT_GT(touching_s, 2.0);
   EXPECT_NEAR(robot.tip_m.x(), *robot.wall_x_m - 0.02, 0.006);
 }
 
 TEST_F(OperatorAtWork, WhatOnlyDragsIsNoWall) {
-  // Fast through free space the lag pulls with more than he takes for a touch, until he stops.
+  // Fast through free space the lag pulls with more than the touch threshold, until the motion stops.
   robot.lag_s = 0.4;
   give({{tasks::Touch{.felt_N = 0.8, .speed_m_per_s = 0.1}, 5s}});
   work();
@@ -250,7 +249,7 @@ TEST_F(OperatorAtWork, GivingUpADriveHeBringsThePenBack) {
 }
 
 TEST_F(OperatorAtWork, TurnsThePenAsTheTipIsToTurn) {
-  // The robot's tip to roll to its right about x: about -x of H.
+  // The robot's end effector rolls to its right about x: about -x of H.
   give({{tasks::Turn{{0.5, 0, 0}, 1s}}, {tasks::Turn{{0, 0, 0.3}, 500ms}}});
   while (somebody->current() == 0) cycle();
   const Eigen::Quaterniond rolled(Eigen::AngleAxisd(-0.5, Vector3d::UnitX()));

@@ -51,7 +51,7 @@ std::string hex(unsigned value, int digits) {
   return text.data();
 }
 
-/// One end is the node that somebody opened, the other is ours.
+/// One end is the opened node, the other is ours.
 class Terminal {
  public:
   Terminal() {
@@ -112,7 +112,7 @@ struct MockHidrawDevice::State {
   UMockdevTestbed* testbed = nullptr;
 
   mutable std::mutex mutex;
-  std::unique_ptr<Opener> next;  // who opens the node now gets this one
+  std::unique_ptr<Opener> next;  // given to the next opener of the node
   std::vector<std::unique_ptr<Opener>> openers;
   std::vector<Bytes> outputs;
   int reads_without_report = 0;

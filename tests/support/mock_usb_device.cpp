@@ -100,7 +100,7 @@ struct MockUsbBus::Testbed {
 };
 
 MockUsbBus::MockUsbBus() : testbed_(std::make_unique<Testbed>()) {
-  // Device, configuration, interface, and the interrupt endpoint at which a hub tells of changes.
+  // Device, configuration, interface, and the interrupt endpoint at which a hub reports changes.
   const std::string hub =
       "12010002090001406b1d020001060302010109021900010100e0000904000001090000000705810304000c";
   testbed_->add(

@@ -78,7 +78,7 @@ bool commanded(const std::vector<FollowedDrive>& drives) {
 
 std::vector<std::string> violations_of_record(const Recording& recording, int enables,
                                               std::size_t still_rows) {
-  constexpr int kRest = 2;  // rows between two runs, at least
+  constexpr int kRest = 2;  // rows between two runs, minimum
   const DriveRecord record(recording);
   if (record.rows() < still_rows) throw std::runtime_error("the robot's record is too short");
   RobotWatch watch(record.limits());

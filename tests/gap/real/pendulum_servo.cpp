@@ -1,4 +1,4 @@
-// A hobby servo that lifts a weight: no torque was measured; the firmware's law says what was commanded.
+// A hobby servo that lifts a weight: no torque was measured; the firmware's law gives the command.
 #include <algorithm>
 #include <numbers>
 
