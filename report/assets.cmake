@@ -1,4 +1,4 @@
-# dygraphs is built in, so that a page needs nothing but itself.
+# dygraphs is built in, so that a page is self-contained.
 set(YOUBOT_DYGRAPHS_DIR /usr/share/javascript/dygraphs CACHE PATH "Folder of dygraph.min.js and dygraph.min.css")
 set(YOUBOT_DYGRAPHS_LICENSE /usr/share/doc/libjs-dygraphs/copyright CACHE FILEPATH "Licence of dygraphs")
 set(assets

@@ -5,7 +5,7 @@ foreach(entry IN LISTS FILES)
   string(REGEX MATCH "^([^=]+)=(.+)$" entry "${entry}")
   set(name ${CMAKE_MATCH_1})
   file(READ "${CMAKE_MATCH_2}" text)
-  # Without the names of source maps, which a browser's inspector looks for beside the page.
+  # Removes references to source maps, which a browser's inspector would look for beside the page.
   string(REGEX REPLACE "/[/*]# sourceMappingURL=[^\n]*" "" text "${text}")
   string(FIND "${text}" ")embedded\"" clash)
   if(NOT clash EQUAL -1)

@@ -1,5 +1,5 @@
-// Draws each <figure class="plot"> from the JSON in it. dygraphs does scales, axes and canvas. It has one x for
-// all series, and each of ours has its own; so series, zoom, legend, read-out, keys and table are here.
+// Draws each <figure class="plot"> from its JSON. dygraphs does scales, axes and canvas. It has one x for all
+// series, but each of our series has its own x; therefore series, zoom, legend, read-out, keys and table are here.
 'use strict';
 (() => {
   const kColours = 7;
@@ -13,7 +13,7 @@
 
   let isPrinting = false;
 
-  // Colours come from the style sheet, which knows about light and dark; forgotten at a change.
+  // Colours come from the style sheet, which supports light and dark mode; discarded when the mode changes.
   let colours = {};
   const css = name =>
     (colours[name] ??= getComputedStyle(document.documentElement).getPropertyValue(name).trim());
@@ -49,7 +49,7 @@
   const scaleOf = ({log}) => (log ? {forth: Math.log10, back: value => 10 ** value} :
     {forth: value => value, back: value => value});
 
-  // A power of ten is put aside where plain numbers would get long.
+  // Factors out a power of ten where plain numbers would be long.
   function tickTexts(values, step) {
     const largest = Math.max(...values.map(Math.abs));
     const power = largest >= 1e6 || (largest > 0 && largest < 1e-3) ? Math.floor(Math.log10(largest)) : 0;
@@ -96,7 +96,7 @@
     return values.map((v, n) => ({v, label: texts[n]}));
   }
 
-  // For dygraphs: values that get a line, and their text where there is room for it.
+  // For dygraphs: values with a grid line, and their text where there is room.
   function ticksOf(axis, space, min, max, pixels) {
     const ticks = (axis.log && max / min >= 5 ? logTicks : roundTicks)(min, max, pixels, space);
     // dygraphs leaves out a tick exactly at the upper end.
@@ -109,11 +109,11 @@
     return power === undefined ? factor : `${factor}×10${superscript(Number(power))}`;
   };
 
-  // --- what is drawn ---
+  // --- drawing ---
 
   const isShown = (value, axis) => value !== null && (!axis.log || value > 0);
 
-  // Ends of an axis that show everything, with a margin; where given, those of the page's author.
+  // Axis limits that show all data with a margin; limits given by the page's author take precedence.
   function homeRange(axis, arrays) {
     const {forth, back} = scaleOf(axis);
     let from = Infinity;
@@ -160,13 +160,13 @@
     };
   }
 
-  // Where the points of a series are, and which of them are anywhere.
+  // Pixel positions of a series' points, and which of them are finite.
   function placesOf(pixels, plot, series) {
     const hasX = k => k < series.x.length && isShown(series.x[k], plot.x);
     return {
       x: k => pixels.x(series.x[k]),
       y: pixels.y,
-      // What a logarithmic axis cannot show reaches down to its end.
+      // A value that a logarithmic axis cannot show extends to its lower end.
       limit: value => (isShown(value, plot.y) ? pixels.y(value) : pixels.bottom),
       hasPoint: k => hasX(k) && series.y !== null && isShown(series.y[k], plot.y),
       hasLimits: k => hasX(k) && series.lower[k] !== null && isShown(series.upper[k], plot.y),
@@ -183,7 +183,7 @@
       for (let k = 0, down = false; k < count; ++k) {
         const shown = hasPoint(k);
         if (shown) stroke[down ? 'lineTo' : 'moveTo'](x(k), y(series.y[k]));
-        // Between two gaps there is no line to draw.
+        // A point between two gaps has no line.
         if (shown && !down && !hasPoint(k + 1)) addMarker(fill, 'circle', x(k), y(series.y[k]), 2);
         down = shown;
       }
@@ -346,10 +346,10 @@
     });
     function layout(event) {
       event.reserveSpaceTop(8);  // for half a number
-      // dygraphs is about to clear only where the plot will be; this clears where it is.
+      // dygraphs clears only the new plot area; this clears the current one.
       event.chart_div.querySelector('canvas').getContext('2d').clearRect(0, 0, 1e4, 1e4);
     }
-    // Its own data are one point without a value, so that it calls the plotter once for each drawing.
+    // Its own data are one point without a value, so that it calls the plotter once per drawing.
     const g = new Dygraph(surface, [[1, null]], {
       labels: ['x', 'y'],
       axes: {x: {...axis('x'), axisLabelWidth: 50}, y: {...axis('y'), valueRange: view.y}},
@@ -400,7 +400,7 @@
     });
     surface.append(over);
 
-    // What a drag has gone over in the plot; a flat one takes the whole of the other axis.
+    // The area of a drag in the plot; a flat drag covers the whole other axis.
     function boxTo(left, top) {
       if (!dragFrom) return null;
       const area = g.getArea();
@@ -421,19 +421,19 @@
       selection.hidden = true;
     }
 
-    // Draws what is in view, with room for the numbers of the y axis and, left of them, its title.
+    // Draws the current view, with room for the numbers of the y axis and its title to their left.
     function show() {
       const area = g.getArea();
       const numbers = ticksOf(plot.y, kTickSpace.y, ...view.y, area.h).map(({label}) => textWidth(label ?? ''));
       g.updateOptions({
         dateWindow: view.x,
-        // A whole number: dygraphs clips the plot there, and half a pixel would be drawn but never cleared.
+        // An integer: dygraphs clips the plot there, and half a pixel would be drawn but never cleared.
         axes: {y: {valueRange: view.y, axisLabelWidth: Math.ceil(20 + Math.max(10, ...numbers))}},
         axisLineColor: css('--line'),
         gridLineColor: css('--grid'),
       });
       const {x, y, w, h} = g.getArea();
-      // With room for the mark of a point at the end of an axis.
+      // With room for the marker of a point at the end of an axis.
       over.style.clipPath = `rect(${y - 8}px ${x + w + 8}px ${y + h + 8}px ${x - 8}px)`;
       surface.style.setProperty('--left', `${x}px`);
       placeMark();
@@ -499,7 +499,7 @@
       show();
     }
 
-    // About the point read out, or the middle; out to the whole plot and no further.
+    // Zooms about the point that is read out, or the centre; at most out to the whole plot.
     function zoomBy(factor) {
       const zoomed = key => {
         const {forth, back} = scaleOf(plot[key]);
@@ -596,7 +596,7 @@
     colours = {};
     for (const {show} of plots) show();
   });
-  // A window that is zoomed, or moved to another screen, keeps its size.
+  // Zooming the browser, or moving the window to another screen, keeps the size.
   const followRatio = () =>
     matchMedia(`(resolution: ${devicePixelRatio}dppx)`).addEventListener('change', () => {
       for (const {fit} of plots) fit();

@@ -1,6 +1,6 @@
 # Fails when an include crosses the layers: cmake -DROOT=<source tree> -P layers.cmake
-# What is neither a standard nor an OS header must match the line of its folder below, so that a new
-# dependency is declared here first. tests/ may include everything and is not looked at.
+# An include that is neither a standard nor an OS header must match the line of its folder below, so that a new
+# dependency is declared here first. tests/ may include everything and is not checked.
 cmake_minimum_required(VERSION 3.25)
 
 # Pattern of the including file, pattern of what it may include. The first match counts.
@@ -29,7 +29,7 @@ set(rules
   "^analysis/"          "^(analysis|report|runtime|identification|model|hal|Eigen|spdlog|nlohmann)/"
   # No program includes another: @1 is its own folder.
   "^apps/([a-z_]+)/"    "^(apps/@1|operation|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
-# Nothing but the promise, in the programs that show it.
+# The examples use the public interface only.
 list(APPEND rules "^examples/"         "^(youbot/|example_robot\\.h$)"
                   "^include/youbot/"   "^(youbot|runtime|identification|sim|control|model|hal|drivers)/")
 set(standard "^<[a-z0-9_]+$")

@@ -1,4 +1,4 @@
-# Shows that layers.cmake refuses each kind of crossing and lets the rest pass:
+# Tests that layers.cmake rejects each kind of violation and accepts the rest:
 # cmake -DSCRATCH=<folder to write into> -P layers_selftest.cmake
 cmake_minimum_required(VERSION 3.25)
 
@@ -72,7 +72,7 @@ set(allowed
   tests/hal/a.cpp         "\"operation/config.h\"")
 
 # Writes the pairs of that list as a source tree; sets `output` and `result` from checking it and
-# `violations` to what should be said if each of its includes were refused.
+# `violations` to the expected output if each of its includes were rejected.
 function(check_tree list)
   set(root ${SCRATCH}/${list})
   file(REMOVE_RECURSE ${root})

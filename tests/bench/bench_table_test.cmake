@@ -1,4 +1,4 @@
-# What a benchmark says of itself is in the table: cmake -DBENCH=... -DTABLE=... -DSCRATCH=... -P
+# The table contains the output of a benchmark: cmake -DBENCH=... -DTABLE=... -DSCRATCH=... -P
 file(REMOVE_RECURSE ${SCRATCH})
 file(MAKE_DIRECTORY ${SCRATCH})
 set(ENV{YOUBOT_FIGURES} ${SCRATCH}/figures.tsv)

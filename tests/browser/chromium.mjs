@@ -1,4 +1,4 @@
-// Chromium without a window, told what to do over its debugging pipe: JSON messages, each ended by a zero byte.
+// Headless Chromium, controlled over its debugging pipe: JSON messages, each terminated by a zero byte.
 import {spawn} from 'node:child_process';
 import {existsSync, mkdtempSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
@@ -16,9 +16,9 @@ function find() {
 export async function launch() {
   const program = find();
   const profile = mkdtempSync(join(tmpdir(), 'browser-test-'));
-  // Without its sandbox, which root has not: it only opens our own page. Names are not resolved, so that what
-  // the page asks of the network shows and does not leave. Without scroll bars: for a picture of the whole page the
-  // browser takes them away, which widens every plot, and gives them back at a time of its own.
+  // Without the sandbox, which root cannot use: it only opens our own page. Without name resolution, so that network
+  // requests of the page are visible and stay local. Without scroll bars: the browser hides them for a screenshot of
+  // the whole page, which widens every plot, and restores them at an unpredictable time.
   const browser = spawn(program, [
     '--headless=new', '--no-sandbox', '--disable-gpu', '--disable-dev-shm-usage', '--no-first-run',
     '--disable-background-networking', '--disable-component-update', '--disable-sync', '--disable-extensions',
@@ -41,7 +41,7 @@ export async function launch() {
     said = (said + chunk).slice(-2000);
   });
   browser.on('exit', code => fail(`ended with ${code}. ${said}`));
-  browser.stdio[3].on('error', () => {});  // told by exit
+  browser.stdio[3].on('error', () => {});  // reported by exit
 
   let rest = '';
   browser.stdio[4].setEncoding('utf8').on('data', chunk => {
@@ -80,7 +80,7 @@ export async function launch() {
     return {
       send: page,
       listen: listener => listeners.push(listener),
-      // What the function returns in the page, which gets the arguments as JSON.
+      // The result of the function in the page; the arguments are passed as JSON.
       async evaluate(work, ...values) {
         const expression = `(${work})(${values.map(value => JSON.stringify(value)).join(',')})`;
         const {result, exceptionDetails} = await page('Runtime.evaluate',

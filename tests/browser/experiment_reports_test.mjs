@@ -1,5 +1,5 @@
-// Runs the experiments for a few simulated seconds and identifies drives from one, then looks at the reports
-// that they leave as a reader would:
+// Runs the experiments for a few simulated seconds, identifies drives from one, then checks the resulting reports
+// in the browser:
 //     node experiment_reports_test.mjs YOUBOT_BENCH FOLDER
 // Leaves recordings, pages and screenshots in FOLDER.
 import assert from 'node:assert/strict';
@@ -15,7 +15,7 @@ const [bench, folder] = process.argv.slice(2);
 const kWheels = ['wheel-1', 'wheel-2', 'wheel-3', 'wheel-4'];
 const kDirections = ['forward', 'backward'];
 
-// Each: what is run, what its title must say, and the axes that its plots must have.
+// Each entry: the command, the expected title, and the expected axes of the plots.
 const kReports = [
   {name: 'steady-state', options: '--sets 1,6,9 --settle 1 --measure 1 --extra 0',
     title: /^Friction of wheel-1 to wheel-4: 0\.0\d+ to 0\.\d+ N·m at speeds of 0\.\d+ to \S+ rad\/s$/,
@@ -85,7 +85,7 @@ try {
           colour => (colour === 'rgb(255, 255, 255)') === (scheme === 'light'));
         const count = await page.evaluate(() => document.querySelectorAll('figure.plot').length);
         for (let plot = 0; plot < count; ++plot) {
-          // One after the other: wheels lie on one another where they do the same.
+          // One at a time: curves of wheels cover each other where they are equal.
           const all = await page.evaluate(seriesOnCanvas, plot);
           for (let index = 0; index < all.length; ++index) {
             await page.evaluate(showOnly, plot, index);
@@ -140,7 +140,7 @@ try {
 }
 console.log(checked.summary());
 
-// --- what runs in the page; each stands alone, because only its text gets there ---
+// --- functions for the page; self-contained, because only their text is sent ---
 
 // One series of a plot, or all without a number; drawn when this returns.
 function showOnly(plot, only) {

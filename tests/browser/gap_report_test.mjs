@@ -1,5 +1,5 @@
-// Records a simulated wheel that turns less easily than its model says, has the gap explained, and looks at
-// the report as a reader would:
+// Records a simulated wheel with more friction than its model, has the gap explained, and checks the report in the
+// browser:
 //     node gap_report_test.mjs YOUBOT_GAP FOLDER
 // Leaves recordings, page and screenshots in FOLDER.
 import assert from 'node:assert/strict';
@@ -78,7 +78,7 @@ try {
       await until(() => page.evaluate(() =>
         getComputedStyle(document.body).backgroundColor), colour => (colour === 'rgb(255, 255, 255)') === (scheme === 'light'));
       for (let plot = 0; plot < seen.figures.length; ++plot) {
-        // What comes first may lie under the last, which does the same.
+        // The last curve may cover the first, which is equal.
         const series = await until(() => page.evaluate(seriesOnCanvas, plot), all => all.at(-1).found >= 0.9 * all.at(-1).of);
         for (const {name, found, of} of series)
           assert.ok(of > 0 && found > 0, `"${seen.figures[plot].caption}", "${name}": ${found} of ${of} points have its colour`);
@@ -102,7 +102,7 @@ try {
 }
 console.log(checked.summary());
 
-// Coulomb and viscous friction, driven by sines whose phases tell the recordings apart.
+// Coulomb and viscous friction, driven by sines with a different phase in each recording.
 function recording(index) {
   const period_s = 0.004;
   const step_s = period_s / 100;

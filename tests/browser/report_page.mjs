@@ -1,5 +1,4 @@
-// A report in the browser: opening it, what it asks for and complains about, what it says and what is on its
-// canvases.
+// A report in the browser: opens it and reads its requests, errors, texts and canvases.
 import assert from 'node:assert/strict';
 import {writeFileSync} from 'node:fs';
 import {join} from 'node:path';
@@ -19,7 +18,7 @@ export function listen(page) {
   return {complaints, requests};
 }
 
-// What comes after the next frame, such as a redraw, is waited for by condition, never by time alone.
+// Waits for later effects, such as a redraw, by condition, never by time alone.
 export async function until(look, enough) {
   for (const end = Date.now() + 300_000;;) {
     const seen = await look();
@@ -39,7 +38,7 @@ export async function open(page, file, {width, scheme}) {
   await emulate(page, scheme);
   const {errorText} = await page.send('Page.navigate', {url: pathToFileURL(file).href});
   assert.equal(errorText, undefined);
-  // Two frames after loading, all plots have the size that their place gives them.
+  // Two frames after loading, all plots have their final size.
   await until(() => page.evaluate(() => document.readyState === 'complete' &&
     [...document.querySelectorAll('figure.plot')].every(figure => figure.plot)), Boolean);
   await page.evaluate(() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done))));
@@ -50,8 +49,8 @@ export async function photograph(page, file) {
   writeFileSync(file, Buffer.from(data, 'base64'));
 }
 
-// Checks one after the other: each is a sentence and what shows that it is so. The first that fails ends the
-// test, with a photograph of the page in `folder`.
+// Runs the checks in order: each is a sentence and its condition. The first failure ends the test, with a screenshot
+// of the page in `folder`.
 export function checks(page, folder) {
   let passed = 0;
   return {
@@ -69,9 +68,9 @@ export function checks(page, folder) {
   };
 }
 
-// --- what runs in the page; each stands alone, because only its text gets there ---
+// --- functions for the page; self-contained, because only their text is sent ---
 
-// What the page says: its title, and what its plots and tables are labelled with and hold.
+// The texts of the page: its title, and labels and contents of plots and tables.
 export function read() {
   const text = node => node.textContent;
   return {

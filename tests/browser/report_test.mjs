@@ -1,4 +1,4 @@
-// Opens a sample report from disk in Chromium and looks at it as a reader would, down to the pixels:
+// Opens a sample report from disk in Chromium and checks texts, interaction and pixels:
 //     node report_test.mjs REPORT_SAMPLE FOLDER
 // Leaves the page and screenshots in FOLDER.
 import assert from 'node:assert/strict';
@@ -279,9 +279,9 @@ async function type(key) {
   await page.send('Input.dispatchKeyEvent', {type: 'keyUp', key});
 }
 
-// --- what runs in the page; each stands alone, because only its text gets there ---
+// --- functions for the page; self-contained, because only their text is sent ---
 
-// Where a value lies in the window; scrolls there first.
+// Position of a value in the window; scrolls there first.
 function placeOf(plot, x, y) {
   const figure = document.querySelectorAll('figure.plot')[plot];
   const canvas = figure.querySelector('canvas');

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# What `./dev check --changed` finds near a changed file. Run by `./dev lint`, which installs python3.
+# Tests what `./dev check --changed` finds near a changed file. Run by `./dev lint`, which installs python3.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -16,9 +16,9 @@ expect control/limits.h 'lint control/limits.cpp' 'test test_control LimitedWren
 expect control/limits.cpp 'lint control/limits.cpp' 'test test_control LimitedWrench'
 expect drivers/ethercat/frame.cpp 'lint drivers/ethercat/frame.cpp' 'test test_drivers Frame' 'left .* more test files .*'
 expect tests/hal/clock_test.cpp 'test test_hal VirtualClock'
-# Included by headers alone: a source behind them.
+# Included by headers only: a source that includes them.
 expect drivers/ethercat/link.h 'lint drivers/.*\.cpp' 'left .* more test files .*'
-# Included by sources alone: the tests of their headers.
+# Included by sources only: the tests of their headers.
 expect control/positive.h 'lint control/.*\.cpp' 'test test_control ArmProtection'
 # Not the test of another file of this name, which does not include it.
 expect operation/report.h 'test test_operation TeleopSession'

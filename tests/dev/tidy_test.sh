@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# .ci/tidy remembers what passed and nothing else: a finding in a header shows in every file that includes it, each
-# time, until it is mended. Run by `./dev lint`, which installs clang-tidy.
+# .ci/tidy caches passes only: a finding in a header is reported for every including file, each time, until it is
+# fixed. Run by `./dev lint`, which installs clang-tidy.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 scratch=$(mktemp -d)
@@ -71,7 +71,7 @@ expect 'compiled twice' "$scratch/three" 0 0
 sed -i '1s|-std=c++20|-std=c++20 -DOTHER|' "$commands"
 expect 'the first of both with other options' "$scratch/three" 2 0
 
-# Compiled together: the finding shows once, and all of them have it; what only its neighbour includes is missing.
+# In a unity source: the finding is printed once but counts for all files; an include of a neighbour only is reported.
 project "$scratch/four"
 XDG_CACHE_HOME=$scratch/cache4
 together=$scratch/four/build/Unity/unity_0_cxx.cxx

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
 # Debian's PREEMPT_RT kernel, for the guest to run. Prints the folder in the cache that holds
 #   vmlinuz       the kernel
-#   modules       the names of those that the guest of the device tests loads, one a line
-#   lib/modules/  these, and what they need
-# The current one is downloaded through apt when the cache lacks it; nothing is installed and root is not needed.
-# usage: fetch_kernel.sh           what apt calls the current one, or the newest in the cache when apt cannot say
+#   modules       the names of the modules that the guest of the device tests loads, one per line
+#   lib/modules/  these modules and their dependencies
+# Downloads the current kernel through apt when it is not in the cache; installs nothing and needs no root.
+# usage: fetch_kernel.sh           the current one according to apt, or the newest in the cache when apt has none
 #        fetch_kernel.sh --cached  the newest in the cache; no network, exit code 1 when there is none
 set -euo pipefail
 PATH+=:/usr/sbin:/sbin
@@ -15,14 +15,14 @@ modules=(
   usbhid        # HID devices on it
   uhid          # HID devices without USB
   hid-generic   # the driver that makes both readable
-  hid-logitech  # that which the older SpaceMouse devices get
+  hid-logitech  # the driver of the older SpaceMouse devices
 )
 host_modules=(
   virtio-pci 9pnet-virtio 9p overlay  # a guest that has the host's programs
   veth  # an Ethernet cable between programs
 )
 cache=${XDG_CACHE_HOME:-$HOME/.cache}/youbot-hal
-# A kernel with other modules is another one.
+# A kernel with other modules is a separate cache entry.
 key=modules-$(printf '%s ' "${modules[@]}" "${host_modules[@]}" | cksum | cut -d ' ' -f 1)
 
 newest_cached() {
@@ -51,7 +51,7 @@ trap 'rm -rf "$new"' EXIT
 
 download() {
   [[ -n $version ]] || { echo 'fetch_kernel.sh: apt knows no linux-image-rt-amd64: apt-get update' >&2; return 1; }
-  # apt's own user may not be allowed into the cache.
+  # apt's own user may have no access to the cache.
   (cd "$new" && apt-get -qq -o APT::Sandbox::User=root download "$package=$version")
 }
 if ! download; then
@@ -64,7 +64,7 @@ mkdir "$new/all" "$new/folder"
 dpkg-deb --fsys-tarfile "$new"/*.deb | tar -x -C "$new/all" ./boot ./lib
 release=$(ls "$new/all/lib/modules")
 mv "$new/all/boot/vmlinuz-$release" "$new/folder/vmlinuz"
-depmod --basedir "$new/all" "$release"  # the package comes without
+depmod --basedir "$new/all" "$release"  # missing in the package
 printf '%s\n' "${modules[@]}" > "$new/folder/modules"
 (
   cd "$new/all"
@@ -74,6 +74,6 @@ printf '%s\n' "${modules[@]}" > "$new/folder/modules"
   cp --parents --target-directory "$new/folder" lib/modules/"$release"/modules.{order,builtin,builtin.modinfo}
 )
 depmod --basedir "$new/folder" "$release"
-# Another run may have been as quick: either folder will do.
+# A concurrent run may have created the folder: both are equal.
 mv --no-target-directory "$new/folder" "$folder" 2>/dev/null || [[ -d $folder ]]
 printf '%s\n' "$folder"

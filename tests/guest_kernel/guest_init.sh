@@ -1,6 +1,6 @@
 #!/bin/sh
-# The guest's first process: makes a Linux of the bare kernel, runs the tests, and says how they ended. When it
-# ends itself the kernel panics, and the machine is off.
+# The guest's first process: sets up the system, runs the tests, and prints their result. When it ends, the kernel
+# panics and the machine switches off.
 set -eu
 export PATH=/bin HOME=/
 mount -t proc proc /proc

@@ -23,7 +23,7 @@ ln -s usr/lib64 lib64
 add() {
   local library
   cp --dereference "$1" "$2"
-  # One that is linked statically has none, and ldd and grep call that a failure.
+  # A statically linked program has none, which makes ldd and grep fail.
   for library in $(ldd "$1" 2>/dev/null | grep --only-matching '/[^ ]*' || true); do
     mkdir -p ".$(dirname "$library")"
     cp --dereference --no-clobber "$library" ".$library"
@@ -49,5 +49,5 @@ printf '%s\0' --gtest_color=no "$@" > etc/test_options
 cp "$here/guest_init.sh" init
 chmod +x init
 
-# As if root had made them. Not compressed: the guest would take longer to unpack than this to read.
+# Owned by root. Not compressed: unpacking in the guest would take longer than reading.
 find . -print0 | cpio --null --create --format=newc --owner=0:0 --quiet > "$image"

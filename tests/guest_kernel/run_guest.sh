@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Runs a test program in a guest with a kernel of its own, where USB, HID and CAN devices can be made of nothing.
-# Passes only when the program says that it ran tests and that all passed. Exit codes: virtual_machine.sh.
+# Runs a test program in a guest with its own kernel, where USB, HID and CAN devices can be emulated.
+# Passes only when the program reports that it ran tests and that all passed. Exit codes: virtual_machine.sh.
 # usage: run_guest.sh TEST_PROGRAM RULES_FOLDER [TEST_OPTION...]
 set -euo pipefail
 

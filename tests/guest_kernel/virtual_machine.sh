@@ -24,8 +24,8 @@ need() {
   done
 }
 
-# boot IMAGE [QEMU_OPTION...]: runs the guest until it is off and shows its console. It has to say that its tests
-# ended with code 0: a guest that dies, hangs or stays silent fails.
+# boot IMAGE [QEMU_OPTION...]: runs the guest until it is off and shows its console. The console must report that the
+# tests ended with code 0: a guest that crashes, hangs or prints nothing fails.
 boot() {
   local image=$1 code=0
   shift
@@ -40,7 +40,7 @@ boot() {
   says '^guest: the tests ended with code 0$' || fail 'the guest did not say that its tests ended with code 0'
 }
 
-# says REGEX: has the guest said this in a line?
+# says REGEX: whether a line of the guest's console matches.
 says() { grep --quiet --extended-regexp "$1" <<<"$console"; }
 
 [[ $(uname -m) == x86_64 ]] || { echo 'skipped: the guest is an x86-64 machine, and this is another one'; exit 77; }

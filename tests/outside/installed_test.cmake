@@ -4,7 +4,7 @@ include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 file(REMOVE_RECURSE ${SCRATCH})
 run("install" ${CMAKE_COMMAND} --install ${BUILD} --prefix ${SCRATCH}/prefix)
 
-# A copy, so that nothing of the sources is found beside it.
+# A copy, so that no file of the source tree is found next to it.
 file(COPY ${ROOT}/examples DESTINATION ${SCRATCH})
 run("configure" ${CMAKE_COMMAND} -S ${SCRATCH}/examples -B ${SCRATCH}/build -DCMAKE_PREFIX_PATH=${SCRATCH}/prefix
     -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_BUILD_TYPE=Debug)

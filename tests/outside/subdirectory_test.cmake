@@ -1,5 +1,5 @@
-# A project that adds this one as a folder of its own gets a library that drives a robot: no test, no Ceres, none of our
-# warnings, no target of its own name taken.
+# A project that adds this one as a subdirectory gets a library that drives a robot: no tests, no Ceres, none of our
+# warnings, and no conflict of target names.
 cmake_minimum_required(VERSION 3.25)
 include(${CMAKE_CURRENT_LIST_DIR}/run.cmake)
 file(REMOVE_RECURSE ${SCRATCH})
@@ -10,7 +10,7 @@ set(CMAKE_DISABLE_FIND_PACKAGE_GTest ON)
 set(CMAKE_DISABLE_FIND_PACKAGE_benchmark ON)
 set(CMAKE_DISABLE_FIND_PACKAGE_CLI11 ON)
 add_subdirectory(${ROOT} youbot EXCLUDE_FROM_ALL)
-add_library(control INTERFACE)  # names that a robot's project is likely to have
+add_library(control INTERFACE)  # names that a robot project is likely to use
 add_library(drivers INTERFACE)
 add_executable(outside main.cpp)
 target_link_libraries(outside PRIVATE youbot::youbot control drivers)

@@ -1,6 +1,6 @@
 #!/bin/bash
-# Tests youbotd.service under the systemd of a guest that has just booted, as root. Stops at the first failure, with
-# what systemd and the journal say of the service.
+# Tests youbotd.service under the systemd of a guest that has just booted, as root. Stops at the first failure and
+# prints the status and the journal of the service.
 set -uo pipefail
 export SYSTEMD_COLORS=0 SYSTEMD_URLIFY=0
 trap 'echo "guest: the tests ended with code $?"' EXIT
@@ -19,7 +19,7 @@ fail() {
 }
 # expect WHAT WANTED FOUND
 expect() { [[ $3 == "$2" ]] || fail "$1: '$3' instead of '$2'"; }
-# wait_for WHAT COMMAND...: longer than any machine needs; a failure, never a measure.
+# wait_for WHAT COMMAND...: waits longer than any machine needs; the time is a failure limit, not a measurement.
 wait_for() {
   local what=$1 until=$((SECONDS + 120))
   shift
@@ -28,24 +28,24 @@ wait_for() {
     sleep 0.2
   done
 }
-# as NAME COMMAND...: as this user, with his groups.
+# as NAME COMMAND...: runs a command as this user, with the groups of the user.
 as() { setpriv --reuid="$1" --regid="$1" --init-groups -- "${@:2}"; }
 
 property() { systemctl show --value --property="$1" $service; }
 tried_again() { (($(property NRestarts) >= $1)); }
 is_back_after() { tried_again "$1" && systemctl --quiet is-active $service; }
 shows() { [[ $(youbotctl status 2>/dev/null) =~ $1 ]]; }
-# The journal has a line with this.
-told() { journalctl --sync && journalctl --unit $service | grep --quiet "$1"; }
-# A line of what the kernel tells of the service's process $pid.
+# Whether the journal has a line with this text.
+logged() { journalctl --sync && journalctl --unit $service | grep --quiet "$1"; }
+# A field of /proc/$pid/status of the service.
 process() { sed -n "s/^$1:[[:space:]]*//p" "/proc/$pid/status"; }
-# What the kernel says to a process of the service that opens the node MAJOR MINOR.
+# The kernel's answer to a process of the service that opens the node MAJOR MINOR.
 opened() {
   mknod /dev/node-of-test c "$1" "$2"
   (echo $BASHPID >"/sys/fs/cgroup/system.slice/$service.service/cgroup.procs" && : <>/dev/node-of-test) 2>&1
   rm /dev/node-of-test
 }
-# Enables, sees the robot drive, stops. Again where the emulated processor was too slow for the loop, which is a fault.
+# Enables, waits until the robot drives, stops. Repeats when the emulated processor was too slow for the loop (a fault).
 drives_or_ended() { shows 'phase +running' || ! kill -0 "$commander" 2>/dev/null; }
 drive_and_stop() {
   local attempt ended
@@ -65,19 +65,19 @@ driver() { sed -n "s/^ *\([0-9]*\) $1\$/\1/p" /proc/devices; }
 
 step 'installed and started as the manual says'
 mkdir -p "${configuration%/*}"
-# An emulated processor simulates the robot: a tenth of the cycles, and long pauses are no fault.
+# The robot is simulated on an emulated processor: a tenth of the cycles, and long pauses are no fault.
 sed -e 's/^period_s = .*/period_s = 0.01/' -e 's/^command_timeout_s = .*/command_timeout_s = 2.0/' \
   -e 's/^commander_timeout_s = .*/commander_timeout_s = 10/' \
   -e 's/^filter_cutoff_rad_per_s = .*/filter_cutoff_rad_per_s = 50/' -e 's/^step_s = .*/step_s = 2e-4/' \
   -e 's/^\(# \)\?tolerated_cycles = .*/tolerated_cycles = 1/' -e 's/^frame_timeout_s = .*/frame_timeout_s = 0.05/' \
   /usr/local/share/youbot-hal/demo.toml >$configuration
-# Neither does it start, or beat, in the time of a real one.
+# Start and watchdog also need more time than on a real processor.
 mkdir /etc/systemd/system/$service.service.d
 printf '[Service]\nTimeoutStartSec=infinity\nWatchdogSec=15\n' >/etc/systemd/system/$service.service.d/patience.conf
 systemd-sysusers || fail 'systemd-sysusers'
 systemctl daemon-reload && systemctl --quiet enable --now $service || fail 'systemctl enable --now'
 
-step 'systemctl came back when it was ready'
+step 'systemctl returns when the service is ready'
 expect 'systemctl is-active' active "$(systemctl is-active $service)"
 expect 'status' 'drives off, waiting for commands' "$(property StatusText)"
 youbotctl status || fail 'it does not answer'
@@ -90,7 +90,7 @@ expect 'group' "$(id --group youbot)" "$(process Gid | cut -f 1)"
 for set in Prm Eff Inh Amb Bnd; do expect "capabilities (Cap$set)" $capabilities "$(process Cap$set)"; done
 expect 'no new privileges' 1 "$(process NoNewPrivs)"
 expect 'mode of the filter of system calls' 2 "$(process Seccomp)"
-# Of a thread's stat after its name: real-time priority and policy.
+# Real-time priority and policy: fields of a thread's stat after its name.
 scheduling=$(sed 's/.*) //' "/proc/$pid"/task/*/stat | cut -d ' ' -f 38,39)
 expect 'SCHED_FIFO threads with the priority of the configuration' 1 "$(grep --count '^80 1$' <<<"$scheduling")"
 locked=$(process VmLck)
@@ -104,7 +104,7 @@ touch "$inside/var/lib/youbotd/written" || fail 'it may not write to /var/lib/yo
 expect '/var/lib/youbotd' 'drwxr-x--- youbot youbot' "$(stat --format='%A %U %G' /var/lib/youbotd)"
 
 step 'haptic masters that are plugged in later, and no other device'
-modprobe -a usbcore hid  # as the first of each kind does
+modprobe -a usbcore hid  # as the first device of each kind does
 for name in usb_device hidraw; do
   expect "a node of $name" 'No such device' "$(opened "$(driver $name)" 0 | sed 's/.*: //')"
 done
@@ -128,14 +128,14 @@ shows 'phase +off' || fail 'it went on by itself'
 step 'hangs: ended by the watchdog, and started again'
 systemctl kill --kill-whom=main --signal=STOP $service
 wait_for 'a restart by the watchdog' is_back_after 2
-told 'Watchdog timeout' || fail 'that was not the watchdog'
+logged 'Watchdog timeout' || fail 'that was not the watchdog'
 shows 'phase +off' || fail 'it went on by itself'
 
 step 'stopped: ends by itself, and in time'
 systemctl stop $service || fail 'systemctl stop'
 expect 'result' success "$(property Result)"
 expect 'exit code' 0 "$(property ExecMainStatus)"
-told 'ended after [0-9]* cycles' || fail 'it was ended'
+logged 'ended after [0-9]* cycles' || fail 'it was ended'
 
 step 'a mistake in the configuration: not tried again'
 cp $configuration /tmp/right.toml
@@ -144,9 +144,9 @@ line=$(sed -n '/^prioritet/=' $configuration)
 ! systemctl start $service 2>/dev/null || fail 'it started'
 expect 'state' failed/failed "$(property ActiveState)/$(property SubState)"
 expect 'exit code' 2 "$(property ExecMainStatus)"
-told "youbotd.toml:$line" || fail "the journal does not name line $line of the file"
+logged "youbotd.toml:$line" || fail "the journal does not name line $line of the file"
 
-step 'recordings, when it is told to make them'
+step 'recordings, when the configuration enables them'
 cp /tmp/right.toml $configuration
 sed -n -e 's/^\[Service\]/&\nExecStart=/p' -e 's|^ExecStart=.*|& --record /var/lib/youbotd/recordings|p' \
   /usr/local/lib/systemd/system/$service.service >/etc/systemd/system/$service.service.d/override.conf
@@ -160,5 +160,5 @@ sed -i 's/^robot = .*/robot = "ethercat:cable"/' $configuration
 wait_for 'another try' tried_again 1
 ip link add robot type veth peer name cable && ip link set robot up && ip link set cable up || fail 'no veth'
 youbot-sim --quiet --interface robot --robot base &
-# It is open once all of its slaves were in operation; whether they are at this moment is a matter of the processor.
-wait_for 'a robot on the bus' told 'ethercat:cable is open'
+# The robot opens once all slaves were in operation; whether they still are depends on the processor.
+wait_for 'a robot on the bus' logged 'ethercat:cable is open'

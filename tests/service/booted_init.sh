@@ -1,6 +1,6 @@
 #!/bin/sh
-# The guest's first process: the machine's /usr that QEMU shows, what is installed over it, and systemd. When it ends
-# before that the kernel panics, and the machine is off.
+# The guest's first process: mounts the host's /usr through QEMU and the installation over it, and starts systemd. When
+# it ends earlier, the kernel panics and the machine switches off.
 set -eu
 export PATH=/bin
 mount -t proc proc /proc

@@ -30,14 +30,14 @@ for folder in bin sbin lib lib64; do ln -s usr/$folder "$root/$folder"; done
 cp /usr/share/base-passwd/passwd.master "$root/etc/passwd"
 cp /usr/share/base-passwd/group.master "$root/etc/group"
 printf 'passwd: files\ngroup: files\n' >"$root/etc/nsswitch.conf"
-# Some names below /usr, such as liblapack.so.3, are links to here.
+# Some names below /usr, such as liblapack.so.3, link to /etc.
 cp -a /etc/alternatives "$root/etc/"
-# Without one systemd takes it for the first boot of a new machine and enables every unit there is.
+# Without a machine id systemd assumes the first boot of a new machine and enables all units.
 printf '%032d\n' 1 >"$root/etc/machine-id"
 printf 'u member -\nu visitor -\nm member youbot\n' >"$root/etc/sysusers.d/people.conf"
 printf '[Manager]\nShowStatus=no\n' >"$root/etc/systemd/system.conf"
 echo 'nothing of the service' >"$root/home/member/letter"
-# What other packages add to each boot is not this machine's business.
+# Removes what other packages add to each boot.
 mkdir "$root/etc/systemd/system-generators"
 for generator in /usr/lib/systemd/system-generators/*; do
   ln -s /dev/null "$root/etc/systemd/system-generators/${generator##*/}"

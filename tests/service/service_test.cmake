@@ -1,5 +1,5 @@
-# Installs below a folder of its own, then asks systemd what it thinks of the unit, and the installed youbotd
-# whether it knows the options that the unit gives it.
+# Installs below a separate folder, then checks the unit with systemd, and the options in the unit with the installed
+# youbotd.
 cmake_minimum_required(VERSION 3.25)
 
 find_program(analyze systemd-analyze)
@@ -12,7 +12,7 @@ if(NOT analyze OR NOT sysusers)
   return()
 endif()
 
-# Runs a command that may fail; what it said is in `output`.
+# Runs a command that may fail; sets `output`.
 function(run)
   execute_process(COMMAND ${ARGN} OUTPUT_VARIABLE said ERROR_VARIABLE said RESULT_VARIABLE result)
   if(NOT result EQUAL 0)
@@ -30,17 +30,17 @@ cmake_path(ABSOLUTE_PATH UNIT_DIR BASE_DIRECTORY /usr)
 cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
 set(unit ${SCRATCH}${UNIT_DIR}/youbotd.service)
 
-# What it is not sure of it only says: any word is a failure. It looks for the units that ours depends on.
+# systemd only prints warnings when unsure: any output is a failure. It looks for the units that ours depends on.
 file(COPY /usr/lib/systemd/system DESTINATION ${SCRATCH}/usr/lib/systemd)
 run(${analyze} verify --man=no --root=${SCRATCH} ${unit})
 if(output)
   message(FATAL_ERROR "systemd-analyze verify:\n${output}")
 endif()
 
-# 1.9 of 10 when it was written: what is left is the robot's bus, real time and USB.
+# Exposure was 1.9 of 10 when this was written: the rest is the robot's bus, real time and USB.
 run(${analyze} security --offline=true --no-pager --threshold=20 ${unit})
 
-# The user and the group of the unit are those that are declared.
+# User and group of the unit are the declared ones.
 file(MAKE_DIRECTORY ${SCRATCH}/etc)
 run(${sysusers} --root=${SCRATCH} ${SCRATCH}${SYSUSERS_DIR}/youbotd.conf)
 file(STRINGS ${unit} lines)

@@ -1,7 +1,7 @@
-# Installs into a scratch directory, looks at what is there, and runs it.
+# Installs into a scratch directory, checks the files, and runs the programs.
 cmake_minimum_required(VERSION 3.25)
 
-# Below it even what goes to an absolute path.
+# Redirects absolute paths below it, too.
 file(REMOVE_RECURSE ${SCRATCH})
 set(ENV{DESTDIR} ${SCRATCH})
 execute_process(COMMAND ${CMAKE_COMMAND} --install ${BUILD} --prefix /usr
@@ -19,7 +19,7 @@ list(TRANSFORM programs PREPEND /usr/share/bash-completion/completions/ OUTPUT_V
 list(TRANSFORM programs REPLACE "(.+)" "/usr/share/man/man1/\\1.1.gz" OUTPUT_VARIABLE pages)
 cmake_path(ABSOLUTE_PATH UNIT_DIR BASE_DIRECTORY /usr)
 cmake_path(ABSOLUTE_PATH SYSUSERS_DIR BASE_DIRECTORY /usr)
-# In the folders that they link to each other by.
+# In the folders that their links to each other expect.
 set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_bench/README.md
               apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md
                  examples/README.md python/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md CONTRIBUTING.md
@@ -55,7 +55,7 @@ foreach(program IN LISTS programs)
   endif()
 endforeach()
 
-# It is the configuration that the installed program reads.
+# The installed program reads this configuration.
 execute_process(COMMAND ${SCRATCH}/usr/bin/youbotd --config ${SCRATCH}/usr/share/youbot-hal/demo.toml
                         --virtual-time --duration 0.1
                 OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
