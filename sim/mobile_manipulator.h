@@ -58,9 +58,9 @@ class MobileManipulator final : public hal::Plant {
   void advance(std::span<const hal::JointCommand> commands, bool powered,
                std::chrono::nanoseconds duration) noexcept override;
 
-  /// From now on a force acts on the end effector.
   /// Lifted off the ground the base stays where it is.
   void set_on_ground(bool on_ground) noexcept;
+  /// Sets a force that acts on the end effector from now on.
   void push_tip(const Eigen::Vector3d& force_W_N) noexcept { push_W_N_ = force_W_N; }
 
   /// True values, for tests and the summary of a simulated run.
