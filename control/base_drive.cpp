@@ -48,7 +48,7 @@ BaseDrive::BaseDrive(const Config& config)
   for (std::size_t i = 0; i < 4; ++i) {
     const model::JointResistance& wheel = (*config.wheels)[i];
     require_drivable(wheel, i + 1, config.torque_limit_Nm);
-    if (config.compensate_friction) small_torques_[i] = SmallTorques(wheel.least_torque_Nm);
+    if (config.compensate_friction) deadband_modulators_[i] = DeadbandModulator(wheel.least_torque_Nm);
   }
 }
 
@@ -59,7 +59,7 @@ void BaseDrive::reset(const WheelVector& wheel_position_rad, const PlanarPose& X
 
 void BaseDrive::forget_velocity(const WheelVector& wheel_position_rad) noexcept {
   for (Eigen::Index i = 0; i < 4; ++i) observers_[static_cast<std::size_t>(i)].reset(wheel_position_rad[i]);
-  for (SmallTorques& torques : small_torques_) torques.reset();
+  for (DeadbandModulator& modulator : deadband_modulators_) modulator.reset();
 }
 
 BaseDrive::State BaseDrive::sense(const WheelVector& wheel_position_rad,
@@ -87,7 +87,7 @@ BaseDrive::Torques BaseDrive::drive(const PlanarVector& wrench_B, bool compensat
     }
   const Limited<WheelVector> torque = limited_torque(torque_Nm, config_.torque_limit_Nm);
   for (Eigen::Index i = 0; i < 4; ++i)
-    torques.torque_Nm[i] = small_torques_[static_cast<std::size_t>(i)].step(torque.value[i]);
+    torques.torque_Nm[i] = deadband_modulators_[static_cast<std::size_t>(i)].step(torque.value[i]);
   torques.limited = wrench.limited || torque.limited;
   return torques;
 }

@@ -6,11 +6,11 @@
 #include <optional>
 
 #include "control/base_odometry.h"
+#include "control/deadband_modulator.h"
 #include "control/friction_compensator.h"
 #include "control/friction_observer.h"
 #include "control/limits.h"
 #include "control/link_map.h"
-#include "control/small_torques.h"
 #include "model/joint_resistance.h"
 
 namespace control {
@@ -73,7 +73,7 @@ class BaseDrive {
   FrictionCompensator compensator_;
   std::array<FrictionObserver, 4> observers_;
   std::array<FrictionEstimate, 4> estimates_{};
-  std::array<SmallTorques, 4> small_torques_{};
+  std::array<DeadbandModulator, 4> deadband_modulators_{};
 };
 
 }  // namespace control

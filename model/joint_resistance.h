@@ -9,7 +9,7 @@ namespace model {
 struct JointResistance {
   friction::SlidingTable sliding;  ///< friction against velocity, with the breakaway torque at rest
   PositionTorque position{};
-  double least_torque_Nm = 0;  ///< what the actuator delivers for every smaller torque; see SmallTorques
+  double least_torque_Nm = 0;  ///< delivered for every smaller command; see DeadbandModulator
 };
 
 }  // namespace model

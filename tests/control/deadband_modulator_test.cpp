@@ -1,5 +1,5 @@
 // What becomes of torques that an actuator cannot deliver.
-#include "control/small_torques.h"
+#include "control/deadband_modulator.h"
 
 #include <gtest/gtest.h>
 
@@ -8,22 +8,22 @@
 
 #include "tests/support/no_alloc_guard.h"
 
-namespace small_torques_test {
+namespace deadband_modulator_test {
 
-using control::SmallTorques;
+using control::DeadbandModulator;
 
 constexpr double kLeast_Nm = 0.03;
 
-TEST(SmallTorques, WhatTheActuatorDeliversGoesThroughAndZeroStaysZero) {
-  SmallTorques torques(kLeast_Nm);
+TEST(DeadbandModulator, WhatTheActuatorDeliversGoesThroughAndZeroStaysZero) {
+  DeadbandModulator torques(kLeast_Nm);
   for (const double torque_Nm : {0.0, 0.03, -0.03, 0.5, -2.4}) EXPECT_EQ(torques.step(torque_Nm), torque_Nm);
-  SmallTorques none;
+  DeadbandModulator none;
   EXPECT_EQ(none.step(1e-6), 1e-6);
 }
 
-TEST(SmallTorques, PulsesHaveTheMeanThatWasWanted) {
+TEST(DeadbandModulator, PulsesHaveTheMeanThatWasWanted) {
   for (const double wanted_Nm : {0.001, 0.01, -0.014, 0.0299}) {
-    SmallTorques torques(kLeast_Nm);
+    DeadbandModulator torques(kLeast_Nm);
     constexpr int kSteps = 3000;
     double sum_Nm = 0;
     for (int i = 0; i < kSteps; ++i) {
@@ -36,8 +36,8 @@ TEST(SmallTorques, PulsesHaveTheMeanThatWasWanted) {
   }
 }
 
-TEST(SmallTorques, WhatWasOwedIsForgottenWhenNothingIsWantedAnyMore) {
-  SmallTorques torques(kLeast_Nm);
+TEST(DeadbandModulator, WhatWasOwedIsForgottenWhenNothingIsWantedAnyMore) {
+  DeadbandModulator torques(kLeast_Nm);
   EXPECT_EQ(torques.step(0.014), 0.0);
   EXPECT_EQ(torques.step(0.0), 0.0);
   EXPECT_EQ(torques.step(0.014), 0.0);  // 0.028 would have been a pulse
@@ -45,17 +45,17 @@ TEST(SmallTorques, WhatWasOwedIsForgottenWhenNothingIsWantedAnyMore) {
   EXPECT_EQ(torques.step(0.014), 0.0);
 }
 
-TEST(SmallTorques, NotANumberIsPassedOnForOthersToRefuse) {
-  SmallTorques torques(kLeast_Nm);
+TEST(DeadbandModulator, NotANumberIsPassedOnForOthersToRefuse) {
+  DeadbandModulator torques(kLeast_Nm);
   EXPECT_TRUE(std::isnan(torques.step(std::numeric_limits<double>::quiet_NaN())));
   EXPECT_EQ(torques.step(0.02), kLeast_Nm);
 }
 
-TEST(SmallTorques, DoesNotAllocateOrLock) {
-  SmallTorques torques(kLeast_Nm);
+TEST(DeadbandModulator, DoesNotAllocateOrLock) {
+  DeadbandModulator torques(kLeast_Nm);
   const support::NoAllocGuard guard;
   for (int i = 0; i < 100; ++i) (void)torques.step(0.001 * i);
   EXPECT_EQ(guard.violations(), 0);
 }
 
-}  // namespace small_torques_test
+}  // namespace deadband_modulator_test

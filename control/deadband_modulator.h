@@ -10,10 +10,10 @@ namespace control {
 /// torque. The undelivered remainder is carried over and stays within T/2. If T is overestimated, the pulses
 /// are only rarer and higher, since they are delivered as commanded; if T is underestimated, the mean is too
 /// large by at most the ratio of the true T to the estimate. One instance per actuator. Cycle: step().
-class SmallTorques {
+class DeadbandModulator {
  public:
-  SmallTorques() = default;
-  explicit SmallTorques(double least_torque_Nm) noexcept : least_Nm_(least_torque_Nm) {}
+  DeadbandModulator() = default;
+  explicit DeadbandModulator(double least_torque_Nm) noexcept : least_Nm_(least_torque_Nm) {}
 
   void reset() noexcept { owed_Nm_ = 0; }
   double step(double wanted_Nm) noexcept {
