@@ -256,7 +256,7 @@ void read_simulated_wheels(TomlTable& table, const std::filesystem::path& folder
   std::string model;
   int seed = -1;
   table.text("model", model);
-  table.integer("hidden_effect", seed, {.min = 0, .max = runtime::HiddenEffect::kMostSeed});
+  table.integer("hidden_effect", seed, {.min = 0, .max = runtime::HiddenEffect::kMaxSeed});
   if (!model.empty() && seed >= 0)
     return table.refuse("hidden_effect",
                         "and 'simulation.model' exclude each other: wheels follow one of them");

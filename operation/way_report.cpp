@@ -10,7 +10,7 @@
 namespace operation {
 namespace {
 
-constexpr std::size_t kMostPoints = 20'000;
+constexpr std::size_t kMaxPoints = 20'000;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 /// Limits of a box in the plane of x and another axis, each a line with a gap after it. A line without limits
@@ -60,7 +60,7 @@ void WayReport::add(const std::vector<Eigen::Vector3d>& places_W_m, std::uint8_t
   for (std::size_t bit = 0; bit < limited_cycles_.size(); ++bit) limited_cycles_[bit] += limited >> bit & 1U;
   if (cycles_++ % every_ != 0) return;
   for (std::size_t i = 0; i < ways_.size(); ++i) points_W_m_[i].push_back(places_W_m.at(i));
-  if (points_W_m_.front().size() < kMostPoints) return;
+  if (points_W_m_.front().size() < kMaxPoints) return;
   // Drops every second one.
   for (std::vector<Eigen::Vector3d>& points_m : points_W_m_) {
     for (std::size_t i = 0; i < points_m.size() / 2; ++i) points_m[i] = points_m[2 * i];

@@ -23,7 +23,7 @@ namespace runtime {
 namespace {
 
 constexpr std::string_view kReport = "youbotd-fault-";
-constexpr std::size_t kMostReports = 20;
+constexpr std::size_t kMaxReports = 20;
 
 /// A unique name for the report.
 std::string fault_report_name() {
@@ -63,7 +63,7 @@ void remove_oldest_reports(const std::filesystem::path& folder) {
     if (entry.path().filename().string().starts_with(kReport) && entry.path().extension() == ".csv")
       reports.emplace_back(entry.last_write_time(unknown), entry.path());
   std::sort(reports.begin(), reports.end());
-  for (std::size_t i = 0; i + kMostReports < reports.size(); ++i) {
+  for (std::size_t i = 0; i + kMaxReports < reports.size(); ++i) {
     fs::remove(reports[i].second, unknown);
     fs::remove(reports[i].second.replace_extension(".pcapng"), unknown);
   }

@@ -48,7 +48,7 @@ struct ExperimentSettings {
       joints);
     v(Parameter{"model", "drive model file that simulated wheels follow; none: the measured curves"}, model);
     v(Parameter{"hidden_effect", "seed of a hidden effect injected into the simulated wheels; -1: none", -1,
-                runtime::HiddenEffect::kMostSeed},
+                runtime::HiddenEffect::kMaxSeed},
       hidden_effect);
     v(Parameter{"record_rate_Hz", "rows per second of the recording", 0.001, 1000}, record_rate_Hz);
     v(Parameter{"max_speed_rad_per_s", "a faster joint is stopped; arm joints also have their own limits",

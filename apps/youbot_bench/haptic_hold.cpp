@@ -445,10 +445,10 @@ Subcommand add_haptic_hold(CLI::App& app) {
       "loopback, force-dimension or omega.6, falcon, spacemouse; none: the file's, else loopback");
   command->add_option("--config", options->config, "TOML file with a [haptic] table");
   command->add_option("--stiffness", options->stiffness_N_per_m, "N/m")
-      ->check(runtime::finite_range(0.0, kMostHoldStiffness_N_per_m))
+      ->check(runtime::finite_range(0.0, kMaxHoldStiffness_N_per_m))
       ->capture_default_str();
   command->add_option("--damping", options->damping_N_s_per_m, "N·s/m")
-      ->check(runtime::finite_range(0.0, kMostHoldDamping_N_s_per_m))
+      ->check(runtime::finite_range(0.0, kMaxHoldDamping_N_s_per_m))
       ->capture_default_str();
   command
       ->add_option("--point", options->point_m,

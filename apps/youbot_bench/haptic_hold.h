@@ -25,8 +25,8 @@ struct HapticHoldOptions {
 };
 
 /// Maximum values of --stiffness and --damping.
-inline constexpr double kMostHoldStiffness_N_per_m = 2000.0;
-inline constexpr double kMostHoldDamping_N_s_per_m = 20.0;
+inline constexpr double kMaxHoldStiffness_N_per_m = 2000.0;
+inline constexpr double kMaxHoldDamping_N_s_per_m = 20.0;
 
 /// Returns the exit code. Set `stop` to end it early; the force then fades out as at the end. On the loopback
 /// a simulated hand pulls the handle away and releases it, repeatedly.

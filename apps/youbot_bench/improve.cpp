@@ -147,18 +147,18 @@ control::PlanarPose pose_of(const std::array<double, 3>& values) { return {value
 
 Run driven(const operation::Config& config, const fs::path& file, const ImproveOptions& options) {
   static constexpr std::chrono::milliseconds kBetweenPoints{50};
-  static constexpr std::size_t kMostPoints = 50'000;  // allocated in advance: a drive may be in real time
+  static constexpr std::size_t kMaxPoints = 50'000;  // allocated in advance: a drive may be in real time
   Run run;
-  run.time_s.reserve(kMostPoints);
-  run.X_WB.reserve(kMostPoints);
-  run.reference_X_WB.reserve(kMostPoints);
+  run.time_s.reserve(kMaxPoints);
+  run.X_WB.reserve(kMaxPoints);
+  run.reference_X_WB.reserve(kMaxPoints);
   operation::SessionOptions session;
   session.config_file = file;
   session.virtual_time = options.virtual_time || runtime::is_simulated(options.robot);
   session.allow_non_real_time = options.allow_non_real_time;
   session.after_cycle = [&run,
                          next = std::chrono::nanoseconds{}](const operation::CycleRecord& record) mutable {
-    if (record.time < next || !std::isfinite(record.reference_W[0]) || run.time_s.size() == kMostPoints)
+    if (record.time < next || !std::isfinite(record.reference_W[0]) || run.time_s.size() == kMaxPoints)
       return;
     next = record.time + kBetweenPoints;
     run.time_s.push_back(std::chrono::duration<double>(record.time).count());
@@ -361,7 +361,7 @@ Subcommand add_improve(CLI::App& app) {
   command
       ->add_option("--hidden-effect", options->hidden_effect,
                    "seed of the hidden effect of the simulated robot in this program")
-      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed));
+      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMaxSeed));
   command->add_option("--robot", options->robot,
                       "ethercat:IFACE: a robot or youbot-sim, with the effects of its own drives");
   command->add_option("--config", options->config, "youbotd's TOML file for that robot; none: the demo's");
@@ -388,7 +388,7 @@ Subcommand add_reveal(CLI::App& app) {
   CLI::App* const command =
       app.add_subcommand("reveal", "print the effect injected by --hidden-effect SEED; for the end");
   command->add_option("--hidden-effect", *seed, "the seed")
-      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed))
+      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMaxSeed))
       ->required();
   return {command, [seed] {
             std::printf("%s\n", runtime::HiddenEffect(*seed).reveal().c_str());

@@ -219,10 +219,10 @@ std::vector<TransparencyCondition> conditions_of(const TransparencyOptions& opti
   std::set<std::pair<Feedback, double>> seen;
   for (const std::string& name : options.feedback)
     for (const double stiffness_N_per_m : options.stiffness_N_per_m) {
-      if (!(stiffness_N_per_m >= 1.0 && stiffness_N_per_m <= kMostCoupling_N_per_m))
+      if (!(stiffness_N_per_m >= 1.0 && stiffness_N_per_m <= kMaxCoupling_N_per_m))
         throw std::invalid_argument("--stiffness: " + std::to_string(stiffness_N_per_m) +
                                     " N/m is not within 1 to " +
-                                    std::to_string(static_cast<int>(kMostCoupling_N_per_m)));
+                                    std::to_string(static_cast<int>(kMaxCoupling_N_per_m)));
       if (!seen.emplace(feedback_from(name), stiffness_N_per_m).second)
         throw std::invalid_argument("--feedback " + name + " with --stiffness " +
                                     std::to_string(stiffness_N_per_m) + " is asked for twice");
@@ -352,7 +352,7 @@ Subcommand add_transparency(CLI::App& app) {
       ->add_option("--stiffness", options->stiffness_N_per_m,
                    "of the coupling, N/m; several with commas between")
       ->delimiter(',')
-      ->check(runtime::finite_range(1.0, kMostCoupling_N_per_m))
+      ->check(runtime::finite_range(1.0, kMaxCoupling_N_per_m))
       ->capture_default_str();
   command->add_option("--axis", options->axis, "x forward, y left, z up")->capture_default_str();
   command->add_option("--peak", options->excitation.peak_N, "largest force of the excitation, N")

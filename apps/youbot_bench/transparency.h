@@ -99,7 +99,7 @@ struct TransparencyOptions {
 };
 
 /// Maximum value of --stiffness.
-inline constexpr double kMostCoupling_N_per_m = 5000.0;
+inline constexpr double kMaxCoupling_N_per_m = 5000.0;
 
 /// Returns the exit code. Set `stop` to end it early. @throws runtime::ConfigError, std::invalid_argument,
 /// hal::SetupError.

@@ -153,7 +153,7 @@ int main(int argc, char** argv) {
                  "drive model file that the wheels follow; none: the measured curves");
   app.add_option("--hidden-effect", arguments.hidden_effect,
                  "seed of a hidden effect of the wheels; `youbot-bench reveal` prints it")
-      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMostSeed));
+      ->check(runtime::finite_range(0, runtime::HiddenEffect::kMaxSeed));
   app.add_flag("--lock-step", arguments.lock_step,
                "each frame advances time by a millisecond, for masters with --virtual-time");
   app.add_option("--duration", arguments.duration_s, "end after this many seconds of the robot's time")

@@ -20,7 +20,7 @@
 namespace youbotd {
 namespace {
 
-constexpr std::size_t kMostConnections = 16;
+constexpr std::size_t kMaxConnections = 16;
 constexpr std::chrono::milliseconds kRetry{200};
 /// A waiting client may want to stop the robot.
 constexpr std::chrono::milliseconds kAcceptRetry{20};
@@ -85,7 +85,7 @@ int listen_at(const std::filesystem::path& path) {
                                       : std::string(std::strerror(why)));
   }
   // Before any client can connect.
-  if (chmod(path.c_str(), 0660) != 0 || listen(listening, kMostConnections) != 0) {
+  if (chmod(path.c_str(), 0660) != 0 || listen(listening, kMaxConnections) != 0) {
     const std::string why = std::strerror(errno);
     close(listening);
     unlink(path.c_str());
@@ -191,7 +191,7 @@ bool ControlServer::accept() {
     close(socket);
     return true;
   }
-  if (connections_.size() >= kMostConnections) drop_one();
+  if (connections_.size() >= kMaxConnections) drop_one();
   const bool may_command = peer.uid == 0 || peer.uid == geteuid() || in_our_group(socket, peer);
   connections_.push_back({socket,
                           {.connection = ++accepted_,

@@ -16,7 +16,7 @@ TroubleLog::News TroubleLog::update(const std::vector<std::string>& trouble) {
       before.erase(name);
       ++device.beats;
     }
-    if (device.beats >= kPatience && device.told.size() < kMostTexts && device.told.insert(line).second)
+    if (device.beats >= kPatience && device.told.size() < kMaxTexts && device.told.insert(line).second)
       news.trouble.push_back(line);
   }
   for (const auto& [name, device] : before)

@@ -16,7 +16,7 @@ class TroubleLog {
  public:
   static constexpr int kPatience = 4;  ///< beats
   /// Texts logged for one device until it works again: a text that contains a time is new each time.
-  static constexpr std::size_t kMostTexts = 10;
+  static constexpr std::size_t kMaxTexts = 10;
 
   struct News {
     std::vector<std::string> trouble;      ///< current faults of the robot to log

@@ -12,10 +12,10 @@ namespace {
 
 constexpr std::uint16_t kFirstStation = 0x1000;
 /// A youBot with two arms has 17. More indicates a corrupt counter, and scanning them would take minutes.
-constexpr std::uint16_t kMostSlaves = 256;
-constexpr int kMostSiiRounds = 20'000;
-constexpr int kMostSiiErrors = 500;
-constexpr int kMostSiiSilence = 500;  // consecutive datagrams that a slave leaves unanswered
+constexpr std::uint16_t kMaxSlaves = 256;
+constexpr int kMaxSiiRounds = 20'000;
+constexpr int kMaxSiiErrors = 500;
+constexpr int kMaxSiiSilence = 500;  // consecutive datagrams that a slave leaves unanswered
 
 const auto kAll = [](std::size_t) { return false; };
 
@@ -116,15 +116,15 @@ void read_sii(RegisterAccess& access, std::vector<Slave>& slaves) {
   };
   std::vector<Progress> progress(slaves.size());
   const auto done = [&](std::size_t i) {
-    return !progress[i].reader.next_word().has_value() || progress[i].errors > kMostSiiErrors ||
-           progress[i].silence > kMostSiiSilence;
+    return !progress[i].reader.next_word().has_value() || progress[i].errors > kMaxSiiErrors ||
+           progress[i].silence > kMaxSiiSilence;
   };
 
   // Take the EEPROM from the slave's own processor (0x0500 bit 0, bit 1 forces), then use it.
   for (const std::uint8_t owner : {std::uint8_t{2}, std::uint8_t{0}})
     (void)access.broadcast_write(reg::kSiiConfiguration, std::array{owner});
 
-  for (int round = 0; round < kMostSiiRounds; ++round) {
+  for (int round = 0; round < kMaxSiiRounds; ++round) {
     bool all_done = true;
     for (std::size_t i = 0; i < slaves.size(); ++i) all_done = all_done && done(i);
     if (all_done) break;
@@ -225,10 +225,10 @@ std::vector<Slave> scan_bus(RegisterAccess& access, const std::string& interface
         interface, "count slaves",
         "frames come back, but no EtherCAT slave touched them; is the other end the robot's EtherCAT socket, "
         "and no switch or looped cable?");
-  if (count > kMostSlaves)
+  if (count > kMaxSlaves)
     throw BusError(interface, "count slaves",
                    "the reply's working counter says " + std::to_string(count) + ", more than the " +
-                       std::to_string(kMostSlaves) +
+                       std::to_string(kMaxSlaves) +
                        " that can be; does another master or a switch change frames?");
   std::vector<Slave> slaves(count);
   for (std::uint16_t i = 0; i < count; ++i) {

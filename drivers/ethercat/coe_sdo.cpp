@@ -38,7 +38,7 @@ constexpr std::uint8_t kToggle = 0x10;
 constexpr std::uint8_t kLastSegment = 0x01;
 
 /// A slave that keeps sending mail without answering must not block forever.
-constexpr unsigned kMostSkipped = 32;
+constexpr unsigned kMaxSkipped = 32;
 
 CoeMail malformed(const char* problem) noexcept {
   CoeMail mail;
@@ -350,7 +350,7 @@ void SdoTransfer::take(std::span<const std::uint8_t> mailbox) noexcept {
 
 void SdoTransfer::skip() noexcept {
   status_ = Status::kListen;
-  if (++skipped_ > kMostSkipped) fail("it sends mail after mail, but no reply");
+  if (++skipped_ > kMaxSkipped) fail("it sends mail after mail, but no reply");
 }
 
 void SdoTransfer::take_upload(const CoeMail& mail) noexcept {

@@ -38,7 +38,7 @@ class OtherMaster {
 
  private:
   /// This many masters may send in turn and are all found.
-  static constexpr std::size_t kMostSenders = 4;
+  static constexpr std::size_t kMaxSenders = 4;
 
   struct Sender {
     MacAddress source{};
@@ -54,7 +54,7 @@ class OtherMaster {
   const Sender* most_frames() const noexcept;
   std::string order_text() const;
 
-  std::array<Sender, kMostSenders> senders_{};
+  std::array<Sender, kMaxSenders> senders_{};
   bool ordered_ = false;
   Order order_;
   std::chrono::nanoseconds last_order_{};

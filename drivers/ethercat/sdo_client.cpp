@@ -39,7 +39,7 @@ void SdoClient::run(const char* step, const SdoObject& object) {
       const std::string what = error.what();  // begins with the device
       throw BusError(error.device(), step + to_string(object), what.substr(error.device().size() + 2));
     }
-    if (transfer_.emergencies() != seen && emergencies_.size() < kMostEmergencies)
+    if (transfer_.emergencies() != seen && emergencies_.size() < kMaxEmergencies)
       emergencies_.push_back(transfer_.last_emergency());
     seen = transfer_.emergencies();
   }

@@ -19,7 +19,7 @@ namespace drivers::ethercat {
 class SdoClient {
  public:
   static constexpr std::size_t kDefaultLimit = 65'536;
-  static constexpr std::size_t kMostEmergencies = 64;
+  static constexpr std::size_t kMaxEmergencies = 64;
 
   /// `bus` must outlive the client; `slave` counts from 0. @throws BusError if the slave does not support
   /// CoE.
@@ -38,7 +38,7 @@ class SdoClient {
   std::vector<std::uint8_t> read(const SdoObject& object, std::size_t limit = kDefaultLimit);
   void write(const SdoObject& object, std::span<const std::uint8_t> data);
 
-  /// Emergencies of the slave since construction: the first kMostEmergencies.
+  /// Emergencies of the slave since construction: the first kMaxEmergencies.
   const std::vector<CoeEmergency>& emergencies() const noexcept { return emergencies_; }
 
  private:

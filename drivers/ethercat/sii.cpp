@@ -30,9 +30,9 @@ constexpr std::size_t kGeneralNameOffset = 3;
 
 /// The largest EEPROM has 4 Mbit; a chain beyond 64 KiB of words or of more categories is garbage.
 constexpr std::uint32_t kHighestWord = 0x10000;
-constexpr std::size_t kMostCategories = 64;
+constexpr std::size_t kMaxCategories = 64;
 /// No slave needs more than this in one of the categories read here.
-constexpr std::uint32_t kMostCategoryWords = 0x1000;
+constexpr std::uint32_t kMaxCategoryWords = 0x1000;
 
 bool wanted(std::uint16_t type) noexcept {
   return type == kStrings || type == kGeneral || type == kSyncManagers || type == kTxPdos || type == kRxPdos;
@@ -81,8 +81,8 @@ void SiiReader::take_header() {
     complete_ = true;
     return;
   }
-  if (++categories_seen_ > kMostCategories ||
-      (wanted(type) && (words > kMostCategoryWords || header_word_ + 2 + words > kHighestWord))) {
+  if (++categories_seen_ > kMaxCategories ||
+      (wanted(type) && (words > kMaxCategoryWords || header_word_ + 2 + words > kHighestWord))) {
     give_up("the category chain is not plausible (category " + std::to_string(type) + " of " +
             std::to_string(words) + " words); is the EEPROM programmed?");
     return;

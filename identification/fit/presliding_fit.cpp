@@ -17,7 +17,7 @@ namespace {
 
 using model::friction::LuGre;
 
-constexpr double kLeastSteps = 20;      // of the encoder
+constexpr double kMinSteps = 20;        // of the encoder
 constexpr double kLargestOffset = 0.1;  // of the static friction
 constexpr std::pair<const char*, const char*> kNames[] = {{"presliding", "stiffness_Nm_per_rad"},
                                                           {"presliding", "damping_Nm_s_per_rad"},
@@ -149,7 +149,7 @@ PreslidingFit fit_presliding(const Recording& recording, const PreslidingFitOpti
   const auto [low, high] = std::minmax_element(position.begin(), position.end());
   const double range = *high - *low;
   const double resolution = options.resolution_rad > 0 ? options.resolution_rad : resolution_of(position);
-  if (!(range >= kLeastSteps * resolution) || range == 0)
+  if (!(range >= kMinSteps * resolution) || range == 0)
     return refuse_all("the encoder is too coarse: the joint moves " + three_digits(range) + " rad, " +
                       three_digits(resolution > 0 ? range / resolution : 0) + " steps of " +
                       three_digits(resolution) + " rad; 20 are the least");

@@ -18,12 +18,12 @@ namespace identification::gap {
 namespace {
 
 /// Minimum share of the squared misfit between command and measured torque for an effect to be named.
-constexpr double kLeastGain = 0.1;
+constexpr double kMinGain = 0.1;
 /// A row may hold the torque from before its command: up to this many sample periods are not a delay.
-constexpr double kLeastPeriods = 1.5;
+constexpr double kMinPeriods = 1.5;
 /// Pieces of this length, at most this many: the actuator is the same everywhere.
 constexpr double kPiece_s = 1.0;
-constexpr std::size_t kMostPieces = 80;
+constexpr std::size_t kMaxPieces = 80;
 /// Time after which a piece's delay line and lag have settled.
 constexpr double kSettle_s = 0.1;
 
@@ -94,7 +94,7 @@ std::vector<Signals> pieces_of(std::span<const Signals> signals) {
     for (std::size_t first = 0; first + length <= s.raw_measured_Nm.size(); first += length)
       places.push_back({&s, first, length});
   }
-  const std::size_t count = std::min(kMostPieces, places.size());
+  const std::size_t count = std::min(kMaxPieces, places.size());
   std::vector<Signals> pieces(count);
   for (std::size_t i = 0; i < count; ++i) {
     const Place& place = places[i * places.size() / count];
@@ -216,13 +216,13 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
   bool delayed = false;
   if (!base.find<model::effects::TransportDelay>()) {
     const Actuator next_row = fit_lag({.delay_s = period_s});
-    if (cost(next_row) < (1 - kLeastGain) * cost(actuator)) actuator = next_row;
+    if (cost(next_row) < (1 - kMinGain) * cost(actuator)) actuator = next_row;
   }
 
   const bool has_deadband = base.find<model::effects::TorqueDeadband>() != nullptr;
   // Also not if a few rows are longer than any delay in the search range.
   const bool has_delay = base.find<model::effects::TransportDelay>() != nullptr ||
-                         kLeastPeriods * period_s >= model::effects::DelayLine::kLongest_s;
+                         kMinPeriods * period_s >= model::effects::DelayLine::kLongest_s;
   for (int round = 0; round < 3; ++round) {
     const std::vector<double> now = misfit(signals, base, actuator);
     struct Try {
@@ -258,7 +258,7 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
         return cost(b);
       });
       a.lag_s = 0;
-      if (a.delay_s >= kLeastPeriods * period_s) consider("transport_delay", fit_lag(a));
+      if (a.delay_s >= kMinPeriods * period_s) consider("transport_delay", fit_lag(a));
     }
     if (actuator.offset_Nm == 0) {
       double mean = 0;
@@ -275,7 +275,7 @@ ActuatorFindings actuator_channel(std::span<const Signals> all, const model::eff
     if (!best) break;
     const double gain = 1 - sum(best->blocks) / sum(now);
     const double chance = chance_of(now, best->blocks);
-    if (gain < kLeastGain || chance > options.false_positive_rate) break;
+    if (gain < kMinGain || chance > options.false_positive_rate) break;
     FoundEffect found{.effect = model::effects::make_effect("torque_offset"),
                       .where = {},
                       .measured_on = "misfit of command and measured torque",

@@ -27,7 +27,7 @@ constexpr double kHolds = 0.7;
 constexpr double kUsualCoulomb = 0.1;
 /// Share of youbot-bench's speed limit that leaves room for overshoot. It allows at most 30 rad/s.
 constexpr double kUsualTop_rad_per_s = 10;
-constexpr double kMostTop_rad_per_s = 25;
+constexpr double kMaxTop_rad_per_s = 25;
 constexpr double kAbove = 1.2;
 
 /// youbot-bench's defaults.
@@ -72,7 +72,7 @@ Settings settings_of(Config config) {
 class Bench {
  public:
   Bench(const model::effects::DriveModel& model, const DriveLimits& limits)
-      : speed_(round_down(std::min(limits.speed_rad_per_s, kMostTop_rad_per_s))),
+      : speed_(round_down(std::min(limits.speed_rad_per_s, kMaxTop_rad_per_s))),
         torque_(round_down(limits.torque_Nm)) {
     const auto* coulomb = model.find<model::effects::Coulomb>();
     coulomb_ = coulomb != nullptr ? coulomb->parameters().torque_Nm : kUsualCoulomb * limits.torque_Nm;

@@ -9,12 +9,12 @@ namespace {
 
 /// Relative to the fastest speed: below it friction falls or rises when sliding begins.
 constexpr double kSlow = 0.1;
-constexpr double kLeastShare = 0.02;
-constexpr double kLeastAngle_rad = 1;
-constexpr double kLeastRunning_s = 15;
-constexpr std::size_t kLeastReversals = 4;
+constexpr double kMinShare = 0.02;
+constexpr double kMinAngle_rad = 1;
+constexpr double kMinRunning_s = 15;
+constexpr std::size_t kMinReversals = 4;
 /// Change between samples over the torque itself, rms: that of a sine with twelve samples per period.
-constexpr double kMostChange = 0.5;
+constexpr double kMaxChange = 0.5;
 
 struct Coverage {
   double samples = 0;
@@ -105,17 +105,17 @@ model::effects::AnyEffect usual_effect(std::string_view effect, const model::eff
 std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests) {
   std::vector<BlindSpot> spots;
   const Coverage c = coverage_of(signals);
-  if (c.change > kMostChange)
+  if (c.change > kMaxChange)
     spots.push_back(
         {"the torque changes by half of itself or more from one sample to the next: what happens in between "
          "looks like a gap; record at a higher rate",
          {}});
-  if (std::min(c.forward, c.backward) < kLeastShare * c.samples)
+  if (std::min(c.forward, c.backward) < kMinShare * c.samples)
     spots.push_back(
         {"the joint moves one way only: a torque offset, friction that differs by direction and Coulomb "
          "friction look the same",
          {"torque_offset"}});
-  if (c.reversals < kLeastReversals)
+  if (c.reversals < kMinReversals)
     spots.push_back({"the joint hardly ever reverses: backlash, elasticity and presliding do not show",
                      {"backlash", "elasticity", "presliding"}});
   else if (!rests)
@@ -123,12 +123,12 @@ std::vector<BlindSpot> blind_spots(std::span<const Signals> signals, bool rests)
         {"the joint never rests while the torque changes: a friction contact that gives less than it travels "
          "in a few samples does not show",
          {"presliding"}});
-  if (c.slow < kLeastShare * c.samples)
+  if (c.slow < kMinShare * c.samples)
     spots.push_back({"the joint is hardly ever slow: Stribeck friction does not show", {"stribeck"}});
-  if (c.angle_rad < kLeastAngle_rad)
+  if (c.angle_rad < kMinAngle_rad)
     spots.push_back(
         {"the joint turns less than a radian: imbalance and load friction do not show", {"imbalance"}});
-  if (c.longest_s < kLeastRunning_s)
+  if (c.longest_s < kMinRunning_s)
     spots.push_back(
         {"no recording is longer than fifteen seconds: thermal drift does not show", {"thermal_drift"}});
   if (!c.torque_commanded)

@@ -298,7 +298,7 @@ void Builder::mechanics() {
   if (!has<model::effects::Inertia>())
     add({"inertia",
          {column([](const Signals& s) { return s.acceleration_rad_per_s2; })},
-         {Bounds{-kMostInertiaLess * inertia, kMostInertiaMore * inertia}},
+         {Bounds{-kMaxInertiaDecrease * inertia, kMaxInertiaIncrease * inertia}},
          [](const FittedModel& f, const Eigen::VectorXd& a) {
            FittedModel given = f;
            given.model.inertia_kg_m2 = f.given_inertia_kg_m2;
@@ -433,21 +433,21 @@ void Builder::custom() {
 }
 
 constexpr std::size_t kRippleBins = 1 << 16;
-constexpr double kMostPeriods = 400;
-constexpr double kLeastTurns = 2;  // of the ripple
+constexpr double kMaxPeriods = 400;
+constexpr double kMinTurns = 2;  // of the ripple
 /// Four per ripple of the maximum number of periods, and half of all bins must be covered; the others are
 /// zero.
-constexpr double kRippleBin_rad = kTwoPi / (4 * kMostPeriods);
+constexpr double kRippleBin_rad = kTwoPi / (4 * kMaxPeriods);
 constexpr double kRippleSpan_rad = 0.5 * kRippleBins * kRippleBin_rad;
 /// For a joint that turned further, this many stretches of that length are used.
-constexpr std::size_t kMostStretches = 8;
+constexpr std::size_t kMaxStretches = 8;
 
 /// Sums of a residual over position, by stretch.
 std::vector<std::vector<double>> ripple_stretches(const Eigen::VectorXd& residual,
                                                   const Eigen::VectorXd& position_rad, double low,
                                                   double span, double bin) {
   const auto all = static_cast<std::size_t>(std::ceil(span / kRippleSpan_rad));
-  const std::size_t count = std::min(all, kMostStretches);
+  const std::size_t count = std::min(all, kMaxStretches);
   std::vector<std::size_t> place(all + 1, count);  // which of the used ones; count: none
   for (std::size_t i = 0; i < count; ++i) place[i * all / count] = i;
   std::vector<std::vector<double>> sums(count, std::vector<double>(kRippleBins, 0));
@@ -523,7 +523,7 @@ double ripple_periods_per_rev(const Eigen::VectorXd& residual, const Eigen::Vect
   double most = 0;
   for (std::size_t k = 1; k < power.size(); ++k) {
     const double periods = static_cast<double>(k) * kTwoPi / (static_cast<double>(kRippleBins) * bin);
-    if (periods < 1.5 || periods > kMostPeriods || periods * span < kLeastTurns * kTwoPi) continue;
+    if (periods < 1.5 || periods > kMaxPeriods || periods * span < kMinTurns * kTwoPi) continue;
     if (power[k] > most) {
       most = power[k];
       best = periods;

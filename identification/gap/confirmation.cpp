@@ -11,7 +11,7 @@ namespace identification::gap {
 namespace {
 
 /// Minimum width of a gap in encoder steps.
-constexpr double kLeastSteps = 2;
+constexpr double kMinSteps = 2;
 /// Times the squared noise floor; below, the residual is noise.
 constexpr double kAboveNoise = 1.5;
 /// Minimum share of the squared held-out residual that an effect must remove,
@@ -66,7 +66,7 @@ class Confirmation {
   std::string reason_against(std::size_t i, const FittedModel& without) const {
     const std::string_view effect = result_.added[i].effect;
     const double square_without = square(without);
-    if (effect == "backlash" && parameter(i, "gap_rad").value < kLeastSteps * judged_.resolution_rad)
+    if (effect == "backlash" && parameter(i, "gap_rad").value < kMinSteps * judged_.resolution_rad)
       return "its gap is narrower than two steps of the encoder";
     if (effect == "stribeck" &&
         parameter(i, "static_torque_Nm").value < none_at(kStribeck, result_.fitted.model))

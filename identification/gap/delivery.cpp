@@ -23,7 +23,7 @@ constexpr double kAlike = 0.01;
 /// The same if one of them keeps something that the data do not require to change: a given value, or a
 /// presliding that is visible at rest.
 constexpr double kAlikeIfGiven = 0.05;
-constexpr double kMostOfIt = 0.5;
+constexpr double kMaxResidualShare = 0.5;
 /// Maximum share of the squared torque residual that a gap, a spring or a bristle may leave.
 constexpr double kLeavesAtMost = 0.8;
 
@@ -67,7 +67,8 @@ bool is_worse(const std::vector<double>& than, const std::vector<double>& candid
 /// Removes little of the remaining torque residual; or not most of it, and simulates no better.
 bool is_doubtful(const Score& than, const Score& candidate) {
   const bool simulates_better = total(candidate.simulation) < total(than.simulation);
-  return total(candidate.torque) > (simulates_better ? kLeavesAtMost : kMostOfIt) * total(than.torque);
+  return total(candidate.torque) >
+         (simulates_better ? kLeavesAtMost : kMaxResidualShare) * total(than.torque);
 }
 /// What is worse with a candidate; empty: nothing.
 std::string worse_at(const Score& than, const Score& candidate, double alike = kAlike) {

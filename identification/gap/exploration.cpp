@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kFirstStep = 1.25;
 constexpr double kLastStep = 1.02;
-constexpr int kMostTours = 20;
+constexpr int kMaxTours = 20;
 
 /// Factors on the gap that the linear estimate prefers.
 constexpr std::array kStartsWider{0.8, 0.9, 1.0, 1.12, 1.25, 1.4, 1.6, 1.8, 2.0};
@@ -79,7 +79,7 @@ FittedModel explored(const FittedModel& fitted, const Rows& rows, const std::vec
   FittedModel best = fitted;
   double least = square_of(best, rows, use);
   double step = kFirstStep;
-  for (int tour = 0; tour < kMostTours && step > kLastStep; ++tour) {
+  for (int tour = 0; tour < kMaxTours && step > kLastStep; ++tour) {
     const double before = least;
     for (const Direction& direction : kDirections) {
       for (const double way : {step, 1 / step}) {

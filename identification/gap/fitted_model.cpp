@@ -24,10 +24,10 @@ constexpr std::size_t kMotionGroups = 20;
 constexpr double kUnseen = 1e-6;
 /// Step for differentiation, relative to a parameter's scale.
 constexpr double kWidestStep = 0.03;
-constexpr int kMostNarrowings = 4;
+constexpr int kMaxNarrowings = 4;
 /// Difference between the slopes on both sides, relative to their sum, that counts as straight.
 constexpr double kStraight = 0.3;
-constexpr int kMostRounds = 20;
+constexpr int kMaxRounds = 20;
 /// Scale for an exponent of zero.
 constexpr double kExponentScale = 1;
 constexpr double kAtBound = 1e-3;
@@ -89,7 +89,7 @@ Eigen::VectorXd slope(const FittedModel& fitted, const Rows& rows, const FreePar
                        std::holds_alternative<model::effects::Backlash>(fitted.model.effects[p.effect]);
   const std::vector<LoadSide> none;
   const std::vector<LoadSide>& known = bounces ? none : loads;
-  const int most_narrowings = bounces ? 1 : kMostNarrowings;
+  const int most_narrowings = bounces ? 1 : kMaxNarrowings;
   Eigen::VectorXd straightest = Eigen::VectorXd::Zero(rows.count());
   double least_bend = std::numeric_limits<double>::infinity();
   double h = kWidestStep * p.scale;
@@ -157,8 +157,8 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
     list.push_back({FreeParameter::Kind::kLag, 0, "lag_s", fitted.lag_s, -lead_s, lag_s, 1e-3});
     if (const double square_s2 = period_s * period_s; period_s <= kLongestPeriod_s)
       list.push_back({FreeParameter::Kind::kSmoothing, 0, "smoothing_s2", fitted.smoothing_s2,
-                      kLeastSmoothing * square_s2,
-                      std::max(kMostSmoothing * square_s2, kTorqueFilter_s * kTorqueFilter_s), square_s2});
+                      kMinSmoothing * square_s2,
+                      std::max(kMaxSmoothing * square_s2, kTorqueFilter_s * kTorqueFilter_s), square_s2});
   }
   for (std::size_t i = 0; i < fitted.model.effects.size(); ++i) {
     const AnyEffect& effect = fitted.model.effects[i];
@@ -180,8 +180,8 @@ std::vector<FreeParameter> free_parameters(const FittedModel& fitted, const Rows
           FreeParameter::Kind::kEffect, i, parameter.name, value, parameter.lower, parameter.upper,
           scale > 0 ? scale : 1e-3};
       if (std::holds_alternative<model::effects::Inertia>(effect)) {
-        free.lower = std::max(free.lower, -kMostInertiaLess * given);
-        free.upper = std::min(free.upper, kMostInertiaMore * given);
+        free.lower = std::max(free.lower, -kMaxInertiaDecrease * given);
+        free.upper = std::min(free.upper, kMaxInertiaIncrease * given);
       }
       if (std::holds_alternative<model::effects::TorqueDeadband>(effect) && !measured)
         free.upper = std::min(free.upper, std::max(value, usual_command_Nm(rows.signals())));
@@ -232,7 +232,7 @@ FittedModel refined(const FittedModel& fitted, const Rows& rows, const std::vect
   Eigen::VectorXd residual = (rows.torque_Nm() - predicted_rows(current, rows))(use);
   double cost = residual.squaredNorm();
   double damping = 1e-6;
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     std::vector<FreeParameter> parameters = free_parameters(current, rows);
     if (is_free) std::erase_if(parameters, [&](const FreeParameter& p) { return !is_free(p); });
     const Eigen::MatrixXd jacobian = prediction_jacobian(current, rows, parameters)(use, Eigen::all);

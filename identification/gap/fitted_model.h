@@ -17,8 +17,8 @@ namespace identification::gap {
 inline constexpr double kInertiaTolerance = 0.05;
 /// An inertia effect changes it at most to a tenth and at most tenfold: beyond, it stands for another term
 /// that follows the acceleration, such as a speed loop's response to a ripple.
-inline constexpr double kMostInertiaLess = 0.9;
-inline constexpr double kMostInertiaMore = 9;
+inline constexpr double kMaxInertiaDecrease = 0.9;
+inline constexpr double kMaxInertiaIncrease = 9;
 /// Maximum delay of the torque sensor that does not count as an effect.
 inline constexpr double kLongestLag_s = 0.01;
 /// Maximum lead: a recorder's convention may shift the torque by one sample.
@@ -27,8 +27,8 @@ inline constexpr double kLongestLead_s = 0.002;
 inline constexpr double kCurrentLoop_s = 1e-3;
 /// In squared sample periods, smoothing_s2: a delay of a whole period, and a value that is held while the
 /// motion is sampled.
-inline constexpr double kMostSmoothing = 0.5;
-inline constexpr double kLeastSmoothing = -1.0 / 12;
+inline constexpr double kMaxSmoothing = 0.5;
+inline constexpr double kMinSmoothing = -1.0 / 12;
 /// Two first-order filters of this time constant in the recording of the torque are not an effect either.
 /// Effects that bend the torque no more, such as a spring far above the band, cannot be distinguished from
 /// them.

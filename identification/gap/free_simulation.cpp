@@ -15,16 +15,16 @@ namespace identification::gap {
 namespace {
 
 constexpr double kWindow_s = 1.0;
-constexpr std::size_t kMostWindows = 60;
-constexpr std::size_t kLeastOfWindow = 4;
+constexpr std::size_t kMaxWindows = 60;
+constexpr std::size_t kMinWindowSamples = 4;
 /// Simulation steps per sample: as many as friction needs.
-constexpr int kLeastSubsteps = 20;
+constexpr int kMinSubsteps = 20;
 
 int substeps_for(const model::effects::DriveModel& model, double period_s) {
-  if (model.find<model::effects::Backlash>() == nullptr) return kLeastSubsteps;
+  if (model.find<model::effects::Backlash>() == nullptr) return kMinSubsteps;
   const model::effects::EffectChain chain(model.effects);
   const double step_s = BetweenFlanks::longest_step_s(chain.arranged({.inertia_kg_m2 = model.inertia_kg_m2}));
-  return std::max(kLeastSubsteps, static_cast<int>(std::ceil(period_s / step_s)));
+  return std::max(kMinSubsteps, static_cast<int>(std::ceil(period_s / step_s)));
 }
 
 model::effects::DriveModel without_actuator(model::effects::DriveModel model) {
@@ -45,15 +45,15 @@ std::vector<Window> windows_of(const Rows& rows, const std::vector<Eigen::Index>
     const auto length = static_cast<std::size_t>(kWindow_s / s.period_s);
     const auto first =
         static_cast<std::size_t>(std::llround((rows.time_s(row) - s.time_s.front()) / s.period_s));
-    if (length < kLeastOfWindow || first + length > s.size()) continue;
+    if (length < kMinWindowSamples || first + length > s.size()) continue;
     if (!windows.empty() && windows.back().recording == recording &&
         first < windows.back().first + windows.back().length)
       continue;
     windows.push_back({recording, first, length});
   }
-  if (windows.size() <= kMostWindows) return windows;
+  if (windows.size() <= kMaxWindows) return windows;
   std::vector<Window> spread;
-  for (std::size_t i = 0; i < kMostWindows; ++i) spread.push_back(windows[i * windows.size() / kMostWindows]);
+  for (std::size_t i = 0; i < kMaxWindows; ++i) spread.push_back(windows[i * windows.size() / kMaxWindows]);
   return spread;
 }
 

@@ -36,7 +36,7 @@ namespace {
 using Indices = std::vector<Eigen::Index>;
 
 constexpr int kBlocks = 32;
-constexpr Eigen::Index kLeastRows = 160;
+constexpr Eigen::Index kMinRows = 160;
 /// The stretch of each recording that is set aside by default: 65 % to 85 % of its time.
 constexpr double kSetAsideFrom = 0.65;
 constexpr double kSetAsideTo = 0.85;
@@ -45,9 +45,9 @@ constexpr double kAtTheFloor = 1.2;
 /// This far above the floor it is not noise, even if nothing predicts it.
 constexpr double kNoise = 2;
 /// Minimum share of the squared residual for a burst to be listed.
-constexpr double kLeastBurst = 0.02;
+constexpr double kMinBurstShare = 0.02;
 /// Minimum share of the noise floor that an effect must remove to be named.
-constexpr double kLeastOfNoise = 0.5;
+constexpr double kMinNoiseShare = 0.5;
 /// A model leaves less than the noise in its own fitted rows, by up to this factor.
 constexpr double kFittedNoise = 1.2;
 
@@ -94,12 +94,12 @@ Split split(const Rows& rows, std::size_t data_recordings, bool set_aside, const
       train.push_back(i);
   }
   const auto count = static_cast<Eigen::Index>(train.size());
-  if (count < kLeastRows || result.held_out.empty())
+  if (count < kMinRows || result.held_out.empty())
     throw std::invalid_argument(
         "the recordings are too short to hold anything out: above " + short_number(band.slowest_rad_per_s) +
         " rad/s, where position_rad distinguishes motion from rest, there are " + std::to_string(count) +
         " stretches of " + short_number(0.5 / band.cutoff_Hz) + " s to search in, of " +
-        std::to_string(kLeastRows) + " at least, and " + std::to_string(result.held_out.size()) +
+        std::to_string(kMinRows) + " at least, and " + std::to_string(result.held_out.size()) +
         " to check with; record a staircase in both directions of half a minute or more, or with a finer "
         "encoder");
   for (Eigen::Index i = 0; i < count; ++i)
@@ -152,7 +152,7 @@ std::vector<Unexplained> left_over(std::vector<Unexplained> found, const Eigen::
     }
     const double square = left.segment(i, to - i).squaredNorm();
     const double mean = square / static_cast<double>(to - i);
-    if (square >= kLeastBurst * all_square && mean > 9 * floor_Nm * floor_Nm)
+    if (square >= kMinBurstShare * all_square && mean > 9 * floor_Nm * floor_Nm)
       found.push_back({.where = {.coordinate = "time_s",
                                  .from = rows.time_s(i),
                                  .to = rows.time_s(to - 1),
@@ -366,7 +366,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
   const std::vector<bool> burst = bursts(given, rows);
   Split parts = split(rows, data.size(), held_out.empty(), burst, band);
   result.noise_floor_Nm = noise_floor_Nm(signals, actuator.left_Nm, band, start);
-  parts.training.least_Nm = kLeastOfNoise * result.noise_floor_Nm;
+  parts.training.least_Nm = kMinNoiseShare * result.noise_floor_Nm;
   // Bursts are listed separately below: they are excluded from the measured gap.
   Indices quiet;
   for (const Eigen::Index i : parts.held_out)

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double kSlow_Hz = 5;
 constexpr double kOfSampleRate = 0.1;
-constexpr std::size_t kLeastRowsToFit = 200;
+constexpr std::size_t kMinRowsToFit = 200;
 /// For such a slow motion, more rows than these add no information.
-constexpr std::size_t kMostRowsToFit = 1'000'000;
+constexpr std::size_t kMaxRowsToFit = 1'000'000;
 /// Relative to the fastest: below, friction need not follow the sign of the velocity.
 constexpr double kMoving = 0.05;
 constexpr std::size_t kFitBlocks = 20;
@@ -23,10 +23,10 @@ constexpr std::size_t kFitBlocks = 20;
 constexpr double kCertain = 5;
 /// Minimum share that the acceleration must remove of the residual of the other terms. A speed loop that
 /// responds to a torque ripple looks like an inertia, too, but drives all the time.
-constexpr double kLeastInertiaShare = 0.8;
+constexpr double kMinInertiaShare = 0.8;
 /// Minimum share that the terms of a weight must remove. With less they are left out: for small motions they
 /// hardly differ from the inertia's.
-constexpr double kLeastWeightShare = 0.5;
+constexpr double kMinWeightShare = 0.5;
 constexpr double kAnother = 5;
 constexpr double kAgreement = 1.5;
 
@@ -70,11 +70,11 @@ std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion&
   double fastest = 0;
   for (const double v : velocity) fastest = std::max(fastest, std::abs(v));
   std::vector<std::size_t> rows;
-  for (std::size_t i = 0; i < velocity.size(); i += 1 + velocity.size() / kMostRowsToFit)
+  for (std::size_t i = 0; i < velocity.size(); i += 1 + velocity.size() / kMaxRowsToFit)
     if (std::abs(velocity[i]) > kMoving * fastest &&
         (quadrants == Quadrants::kAll || torque[i] * velocity[i] < 0))
       rows.push_back(i);
-  if (rows.size() < kLeastRowsToFit) return {};
+  if (rows.size() < kMinRowsToFit) return {};
   const bool has_weight = !motion.position_rad.empty();
   const auto count = static_cast<Eigen::Index>(rows.size());
   Eigen::MatrixXd columns(count, has_weight ? 6 : 4);
@@ -86,7 +86,7 @@ std::optional<ImpliedDrive> implied_by(const Source& source, const SmoothMotion&
       columns.row(k).tail(2) << std::sin(motion.position_rad[i]), std::cos(motion.position_rad[i]);
     target[k] = torque[i];
   }
-  if (has_weight && left_of(columns, target) > (1 - kLeastWeightShare) * left_of(columns.leftCols(4), target))
+  if (has_weight && left_of(columns, target) > (1 - kMinWeightShare) * left_of(columns.leftCols(4), target))
     columns.conservativeResize(Eigen::NoChange, 4);
   const Eigen::VectorXd fitted = solution(columns, target);
   const Eigen::MatrixXd covariance = fit::block_covariance(columns, target - columns * fitted, kFitBlocks);
@@ -117,7 +117,7 @@ std::optional<double> another_inertia(std::span<const Source> sources,
     const SmoothMotion motion = smooth_motion_of(source);
     for (const Quadrants quadrants : {Quadrants::kAll, Quadrants::kBraking}) {
       const auto implied = implied_by(source, motion, quadrants);
-      const bool sure = implied && implied->inertia_is_sure() && implied->inertia_share > kLeastInertiaShare;
+      const bool sure = implied && implied->inertia_is_sure() && implied->inertia_share > kMinInertiaShare;
       if (sure) found.push_back(implied->inertia_kg_m2);
       if (!sure && quadrants == Quadrants::kAll) break;
       braked = braked || (sure && quadrants == Quadrants::kBraking);

@@ -11,7 +11,7 @@ namespace identification::gap {
 namespace {
 
 /// With less it would ring forever after the first sample, whose state is unknown.
-constexpr double kLeastDampingRatio = 0.02;
+constexpr double kMinDampingRatio = 0.02;
 constexpr double kStepsPerRadian = 12;
 /// A shaft whose resonance is this many times above the filter is rigid for the data.
 constexpr double kRigidOverFilter = 4;
@@ -72,7 +72,7 @@ LoadSide behind_spring(const model::effects::Mechanics& mechanics, const model::
   const double stiffness = mechanics.shaft_Nm_per_rad / inertia;
   const double resonance = std::sqrt(stiffness);
   const bool rigid = resonance >= kRigidOverFilter * 2 * std::numbers::pi * s.filter_Hz;
-  const double damping = std::max(2 * kLeastDampingRatio * resonance, mechanics.shaft_Nm_s_per_rad / inertia);
+  const double damping = std::max(2 * kMinDampingRatio * resonance, mechanics.shaft_Nm_s_per_rad / inertia);
   const double most_step_s = std::min(s.period_s, !rigid         ? 1 / (kStepsPerRadian * resonance)
                                                   : half_gap > 0 ? kGapStep_s
                                                                  : s.period_s);

@@ -19,7 +19,7 @@ namespace identification::gap {
 namespace {
 
 /// Minimum number of rows of a useful piece.
-constexpr std::size_t kLeastRowsOfPart = 100;
+constexpr std::size_t kMinRowsOfPart = 100;
 /// A time step of up to this many usual ones is bridged by interpolation: half a period of the widest band.
 constexpr double kBridgedPeriods = 5;
 /// Minimum share of bridged gaps for a remark.
@@ -27,22 +27,22 @@ constexpr double kManyHoles = 1e-3;
 /// Distance from the median of five neighbours, in standard deviations of that distance and in usual values.
 constexpr double kSpikeSigmas = 8;
 constexpr double kSpikeOverUsual = 2;
-constexpr double kMostSpikes = 0.01;
+constexpr double kMaxSpikes = 0.01;
 constexpr std::size_t kLongestSpike = 3;
 /// Distance of a step of position from that of its neighbours.
 constexpr double kJumpSigmas = 50;
 constexpr double kJumpResolutions = 8;
 constexpr double kJumpOverUsual = 5;
-constexpr double kMostJumps = 0.005;
+constexpr double kMaxJumps = 0.005;
 /// Minimum share of the values at the end of a sensor's range, and its ratio to the next value.
-constexpr double kLeastSaturated = 0.003;
+constexpr double kMinSaturated = 0.003;
 constexpr std::size_t kFarMore = 5;
 /// Tolerance for a jump of a whole turn.
 constexpr double kWholeTurn = 0.02;
 /// A held value changes by several times the sensor's resolution; a coarse one by one step.
 constexpr double kHeldResolutions = 3;
 /// A column has stopped if it is constant for this many usual runs of the same value.
-constexpr std::size_t kLeastHeld = 20;
+constexpr std::size_t kMinHeldRuns = 20;
 constexpr double kUsualRuns = 0.99;
 /// Noise reverses at two of three values; without any, a dead-band or a constant speed looks like a stop.
 constexpr double kTurnsOfNoise = 0.25;
@@ -215,7 +215,7 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   const std::vector<double>* const command = column_of(source, "torque_command_Nm");
   const bool commanded = command != nullptr && least_change(steps_of(*command)) > 0;
   const std::vector<double>* const moving = commanded ? command : column_of(source, "position_rad");
-  if (torque == nullptr || moving == nullptr || torque->size() < kLeastRowsOfPart) return;
+  if (torque == nullptr || moving == nullptr || torque->size() < kMinRowsOfPart) return;
   std::map<std::size_t, std::size_t> runs;  // how many of each length
   std::vector<double> values;
   for_each_run(*torque, [&](const MarkedRun& run) {
@@ -234,7 +234,7 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
     usual = length;
     shorter += times;
   }
-  if (runs.rbegin()->first < kLeastHeld * usual) return;
+  if (runs.rbegin()->first < kMinHeldRuns * usual) return;
 
   const double moves = std::max(kMeanwhileChanges * least_change(steps_of(*moving)),
                                 commanded ? kMeanwhile * quantile(magnitudes(*command), 0.9) : 0);
@@ -242,7 +242,7 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
   std::vector<MarkedRun> held;
   for_each_run(*torque, [&](const MarkedRun& run) {
     const double value = (*torque)[run.from];
-    if (run.to - run.from < kLeastHeld * usual || value == range.min || value == range.max) return;
+    if (run.to - run.from < kMinHeldRuns * usual || value == range.min || value == range.max) return;
     const auto meanwhile = std::ranges::minmax(std::span(*moving).subspan(run.from, run.to - run.from));
     if (meanwhile.max - meanwhile.min > moves) held.push_back(run);
   });
@@ -268,7 +268,7 @@ void drop_held_torque(Source& source, Diagnoses& diagnoses) {
 
 std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {
   std::vector<double>* const position = column_of(source, "position_rad");
-  if (position == nullptr || position->size() < kLeastRowsOfPart) return {};
+  if (position == nullptr || position->size() < kMinRowsOfPart) return {};
   const auto time_s = source.recording.column("time_s");
   const std::vector<double> steps = steps_of(*position);
   std::vector<double> speeds;
@@ -279,7 +279,7 @@ std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {
     beyond.push_back(steps[i] - usual[i] * (time_s[i + 1] - time_s[i]));
   const double least =
       std::max({kJumpSigmas * fit::robust_sigma(beyond), kJumpResolutions * least_change(steps),
-                kJumpOverUsual * quantile(magnitudes(steps), 1 - kMostJumps)});
+                kJumpOverUsual * quantile(magnitudes(steps), 1 - kMaxJumps)});
   const double longest_s = kBridgedPeriods * fit::median(steps_of(time_s));
   std::vector<std::size_t> jumps;
   for (std::size_t i = 0; i < beyond.size(); ++i)
@@ -332,12 +332,12 @@ std::set<std::size_t> mend_position(Source& source, Diagnoses& diagnoses) {
 
 void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
   std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
-  if (torque == nullptr || torque->size() < kLeastRowsOfPart) return;
+  if (torque == nullptr || torque->size() < kMinRowsOfPart) return;
   // Wide enough that the longest spike leaves no trace in it.
   std::vector<double> smooth = medians_of_five(*torque);
   std::vector<double> beyond;
   for (std::size_t i = 0; i < torque->size(); ++i) beyond.push_back((*torque)[i] - smooth[i]);
-  const double usual = quantile(magnitudes(*torque), 1 - kMostSpikes);
+  const double usual = quantile(magnitudes(*torque), 1 - kMaxSpikes);
   const double least = kSpikeOverUsual * usual;
   const double sigma = fit::robust_sigma(beyond);
   std::vector<bool> spike(torque->size(), false);
@@ -363,7 +363,7 @@ void interpolate_torque_spikes(Source& source, Diagnoses& diagnoses) {
 
 void mark_saturation(Source& source, Diagnoses& diagnoses) {
   const std::vector<double>* const torque = column_of(source, "torque_measured_Nm");
-  if (torque == nullptr || torque->size() < kLeastRowsOfPart) return;
+  if (torque == nullptr || torque->size() < kMinRowsOfPart) return;
   std::vector<double> values = *torque;
   std::ranges::sort(values);
   // The end of a sensor's range is a value far more frequent than the next one.
@@ -384,7 +384,7 @@ void mark_saturation(Source& source, Diagnoses& diagnoses) {
     const double end = top ? values.back() : values.front();
     const std::size_t there = count(end);
     if (beside(top) == end ||
-        static_cast<double>(there) < kLeastSaturated * static_cast<double>(values.size()) ||
+        static_cast<double>(there) < kMinSaturated * static_cast<double>(values.size()) ||
         there < kFarMore * count(beside(top)))
       continue;
     for (std::size_t i = 0; i < torque->size(); ++i)
@@ -478,7 +478,7 @@ std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Di
   std::size_t from = 0;
   all.insert(time_s.size());
   for (const std::size_t to : all) {
-    if (to - from >= kLeastRowsOfPart)
+    if (to - from >= kMinRowsOfPart)
       kept.push_back({from, to});
     else
       lost += to - from;
@@ -497,7 +497,7 @@ std::vector<Source> divided(Source source, const std::set<std::size_t>& cuts, Di
   if (parts.empty())
     throw std::invalid_argument(path_of(source) + ": " + std::to_string(all.size() - 1) +
                                 " holes in time_s or jumps of position_rad leave no part of " +
-                                std::to_string(kLeastRowsOfPart) + " rows; record again");
+                                std::to_string(kMinRowsOfPart) + " rows; record again");
   if (lost > 0)
     diagnoses.push_back({source.name, "time_s",
                          share_text(lost, time_s.size()) + " of the rows are in parts too short to use",

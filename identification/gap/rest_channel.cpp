@@ -18,19 +18,19 @@ constexpr double kWidest_Hz = 20;
 /// Relative to the model's Coulomb torque: below it rests, even if breakaway is unknown.
 constexpr double kHolds = 0.9;
 /// Minimum swing of torque, relative to the Coulomb torque.
-constexpr double kLeastSwing = 0.1;
+constexpr double kMinSwing = 0.1;
 /// Stretches below and above this share of the Coulomb torque must agree.
 constexpr double kLittleSwing = 0.5;
 /// Minimum ratio of the slopes under small torque to those under large torque.
-constexpr double kLeastAgreement = 0.3;
-constexpr double kMostAgreement = 2;
+constexpr double kMinAgreement = 0.3;
+constexpr double kMaxAgreement = 2;
 /// Coasting and filter effects: left out at both ends of a rest.
 constexpr double kSettleAtRest_s = 0.1;
-constexpr double kLeast_s = 0.25;
+constexpr double kMin_s = 0.25;
 constexpr double kRestPiece_s = 1;
-constexpr std::size_t kLeastPieces = 8;
-constexpr std::size_t kLeastRestSamples = 10;  // of a piece
-constexpr std::size_t kLeastOfLittle = 3;
+constexpr std::size_t kMinPieces = 8;
+constexpr std::size_t kMinRestSamples = 10;  // of a piece
+constexpr std::size_t kMinPiecesPerGroup = 3;
 
 struct Piece {
   double slope;       // rad/(N·m)
@@ -70,7 +70,7 @@ void add_pieces(const Signals& s, const Band& band, double coulomb_Nm, std::vect
   const std::vector<double> torque = zero_phase(s.raw_torque_Nm, s.raw_period_s, cutoff_Hz);
   const std::vector<double> velocity = derivative(position, s.raw_period_s);
   const auto samples = [&](double seconds) { return static_cast<std::size_t>(seconds / s.raw_period_s); };
-  if (samples(kLeast_s) < kLeastRestSamples) return;
+  if (samples(kMin_s) < kMinRestSamples) return;
   const auto rests = [&](std::size_t i) {
     return std::abs(velocity[i]) <= band.slowest_rad_per_s && std::abs(torque[i]) <= kHolds * coulomb_Nm;
   };
@@ -82,11 +82,11 @@ void add_pieces(const Signals& s, const Band& band, double coulomb_Nm, std::vect
       const std::size_t count = last - samples(kSettleAtRest_s) - from;
       const std::size_t parts = std::max<std::size_t>(1, count / samples(kRestPiece_s));
       const std::size_t length = count / parts;
-      for (std::size_t p = 0; p < parts && length >= samples(kLeast_s); ++p) {
+      for (std::size_t p = 0; p < parts && length >= samples(kMin_s); ++p) {
         const std::size_t begin = from + p * length;
         const Piece piece =
             piece_of(std::span(position).subspan(begin, length), std::span(torque).subspan(begin, length));
-        if (piece.swing_Nm >= kLeastSwing * coulomb_Nm) pieces.push_back(piece);
+        if (piece.swing_Nm >= kMinSwing * coulomb_Nm) pieces.push_back(piece);
       }
     }
     first = last + 1;
@@ -111,7 +111,7 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
   const double coulomb_Nm = coulomb->parameters().torque_Nm;
   std::vector<Piece> pieces;
   for (const Signals& s : signals) add_pieces(s, band, coulomb_Nm, pieces);
-  findings.rests = pieces.size() >= kLeastPieces;
+  findings.rests = pieces.size() >= kMinPieces;
   if (!findings.rests || base.find<model::effects::Presliding>() != nullptr) return findings;
 
   // Each half of the pieces is judged with the result of the other half.
@@ -137,10 +137,10 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
       slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm < kLittleSwing * coulomb_Nm; });
   const auto much =
       slopes(pieces, [&](std::size_t, const Piece& p) { return p.swing_Nm >= kLittleSwing * coulomb_Nm; });
-  const bool both = little.size() >= kLeastOfLittle && much.size() >= kLeastOfLittle;
+  const bool both = little.size() >= kMinPiecesPerGroup && much.size() >= kMinPiecesPerGroup;
   if (both) {
     const double agreement = fit::median(little) / fit::median(much);
-    if (!(agreement > kLeastAgreement && agreement < kMostAgreement)) return findings;
+    if (!(agreement > kMinAgreement && agreement < kMaxAgreement)) return findings;
   }
 
   std::vector<double> off;

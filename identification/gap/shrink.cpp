@@ -8,7 +8,7 @@ namespace identification::gap {
 namespace {
 
 constexpr std::size_t kBlocksOfRecording = 20;
-constexpr std::size_t kLeastRowsOfBlock = 5;
+constexpr std::size_t kMinRowsOfBlock = 5;
 constexpr int kResamples = 1000;
 
 struct Squares {
@@ -24,7 +24,7 @@ std::vector<std::vector<Squares>> blocks_of(const HeldOutRows& rows) {
     std::size_t to = from;
     while (to < count && rows.recording[to] == rows.recording[from]) ++to;
     const std::size_t length = to - from;
-    const std::size_t blocks = std::clamp<std::size_t>(length / kLeastRowsOfBlock, 1, kBlocksOfRecording);
+    const std::size_t blocks = std::clamp<std::size_t>(length / kMinRowsOfBlock, 1, kBlocksOfRecording);
     std::vector<Squares>& own = recordings.emplace_back(blocks);
     for (std::size_t i = from; i < to; ++i) {
       Squares& block = own[(i - from) * blocks / length];

@@ -20,7 +20,7 @@ constexpr double kWidestBand_Hz = 25;
 constexpr double kOversampling = 20;
 /// Cutoff of the signals' filter relative to the band, if the sample rate allows.
 constexpr double kFilterOverBand = 6;
-constexpr double kMostOfSampleRate = 0.25;
+constexpr double kMaxSampleRateShare = 0.25;
 /// In periods of the filter's edge: this close to a standstill the filter mixes in the torque that held the
 /// joint.
 constexpr double kFromStandstill = 0.25;
@@ -29,7 +29,7 @@ constexpr double kUsualCommands = 0.9;
 
 /// Encoder noise may reach this share of the torque if the torque sensor has less noise.
 constexpr double kAllowedNoiseShare = 0.01;
-constexpr std::size_t kLeastSamples = 100;
+constexpr std::size_t kMinSamples = 100;
 /// Times within this share of a period count as even.
 constexpr double kEven = 0.02;
 
@@ -40,9 +40,9 @@ constexpr double kEven = 0.02;
 /// Mean step of a recording.
 double period_of(const Source& source) {
   const std::span<const double> time = source.recording.column("time_s");
-  if (time.size() < kLeastSamples)
+  if (time.size() < kMinSamples)
     refuse(source, "has " + std::to_string(time.size()) + " rows, too few to tell motion from; " +
-                       std::to_string(kLeastSamples) + " are the least; record a staircase or multisine");
+                       std::to_string(kMinSamples) + " are the least; record a staircase or multisine");
   return (time.back() - time.front()) / static_cast<double>(time.size() - 1);
 }
 
@@ -289,7 +289,7 @@ Signals make_signals(const Source& source, const Band& band) {
   const bool slower = band.raw_period_s > (1 + 1e-3) * own_period_s;
   s.raw_period_s = slower ? band.raw_period_s : own_period_s;
   s.band_Hz = band.cutoff_Hz;
-  s.filter_Hz = std::min(kFilterOverBand * band.cutoff_Hz, kMostOfSampleRate / band.raw_period_s);
+  s.filter_Hz = std::min(kFilterOverBand * band.cutoff_Hz, kMaxSampleRateShare / band.raw_period_s);
   const auto step = static_cast<std::size_t>(
       std::max(1.0, std::floor(1 / (kOversampling * band.cutoff_Hz * band.raw_period_s))));
   s.period_s = s.raw_period_s * static_cast<double>(step);

@@ -16,12 +16,12 @@ namespace {
 
 constexpr double kBlock_s = 1.0;
 /// All recordings together; a delay is visible in the first of them.
-constexpr std::size_t kMostSamples = 20000;
+constexpr std::size_t kMaxSamples = 20000;
 constexpr double kLongestDelay_s = 0.4;
 /// Sampling alone makes a velocity appear up to a period late, and its differences half a period.
-constexpr double kLeastPeriods = 1.5;
+constexpr double kMinPeriods = 1.5;
 /// Minimum share of the squared misfit for an effect to be named.
-constexpr double kLeastGain = 0.1;
+constexpr double kMinGain = 0.1;
 
 /// One recording.
 struct Run {
@@ -173,8 +173,8 @@ std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
   bool changes = false;
   for (const Signals& s : signals) {
     if (!s.raw_command_Nm.empty()) return std::nullopt;
-    if (s.raw_velocity_command_rad_per_s.empty() || samples >= kMostSamples) continue;
-    const std::size_t count = std::min(s.raw_velocity_command_rad_per_s.size(), kMostSamples - samples);
+    if (s.raw_velocity_command_rad_per_s.empty() || samples >= kMaxSamples) continue;
+    const std::size_t count = std::min(s.raw_velocity_command_rad_per_s.size(), kMaxSamples - samples);
     const auto first = [&](const std::vector<double>& all) {
       return std::vector<double>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(count));
     };
@@ -206,7 +206,7 @@ std::optional<FoundEffect> speed_command_delay(std::span<const Signals> signals,
   }
   const double delay_s = late.response.delay_s;
   const double gain = 1 - late.square / prompt.square;
-  if (delay_s < kLeastPeriods * period_s || gain < kLeastGain) return std::nullopt;
+  if (delay_s < kMinPeriods * period_s || gain < kMinGain) return std::nullopt;
 
   // Blocks of a second that improve, against those that worsen.
   const Eigen::VectorXd before = misfit(runs, velocity, prompt.response);

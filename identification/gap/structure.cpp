@@ -25,8 +25,8 @@ constexpr double kBurstWindow_s = 0.3;
 /// Squared residual of a stretch relative to a usual one.
 constexpr double kBurst = 12;
 /// Minimum share of the squared residual to be listed.
-constexpr double kLeastStructure = 0.05;
-constexpr std::size_t kMostJudgingBlocks = 32;
+constexpr double kMinStructureShare = 0.05;
+constexpr std::size_t kMaxJudgingBlocks = 32;
 constexpr std::size_t kRowsToJudgeBy = 5;
 
 using Samples = std::vector<double>;
@@ -93,8 +93,8 @@ std::size_t slot_in_recording(const Rows& rows, Eigen::Index row) {
 
 /// Dominant frequency of the residual in time, over all recordings; 0 if there is none.
 double cycle_Hz(const Eigen::VectorXd& residual, const Rows& rows, const std::vector<Eigen::Index>& use) {
-  constexpr std::size_t kLeastBins = 1 << 13;
-  std::size_t bins = kLeastBins;
+  constexpr std::size_t kMinBins = 1 << 13;
+  std::size_t bins = kMinBins;
   for (const Eigen::Index row : use) bins = std::max(bins, std::bit_ceil(slot_in_recording(rows, row) + 1));
   std::vector<double> power(bins / 2, 0);
   Eigen::FFT<double> fft;
@@ -146,7 +146,7 @@ struct Part {
 
 /// Short data have fewer blocks: a block of a row or two is useless.
 Training in_blocks(const std::vector<Eigen::Index>& held_out) {
-  const std::size_t blocks = std::clamp<std::size_t>(held_out.size() / kRowsToJudgeBy, 2, kMostJudgingBlocks);
+  const std::size_t blocks = std::clamp<std::size_t>(held_out.size() / kRowsToJudgeBy, 2, kMaxJudgingBlocks);
   Training result{.rows = held_out, .block = {}};
   for (std::size_t i = 0; i < held_out.size(); ++i)
     result.block.push_back(static_cast<int>(i * blocks / held_out.size()));
@@ -244,7 +244,7 @@ std::vector<Unexplained> answered(const std::vector<Question>& questions, const 
   std::vector<Unexplained> found;
   for (const Question& question : questions) {
     const double own = question.gain(residual);
-    if (own < kLeastStructure) continue;
+    if (own < kMinStructureShare) continue;
     ChanceData chance(residual, options.seed + 1);
     bool by_chance = false;
     for (int i = 0; i < options.repetitions && !by_chance; ++i)

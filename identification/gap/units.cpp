@@ -31,7 +31,7 @@ constexpr double kUnitTolerance = 0.03;
 /// Minimum correlation of two columns that show the same motion.
 constexpr double kSameMotion = 0.9;
 /// A gear ratio, or a wrong torque constant, changes inertia and friction equally and by more than this.
-constexpr double kLeastGear = 2.5;
+constexpr double kMinGear = 2.5;
 /// An implied inertia matches a unit within this factor: a base model's own is hardly more accurate.
 constexpr double kModelTolerance = 1.25;
 /// Friction is less accurate.
@@ -158,13 +158,13 @@ void check_torque(const Source& source, const SmoothMotion& motion, const model:
       throw std::invalid_argument(implies_factors + unit.text + otherwise);
   // Through a gear ratio of n, the torque is divided by n and the motion multiplied by n: the inertia is
   // divided by n².
-  if (has_viscous && friction < 1 / kLeastGear && is_within_factor(inertia, drag, kFrictionTolerance) &&
+  if (has_viscous && friction < 1 / kMinGear && is_within_factor(inertia, drag, kFrictionTolerance) &&
       is_within_factor(inertia, friction * friction, kFrictionTolerance))
     throw std::invalid_argument(implies_factors +
                                 "torque and motion seem to be on the motor's side of a gear of about " +
                                 short_number(1 / friction) +
                                 "; multiply the torque by its ratio and divide the motion by it" + otherwise);
-  if (is_within_factor(inertia, friction, kModelTolerance) && !is_within_factor(inertia, 1, kLeastGear))
+  if (is_within_factor(inertia, friction, kModelTolerance) && !is_within_factor(inertia, 1, kMinGear))
     throw std::invalid_argument(implies + "both about " + short_number(inertia) +
                                 " times those of the model: " + torque +
                                 " seems to be on the motor's side of the gear, or its torque constant is "

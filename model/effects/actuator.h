@@ -20,7 +20,7 @@ class TorqueDeadband : public WithParameters<TorqueDeadband, TorqueDeadbandParam
   static constexpr std::string_view kShows =
       "measured torque stays at one magnitude and jumps where the command crosses zero";
   static constexpr auto kParameters = std::to_array<ParameterInfo<TorqueDeadbandParameters>>(
-      {{"threshold_Nm", member<&TorqueDeadbandParameters::threshold_Nm>, 0, kMostTorque_Nm}});
+      {{"threshold_Nm", member<&TorqueDeadbandParameters::threshold_Nm>, 0, kMaxTorque_Nm}});
   using WithParameters::WithParameters;
 
   double deliver(DelayLine& /*line*/, double torque_Nm, double /*interval_s*/) const noexcept {

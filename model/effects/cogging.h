@@ -21,7 +21,7 @@ class Cogging : public WithParameters<Cogging, CoggingParameters> {
   static constexpr std::string_view kShows =
       "torque repeats over position, a whole number of times per turn of motor or joint";
   static constexpr auto kParameters = std::to_array<ParameterInfo<CoggingParameters>>(
-      {{"amplitude_Nm", member<&CoggingParameters::amplitude_Nm>, 0, kMostTorque_Nm},
+      {{"amplitude_Nm", member<&CoggingParameters::amplitude_Nm>, 0, kMaxTorque_Nm},
        {"periods_per_rev", member<&CoggingParameters::periods_per_rev>, 0.5, 1e5},
        {"phase_rad", member<&CoggingParameters::phase_rad>, -6.2831853072, 6.2831853072}});
   static constexpr bool kOnMotor = true;

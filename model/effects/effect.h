@@ -127,7 +127,7 @@ class WithParameters {
 };
 
 // Range: from the pivot of an instrument to a crane's slew ring.
-inline constexpr double kMostTorque_Nm = 1e4;
-inline constexpr double kMostSpeed_rad_per_s = 1e4;
+inline constexpr double kMaxTorque_Nm = 1e4;
+inline constexpr double kMaxSpeed_rad_per_s = 1e4;
 
 }  // namespace model::effects

@@ -20,7 +20,7 @@ class Coulomb : public WithParameters<Coulomb, CoulombParameters> {
   static constexpr std::string_view kShows =
       "a constant torque against the motion, at every speed, that changes sign with direction";
   static constexpr auto kParameters = std::to_array<ParameterInfo<CoulombParameters>>(
-      {{"torque_Nm", member<&CoulombParameters::torque_Nm>, 0, kMostTorque_Nm}});
+      {{"torque_Nm", member<&CoulombParameters::torque_Nm>, 0, kMaxTorque_Nm}});
   static constexpr auto kAmplitudes = std::to_array<std::string_view>({"torque_Nm"});
   using WithParameters::WithParameters;
 
@@ -63,8 +63,8 @@ class Stribeck : public WithParameters<Stribeck, StribeckParameters> {
   static constexpr std::string_view kShows =
       "break-away above the sliding torque; friction falls with speed near standstill";
   static constexpr auto kParameters = std::to_array<ParameterInfo<StribeckParameters>>(
-      {{"static_torque_Nm", member<&StribeckParameters::static_torque_Nm>, 0, kMostTorque_Nm},
-       {"velocity_rad_per_s", member<&StribeckParameters::velocity_rad_per_s>, 1e-4, kMostSpeed_rad_per_s},
+      {{"static_torque_Nm", member<&StribeckParameters::static_torque_Nm>, 0, kMaxTorque_Nm},
+       {"velocity_rad_per_s", member<&StribeckParameters::velocity_rad_per_s>, 1e-4, kMaxSpeed_rad_per_s},
        {"exponent", member<&StribeckParameters::exponent>, 0.3, 4},
        {"tail", member<&StribeckParameters::tail>, 0, 1}});
   static constexpr auto kAmplitudes = std::to_array<std::string_view>({"static_torque_Nm"});
@@ -98,7 +98,7 @@ class DirectionAsymmetry : public WithParameters<DirectionAsymmetry, DirectionAs
       "more torque one way than the other; while the joint slides, its constant part is the same as a torque "
       "offset";
   static constexpr auto kParameters = std::to_array<ParameterInfo<DirectionAsymmetryParameters>>(
-      {{"coulomb_Nm", member<&DirectionAsymmetryParameters::coulomb_Nm>, -kMostTorque_Nm, kMostTorque_Nm},
+      {{"coulomb_Nm", member<&DirectionAsymmetryParameters::coulomb_Nm>, -kMaxTorque_Nm, kMaxTorque_Nm},
        {"viscous_Nm_s_per_rad", member<&DirectionAsymmetryParameters::viscous_Nm_s_per_rad>, -1e4, 1e4}});
   static constexpr auto kAmplitudes = std::to_array<std::string_view>({"coulomb_Nm", "viscous_Nm_s_per_rad"});
   using WithParameters::WithParameters;
@@ -123,9 +123,9 @@ class MidspeedDip : public WithParameters<MidspeedDip, MidspeedDipParameters> {
   static constexpr std::string_view kShows =
       "less friction than Coulomb and viscous in a band of speed, both directions, back on the line above it";
   static constexpr auto kParameters = std::to_array<ParameterInfo<MidspeedDipParameters>>(
-      {{"depth_Nm", member<&MidspeedDipParameters::depth_Nm>, 0, kMostTorque_Nm},
-       {"centre_rad_per_s", member<&MidspeedDipParameters::centre_rad_per_s>, 0, kMostSpeed_rad_per_s},
-       {"width_rad_per_s", member<&MidspeedDipParameters::width_rad_per_s>, 1e-3, kMostSpeed_rad_per_s}});
+      {{"depth_Nm", member<&MidspeedDipParameters::depth_Nm>, 0, kMaxTorque_Nm},
+       {"centre_rad_per_s", member<&MidspeedDipParameters::centre_rad_per_s>, 0, kMaxSpeed_rad_per_s},
+       {"width_rad_per_s", member<&MidspeedDipParameters::width_rad_per_s>, 1e-3, kMaxSpeed_rad_per_s}});
   using WithParameters::WithParameters;
 
   double level_Nm(const Sliding& sliding) const noexcept {
@@ -192,8 +192,8 @@ class ThermalDrift : public WithParameters<ThermalDrift, ThermalDriftParameters>
   static constexpr std::string_view kShows =
       "friction at the same speed differs between the beginning and the end of a recording";
   static constexpr auto kParameters = std::to_array<ParameterInfo<ThermalDriftParameters>>(
-      {{"coulomb_change_Nm", member<&ThermalDriftParameters::coulomb_change_Nm>, -kMostTorque_Nm,
-        kMostTorque_Nm},
+      {{"coulomb_change_Nm", member<&ThermalDriftParameters::coulomb_change_Nm>, -kMaxTorque_Nm,
+        kMaxTorque_Nm},
        {"viscous_change_Nm_s_per_rad", member<&ThermalDriftParameters::viscous_change_Nm_s_per_rad>, -1e4,
         1e4},
        {"time_constant_s", member<&ThermalDriftParameters::time_constant_s>, 1, 1e5}});

@@ -19,7 +19,7 @@ class Imbalance : public WithParameters<Imbalance, ImbalanceParameters> {
   static constexpr std::string_view kName = "imbalance";
   static constexpr std::string_view kShows = "torque repeats once per turn of the joint, whatever the speed";
   static constexpr auto kParameters = std::to_array<ParameterInfo<ImbalanceParameters>>(
-      {{"torque_Nm", member<&ImbalanceParameters::torque_Nm>, 0, kMostTorque_Nm},
+      {{"torque_Nm", member<&ImbalanceParameters::torque_Nm>, 0, kMaxTorque_Nm},
        {"rest_position_rad", member<&ImbalanceParameters::rest_position_rad>, -6.2831853072, 6.2831853072}});
   using WithParameters::WithParameters;
 

@@ -17,7 +17,7 @@ class TorqueOffset : public WithParameters<TorqueOffset, TorqueOffsetParameters>
   static constexpr std::string_view kShows =
       "more torque one way than the other by the same amount at every speed";
   static constexpr auto kParameters = std::to_array<ParameterInfo<TorqueOffsetParameters>>(
-      {{"torque_Nm", member<&TorqueOffsetParameters::torque_Nm>, -kMostTorque_Nm, kMostTorque_Nm}});
+      {{"torque_Nm", member<&TorqueOffsetParameters::torque_Nm>, -kMaxTorque_Nm, kMaxTorque_Nm}});
   static constexpr auto kAmplitudes = std::to_array<std::string_view>({"torque_Nm"});
   using WithParameters::WithParameters;
 

@@ -35,7 +35,7 @@ class Armstrong {
   };
   static constexpr auto kParameters = std::to_array<ParameterInfo<Parameters>>(
       {rows::coulomb<Parameters>(0),
-       {"static_excess_Nm", member<&Parameters::static_excess_Nm>, 0, rows::kMostTorque_Nm},
+       {"static_excess_Nm", member<&Parameters::static_excess_Nm>, 0, rows::kMaxTorque_Nm},
        rows::stribeck_velocity<Parameters>(),
        rows::viscous<Parameters>(),
        rows::stiffness<Parameters>(),

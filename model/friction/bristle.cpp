@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint64_t kModulus = 2147483647;
 constexpr std::uint64_t kFirstSeed = 20120704;
 constexpr double kReachesFollowed = 2;
-constexpr int kMostBreaks = 20;  // per step usually two or three; twenty have a probability of 1/19!
+constexpr int kMaxBreaks = 20;  // per step usually two or three; twenty have a probability of 1/19!
 
 /// Uniformly distributed in (0, 1). Park and Miller's generator with the multiplier 48271.
 double draw(double& generator) noexcept {
@@ -40,7 +40,7 @@ double Bristle::step(State& state, const Contact& contact, double dt_s) const no
       double left = way;
       double work = 0.0;  // per stiffness
       int breaks = 0;
-      for (; deflection + left >= reach && breaks < kMostBreaks; ++breaks) {
+      for (; deflection + left >= reach && breaks < kMaxBreaks; ++breaks) {
         work += 0.5 * (reach * reach - deflection * deflection);
         left -= reach - deflection;
         deflection = reach * (2 * draw(state.x[kBristles]) - 1);

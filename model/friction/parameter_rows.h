@@ -10,16 +10,16 @@
 namespace model::friction::rows {
 
 // From the pivot of an instrument to a crane's slew ring; divisors are not zero.
-inline constexpr double kLeastTorque_Nm = 1e-9;
-inline constexpr double kMostTorque_Nm = 1e4;
+inline constexpr double kMinTorque_Nm = 1e-9;
+inline constexpr double kMaxTorque_Nm = 1e4;
 
 template <class P>
-constexpr ParameterInfo<P> coulomb(double lower = kLeastTorque_Nm) {
-  return {"coulomb_Nm", member<&P::coulomb_Nm>, lower, kMostTorque_Nm};
+constexpr ParameterInfo<P> coulomb(double lower = kMinTorque_Nm) {
+  return {"coulomb_Nm", member<&P::coulomb_Nm>, lower, kMaxTorque_Nm};
 }
 template <class P>
-constexpr ParameterInfo<P> static_torque(double lower = kLeastTorque_Nm) {
-  return {"static_Nm", member<&P::static_Nm>, lower, kMostTorque_Nm};
+constexpr ParameterInfo<P> static_torque(double lower = kMinTorque_Nm) {
+  return {"static_Nm", member<&P::static_Nm>, lower, kMaxTorque_Nm};
 }
 template <class P>
 constexpr ParameterInfo<P> stribeck_velocity() {

@@ -21,7 +21,7 @@ using model::effects::ParameterDescription;
 
 constexpr std::string_view kFormat = "youbot-drive-model/1";
 /// All of them act in each cycle.
-constexpr std::size_t kMostEffects = 32;
+constexpr std::size_t kMaxEffects = 32;
 
 /// Their defaults are not zero. Those of a gap are newer than the format: files without them stay valid.
 constexpr std::array<std::string_view, 4> kWithDefault{"exponent", "friction_ratio", "impact_loss_s_per_rad",
@@ -94,7 +94,7 @@ DriveModel read_model(TomlFile file) {
   };
   optional_number("encoder_ticks_per_rev", model.encoder_ticks_per_rev, 1);
   optional_number("torque_noise_Nm", model.torque_noise_Nm, 0);
-  for (TomlTable& table : root.tables("effect", {.most = kMostEffects})) read_effect(table, model.effects);
+  for (TomlTable& table : root.tables("effect", {.most = kMaxEffects})) read_effect(table, model.effects);
   file.finish();
   return model;
 }

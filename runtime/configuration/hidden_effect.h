@@ -18,8 +18,8 @@ model::effects::DriveModel known_wheel_model();
 /// that the known model already contains, and those of the bus (transport_delay, unsigned_current).
 class HiddenEffect {
  public:
-  static constexpr int kMostSeed = 2'000'000'000;  ///< accepted by options and configurations; the minimum is
-                                                   ///< 0
+  static constexpr int kMaxSeed = 2'000'000'000;  ///< accepted by options and configurations; the minimum is
+                                                  ///< 0
 
   explicit HiddenEffect(std::uint64_t seed);
 

@@ -9,7 +9,7 @@ namespace runtime {
 namespace {
 
 /// Walls and tables: each is checked for contact in each step of the simulation.
-constexpr std::size_t kMostBodies = 64;
+constexpr std::size_t kMaxBodies = 64;
 
 sim::Surface read_surface(TomlTable& table) {
   sim::Surface surface;
@@ -30,14 +30,14 @@ sim::Block read_block(TomlTable& table) {
 }  // namespace
 
 void read_scene(TomlTable table, sim::EnvironmentParameters& scene) {
-  for (TomlTable& wall : table.tables("wall", {.most = kMostBodies})) {
+  for (TomlTable& wall : table.tables("wall", {.most = kMaxBodies})) {
     sim::Wall& read = scene.walls.emplace_back();
     wall.numbers("point_m", std::span(read.p_W_m.data(), 3), {.min = -100, .max = 100});
     wall.numbers("normal", std::span(read.normal_W.data(), 3), {.min = -1, .max = 1});
     if (read.normal_W.isZero()) wall.refuse("normal", "is zero: it points out of the wall");
     read.surface = read_surface(wall);
   }
-  for (TomlTable& block : table.tables("table", {.most = kMostBodies}))
+  for (TomlTable& block : table.tables("table", {.most = kMaxBodies}))
     scene.tables.push_back(read_block(block));
   for (TomlTable& block : table.tables("box")) {
     if (scene.box) block.refuse("mass_kg", "is of a second box: there can be one");

@@ -110,9 +110,9 @@ std::string describe(const NumberRules& rules) {
 
 /// In one dotted key. The parser nests a table for each dot and destroys them recursively, so that a million
 /// of them overflow the stack. It limits the nesting of values itself: TOML_MAX_NESTED_VALUES, 256.
-constexpr std::size_t kMostKeyDots = 64;
+constexpr std::size_t kMaxKeyDots = 64;
 /// For a file that is not TOML at all; the rest is counted.
-constexpr std::size_t kMostProblems = 100;
+constexpr std::size_t kMaxProblems = 100;
 
 /// The line of the first key with too many dots; 0 if there is none. Dots in strings count too: only the
 /// parser can distinguish strings from keys, and no string here needs that many.
@@ -122,7 +122,7 @@ std::uint32_t line_of_deep_key(std::string_view text) {
   for (const char c : text) {
     if (c == '\n') ++line;
     if (std::string_view("\n=,[]{}#").find(c) != std::string_view::npos) dots = 0;
-    if (c == '.' && ++dots > kMostKeyDots) return line;
+    if (c == '.' && ++dots > kMaxKeyDots) return line;
   }
   return 0;
 }
@@ -398,7 +398,7 @@ TomlFile TomlFile::parse(const std::filesystem::path& path, const RegularFile& f
     const std::string text = read(path, file);
     if (const std::uint32_t line = line_of_deep_key(text); line > 0)
       throw ConfigError(
-          {fmt::format("{}:{}: more than {} dots in one key or text", state->name, line, kMostKeyDots)});
+          {fmt::format("{}:{}: more than {} dots in one key or text", state->name, line, kMaxKeyDots)});
     state->root = toml::parse(text);
   } catch (const ParserLost&) {
     throw ConfigError({state->name + ": is not TOML: look for brackets or quotes that do not match"});
@@ -440,8 +440,8 @@ void TomlFile::finish() const {
   if (problems.empty()) return;
   std::vector<std::string> lines;
   for (const auto& [line, message] : problems) {
-    if (lines.size() == kMostProblems) {
-      lines.push_back(fmt::format("{}: and {} more problems", state_->name, problems.size() - kMostProblems));
+    if (lines.size() == kMaxProblems) {
+      lines.push_back(fmt::format("{}: and {} more problems", state_->name, problems.size() - kMaxProblems));
       break;
     }
     const std::string place = line > 0 ? fmt::format("{}:{}", state_->name, line) : std::string("set");

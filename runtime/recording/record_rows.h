@@ -20,23 +20,23 @@
 
 namespace runtime {
 
-inline constexpr std::size_t kMostColumns = 128;
+inline constexpr std::size_t kMaxColumns = 128;
 
-/// Setup. @throws std::length_error for more than kMostColumns.
+/// Setup. @throws std::length_error for more than kMaxColumns.
 template <typename Record>
 std::vector<RecordingFile::Column> columns_of(const Record& record) {
   std::vector<RecordingFile::Column> columns;
   visit(record, [&columns](const char* name, const char* end, double, int decimals) {
     columns.push_back({std::string(name) + end, decimals});
   });
-  if (columns.size() > kMostColumns) throw std::length_error("a record with more columns than a row has");
+  if (columns.size() > kMaxColumns) throw std::length_error("a record with more columns than a row has");
   return columns;
 }
 
 /// Appends the record to a file with columns_of() it.
 template <typename Record>
 void append_record(RecordingFile& file, const Record& record) noexcept {
-  std::array<double, kMostColumns> row;
+  std::array<double, kMaxColumns> row;
   std::size_t width = 0;
   visit(record, [&](const char*, const char*, double value, int) { row[width++] = value; });
   file.append_row(std::span(row).first(width));

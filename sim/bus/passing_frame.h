@@ -32,11 +32,11 @@ class PassingFrame {
   bool valid() const noexcept { return valid_; }
 
  private:
-  static constexpr std::size_t kMostDatagrams =
+  static constexpr std::size_t kMaxDatagrams =
       (drivers::ethercat::kMaxFrameBytes - drivers::ethercat::kFrameHeaderBytes) /
       drivers::ethercat::kDatagramOverheadBytes;
 
-  std::array<drivers::ethercat::Datagram, kMostDatagrams> datagrams_;
+  std::array<drivers::ethercat::Datagram, kMaxDatagrams> datagrams_;
   std::size_t count_ = 0;
   bool valid_ = false;
 };

@@ -30,7 +30,7 @@ std::string time_text(const Run& run) {
 
 std::string figure_of(const Run& run) {
   if (run.counters.contains(bench::kMedian_us))
-    return bench::quantiles_text(counter(run, bench::kMedian_us), counter(run, bench::kMost_us));
+    return bench::quantiles_text(counter(run, bench::kMedian_us), counter(run, bench::kP99_9_us));
   if (run.counters.contains("simulated_s_per_s"))
     return bench::number_text(counter(run, "simulated_s_per_s")) + " × real time";
   if (run.counters.contains("rows_per_s"))

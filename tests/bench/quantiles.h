@@ -10,14 +10,14 @@
 namespace bench {
 
 inline constexpr const char* kMedian_us = "median_us";
-inline constexpr const char* kMost_us = "p99_9_us";
+inline constexpr const char* kP99_9_us = "p99_9_us";
 
 inline void set_quantiles(benchmark::State& state, const drivers::LatencyHistogram& histogram) {
   const auto microseconds = [&](double fraction) {
     return std::chrono::duration<double, std::micro>(histogram.quantile(fraction)).count();
   };
   state.counters[kMedian_us] = microseconds(0.5);
-  state.counters[kMost_us] = microseconds(0.999);
+  state.counters[kP99_9_us] = microseconds(0.999);
 }
 
 }  // namespace bench

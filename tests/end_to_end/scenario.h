@@ -13,7 +13,7 @@
 
 namespace end_to_end {
 
-inline constexpr int kMostRepetitions = 8;
+inline constexpr int kMaxRepetitions = 8;
 
 /// Part of a run, in the time of its recording.
 struct Window {
@@ -78,7 +78,7 @@ class Scenario {
  private:
   /// False if the run ended before.
   bool operates() {
-    if (repetitions_ > kMostRepetitions) {
+    if (repetitions_ > kMaxRepetitions) {
       held_up_ = broken_ = true;
       return false;
     }

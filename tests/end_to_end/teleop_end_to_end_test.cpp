@@ -219,7 +219,7 @@ struct TeleopEndToEnd : testing::Test {
     operate(scenario, daemon, hand);
     if (scenario.held_up()) {
       held_up = !HasFailure();
-      FAIL() << "something came too late more than " << kMostRepetitions << " times";
+      FAIL() << "something came too late more than " << kMaxRepetitions << " times";
     }
     EXPECT_TRUE(scenario.power_cycled_in_operation);
     if (!scenario.broken()) {

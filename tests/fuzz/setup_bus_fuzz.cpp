@@ -31,11 +31,11 @@ using fuzz::require;
 namespace reg = drivers::ethercat::reg;
 
 constexpr std::size_t kSlaves = 3;
-constexpr std::size_t kMostLies = 8;
+constexpr std::size_t kMaxLies = 8;
 constexpr int kLieFrames = 3000;
 /// Every lie may hold the master up for as long as it lasts; the rest is the set-up with three tries for each
 /// frame.
-constexpr int kMostFrames = 3 * 2000 + static_cast<int>(kMostLies) * kLieFrames;
+constexpr int kMaxFrames = 3 * 2000 + static_cast<int>(kMaxLies) * kLieFrames;
 
 enum class Lie : std::uint8_t { kRegister, kByte, kCounter, kCounters, kLoss, kState, kPower, kEeprom };
 
@@ -69,7 +69,7 @@ class LyingLink final : public Link {
       : bus_(bus), link_(link), lies_(std::move(lies)) {}
 
   bool send(std::span<const std::uint8_t> frame) noexcept override {
-    require(++frames_ <= kMostFrames);
+    require(++frames_ <= kMaxFrames);
     for (const Told& lie : lies_)
       if (lie.frame == frames_) act(lie);
     return link_.send(frame);
@@ -133,7 +133,7 @@ sim::bus::SlaveDescription described(std::size_t position) {
 std::vector<Told> lies_in(fuzz::Input input) {
   std::vector<Told> lies;
   int frame = 0;
-  while (!input.empty() && lies.size() < kMostLies) {
+  while (!input.empty() && lies.size() < kMaxLies) {
     Told lie;
     lie.frame = frame += input.byte();
     lie.kind = static_cast<Lie>(input.byte() % 8);

@@ -11,7 +11,7 @@ using drivers::ethercat::SiiReader;
 using fuzz::require;
 
 /// The address space, and a last category of 0x1000 words that begins at its end.
-constexpr std::size_t kMostWords = 0x10000 + 8;
+constexpr std::size_t kMaxWords = 0x10000 + 8;
 
 }  // namespace
 
@@ -53,7 +53,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     reader.store(std::span(bytes).first(width));
     words += width / 2;
-    require(words <= kMostWords);
+    require(words <= kMaxWords);
   }
   const SiiInfo info = reader.info();
   require(info.name.size() <= 255);

@@ -22,8 +22,8 @@ using fuzz::require;
 
 constexpr double kLimit_N = 6;
 /// Of one exchange, and of set-up or end.
-constexpr long kMostCallsInACycle = 40;
-constexpr long kMostCallsOfSetup = 400;
+constexpr long kMaxCallsInACycle = 40;
+constexpr long kMaxCallsOfSetup = 400;
 
 bool finite(const std::array<double, 3>& vector) {
   return std::ranges::all_of(vector, [](double value) { return std::isfinite(value); });
@@ -50,7 +50,7 @@ void drive(const drivers::haptic::ForceDimensionLibrary& library, fuzz::VendorLi
   config.wait = [](std::chrono::nanoseconds) {};
   ForceDimension device(library, config);
   const auto& info = device.info();
-  require(told.calls < kMostCallsOfSetup && info.force_limit_N == kLimit_N);
+  require(told.calls < kMaxCallsOfSetup && info.force_limit_N == kLimit_N);
   const bool known_to_have_none =
       info.firmware && *info.firmware < drivers::haptic::kFirstFirmwareWithWatchdog;
   require(info.watchdog_ticks == (known_to_have_none ? 0 : config.watchdog_ticks()));
@@ -60,10 +60,10 @@ void drive(const drivers::haptic::ForceDimensionLibrary& library, fuzz::VendorLi
     const long before = told.calls;
     const bool enable = cycle / (100 + how) % 8 != 7;
     check(device.exchange({.enable = enable, .f_D_H_N = {9, -3, 1e3}}, now += 1ms, sample), sample, told);
-    require(told.calls - before <= kMostCallsInACycle);
+    require(told.calls - before <= kMaxCallsInACycle);
   }
   const long before = told.calls;
-  require(device.stop() != told.refuses_stop && told.calls - before < kMostCallsOfSetup);
+  require(device.stop() != told.refuses_stop && told.calls - before < kMaxCallsOfSetup);
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     drive(library, told, how);
   } catch (const drivers::SetupError& error) {
-    require(std::string(error.what()).size() > 20 && told.calls < kMostCallsOfSetup);
+    require(std::string(error.what()).size() > 20 && told.calls < kMaxCallsOfSetup);
   }
   return 0;
 }

@@ -29,10 +29,10 @@ constexpr Eigen::Index kFolds = 8;
 /// Of a column of unit rms: as much as makes near copies of one shape share their amplitude.
 constexpr double kRidge = 1e-6;
 constexpr int kHarmonics = 2;  // of a ripple
-constexpr int kMostRounds = 20;
+constexpr int kMaxRounds = 20;
 constexpr int kThresholds = 16;
-constexpr double kLeastThreshold = 0.02;  // of what the given model leaves, rms
-constexpr double kMostThreshold = 0.9;
+constexpr double kMinThreshold = 0.02;  // of what the given model leaves, rms
+constexpr double kMaxThreshold = 0.9;
 
 /// Torque columns of unit rms over the rows to learn from, and whose they are; the given model's own
 /// parameters come first and have no name.
@@ -177,7 +177,7 @@ Indices all_columns(const Problem& problem) {
 Eigen::VectorXd thresholded(const Problem& problem, const Normal& normal, double threshold_Nm) {
   Indices active = all_columns(problem);
   Eigen::VectorXd amplitudes = solved(normal, active);
-  for (int round = 0; round < kMostRounds; ++round) {
+  for (int round = 0; round < kMaxRounds; ++round) {
     const std::size_t before = active.size();
     std::erase_if(active, [&](Eigen::Index k) {
       return !problem.effect[static_cast<std::size_t>(k)].empty() && std::abs(amplitudes[k]) < threshold_Nm;
@@ -216,8 +216,8 @@ BaselineAnswer sparse(const Problem& problem, const Normal& normal) {
   double best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kThresholds; ++i) {
-    const double share = kLeastThreshold * std::pow(kMostThreshold / kLeastThreshold,
-                                                    static_cast<double>(i) / (kThresholds - 1));
+    const double share =
+        kMinThreshold * std::pow(kMaxThreshold / kMinThreshold, static_cast<double>(i) / (kThresholds - 1));
     double left = 0;
     for (const Normal& fold : folds)
       left += square_left(fold, thresholded(problem, difference(normal, fold), share * all_Nm));

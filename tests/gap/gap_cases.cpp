@@ -13,7 +13,7 @@ namespace {
 
 using model::effects::make_effect;
 
-constexpr int kMostPasses = 6;
+constexpr int kMaxPasses = 6;
 constexpr double kSizeTolerance = 0.05;
 
 bool is_hidden(const CaseSpec& spec, Hidden kind) {
@@ -210,7 +210,7 @@ std::vector<Simulated> simulate_to_size(const CaseSpec& spec, const std::vector<
                                                    ranges[i].most));
       good = good && next[i] == amounts[i];
     }
-    if (good || pass + 1 == kMostPasses) return result;
+    if (good || pass + 1 == kMaxPasses) return result;
     last_amounts = std::exchange(amounts, next);
     last_sizes = sizes;
   }

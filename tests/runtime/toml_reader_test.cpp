@@ -583,9 +583,9 @@ TEST_F(TomlReader, TheFirstHundredProblemsAreListedAndTheRestIsCounted) {
 }
 
 TEST_F(TomlReader, AFileIsUpToFourMebibytesLong) {
-  constexpr std::size_t kMost = 4 << 20;
-  EXPECT_EQ(problems(std::string(kMost, '\n')), Lines{});
-  EXPECT_EQ(problems(std::string(kMost + 1, '\n')),
+  constexpr std::size_t kMax = 4 << 20;
+  EXPECT_EQ(problems(std::string(kMax, '\n')), Lines{});
+  EXPECT_EQ(problems(std::string(kMax + 1, '\n')),
             Lines{": has more than the 4194304 bytes that are expected"});
 }
 

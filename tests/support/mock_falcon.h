@@ -73,7 +73,7 @@ class MockFalcon {
 
  private:
   static constexpr int kIn = 0x81;
-  static constexpr int kMostWaiting = 32;  // packets, every other one is empty
+  static constexpr int kMaxWaiting = 32;  // packets, every other one is empty
   static int error_of(const drivers::usb::TransferResult& result) { return result.ok() ? 0 : -EPIPE; }
 
   int pump() {
@@ -87,7 +87,7 @@ class MockFalcon {
       }
       size = result.size;
       packet.resize(size);
-      if (usb_.waiting() < kMostWaiting) usb_.send(kIn, packet);
+      if (usb_.waiting() < kMaxWaiting) usb_.send(kIn, packet);
     }
     return 0;
   }

@@ -166,9 +166,9 @@ void RobotWatch::check_limits(const DriveLimits& limits, const FollowedDrive& dr
 }
 
 void RobotWatch::violate(const std::string& what) {
-  constexpr std::size_t kMost = 20;
+  constexpr std::size_t kMax = 20;
   const auto same = [&what](const std::string& known) { return known.ends_with(": " + what); };
-  if (violations_.size() < kMost && std::ranges::none_of(violations_, same))
+  if (violations_.size() < kMax && std::ranges::none_of(violations_, same))
     violations_.push_back("at " + milliseconds_of(now_) + ": " + what);
 }
 

@@ -28,18 +28,18 @@ DistantHandLink::DistantHandLink() {
 double DistantHandLink::take(ForceDimensionScript& script) {
   if (hand_ == nullptr) return 0.0;
   // The device moves in steps of 50 us; a call is shorter.
-  constexpr double kLeast_s = 250e-6;
-  constexpr double kMost_s = 5e-3;
+  constexpr double kMin_s = 250e-6;
+  constexpr double kMax_s = 5e-3;
   const auto now = std::chrono::steady_clock::now();
   const double passed_s = std::chrono::duration<double>(now - told_).count();
-  if (passed_s < kLeast_s) return 0.0;
+  if (passed_s < kMin_s) return 0.0;
   told_ = now;
   script.hand_holds = true;
   script.hand_stiffness_N_per_m = 3000.0;
   script.hand_damping_N_s_per_m = 80.0;
   for (std::size_t i = 0; i < 3; ++i) script.hand_m[i] = hand_->p_HD_m[i].load(std::memory_order_relaxed);
   script.buttons = hand_->buttons.load(std::memory_order_relaxed);
-  return std::min(passed_s, kMost_s);
+  return std::min(passed_s, kMax_s);
 }
 
 }  // namespace sim::devices
