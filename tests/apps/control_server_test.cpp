@@ -311,7 +311,7 @@ TEST_F(ControlServerTest, ReplacesWhatADeadDaemonLeftAndNothingElse) {
     ControlServer server(path, echo);
     const Caller caller(path);
     EXPECT_TRUE(caller.connected);
-    EXPECT_THROW(ControlServer(path, echo), hal::SetupError) << "somebody serves it";
+    EXPECT_THROW(ControlServer(path, echo), hal::SetupError) << "another process serves it";
   }
   EXPECT_FALSE(std::filesystem::exists(path));
 

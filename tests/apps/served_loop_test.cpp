@@ -93,7 +93,7 @@ TEST_F(ServedLoopTest, WithoutARunItKeepsTheBusAliveWithTheDrivesOff) {
   EXPECT_EQ(robot.exchanges, 100);
   EXPECT_FALSE(robot.was_enabled);
   EXPECT_EQ(told.cycles, 100U);
-  EXPECT_EQ(told.robot.fault, hal::Fault::kFrameLost) << "who asks is told how the robot is";
+  EXPECT_EQ(told.robot.fault, hal::Fault::kFrameLost) << "a query returns the robot's state";
   EXPECT_STREQ(told.progress.phase, "off");
 }
 
@@ -138,7 +138,7 @@ TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
     loop.order({.number = number, .run = &run, .stop = number == 1, .off = number == 2});
     cycle(3);
     EXPECT_EQ(run.steps, 0);
-    EXPECT_EQ(told.ended, number) << "nobody has to wait for it";
+    EXPECT_EQ(told.ended, number) << "it ends at once";
   }
 }
 

@@ -69,7 +69,7 @@ TransparencyPlan linear_plan() {
 TransparencyResult measured(const TransparencyPlan& plan, const TransparencyCondition& condition) {
   const auto result = youbot_bench::measure_transparency(plan, condition, linear_robot);
   if (!result || !result->fault.empty())
-    throw std::runtime_error(result ? result->fault : "nobody asked it to stop");
+    throw std::runtime_error(result ? result->fault : "no stop was requested");
   return *result;
 }
 

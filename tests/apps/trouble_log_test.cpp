@@ -31,7 +31,7 @@ TEST_F(TroubleLogTest, ATroubleIsToldOnceWhenItHasLastedAndItsEndOnce) {
   EXPECT_EQ(warnings({kLost}, 1000), Lines{});
   EXPECT_EQ(log.update({}).works_again, Lines{"slave 5 (TMCM-1632)"});
   EXPECT_EQ(log.update({}).works_again, Lines{});
-  EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience), Lines{kLost}) << "and another one anew";
+  EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience), Lines{kLost}) << "and another loss is reported again";
 }
 
 TEST_F(TroubleLogTest, WhatPassesByItselfAtOnceIsNotToldNorItsEnd) {

@@ -175,7 +175,8 @@ TEST(CartesianSpring, LimitsShortenForceAndMomentEachAlongItsDirection) {
       spring.wrench({100, 10}, rest_at({0.3, 0, -0.4}, turned_by({0, 0.1, 0})), here, Wrench::Zero());
   EXPECT_TRUE(both.wrench_W.isApprox((Wrench() << 3, 0, -4, 0, 0.5, 0).finished(), 1e-12));
   EXPECT_TRUE(both.limited);
-  EXPECT_TRUE(both.spring_W_N.isApprox(Vector3d(30, 0, -40), 1e-12)) << "the spring's force is told uncut";
+  EXPECT_TRUE(both.spring_W_N.isApprox(Vector3d(30, 0, -40), 1e-12))
+      << "the spring's force is reported without the limit";
 
   const auto moment =
       spring.wrench({100, 10}, rest_at({0.03, 0, 0}, turned_by({0, 0.3, 0})), here, Wrench::Zero());

@@ -71,7 +71,7 @@ TEST(HandPresence, WithoutAForceNothingIsDecided) {
   hand.push({0.5, 0, 0});
   HandPresence presence(kConfig);
   for (int n = 0; n < 5000; ++n) ASSERT_TRUE(step(presence, hand, Vector3d::Zero())) << n;
-  EXPECT_EQ(found_after_s(0.3, 0.25), 1.0) << "nor with one that can hardly be told from none";
+  EXPECT_EQ(found_after_s(0.3, 0.25), 1.0) << "nor with one that can hardly be distinguished from none";
 }
 
 struct Holding {

@@ -387,7 +387,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesNothingBeforeItWasAtRest) {
     mapping.index(held, mapping.target());
     const TipPose there = mapping.target();
     for (int n = 0; n < 10; ++n) step(mapping, held);
-    EXPECT_EQ(mapping.target().p_WT_m, there.p_WT_m) << "each index begins anew";
+    EXPECT_EQ(mapping.target().p_WT_m, there.p_WT_m) << "each index starts from zero";
     EXPECT_EQ(mapping.target().q_WT.coeffs(), there.q_WT.coeffs());
   }
 }
@@ -413,7 +413,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsIsAtRestForAWhileInFreshSamplesBef
   EXPECT_FALSE(drives_after({{resting, false, 5000}})) << "one sample, and old";
   EXPECT_FALSE(drives_after({{resting, true, 150}, {pushed, true, 1}, {resting, true, 150}})) << "no rest";
   EXPECT_FALSE(drives_after({{resting, true, 150}, {resting, false, 1}, {resting, true, 150}}))
-      << "nobody knows what it did";
+      << "its motion is unknown";
 }
 
 TEST(HapticMapping, TheTurningTargetWaitsForATipThatIsALeashBehind) {

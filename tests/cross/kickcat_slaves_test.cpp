@@ -1,4 +1,4 @@
-// Our master against slaves that nobody here wrote: KickCAT's emulated controllers with its slave stack, and
+// Our master against third-party slaves: KickCAT's emulated controllers with its slave stack, and
 // the EEPROM images of its examples, over a veth pair. On the bus:
 //   1 simple        no mailbox, so process data on sync managers 0 and 1; changes state without a slave stack
 //   2 foot          CoE in mailboxes of 128 bytes, 2 bytes out, 28 in

@@ -1,15 +1,14 @@
-// README.md and those of the programs: their commands work as they stand there, one block after the other,
-// since later ones read what earlier ones wrote. What is not as in the document:
-// - `./dev ...` is left out: whoever runs this test comes from there; so is what installs, with sudo;
-// - /tmp is a directory of the test's own;
-// - youbotd also gets --allow-non-rt, since not every machine that tests may run in real time;
+// README.md and those of the programs: their commands work literally, one block after the other, because
+// later ones read what earlier ones wrote. Differences from the documents:
+// - `./dev ...` is left out: it started this test; so are installations with sudo;
+// - /tmp is a directory of the test;
+// - youbotd also gets --allow-non-rt, because not every test machine may run in real time;
 // - the robot's cable is between two network namespaces, with youbot-sim at its other end, and IFACE is its
-//   near end; the command that makes such a cable runs in a namespace of its own;
-// - a haptic master is not there, so commands that name one have to refuse, in words, and usb-probe may find
-//   none;
-// - a path that nobody waits for is stopped by Ctrl-C after 4 s;
-// - youbotd on the bus or in real time may stop with a fault, in words: a busy machine does not run it, or
-//   youbot-sim, for longer than a robot may be silent.
+//   near end; the command that makes such a cable runs in a separate namespace;
+// - there is no haptic device, so commands with one must fail with a message, and usb-probe may find none;
+// - a path without an end is stopped by Ctrl-C after 4 s;
+// - youbotd on the bus or in real time may stop with a fault message: a busy machine may not run it, or
+//   youbot-sim, for longer than the robot may be silent.
 #include <gtest/gtest.h>
 
 #include <filesystem>

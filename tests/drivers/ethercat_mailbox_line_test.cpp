@@ -190,7 +190,7 @@ TEST_F(Mailbox, AWriteLostBeforeTheSlaveTimesOutAndTheNextWorks) {
 
 TEST_F(Mailbox, AFullOneIsWrittenWhenThereIsRoom) {
   board().busy = true;
-  // Somebody's request fills it, and is taken later; its reply is not ours.
+  // A request of another master fills it and is taken later; its reply is not ours.
   transceiver->begin()
       .add(Command::kFpwr, transceiver->index(), address_of(0x1001, kMailboxOut), kMailboxBytes)
       .data[2] = 99;

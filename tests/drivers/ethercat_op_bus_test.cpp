@@ -363,7 +363,7 @@ TEST_F(Operation, ASlaveThatFallsToInitIsConfiguredFromScratch) {
   ASSERT_TRUE(bus->mailbox(kWheel).post(tmcl(0, 6, 1, 0, 0), 10s));
   bus->resume(kWheel);
   EXPECT_EQ(condition(kWheel), kRestarting);
-  EXPECT_EQ(bus->mailbox(kWheel).status(), MailboxLine::Status::kIdle) << "its mailbox is made anew";
+  EXPECT_EQ(bus->mailbox(kWheel).status(), MailboxLine::Status::kIdle) << "its mailbox is reset";
   ASSERT_TRUE(until(kWheel, kNeedsParameters));
   bus->resume(kWheel);
   ASSERT_TRUE(until(kWheel, kOperational));
@@ -709,7 +709,7 @@ TEST_P(EveryFault, IsSurvivedAndRecoveredFromWithin2s) {
       break;
     case FaultKind::kDuplicate:
       EXPECT_EQ(counters.duplicate, count);
-      EXPECT_FALSE(noticed) << "a duplicate disturbs nobody";
+      EXPECT_FALSE(noticed) << "a duplicate has no effect";
       break;
     case FaultKind::kTruncate:
       EXPECT_EQ(counters.malformed, count);
@@ -1083,7 +1083,7 @@ TEST_F(HiddenMaster, MayHaveWrittenAllSlavesAtOnce) {
   EXPECT_EQ(registers(kWheel, 0x0420, 2), kHundredMilliseconds);
 }
 
-// Whoever used the bus before may have left anything there.
+// The previous user of the bus may have left any value there.
 TEST_F(HiddenMaster, BeforeTheStartIsOverwritten) {
   robot.emplace(youbot());
   link.emplace(robot->connect());

@@ -147,7 +147,7 @@ TEST_F(Setup, ASlowSlavesOldErrorIsNoRefusal) {
 
 TEST_F(Setup, ARequestThatTheControllerDroppedIsMadeAgain) {
   make(drive("TMCM-1610"), {.state_change_time = 3ms});
-  // Somebody's request that the firmware has not looked at: until then AL control takes no other.
+  // A request of another master that the firmware has not read: until then AL control takes no other.
   transceiver->begin()
       .add(Command::kFpwr, transceiver->index(), address_of(slave.station, reg::kAlControl), 2)
       .data[0] = 1;

@@ -441,7 +441,7 @@ TEST_F(ForceDimensionDevice, UnpluggedDeviceIsAFaultInTheSameCycleAndItsForceIsG
   pass(kWatchdog);
   EXPECT_EQ(norm(state().motor_N), 0.0);
   EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged) << "disabling does not bring it back";
-  EXPECT_FALSE(device->stop()) << "nobody confirmed";
+  EXPECT_FALSE(device->stop()) << "the stop was not confirmed";
   EXPECT_FALSE(state().open);
 }
 
@@ -557,7 +557,7 @@ TEST_F(ForceDimensionDevice, ZeroAndStopAreTriedInEachCycleUntilTheStopIsConfirm
     EXPECT_FALSE(cycle(push(6.0)).ok());
     EXPECT_FALSE(cycle(push(6.0)).ok());
     EXPECT_EQ(state().command_N[0], 6.0) << "nothing went out";
-    EXPECT_EQ(status.f_D_H_N[0], 6.0) << "and that is told";
+    EXPECT_EQ(status.f_D_H_N[0], 6.0) << "and it is reported";
     EXPECT_FALSE(cycle(push(6.0)).ok());
     EXPECT_EQ(norm(state().command_N), 0.0);
     EXPECT_EQ(status.f_D_H_N, kZero_N);

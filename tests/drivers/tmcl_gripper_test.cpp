@@ -107,7 +107,7 @@ TEST_F(TmclGripper, MovesBothBarsAndReadsThem) {
   EXPECT_EQ(gripper.position, (std::array<std::int32_t, 2>{-40'000, -40'000}));
   EXPECT_EQ(motion.opening(0), 40'000);
   EXPECT_EQ(motion.opening(1), 40'000);
-  EXPECT_FALSE(commanded_the_joint) << "joint 5 stays with whoever commands it";
+  EXPECT_FALSE(commanded_the_joint) << "joint 5 keeps its commander";
 }
 
 TEST_F(TmclGripper, LeavesTheMailboxToOthersMostOfTheTime) {

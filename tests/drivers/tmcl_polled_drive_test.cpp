@@ -159,7 +159,7 @@ TEST_F(TmclPolledDrive, AModuleWithoutTheMarkHasRestartedAndIsMarkedAnew) {
   EXPECT_LE(found_after, 9) << "its turn comes every eight cycles";
   EXPECT_FALSE(drive.refusal());
   cycles(drive, 2);
-  EXPECT_FALSE(drive.has_restarted()) << "told once";
+  EXPECT_FALSE(drive.has_restarted()) << "reported once";
   EXPECT_EQ((module.values[{55, 2}]), PolledDrive::kMemoryMark);
   for (int i = 0; i < 20; ++i) {
     cycle(drive);

@@ -176,7 +176,7 @@ inline void expect_wall_is_felt(const Part& part, double stiffness_N_per_m, doub
 }
 
 inline void expect_gripper_closes(const Part& part) {
-  EXPECT_NEAR(part.rows["gripper_opening_m"][part.to - 10], 0.010, 1e-6) << "told";
+  EXPECT_NEAR(part.rows["gripper_opening_m"][part.to - 10], 0.010, 1e-6) << "commanded";
   EXPECT_NEAR(part.robot["gripper_opening_m"][part.robot_to], 0.010, 1e-4) << "done";
   EXPECT_NE(part.robot["gripper_opening_m"][part.robot_from], part.robot["gripper_opening_m"][part.robot_to]);
 }

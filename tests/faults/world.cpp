@@ -246,7 +246,7 @@ void World::leave(std::uint64_t connection, const std::string& request) {
 }
 
 void World::hear_what_was_left() {
-  // Whoever asks after so long may not be there any more.
+  // After so long the client may have disconnected.
   constexpr auto kStale = 1100ms;
   for (const Left& left : std::exchange(left_, {})) {
     const auto reply = ask(left.connection, left.request);

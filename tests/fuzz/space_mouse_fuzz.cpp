@@ -47,7 +47,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }
     require(reports.unknown_reports() == unknown);
     check(reports.deflection(now));
-    // Nobody holds the cap of a device that fell silent.
+    // A silent device counts as released.
     const auto later = now + SpaceMouseReports::kSilence + std::chrono::milliseconds(1);
     require(reports.deflection(later) == SpaceMouseDeflection{});
   }

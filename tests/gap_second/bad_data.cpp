@@ -178,7 +178,7 @@ void spoil(const std::string& kind, Recording& recording, std::mt19937_64& rando
     spoiling.apply(recording, random);
     return;
   }
-  throw std::invalid_argument("nobody knows how to spoil data by " + kind);
+  throw std::invalid_argument("unknown kind of bad data: " + kind);
 }
 
 }  // namespace gap_second

@@ -199,7 +199,7 @@ void apply(const std::vector<std::pair<std::string, std::function<void(Draw&)>>>
     hide(draw);
     return;
   }
-  throw std::invalid_argument("nobody knows how to hide " + name);
+  throw std::invalid_argument("unknown effect: " + name);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ Subject draw_subject(std::mt19937_64& random);
 /// Names of apps/FILE_FORMATS.md.
 const std::vector<std::string>& known_effects();
 bool belongs_to(const std::string& effect, const Subject& subject);  ///< no backlash without a gear
-bool go_together(const std::string& one, const std::string& other);  ///< and can be told apart
+bool go_together(const std::string& one, const std::string& other);  ///< and can be distinguished
 /// @throws std::invalid_argument for an unknown name.
 void hide_effect(const std::string& effect, Subject& subject, std::mt19937_64& random);
 

@@ -131,7 +131,7 @@ TEST(CanInKernel, SilenceIsAnErrorThatNamesTheModule) {
   TmclOverCan tmcl;
   try {
     tmcl.client.get(drivers::tmcl::drive_parameter("actual_speed"));
-    FAIL() << "nobody is there";
+    FAIL() << "no module answers";
   } catch (const drivers::SetupError& error) {
     EXPECT_EQ(error.report().device, "vcan0, module 1");
     EXPECT_EQ(error.report().expected, "a reply within 500 ms, 2 tries");

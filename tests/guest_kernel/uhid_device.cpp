@@ -73,7 +73,7 @@ void UhidDevice::serve(const std::stop_token& stop) {
     uhid_event answer{};
     switch (event.type) {
       case UHID_OUTPUT: on_output_({event.u.output.data, event.u.output.size}); break;
-      // Feature reports: it has none. Whoever asks would wait for seconds.
+      // It has no feature reports. Without an answer a request would wait for seconds.
       case UHID_GET_REPORT:
         answer.type = UHID_GET_REPORT_REPLY;
         answer.u.get_report_reply.id = event.u.get_report.id;

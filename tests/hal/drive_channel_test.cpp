@@ -47,7 +47,7 @@ TEST_F(Channel, WithoutNewsFromTheDriveItsPreparationStandsStill) {
     hear({});
     (void)tell();
   }
-  EXPECT_TRUE(drive.failed()) << "nobody answered its request";
+  EXPECT_TRUE(drive.failed()) << "its request was not answered";
 }
 
 TEST_F(Channel, ADriveThatLostItsMemoryIsNotJudgedByWhatItSaidBefore) {

@@ -213,7 +213,7 @@ TEST(EthercatRobot, ADriveWhoseWatchdogHoldsItIsLetGoWhenTheRobotIsDisabledAndNo
   const auto held = [&](std::size_t i) {
     return rig.emulation.board(i).input().flags.has(StatusFlag::kTimeout);
   };
-  for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(held(i)) << "nobody has looked at it yet: " << i;
+  for (std::size_t i = 0; i < 4; ++i) EXPECT_TRUE(held(i)) << "not read yet: " << i;
 
   std::array<double, 4> before_rad{};
   for (std::size_t i = 0; i < 4; ++i) before_rad[i] = rig.emulation.position_rad(i);
@@ -614,7 +614,7 @@ TEST(EthercatRobot, TooLittleProcessDataIsRefusedInsteadOfWaitedFor) {
   Rig rig(bus, {.kind = YoubotKind::kBase});
   try {
     rig.robot->activate();
-    FAIL() << "started with process data that nobody can read";
+    FAIL() << "started with unknown process data";
   } catch (const SetupError& error) {
     EXPECT_NE(std::string(error.what()).find("20 bytes of inputs and 5 of outputs, its EEPROM maps 16 and"),
               std::string::npos)

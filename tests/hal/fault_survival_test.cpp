@@ -237,10 +237,10 @@ TEST_P(FaultSurvival, IsBridgedOrStopsTheRobotUntilItIsEnabledAgain) {
   rig.spoiled = rig.spoiled && test.event.kind == FaultKind::kBoardFault;
   EXPECT_TRUE(std::ranges::any_of(test.outcomes, [&](const Outcome& outcome) { return is(outcome, first); }))
       << describe(first.fault) << " at joint " << int{first.joint} << ", detail " << first.detail;
-  EXPECT_EQ(always_enabled, first.ok()) << "a fault that is not told must not interrupt";
+  EXPECT_EQ(always_enabled, first.ok()) << "a fault that is not reported must not interrupt";
 
   if (!first.ok()) {
-    // Nobody touches the enable switch: nothing moves, and the first cause stays.
+    // Without a change of the enable switch nothing moves, and the first cause stays.
     rig.run(1s);
     EXPECT_EQ(rig.status.fault, first.fault);
     EXPECT_EQ(rig.status.joint, first.joint);
@@ -741,7 +741,7 @@ TEST(FaultsWhileEnabling, AreToldAndTheNextEnableSucceeds) {
           rig.run(10ms);
           EXPECT_TRUE(rig.status.ok()) << rig.where(2);
         } else {
-          EXPECT_TRUE(rig.sample.enabled) << "neither enabled nor told why not: " << rig.where(2);
+          EXPECT_TRUE(rig.sample.enabled) << "neither enabled nor a reason reported: " << rig.where(2);
         }
         rig.enable();
         EXPECT_TRUE(rig.run_until([&] { return rig.all_move(); }, 500ms)) << rig.where(2);

@@ -183,7 +183,7 @@ TEST(RobotWatchOfACanRig, CatchesADisableThatDoesNotReachTheModule) {
   bench.command.enable = false;
   bench.run(100ms);
   ASSERT_EQ(bench.watch.violations(), std::vector<std::string>{});
-  // Somebody else on the bus.
+  // Another program on the bus.
   (void)bench.rig.board().execute(
       {.command = drivers::tmcl::Command::kRotateRight, .type = 0, .motor = 0, .value = 100});
   bench.rig.advance(1ms);

@@ -198,7 +198,7 @@ TEST_F(ThreadedHapticDeviceTest, ALoopThatStopsGivingCommandsLosesTheForce) {
   make();
   device->activate();
   ASSERT_TRUE(pushes(3.0));
-  ASSERT_TRUE(wait_until([&] { return seen->force_N == 0.0; })) << "nobody called exchange()";
+  ASSERT_TRUE(wait_until([&] { return seen->force_N == 0.0; })) << "exchange() was not called";
   // The thread publishes the outcome of that exchange before it begins the next one.
   const int exchanges = seen->exchanges;
   ASSERT_TRUE(wait_until([&] { return seen->exchanges > exchanges + 1; }));

@@ -250,7 +250,8 @@ TEST(Teleoperation, TheClutchLetsTheHandMoveAlone) {
 TEST(Teleoperation, TheButtonClosesTheGripper) {
   Rig rig;
   ASSERT_TRUE(rig.run_until(TeleopPhase::kUnfolding));
-  EXPECT_TRUE(std::isnan(rig.last().gripper_opening_m)) << "nothing is told before the hand is let on";
+  EXPECT_TRUE(std::isnan(rig.last().gripper_opening_m))
+      << "nothing is commanded before the handle is coupled";
   ASSERT_TRUE(rig.run_until(TeleopPhase::kOperating));
   EXPECT_EQ(rig.last().gripper_opening_m, 0.020);
   rig.hand.press(1);

@@ -75,7 +75,7 @@ TEST(ServiceManager, HearsOfTheStartTheStateTheHeartbeatAndTheEnd) {
   EXPECT_EQ(manager.heard(), "WATCHDOG=1");
   service.stopping();
   EXPECT_EQ(manager.heard(), "STOPPING=1");
-  EXPECT_EQ(manager.heard(), "") << "each is told once";
+  EXPECT_EQ(manager.heard(), "") << "each is sent once";
 }
 
 TEST(ServiceManager, HearsOnAnAbstractSocketAsInAContainer) {
