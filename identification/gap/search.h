@@ -1,5 +1,5 @@
 /// @file
-/// Which effects of the library the data asks for, one by one.
+/// Searches for missing effects of the library, one by one.
 #pragma once
 #include <Eigen/Core>
 #include <functional>
@@ -13,14 +13,14 @@
 
 namespace identification::gap {
 
-/// The rows a search may look at, in blocks that are left out as wholes.
+/// The rows that a search may use, in blocks that cross-validation leaves out as a whole.
 struct Training {
   std::vector<Eigen::Index> rows;
-  std::vector<int> block;  ///< of each of these
-  double least_Nm = 0;     ///< rms that an effect has to take away to be worth a name
+  std::vector<int> block;  ///< of each row
+  double least_Nm = 0;     ///< rms that an effect must remove to be named
 };
 
-/// Another effect in place of one that was added, everything refitted.
+/// The model with another effect instead of an added one, refitted.
 struct RivalModel {
   std::string effect;
   FittedModel model{};
@@ -35,48 +35,50 @@ struct Added {
   int blocks_improved = 0;
   int blocks = 0;
   double p_value = 1;
-  std::vector<RivalModel> rivals{};  ///< each wins some draws of the noise; models by weigh_rivals()
-  int wins = 0;                      ///< its own
+  std::vector<RivalModel> rivals{};  ///< each wins some noise draws; models by weigh_rivals()
+  int wins = 0;                      ///< of the effect itself
   FittedModel without{};             ///< the delivered model, refitted without it, by deliver()
-  bool judged_by_held_out = false;   ///< by deliver(): `gain` is of held-out recordings that are sure of it
+  bool judged_by_held_out =
+      false;  ///< by deliver(): `gain` is that of held-out recordings, which are certain of it
 };
 struct SearchResult {
   FittedModel fitted;
   std::vector<Added> added;
   struct Rejected {
     std::string effect;
-    double gain;  ///< share of the squared residual that it would still take away
+    double gain;  ///< share of the squared residual that it would still remove
     std::string reason;
   };
-  std::vector<Rejected> rejected;  ///< effects that are not in it
+  std::vector<Rejected> rejected;  ///< effects that are not in the model
 };
 
-/// Begins with the given model, whose parameters are refitted with every hypothesis, and adds the effect that
-/// predicts the left-out blocks best, as long as its gain is more than chance gives the whole search: the
-/// same search on the model's own residuals, cut into stretches that are put elsewhere with a random sign,
-/// which keeps their colour and destroys what they had to do with the motion. After each addition, effects
-/// that no longer gain leave. Where nothing gains any more, each effect has to win its name once more,
-/// against all others in its place; when one loses it, the search goes on.
+/// Starts with the given model, refits its parameters with every hypothesis, and adds the effect that
+/// predicts the left-out blocks best, as long as its gain exceeds what the whole search gains by chance. The
+/// gain by chance comes from the same search on the model's own residuals, cut into stretches that are moved
+/// and given a random sign, which keeps their colour and destroys their relation to the motion. After each
+/// addition, effects without a gain are removed. When no effect gains, each added effect is compared once
+/// more with all others in its place; if one is replaced, the search continues.
 SearchResult search(const FittedModel& start, const Rows& rows, const Training& training,
                     const Options& options);
 
-/// Whether an effect lets the load move against the motor or the ground: presliding, backlash, elasticity.
+/// Whether an effect allows the load to move relative to the motor or the ground: presliding, backlash,
+/// elasticity.
 bool gives(std::string_view effect) noexcept;
 
-/// Which effect of the model the i-th addition is: of its type, those of the given model come first, then in
-/// the order in which they were added. None when another one that contains it has replaced it.
+/// Index of the i-th addition in the model's effects. Within a type, the effects of the given model come
+/// first, then the additions in order. Empty if another effect that contains it has replaced it.
 std::optional<std::size_t> place_of_added(const SearchResult& result, std::size_t i);
-/// The model without the i-th addition, refitted: all parameters, or those for which is_free() is true; none
-/// when another one has replaced that.
+/// The model without the i-th addition, refitted: all parameters, or those for which is_free() is true. Empty
+/// if another effect has replaced the addition.
 std::optional<FittedModel> without_added(const SearchResult& result, std::size_t i, const Rows& rows,
                                          const Training& training,
                                          const std::function<bool(const FreeParameter&)>& is_free = {});
 
-/// The model with one of these effects more, each in its best shape and refined; those that have none are
-/// left out.
+/// The models with one of these effects added, each in its best shape and refined; without the effects that
+/// have no shape.
 std::vector<RivalModel> with_one_of(const FittedModel& without, const std::vector<std::string>& effects,
                                     const Rows& rows, const Training& training);
-/// Squares of what a model leaves of blocks that it was not fitted to, its parameters free, by block.
+/// Squared residuals by block, each with the model's free parameters fitted to the other blocks.
 std::vector<double> left_out_squares(const FittedModel& fitted, const Rows& rows, const Training& training);
 
 }  // namespace identification::gap
