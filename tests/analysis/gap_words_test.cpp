@@ -1,4 +1,4 @@
-// What youbot-gap prints for people.
+// The terminal output of youbot-gap.
 #include <gtest/gtest.h>
 
 #include <limits>

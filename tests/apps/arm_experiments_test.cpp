@@ -1,4 +1,4 @@
-// Experiments on joints with end stops, judged by what the simulated robot knows of itself.
+// Experiments on joints with end stops, compared with the simulated robot's true state.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What `youbotd --check` finds: on machines made up of files, and on this one with rights taken away.
+// Findings of `youbotd --check`: on machines emulated by files, and on this one without rights.
 #include "apps/youbotd/check.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Two processes, two network namespaces, real raw sockets: youbot-sim on one end of a veth pair, the real
-// master on the other. Conditions are waited for, never timed.
+// master on the other. The tests wait for conditions, never for a time.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// The report of an experiment: what it takes from the recording, and that it costs nothing else when it
-// fails. What a reader sees of it is tests/browser's matter.
+// The report of an experiment: its data from the recording, and that a failure of the report has no other
+// effect. tests/browser checks what a reader sees.
 #include <gtest/gtest.h>
 #include <sys/wait.h>
 

@@ -1,6 +1,6 @@
 // Fault scripts of youbot-sim against the real master on raw sockets, from another namespace. Faults begin
-// with a frame, not at a time, the robot's time goes with the frames, and conditions are waited for, so that
-// a starved machine only takes longer.
+// with a frame, not at a time; the robot's time follows the frames, and the tests wait for conditions. A busy
+// machine therefore only takes longer.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-// Haptic masters as the programs open them, and `youbot-bench haptic-hold` as people run it.
+// Haptic devices as the programs open them, and the command `youbot-bench haptic-hold`.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// A lab's day on a drive whose truth is known: measured and identified with the commands a lab would type.
-// The drive is wheel 1 of the thesis' table 4 behind motor, current loop, encoder and noise.
+// A drive with known truth, measured and identified with the commands of a lab. The drive is wheel 1 of the
+// thesis' table 4 with motor, current loop, encoder and noise.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -1,4 +1,4 @@
-// youbot-bench identify as a user meets it: files in, table and model out, refusals in words.
+// The command youbot-bench identify: reads files, writes table and model, reports errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,5 +1,6 @@
-// The whole chain over a wire: an emulated robot hides an effect at one end, at the other it is measured,
-// named, compensated and driven. In lock-step, so that a busy machine makes it slower and nothing else.
+// The whole chain over a wire: an emulated robot with a hidden effect at one end; at the other end the effect
+// is measured, named and compensated, and the robot drives. In lock-step, so that a busy machine only makes
+// it slower.
 #include <gtest/gtest.h>
 
 #include <filesystem>

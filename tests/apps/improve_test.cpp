@@ -1,4 +1,4 @@
-// The whole chain: measured, explained, compensated, driven.
+// The whole chain: measure, explain, compensate, drive.
 #include "apps/youbot_bench/improve.h"
 
 #include <gtest/gtest.h>

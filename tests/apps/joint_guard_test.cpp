@@ -1,4 +1,4 @@
-// What stops a joint while an experiment moves it.
+// Conditions that stop a joint while an experiment moves it.
 #include "apps/youbot_bench/joint_guard.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// --json: what scan, diagnose, parameters and --check print for other programs.
+// --json: machine-readable output of scan, diagnose, parameters and --check.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

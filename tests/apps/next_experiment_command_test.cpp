@@ -1,4 +1,4 @@
-// The next experiment as youbot-gap prints it: a command that runs as it stands. And the tour of its README.
+// The next experiment as youbot-gap prints it: a complete command. And the tour of its README.
 #include <gtest/gtest.h>
 
 #include <algorithm>

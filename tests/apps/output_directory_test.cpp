@@ -1,4 +1,4 @@
-// Where results go: tried before the work, one message, one exit code, nothing replaced.
+// Output directories: checked before the work, one message, one exit code, nothing overwritten.
 #include <gtest/gtest.h>
 
 #include <filesystem>

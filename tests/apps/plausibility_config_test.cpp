@@ -1,4 +1,4 @@
-// [plausibility] off = [...]: a check that is wrong on a robot is switched off by the file, and loudly.
+// [plausibility] off = [...]: the file switches off a check that is wrong on a robot, with a warning.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// What breaks the rules in a record of youbot-sim is found, each rule by a planted row.
+// Violations of the rules in a record of youbot-sim are found: one inserted row for each rule.
 #include "tests/support/recorded_robot.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What youbotd recorded against what the simulated robot saw, with the bus between them: youbot-sim --record
-// in lock-step, so that each of the robot's rows is one frame.
+// The recording of youbotd compared with the simulated robot's, with the bus between them: youbot-sim
+// --record in lock-step, so that each row of the robot is one frame.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 

@@ -1,4 +1,4 @@
-// The cycle that follows orders, with observable runs.
+// The cycle that executes orders, with observable runs.
 #include "apps/youbotd/served_loop.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// `youbotd` with a haptic master as a user meets it: demo, arguments, exit codes, what it says.
+// The command `youbotd` with a haptic device: demo, arguments, exit codes, messages.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,5 +1,5 @@
-// The two-port of teleoperation: measured on a robot without friction against its closed form, and
-// `youbot-bench transparency` as people run it.
+// The two-port of teleoperation: measured on a robot without friction and compared with its closed form, and
+// the command `youbot-bench transparency`.
 #include "apps/youbot_bench/transparency.h"
 
 #include <gtest/gtest.h>

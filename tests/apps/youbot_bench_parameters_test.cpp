@@ -1,5 +1,5 @@
-// youbot-bench parameters --set on the emulated controllers, behind EtherCAT and behind CAN; and what scan,
-// parameters and diagnose take for --robot.
+// youbot-bench parameters --set on the emulated controllers, over EtherCAT and CAN; and the values of --robot
+// for scan, parameters and diagnose.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,5 +1,5 @@
-// youbot-gap as a user meets it: a model and recordings in, a better model, a page and numbers out, refusals
-// in words.
+// The command youbot-gap: reads a model and recordings, writes a better model, a page and numbers, reports
+// errors.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 

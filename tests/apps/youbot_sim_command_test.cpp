@@ -1,4 +1,4 @@
-// youbot-sim as a user meets it, as far as that needs no network interface.
+// The command youbot-sim, as far as it needs no network interface.
 #include <gtest/gtest.h>
 
 #include <filesystem>

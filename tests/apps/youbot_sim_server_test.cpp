@@ -1,4 +1,4 @@
-// youbot-sim's server by a clock of the test's.
+// youbot-sim's server with the test's clock.
 #include "apps/youbot_sim/server.h"
 
 #include <gtest/gtest.h>

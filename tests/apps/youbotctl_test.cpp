@@ -1,5 +1,5 @@
-// youbotd as a service and youbotctl, as two programs on a real socket. The loop is slow and patient, so that
-// a busy machine only takes longer.
+// youbotd as a service and youbotctl, as two programs on a real socket. The loop is slow and has long
+// time-outs, so that a busy machine only takes longer.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <sys/stat.h>

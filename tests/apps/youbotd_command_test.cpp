@@ -1,4 +1,4 @@
-// youbotd as a user meets it: arguments, exit codes, signals.
+// The command youbotd: arguments, exit codes, signals.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -1,5 +1,5 @@
-// Runs the benchmarks of this process and adds those to the table of figures that say in their label which
-// row they are; several of one label make one row, from the fastest to the slowest.
+// Runs the benchmarks of this process and adds those whose label names a row to the table of figures. Several
+// benchmarks of one label form one row, from the fastest to the slowest.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// bench_table FILE: the figures that the benchmarks added to FILE as one table, Markdown with its columns
-// aligned, under the machine and the commit that they belong to.
+// bench_table FILE: prints the figures that the benchmarks appended to FILE as one aligned Markdown table,
+// below the machine and the commit.
 #include <sys/utsname.h>
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-// What each part of the base's cycle costs, and how fast the simulation runs.
+// Cost of each part of the base's cycle, and the speed of the simulation.
 #include <benchmark/benchmark.h>
 
 #include <chrono>

@@ -1,5 +1,5 @@
-// What a step of each friction law costs: youBot wheel parameters, 1 ms, a velocity that goes through
-// pre-sliding, reversal and sliding up to 5 rad/s. Aim: below 100 ns with at most ten states.
+// Cost of a step of each friction law: youBot wheel parameters, 1 ms, a velocity through pre-sliding,
+// reversal and sliding up to 5 rad/s. Target: below 100 ns with at most ten states.
 #include <benchmark/benchmark.h>
 
 #include <array>

@@ -1,6 +1,6 @@
 // Wall time of the whole search for missing effects, from recordings in memory to the result: five recordings
-// at 1 kHz of so many seconds each, from a drive that lacks a Stribeck curve and a ripple. The time goes up
-// with the data no faster than linearly (BigO).
+// of a given duration at 1 kHz from a drive that lacks a Stribeck curve and a ripple. The time grows at most
+// linearly with the data (BigO).
 #include <benchmark/benchmark.h>
 
 #include <string>

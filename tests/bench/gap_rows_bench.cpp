@@ -1,6 +1,6 @@
-// gap_rows_bench: rows per second and peak memory of youbot-gap, files to result, on recordings at 1 kHz of a
-// drive that lacks a Stribeck curve and a ripple. Four fifths of the rows are searched, the rest is held out.
-// Nothing here fails because a machine is slow.
+// gap_rows_bench: rows per second and peak memory of youbot-gap, from files to result, on recordings at 1 kHz
+// of a drive that lacks a Stribeck curve and a ripple. The search uses four fifths of the rows; the rest is
+// held out. A slow machine causes no failure.
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/resource.h>

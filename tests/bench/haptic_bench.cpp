@@ -1,6 +1,6 @@
-// Exchange rate and processor time of each haptic master, flat out, against its emulation. What the emulation
-// takes is in the rate, but not in the processor time of the exchanging thread where it has a thread of its
-// own.
+// Exchange rate and processor time of each haptic device at full speed, against its emulation. The rate
+// includes the emulation's time; the processor time of the exchanging thread does not where the emulation has
+// its own thread.
 #include <sys/resource.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// What a recording costs the cycle that it is made of, and how fast it gets to the disk.
+// Cost of a recording for the recorded cycle, and the write rate to disk.
 #include <benchmark/benchmark.h>
 
 #include <chrono>

@@ -1,8 +1,7 @@
-// served_bench: whether clients of the control socket cost youbotd's loop a cycle. youbotd serves a loopback
-// robot at 1 kHz; its own recording says how late each cycle began and how long it took: with its commander
-// alone, beside as many threads that only compute, and beside hostile clients (support::HostileClients).
-// What is compared takes turns, so that the machine's noise hits all. Nothing here fails because a machine is
-// slow.
+// served_bench: whether clients of the control socket delay youbotd's loop. youbotd serves a loopback robot
+// at 1 kHz; its own recording contains how late each cycle began and how long it took: with the commander
+// only, with as many threads that only compute, and with hostile clients (support::HostileClients). The
+// compared cases alternate, so that the machine's noise affects all. A slow machine causes no failure.
 #include <array>
 #include <chrono>
 #include <cmath>

@@ -1,4 +1,4 @@
-// What a cycle of teleoperation costs, and how fast base and arm are simulated.
+// Cost of a teleoperation cycle, and the simulation speed of base and arm.
 #include <benchmark/benchmark.h>
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// Writes the page that report_test.mjs looks at: report_sample FILE
+// Writes the page that report_test.mjs checks: report_sample FILE
 #include <cmath>
 #include <cstdio>
 #include <exception>

@@ -1,5 +1,5 @@
-// Forces that push the arm back: directions by hand, and all together against the gradient of a potential
-// that is implemented independently here.
+// Forces that push the arm back: directions by hand calculation, and all together against the gradient of a
+// potential that is implemented independently here.
 #include "control/arm_protection.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The base controller's law in the open loop: signs, frames, limits. Its closed loop is tests/sim's.
+// The base controller's law in open loop: signs, frames, limits. tests/sim tests the closed loop.
 #include "control/base_controller.h"
 
 #include <gtest/gtest.h>

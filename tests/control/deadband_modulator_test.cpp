@@ -1,4 +1,4 @@
-// What becomes of torques that an actuator cannot deliver.
+// Torques that an actuator cannot deliver.
 #include "control/deadband_modulator.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What a master may give to the hand, measured at its port on devices that change their force slowly and
-// late.
+// Energy that a haptic device may return to the hand, measured at its port on devices that change their force
+// slowly and late.
 #include "control/energy_tank.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// The thesis' force on the hand (3.4.5: over k_f = 10, z turned round), and what its spring stores.
+// The thesis' force on the hand (3.4.5: divided by k_f = 10, z reversed), and the energy that its spring
+// stores.
 #include "control/force_feedback.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // From the handle to the end effector: signs, scale, index, and rate control against the thesis' own
-// bookkeeping (3.4.3).
+// equations (3.4.3).
 #include "control/haptic_mapping.h"
 #include "control/master_frame.h"
 

@@ -1,4 +1,4 @@
-// Limiting keeps directions and says that it limited.
+// Limiting keeps directions and reports that it limited.
 #include "control/limits.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,6 @@
-// The robot's dynamics against another engine, DART, on states all over the workspace. DART treats every link
-// of the description as a separate body and uses another method (recursions over bodies in their own frames).
+// The robot's dynamics compared with another engine, DART, on states all over the workspace. DART treats
+// every link of the description as a separate body and uses another method (recursions over bodies in their
+// own frames).
 #include <gtest/gtest.h>
 #include <urdf_parser/urdf_parser.h>
 

@@ -1,5 +1,5 @@
-// Kinematics and dynamics of base and arm against geometry by hand, derivatives by differences, and the laws
-// that every mechanism obeys. Agreement with another engine is in robot_model_dart_test.cpp.
+// Kinematics and dynamics of base and arm against geometry by hand, derivatives by differences, and general
+// laws of mechanics. robot_model_dart_test.cpp compares with another engine.
 #include "control/robot_model.h"
 
 #include <gtest/gtest.h>

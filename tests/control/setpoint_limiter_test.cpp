@@ -1,4 +1,4 @@
-// How fast, how hard and how suddenly a set-point may move.
+// Limits of speed, acceleration and jerk of a set-point.
 #include "control/setpoint_limiter.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The thesis' interpolation of the set-point (3.4.2), with its numbers and its laws.
+// The thesis' interpolation of the set-point (3.4.2), with its numbers and properties.
 #include "control/setpoint_smoothing.h"
 
 #include <gtest/gtest.h>

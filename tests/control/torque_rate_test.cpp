@@ -1,4 +1,4 @@
-// How fast a torque may change.
+// The rate limit of a torque.
 #include "control/torque_rate.h"
 
 #include <gtest/gtest.h>

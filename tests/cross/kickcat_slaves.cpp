@@ -1,4 +1,4 @@
-// kickcat_slaves INTERFACE EEPROM...: serves slaves of KickCAT's (emulated controller, state machine, mailbox
+// kickcat_slaves INTERFACE EEPROM...: serves KickCAT's slaves (emulated controller, state machine, mailbox
 // and CoE), one per EEPROM image, on a raw socket. Each answers its outputs: input byte 0 counts, byte i is
 // the complement of output byte (i - 1) modulo the number of outputs.
 #include <kickcat/CoE/OD.h>

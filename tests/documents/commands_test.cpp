@@ -1,4 +1,4 @@
-// What the tests of documents stand on: a document that no longer says the truth is found out.
+// The basis of the document tests: they detect a document that is no longer correct.
 #include "tests/documents/commands.h"
 
 #include <gtest/gtest.h>

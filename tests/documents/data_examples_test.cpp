@@ -1,4 +1,4 @@
-// tests/data/README.md: each of its examples prints what it says there.
+// tests/data/README.md: each of its examples prints the documented output.
 #include <gtest/gtest.h>
 
 #include <cctype>

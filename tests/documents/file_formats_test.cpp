@@ -1,4 +1,4 @@
-// apps/FILE_FORMATS.md: its examples are read by the programs, and what it lists is all there is.
+// apps/FILE_FORMATS.md: the programs read its examples, and its lists are complete.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Each link from one document to another leads somewhere.
+// Each link from one document to another has a target.
 #include <gtest/gtest.h>
 
 #include <filesystem>

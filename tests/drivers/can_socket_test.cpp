@@ -1,5 +1,5 @@
-// This machine's kernel may lack CAN: a socket pair carries the frames, and what the kernel refuses is
-// checked as a message.
+// This machine's kernel may lack CAN: a socket pair carries the frames, and errors of the kernel are checked
+// as messages.
 #include "drivers/can/socket_can.h"
 
 #include <gtest/gtest.h>

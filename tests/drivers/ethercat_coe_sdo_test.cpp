@@ -1,5 +1,5 @@
-// Mails byte by byte as ETG.1000.6, section 5.6.2, lays them out; then whole transfers against a small SDO
-// server written for this test, and over the wire with an emulated slave.
+// Mails byte by byte according to ETG.1000.6, section 5.6.2; then whole transfers against a small SDO server
+// written for this test, and over the wire with an emulated slave.
 #include <gtest/gtest.h>
 
 #include <deque>

@@ -1,4 +1,4 @@
-// Delays worked out by hand, then trees of slaves through a model of the cable, then emulated slaves.
+// Delays calculated by hand, then trees of slaves through a model of the cable, then emulated slaves.
 #include <gtest/gtest.h>
 
 #include <memory>

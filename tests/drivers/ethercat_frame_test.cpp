@@ -1,4 +1,4 @@
-// Frames against bytes worked out by hand from ETG.1000.4, section 5.
+// Frames against bytes calculated by hand from ETG.1000.4, section 5.
 #include "drivers/ethercat/frame.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,5 @@
-// Virtual time over the wire: each frame advances it, a slow simulation is waited for, a silent one is gone.
+// Virtual time over the wire: each frame advances it; the link waits for a slow simulation and fails on a
+// silent one.
 #include "drivers/ethercat/lock_step_link.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The capture as Wireshark reads it: the blocks of draft-ietf-opsawg-pcapng, parsed here byte by byte, and by
-// tshark where that is installed.
+// The capture in Wireshark's format: the blocks of draft-ietf-opsawg-pcapng, parsed here byte by byte, and by
+// tshark where it is installed.
 #include <gtest/gtest.h>
 
 #include <cstdio>

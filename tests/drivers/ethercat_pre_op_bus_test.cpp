@@ -1,4 +1,4 @@
-// Bring-up of the emulated youBot, and what it says when it fails.
+// Bring-up of the emulated youBot, and its error messages.
 #include "drivers/ethercat/pre_op_bus.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The raw socket over a veth pair. Needs root (CAP_NET_ADMIN to make the pair, CAP_NET_RAW to use it):
-// skipped visibly without.
+// The raw socket over a veth pair. Needs root (CAP_NET_ADMIN to create the pair, CAP_NET_RAW to use it);
+// otherwise skipped with a message.
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
 #include <linux/if_packet.h>

@@ -1,4 +1,4 @@
-// SII images worked out by hand from ETG.2010: word addresses of the fixed area, categories from 0x40.
+// SII images constructed by hand from ETG.2010: word addresses of the fixed area, categories from 0x40.
 #include "drivers/ethercat/sii.h"
 
 #include <gtest/gtest.h>

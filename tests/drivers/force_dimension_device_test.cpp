@@ -1,4 +1,4 @@
-// Against the stand-in for the vendor's library, in virtual time: one exchange a millisecond.
+// Against the stand-in for the vendor's library, in virtual time: one exchange per millisecond.
 #include "drivers/haptic/force_dimension.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What the driver's tests rest on and do not see themselves: the stand-in refuses what the vendor's library
-// is documented to refuse.
+// The basis of the driver's tests, which they do not test themselves: the stand-in rejects what the vendor's
+// library is documented to reject.
 #include <gtest/gtest.h>
 
 #include <chrono>

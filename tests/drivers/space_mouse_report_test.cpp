@@ -1,4 +1,4 @@
-// Reports as the devices send them, byte by byte.
+// Reports in the devices' format, byte by byte.
 #include "drivers/haptic/space_mouse_report.h"
 
 #include <gtest/gtest.h>

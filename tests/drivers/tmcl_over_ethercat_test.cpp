@@ -1,5 +1,5 @@
 // Values in TMCL replies through the whole stack: client or queue, mailbox, frames, emulated slave and board.
-// Replies have no header: a master that looks for one takes their first four value bytes for it.
+// Replies have no header: a master that expects one would misread their first four value bytes.
 #include <gtest/gtest.h>
 
 #include <array>

@@ -2,7 +2,7 @@
 // mocked kernel's USB and a robot on a network interface, with youbot-sim behind it. In real time, on a
 // machine that may be busy: a run may end because something was late, and is repeated from the same step on.
 // The robot's time advances with the frames, so its motion does not depend on the machine; a pause of the
-// daemon's loop is no pause for it, and other tests cover such pauses.
+// daemon's loop does not pause the robot, and other tests cover such pauses.
 #include <gtest/gtest.h>
 #include <sched.h>
 

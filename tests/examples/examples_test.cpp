@@ -1,4 +1,4 @@
-// Each example does what its first lines say, on simulated devices.
+// Each example works as its leading comment states, on simulated devices.
 #include <gtest/gtest.h>
 
 #include <cmath>

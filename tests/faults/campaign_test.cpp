@@ -1,4 +1,4 @@
-// The campaign itself: that it repeats, that it shrinks, and that each of its rules can fail.
+// The campaign itself: it is repeatable, it shrinks scripts, and each of its rules can fail.
 #include "tests/faults/campaign.h"
 
 #include <gtest/gtest.h>

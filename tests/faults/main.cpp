@@ -1,4 +1,4 @@
-// fault_campaign: the whole daemon under random faults in emulated time; `./dev faults` runs it.
+// fault_campaign: the whole daemon under random faults in virtual time; `./dev faults` runs it.
 #include <malloc.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>

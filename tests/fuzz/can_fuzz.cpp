@@ -1,5 +1,4 @@
-// What comes out of a CAN socket besides telegrams: error frames, and the kernel's answer about the
-// interface.
+// Input from a CAN socket besides telegrams: error frames, and the kernel's answer about the interface.
 #include <linux/can/error.h>
 #include <linux/can/netlink.h>
 #include <linux/if_link.h>

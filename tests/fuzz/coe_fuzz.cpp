@@ -1,4 +1,4 @@
-// Mails of a CoE slave. First byte: what the master is doing; then mails, each behind a byte for its length.
+// Mails of a CoE slave. First byte: the master's current operation; then mails, each after a length byte.
 #include "drivers/ethercat/coe_sdo.h"
 #include "tests/fuzz/fuzz_target.h"
 

@@ -1,5 +1,5 @@
-// youbotd's configuration and what `set` lays over it. Lines "!KEY VALUE" at the beginning are settings, the
-// rest is the file.
+// youbotd's configuration and overrides by `set`. Lines "!KEY VALUE" at the beginning are settings, the rest
+// is the file.
 #include <cmath>
 #include <map>
 #include <string>

@@ -1,5 +1,5 @@
-// Requests to a running service with a simulated base. A line is a request; a zero byte before it: from
-// another connection.
+// Requests to a running service with a simulated base. Each line is a request; after a zero byte it comes
+// from another connection.
 #include <sys/socket.h>
 #include <unistd.h>
 

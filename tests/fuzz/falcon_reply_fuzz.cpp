@@ -1,4 +1,4 @@
-// What a Falcon sends: USB packets with modem status, replies anywhere in them.
+// Data from a Falcon: USB packets with modem status, replies anywhere in them.
 #include <algorithm>
 #include <string_view>
 

@@ -1,5 +1,5 @@
-// Frames as they come off the wire: the master's reader, the transceiver that looks for its answer among
-// them, and what emulated slaves find in them.
+// Frames from the wire: the master's reader, the transceiver that searches for its answer, and emulated
+// slaves.
 #include <algorithm>
 #include <string>
 

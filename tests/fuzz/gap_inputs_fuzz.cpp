@@ -1,4 +1,4 @@
-// What youbot-gap is given: a model, a recording to fit and one held out, with a zero byte between them.
+// Input of youbot-gap: a model, a recording to fit and one held out, separated by zero bytes.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,5 +1,5 @@
-// A slave that answers a mailbox line with anything. First byte: what the line begins with; then, for each
-// frame, a byte for its fate and the data that comes back.
+// A slave with arbitrary answers to a mailbox line. First byte: the line's initial state; then, for each
+// frame, a byte for its fate and the returned data.
 #include <algorithm>
 
 #include "drivers/ethercat/mailbox_line.h"

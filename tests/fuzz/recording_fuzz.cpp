@@ -1,4 +1,4 @@
-// Recordings, as a user hands them over.
+// Recordings as user input.
 #include <cmath>
 #include <string>
 #include <string_view>

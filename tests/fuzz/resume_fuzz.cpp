@@ -1,4 +1,4 @@
-// What --resume finds of an experiment: its progress, results and rows, with a zero byte between them.
+// Files of an experiment for --resume: its progress, results and rows, separated by zero bytes.
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,6 +1,6 @@
-// A bus of slaves that lie while the master scans and starts them. Input: lies of six bytes, one after
-// another: how many frames pass before it, its kind, slave, where, what. A lie that lasts ends with its
-// kLieFrames-th frame, which is longer than any wait of the master's below.
+// A bus of slaves with wrong answers (lies) while the master scans and starts them. Input: a sequence of lies
+// of six bytes each: the number of frames before it, its kind, slave, address, value. A persistent lie ends
+// with its kLieFrames-th frame, which is longer than any wait of the master below.
 #include <algorithm>
 #include <array>
 #include <memory>

@@ -1,4 +1,4 @@
-// EEPROMs: the input is the image, behind a byte that says how wide the slave reads and whether it is
+// EEPROMs: the input is the image after a byte that selects the slave's read width and whether it is
 // repeated.
 #include "drivers/ethercat/sii.h"
 #include "sim/bus/sii_image.h"

@@ -1,5 +1,5 @@
-// HID reports of a SpaceMouse. Input: for each report how many 10 ms pass before it, its length, its bytes.
-// The same input is a report descriptor, too.
+// HID reports of a SpaceMouse. Input: for each report the time before it in units of 10 ms, its length, its
+// bytes. The same input is also a report descriptor.
 #include <algorithm>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// What a USB device says of itself: any bytes.
+// Descriptors of a USB device: any bytes.
 #include <algorithm>
 
 #include "drivers/usb/usb_descriptors.h"

@@ -1,4 +1,4 @@
-// Rows of torque command and measured torque: real delays, and those of the recording only.
+// Rows of torque command and measured torque: real delays, and delays of the recording only.
 #include "identification/gap/actuator_channel.h"
 
 #include <gtest/gtest.h>

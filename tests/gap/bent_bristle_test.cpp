@@ -1,5 +1,5 @@
-// A drive whose friction is LuGre's: its bristle bends over, where the given model's stays straight until it
-// breaks away. That is no spring behind the gear and no gap in it.
+// A drive with LuGre friction: its bristle yields gradually, while the given model's is linear up to
+// break-away. This is neither a spring behind the gear nor a gap in it.
 #include <gtest/gtest.h>
 
 #include <cmath>

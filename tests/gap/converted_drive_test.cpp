@@ -1,4 +1,4 @@
-// A published file that is damaged: no drive is made of it, and the command says so by its exit code, too.
+// A damaged published file: no drive is made from it, and the command's exit code reports it.
 #include <gtest/gtest.h>
 
 #include <filesystem>

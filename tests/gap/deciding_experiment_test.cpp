@@ -1,4 +1,4 @@
-// The experiment that is asked for is carried out on the hidden drive, and the right name wins.
+// The requested experiment is run on the hidden drive, and the right name wins.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The edit test as a judge: it passes models that are right for the right reason, and no others.
+// The edit test: it accepts models that are right for the right reason, and no others.
 #include "tests/gap/edit_test.h"
 
 #include <gtest/gtest.h>

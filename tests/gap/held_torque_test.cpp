@@ -1,5 +1,5 @@
-// What a recording of held commands looks like, from a solution in closed form: no step size, no convention
-// but that of the file format. Nothing is missing, so nothing may be named.
+// A recording of held commands from a closed-form solution: no step size, and no convention except that of
+// the file format. Nothing is missing, so no effect may be named.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-/// Memory that rows take, counted by allocations not yet released.
+/// Memory use of rows, counted by allocations that are not yet released.
 #include <gtest/gtest.h>
 #include <malloc.h>
 

@@ -1,4 +1,4 @@
-// Which experiment would distinguish two models: cases of known answer.
+// The experiment that would distinguish two models: cases with a known answer.
 #include "identification/gap/next_experiment.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// youbot-gap on published measurements: the same files and the same path as the command. What is in each
-// drive was found by others, with other methods; tests/data/*/README.md has their numbers.
+// youbot-gap on published measurements: the same files and the same path as the command. Others identified
+// the effects of each drive with other methods; tests/data/*/README.md has their numbers.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// How often each of several names wins when the noise is dealt again.
+// How often each of several names wins when the noise is redrawn.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// Recordings as laboratories make them: uneven times, several rates, coarse sensors, holes.
+// Typical laboratory recordings: uneven times, several rates, coarse sensors, gaps.
 #include "identification/gap/signals.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Drives with their own speed loop: real delays, and mere slowness.
+// Drives with their own speed loop: real delays, and slow responses without a delay.
 #include "identification/gap/speed_channel.h"
 
 #include <gtest/gtest.h>

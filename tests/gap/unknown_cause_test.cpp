@@ -1,5 +1,5 @@
-// A cause that the library does not have: a gear that rubs by a share of the torque that it transmits. An
-// inertia and something that gives are each a little useful in place of it, and are not to be named.
+// A cause that is not in the library: a gear with friction proportional to the transmitted torque. An inertia
+// and a compliance each explain a little of it, and must not be named.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The program accepts what this generator writes, and the scorer knows right from wrong.
+// The program accepts the output of this generator, and the scorer distinguishes right from wrong.
 #include <gtest/gtest.h>
 
 #include <random>

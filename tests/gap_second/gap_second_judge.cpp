@@ -1,4 +1,4 @@
-// Draws cases, has youbot-gap answer them, and prints a line for each and two tables.
+// Draws cases, runs youbot-gap on them, and prints a line for each and two tables.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>

@@ -1,5 +1,5 @@
 // TMCL over the kernel's own CAN, on a virtual interface: an emulated module at its other end answers in real
-// time. The interface is there when the guest has started.
+// time. The interface exists when the guest has started.
 #include <gtest/gtest.h>
 #include <linux/can/raw.h>
 #include <net/if.h>

@@ -1,4 +1,4 @@
-// The Falcon's driver on libusb on the kernel's USB: everything but the silicon. The emulated device stands
+// The Falcon's driver on libusb and the kernel's USB: everything except the hardware. The emulated device is
 // behind the kernel's virtual host controller.
 #include "drivers/haptic/falcon.h"
 

@@ -1,5 +1,4 @@
-// Real-time rights as a PREEMPT_RT kernel gives them to root. How quick it is then says nothing here: the
-// processor is emulated.
+// Real-time rights that a PREEMPT_RT kernel gives to root. Not its latency: the processor is emulated.
 #include "runtime/real_time.h"
 
 #include <gtest/gtest.h>

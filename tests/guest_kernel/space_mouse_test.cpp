@@ -1,4 +1,4 @@
-// A SpaceMouse as the kernel's HID layer shows it: the driver reads it through hidapi, our rules give access.
+// A SpaceMouse in the kernel's HID layer: the driver reads it through hidapi, our rules give access.
 #include "drivers/haptic/space_mouse.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Our rules, applied by udev itself to devices that the kernel found.
+// Our rules, applied by udev itself to devices of the kernel.
 #include <gtest/gtest.h>
 
 #include <ostream>

@@ -1,4 +1,4 @@
-// The whole CAN stack against the simulated bench rig, every byte of it, in virtual time.
+// The whole CAN stack, byte by byte, against the simulated bench rig in virtual time.
 #include "hal/can_robot.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
-// Captures of faults on the bus, replayed through the whole master byte by byte: what it sends has to be what
-// it sent when they were captured, and it gets the answers of then.
+// Captures of bus faults, replayed through the whole master byte by byte: the master must send what it sent
+// during the capture, and it gets the captured answers.
 //
-// tests/data/captures/start.pcapng is a base from the first frame to its motion, and each other capture goes
-// on from there. They come from the emulated bus. When the master's frames change on purpose, this makes them
-// again; otherwise it makes the same files again:
+// tests/data/captures/start.pcapng is a base from the first frame to its motion; each other capture continues
+// from there. They come from the emulated bus. After an intended change of the master's frames, this command
+// regenerates them; without a change it produces the same files:
 //     YOUBOT_RECORD_CAPTURES=1 build/tests/test_hal --gtest_filter='*CapturedFault*'
 #include <gtest/gtest.h>
 

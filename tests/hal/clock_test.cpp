@@ -1,4 +1,4 @@
-// Time as a parameter. Nothing here asserts how long anything takes.
+// Time as a parameter. No test here checks a duration.
 #include "hal/clock.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// One drive of the EtherCAT robot without its bus: what it does while nothing is heard of it.
+// One drive of the EtherCAT robot without its bus: its behaviour while no answer arrives.
 #include "hal/ethercat/drive_channel.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What an arm needs beyond wheels: end stops, a gripper, windings that get hot, parameters that are kept.
+// Functions of an arm in addition to those of wheels: end stops, a gripper, hot windings, stored parameters.
 #include <gtest/gtest.h>
 
 #include <algorithm>

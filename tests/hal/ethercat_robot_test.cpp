@@ -1,4 +1,4 @@
-// The whole real stack against emulated boards, every byte of it, in virtual time.
+// The whole real stack, byte by byte, against emulated boards in virtual time.
 #include "hal/ethercat_robot.h"
 
 #include <gtest/gtest.h>

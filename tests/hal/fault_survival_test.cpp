@@ -1,5 +1,5 @@
-// Every fault that the emulated bus knows, one at a time and many in a row, against the whole stack in
-// virtual time. What the joints really do is asked of the plant, not of the samples.
+// Every fault of the emulated bus, one at a time and many in a row, against the whole stack in virtual time.
+// The true motion of the joints comes from the plant, not from the samples.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// When a drive is asked for its Hall sensors, and what its encoder counted meanwhile.
+// When a drive's Hall sensors are read, and the encoder counts in the meantime.
 #include "hal/ethercat/hall_reader.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What a hand can do to a haptic master, and what can go wrong with it, in virtual time on each backend: the
-// force stays bounded, and where it has to end it does within one watchdog period.
+// Effects of the hand on a haptic device, and its faults, in virtual time on each backend: the force stays
+// bounded, and where it must end it does so within one watchdog period.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// What every haptic master gets around it: limits, and the reasons to let go. A scripted link, virtual time.
+// The safety layer of every haptic device: limits, and the reasons to switch the force off. A scripted link,
+// virtual time.
 #include "hal/haptic_servo.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The haptic master in software, in lock-step with a hand.
+// The simulated haptic device, in lock-step with a hand.
 #include <gtest/gtest.h>
 
 #include <chrono>

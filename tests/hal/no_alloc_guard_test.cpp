@@ -1,4 +1,4 @@
-// The guard behind every "DoesNotAllocateOrLock" test must itself see what it claims to see.
+// The guard behind every "DoesNotAllocateOrLock" test must itself detect what it claims to detect.
 #include "tests/support/no_alloc_guard.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The watch that stands behind tests with a robot: for each of its rules a robot that breaks it is caught.
+// The invariant checks of tests with a robot: each of the rules detects a robot that breaks it.
 #include "tests/support/robot_watch.h"
 
 #include <gtest/gtest-spi.h>

@@ -1,5 +1,5 @@
-// The transport thread between a loop and a device that makes one wait. Real time, so every wait here ends
-// when something happens, and only a failure takes long. Also run under the thread sanitizer.
+// The transport thread between a loop and a device that blocks. In real time: every wait ends with an event,
+// and only a failure takes long. Also run under the thread sanitizer.
 #include "hal/threaded_haptic_device.h"
 
 #include <gtest/gtest.h>

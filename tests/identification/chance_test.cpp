@@ -1,4 +1,4 @@
-// How often chance gives a search as much.
+// How often a search gains as much by chance.
 #include "identification/chance.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What an experiment says beforehand that it will ask of a joint.
+// The load on a joint that an experiment predicts.
 #include "identification/experiments/rehearsal.h"
 
 #include <gtest/gtest.h>

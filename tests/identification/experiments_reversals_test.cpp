@@ -1,4 +1,4 @@
-// Triangles of velocity that become smaller.
+// Triangular velocity profiles with decreasing amplitude.
 #include <gtest/gtest.h>
 
 #include <stdexcept>

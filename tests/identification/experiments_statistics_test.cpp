@@ -1,4 +1,5 @@
-// What a steady-state measurement claims: the velocities of the thesis, a mean, and an interval that holds.
+// Results of a steady-state measurement: the velocities of the thesis, a mean, and a valid confidence
+// interval.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Experiments that command torque: do they play what they say, and find what the simulated drive is made of?
+// Experiments that command torque: they play the documented signals and identify the simulated drive.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-/// Motor and load on the flanks of a gap, against mechanics by hand.
+/// Motor and load on the flanks of a gap, compared with mechanics calculated by hand.
 #include "identification/gap/between_flanks.h"
 
 #include <gtest/gtest.h>

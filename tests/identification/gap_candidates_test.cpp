@@ -1,4 +1,4 @@
-/// Every shape that the search tries stands for the model that it would become.
+/// Every shape that the search tries represents the model that it would become.
 #include "identification/gap/candidates.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-/// Which part of very long recordings is analysed, and that it says what all of them would.
+/// Which part of very long recordings is analysed, and that the result equals that of all data.
 #include "identification/gap/excerpts.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-/// A model driven by the torque alone, from the measured state on.
+/// A model driven by the torque only, starting at the measured state.
 #include "identification/gap/free_simulation.h"
 
 #include <gtest/gtest.h>

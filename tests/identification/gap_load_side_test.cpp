@@ -1,4 +1,4 @@
-/// A load behind a spring or a gap, driven by a motor whose motion is given.
+/// A load behind a spring or a gap, driven by a motor with a given motion.
 #include "identification/gap/load_side.h"
 
 #include <gtest/gtest.h>

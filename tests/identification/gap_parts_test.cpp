@@ -1,4 +1,4 @@
-// The parts of the search for missing effects, each against something that can be worked out by hand.
+// The parts of the search for missing effects, each compared with a hand calculation.
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>

@@ -1,4 +1,4 @@
-/// Joints at rest that give under a torque, or do not, or do so for another reason.
+/// Joints at rest that yield under a torque, do not yield, or yield for another reason.
 #include "identification/gap/rest_channel.h"
 
 #include <gtest/gtest.h>

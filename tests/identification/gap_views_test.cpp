@@ -1,4 +1,4 @@
-/// What the report shows of a residual, and what it says that the data could not have shown.
+/// The report's views of a residual, and its statements on what the data cannot show.
 #include "identification/gap/views.h"
 
 #include <gtest/gtest.h>

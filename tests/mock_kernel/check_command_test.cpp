@@ -1,4 +1,4 @@
-// `youbotd --check` with masters that are plugged in.
+// `youbotd --check` with connected haptic devices.
 #ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The Falcon as a haptic master, from the bus on: found, claimed, homed, pushed with, unplugged.
+// The Falcon as a haptic device, starting at the bus: found, claimed, homed, loaded, unplugged.
 #include "hal/haptic/falcon_link.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,4 @@
-// The Falcon's driver on the real port and the real libusb; the emulated device at the far end of a mocked
-// kernel.
+// The Falcon's driver on the real port and the real libusb, with the emulated device behind a mocked kernel.
 #include <gtest/gtest.h>
 
 #include <array>

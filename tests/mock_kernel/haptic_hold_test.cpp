@@ -1,5 +1,5 @@
-// `youbot-bench haptic-hold` as people run it, on each device of a mocked kernel. In real time, on a machine
-// that may be busy: a run may end by a sample that came too late, and says so then.
+// The command `youbot-bench haptic-hold` on each device of a mocked kernel. In real time, on a machine that
+// may be busy: a run may end with a late sample, and reports it then.
 #ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// A youbotd that serves keeps its master through being unplugged and plugged in again.
+// A serving youbotd keeps its haptic device when it is unplugged and plugged in again.
 #ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The SpaceMouse as a haptic master: real hidapi on a mocked node, with and without the transport thread.
+// The SpaceMouse as a haptic device: real hidapi on a mocked node, with and without the transport thread.
 #include "hal/haptic/space_mouse_link.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// GLib's locks are not pthread's, and its code, like umockdev's, is not instrumented: what they do among
-// themselves looks like races. What our own code does in umockdev's thread is still watched.
+// GLib's locks are not pthread's, and its code, like umockdev's, is not instrumented: their synchronization
+// looks like races. Our own code in umockdev's thread is still checked.
 extern "C" const char* __tsan_default_suppressions();  // NOLINT: the sanitizer's name
 extern "C" const char* __tsan_default_suppressions() {
   return "race:libumockdev.so\n"

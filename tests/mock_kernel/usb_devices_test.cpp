@@ -1,4 +1,4 @@
-// Discovery and hot-plug through real libusb, and the probe that is made of it.
+// Discovery and hot-plug through real libusb, and the probe based on it.
 #include <gtest/gtest.h>
 #include <spawn.h>
 #include <sys/wait.h>

@@ -1,4 +1,4 @@
-// The port on real libusb, the kernel's side mocked.
+// The port on real libusb with a mocked kernel.
 #include <gtest/gtest.h>
 
 #include <algorithm>

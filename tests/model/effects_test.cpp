@@ -1,4 +1,4 @@
-// Each effect by what it does to a drive, against its definition and closed forms.
+// Effect of each model element on a drive, compared with its definition and closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>

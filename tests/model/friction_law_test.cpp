@@ -1,4 +1,4 @@
-// What holds for every friction law: the interface, faults, numbers that stay numbers, energy, step sizes.
+// Properties of every friction law: the interface, faults, finite numbers, energy, step sizes.
 #include <gtest/gtest.h>
 
 #include <limits>

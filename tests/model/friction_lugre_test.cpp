@@ -1,6 +1,6 @@
-// The experiments of the LuGre paper (Canudas de Wit et al. 1995, Table I) against a stiff solver's answers
+// The experiments of the LuGre paper (Canudas de Wit et al. 1995, Table I) compared with a stiff solver
 // (friction.md section 1, Radau at 1e-10; N and m as in the paper), its closed forms, and its known defect
-// beside the elasto-plastic law that cures it (Dupont et al. 2002).
+// compared with the elasto-plastic law that fixes it (Dupont et al. 2002).
 #include "model/friction/lugre.h"
 
 #include <gtest/gtest.h>

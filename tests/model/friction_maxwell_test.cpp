@@ -1,4 +1,4 @@
-// GMS and Leuven by the exact properties of Maxwell-slip elements (friction.md section 2, a to e), and their
+// GMS and Leuven: exact properties of Maxwell-slip elements (friction.md section 2, a to e), and their
 // reductions.
 #include <gtest/gtest.h>
 

@@ -1,4 +1,5 @@
-// The laws without memory: their curves, what they hold at rest, and how each reduces to the simpler one.
+// The laws without memory: their curves, their holding torque at rest, and how each reduces to the simpler
+// one.
 #include <gtest/gtest.h>
 
 #include "model/friction/coulomb.h"

@@ -1,4 +1,4 @@
-// Compensation from a velocity: what it gives, and whether the compensated joint can drive itself.
+// Compensation from a velocity: its torque, and whether the compensated joint can drive itself.
 #include "model/friction/law_compensator.h"
 
 #include <gtest/gtest.h>

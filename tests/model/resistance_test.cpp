@@ -1,4 +1,4 @@
-// A drive model in the compensator: torques against the formulas of the effects, worked out by hand.
+// A drive model in the compensator: torques against hand calculations with the formulas of the effects.
 #include "model/effects/resistance.h"
 #include "model/effects/dissipation.h"
 

@@ -1,4 +1,4 @@
-// A friction law as a table: what it keeps of the law, and the three things it changes.
+// A friction law as a table: preserved properties of the law, and the three things that the table changes.
 #include "model/friction/sliding_table.h"
 
 #include <gtest/gtest.h>

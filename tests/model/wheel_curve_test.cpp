@@ -1,4 +1,5 @@
-// The published wheel curves: check values, and the whole range against a second writing of appendix A.
+// The published wheel curves: check values, and the whole range against a second implementation of appendix
+// A.
 #include "model/friction/wheel_curve.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// The n-th failure of what stands on a bus: youbotd and youbot-bench at youbot-sim, in two namespaces. The
-// simulation is in lock-step, a millisecond a frame, so that its record of the drives is exact on any
+// The n-th failure of programs on a bus: youbotd and youbot-bench with youbot-sim, in two namespaces. The
+// simulation is in lock-step, a millisecond per frame, so that its record of the drives is exact on any
 // machine.
 #include <gtest/gtest.h>
 

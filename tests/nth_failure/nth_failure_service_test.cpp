@@ -1,5 +1,5 @@
 // The n-th failure of youbotd as a service, and of youbotctl that commands it: two programs on a real socket.
-// The loop is slow and patient, so that a busy machine only takes longer.
+// The loop is slow and has long time-outs, so that a busy machine only takes longer.
 #include <gtest/gtest.h>
 
 #include <algorithm>

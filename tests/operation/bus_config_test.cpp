@@ -1,4 +1,4 @@
-// What a configuration says of a bus: [ethercat] and [can].
+// The bus configuration: [ethercat] and [can].
 #include <gtest/gtest.h>
 
 #include <filesystem>

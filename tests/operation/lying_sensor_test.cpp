@@ -1,5 +1,5 @@
-// One sensor of the simulated robot lies: the run ends, names the joint, and nothing has gone far. And true
-// sensors on floors, walls and loads of all kinds end no run. In virtual time.
+// One sensor of the simulated robot is wrong: the run ends and names the joint before anything has moved far.
+// Correct sensors on floors, walls and loads of all kinds end no run. In virtual time.
 #include <gtest/gtest.h>
 
 #include <algorithm>

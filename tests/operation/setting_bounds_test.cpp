@@ -1,4 +1,4 @@
-// What `set` may change: the table in docs/safety.md, held against what load_config() takes.
+// Settings that `set` may change: the table in docs/safety.md compared with what load_config() accepts.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// Teleoperation when something goes wrong: a master, the bus, the loop. In virtual time.
+// Faults in teleoperation: haptic device, bus, loop. In virtual time.
 #include <gtest/gtest.h>
 
 #include <algorithm>

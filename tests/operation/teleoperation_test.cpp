@@ -1,5 +1,5 @@
-// Teleoperation of the simulated robot by a simulated hand, in virtual time: each clause of the source
-// thesis' chapter 3, and each danger.
+// Teleoperation of the simulated robot by a simulated hand, in virtual time: each requirement of the source
+// thesis' chapter 3, and each hazard.
 #include <gtest/gtest.h>
 
 #include <algorithm>

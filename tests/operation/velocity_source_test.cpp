@@ -1,4 +1,4 @@
-// Set-points from a velocity.
+// Set-points generated from a velocity.
 #include "operation/velocity_source.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Where reports on faults go, and that they replace nothing.
+// Locations of fault reports, and that they overwrite nothing.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-// The log of a service whose reader hangs, and comes back.
+// The log of a service with a reader that hangs and recovers.
 #include "runtime/program/non_blocking_log.h"
 
 #include <fcntl.h>

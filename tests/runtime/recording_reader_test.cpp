@@ -1,4 +1,4 @@
-// The strict reader of recordings: whatever the file, a recording that can be used or the reason why not.
+// The strict reader of recordings: for any file, a usable recording or the reason for the rejection.
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// What a service manager hears, on a socket as it has one.
+// Notifications to a service manager, on a socket like the manager's.
 #include <gtest/gtest.h>
 #include <sys/socket.h>
 #include <sys/un.h>

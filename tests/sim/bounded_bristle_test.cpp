@@ -1,4 +1,4 @@
-// The element that sticks.
+// The bounded bristle, the element for sticking.
 #include "sim/bounded_bristle.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Addressing, working counters and registers, as ETG.1000.4 has them.
+// Addressing, working counters and registers according to ETG.1000.4.
 #include <gtest/gtest.h>
 
 #include "tests/sim/bus_hand_master.h"

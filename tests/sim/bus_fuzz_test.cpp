@@ -1,4 +1,4 @@
-// Frames that no master sends. The sanitizers are the judge; the seed is fixed.
+// Frames that no master sends. The sanitizers detect errors; the seed is fixed.
 #include <gtest/gtest.h>
 
 #include <memory>

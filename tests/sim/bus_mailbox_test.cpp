@@ -1,4 +1,4 @@
-// Sync managers: mailboxes taken in turns and repeated, process data that is always whole.
+// Sync managers: mailboxes with alternation and repetition, and consistent process data.
 #include <gtest/gtest.h>
 
 #include "tests/sim/bus_hand_master.h"

@@ -1,4 +1,4 @@
-// Frames of masters that build them in their own ways, byte by byte.
+// Frames that different masters build in different ways, byte by byte.
 #include <gtest/gtest.h>
 
 #include <algorithm>

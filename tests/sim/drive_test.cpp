@@ -1,4 +1,4 @@
-// One wheel drive: does it stick, slide, stop and take energy as the measurements and mechanics say?
+// One wheel drive: sticking, sliding, stopping and energy against measurements and mechanics.
 #include "sim/drive.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// What it sends, against recordings of real devices; and that the driver's parser gets out what the hand put
-// in.
+// Reports of the emulated device compared with recordings of real devices; and that the driver's parser
+// returns the hand's input.
 #include "sim/devices/emulated_space_mouse.h"
 
 #include <gtest/gtest.h>

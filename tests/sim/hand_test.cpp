@@ -1,4 +1,4 @@
-// The hand on the master: a mass, a spring and a damper, checked against their closed forms.
+// The hand on the haptic device: a mass, a spring and a damper, compared with closed forms.
 #include "sim/hand.h"
 
 #include <gtest/gtest.h>

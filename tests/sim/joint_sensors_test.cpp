@@ -1,4 +1,4 @@
-// What a motor controller reports: counts, differences of counts, noise.
+// Reports of a motor controller: counts, differences of counts, noise.
 #include "sim/joint_sensors.h"
 
 #include <gtest/gtest.h>

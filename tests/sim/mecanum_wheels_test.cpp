@@ -1,5 +1,5 @@
-// Four driven mecanum wheels under a body whose motion is given: what they push it with. The base on top of
-// them is in base_test.cpp.
+// Four driven mecanum wheels under a body with a given motion: their forces on the body. base_test.cpp tests
+// the base with them.
 #include "sim/mecanum_wheels.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The simulated robot as a whole: energy, momentum, weight, friction, contact, and what its joints report.
+// The simulated robot as a whole: energy, momentum, weight, friction, contact, and the reports of its joints.
 #include "sim/mobile_manipulator.h"
 
 #include <gtest/gtest.h>

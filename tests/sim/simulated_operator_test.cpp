@@ -1,4 +1,4 @@
-// The operator, on a robot reduced to what they need to see: a lag, the thesis' rate control, a wall.
+// The operator, on a robot reduced to what the operator sees: a lag, the thesis' rate control, a wall.
 #include "sim/simulated_operator.h"
 
 #include <gtest/gtest.h>

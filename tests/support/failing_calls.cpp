@@ -1,4 +1,4 @@
-// Preloaded into a program: its n-th system call of a name fails, as failing_calls.h says.
+// Preloaded into a program: its n-th system call of a given name fails; see failing_calls.h.
 #include "tests/support/failing_calls.h"
 
 #include <dlfcn.h>

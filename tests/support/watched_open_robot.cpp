@@ -1,5 +1,5 @@
-// The linker gives this runtime::open_robot() to all that calls it, also to a session or an experiment that
-// opens its robot by itself.
+// The linker substitutes this for runtime::open_robot() in all callers, also in a session or an experiment
+// that opens its own robot.
 #include "tests/support/watched_open_robot.h"
 
 #include <memory>

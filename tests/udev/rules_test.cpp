@@ -1,4 +1,4 @@
-// The rules in udev/: written as udev wants them, narrow, and for the devices that the drivers know.
+// The rules in udev/: valid for udev, narrow, and for the devices that the drivers support.
 #include <gtest/gtest.h>
 
 #include <algorithm>

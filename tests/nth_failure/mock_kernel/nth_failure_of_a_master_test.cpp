@@ -1,6 +1,6 @@
-// The n-th failure of what holds a haptic master, with the real libusb and hidapi: between them and umockdev,
-// which stands for the kernel, each call fails once and from then on. Whatever happens, the device pushes no
-// longer once the program has ended, or the program says that nothing confirmed it.
+// The n-th failure of a program with a haptic device, with the real libusb and hidapi: between them and
+// umockdev as the kernel, each call fails once and from then on. In every case the device's force ends with
+// the program, or the program reports that nothing confirmed it.
 #include <gtest/gtest.h>
 
 #include <array>
