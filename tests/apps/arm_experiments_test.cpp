@@ -90,7 +90,7 @@ struct ArmRecord {
   std::array<int, 5> overloaded_ms{};
 };
 
-/// Base in the air, arm in a pose; what it records, it records while the drives are on.
+/// Base off the ground, arm in a given pose; it records while the drives are on.
 class JudgedRobot final : public hal::Robot {
   sim::MobileManipulator manipulator_;
 
@@ -390,7 +390,7 @@ TEST_F(ArmExperiment, WhatFitsIsMeasured) {
     if (joint != 1 && joint != 5) continue;  // the others bear weight, too
     const fs::path file = map.directory / "steady-state-result" / ("arm-" + std::to_string(joint) + ".csv");
     const sim::bus::ArmJointData& data = sim::bus::kArmJointData[static_cast<std::size_t>(joint - 1)];
-    // Below 0.3 rad/s the simulated friction stays what it is there (model/friction/sliding_table.h).
+    // Below 0.3 rad/s the simulated friction is constant (model/friction/sliding_table.h).
     const double friction_Nm = data.coulomb_Nm + 0.3 * data.viscous_Nm_s_per_rad;
     const runtime::ReadRecording read = runtime::read_recording(file, runtime::NotMeasured::kTaken);
     for (std::size_t i = 0; i < read.recording.rows(); ++i) {
@@ -443,7 +443,7 @@ TEST_F(ArmExperiment, ARefusalNamesNeedAndLimitAndWhatToDo) {
       refused(steady({2.0}, 1), 2, up),
       "--joint arm-2: steady-state turns it at up to 2 rad/s, and its limit is 1.57 rad/s: choose lower "
       "speeds");
-  // 0.5 rad/s for 50 s and 31 s: what the thesis did with a wheel.
+  // 0.5 rad/s for 50 s and 31 s, as in the thesis for a wheel.
   EXPECT_EQ(
       refused(steady({0.5}, 50), 2, up),
       "--joint arm-2: steady-state may turn it by 25.5 rad, and it has 2.51 rad: choose fewer, slower or "
@@ -512,7 +512,7 @@ TEST_F(ArmExperiment, AnObstacleStopsItAndWhatWasRecordedStays) {
     EXPECT_TRUE(fault.find("is blocked") != std::string::npos ||
                 fault.find("more than the") != std::string::npos)
         << fault;
-    // The drive's own velocity loop pushes before anybody can know what it has met.
+    // The drive's own velocity loop pushes before the contact can be detected.
     result.robot->record.expect_unharmed(0, 40);
     EXPECT_GT(lines(result.directory / "reversals" / ("arm-" + std::to_string(joint) + ".csv")), 50U);
     EXPECT_TRUE(fs::exists(result.directory / "report.html"));

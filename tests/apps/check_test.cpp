@@ -208,7 +208,7 @@ TEST(CheckReport, AProblemIsFollowedByWhatToDo) {
   EXPECT_FALSE(passed({{Mark::kFail, "core: 7", "lscpu"}}));
 }
 
-// The program as people run it.
+// The complete program.
 
 const std::string kCheck =
     support::program("youbotd") + " --check --config " + support::source_dir() + "/apps/youbotd/demo.toml ";

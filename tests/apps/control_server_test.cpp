@@ -52,7 +52,7 @@ struct Caller {
   bool say(const std::string& text) const {
     return send(socket, text.data(), text.size(), MSG_NOSIGNAL) == static_cast<ssize_t>(text.size());
   }
-  /// What has been answered; empty when nothing has, or the other end is gone.
+  /// The answers so far; empty without an answer, or after a disconnect.
   std::string hear() const {
     std::array<char, 256> text{};
     const ssize_t size = recv(socket, text.data(), text.size(), MSG_DONTWAIT);

@@ -96,7 +96,7 @@ struct Operator {
 void survive(Operator& person, hal::Fault expected, int joint) {
   person.robot->activate();
   ASSERT_TRUE(person.enable_and_turn(0.3)) << describe(person.status.fault);
-  // One frame a cycle, beside those of the start-up and of what a starved machine has to repair.
+  // One frame per cycle, in addition to frames of the start-up and of repairs on a busy machine.
   ASSERT_TRUE(person.cycle_until([&] { return person.cycles > kFaultFrame - 1500; }));
   const auto told = [&] {
     return person.status.fault == expected && (joint < 0 || person.status.joint == joint);
@@ -204,7 +204,7 @@ class Capture {
 /// One line for each frame that `filter` lets through.
 std::vector<std::string> frames_of(const fs::path& file, const std::string& filter,
                                    const std::string& fields) {
-  // TMCL in the mailbox has no header, which that dissector would take it for.
+  // TMCL in the mailbox has no header; that dissector would read one.
   const std::string command = "tshark -r " + file.string() + " --disable-protocol ecat_mailbox -Y '" +
                               filter + "' -T fields " + fields + " 2>/dev/null";
   const support::CommandResult result = support::run_command(command);

@@ -42,7 +42,7 @@ type = "presliding"
 stiffness_Nm_per_rad = 250.0
 damping_Nm_s_per_rad = 0.335
 )";
-/// What the thesis met at its motors (2.5.2).
+/// Effects that the thesis found at its motors (2.5.2).
 constexpr const char* kMotorOffset = R"(
 [[effect]]
 type = "torque_deadband"

@@ -54,7 +54,7 @@ class IdentifyCommand : public testing::Test {
     return text.str();
   }
   std::string model() const { return text_of(directory_ / "out" / "model.toml"); }
-  /// The model file, which loads wherever one is asked for and makes sense.
+  /// The model file: it loads in every place for a model, and its values are plausible.
   model::effects::DriveModel drive_model() const {
     model::effects::DriveModel model = runtime::read_drive_model(directory_ / "out" / "model.toml");
     const auto* const coulomb = model.find<model::effects::Coulomb>();

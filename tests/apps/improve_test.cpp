@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 class Improve : public testing::Test {
  protected:
-  /// One wheel stands for all: a search takes seconds.
+  /// One wheel represents all: a search takes seconds.
   Improvement chain(std::uint64_t seed) const {
     return run_chain({.hidden_effect = seed, .out = directory_, .wheel = 1, .quiet = true});
   }
@@ -43,7 +43,7 @@ void expect_better(const Improvement& improvement, std::string_view effect) {
   ASSERT_FALSE(result.effects.empty());
   EXPECT_EQ(model::effects::name_of(result.effects.front().effect), effect);
   EXPECT_LT(result.gap_after_Nm, 0.2 * result.gap_before_Nm);
-  // Closer to the path, and most of what the effect did to the drive is gone.
+  // Closer to the path, and most of the effect on the drive is compensated.
   EXPECT_TRUE(less(path_error_m(improvement.improved), path_error_m(improvement.base)))
       << improvement_text(improvement);
   ASSERT_TRUE(improvement.nothing_hidden);

@@ -51,7 +51,7 @@ TEST(NextExperimentCommand, RunsAsItIsPrintedOnTheLoopbackRobot) {
                                           "steady-state", "stick-slip", "torque-ramp"}));
 }
 
-// What is planned is what youbot-bench does not stop.
+// youbot-bench does not stop a planned experiment.
 TEST(NextExperimentCommand, ThePlanKnowsWhereTheBenchStops) {
   const std::vector<youbot_bench::ExperimentRequest> requests = youbot_bench::experiment_requests();
   for (const double speed_rad_per_s : {8.0, 15.9, 40.0}) {

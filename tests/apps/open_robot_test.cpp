@@ -108,7 +108,7 @@ TEST(OpenRobot, ABaseWithAnArmStandsInTheSceneAlsoBehindTheEmulatedBus) {
   }
 }
 
-/// What the watch of the robots that are opened meanwhile reports.
+/// Violations that the checks of the robots opened in the meantime report.
 template <typename Function>
 std::string failures_of(Function&& run) {
   testing::TestPartResultArray failures;

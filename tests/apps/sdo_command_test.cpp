@@ -21,7 +21,7 @@ using ethercat::test::Bytes;
 using ethercat::test::contains;
 using support::CommandResult;
 
-/// What it throws, in words.
+/// The message of its exception.
 template <typename Error, typename Action>
 std::string refusal(Action&& action) {
   try {
@@ -102,7 +102,7 @@ struct SdoOnABus : testing::Test {
     board.server.objects[{0x1018, 1}] = {2, 0, 0, 0};
     board.server.objects[{0x1008, 0}] = {'E', 'L', '7', '2', '1', '1'};
   }
-  /// What it prints.
+  /// Its output.
   std::string run(const SdoOptions& options) {
     testing::internal::CaptureStdout();
     sdo(link, options);

@@ -345,7 +345,7 @@ TEST_F(BenchExperiment, ASetUpThatFailsLeavesNothingBehind) {
   options.directory = directory / "some/where";
   EXPECT_THROW((void)run_unchecked(map_at({1.0})), std::exception);
   EXPECT_FALSE(fs::exists(directory / "some"));
-  // A directory that was there stays, with what it holds.
+  // An existing directory stays with its contents.
   fs::create_directories(options.directory / "steady-state");
   directory.write("some/where/notes.txt", "mine");
   EXPECT_THROW((void)run_unchecked(map_at({1.0})), std::exception);
@@ -708,7 +708,7 @@ TEST_F(BenchCommand, OneFileServesTheDaemonAndTheBench) {
         "\n[plausibility]\noff = [\"velocity_step\"]\n", "\nname = \"motor_acceleration\"\nvalue = 2000\n"})
     EXPECT_NE(effective.find(line), std::string::npos) << line << "\nin\n" << effective;
 
-  // What it leaves makes it again, and holds nothing that resuming would not read.
+  // The written configuration reproduces the experiment and contains nothing that resuming does not read.
   const CommandResult again =
       bench("staircase --quiet --config " + (directory / "a/staircase/experiment.toml").string() + out("b"));
   EXPECT_EQ(again.exit_code, 0) << again.output;

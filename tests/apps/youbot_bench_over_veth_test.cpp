@@ -122,7 +122,7 @@ class Listener {
     (void)stop();
     close(socket_);
   }
-  /// Everything sent until now has been heard when this returns.
+  /// Returns when everything that was sent has been received.
   Listener& stop() {
     stop_ = true;
     if (thread_.joinable()) thread_.join();

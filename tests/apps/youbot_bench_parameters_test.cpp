@@ -41,7 +41,7 @@ using tmcl::Command;
 constexpr std::uint8_t kAcceleration = 11;  // motor_acceleration; the emulated boards' is 2000
 const std::vector<NewParameter> kSlower{{.name = "motor_acceleration", .value = 1500}};
 
-/// What it throws, in words.
+/// The message of its exception.
 template <typename Error, typename Action>
 std::string refusal(Action&& action) {
   try {
@@ -57,7 +57,7 @@ bool contains(const std::string& text, const std::string& part) {
 }
 
 struct ParametersOfABase : testing::Test {
-  /// As one run of the program: what it printed.
+  /// The output of one run of the program.
   std::string write(bool store, const std::vector<NewParameter>& settings = kSlower) {
     ethercat::PreOpBus setup(link, nullptr, {});
     std::vector<Controller> controllers = controllers_of(setup, link.name());
@@ -177,7 +177,7 @@ TEST_F(ParametersOfABase, ASettingGoesWithThePowerAndAStoredOneStays) {
   for (std::size_t wheel = 0; wheel < 4; ++wheel) EXPECT_EQ(acceleration(wheel), 1500);
 }
 
-// Position mode stands for current and PWM mode.
+// Position mode represents current and PWM mode, too.
 TEST_F(ParametersOfABase, NothingIsWrittenWhileOneOfThemIsDriven) {
   command(2, Command::kMoveToPosition, 0, 4000);
   robot.advance(10ms);
@@ -191,7 +191,7 @@ TEST_F(ParametersOfABase, NothingIsWrittenWhileAMotorTurnsAndAllIsWhenItStands) 
   robot.set_on_ground(false);                     // else it takes the others with it
   command(1, Command::kSetAxisParameter, 15, 1);  // finds its commutation
   robot.advance(1s);
-  // What a drive calls halted is slower than its parameter 9, and a blocked wheel.
+  // A drive reports halted when it is slower than its parameter 9, also for a blocked wheel.
   for (const auto& [rpm, why] :
        {std::pair{500, "its motor turns"}, std::pair{3, "it is commanded to turn at 3 rpm"}}) {
     command(1, Command::kRotateRight, 0, rpm);

@@ -379,7 +379,7 @@ TEST_F(Youbotctl, DisableSwitchesOffAtOnce) {
 }
 
 TEST_F(Youbotctl, AFaultEndsTheRunAndNotTheService) {
-  // Pushed as if it had four times its mass, and nothing that holds it back.
+  // The mass feedforward is four times too large, and nothing holds the base back.
   config = folder.write(
       "fast.toml",
       "[loop]\nperiod_s = 0.01\ncommand_timeout_s = 2.0\ncommander_timeout_s = 2.0\n[compensation]\n"
@@ -464,7 +464,7 @@ TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
 TEST_F(Youbotctl, NoSettingGoesAboveAnyLimitOfTheFile) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
-  // What the fixture's file has, and the default of what it leaves out.
+  // The values of the fixture's file, and the defaults of missing keys.
   const auto limits =
       std::to_array<std::array<const char*, 3>>({{"path.speed_m_per_s", "0.21", "0.19"},
                                                  {"limits.force_N", "199", "1"},

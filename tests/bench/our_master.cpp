@@ -35,7 +35,7 @@ class OurMaster final : public Master {
   bool exchange() override {
     if (load_ == MailboxLoad::kAll) keep_mailboxes_busy();
     const ethercat::CycleResult result = bus_->exchange(ethercat::monotonic_now());
-    // What a starved simulator dropped out of OP is taken back, as an operator would.
+    // Brings slaves back that a starved simulator dropped out of OP, as an operator would.
     for (std::size_t i = 0; !result.all_operational && i < bus_->size(); ++i) bus_->resume(i);
     return result.answered && result.working_counter == result.expected_working_counter;
   }

@@ -46,7 +46,7 @@ struct Row {
   std::uint64_t connections = 0;
 };
 
-/// Threads that want the processor and nothing else.
+/// Threads that only compute.
 class BusyThreads {
  public:
   explicit BusyThreads(std::size_t count) {

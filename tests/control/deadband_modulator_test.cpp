@@ -31,7 +31,7 @@ TEST(DeadbandModulator, PulsesHaveTheMeanThatWasWanted) {
       EXPECT_TRUE(given_Nm == 0 || std::abs(given_Nm) == kMin_Nm) << given_Nm;
       sum_Nm += given_Nm;
     }
-    // What is owed never exceeds half a pulse.
+    // The undelivered remainder never exceeds half a pulse.
     EXPECT_NEAR(sum_Nm / kSteps, wanted_Nm, 0.5 * kMin_Nm / kSteps + 1e-12) << wanted_Nm;
   }
 }

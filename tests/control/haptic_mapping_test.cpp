@@ -54,7 +54,7 @@ Quaterniond about(const Vector3d& axis, double angle_rad) {
 }
 const TipPose kStart{.p_WT_m = {0.35, 0, 0.35}, .q_WT = about({0, 1, 0}, 2.1)};
 
-/// As if the end effector were always at its set-point.
+/// With the end effector always at its set-point.
 const TipPose& step(HapticMapping& mapping, const Grip& grip) { return mapping.step(grip, mapping.target()); }
 
 /// A little longer than a master of speeds has to be before it drives.

@@ -424,7 +424,7 @@ TEST(WheelAgreement, AWheelThatBeginsToSlipIsNoLie) {
             std::nullopt);
 }
 
-/// On ice a wheel turns as its own friction lets it: at half of what rolling asks for, but from later on.
+/// On ice a wheel turns as its own friction allows: at half of the rolling speed, and it starts later.
 TEST(WheelAgreement, AWheelThatBreaksAwayLaterAndSlowerIsNoLie) {
   const control::WheelVector direction = control::LinkMap::with_geometry({}).wheel_velocity({0.3, 0.0, 0.0});
   for (const double late_s : {0.03, 0.06, 0.1})

@@ -395,7 +395,7 @@ TEST(RobotModel, APayloadHangsAtTheTip) {
   EXPECT_NEAR(more_Nm[kBaseAxes + 1], -0.5 * 0.5075 * kGravity_m_per_s2, 1e-12);
   EXPECT_NEAR(more_Nm[kBaseAxes + 2], -0.5 * 0.3525 * kGravity_m_per_s2, 1e-12);
   EXPECT_NEAR(more_Nm[kBaseAxes + 3], -0.5 * 0.2175 * kGravity_m_per_s2, 1e-12);
-  // A point adds J' m J and nothing else.
+  // A point mass adds exactly J' m J.
   const auto J = model.J_WT().topRows<3>();
   EXPECT_LT((loaded.mass() - model.mass() - 0.5 * J.transpose() * J).norm(), 1e-12);
 }

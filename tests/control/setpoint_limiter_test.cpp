@@ -22,7 +22,7 @@ using Eigen::Vector2d;
 
 constexpr double kPeriod_s = 1e-3;
 
-/// What a set-point did, by its differences.
+/// Motion of a set-point, from its differences.
 struct Motion {
   double speed = 0, acceleration = 0, jerk = 0;  ///< largest
   double behind = 0;                             ///< furthest from its target

@@ -77,7 +77,7 @@ struct Robot {
     return {{X_WT.translation() + way_m, Quaterniond(turn * X_WT.linear())}, Vector3d::Zero()};
   }
   TipSetpoint here() const { return off_by(Vector3d::Zero(), Vector3d::UnitX() * 1e-300); }
-  /// What the output amounts to along the axes of the chain, weight included.
+  /// Generalized forces of the output along the axes of the chain, including the weight.
   ChainVector force_of(const WholeBodyController::Output& output) const {
     return (ChainVector() << rotated(kMap.wrench(output.wheel_torque_Nm), controller.state().X_WB.yaw_rad),
             output.arm_torque_Nm)

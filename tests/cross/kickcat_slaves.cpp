@@ -30,7 +30,7 @@ volatile std::sig_atomic_t stopped = 0;
 
 constexpr std::size_t kLongObject = 1000;  // bytes; several segments whatever the mailbox
 
-/// What the test reads and writes: known text, a number, and bytes too many for one mailbox.
+/// Objects that the test reads and writes: known text, a number, and more bytes than fit one mailbox.
 coe::Dictionary dictionary() {
   coe::Dictionary objects;
   coe::Object name{0x1008, coe::ObjectCode::VAR, "Device name", {}};

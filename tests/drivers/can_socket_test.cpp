@@ -220,7 +220,7 @@ TEST(CanSetup, EveryFailureSaysWhatToDo) {
   EXPECT_NE(message(OpenStep::kBind, ENETDOWN).find("still there"), std::string::npos);
 }
 
-// What the kernel answers for a can0 at 500 kbit/s, put together by rtnetlink's rules.
+// The kernel's answer for a can0 at 500 kbit/s, constructed by rtnetlink's rules.
 std::vector<std::byte> link_message(std::uint32_t bitrate) {
   std::vector<std::byte> bytes(NLMSG_LENGTH(sizeof(ifinfomsg)));
   const auto open = [&](unsigned short type) {

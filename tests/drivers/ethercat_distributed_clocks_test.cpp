@@ -298,7 +298,7 @@ TEST_F(ClocksOnTheBus, InOperationTheCyclicFrameKeepsThemTogether) {
     bus.advance(1ms);
   }
   const std::vector<std::int64_t> times = system_times();
-  // 3 s and, beside it, what the frames took and the reference's own 60 ppm.
+  // 3 s, plus the time of the frames and the reference's own 60 ppm.
   EXPECT_NEAR(static_cast<double>(operation.clocks()->system_time_ns() - begin), 3e9, 0.1e9);
   EXPECT_NEAR(static_cast<double>(times[1] - times[0]), 0.0, 80.0) << "a cycle of drift is 80 ns";
   EXPECT_NEAR(static_cast<double>(times[2] - times[0]), 0.0, 120.0);

@@ -84,7 +84,7 @@ TEST_F(Mailbox, CarriesARequestAndItsReplyWithoutHeader) {
 }
 
 TEST_F(Mailbox, SmallZeroAndNegativeValuesArrive) {
-  // Byte 5 of such replies is what a master that expects a header takes for a type.
+  // A master that expects a header reads byte 5 of such replies as the type.
   for (const std::int32_t number :
        {0, 1, 255, 256, 65535, 65536, 0x30000, -1, -65536, -1000000, std::numeric_limits<std::int32_t>::min(),
         std::numeric_limits<std::int32_t>::max()}) {

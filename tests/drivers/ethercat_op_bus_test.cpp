@@ -53,7 +53,7 @@ class Operation : public ::testing::Test {
   void cycles(int count) {
     for (int i = 0; i < count; ++i) cycle();
   }
-  // As many as it takes for slave i to get into `condition`; false after a second.
+  // Runs cycles until slave i is in `condition`; false after a second.
   bool until(std::size_t i, SlaveCondition condition) {
     for (int left = 1000; left > 0 && bus->health(i).condition != condition; --left) cycle();
     return bus->health(i).condition == condition;
@@ -188,7 +188,7 @@ TEST_F(Operation, InputsBelowSafeOpAreNotTaken) {
   start();
   counting = false;
   cycles(3);
-  // It says that it is in PRE-OP, and answers with what lies in its memory all the same.
+  // It reports PRE-OP, but still answers with its memory.
   const std::uint16_t station = bus->slave(kWheel).station;
   const std::uint32_t image = bus->slave(kWheel).outputs.image_offset;
   link->on_receive = [=](std::span<std::uint8_t> frame) {
@@ -414,7 +414,7 @@ TEST_F(Operation, ARefusedResumeSaysWhy) {
                        "0x0134) 0x001E invalid input configuration, after "));
 }
 
-// ---- what it notices ----
+// ---- detection ----
 
 TEST_F(Operation, ADamagedCableIsFoundWhileTheBusWorks) {
   start({FaultEvent{.kind = FaultKind::kDamageOnCable, .at_frame = 400, .count = 2, .slave = 3}});

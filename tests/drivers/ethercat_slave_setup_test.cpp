@@ -175,7 +175,7 @@ TEST_F(Setup, ASlaveThatNeverAnswersTimesOutAndSaysWhatWasAsked) {
   make(drive("TMCM-1610"));
   robot->bus.set_power(0, false);
   ASSERT_EQ(run(steps_to_pre_op(slave), 50ms), SlaveSetup::Status::kFailed);
-  // The time is looked at once a frame, and the frame comes every 150 us.
+  // The time is checked once per frame, and a frame comes every 150 us.
   EXPECT_EQ(setup.failure(), "INIT requested (register 0x0120): no answer for 50 ms");
   SetupStep write;
   write.address = 0x0810;

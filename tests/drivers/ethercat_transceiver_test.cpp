@@ -16,7 +16,7 @@ class Exchange : public ::testing::Test {
     transceiver.begin().add(Command::kFprd, transceiver.index(), address_of(0x1001, 0x0130), length);
     return transceiver.exchange(1ms);
   }
-  // What the slaves send back: the frame, counted by one slave and marked.
+  // The answer of the slaves: the frame, counted by one slave and marked.
   static Bytes answered(Bytes frame, std::uint8_t data = 0) {
     frame[6] |= kReturnedBit;
     (void)find_datagram(frame, [&](const Datagram& datagram) {

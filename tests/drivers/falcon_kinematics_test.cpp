@@ -187,7 +187,7 @@ TEST(FalconKinematics, KnownTorqueOfOneNewtonOutwards) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR((*torques)[i], 0.02494, 0.51e-5) << i;
 }
 
-// What the motors put in, the hand gets: tau . dtheta = F . dp.
+// The hand receives the work of the motors: tau . dtheta = F . dp.
 TEST(FalconKinematics, VirtualWorkIsTheSameOnBothSides) {
   constexpr Vector3 kForce_N{3.0, -2.0, 5.0};
   constexpr Vector3 kStep_m{2e-6, 3e-6, -1e-6};

@@ -104,7 +104,7 @@ TEST_F(TmclClient, StaleReplyIsNotTakenForTheAnswer) {
   EXPECT_EQ(client.get(drive_parameter("actual_position")), 5);
 }
 
-// GET replies do not say what they answer, so one that comes late must not answer the next.
+// GET replies do not name their request, so a late reply must not answer the next one.
 TEST_F(TmclClient, LateReplyIsWaitedOut) {
   options.tries = 1;
   module.latency = 130;

@@ -14,7 +14,7 @@ namespace tmcl_polled_drive_test {
 
 using namespace std::chrono_literals;
 
-/// What a cycle asks for, in the letters of the header's table; "=" is a command.
+/// Requests of a cycle, in the letters of the header's table; "=" is a command.
 std::string letter(const Request& request) {
   if (request.command != Command::kGetAxisParameter && request.command != Command::kGetGlobalParameter)
     return "=";

@@ -261,7 +261,7 @@ TEST_F(UsbAccessFacts, HoldersAreFoundAmongTheProcesses) {
   EXPECT_TRUE(found.all_processes_seen);
 }
 
-/// What a user without rights sees; 0 when `check` held for it.
+/// Runs `check` as a user without rights; 0 if it passed.
 int as_nobody(const std::function<bool()>& check) {
   const pid_t child = fork();
   if (child == 0) {

@@ -92,7 +92,7 @@ at_frame = 90000
 duration_s = 0.5
 )";
 
-/// What the operator does, step by step.
+/// The steps of the operator.
 void operate(Scenario& scenario, const Daemon& daemon, Hand& hand) {
   const Recording trajectory(support::source_dir() + "/tests/data/hand_trajectory/hand_trajectory.csv");
   const Eigen::Vector3d origin = Eigen::Vector3d::Zero();

@@ -227,7 +227,7 @@ TEST_F(Campaign, SpeedAboveTheLimitIsCaught) {
   expect_caught(run(parsed_script("manipulator/1:"), fast_arm), "arm joint");
 }
 
-/// Its motors do what they want.
+/// Its motors ignore the commands.
 class WildPen final : public hal::HapticLink {
  public:
   WildPen(std::unique_ptr<hal::HapticLink> pen, double gain, double push_N)
@@ -370,7 +370,7 @@ TEST_F(Campaign, ABadRecordingIsCaught) {
                                    std::filesystem::remove_all(folder / "run-1");
                                  }}),
                 "runs have");
-  // The tank's level, wherever its column is.
+  // The tank's level, independent of the column order.
   const auto overdrawn = [](Lines& lines) {
     const auto header =
         std::ranges::find_if(lines, [](const auto& line) { return line.starts_with("time_s"); });

@@ -13,11 +13,11 @@ using namespace std::chrono_literals;
 constexpr auto kWatchdog = support::RobotWatch::kWatchdog;
 constexpr double kWheelTorque_Nm = 2.4;                                  // the world's configuration
 constexpr std::array<double, 5> kArmTorque_Nm{9.5, 9.5, 6.0, 2.0, 1.0};  // robot description, likewise
-/// The configurations' limits, and what a wheel gains until the drives are off.
+/// The limits of the configurations, plus the speed that a wheel gains until the drives are off.
 constexpr double kBaseWheelSpeed_rad_per_s = 12.0 * 1.15;
 constexpr double kManipulatorWheelSpeed_rad_per_s = 16.0 * 1.15;
 constexpr double kArmSpeed_rad_per_s = 3.0 * 1.3;
-/// Three times what the commander may ask for.
+/// Three times the limit of the commander.
 constexpr double kBaseSpeed_m_per_s = 0.9;
 constexpr double kHandForce_N = 8.0;
 
@@ -70,7 +70,7 @@ void Checker::began(const Event& event) {
   auto allowed = event.kind->last_torque_after;
   if (world_.machine() == Machine::kManipulator) allowed += event.kind->lowering;
   if (allowed.count() > 0 && !alone) allowed = std::max(allowed, kWatchdog);
-  // A service whose thread is held up hears no order yet.
+  // A service with a delayed thread has not received the order yet.
   const bool heard = lasts || world_.now() >= world_.beats_paused_until;
   if (works_ && heard && allowed.count() > 0 && (!lasts || event.duration >= allowed))
     deadlines_.push_back({.began = world_.now(),

@@ -1,5 +1,5 @@
 /// @file
-/// The people around the robot: a client that commands it, and the hand on the handle.
+/// The operators: a client that commands the robot, and the hand on the handle.
 #pragma once
 #include <chrono>
 #include <random>

@@ -64,7 +64,7 @@ std::size_t FaultyLink::receive(std::span<std::uint8_t> buffer, std::chrono::nan
   }
 }
 
-/// The size of what arrives now, the frame or one from before; 0: nothing does.
+/// Size of the frame that arrives now, the current or an earlier one; 0: none.
 std::size_t FaultyLink::delay(std::span<std::uint8_t> buffer, std::size_t size) noexcept {
   if (faults_.silent || happens(faults_.loses_reply)) return 0;
   const auto copy = [&] { return Bytes(buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(size)); };
@@ -88,7 +88,7 @@ std::size_t FaultyLink::damage(std::span<std::uint8_t> buffer, std::size_t size)
   if (happens(faults_.damages))
     buffer[kHeader + any_of(size - kHeader)] ^= static_cast<std::uint8_t>(1 + any_of(255));
   if (happens(faults_.miscounts)) {
-    // Of each datagram, as if one slave more or less had taken part.
+    // Working counter of each datagram: one slave more or less.
     bool more = true;
     for (std::size_t at = ethercat::kFrameHeaderBytes; more;) {
       if (at + ethercat::kDatagramOverheadBytes > size) break;

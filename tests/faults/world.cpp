@@ -112,7 +112,7 @@ World::~World() {
 }
 
 void World::open_devices() {
-  // As runtime::open_robot() and runtime::open_haptic() do, with what a script spoils in between.
+  // As runtime::open_robot() and runtime::open_haptic() do, with the script's faults in between.
   robot_ = {};
   robot_.emulation = emulation_;
   robot_.manipulator = {emulation_, emulation_->manipulator()};

@@ -115,7 +115,7 @@ class World final : public hal::Clock {
     if (witness_ != nullptr) witness_->object(what);
   }
 
-  // What a script reaches for.
+  // For scripts.
   Machine machine() const noexcept { return machine_; }
   sim::bus::YoubotBus& emulation() noexcept { return *emulation_; }
   support::LyingBoard& board(std::size_t joint) noexcept { return *boards_[joint]; }

@@ -106,7 +106,7 @@ class RunningService {
     try {
       fuzz::check_ceilings(configuration(settings.get<std::map<std::string, std::string>>()), file_limits_);
     } catch (const runtime::ConfigError&) {
-      // What is left after an unset need not be usable: enable says so.
+      // The settings after an unset need not be usable: enable reports it.
     }
   }
 

@@ -30,7 +30,7 @@ void check_ranges(const DriveModel& model) {
       within(parameter_of(effect, parameter.name), parameter.lower, parameter.upper);
 }
 
-/// What the controller adds brakes at all speeds that a joint may have.
+/// The controller's additional torque brakes at all speeds that a joint may have.
 void check_compensation(const DriveModel& model) {
   if (!runtime::driving_friction(model, kTopSpeed_rad_per_s).empty()) return;
   try {
@@ -42,7 +42,7 @@ void check_compensation(const DriveModel& model) {
       }
     require(std::isfinite(resistance.least_torque_Nm) && resistance.least_torque_Nm >= 0);
   } catch (const std::invalid_argument&) {
-    // Friction beyond what a double holds.
+    // Friction beyond the range of a double.
   }
 }
 

@@ -67,7 +67,7 @@ void read(fuzz::Bytes frame) {
   require(error != FrameError::kNone || count > 0);
   if (!fits || count == 0) return;
 
-  // What was read can be written, and reads the same.
+  // Data that was read can be written, and reads back equal.
   const std::span<const std::uint8_t> again = writer.bytes();
   fuzz::Bytes written(again.begin(), again.end());
   FrameReader first;
@@ -84,7 +84,7 @@ void read(fuzz::Bytes frame) {
   require(!second.next(b));
 }
 
-/// Slaves have rules of their own, but a frame that the master takes is valid for them, and holds the same.
+/// Slaves have their own rules, but a frame that the master accepts is valid for them, with equal content.
 void pass(fuzz::Bytes frame) {
   sim::bus::PassingFrame passing(frame);
   const std::span<Datagram> datagrams = passing.datagrams();

@@ -87,7 +87,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
             static_cast<std::size_t>(first.finished) < lines(parts[1]));
     require(first.rows < lines(parts[2]));
     require(first.finished == 0 ? first.until_s == -1 : std::isfinite(first.until_s) && first.until_s >= 0);
-    // What was kept is whole: resuming it again keeps the same.
+    // The kept data are complete: resuming again keeps the same.
     const Resumed again = resume(folder.path());
     require(again.finished == first.finished && again.until_s == first.until_s && again.rows == first.rows);
   } catch (const std::invalid_argument& error) {

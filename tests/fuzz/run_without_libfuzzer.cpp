@@ -74,7 +74,7 @@ class Mutator {
   std::uint8_t byte() { return static_cast<std::uint8_t>(random_()); }
 
   void mutate(Bytes& input) {
-    // Headers stand in front: half of the mutations go there.
+    // Headers come first: half of the mutations change them.
     const std::size_t reach = below(2) == 0 ? std::min<std::size_t>(input.size(), 40) : input.size();
     const std::size_t at = below(reach);
     const auto place = input.begin() + static_cast<std::ptrdiff_t>(at);

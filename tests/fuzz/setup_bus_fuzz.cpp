@@ -90,14 +90,14 @@ class LyingLink final : public Link {
   const std::string& name() const noexcept override { return link_.name(); }
 
  private:
-  /// What the slave does itself.
+  /// Lies in the behaviour of the slave.
   void act(const Told& lie) noexcept {
     sim::bus::EmulatedSlave& slave = bus_.slave(lie.slave);
     if (lie.kind == Lie::kLoss) lost_until_ = frames_ + lie.what;
     if (lie.kind == Lie::kState) slave.report_error(static_cast<AlState>(lie.what & 0x0F), lie.where);
     if (lie.kind == Lie::kPower) bus_.set_power(lie.slave, (lie.what & 1) != 0);
   }
-  /// What it only says: a register and the counters while the lie lasts, a byte and a counter once.
+  /// Lies in its answers: a register and the counters while the lie lasts, a byte and a counter once.
   void spoil(const Told& lie, Datagram& datagram) const noexcept {
     const bool now = lie.frame == frames_;
     const auto station = static_cast<std::uint16_t>(datagram.address);

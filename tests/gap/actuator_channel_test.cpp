@@ -35,7 +35,7 @@ TEST(GapActuatorChannel, ATorqueFromBeforeTheRowsCommandIsNoDelay) {
     ASSERT_EQ(findings.left_Nm.size(), 1U);
     double square = 0;
     for (const double left : findings.left_Nm[0]) square += left * left;
-    // Only noise is left, wherever the row has it from.
+    // Only noise is left, whatever its source.
     EXPECT_LT(std::sqrt(square / static_cast<double>(findings.left_Nm[0].size())), 1.1e-3) << rows;
   }
 }

@@ -26,10 +26,10 @@ struct BaselineAnswers {
   BaselineAnswer all_parameters{};
 };
 
-/// @throws what the preparation of the recordings throws.
+/// @throws the exceptions of the preparation of the recordings.
 BaselineAnswers baseline_answers(const Case& gap_case);
 
-/// Whether it names what the search could name, and nothing else.
+/// Whether it names exactly what the search could name.
 bool is_right(const BaselineAnswer& answer, const CaseSpec& spec);
 
 }  // namespace gap_test

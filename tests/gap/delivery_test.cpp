@@ -164,7 +164,7 @@ TEST(NoiseFloor, IsNotTheTorqueThatTheCommandDidNotAskFor) {
   EXPECT_LT(result.noise_floor_Nm, 1.5 * result.gap_after_Nm) << "a model cannot leave less than noise";
 }
 
-/// What no effect of the library is: something turns with the drive at 2.3 Hz, wherever the joint is.
+/// An effect that is not in the library: a 2.3 Hz disturbance, independent of the joint's position.
 double shakes(double time_s, double /*velocity*/) {
   return 0.012 * std::sin(2 * std::numbers::pi * 2.3 * time_s);
 }

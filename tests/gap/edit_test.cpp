@@ -10,7 +10,7 @@
 namespace gap_test {
 namespace {
 
-/// Of the noise floor that a gap may have and still be noise: what "explained" stands for.
+/// Ratio to the noise floor up to which a gap counts as noise: the meaning of "explained".
 constexpr double kAtTheFloor = 1.2;
 
 Drive without(const Drive& drive, std::string_view effect) {

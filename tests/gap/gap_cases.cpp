@@ -41,7 +41,7 @@ Plant any_plant(Chance& chance) {
 
 Sensors any_sensors(const Plant& plant, CaseKind kind, Chance& chance) {
   Sensors sensors;
-  // Not below what the encoder's ticks make of the acceleration of this inertia.
+  // Not below the encoder's quantization noise in the acceleration torque of this inertia.
   sensors.torque_noise_Nm =
       std::max(plant.coulomb_Nm * chance.uniform(0.02, 0.04), plant.inertia_kg_m2 * 0.08);
   const bool bare = kind == CaseKind::kNone;
@@ -118,7 +118,7 @@ bool either_sign(Hidden kind) {
 }
 
 double allowed(Hidden kind, double amount) {
-  // Delays of a bus are whole cycles; one is what a recorder's convention may be.
+  // Delays of a bus are whole cycles; one cycle may be a recorder's convention.
   if (kind == Hidden::kTransportDelay)
     return std::round(amount / HiddenPlant::kSample_s) * HiddenPlant::kSample_s;
   return amount;
@@ -150,7 +150,7 @@ std::vector<TrueParameter> true_parameters(const CaseSpec& spec, const Drive& dr
       case Hidden::kTorqueOffset: add("torque_Nm", effects.offset_Nm); break;
       case Hidden::kTorqueDeadband: add("threshold_Nm", effects.deadband_Nm); break;
       case Hidden::kTransportDelay:
-        // Finer is a matter of what one takes a sample to mean.
+        // A finer value depends on the definition of a sample.
         add("delay_s", effects.delay_s, 0.5 * HiddenPlant::kSample_s);
         break;
       case Hidden::kLoadFriction: add("share", effects.load_friction); break;
@@ -334,7 +334,7 @@ Case make_case(const CaseSpec& spec, double length) {
   result.held_out = recordings_of(drive, result.held_out_runs, "held-out-");
   result.parameters = true_parameters(spec, drive);
 
-  // What a data sheet and an earlier fit would say. A missing inertia is missing from the true one.
+  // Values of a data sheet and an earlier fit. A missing inertia is missing from the true one.
   const bool off = chance.uniform(0, 1) < 0.5;
   const auto known = [&](double value) { return off ? value * (1 + 0.02 * chance.sign()) : value; };
   model::effects::DriveModel& base = result.base;

@@ -38,7 +38,7 @@ FittedModel wheel(std::initializer_list<model::effects::AnyEffect> more = {}) {
   return fitted;
 }
 
-/// What the wheel has been put through so far.
+/// The wheel's recorded motion so far.
 class Known {
  public:
   explicit Known(std::unique_ptr<JointExperiment> experiment, bool measured = true) {

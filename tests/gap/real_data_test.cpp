@@ -30,7 +30,7 @@ const fs::path kData = support::source_dir() + "/tests/data";
 
 class RealData : public testing::Test {
  protected:
-  /// Converts to files and does what the command does with them.
+  /// Converts to files and runs the command's steps on them.
   void explain(const ConvertedDrive& drive) {
     const fs::path directory = directory_ / drive.base.name;
     real_recordings::write_drive(drive, directory);

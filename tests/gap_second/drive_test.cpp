@@ -114,7 +114,7 @@ TEST(SecondDrive, FlanksBounceWithLessSpeedThanTheyCame) {
   const double opening = drive.state().load_rad_per_s - drive.state().motor_rad_per_s;
   EXPECT_GT(opening, 0.5 * closing);
   EXPECT_LT(opening, 0.98 * closing);
-  // Nothing outside acts: the momentum stays what the motor was given.
+  // No external force acts: the momentum equals the motor's impulse.
   EXPECT_NEAR(drive.state().motor_rad_per_s + drive.state().load_rad_per_s, closing, 1e-9);
 }
 

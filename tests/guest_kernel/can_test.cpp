@@ -43,7 +43,7 @@ ifreq request_for_interface() {
   return request;
 }
 
-/// A raw socket that hears everything and sends anything.
+/// A raw socket that receives everything and sends anything.
 class OpenSocket {
  public:
   OpenSocket() : socket_(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW)) {

@@ -30,7 +30,7 @@ unsigned read_number(const fs::path& file, std::ios::fmtflags base) {
   return number;
 }
 
-/// udev keeps what it knows of a device under the device's number, from the end of the rules on.
+/// udev stores its data of a device under the device's number after the rules have run.
 bool udev_is_done_with(const struct stat& node) {
   return fs::exists("/run/udev/data/c" + std::to_string(major(node.st_rdev)) + ":" +
                     std::to_string(minor(node.st_rdev)));

@@ -11,7 +11,7 @@
 namespace guest {
 namespace usb_access_test {
 
-/// Found, named, and nothing else.
+/// Found and named only.
 class IdleFunction final : public UsbFunction {
  public:
   Handshake control(const UsbSetup& /*setup*/, Bytes& /*data*/) override { return Handshake::kStall; }

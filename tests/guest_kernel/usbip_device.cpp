@@ -226,7 +226,7 @@ Handshake UsbipDevice::standard(const UsbSetup& setup, Bytes& data) {
   }
 }
 
-/// Empty: there is no such one.
+/// Empty if it does not exist.
 Bytes UsbipDevice::descriptor(const UsbSetup& setup) const {
   const UsbIdentity& identity = description_.identity;
   const std::array names{identity.manufacturer_name, identity.product_name, identity.serial};

@@ -26,7 +26,7 @@ constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 AxisScale wheel() { return AxisScale(hal::kWheelAxis.constants); }
 AxisScale arm(std::size_t number) { return AxisScale(hal::kArmAxes.at(number - 1).constants); }
 
-/// What the message of an exception about `constants` must contain.
+/// Text that the message of an exception about `constants` must contain.
 void expect_refused(const AxisConstants& constants, const std::string& name) {
   try {
     const AxisScale scale(constants);

@@ -89,7 +89,7 @@ class Master {
   CycleStatus status;
 };
 
-/// One fault, and how long it is looked at.
+/// One fault, and the observation time.
 struct Fault {
   const char* name;
   int cycles;
@@ -100,7 +100,7 @@ struct Fault {
   int enabled_again_at = -1;
 };
 
-/// What a run showed.
+/// Result of a run.
 struct Seen {
   std::vector<CycleStatus> status;                   // of each cycle behind kMoving
   std::vector<std::array<ControllerMode, 4>> modes;  // of the drives, in each frame sent then that has any

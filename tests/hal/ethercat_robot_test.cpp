@@ -422,7 +422,7 @@ TEST(EthercatRobot, WhatWasBridgedOnceIsNotCountedAgain) {
   }
 }
 
-/// What a fault does to the bus for a while, and how it shows.
+/// Temporary effect of a fault on the bus, and its report.
 struct FaultCase {
   const char* name;
   FaultKind kind;

@@ -334,7 +334,7 @@ void add_spoiled_frames(std::vector<Case>& cases) {
     for (const std::uint32_t offset : {0U, 12U}) add("echo of wheel 1", kImageData + offset, count, kBridged);
     for (const std::uint32_t offset : {0U, 3U, 7U, 8U, 11U})
       add("values of wheel 1", kWheel1 + offset, count, kBridged, true);
-    // What a drive seems to report is believed at once.
+    // A drive's report is believed at once.
     add("flags of wheel 1", kWheel1Flags, count, joint_fault(0, JointFault::kUndervoltage));
     add("flags of wheel 1", kWheel1Flags + 1, count, joint_fault(0, JointFault::kEmergencyStop));
     add("flags of wheel 1", kWheel1Flags + 2, count, joint_fault(0, JointFault::kCommandTimeout));
@@ -748,7 +748,7 @@ TEST(FaultsWhileEnabling, AreToldAndTheNextEnableSucceeds) {
       }
 }
 
-/// A short loss of power is bridged by no patience: the drive has forgotten where it was and what it did.
+/// A short loss of power cannot be bridged: the drive has lost its position and its state.
 TEST(FaultSurvivalOfPower, ADriveThatLostItsPowerStopsTheRobotHoweverQuicklyItIsBack) {
   for (const nanoseconds duration : {1ms, 20ms}) {
     Rig rig(Kind::kBase, Firmware::k148,

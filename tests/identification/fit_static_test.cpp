@@ -150,7 +150,7 @@ TEST(IdentifyStatic, LinearLawsHaveHonestIntervalsAlsoWhenTheMeasuredOnesAreFarT
   }
 }
 
-/// The laws' own curves against the effects that stand for them, both at the values of the thesis.
+/// The laws' own curves compared with the effects that represent them, both at the values of the thesis.
 TEST(IdentifyStatic, ALawIsFittedAsTheEffectsThatMakeItsCurve) {
   constexpr std::pair<const char*, EffectParameter> kSame[] = {
       {"coulomb_Nm", terms::kCoulomb},

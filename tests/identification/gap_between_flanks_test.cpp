@@ -20,7 +20,7 @@ model::effects::Mechanics gap(double loss_s_per_rad) {
           .flank_loss_s_per_rad = loss_s_per_rad};
 }
 
-/// Steps until they lie, `longest_s` at most; what the flanks gave to the load.
+/// Steps until motor and load are in contact, at most `longest_s`; returns the flanks' impulse on the load.
 double bounce(BetweenFlanks& masses, const model::effects::Mechanics& mechanics,
               const BetweenFlanks::Push& push, double longest_s) {
   const double step_s = BetweenFlanks::longest_step_s(mechanics);

@@ -22,7 +22,7 @@
 
 namespace {
 
-/// What hidapi asks of the system in this thread.
+/// System calls of hidapi in this thread.
 struct PollSpy {
   int calls = 0;
   int waits = 0;  ///< with a time-out other than zero
@@ -158,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(Both, SpaceMouseLayouts,
 TEST_F(SpaceMouseOnHidraw, IsFoundAmongOtherDevicesAndByTheNodeOfItsAxes) {
   plug({.vendor = 0x046d, .product = 0xc077, .report_descriptor = kMouseDescriptor});
   plug({.vendor = 0x256f, .product = 0xc650, .report_descriptor = kMouseDescriptor, .name = "CadMouse"});
-  // A receiver: keyboard first, then what it is for.
+  // A receiver: first the keyboard, then the device itself.
   const MockHidrawOptions receiver{.vendor = 0x256f, .product = 0xc652, .name = "Universal Receiver"};
   plug(with(receiver, [](MockHidrawOptions& options) { options.report_descriptor = kKeyboardDescriptor; }));
   const MockHidrawDevice& axes = plug(with(receiver, [](MockHidrawOptions& options) {

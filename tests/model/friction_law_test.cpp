@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(, SymmetricLaw,
                          laws([](const LawDescription& law) { return law.name != "measured_wheel"; }),
                          kNameOfLaw);
 
-/// Bristles draw their places: friction_bristle_test.cpp looks at means and distributions.
+/// Bristles have random places: friction_bristle_test.cpp tests means and distributions.
 class CertainLaw : public EveryLaw {};
 INSTANTIATE_TEST_SUITE_P(, CertainLaw, laws([](const LawDescription& law) { return law.name != "bristle"; }),
                          kNameOfLaw);

@@ -128,7 +128,7 @@ TEST(LawCompensator, FindsTheRegionNearRestWhereASpringIsTakenForSliding) {
   EXPECT_TRUE(is_passive(lugre, LawCompensator(lugre, eager), {10, 0.02, 0.1}));
   // And a law without pre-sliding hides it: friction is full at any speed.
   EXPECT_TRUE(is_passive(kKfm, LawCompensator(kKfm, eager)));
-  // A quiet and a blend speed beyond what the spring reaches at 20 Hz.
+  // A quiet and a blend speed above the spring's speed at 20 Hz.
   LawCompensator::Config calm = kConfig;
   calm.quiet_speed_rad_per_s = 0.1;
   calm.blend_speed_rad_per_s = 0.4;

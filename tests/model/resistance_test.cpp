@@ -30,7 +30,7 @@ DriveModel with(std::initializer_list<AnyEffect> effects) {
   return model;
 }
 
-/// What the compensator adds, with all of the margin, for a joint at that velocity and place.
+/// The compensator's torque with the full margin, for a joint at that velocity and position.
 double help_Nm(const JointResistance& resistance, double velocity_rad_per_s, double position_rad,
                double command_Nm) {
   const FrictionCompensator compensator({.margin = 1, .full_command_Nm = kFull_Nm});

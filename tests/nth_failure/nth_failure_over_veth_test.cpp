@@ -30,7 +30,7 @@ namespace fs = std::filesystem;
 using support::CommandResult;
 using support::Process;
 
-/// The boards' watchdog, and as long again to look at.
+/// The boards' watchdog time, twice: once for the observation.
 constexpr int kAfterwards_ms = 200;
 constexpr std::size_t kLookedAt_ms = 90;
 /// Of the calls that are made with every frame.

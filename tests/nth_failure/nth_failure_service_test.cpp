@@ -33,7 +33,7 @@ constexpr std::size_t kAtOnce = 8;
 /// Calls like poll() go on for as long as the service does.
 constexpr std::size_t kAtMost = 6;
 
-/// A daemon and its clients in a folder of their own.
+/// A daemon and its clients in a separate folder.
 struct Service {
   Service()
       : config(folder.write("base.toml",
@@ -75,7 +75,7 @@ struct Service {
   fs::path config;
 };
 
-/// No client can be heard or answered then: the log says so, and the commander is lost.
+/// Then the daemon can neither receive nor answer: it logs this, and the commander is lost.
 bool makes_deaf(const Failure& failure) {
   static const std::set<std::string> kCalls{"accept4", "getsockopt", "poll", "recv", "send"};
   return failure.for_ever && kCalls.contains(failure.call);

@@ -124,7 +124,7 @@ TEST_F(NthFailure, YoubotdComparesTwoRuns) {
 }
 
 TEST_F(NthFailure, YoubotdIsStoppedByAFaultAndReportsIt) {
-  // Pushed as if it had four times its mass, and nothing that holds it back.
+  // The mass feedforward is four times too large, and nothing holds the base back.
   survives_all(
       {.words = {support::program("youbotd"), "--config",
                  folder.write(

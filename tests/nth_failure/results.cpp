@@ -43,7 +43,7 @@ Recording recording_of(const std::string& text, const std::vector<std::string>& 
 
 bool is_recording(const std::string& name) { return name.ends_with(".csv"); }
 
-/// What a reader sees that a file has been cut off.
+/// The sign of a truncated file.
 bool is_torn(const std::string& name, const std::string& text) {
   if (name.ends_with(".pcapng")) return text.empty();  // binary
   if (name.ends_with(".html")) return text.find("</html>") == std::string::npos;

@@ -353,7 +353,7 @@ TEST_F(Session, AnUnknownRobotIsRefusedByName) {
 }
 
 TEST_F(Session, TheDemoFileIsTheDefaultConfiguration) {
-  // What the file spells out and what the code assumes without it must not drift apart.
+  // The values in the file and the defaults in the code must be equal.
   const Config defaults = load_config(directory.write("plain.toml", "robot = \"loopback\"\n"));
   const auto& demo = config.cycle.controller;
   const auto& code = defaults.cycle.controller;

@@ -19,7 +19,7 @@ const std::filesystem::path kRoot = support::source_dir();
 const std::filesystem::path kDemo = kRoot / "apps/youbotd/demo.toml";
 const std::filesystem::path kTeleop = kRoot / "apps/youbotd/teleop.toml";
 
-/// Of each key with its table, what the document says that `set` allows.
+/// For each key with its table: the range that the document gives for `set`.
 std::map<std::string, std::string> documented() {
   std::map<std::string, std::string> rules;
   std::ifstream page(kRoot / "docs/safety.md");

@@ -184,7 +184,7 @@ std::string line_of(const Key& key, const std::string& value) {
   return "teleoperation." + key.name + " = " + value + "\n";
 }
 
-/// That stand in this table of teleop.toml.
+/// Keys in this table of teleop.toml.
 std::set<std::string> keys_in_file(const std::string& table) {
   std::ifstream file(kTeleop);
   std::set<std::string> found;
@@ -222,7 +222,7 @@ class TeleopConfig : public testing::Test {
 // --- [teleoperation] ---
 
 TEST_F(TeleopConfig, TheFileShowsTheDefaults) {
-  // What the file spells out and what the code assumes without it must not drift apart.
+  // The values in the file and the defaults in the code must be equal.
   const Config shown = load_config(kTeleop);
   for (const Teleoperation::Config& code : {load("").teleoperation, Teleoperation::Config{}})
     for (const Key& key : keys()) {

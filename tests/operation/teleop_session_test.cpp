@@ -74,7 +74,7 @@ class TeleopSession : public ::testing::Test {
     options.after_cycle = [this](const TeleopRecord& record) { seen.push_back(record); };
   }
   TeleopSummary run() { return run_teleop_session(config, options, stop); }
-  /// What is wrong with the configuration.
+  /// Problems of the configuration.
   std::string refusal() {
     try {
       (void)run();
@@ -101,7 +101,7 @@ class TeleopSession : public ::testing::Test {
         phases.emplace_back(record.phase, record.time);
     return phases;
   }
-  /// The largest of what `value` says of the cycles seen.
+  /// The maximum of `value` over the cycles so far.
   template <typename Value>
   double largest(Value&& value) const {
     double most = 0;

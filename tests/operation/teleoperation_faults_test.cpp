@@ -184,7 +184,7 @@ TEST(TeleoperationFaults, ALoopThatStoppedBrakesLowersTheArmAndSwitchesOff) {
   expect_passive(rig);
 }
 
-/// Base and arm move, the fastest joint at half of what it may.
+/// Base and arm move, the fastest joint at half of its limit.
 struct MovingRig : Rig {
   explicit MovingRig(const hal::HapticLimits& limits) : Rig(config(), teleop_rig::unfolded_scene(), limits) {
     moving = run_until(TeleopPhase::kOperating);

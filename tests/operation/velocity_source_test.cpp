@@ -145,7 +145,7 @@ TEST_F(VelocitySourceTest, BrakesBeforeAWallWithinTheAccelerationAndGlidesAlongI
     ASSERT_LE(base.x_m, 1.0);
   }
   EXPECT_NEAR(base.x_m, 1.0, 1e-3);
-  // Less what it took to speed up: 0.412 m/s at 0.25 m/s².
+  // Minus the distance lost while accelerating: 0.412 m/s at 0.25 m/s².
   EXPECT_NEAR(base.y_m, 0.1 * (8 - 0.412 / 0.25 / 2), 0.01) << "along the wall it goes on";
   EXPECT_TRUE(motion.at_wall);
   walled.tell({-0.4, 0, 0});

@@ -39,7 +39,7 @@ std::string read(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// What the work complains about, empty if it does not.
+/// The error message of the work; empty without an error.
 template <typename Exception, typename Work>
 std::string complaint(Work work) {
   try {

@@ -221,7 +221,7 @@ TEST(RecordingReader, ListsTheFirstThousandWarningsAndCountsTheRest) {
   EXPECT_EQ(warnings.back(), "f.csv: and 2 more warnings");
 }
 
-// A file is read piece by piece: wherever a piece ends, it is the text that it would be in memory.
+// A file is read in pieces: wherever a piece ends, the result equals that of the text in memory.
 TEST(RecordingReader, ReadsALongFileLikeItsText) {
   const support::TemporaryDirectory directory;
   std::string text = kHead + "time_s,position_rad\r\n";

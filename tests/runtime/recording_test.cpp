@@ -46,7 +46,7 @@ struct Numbered {
 };
 Numbered numbered(std::uint64_t number) { return {number, ~number}; }
 
-/// What a pop() loop, or a sink, found wrong about the order of Numbered records from 0 up.
+/// Errors that a pop() loop, or a sink, found in the order of Numbered records starting at 0.
 class OrderCheck {
  public:
   void see(const Numbered& record) {

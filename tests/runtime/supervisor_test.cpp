@@ -21,7 +21,7 @@ namespace supervisor_test {
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
 
-/// Pushes with a constant torque; says what a test wants it to say.
+/// Commands a constant torque; reports what the test sets.
 class Pusher final : public Task {
  public:
   void read(const Moment& moment) noexcept override {

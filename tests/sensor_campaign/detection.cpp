@@ -46,7 +46,7 @@ control::PlanarVector direction(int variant) {
   return kAll[static_cast<std::size_t>(variant)];
 }
 
-/// What is true at one moment: the base's pose, or the arm's joints.
+/// The truth at one time: the base's pose, or the arm's joints.
 struct Truth {
   control::PlanarPose base;
   control::ArmVector arm_rad = control::ArmVector::Zero();

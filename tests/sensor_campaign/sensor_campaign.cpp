@@ -119,7 +119,7 @@ int main(int argc, char** argv) {
           {seed, std::chrono::milliseconds(late_ms), sensor_campaign::without(off)}, only);
     const bool quiet =
         !soak || sensor_campaign::run_soak(hours, seed, only, busy, sensor_campaign::without(off));
-    // What a robot's watch found, printed when it was found.
+    // Violations of a robot's invariant checks were printed when they were found.
     const bool safe = !testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed();
     return quiet && safe ? 0 : 1;
   });

@@ -182,7 +182,7 @@ struct Machine {
   control::ChecksOff off;
 };
 
-/// What is written down of one run.
+/// Record of one run.
 void count(SoakResult& result, bool false_alarm, bool other_end, const std::string& words) {
   ++result.runs;
   result.false_alarms += false_alarm ? 1 : 0;

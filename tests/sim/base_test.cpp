@@ -61,7 +61,7 @@ WheelVector wheel_velocities(Base& base) {
   return {base.wheel(0).velocity_rad_per_s(), base.wheel(1).velocity_rad_per_s(),
           base.wheel(2).velocity_rad_per_s(), base.wheel(3).velocity_rad_per_s()};
 }
-/// Body and wheels moving together, as if they had always rolled.
+/// Body and wheels in rolling motion from the start.
 void set_rolling(Base& base, const PlanarVector& twist_B) {
   base.set_twist(twist_B);
   const WheelVector w = LinkMap::with_geometry({}).wheel_velocity(twist_B);
@@ -362,7 +362,7 @@ TEST(Base, TheFloorTakesNoMoreThanItsGripAndTheWheelsSpin) {
   }
 }
 
-/// A wheel over a hollow: it turns by itself, and the base does not feel it.
+/// A wheel over a hole: it turns alone, without a force on the base.
 TEST(Base, AWheelWithoutGripSpinsAlone) {
   BaseParameters parameters = frictionless();
   parameters.grip_scale = {0, 1, 1, 1};

@@ -67,7 +67,7 @@ class PassingFrames : public ::testing::Test {
 };
 
 TEST_F(PassingFrames, TheHeadersLengthIsIgnored) {
-  // Too short, too long, none, and longer than the frame; 13 is what it should be.
+  // Too short, too long, none, and longer than the frame; 13 is correct.
   for (const std::size_t length : {13U, 0U, 1U, 12U, 14U, 40U, 44U, 45U, 0x7FFU}) {
     Bytes frame = padded(frame_of({datagram(kBrd, reg::kType, {0})}, length));
     ASSERT_TRUE(bus.process(frame)) << length;

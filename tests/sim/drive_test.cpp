@@ -263,7 +263,7 @@ TEST(Drive, ElectricalEnergyBecomesHeatAndMotion) {
   const double coarse_J = worst_J(50e-6, turnover_J);
   EXPECT_LT(coarse_J, 5e-3 * turnover_J);
   const double fine_J = worst_J(12.5e-6, turnover_J);
-  // What is missing is the step's: a quarter of the step, a quarter of the error.
+  // The error is from the step size: a quarter of the step gives a quarter of the error.
   EXPECT_NEAR(coarse_J / fine_J, 4.0, 1.0);
 }
 

@@ -285,7 +285,7 @@ TEST(Hand, AnEndStopPushesTheGripBackWithForceOverStiffnessAndNeverPulls) {
     last_m_per_s = hand.v_HD_H_m_per_s().z();
   }
   EXPECT_GT(hand.p_HD_m().z(), -0.086);
-  // Of what the stop had stored its damping took a part.
+  // The stop's damping dissipated a part of its stored energy.
   const double stored_J = 0.5 * 12.0 * 12.0 / 14'500;
   EXPECT_LT(0.5 * 0.3 * last_m_per_s * last_m_per_s, 0.8 * stored_J);
   EXPECT_GT(0.5 * 0.3 * last_m_per_s * last_m_per_s, 0.1 * stored_J);

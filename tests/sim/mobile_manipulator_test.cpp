@@ -87,7 +87,7 @@ ChainVector chain(const MobileManipulator& robot) {
 }
 double energy_J(MobileManipulator& robot) { return robot.kinetic_energy_J() + robot.potential_energy_J(); }
 
-/// Arm torques that carry the links of `model`, from what the joints report.
+/// Arm torques that carry the links of `model`, from the joint samples.
 ArmVector carrying(RobotModel& model, MobileManipulator& robot) {
   std::array<hal::JointSample, 9> samples;
   robot.measure(samples);
@@ -421,7 +421,7 @@ TEST(MobileManipulator, TheTipPressesOnAWallWithWhatItsTorquesAmountTo) {
   Vector3d sum_N = Vector3d::Zero();
   for (int ms = 0; ms < 4000; ++ms) {
     const ArmVector weight_Nm = carrying(model, robot);
-    // Damped: without friction nothing else calms the joints.
+    // Damped, because without friction nothing else damps the joints.
     const ArmVector damping_Nm = -ArmVector(4, 4, 2, 1, 0.3).cwiseProduct(robot.velocity().tail<5>());
     robot.advance(
         torques(weight_Nm + model.J_WT().topRows<3>().transpose().bottomRows<5>() * force_N + damping_Nm),

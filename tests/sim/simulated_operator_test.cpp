@@ -104,7 +104,7 @@ TEST_F(OperatorAtWork, ReachesWhateverTheRobotsLagAndScale) {
       const Vector3d there_m = kStart_m + scale * Vector3d(0.02, 0.03, -0.02);
       give({{tasks::Reach{.p_WT_m = there_m}}, {tasks::Reach{.p_WT_m = kStart_m}}}, {.motion_scale = scale});
       while (somebody->current() == 0) cycle();
-      // He saw it 0.2 s ago; a slow robot went on.
+      // The operator saw it 0.2 s ago; a slow robot has moved on.
       const double near_m = lag_s < 0.5 ? 0.006 : 0.01;
       EXPECT_LT((robot.tip_m - there_m).norm(), near_m) << lag_s << ' ' << scale;
       work();

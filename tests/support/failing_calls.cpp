@@ -148,7 +148,7 @@ bool is_eventfd(int file) noexcept {
 WRAP_TRANSFER(read, void, true)
 WRAP_TRANSFER(write, const void, !is_eventfd(file))
 
-/// Closed all the same, as Linux does.
+/// Closes the descriptor anyway, as Linux does.
 int failing_close(int file) __asm__("close");
 int failing_close(int file) {
   static auto* const original = next<int(int)>("close");

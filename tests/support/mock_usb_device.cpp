@@ -194,7 +194,7 @@ void MockUsbDevice::State::set_ready(bool value) {
   tcflow(terminal, value ? TCOON : TCOOFF);
 }
 
-// ---- what the host asks ----
+// ---- requests of the host ----
 
 namespace {
 
@@ -356,7 +356,7 @@ void MockUsbDevice::State::finish(const Transfer& transfer, int status, std::siz
 void MockUsbDevice::State::take_out(const Transfer& transfer) {
   const auto* const begin = static_cast<const std::uint8_t*>(transfer.urb().buffer);
   const UsbBytes bytes(begin, begin + transfer.urb().buffer_length);
-  // Back before what the device answers.
+  // Returned before the device's answer.
   finish(transfer, 0, bytes.size());
   const int error = out ? out(transfer.endpoint(), bytes) : 0;
   if (error == 0) return;

@@ -132,7 +132,7 @@ void RobotWatch::check_permission(const std::string& name, const FollowedDrive& 
 void RobotWatch::check_restart(std::size_t number, const FollowedDrive& drive) {
   Joint& joint = joints_[number];
   if (!drive.acts()) {
-    // What a drive does between two frames its master cannot know; the watchdog bounds it.
+    // The master cannot know a drive's motion between two frames; the watchdog bounds it.
     const bool hears = drive.unheard <= sim::bus::TmcmBoard::kPeriod;
     joint.rested += joint.worked && hears && drive.mode < Mode::kPosition ? 1 : 0;
     return;

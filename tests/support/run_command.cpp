@@ -9,7 +9,7 @@ namespace support {
 
 CommandResult run_command(const std::string& command) {
   CommandResult result;
-  // In braces, so that what the command does with its streams counts.
+  // In braces, so that the command's own redirections take effect.
   FILE* const pipe = popen(("{ " + command + "\n} 2>&1 < /dev/null").c_str(), "r");
   if (pipe == nullptr) return result;
   std::array<char, 4096> text{};

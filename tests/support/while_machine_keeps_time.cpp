@@ -23,7 +23,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kSkipped = 77;
 constexpr int kAttempts = 2;
-/// What the tests' masters and loops tolerate is 15 ms and more.
+/// The masters and loops of the tests tolerate 15 ms and more.
 constexpr Clock::duration kTolerated = 8ms;
 
 Clock::duration worst_delay(const std::stop_token& ended) {

@@ -22,7 +22,7 @@ Rule parse_rule(std::string_view line);
 /// Throws as parse_rule().
 std::vector<Rule> parse_rules(std::string_view text);
 
-/// What a rule of this project must or must not contain; empty: no violation.
+/// Violations of the requirements for a rule of this project; empty: none.
 std::vector<std::string> problems(const Rule& rule);
 
 /// Keys as in a rule (SUBSYSTEM, KERNEL, ATTR{...}), the device first, then its parents.

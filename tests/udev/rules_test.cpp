@@ -115,14 +115,14 @@ TEST(UdevRules, NobodyElsesDevicesGetAccess) {
   // Their number as a product, or in another place.
   EXPECT_FALSE(gets_access(hid_node(kUsb, 0x1234, 0x256f)));
   EXPECT_FALSE(gets_access(hid_node("256F", 0x1234, 0xc635)));
-  // Raw USB access is not what a SpaceMouse wants, and nor is its input device.
+  // A SpaceMouse needs neither raw USB access nor its input device.
   EXPECT_FALSE(gets_access(usb_device(0x256f, 0xc635)));
   Device input = hid_node(kUsb, 0x256f, 0xc635, "event7");
   input.front()["SUBSYSTEM"] = "input";
   EXPECT_FALSE(gets_access(input));
 }
 
-// What the checks above rest on.
+// The basis of the checks above.
 
 constexpr const char* kGood =
     R"(SUBSYSTEM=="usb", ATTR{idVendor}=="1451", MODE="0660", GROUP="plugdev", TAG+="uaccess")";

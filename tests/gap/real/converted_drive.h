@@ -15,7 +15,7 @@ struct ConvertedRecording {
   identification::Recording recording;
 };
 
-/// Joint side, SI. The model contains what a laboratory knows in advance: inertia, Coulomb and viscous
+/// Joint side, SI. The model contains the prior knowledge of a laboratory: inertia, Coulomb and viscous
 /// friction as published or from data sheets, and an attached weight.
 struct ConvertedDrive {
   model::effects::DriveModel base;   ///< its name is that of the rig and of the directory

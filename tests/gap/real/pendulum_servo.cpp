@@ -17,7 +17,7 @@ constexpr double kTorqueConstant_Nm_per_A = 0.354;
 constexpr double kResistance_ohm = 3.4;
 // Published for this type of servo.
 constexpr double kArmature_kg_m2 = 1.81e-3;
-/// What was logged is aliased by the motor's PWM.
+/// The logged value is aliased by the motor's PWM.
 constexpr double kSupply_V = 7.4;
 constexpr double kCoulomb_Nm = 4.8e-3;
 constexpr double kViscous_Nm_s_per_rad = 5.4e-3;
