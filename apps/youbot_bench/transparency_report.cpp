@@ -118,9 +118,9 @@ std::vector<Figure> figures_of(const Results& results) {
               [](const TransparencyResult& result) { return 100 * result.limited_share; });
   figures.add("outside, under rate control", "% of time",
               [](const TransparencyResult& result) { return 100 * result.rate_share; });
-  figures.add("pen's way to one side", "mm",
+  figures.add("handle's displacement to one side", "mm",
               [](const TransparencyResult& result) { return 1e3 * result.furthest_pen_m; });
-  figures.add("tip's way to one side", "mm",
+  figures.add("end effector's displacement to one side", "mm",
               [](const TransparencyResult& result) { return 1e3 * result.furthest_tip_m; });
   return figures.take();
 }
@@ -145,7 +145,8 @@ std::string discarded_text(const TransparencyResult& result) {
 std::string set_up_text(const TransparencyPlan& plan) {
   return fmt::format(
       "Along the end effector's direction {}, {} realizations of {:g} s, {:g} N at most; free, then with "
-      "{:g} N/m at the tip. Force scale {:g}, motion scale {:g}: ideal would be force tracking {:.3g}, "
+      "{:g} N/m at the end effector. Force scale {:g}, motion scale {:g}: ideal would be force tracking "
+      "{:.3g}, "
       "position tracking {:.3g}; by the scales alone every transparency error is {:.2f}, every fidelity "
       "{:.3g}.",
       kAxes[static_cast<std::size_t>(plan.axis)], plan.realizations, plan.excitation.period_s,
@@ -295,8 +296,8 @@ report::Page transparency_page(const TransparencyPlan& plan, const Results& resu
   page.text(
       "Hand and end effector as the two ports of [F_h; -V_s] = H·[V_m; F_e]: force of the hand and velocity "
       "of the handle, force on the environment and velocity of the end effector, all in the simulation and "
-      "in the robot's directions. h11 is what is felt in free air, h12 how much of the force on the tip "
-      "arrives at the hand, -h21 how the tip follows, h22 how it gives way to a force.");
+      "in the robot's directions. h11 is what is felt in free air, h12 how much of the force on the end "
+      "effector arrives at the hand, -h21 how the end effector follows, h22 how it yields to a force.");
   page.text(set_up_text(plan));
   std::string discarded;
   for (const TransparencyResult& result : results)

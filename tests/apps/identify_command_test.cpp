@@ -79,7 +79,7 @@ TEST_F(IdentifyCommand, WritesAStribeckEffectForThePlainScrewOnly) {
   // Nothing determines the inertia, without which the file is not a model.
   EXPECT_EQ(drive_model().inertia_kg_m2, model::effects::DriveModel{}.inertia_kg_m2);
   EXPECT_NE(model().find("# inertia_kg_m2 is assumed"), std::string::npos) << model();
-  EXPECT_TRUE(said("0.0112 kg·m², assumed")) << output_;
+  EXPECT_TRUE(said("the model assumes 0.0112 kg·m²")) << output_;
 
   EXPECT_EQ(run("--inertia 2.186e-6 --map " + write("2.csv", map_text(test_support::screw_drive_map(2)))), 0);
   EXPECT_EQ(model().find("type = \"stribeck\""), std::string::npos) << model();

@@ -218,7 +218,7 @@ TEST_F(ParametersOfABase, NothingIsWrittenToADriveThatHoldsItsPlaceSinceItsMaste
   }
   robot.advance(1s);
   const std::string told = refused();
-  EXPECT_TRUE(contains(told, "wheel-1: check that it is off: it holds its place")) << told;
+  EXPECT_TRUE(contains(told, "wheel-1: check that it is off: its watchdog expired")) << told;
   EXPECT_EQ(acceleration(0), 2000);
   switch_power_off_and_on();
   EXPECT_EQ(refused(), "");

@@ -620,7 +620,7 @@ TEST_F(CanRobotMoving, AStopThatNobodyAcknowledgedIsToldAfterDeactivation) {
   bench.robot->deactivate();
   const std::vector<std::string> report = bench.robot->report();
   ASSERT_EQ(report.size(), 1U);
-  EXPECT_TRUE(has(report[0], "wheel-1: nobody acknowledged the motor stop")) << report[0];
+  EXPECT_TRUE(has(report[0], "wheel-1: the motor stop was not acknowledged")) << report[0];
   bench.rig.set_cable(true);
   bench.robot->activate();
   EXPECT_TRUE(bench.robot->report().empty());
