@@ -22,9 +22,9 @@ namespace identification::gap {
 namespace {
 
 constexpr int kFolds = 8;
-constexpr int kMostEffects = 8;
+constexpr int kMaxEffects = 8;
 /// Names that give way to others, or two could go on taking turns.
-constexpr int kMostReplaced = 4;
+constexpr int kMaxReplaced = 4;
 /// Rivals this close to the best are refined before a name is given.
 constexpr double kRival = 0.5;
 /// The gain of the winner over none counts when it is this many standard errors over the blocks.
@@ -379,7 +379,7 @@ std::string reason_against(const Round::Outcome& outcome, const BlockRegression:
   if (outcome.gain <= 0) return "predicts left-out stretches no better";
   if (outcome.gain < options.least_gain)
     return "takes away less than " + short_text(100 * options.least_gain) + " % of the squared residual";
-  if (step >= kMostEffects) return "as many effects as the search adds were found before it";
+  if (step >= kMaxEffects) return "as many effects as the search adds were found before it";
   if (outcome.gain * base.held_out < least_square) return "takes away less than the noise floor lets tell";
   if (p > options.false_positive_rate)
     return "chance gives the search as much: p is " + short_text(p) + " or more, allowed is " +
@@ -454,7 +454,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     Round round(result.fitted, rows, training);
     const std::vector<Round::Outcome> outcomes = round.outcomes();
     const int additions = step - replaced;
-    const bool worth = additions < kMostEffects && !outcomes.empty() &&
+    const bool worth = additions < kMaxEffects && !outcomes.empty() &&
                        outcomes.front().gain >= options.least_gain &&
                        outcomes.front().gain * round.base().held_out >= least_square;
     report(options, "trying the same on chance data", passed(0.2));
@@ -473,7 +473,7 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
       rivals.erase(rivals.begin());
       p = p_of_best;
     }
-    if (rivals.empty() && replaced < kMostReplaced && replace_misnamed(result, rows, training, options)) {
+    if (rivals.empty() && replaced < kMaxReplaced && replace_misnamed(result, rows, training, options)) {
       ++replaced;
       choose_tail(result, rows, training);
       drop_idle(result, rows, training, options.least_gain);
