@@ -25,9 +25,9 @@ file(MAKE_DIRECTORY ${PROJECT_BINARY_DIR}/generated)
 # Documents, in the folders that they link to each other by, name programs and files where they are installed.
 set(documents README.md apps/FILE_FORMATS.md apps/youbotd/README.md apps/youbot_bench/README.md
               apps/youbot_gap/README.md apps/youbot_sim/README.md drivers/haptic/README.md
-              examples/README.md python/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md CONTRIBUTING.md
-              docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/glossary.md docs/robot.md
-              docs/safety.md docs/speed.md docs/status.md)
+              examples/README.md python/README.md udev/raw-socket.md tests/data/README.md LICENSE NOTICE CHANGELOG.md
+              CONTRIBUTING.md docs/architecture.md docs/bounds.md docs/emulated_bus.md docs/frames.md docs/glossary.md docs/library.md
+              docs/robot.md docs/safety.md docs/speed.md docs/status.md)
 install(CODE "set(DOCUMENTS \"${documents}\")
 set(SOURCE \"${PROJECT_SOURCE_DIR}\")
 set(OUTPUT \"${PROJECT_BINARY_DIR}/generated/doc\")
