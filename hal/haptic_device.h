@@ -1,5 +1,5 @@
 /// @file
-/// One exchange per cycle with the master in the operator's hand.
+/// One exchange per cycle with the haptic device in the operator's hand.
 /// Frames as in hal/haptic_sample.h; forces act on the hand.
 ///
 ///   device.activate();                                          // set-up: throws hal::SetupError
@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "drivers/haptic/haptic_fault.h"
 #include "hal/haptic_sample.h"
 
 namespace hal {
@@ -20,8 +21,7 @@ struct HapticInfo {
   std::string name;            ///< "omega.6, right-handed (serial 4711)"
   double force_limit_N = 0.0;  ///< largest magnitude the device can render; 0: no force feedback
   bool senses_rotation = false;
-  /// The pose springs back to the middle by itself: its distance from there asks for a speed, and says
-  /// nothing about where the hand is.
+  /// The pose springs back to the middle by itself: its distance from there asks for a speed.
   bool rate_only = false;
   std::vector<std::string> warnings = {};  ///< what an operator should know: "the firmware has no watchdog"
 };
@@ -32,27 +32,18 @@ struct HapticCommand {
   Eigen::Vector3d f_D_H_N = Eigen::Vector3d::Zero();  ///< scaled down to the device's limit when larger
 };
 
-enum class HapticFault : std::uint8_t {
-  kNone,
-  kNotActive,
-  kNotReady,    ///< no position yet (not homed): no force. The only one that ends by itself
-  kBadCommand,  ///< a force was not finite
-  kBadSample,   ///< a measured value was not finite
-  kStale,       ///< no fresh sample, or the exchange itself came late: the force is zero
-  kNoCommand,   ///< the loop that gives the forces stopped giving them
-  kTooFast,     ///< the grip moved faster than HapticLimits::speed_m_per_s
-  kUnplugged,   ///< deactivate, then activate again once it is back
-  kDeviceFault,
-};
-/// In words, for messages: "a force that is not a finite number".
-const char* describe(HapticFault fault) noexcept;
+using drivers::haptic::describe;
+using drivers::haptic::HapticFault;
+using drivers::haptic::needs_reopening;
 
 struct [[nodiscard]] HapticStatus {
   HapticFault fault = HapticFault::kNone;
+  /// The device could not make a force in this exchange, though it has a position: it fades in again.
+  bool withheld = false;
   bool saturated = false;          ///< the force was scaled down; not a fault
-  std::uint32_t detail = 0;        ///< the device's own code; HapticDevice::describe() tells
-  std::chrono::nanoseconds age{};  ///< of the sample, when this was told; max() before the first one
-  /// What the device was told last, limited and faded in, as far as is known: no measurement.
+  std::uint32_t detail = 0;        ///< the device's own code; HapticDevice::describe() has it in words
+  std::chrono::nanoseconds age{};  ///< of the sample, at the time of this status; max() before the first one
+  /// The latest force sent to the device, limited and faded in, as far as is known: no measurement.
   Eigen::Vector3d f_D_H_N = Eigen::Vector3d::Zero();
   bool ok() const noexcept { return fault == HapticFault::kNone; }
 };

@@ -1,5 +1,5 @@
 /// @file
-/// The seam below hal::HapticDevice: one device, asked by whoever may wait for it.
+/// The seam below hal::HapticDevice: one device, whose exchange may block.
 #pragma once
 #include <chrono>
 #include <string>
@@ -24,8 +24,9 @@ class HapticLink {
   virtual bool close() noexcept = 0;
   /// Cycle: sends the force, zero with `enable` false, and reads. Waits for the device's answer, some
   /// milliseconds at most. The force is finite and within the info's limit. Fills pose, buttons and stamp,
-  /// not the velocity; leaves `sample` alone when nothing new came. The status holds the force that was sent.
-  /// Its own faults need not be latched.
+  /// not the velocity; `sample` is unchanged when nothing new came. The status holds the force that was sent.
+  /// HapticServo keeps faults and fades the force in: a link reports kNotReady without a position, `withheld`
+  /// when it could not make the force.
   virtual HapticStatus exchange(const HapticCommand& command, std::chrono::nanoseconds now,
                                 HapticSample& sample) noexcept = 0;
   /// Setup: what HapticStatus::detail means.

@@ -1,8 +1,8 @@
 /// @file
-/// What a haptic master tells about the operator's hand.
+/// What a haptic device measures at the operator's hand.
 ///
 /// Frames: H is the device's fixed base (x towards the operator, y to the operator's right, z up), D its
-/// grip.
+/// handle.
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>

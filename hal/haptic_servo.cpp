@@ -50,7 +50,7 @@ HapticServo::HapticServo(HapticLink& link, const HapticLimits& limits)
     : link_(link), limits_(limits), velocity_(limits.velocity_cutoff_Hz) {
   std::string all;
   for (const std::string& problem : limits.problems()) all += (all.empty() ? "" : "; ") + problem;
-  if (!all.empty()) throw SetupError("haptic master", "check its limits", all);
+  if (!all.empty()) throw SetupError("haptic device", "check its limits", all);
 }
 
 void HapticServo::reset() noexcept {
@@ -66,14 +66,14 @@ void HapticServo::reset() noexcept {
 HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds commanded, nanoseconds now,
                                HapticSample& sample) noexcept {
   const nanoseconds gap = previous_ ? now - *previous_ : 0ns;
-  // What came to pass without a force is no time in which it could have grown.
+  // Time without a force does not count: it could not have grown.
   const nanoseconds slewing = enabled_since_ ? std::clamp<nanoseconds>(gap, 0ns, limits_.stale_after) : 0ns;
   previous_ = now;
   if (!command.enable) {
     latched_ = {};
     enabled_since_.reset();
   } else {
-    // While the force was off nobody was harmed by a pause.
+    // A pause is harmless while the force is off.
     if (enabled_since_ && (gap < 0ns || gap > limits_.stale_after))
       latch({.fault = HapticFault::kStale, .detail = whole_microseconds(gap)});
     check_command(command, commanded, now);
@@ -88,10 +88,11 @@ HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds command
 
   HapticSample measured;
   measured.stamp = stamp_;
-  const HapticStatus reading = link_.exchange({on, sent_N_}, now, measured);
+  HapticStatus reading = link_.exchange({on, sent_N_}, now, measured);
+  if (reading.fault == HapticFault::kMissed) reading.fault = HapticFault::kNone;  // only its age counts
   const bool good = finite(measured);
   if (reading.fault == HapticFault::kNotReady) {
-    // Where the grip is will be a surprise, so the force has to fade in once more.
+    // The next position may be anywhere.
     velocity_.reset();
     enabled_since_.reset();
     sent_N_.setZero();
@@ -101,6 +102,10 @@ HapticStatus HapticServo::step(const HapticCommand& command, nanoseconds command
     has_sample_ = true;
     fresh_ = now;
     sample = measured;
+  }
+  if (reading.withheld && enabled_since_) {
+    enabled_since_ = now;  // the samples go on: only the ramp begins again
+    sent_N_.setZero();
   }
   check_reading(good ? reading : HapticStatus{.fault = HapticFault::kBadSample}, measured, now);
 
@@ -135,7 +140,7 @@ void HapticServo::check_reading(HapticStatus reading, const HapticSample& measur
   if (!enabled_since_) return;
   if (now - fresh_ > limits_.stale_after)
     latch({.fault = HapticFault::kStale, .detail = whole_microseconds(now - fresh_)});
-  const bool has_force = link_.info().force_limit_N > 0.0;  // a cap on springs may snap as it likes
+  const bool has_force = link_.info().force_limit_N > 0.0;  // a cap on springs may snap back
   if (has_force && measured.v_HD_H_m_per_s.norm() > limits_.speed_m_per_s)
     latch({.fault = HapticFault::kTooFast});
 }

@@ -1,6 +1,6 @@
 /// @file
-/// What stands between a loop that gives forces and a device that makes them: the same limits and the same
-/// reasons to let go for every haptic master.
+/// Between a loop that gives forces and a device that makes them: the only owner of force limit, slew, ramp,
+/// staleness and latched faults, the same for every haptic device.
 #pragma once
 #include <Eigen/Core>
 #include <chrono>
@@ -14,16 +14,17 @@
 namespace hal {
 
 struct HapticLimits {
-  double slew_N_per_s = 200.0;              ///< the force changes no faster while it is on; it ends at once
-  double speed_m_per_s = 1.0;               ///< a faster grip loses its force
-  std::chrono::milliseconds ramp_in{1000};  ///< from enabling on the gain goes from 0 to 1; 0: at once
-  /// Older samples, and longer pauses between two exchanges, take the force away. No less than a device's
-  /// own rhythm.
+  double slew_N_per_s = 200.0;  ///< the force changes no faster while it is on; it ends at once
+  double speed_m_per_s = 1.0;   ///< a faster handle loses its force
+  /// The gain goes from 0 to 1 after each enabling, and each time the device could make no force: it had no
+  /// position, it was settling, or its position was too old. 0: at once.
+  std::chrono::milliseconds ramp_in{1000};
+  /// Older samples, and longer pauses between two exchanges, end the force. No less than the device's period.
   std::chrono::milliseconds stale_after{20};
-  std::chrono::milliseconds command_timeout{20};  ///< older commands take the force away
+  std::chrono::milliseconds command_timeout{20};  ///< older commands end the force
   double velocity_cutoff_Hz = VelocityFilter::kDefaultCutoff_Hz;
 
-  /// Setup: all that is wrong with it, in words; empty: nothing.
+  /// Setup: everything that is wrong with it, in words.
   std::vector<std::string> problems() const;
 };
 
@@ -33,7 +34,7 @@ class HapticServo {
   /// `link` outlives the servo. @throws hal::SetupError listing all HapticLimits::problems().
   HapticServo(HapticLink& link, const HapticLimits& limits);
 
-  /// The link was opened anew: no force, no fault, nothing known of the grip.
+  /// The link was opened again: no force, no fault, no sample.
   void reset() noexcept;
 
   /// One exchange with the device. `commanded` is when the command was given, in the clock of `now`. The

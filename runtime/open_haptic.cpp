@@ -23,8 +23,9 @@ using hal::seconds;
 constexpr const char* kLoopback = "loopback";
 /// The vendor's image has about 30 kB.
 constexpr std::size_t kMaxFirmware_bytes = 1 << 20;
-constexpr std::chrono::seconds kShortestRamp{1};  // of the omega.6's driver
-/// Without real-time rights a busy machine delays the loop: as long as for the bus of a simulator.
+/// Of an omega.6, whose motors make up to 12 N.
+constexpr std::chrono::milliseconds kShortestOmegaRamp{1000};
+/// Without real-time rights a busy machine holds the loop up: as long as for the bus of a simulator.
 constexpr std::chrono::milliseconds kPenPatience = hal::kSimulatorPatience;
 
 std::vector<std::uint8_t> read_image(const std::filesystem::path& path) {
@@ -55,7 +56,6 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
   if (is_force_dimension(options.name)) {
     hal::ForceDimensionLinkConfig config = options.force_dimension;
     config.device.max_force_N = options.force_limit_N;
-    config.device.ramp_in = std::max<std::chrono::milliseconds>(options.limits.ramp_in, kShortestRamp);
     config.look_at_bus = [] { drivers::haptic::check_force_dimension_on_bus(drivers::usb::UsbContext()); };
     return std::make_unique<hal::ForceDimensionLink>(std::move(config));
   }
@@ -170,8 +170,7 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
     return opened;
   }
   hal::HapticLimits limits = options.limits;
-  // Its driver fades the force in itself, after the device has settled.
-  if (is_force_dimension(options.name)) limits.ramp_in = std::chrono::milliseconds(0);
+  if (is_force_dimension(options.name)) limits.ramp_in = std::max(limits.ramp_in, kShortestOmegaRamp);
   opened.device = std::make_unique<hal::ThreadedHapticDevice>(real_link(options), limits, options.thread);
   return opened;
 }

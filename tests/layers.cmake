@@ -13,7 +13,7 @@ set(rules
   "^drivers/usb/"       "^(drivers/usb|libusb-1\\.0)/"
   "^drivers/haptic/"    "^((drivers/usb|drivers/haptic|libusb-1\\.0|hidapi)/|drivers/(setup_error|uninterrupted)\\.h)"
   "^hal/(ethercat|haptic)/" "^(hal|Eigen|drivers)/"
-  "^hal/.*\\.h$"        "^((hal|Eigen)/|drivers/tmcl/youbot_kind\\.h$)"
+  "^hal/.*\\.h$"        "^((hal|Eigen)/|drivers/(tmcl/youbot_kind|haptic/haptic_fault)\\.h$)"
   "^hal/.*\\.cpp$"      "^(hal|Eigen|drivers)/"
   "^model/"             "^(model|Eigen)/"
   # Its subject is what the HAL's robots report.

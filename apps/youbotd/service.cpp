@@ -329,13 +329,11 @@ void Service::require_same_devices(const operation::Config& config) const {
                   " now differs in the loop, the geometry, the robot or the haptic device: restart youbotd");
 }
 
-/// An unplugged device may have been plugged in again; and a device that its driver counts as lost, such as a
-/// Falcon after several missing replies, is back only after it is reopened.
+/// An unplugged device may be back; a lost one, as a Falcon after several missing replies, comes back only by
+/// opening it again.
 void Service::open_master_again() {
-  give_orders_and_hear();  // an older report may describe the device before it was opened
-  if (told_.master.fault != hal::HapticFault::kUnplugged &&
-      told_.master.fault != hal::HapticFault::kDeviceFault)
-    return;
+  give_orders_and_hear();  // an older report may describe the master before it was opened
+  if (!hal::needs_reopening(told_.master.fault)) return;
   const auto begin = clock_.now();
   orders_.leave_master = true;
   give_orders_and_hear();

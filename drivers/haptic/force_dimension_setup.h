@@ -21,7 +21,7 @@ void sleep_for(std::chrono::nanoseconds time);
 /// For stopping a device, which goes on when `wait` throws, only faster.
 void wait_without_throwing(const WaitFor& wait, std::chrono::nanoseconds time) noexcept;
 
-/// Whatever has to stop is told so up to that often, with a pause after each refusal.
+/// Attempts to stop the device, with a pause after each refusal.
 inline constexpr int kStopAttempts = 5;
 inline constexpr std::chrono::milliseconds kStopRetry{2};
 
@@ -33,18 +33,17 @@ struct ForceDimensionConfig {
   /// Calibration moves the handle: false refuses a device that is not calibrated.
   bool allow_motion = false;
   /// Without a force command for so long the firmware switches the force off. 125 us to 31.875 ms, rounded
-  /// down to 125 us. A gap of more than half of it between two exchanges is a fault.
+  /// down to 125 us.
   std::chrono::microseconds watchdog{20'000};
   double max_force_N = 8.0;  ///< above 0, up to kOmega6MaxForce_N
-  /// At the grip, for gravity compensation, 0 to 1 kg; empty: what the device has stored.
+  /// At the handle, for gravity compensation, 0 to 1 kg; empty: what the device has stored.
   std::optional<double> effector_mass_kg;
   /// A read sooner than this after another one returns the old sample. 0 to 10 ms; empty: the SDK's. A loop
-  /// of 4 kHz needs 0; more than the watchdog's time ends in ForceDimensionFault::kStale.
+  /// of 4 kHz needs 0; more than hal::HapticLimits::stale_after makes each sample stale.
   std::optional<std::chrono::microseconds> time_guard;
-  /// Zero force from enabling on; 20 ms to 10 s, and no less than the watchdog's time, so that a pose that
-  /// has stood still since before is stale before there is a force.
+  /// Zero force from switching it on, while the device may still show its brakes; 20 ms to 10 s. No shorter
+  /// than hal::HapticLimits::stale_after, so that a pose that stands still is stale before there is a force.
   std::chrono::milliseconds settle{100};
-  std::chrono::milliseconds ramp_in{1000};  ///< then gain 0 to 1; at least 1 s
   WaitFor wait = sleep_for;
 
   /// All that is wrong with it; empty: nothing.

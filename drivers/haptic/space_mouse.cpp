@@ -8,7 +8,7 @@
 namespace drivers::haptic {
 namespace {
 
-/// More than any report of the family; a longer one is cut, and is none of a SpaceMouse's anyway.
+/// More than any report of the family; a longer one is cut, and no SpaceMouse sends it.
 constexpr std::size_t kReportBytes = 64;
 
 bool switch_light(hid_device* device, bool on) noexcept {
@@ -17,14 +17,6 @@ bool switch_light(hid_device* device, bool on) noexcept {
 }
 
 }  // namespace
-
-const char* describe(SpaceMouseFault fault) noexcept {
-  switch (fault) {
-    case SpaceMouseFault::kNone: return "no fault";
-    case SpaceMouseFault::kUnplugged: return "unplugged";
-  }
-  return "unknown fault";
-}
 
 SpaceMouse::SpaceMouse(const SpaceMouseChoice& choice)
     : info_(choose_space_mouse(choice, find_space_mice())), device_(open_space_mouse(info_)) {
@@ -52,7 +44,7 @@ SpaceMouseStatus SpaceMouse::poll(std::chrono::nanoseconds now, SpaceMouseSample
     reports_.take(std::span(report).first(static_cast<std::size_t>(size)), now);
   }
   if (unplugged_) {
-    status.fault = SpaceMouseFault::kUnplugged;
+    status.fault = HapticFault::kUnplugged;
     sample.deflection = {};
     sample.buttons = 0;
     return status;

@@ -13,11 +13,8 @@
 
 namespace hal {
 
-/// The Falcon's axes (x right, y up, z out towards the user) become those of hal/haptic_sample.h. Its origin
-/// is FalconConfig::p_FO_m. The grip never turns. Buttons as in drivers::haptic::falcon::Button.
-///
-/// An exchange waits for the reply, at most FalconConfig::reply_deadline. A single missing one is no fault:
-/// nothing new came. Counts that fit no position are a bad sample.
+/// An exchange waits for the reply, at most FalconConfig::reply_deadline. Buttons as in
+/// drivers::haptic::falcon::Button.
 class FalconLink final : public HapticLink {
  public:
   /// Setup: finds and claims the device. @throws drivers::SetupError.
@@ -41,7 +38,7 @@ class FalconLink final : public HapticLink {
   HapticInfo info_;
   std::unique_ptr<drivers::usb::UsbPort> port_;
   std::optional<drivers::haptic::Falcon> falcon_;  // uses port_
-  bool force_off_ = true;                          // as the latest closing told
+  bool force_off_ = true;                          // as of the latest close()
 };
 
 }  // namespace hal

@@ -11,18 +11,17 @@
 
 namespace hal {
 
-/// Who speaks with the device.
+/// What communicates with the device.
 enum class ForceDimensionTransport : std::uint8_t {
   kSdk,  ///< the vendor's library, loaded when the device is opened
-  /// We, over USB. Not supported: neither packets nor calibration data are public, so open() refuses. See
-  /// drivers/haptic/README.md.
+  /// This program, over USB. Not supported: neither packets nor calibration data are public, so open()
+  /// refuses. See drivers/haptic/README.md.
   kUsb,
 };
 
 struct ForceDimensionLinkConfig {
   ForceDimensionTransport transport = ForceDimensionTransport::kSdk;
   drivers::haptic::SdkSearch sdk;
-  /// Also its limits and its fading in, which start with each enabling.
   drivers::haptic::ForceDimensionConfig device;
   /// Setup: asks the bus before the library, which only says "no device". Throws drivers::SetupError when the
   /// device is not there or may not be opened; empty: does not ask.
@@ -45,7 +44,7 @@ class ForceDimensionLink final : public HapticLink {
   ForceDimensionLinkConfig config_;
   HapticInfo info_;
   std::unique_ptr<drivers::haptic::ForceDimension> device_;  // null: closed
-  bool force_off_ = true;                                    // as the latest closing told
+  bool force_off_ = true;                                    // as of the latest close()
 };
 
 }  // namespace hal

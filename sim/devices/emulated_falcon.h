@@ -69,6 +69,7 @@ class EmulatedFalcon final : public drivers::usb::UsbPort {
   void pass(std::chrono::nanoseconds time) noexcept { now_ += time; }
   State state() const noexcept { return state_; }
   bool homed() const noexcept { return homed_ == 0b111; }
+  unsigned homed_axes() const noexcept { return homed_; }  ///< bit of each axis
   const std::array<std::int16_t, 3>& motors() const noexcept { return motors_; }
   const std::vector<std::uint8_t>& loaded() const noexcept { return loaded_; }
   int commands() const noexcept { return commands_; }

@@ -20,17 +20,17 @@ namespace drivers::haptic {
 using namespace std::chrono_literals;
 using sim::devices::ForceDimensionMode;
 using std::chrono::nanoseconds;
-using Fault = ForceDimensionFault;
+using Fault = HapticFault;
 
 inline constexpr ForceDimensionCommand kOff{};
 /// Enabled, without a force.
 inline constexpr ForceDimensionCommand kHold{.enable = true, .f_D_H_N = {}};
-inline constexpr std::array<double, 3> kZero_N{};
+inline constexpr Vector3 kZero_N{};
 inline constexpr double kWeight_N = 0.25 * 9.81;
 inline constexpr std::chrono::milliseconds kCycle{1};
 inline constexpr std::chrono::milliseconds kWatchdog{20};
-inline constexpr std::chrono::milliseconds kUntilFullForce{
-    1101};  ///< settling, ramp, and the cycle at its end
+/// The settling, and the cycle at its end.
+inline constexpr std::chrono::milliseconds kUntilFullForce{101};
 
 inline bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
@@ -73,7 +73,7 @@ struct ForceDimensionBench : testing::Test {
     now += time;
     stand_in->control().advance(std::chrono::duration<double>(time).count());
   }
-  const ForceDimensionStatus& cycle(const ForceDimensionCommand& command) {
+  const DeviceStatus& cycle(const ForceDimensionCommand& command) {
     const double begin_s = state().time_s;
     status = device->exchange(command, now, sample);
     // Duration of the calls.
@@ -81,8 +81,8 @@ struct ForceDimensionBench : testing::Test {
     pass(kCycle);
     return status;
   }
-  /// Cycles for `time`; returns the last status.
-  const ForceDimensionStatus& run(nanoseconds time, const ForceDimensionCommand& command) {
+  /// Cycles for `time`; gives the last status.
+  const DeviceStatus& run(nanoseconds time, const ForceDimensionCommand& command) {
     for (const nanoseconds end = now + time; now < end;) {
       cycle(command);
       if (!status.ok()) faults += 1;
@@ -96,14 +96,15 @@ struct ForceDimensionBench : testing::Test {
     }
     return false;
   }
-  /// Opened, enabled, at full gain.
+  /// Opened, enabled, settled.
   void start(const ForceDimensionCommand& command = kHold) {
     open();
     faults = 0;
-    ASSERT_TRUE(run(kUntilFullForce, command).ok()) << describe(status);
+    ASSERT_TRUE(run(kUntilFullForce, command).ok()) << words();
     ASSERT_EQ(faults, 0);
   }
 
+  std::string words() const { return describe_force_dimension(status.fault, status.detail); }
   const sim::devices::ForceDimensionState& state() const { return stand_in->state(); }
   sim::devices::ForceDimensionCalls& calls() const { return stand_in->calls(); }
   sim::devices::ForceDimensionScript& script() const { return stand_in->script(); }
@@ -118,8 +119,8 @@ struct ForceDimensionBench : testing::Test {
   std::unique_ptr<StandIn> stand_in = std::make_unique<StandIn>(folder, "library.so");
   ForceDimensionConfig config;
   nanoseconds now = std::chrono::seconds(1);
-  ForceDimensionSample sample;
-  ForceDimensionStatus status;
+  DeviceSample sample;
+  DeviceStatus status;
   int faults = 0;
   std::unique_ptr<ForceDimension> device;  // last: its destructor uses the members above
 };

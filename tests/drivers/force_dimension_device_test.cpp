@@ -29,7 +29,7 @@ TEST_F(ForceDimensionDevice, PoseAndButtonsComeInTheBaseFrameByEitherWayOfReadin
     script().buttons = 1;
     open();
     ASSERT_TRUE(run(3s, kHold).ok());
-    EXPECT_EQ(sample.stamp, now - 1ms);
+    EXPECT_TRUE(status.fresh);
     for (std::size_t i = 0; i < 3; ++i) {
       // Coulomb friction of 0.15 N on the hand's 300 N/m, and one step of the sensor.
       EXPECT_NEAR(sample.p_HD_m[i], script().hand_m[i], 0.15 / 300.0 + 1e-5);
@@ -53,20 +53,15 @@ TEST_F(ForceDimensionDevice, PoseIsReadWithTheForceOff) {
   EXPECT_LT(sample.p_HD_m[2], 0.0) << "the braked handle sinks";
 }
 
-TEST_F(ForceDimensionDevice, TimeGuardIsAnEventThatLeavesTheSampleItsAge) {
+TEST_F(ForceDimensionDevice, TimeGuardRepeatsAPoseWhichIsNotFresh) {
   for (const bool in_two_calls : {false, true}) {
     if (in_two_calls) load({"dhdGetPositionAndOrientationFrame"});
     script().time_guard_us = 1500;
     open();
-    ASSERT_TRUE(cycle(kHold).ok());
-    EXPECT_FALSE(status.repeated);
-    const nanoseconds stamp = sample.stamp;
-    ASSERT_TRUE(cycle(kHold).ok());
-    EXPECT_TRUE(status.repeated);
-    EXPECT_EQ(sample.stamp, stamp);
-    ASSERT_TRUE(cycle(kHold).ok());
-    EXPECT_FALSE(status.repeated);
-    EXPECT_EQ(sample.stamp, stamp + 2ms);
+    for (const bool fresh : {true, false, true}) {
+      ASSERT_TRUE(cycle(kHold).ok());
+      EXPECT_EQ(status.fresh, fresh);
+    }
     device.reset();
   }
 }
@@ -76,38 +71,36 @@ TEST_F(ForceDimensionDevice, ConfiguredTimeGuardIsSet) {
   config.time_guard = 0us;
   open();
   run(5ms, kHold);
-  EXPECT_FALSE(status.repeated);
-  EXPECT_EQ(sample.stamp, now - 1ms);
+  EXPECT_TRUE(status.fresh);
 }
 
 // ---- force
 
-TEST_F(ForceDimensionDevice, ForceRisesFromZeroToTheCommandOverARamp) {
+TEST_F(ForceDimensionDevice, ForceIsWithheldWhileTheDeviceSettles) {
   script().hand_holds = true;
   open();
-  double previous_N = 0.0;
-  for (const nanoseconds begin = now; now < begin + 1200ms;) {
-    const nanoseconds since = now - begin;
-    ASSERT_TRUE(cycle(push(4.0)).ok()) << describe(status);
-    const double force_N = state().command_N[0];
-    const double expected_N =
-        4.0 * std::clamp(std::chrono::duration<double>(since - 100ms).count(), 0.0, 1.0);
-    ASSERT_NEAR(force_N, expected_N, 1e-9);
-    ASSERT_LE(force_N - previous_N, 4.0 / 1000.0 + 1e-9) << "no step";
-    previous_N = force_N;
+  for (const nanoseconds end = now + config.settle; now < end;) {
+    ASSERT_TRUE(cycle(push(4.0)).ok()) << words();
+    ASSERT_TRUE(status.withheld && status.fresh);
+    ASSERT_EQ(norm(state().command_N), 0.0);
   }
-  EXPECT_EQ(previous_N, 4.0);
-  EXPECT_NEAR(felt_N(), 4.0, 1e-6);
+  ASSERT_TRUE(cycle(push(4.0)).ok());
+  EXPECT_FALSE(status.withheld);
+  EXPECT_EQ(state().command_N[0], 4.0);
+  EXPECT_EQ(status.f_D_H_N[0], 4.0);
 }
 
-TEST_F(ForceDimensionDevice, EveryEnablingRampsAgainAndDisablingIsZeroAtOnce) {
+TEST_F(ForceDimensionDevice, DisablingIsZeroAtOnceAndKeepsTheBrakesOff) {
   script().hand_holds = true;
   start(push(4.0));
+  ASSERT_TRUE(run(kWatchdog, push(4.0)).ok());
+  EXPECT_NEAR(felt_N(), 4.0, 1e-3) << "the motors follow within milliseconds";
   ASSERT_TRUE(cycle({.enable = false, .f_D_H_N = {4.0, 0.0, 0.0}}).ok());
   EXPECT_EQ(norm(state().command_N), 0.0);
   EXPECT_EQ(state().mode, ForceDimensionMode::kForce) << "still carries its weight";
-  ASSERT_TRUE(run(600ms, push(4.0)).ok());
-  EXPECT_NEAR(state().command_N[0], 4.0 * 0.499, 1e-9);
+  ASSERT_TRUE(cycle(push(4.0)).ok());
+  EXPECT_FALSE(status.withheld) << "no brakes to wait for";
+  EXPECT_EQ(state().command_N[0], 4.0);
 }
 
 TEST_F(ForceDimensionDevice, ZeroForceIsSentInEveryCycleSoTheHandleDoesNotSag) {
@@ -157,18 +150,15 @@ TEST_F(ForceDimensionDevice, ForceWithTheBrakesOnMayBeRefusedOrNotAndAnOldStatus
 
 // ---- faults
 
-TEST_F(ForceDimensionDevice, CommandThatIsNotFiniteIsZeroForceUntilDisabledOnce) {
+TEST_F(ForceDimensionDevice, CommandThatIsNotFiniteIsZeroForce) {
   script().hand_holds = true;
   start(push(4.0));
   for (const double bad :
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     EXPECT_EQ(cycle(push(0.0, bad)).fault, Fault::kBadCommand);
     EXPECT_EQ(norm(state().command_N), 0.0);
-    EXPECT_EQ(run(kWatchdog - 1ms, push(4.0)).fault, Fault::kBadCommand) << "latched";
-    EXPECT_LT(felt_N(), 1e-3);
-    EXPECT_TRUE(cycle(kOff).ok());
-    EXPECT_TRUE(run(kUntilFullForce, push(4.0)).ok());
-    EXPECT_EQ(state().command_N[0], 4.0);
+    EXPECT_EQ(status.f_D_H_N, kZero_N);
+    EXPECT_TRUE(cycle(push(4.0)).ok());
   }
 }
 
@@ -177,33 +167,31 @@ TEST_F(ForceDimensionDevice, SampleWithAnyValueNotFiniteIsZeroForceAndNotHandedO
   start(push(4.0));
   for (int value = 0; value < 12; ++value) {
     SCOPED_TRACE(value);
-    ASSERT_TRUE(run(config.settle + 100ms, push(4.0)).ok());
-    ASSERT_GT(state().command_N[0], 0.3);
+    ASSERT_TRUE(cycle(push(4.0)).ok());
+    ASSERT_EQ(state().command_N[0], 4.0);
     script().pose_is_nan = true;
     script().nan_value = value;
-    const nanoseconds stamp = sample.stamp;
     EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample);
-    EXPECT_EQ(sample.stamp, stamp);
+    EXPECT_FALSE(status.fresh);
+    EXPECT_TRUE(is_finite(sample.p_HD_m) && std::ranges::all_of(sample.R_HD, is_finite));
     EXPECT_EQ(norm(state().command_N), 0.0);
     EXPECT_EQ(cycle(kOff).fault, Fault::kBadSample) << "it is still so";
     script().pose_is_nan = false;
-    EXPECT_EQ(cycle(push(4.0)).fault, Fault::kBadSample) << "kept until disabled";
-    EXPECT_TRUE(cycle(kOff).ok());
   }
 }
 
 TEST_F(ForceDimensionDevice, NegativeResultIsAFaultWithItsCode) {
   start(push(1.0));
   script().failing_poses = 1;
-  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kSdkError);
+  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kDeviceFault);
   EXPECT_EQ(status.detail, 7);
-  EXPECT_EQ(describe(status), "the SDK refused a call: time-out (SDK error 7)");
+  EXPECT_EQ(words(), "the SDK refused a call: time-out (SDK error 7)");
   EXPECT_EQ(norm(state().command_N), 0.0);
   run(1ms, kOff);
-  script().failing_forces = 1;
+  script().failing_forces = 2;  // the zero before the force is on, which may be refused, and the next
   script().failing_code = 8;
   EXPECT_EQ(run(1ms, push(1.0)).detail, 8);
-  EXPECT_EQ(run(1ms, push(1.0)).detail, 8) << "the first one is kept";
+  EXPECT_EQ(run(1ms, push(1.0)).detail, 8) << "kept until disabled";
   EXPECT_TRUE(cycle(kOff).ok());
 }
 
@@ -225,11 +213,11 @@ TEST_F(ForceDimensionDevice, AnyCallOfACycleThatFailsIsAFaultAndZeroForce) {
         ASSERT_EQ(calls().made - before, in_a_cycle);
         calls().failing = calls().made + call;
         calls().failing_works = works;
-        EXPECT_EQ(cycle(push(6.0)).fault, Fault::kSdkError);
+        EXPECT_EQ(cycle(push(6.0)).fault, Fault::kDeviceFault);
         EXPECT_EQ(status.detail, 7);
         EXPECT_EQ(norm(state().command_N), 0.0);
         EXPECT_EQ(status.f_D_H_N, kZero_N);
-        EXPECT_EQ(run(5ms, push(6.0)).fault, Fault::kSdkError);
+        EXPECT_EQ(run(5ms, push(6.0)).fault, Fault::kDeviceFault);
         EXPECT_LT(felt_N(), 0.01);
       }
       device.reset();
@@ -261,7 +249,7 @@ TEST_F(ForceDimensionDevice, AnyCallOfEnablingThatFailsLeavesTheForceOffOrAtZero
 TEST_F(ForceDimensionDevice, DeviceThatRefusesToEnableIsAFault) {
   open();
   script().refuses_to_enable = true;
-  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kSdkError);
+  EXPECT_EQ(cycle(push(1.0)).fault, Fault::kDeviceFault);
   EXPECT_EQ(status.detail, 12);
   script().refuses_to_enable = false;
   EXPECT_FALSE(cycle(push(1.0)).ok()) << "kept until disabled";
@@ -279,7 +267,7 @@ TEST_F(ForceDimensionDevice, MissedCyclesBrakeWithinTheWatchdogAndNeedADisable) 
   EXPECT_EQ(norm(state().motor_N), 0.0);
   EXPECT_EQ(cycle(push(6.0)).fault, Fault::kForceOff);
   EXPECT_EQ(status.detail, kForceOffWatchdog);
-  EXPECT_PRED2(says, describe(status), "watchdog");
+  EXPECT_PRED2(says, words(), "watchdog");
   EXPECT_EQ(run(500ms, push(6.0)).fault, Fault::kForceOff);
   EXPECT_EQ(state().mode, ForceDimensionMode::kBrake) << "does not come back by itself";
   EXPECT_TRUE(run(5ms, kOff).ok());
@@ -288,28 +276,8 @@ TEST_F(ForceDimensionDevice, MissedCyclesBrakeWithinTheWatchdogAndNeedADisable) 
   EXPECT_EQ(state().command_N[0], 6.0);
 }
 
-TEST_F(ForceDimensionDevice, GapOfMoreThanHalfTheWatchdogIsLateAndZeroForce) {
-  script().hand_holds = true;
-  start(push(6.0));
-  pass(9ms);  // 10 ms between exchanges
-  EXPECT_TRUE(cycle(push(6.0)).ok());
-  pass(10ms);
-  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
-  EXPECT_EQ(status.detail, 11'000);
-  EXPECT_EQ(norm(state().command_N), 0.0);
-  EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
-  EXPECT_EQ(run(100ms, push(6.0)).fault, Fault::kLate);
-  EXPECT_LT(felt_N(), 1e-3);
-}
-
-TEST_F(ForceDimensionDevice, TimeThatRunsBackwardsIsLateToo) {
-  start(push(6.0));
-  now -= 5s;
-  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
-  EXPECT_EQ(status.detail, -4'999'000);
-}
-
 TEST_F(ForceDimensionDevice, TimeThatRanBackwardsWhileDisabledHidesNoBrakes) {
+  script().hand_holds = true;
   start(push(6.0));
   ASSERT_TRUE(run(5ms, kOff).ok());
   now -= 5s;
@@ -327,29 +295,10 @@ TEST_F(ForceDimensionDevice, PausesWithTheForceOffAreNoFault) {
   EXPECT_TRUE(cycle(kOff).ok());
 }
 
-TEST_F(ForceDimensionDevice, WithoutAWatchdogTheGapIsStillSeen) {
-  script().firmware = 2.4;
+TEST_F(ForceDimensionDevice, CallsThatTakeTooLongEndInTheFirmwaresBrakes) {
   script().hand_holds = true;
   start(push(6.0));
-  pass(500ms);
-  EXPECT_EQ(state().mode, ForceDimensionMode::kForce) << "this is what the warning is about";
-  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
-  EXPECT_EQ(norm(state().command_N), 0.0);
-}
-
-TEST_F(ForceDimensionDevice, CallsThatTakeTooLongAreLateAndTheFirmwareBrakes) {
-  script().hand_holds = true;
-  start(push(6.0));
-  calls().cost_s = 0.003;  // four calls in a cycle: past half the watchdog's time, not past all of it
-  EXPECT_TRUE(cycle(push(6.0)).ok());
-  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kLate);
-  EXPECT_EQ(norm(state().command_N), 0.0);
-  EXPECT_EQ(state().mode, ForceDimensionMode::kForce);
-
-  calls().cost_s = 0.0;
-  run(5ms, kOff);
-  ASSERT_TRUE(run(kUntilFullForce, push(6.0)).ok());
-  calls().cost_s = 0.006;
+  calls().cost_s = 0.006;  // four calls in a cycle: past the watchdog's time
   cycle(push(6.0));
   EXPECT_EQ(state().mode, ForceDimensionMode::kBrake);
   EXPECT_FALSE(cycle(push(6.0)).ok());
@@ -388,7 +337,7 @@ TEST_F(ForceDimensionDevice, PushingFastBrakesByVelocityWithBoundedForce) {
   EXPECT_LE(state().largest_motor_N, 8.0);
 }
 
-TEST_F(ForceDimensionDevice, BrakedWhileSettlingIsToldAtItsEndAndNoForceCameMeanwhile) {
+TEST_F(ForceDimensionDevice, BrakesWhileSettlingShowAtItsEndAndNoForceCameMeanwhile) {
   open();
   script().hand_N = {60.0, 0.0, 0.0};
   cycle(push(8.0));
@@ -424,7 +373,7 @@ TEST_F(ForceDimensionDevice, LettingGoInAVirtualWallComesToRestOutsideOfIt) {
   EXPECT_GT(state().command_N[0], 3.0);
   script().hand_holds = false;
   for (int i = 0; i < 2000; ++i) {
-    ASSERT_TRUE(cycle(wall()).ok()) << describe(status);
+    ASSERT_TRUE(cycle(wall()).ok()) << words();
     ASSERT_LE(norm(state().command_N), 8.0);
   }
   EXPECT_GE(sample.p_HD_m[0], -1e-4);
@@ -437,11 +386,11 @@ TEST_F(ForceDimensionDevice, UnpluggedDeviceIsAFaultInTheSameCycleAndItsForceIsG
   script().connected = false;
   EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
   EXPECT_EQ(status.detail, kSdkErrorCommunication);
-  EXPECT_PRED2(says, describe(status), "USB");
+  EXPECT_PRED2(says, words(), "USB");
   pass(kWatchdog);
   EXPECT_EQ(norm(state().motor_N), 0.0);
   EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged) << "disabling does not bring it back";
-  EXPECT_FALSE(device->stop()) << "the stop was not confirmed";
+  EXPECT_FALSE(device->stop()) << "not confirmed";
   EXPECT_FALSE(state().open);
 }
 
@@ -452,11 +401,10 @@ TEST_F(ForceDimensionDevice, PowerThatGoesNeedsANewSetUpThoughItComesBack) {
   EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
   EXPECT_EQ(run(50ms, push(6.0)).fault, Fault::kUnplugged);
   script().powered = true;
-  const nanoseconds stamp = sample.stamp;
   EXPECT_EQ(run(5ms, kOff).fault, Fault::kUnplugged);
   EXPECT_EQ(run(kUntilFullForce, push(6.0)).fault, Fault::kUnplugged);
   EXPECT_EQ(state().mode, ForceDimensionMode::kReset);
-  EXPECT_EQ(sample.stamp, stamp) << "a pose without calibration is none";
+  EXPECT_FALSE(status.fresh) << "a pose without calibration is none";
   EXPECT_EQ(state().watchdog_ticks, 0);
 
   EXPECT_PRED2(says, refusal(), "calibrated");
@@ -472,7 +420,7 @@ TEST_F(ForceDimensionDevice, PowerThatWentBetweenTwoExchangesIsSeenAfterwards) {
   script().powered = true;
   EXPECT_EQ(cycle(push(6.0)).fault, Fault::kUnplugged);
   EXPECT_EQ(status.detail, kSdkErrorNotReady);
-  EXPECT_PRED2(says, describe(status), "not ready");
+  EXPECT_PRED2(says, words(), "not ready");
   EXPECT_EQ(cycle(kOff).fault, Fault::kUnplugged);
 }
 
@@ -601,42 +549,6 @@ TEST_F(ForceDimensionDevice, EnablingBringsNoOldForceBack) {
   EXPECT_EQ(norm(state().brought_back_N), 0.0);
 }
 
-TEST_F(ForceDimensionDevice, PoseThatIsNeverNewAgainIsStaleAndZeroForce) {
-  script().hand_holds = true;
-  start(push(6.0));
-  const nanoseconds stamp = sample.stamp;
-  script().pose_is_stuck = true;
-  EXPECT_TRUE(run(kWatchdog, push(6.0)).ok());
-  EXPECT_TRUE(status.repeated);
-  EXPECT_EQ(state().command_N[0], 6.0);
-  EXPECT_EQ(cycle(push(6.0)).fault, Fault::kStale);
-  EXPECT_EQ(status.detail, 21'000);
-  EXPECT_PRED2(says, describe(status), "no new pose");
-  EXPECT_EQ(norm(state().command_N), 0.0);
-  EXPECT_EQ(sample.stamp, stamp);
-  script().pose_is_stuck = false;
-  EXPECT_EQ(run(5ms, push(6.0)).fault, Fault::kStale) << "kept until disabled";
-  EXPECT_TRUE(cycle(kOff).ok());
-  script().pose_is_stuck = true;
-  EXPECT_TRUE(run(1s, kOff).ok()) << "no force, no fault";
-  EXPECT_TRUE(cycle(push(6.0)).ok());
-  ASSERT_TRUE(faults_within(config.settle, push(6.0)));
-  EXPECT_EQ(status.fault, Fault::kStale) << "before any force";
-}
-
-TEST_F(ForceDimensionDevice, PoseThatStandsStillSinceBeforeEnablingNeverComesToAForce) {
-  script().hand_holds = true;
-  config.settle = 32ms;
-  config.watchdog = 31'875us;
-  open();
-  ASSERT_TRUE(run(200ms, kOff).ok());
-  script().pose_is_stuck = true;
-  // An old pose at enabling is what any time guard gives: its time counts from there.
-  EXPECT_TRUE(run(config.settle, push(8.0)).ok());
-  EXPECT_EQ(cycle(push(8.0)).fault, Fault::kStale);
-  EXPECT_EQ(state().largest_motor_N, 0.0);
-}
-
 // ---- stop
 
 TEST_F(ForceDimensionDevice, StopRampsDownWithinBoundsThenBrakesAndCloses) {
@@ -660,7 +572,7 @@ TEST_F(ForceDimensionDevice, StopRampsDownWithinBoundsThenBrakesAndCloses) {
   start(push(6.0));
   EXPECT_TRUE(device->stop());
   EXPECT_NEAR(previous_N, 0.6, 1e-9);
-  EXPECT_EQ(device->exchange(push(1.0), now, sample).fault, Fault::kNotOpen);
+  EXPECT_EQ(device->exchange(push(1.0), now, sample).fault, Fault::kNotActive);
   EXPECT_TRUE(device->stop()) << "allowed again";
 }
 

@@ -3,7 +3,6 @@
 #include <dlfcn.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 #include "drivers/haptic/force_dimension.h"
@@ -14,10 +13,11 @@
 namespace {
 
 using namespace std::chrono_literals;
+using drivers::haptic::DeviceSample;
+using drivers::haptic::DeviceStatus;
 using drivers::haptic::ForceDimension;
 using drivers::haptic::ForceDimensionConfig;
-using drivers::haptic::ForceDimensionSample;
-using drivers::haptic::ForceDimensionStatus;
+using drivers::haptic::is_finite;
 using fuzz::require;
 
 constexpr double kLimit_N = 6;
@@ -25,19 +25,15 @@ constexpr double kLimit_N = 6;
 constexpr long kMaxCallsInACycle = 40;
 constexpr long kMaxCallsOfSetup = 400;
 
-bool finite(const std::array<double, 3>& vector) {
-  return std::ranges::all_of(vector, [](double value) { return std::isfinite(value); });
-}
-
 fuzz::VendorLies* lies() {
   void* const library = dlopen(YOUBOT_LYING_VENDOR_LIBRARY, RTLD_NOW | RTLD_LOCAL);
   require(library != nullptr);
   return reinterpret_cast<fuzz::VendorLiesFunction*>(dlsym(library, fuzz::kVendorLies))();
 }
 
-void check(const ForceDimensionStatus& status, const ForceDimensionSample& sample,
-           const fuzz::VendorLies& told) {
-  require(finite(status.f_D_H_N) && finite(sample.p_HD_m) && std::ranges::all_of(sample.R_HD, finite));
+void check(const DeviceStatus& status, const DeviceSample& sample, const fuzz::VendorLies& told) {
+  require(is_finite(status.f_D_H_N) && is_finite(sample.p_HD_m) &&
+          std::ranges::all_of(sample.R_HD, is_finite));
   require(told.largest_command_N <= kLimit_N * (1 + 1e-12));
   // A fault leaves no force on: the last command is zero.
   if (!status.ok()) require(told.command_N == std::array<double, 3>{});
@@ -54,7 +50,7 @@ void drive(const drivers::haptic::ForceDimensionLibrary& library, fuzz::VendorLi
   const bool known_to_have_none =
       info.firmware && *info.firmware < drivers::haptic::kFirstFirmwareWithWatchdog;
   require(info.watchdog_ticks == (known_to_have_none ? 0 : config.watchdog_ticks()));
-  ForceDimensionSample sample;
+  DeviceSample sample;
   std::chrono::nanoseconds now = 1s;
   for (int cycle = 0; cycle < 3000 && (cycle < 1500 || !told.left.empty()); ++cycle) {
     const long before = told.calls;

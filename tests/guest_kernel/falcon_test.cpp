@@ -29,8 +29,7 @@ namespace falcon_test {
 using namespace std::chrono_literals;
 using drivers::haptic::Falcon;
 using drivers::haptic::FalconConfig;
-using drivers::haptic::FalconFault;
-using drivers::haptic::FalconSample;
+using drivers::haptic::HapticFault;
 using drivers::usb::LibusbPort;
 using drivers::usb::TransferStatus;
 using drivers::usb::UsbArrival;
@@ -110,11 +109,8 @@ std::vector<std::uint8_t> image() {
 /// The longest times that are allowed, and ten times as long on the slow port: the processor is emulated, and
 /// shared.
 FalconConfig patient() {
-  return {.reply_deadline = 20ms,
-          .lost_after_misses = 10,
-          .ramp = 100ms,
-          .ramp_again = 100ms,
-          .boot = {.alive_packets = 20, .alive_timeout = 5ms}};
+  return {
+      .reply_deadline = 20ms, .lost_after_misses = 10, .boot = {.alive_packets = 20, .alive_timeout = 5ms}};
 }
 
 class FalconInKernel : public testing::Test {
@@ -139,7 +135,7 @@ class FalconInKernel : public testing::Test {
   bool exchange_until(Falcon& falcon, const std::array<double, 3>& force_N, auto&& condition) {
     return wait_until([&] {
       status_ = falcon.exchange(force_N, sample_);
-      const bool over = status_.fault == FalconFault::kLost || status_.fault == FalconFault::kUnplugged;
+      const bool over = status_.fault == HapticFault::kLost || status_.fault == HapticFault::kUnplugged;
       return over || (status_.ok() && condition());
     });
   }
@@ -148,8 +144,8 @@ class FalconInKernel : public testing::Test {
   std::unique_ptr<UsbipDevice> cable_;
   UsbContext context_;
   std::unique_ptr<support::SlowPort> port_;
-  FalconSample sample_;
-  drivers::haptic::FalconStatus status_;
+  drivers::haptic::DeviceSample sample_;
+  drivers::haptic::DeviceStatus status_;
 };
 
 TEST_F(FalconInKernel, ColdDeviceIsBootedHomedAndPushes) {
@@ -158,20 +154,19 @@ TEST_F(FalconInKernel, ColdDeviceIsBootedHomedAndPushes) {
   EXPECT_EQ(falcon.activate(image()), drivers::haptic::falcon::Firmware::kLoaded);
   EXPECT_EQ(function_->with_device([](auto& device) { return device.loaded(); }), image());
 
-  ASSERT_TRUE(exchange_until(falcon, {}, [] { return true; })) << describe(status_.fault);
-  EXPECT_FALSE(sample_.homed);
+  ASSERT_TRUE(wait_until([&] { return falcon.exchange({}, sample_).fault == HapticFault::kNotReady; }));
   function_->with_device([](auto& device) {
     device.pull_and_push();
     device.move_grip({0.01, -0.02, 0.12});
   });
-  ASSERT_TRUE(exchange_until(falcon, {}, [&] { return sample_.homed; }));
+  ASSERT_TRUE(exchange_until(falcon, {}, [] { return true; }));
   EXPECT_TRUE(status_.ok()) << describe(status_.fault);
   // The origin is 0.13 m in front of the base; two counts are less than 0.1 mm.
-  EXPECT_NEAR(sample_.p_OG_m[0], 0.01, 1e-4);
-  EXPECT_NEAR(sample_.p_OG_m[1], -0.02, 1e-4);
-  EXPECT_NEAR(sample_.p_OG_m[2], -0.01, 1e-4);
+  EXPECT_NEAR(sample_.p_HD_m[0], -0.01, 1e-4);
+  EXPECT_NEAR(sample_.p_HD_m[1], 0.01, 1e-4);
+  EXPECT_NEAR(sample_.p_HD_m[2], -0.02, 1e-4);
 
-  EXPECT_TRUE(exchange_until(falcon, {0, 0, 2}, [&] { return sample_.f_G_F_N[2] == 2; }));
+  EXPECT_TRUE(exchange_until(falcon, {2, 0, 0}, [&] { return status_.f_D_H_N[0] == 2; }));
   EXPECT_TRUE(status_.ok()) << describe(status_.fault);
   EXPECT_NEAR(function_->with_device([](auto& device) { return device.force_N()[2]; }), 2, 0.05);
   EXPECT_TRUE(falcon.deactivate());
@@ -186,12 +181,12 @@ TEST_F(FalconInKernel, CablePulledBetweenExchangesIsToldAndStays) {
   ASSERT_NO_FATAL_FAILURE(plug_in({.firmware_running = true}));
   Falcon falcon(*port_, patient());
   (void)falcon.activate();
-  ASSERT_TRUE(exchange_until(falcon, {}, [] { return true; }));
+  ASSERT_TRUE(wait_until([&] { return falcon.exchange({}, sample_).fault == HapticFault::kNotReady; }));
   cable_->unplug();
   // Before the kernel has noticed, replies are only missing.
   ASSERT_TRUE(wait_until([] { return !find_usb_node(kVendor, kProduct); }));
-  EXPECT_EQ(falcon.exchange({}, sample_).fault, FalconFault::kUnplugged);
-  EXPECT_EQ(falcon.exchange({}, sample_).fault, FalconFault::kUnplugged);
+  EXPECT_EQ(falcon.exchange({}, sample_).fault, HapticFault::kUnplugged);
+  EXPECT_EQ(falcon.exchange({}, sample_).fault, HapticFault::kUnplugged);
 }
 
 TEST_F(FalconInKernel, CablePulledInMidTransferEndsIt) {

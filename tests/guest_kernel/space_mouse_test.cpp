@@ -23,8 +23,8 @@
 namespace guest {
 namespace space_mouse_test {
 
+using drivers::haptic::HapticFault;
 using drivers::haptic::SpaceMouse;
-using drivers::haptic::SpaceMouseFault;
 using drivers::haptic::SpaceMouseSample;
 using sim::devices::EmulatedSpaceMouse;
 using sim::devices::SpaceMouseCap;
@@ -134,8 +134,8 @@ TEST_P(SpaceMouseInKernel, LightIsOnWhileItIsOpen) {
 TEST_P(SpaceMouseInKernel, UnpluggedIsToldAndStays) {
   mouse_.unplug();
   EXPECT_TRUE(poll_until([] { return false; }));
-  EXPECT_EQ(status_.fault, SpaceMouseFault::kUnplugged);
-  EXPECT_EQ(driver_.poll({}, sample_).fault, SpaceMouseFault::kUnplugged);
+  EXPECT_EQ(status_.fault, HapticFault::kUnplugged);
+  EXPECT_EQ(driver_.poll({}, sample_).fault, HapticFault::kUnplugged);
   EXPECT_THROW(SpaceMouse(), drivers::SetupError);
 }
 

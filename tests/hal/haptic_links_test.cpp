@@ -60,7 +60,7 @@ TEST_F(FalconLinkTest, BeforeItsEndsAreFoundThereIsNoPositionAndItSaysWhatToDo) 
   link.open();
   EXPECT_EQ(exchange().fault, HapticFault::kNotReady);
   EXPECT_EQ(sample.stamp, 0ns);
-  EXPECT_TRUE(says(link.describe(status), "pull the grip all the way out"));
+  EXPECT_TRUE(says(link.describe(status), "pull the handle all the way out"));
   EXPECT_TRUE(says(link.info().warnings.at(0), "watchdog"));
 }
 
@@ -78,7 +78,7 @@ TEST_F(FalconLinkTest, ItsAxesAreTowardsTheUserRightAndUp) {
 TEST_F(FalconLinkTest, AForceArrivesInTheSameDirection) {
   open_and_home();
   const Vector3d wanted_N(1.0, -2.0, 0.5);
-  for (int i = 0; i < 1500; ++i) ASSERT_TRUE(exchange(wanted_N).ok());
+  ASSERT_TRUE(exchange(wanted_N).ok());
   const auto made_N = falcon.force_N();
   EXPECT_TRUE((Vector3d(made_N[2], made_N[0], made_N[1]) - wanted_N).norm() < 0.02);
   EXPECT_TRUE((status.f_D_H_N - wanted_N).norm() < 1e-6) << status.f_D_H_N.transpose();
@@ -92,21 +92,19 @@ TEST_F(FalconLinkTest, AMissingReplyIsNothingNewAndSeveralAreALostDevice) {
   ASSERT_TRUE(exchange().ok());
   const auto stamp = sample.stamp;
   falcon.drop_replies(1);
-  EXPECT_TRUE(exchange().ok());
+  EXPECT_EQ(exchange({3, 0, 0}).fault, HapticFault::kMissed);
   EXPECT_EQ(sample.stamp, stamp);
-  for (int i = 0; i < 1500; ++i) ASSERT_TRUE(exchange({3, 0, 0}).ok());
-  falcon.drop_replies(1);
-  EXPECT_TRUE(exchange({3, 0, 0}).ok());
   EXPECT_NEAR(status.f_D_H_N.x(), 3.0, 1e-6) << "it went out all the same";
   falcon.drop_replies(100);
-  for (int i = 0; i < 10 && status.ok(); ++i) (void)exchange();
-  EXPECT_EQ(status.fault, HapticFault::kDeviceFault);
+  for (int i = 0; i < 3; ++i) (void)exchange();
+  EXPECT_EQ(status.fault, HapticFault::kLost);
+  EXPECT_TRUE(hal::needs_reopening(status.fault));
   EXPECT_TRUE(says(link.describe(status), "several replies missing")) << link.describe(status);
 }
 
 TEST_F(FalconLinkTest, CountsThatFitNoPositionAreABadSampleWithoutForce) {
   open_and_home();
-  for (int i = 0; i < 1500; ++i) ASSERT_TRUE(exchange({3, 0, 0}).ok());
+  ASSERT_TRUE(exchange({3, 0, 0}).ok());
   falcon.send_counts(2, {30'000, -30'000, 30'000});
   EXPECT_EQ(exchange({3, 0, 0}).fault, HapticFault::kBadSample);
   EXPECT_TRUE(says(link.describe(status), "counts")) << link.describe(status);
@@ -179,28 +177,31 @@ TEST_F(ForceDimensionLinkTest, TellsWhatItIsAndWhereThePenIs) {
               0.09 * std::numbers::pi / 180);
 }
 
-TEST_F(ForceDimensionLinkTest, TheForceThatIsToldIsTheOneThatIsOn) {
+TEST_F(ForceDimensionLinkTest, TheReportedForceIsTheOneThatIsOn) {
   make();
   link->open();
   stand_in.script().hand_holds = true;
-  for (int i = 0; i < 600; ++i) (void)exchange({0, 4, 0});
-  // Half-way up its driver's ramp: 100 ms of settling, then a second.
-  EXPECT_NEAR(status.f_D_H_N.y(), 4 * 0.5, 0.01);
-  EXPECT_NEAR(stand_in.state().command_N[1], status.f_D_H_N.y(), 1e-12);
+  ASSERT_TRUE(exchange({0, 4, 0}).ok());
+  EXPECT_TRUE(status.withheld) << "the device settles";
+  EXPECT_EQ(status.f_D_H_N, Vector3d::Zero());
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(exchange({0, 4, 0}).ok());
+  EXPECT_FALSE(status.withheld);
+  EXPECT_EQ(status.f_D_H_N.y(), 4.0);
+  EXPECT_EQ(stand_in.state().command_N[1], 4.0);
 }
 
-TEST_F(ForceDimensionLinkTest, TellsTheDevicesReasonInWords) {
+TEST_F(ForceDimensionLinkTest, HasTheDevicesReasonInWords) {
   make();
   link->open();
   stand_in.script().hand_holds = true;
-  for (int i = 0; i < 1200; ++i) ASSERT_TRUE(exchange({0, 1, 0}).ok()) << link->describe(status);
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(exchange({0, 1, 0}).ok()) << link->describe(status);
   stand_in.script().hand_holds = false;
   stand_in.script().hand_N = {0, -60, 0};
   for (int i = 0; i < 200 && status.ok(); ++i) (void)exchange({0, 1, 0});
-  EXPECT_EQ(status.fault, HapticFault::kDeviceFault);
+  EXPECT_EQ(status.fault, HapticFault::kForceOff);
   EXPECT_TRUE(says(link->describe(status), "fast")) << link->describe(status);
   EXPECT_EQ(link->describe({HapticFault::kTooFast}), hal::describe(HapticFault::kTooFast))
-      << "what was found above the driver";
+      << "from the servo";
 }
 
 TEST_F(ForceDimensionLinkTest, LooksAtTheBusFirst) {

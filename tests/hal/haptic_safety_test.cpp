@@ -58,10 +58,8 @@ class Rig {
   /// Nothing but its own firmware's watchdog can take the force away when the cable is pulled.
   virtual bool has_watchdog() const { return true; }
   virtual bool has_cable() const { return true; }
-  /// The fault of the part that first notices the excessive handle speed.
+  /// What ends the force first when the handle is too fast.
   virtual HapticFault too_fast() const { return HapticFault::kTooFast; }
-  /// As the programs have them.
-  virtual hal::HapticLimits limits() const { return {}; }
 };
 
 class LoopbackRig final : public Rig, private hal::HandPlant {
@@ -126,9 +124,7 @@ class ForceDimensionRig final : public Rig {
     if (state().mode != sim::devices::ForceDimensionMode::kForce) return Vector3d::Zero();
     return in_our_axes(state().motor_N) - Vector3d(0, 0, kWeight_N);
   }
-  HapticFault too_fast() const override { return HapticFault::kDeviceFault; }  // its firmware, at 1.5 m/s [G]
-  /// Its driver fades the force in.
-  hal::HapticLimits limits() const override { return {.ramp_in = 0ms}; }
+  HapticFault too_fast() const override { return HapticFault::kForceOff; }  // its firmware, at 1.5 m/s [G]
 
  private:
   static constexpr double kWeight_N = 0.25 * 9.81;
@@ -184,7 +180,7 @@ class HapticSafety : public testing::TestWithParam<Kind> {
  protected:
   void SetUp() override {
     rig->link().open();
-    servo.emplace(rig->link(), rig->limits());
+    servo.emplace(rig->link(), hal::HapticLimits{});
     for (int i = 0; i < 5; ++i) (void)step(hal::HapticCommand{});
     rig->make_ready();
     rig->hold_at(Vector3d::Zero());

@@ -310,6 +310,46 @@ TEST_F(HapticServoTest, WithoutAPositionThereIsNoForceAndThenItFadesInAndTheJump
   EXPECT_NEAR(link.force_N.x(), 3e-3, 1e-12);
 }
 
+TEST_F(HapticServoTest, AForceThatTheDeviceWithheldFadesInAgainWithoutAFault) {
+  fade_in(push(3));
+  link.answer.withheld = true;
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(step(push(3)).ok());
+    EXPECT_EQ(sample.stamp, now) << "it has a position";
+  }
+  link.answer.withheld = false;
+  for (int i = 1; i < 1000; ++i) {
+    ASSERT_TRUE(step(push(3)).ok());
+    ASSERT_NEAR(link.force_N.x(), 3e-3 * i, 1e-9);
+  }
+}
+
+TEST_F(HapticServoTest, APoseThatStandsStillSinceEnablingIsStaleBeforeThereIsAForce) {
+  ASSERT_TRUE(step({}).ok());
+  link.fresh = false;
+  link.answer.withheld = true;
+  for (int i = 0; i < 21; ++i) {
+    ASSERT_TRUE(step(push(3)).ok());
+    ASSERT_LE(link.force_N.norm(), 3e-3 + 1e-12);
+  }
+  EXPECT_EQ(step(push(3)).fault, HapticFault::kStale);
+  link.answer.withheld = false;
+  EXPECT_EQ(step(push(3)).fault, HapticFault::kStale);
+  EXPECT_EQ(link.force_N, Vector3d::Zero());
+}
+
+TEST_F(HapticServoTest, AReplyThatIsMissedIsNoFaultButASampleThatAges) {
+  fade_in(push(3));
+  link.answer = {HapticFault::kMissed};
+  link.fresh = false;
+  for (int i = 1; i <= 20; ++i) {
+    ASSERT_TRUE(step(push(3)).ok());
+    EXPECT_EQ(status.age, i * 1ms);
+    EXPECT_NEAR(link.force_N.x(), 3, 1e-9);
+  }
+  EXPECT_EQ(step(push(3)).fault, HapticFault::kStale);
+}
+
 TEST_F(HapticServoTest, WhatTheClockDidBeforeEnablingMakesNoForce) {
   for (const nanoseconds gap : {-1ms, -10ms, 0ms, 1000ms}) {
     limits.ramp_in = 0ms;

@@ -30,7 +30,6 @@ struct FalconLinkOnTheBus : testing::Test {
     drivers::haptic::FalconConfig config;
     // The longest that is allowed, and ten times as long on the slow port: this machine may be busy.
     config.reply_deadline = 20ms;
-    config.ramp = 100ms;
     config.boot.alive_packets = 40;
     config.boot.alive_timeout = 5ms;
     link = std::make_unique<hal::FalconLink>(
@@ -88,13 +87,13 @@ TEST_F(FalconLinkOnTheBus, FromTheBusToAForceAndBack) {
   EXPECT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.ok() && sample.stamp == now; }));
 }
 
-TEST_F(FalconLinkOnTheBus, LostItIsOpenedAnewAndTellsWhereTheGripIsNow) {
+TEST_F(FalconLinkOnTheBus, LostItIsOpenedAgainAndReportsWhereTheHandleIsNow) {
   support::MockFalcon far(*bus, {.firmware_running = true});
   link->open();
   far.with([](sim::devices::EmulatedFalcon& device) { device.pull_and_push(); });
   ASSERT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.ok() && sample.stamp == now; }));
   far.usb().hold_out();
-  ASSERT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.fault == HapticFault::kDeviceFault; }));
+  ASSERT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.fault == HapticFault::kLost; }));
   far.usb().release_out();
   // Lost, it asks on for zero force and reads no reply.
   for (int i = 0; i < 100; ++i) (void)link->exchange({true, Vector3d::Zero()}, now, sample);

@@ -46,7 +46,6 @@ FalconConfig patient() {
   FalconConfig config;
   config.reply_deadline = 20ms;
   config.lost_after_misses = 10;
-  config.ramp = 100ms;
   config.boot.alive_packets = 40;
   config.boot.alive_timeout = 5ms;
   config.boot.query_timeout = 2s;
@@ -82,20 +81,22 @@ class FalconOverUsb : public testing::Test {
     ASSERT_NO_FATAL_FAILURE();
     EXPECT_EQ(falcon_->activate(), falcon::Firmware::kWasRunning);
     far_->with([](EmulatedFalcon& device) { device.pull_and_push(); });
-    FalconSample sample;
-    ASSERT_TRUE(exchange_until({}, sample, [&] { return sample.homed; }));
+    DeviceSample sample;
+    ASSERT_TRUE(exchange_until({}, sample, [] { return true; }));
   }
 
-  /// Exchanges until the samples are as wanted; a late reply is no failure here. False when it takes too long
-  /// or the device is lost.
-  bool exchange_until(const std::array<double, 3>& force_N, FalconSample& sample,
-                      const std::function<bool()>& wanted) {
+  /// Exchanges until there is a position and the samples are as wanted; a late reply is no failure here.
+  /// False when it takes too long or the device is lost.
+  bool exchange_until(
+      const Vector3& force_N, DeviceSample& sample, const std::function<bool()>& wanted,
+      const std::function<bool()>& over = [] { return false; }) {
     const auto deadline = std::chrono::steady_clock::now() + 60s;
     while (std::chrono::steady_clock::now() < deadline) {
       status_ = falcon_->exchange(force_N, sample);
       if (status_.ok() && wanted()) return true;
-      if (status_.fault == FalconFault::kLost) (void)falcon_->activate();
-      if (status_.fault == FalconFault::kUnplugged) return false;
+      if (over()) return false;
+      if (status_.fault == HapticFault::kLost) (void)falcon_->activate();
+      if (status_.fault == HapticFault::kUnplugged) return false;
     }
     return false;
   }
@@ -105,7 +106,7 @@ class FalconOverUsb : public testing::Test {
   std::unique_ptr<usb::UsbContext> context_;
   std::unique_ptr<support::SlowPort> port_;
   std::unique_ptr<Falcon> falcon_;
-  FalconStatus status_;
+  DeviceStatus status_;
 };
 
 TEST_F(FalconOverUsb, ColdDeviceBootsHomesPushesAndIsLeftAtZero) {
@@ -113,26 +114,28 @@ TEST_F(FalconOverUsb, ColdDeviceBootsHomesPushesAndIsLeftAtZero) {
   EXPECT_EQ(falcon_->activate(image()), falcon::Firmware::kLoaded);
   EXPECT_EQ(far_->with([](EmulatedFalcon& device) { return device.loaded(); }), image());
 
-  FalconSample sample;
-  ASSERT_TRUE(exchange_until({1, 0, 0}, sample, [] { return true; }));
-  EXPECT_FALSE(sample.homed);
-  EXPECT_EQ(sample.f_G_F_N, (std::array<double, 3>{})) << "no force before the ends were found";
+  DeviceSample sample;
+  EXPECT_FALSE(exchange_until(
+      {1, 0, 0}, sample, [] { return true; }, [&] { return status_.fault == HapticFault::kNotReady; }));
+  EXPECT_EQ(status_.fault, HapticFault::kNotReady);
+  EXPECT_EQ(status_.f_D_H_N, Vector3{}) << "no force before the ends were found";
 
   far_->with([](EmulatedFalcon& device) {
     device.pull_and_push();
     device.move_grip({0.01, -0.02, 0.14});
     device.press(0b0101);
   });
-  const std::array<double, 3> force_N{1.0, -0.5, 2.0};
-  const auto at_full_force = [&] { return sample.homed && sample.f_G_F_N == force_N; };
+  const Vector3 force_N{1.0, -0.5, 2.0};
+  const auto at_full_force = [&] { return status_.f_D_H_N == force_N; };
   ASSERT_TRUE(exchange_until(force_N, sample, at_full_force));
-  EXPECT_EQ(sample.buttons, 0b0101);
+  EXPECT_EQ(sample.buttons, 0b0101U);
   // The encoders resolve about 0.05 mm, and the force is rounded to motor counts of some 5 mN.
-  const std::array<double, 3> place_m{0.01, -0.02, 0.14 - patient().p_FO_m[2]};
+  // Frame H is the device's own with x towards the user, y right and z up.
+  const Vector3 place_m{0.14 - patient().p_FO_m[2], 0.01, -0.02};
   const auto made_N = far_->with([](EmulatedFalcon& device) { return device.force_N(); });
   for (std::size_t k = 0; k < 3; ++k) {
-    EXPECT_NEAR(sample.p_OG_m[k], place_m[k], 1e-4) << k;
-    EXPECT_NEAR(made_N[k], force_N[k], 0.05) << k;
+    EXPECT_NEAR(sample.p_HD_m[k], place_m[k], 1e-4) << k;
+    EXPECT_NEAR(made_N[k], force_N[(k + 1) % 3], 0.05) << k;
   }
 
   EXPECT_TRUE(falcon_->deactivate());
@@ -151,44 +154,43 @@ TEST_F(FalconOverUsb, WrongEchoIsMendedByAnotherLoad) {
 TEST_F(FalconOverUsb, MissingReplyIsMissedAndTheNextOneComes) {
   ASSERT_NO_FATAL_FAILURE(plug_in_homed());
   far_->with([](EmulatedFalcon& device) { device.drop_replies(1); });
-  FalconSample sample;
+  DeviceSample sample;
   status_ = falcon_->exchange({}, sample);
-  EXPECT_EQ(status_.fault, FalconFault::kMissed);
-  EXPECT_EQ(status_.transfer, TransferStatus::kTimeout);
+  EXPECT_EQ(status_.fault, HapticFault::kMissed);
+  EXPECT_EQ(status_.detail, static_cast<int>(TransferStatus::kTimeout));
   EXPECT_TRUE(exchange_until({}, sample, [] { return true; }));
 }
 
 TEST_F(FalconOverUsb, GarbageInAReplyIsSkipped) {
   ASSERT_NO_FATAL_FAILURE(plug_in_homed());
-  FalconSample sample;
+  DeviceSample sample;
   far_->with([](EmulatedFalcon& device) { device.insert_into_replies(1, 5, 'x'); });
-  EXPECT_EQ(falcon_->exchange({}, sample).fault, FalconFault::kMissed) << "a reply that was spoilt is none";
+  EXPECT_EQ(falcon_->exchange({}, sample).fault, HapticFault::kMissed) << "a reply that was spoilt is none";
   far_->with([](EmulatedFalcon& device) { device.press(0b1000); });
   ASSERT_TRUE(exchange_until({}, sample, [] { return true; }));
-  EXPECT_EQ(sample.buttons, 0b1000);
-  EXPECT_TRUE(sample.homed);
+  EXPECT_EQ(sample.buttons, 0b1000U);
 }
 
 TEST_F(FalconOverUsb, StallIsOneMissAndThePipesGoOn) {
   ASSERT_NO_FATAL_FAILURE(plug_in_homed());
-  FalconSample sample;
+  DeviceSample sample;
   far_->with([](EmulatedFalcon& device) { device.stall(1); });
   status_ = falcon_->exchange({}, sample);
-  EXPECT_EQ(status_.fault, FalconFault::kMissed);
-  EXPECT_EQ(status_.transfer, TransferStatus::kStalled);
+  EXPECT_EQ(status_.fault, HapticFault::kMissed);
+  EXPECT_EQ(status_.detail, static_cast<int>(TransferStatus::kStalled));
   EXPECT_TRUE(exchange_until({}, sample, [] { return true; }));
 
   far_->usb().fail_in(kIn, -EPIPE);
   status_ = falcon_->exchange({}, sample);
-  EXPECT_EQ(status_.fault, FalconFault::kMissed);
-  EXPECT_EQ(status_.transfer, TransferStatus::kStalled);
+  EXPECT_EQ(status_.fault, HapticFault::kMissed);
+  EXPECT_EQ(status_.detail, static_cast<int>(TransferStatus::kStalled));
   EXPECT_TRUE(exchange_until({}, sample, [] { return true; }));
   EXPECT_EQ(far_->usb().counts().clear_halts, 2);
 }
 
 TEST_F(FalconOverUsb, UnpluggedInMidTransferIsUnpluggedForEver) {
   ASSERT_NO_FATAL_FAILURE(plug_in_homed());
-  FalconSample sample;
+  DeviceSample sample;
   far_->usb().hold_out();
   const int written = far_->usb().counts().out_submitted;
   std::thread hand([&] {
@@ -198,19 +200,19 @@ TEST_F(FalconOverUsb, UnpluggedInMidTransferIsUnpluggedForEver) {
     far_->usb().unplug();
   });
   EXPECT_FALSE(exchange_until({}, sample, [] { return true; }));
-  EXPECT_EQ(status_.fault, FalconFault::kUnplugged);
+  EXPECT_EQ(status_.fault, HapticFault::kUnplugged);
   hand.join();
-  EXPECT_EQ(falcon_->exchange({}, sample).fault, FalconFault::kUnplugged);
+  EXPECT_EQ(falcon_->exchange({}, sample).fault, HapticFault::kUnplugged);
   EXPECT_TRUE(falcon_->deactivate()) << "no force was on";
 }
 
 TEST_F(FalconOverUsb, UnpluggedUnderForceSaysThatItMayStillBeOn) {
   ASSERT_NO_FATAL_FAILURE(plug_in_homed());
-  FalconSample sample;
-  ASSERT_TRUE(exchange_until({0, 0, 2}, sample, [&] { return sample.f_G_F_N[2] > 1.0; }));
+  DeviceSample sample;
+  ASSERT_TRUE(exchange_until({2, 0, 0}, sample, [&] { return status_.f_D_H_N[0] > 1.0; }));
   far_->usb().unplug();
   EXPECT_FALSE(exchange_until({}, sample, [] { return false; }));
-  EXPECT_EQ(status_.fault, FalconFault::kUnplugged);
+  EXPECT_EQ(status_.fault, HapticFault::kUnplugged);
   EXPECT_FALSE(falcon_->deactivate());
 }
 

@@ -369,14 +369,14 @@ TEST_F(SpaceMouseOnHidraw, UnpluggedInUseIsAFaultForEverAndNobodyHoldsTheCap) {
   node.unplug();
   EXPECT_TRUE(find_space_mice().empty());
   for (const nanoseconds now : {nanoseconds(6ms), nanoseconds(7ms)}) {
-    EXPECT_EQ(mouse.poll(now, sample).fault, SpaceMouseFault::kUnplugged);
+    EXPECT_EQ(mouse.poll(now, sample).fault, HapticFault::kUnplugged);
     EXPECT_EQ(sample.deflection, SpaceMouseDeflection{});
     EXPECT_EQ(sample.buttons, 0U);
     EXPECT_EQ(sample.stamp, nanoseconds(5ms));
   }
   // Plugged in again it is another node, invisible to openers of the old one.
   plug(space_navigator()).send({3, 1, 0});
-  EXPECT_EQ(mouse.poll(8ms, sample).fault, SpaceMouseFault::kUnplugged);
+  EXPECT_EQ(mouse.poll(8ms, sample).fault, HapticFault::kUnplugged);
   SpaceMouse again;
   EXPECT_EQ(again.info().path, "/dev/hidraw1");
   EXPECT_EQ(node.outputs(), (std::vector<Bytes>{{4, 1}}));
