@@ -1,5 +1,7 @@
 // A spring of 100 N/m pulls the handle of a haptic device to its initial position. IT PUSHES ON A HAND.
-//   haptic_spring [DEVICE]      loopback (a simulated hand), omega.6, falcon
+//   haptic_spring [DEVICE [FIRMWARE]]
+// DEVICE: loopback (a simulated hand), omega.6 (its library in $FDSDK), falcon (with its firmware file after
+// each power-on).
 #include <youbot/haptic.h>
 #include <youbot/robot.h>
 
@@ -20,6 +22,7 @@ int main(int argc, char** argv) try {
   constexpr double kDamping_N_s_per_m = 2;
   youbot::HapticOptions options;
   if (argc > 1) options.name = argv[1];
+  if (argc > 2) options.falcon.firmware = argv[2];
   options.thread.fifo_priority = 0;  // 85 on a real-time machine
   std::unique_ptr<youbot::Clock> clock;
   if (options.name == "loopback")

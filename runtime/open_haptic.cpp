@@ -56,6 +56,8 @@ std::unique_ptr<hal::HapticLink> real_link(const HapticOptions& options) {
   if (is_force_dimension(options.name)) {
     hal::ForceDimensionLinkConfig config = options.force_dimension;
     config.device.max_force_N = options.force_limit_N;
+    if (config.sdk.sdk_folder.empty())
+      config.sdk = drivers::haptic::sdk_search_from_environment(config.sdk.file);
     config.look_at_bus = [] { drivers::haptic::check_force_dimension_on_bus(drivers::usb::UsbContext()); };
     return std::make_unique<hal::ForceDimensionLink>(std::move(config));
   }
@@ -88,8 +90,7 @@ void read_force_dimension(TomlTable table, const std::filesystem::path& folder,
   table.choice("transport", config.transport, {{"sdk", Transport::kSdk}, {"usb", Transport::kUsb}});
   std::string library;
   table.text("library", library);
-  if (!library.empty()) library = (folder / library).string();
-  config.sdk = drivers::haptic::sdk_search_from_environment(library);
+  if (!library.empty()) config.sdk.file = (folder / library).string();
   int serial = -1;
   table.integer("serial", serial, {.min = 0, .max = 65535});
   if (serial >= 0) config.device.serial = static_cast<std::uint16_t>(serial);

@@ -9,7 +9,9 @@
 ///
 /// Frame H is the device's fixed base: x towards the operator, y to the operator's right, z up. Forces act on
 /// the hand. The force fades in after each enable, is limited in magnitude and rate, and is removed when
-/// samples or commands become stale (hal/haptic_device.h, hal/haptic_servo.h).
+/// samples or commands become stale (hal/haptic_device.h, hal/haptic_servo.h). An omega.6 needs the vendor's
+/// library, from $FDSDK or HapticOptions::force_dimension; a Falcon needs its firmware file after each
+/// power-on, HapticOptions::falcon.firmware (runtime/open_haptic.h).
 #pragma once
 #include "hal/haptic_device.h"
 #include "runtime/open_haptic.h"

@@ -3,7 +3,11 @@
 #ifdef YOUBOT_HAVE_PROGRAMS  // which are not built for the thread sanitizer
 #include <gtest/gtest.h>
 
+#include <sys/utsname.h>
+
 #include <chrono>
+#include <cstdlib>
+#include <filesystem>
 #include <future>
 #include <memory>
 #include <string>
@@ -104,6 +108,24 @@ TEST_F(HapticHoldOnADevice, AnOmegaThroughALibraryNamedInTheConfiguration) {
   more = "[haptic.force_dimension]\nwatchdog_s = 0.0318\nlibrary = \"" + support::stand_in_library() + "\"\n";
   const SpawnResult result = hold_to_the_end({"--haptic", "force-dimension", "--duration", "1"});
   EXPECT_TRUE(result.said("omega.6")) << result.output;
+}
+
+TEST_F(HapticHoldOnADevice, WithoutAConfigurationTheLibraryIsThatOfTheEnvironment) {
+  support::MockUsbBus bus;
+  const support::MockUsbDevice omega(
+      bus, {.vendor = 0x1451, .product = 0x0402, .product_name = "omega.x haptic device"});
+  utsname machine{};
+  ASSERT_EQ(::uname(&machine), 0);
+  const std::filesystem::path libraries =
+      folder.path() / "lib/release" / (std::string("lin-") + machine.machine + "-gcc");
+  std::filesystem::create_directories(libraries);
+  std::filesystem::create_symlink(support::stand_in_library(), libraries / "libdrd.so.3.17.5");
+  ::setenv("FDSDK", folder.path().c_str(), 1);
+  const SpawnResult result =
+      support::spawn({support::program("youbot-bench"), "haptic-hold", "--allow-non-rt", "--haptic",
+                      "force-dimension", "--duration", "0.1"});
+  ::unsetenv("FDSDK");
+  EXPECT_TRUE(result.said("omega.6") && result.said("serial 4711")) << result.output;
 }
 
 TEST_F(HapticHoldOnADevice, WhatIsNotThereOrNotSupportedIsToldInWords) {
