@@ -158,6 +158,7 @@ struct Outcome {
   double largest_energy_J = 0.0;
   double energy_J = 0.0;
   nanoseconds duration{};
+  bool interrupted = false;        ///< by `stop`, before its time was over
   std::vector<HoldRecord> points;  ///< for the plots
 };
 
@@ -193,7 +194,10 @@ class Hold {
       deadline += kPeriod;
       clock_.sleep_until(deadline);
       const nanoseconds elapsed = clock_.now() - begin;
-      if (stop.load(std::memory_order_relaxed)) end = std::min(end, elapsed + kFadeOut);
+      if (!outcome_.interrupted && stop.load(std::memory_order_relaxed)) {
+        outcome_.interrupted = true;
+        end = std::min(end, elapsed + kFadeOut);
+      }
       if (elapsed >= end) break;
       if (hand != nullptr) hand->act(elapsed);
       step(std::clamp(seconds(end - elapsed) / seconds(kFadeOut), 0.0, 1.0));
@@ -221,7 +225,9 @@ class Hold {
       status_ = device_.exchange({}, sample_);
       has_sample_ = status_.ok() && status_.age != nanoseconds::max();
       const bool waits = has_sample_ || status_.ok() || status_.fault == hal::HapticFault::kNotReady;
-      if (!waits || deadline - begin > kReadyTimeout || stop.load(std::memory_order_relaxed)) {
+      outcome_.interrupted = stop.load(std::memory_order_relaxed);
+      if (waits && outcome_.interrupted) return false;
+      if (!waits || deadline - begin > kReadyTimeout) {
         outcome_.fault = status_.ok() ? hal::HapticStatus{hal::HapticFault::kNotReady} : status_;
         return false;
       }
@@ -430,6 +436,7 @@ int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop)
     print_summary(outcome);
     if (!options.out.empty()) std::printf("recorded in %s\n", options.out.c_str());
   }
+  if (outcome.interrupted && outcome.fault.ok()) return runtime::kExitInterrupted;
   if (measured && outcome.fault.ok()) return runtime::kExitOk;
   spdlog::error("{}: stopped by a fault: {}", opened.device->info().name,
                 opened.device->describe(outcome.fault));

@@ -28,8 +28,8 @@ struct HapticHoldOptions {
 inline constexpr double kMaxHoldStiffness_N_per_m = 2000.0;
 inline constexpr double kMaxHoldDamping_N_s_per_m = 20.0;
 
-/// Returns the exit code. Set `stop` to end it early; the force then fades out as at the end. On the loopback
-/// a simulated hand pulls the handle away and releases it, repeatedly.
+/// Returns the exit code. Set `stop` to end it early; the force then fades out as at the end, and the code is
+/// kExitInterrupted. On the loopback a simulated hand pulls the handle away and releases it, repeatedly.
 /// @throws runtime::ConfigError, std::invalid_argument, hal::SetupError.
 int haptic_hold(const HapticHoldOptions& options, const std::atomic<bool>& stop);
 

@@ -2,15 +2,19 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <span>
 #include <string>
+#include <thread>
 
+#include "apps/youbot_bench/haptic_hold.h"
 #include "hal/setup_error.h"
 #include "runtime/open_haptic.h"
+#include "runtime/program/exit_code.h"
 #include "runtime/recording/recording_reader.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
@@ -250,6 +254,20 @@ TEST(HapticHold, APenThatIsLetGoReturnsToThePointAndGivesNoEnergy) {
   const auto again = hold("--virtual-time --duration 1 --out " + out);
   EXPECT_EQ(again.exit_code, 2) << "a recording is never replaced";
   EXPECT_TRUE(says(again.output, "haptic.csv is there already and is not replaced")) << again.output;
+}
+
+TEST(HapticHold, InterruptedBeforeItsTimeItSaysSoByItsExitCode) {
+  std::atomic<bool> stop{true};
+  EXPECT_EQ(youbot_bench::haptic_hold({.virtual_time = true, .quiet = true}, stop), runtime::kExitInterrupted)
+      << "before the first sample";
+  stop = false;
+  std::thread user([&stop] {
+    std::this_thread::sleep_for(50ms);
+    stop = true;
+  });
+  EXPECT_EQ(youbot_bench::haptic_hold({.duration_s = 1000, .virtual_time = true, .quiet = true}, stop),
+            runtime::kExitInterrupted);
+  user.join();
 }
 
 TEST(HapticHold, OneFileServesAllPrograms) {
