@@ -142,15 +142,15 @@ void space_mouse() {
 int main() {
   std::printf("%-44s %10s %10s %10s %12s %8s\n", "haptic master", "per second", "median us", "99.9 % us",
               "processor us", "faults");
-  loopback();
-  force_dimension();
-  falcon_in_process();
+  haptic_bench::loopback();
+  haptic_bench::force_dimension();
+  haptic_bench::falcon_in_process();
   if (!support::in_mock_kernel()) {
     std::puts("without umockdev's library loaded first: no USB and no HID");
     bench::add_figure("haptic exchange over USB and HID", "not measured",
                       "needs umockdev's library loaded first");
     return 0;
   }
-  falcon_on_usb();
-  space_mouse();
+  haptic_bench::falcon_on_usb();
+  haptic_bench::space_mouse();
 }
