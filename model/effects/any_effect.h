@@ -9,16 +9,11 @@
 
 #include "model/catalogue.h"
 #include "model/effects/actuator.h"
-#include "model/effects/backlash.h"
-#include "model/effects/cogging.h"
 #include "model/effects/custom.h"
 #include "model/effects/effect.h"
-#include "model/effects/elasticity.h"
 #include "model/effects/friction.h"
-#include "model/effects/imbalance.h"
-#include "model/effects/inertia.h"
-#include "model/effects/presliding.h"
-#include "model/effects/torque_offset.h"
+#include "model/effects/mechanics.h"
+#include "model/effects/position.h"
 
 namespace model::effects {
 
