@@ -3,11 +3,7 @@
 #include <algorithm>
 #include <memory>
 
-#include "apps/youbotd/check_bus.h"
-#include "apps/youbotd/check_machine.h"
-#include "apps/youbotd/check_master.h"
-#include "apps/youbotd/check_recording.h"
-#include "apps/youbotd/check_rights.h"
+#include "apps/youbotd/check_parts.h"
 #include "hal/clock.h"
 #include "hal/setup_error.h"
 #include "operation/base_task.h"

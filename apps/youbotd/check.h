@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "apps/youbotd/finding.h"
+#include "apps/youbotd/check_parts.h"
 #include "drivers/usb/system_paths.h"
 #include "operation/config.h"
 

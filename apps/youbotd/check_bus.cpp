@@ -1,4 +1,4 @@
-#include "apps/youbotd/check_bus.h"
+#include "apps/youbotd/check_parts.h"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
@@ -13,7 +13,6 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "apps/youbotd/check_rights.h"
 #include "drivers/ethercat/raw_socket_link.h"
 #include "drivers/interface_lock.h"
 #include "drivers/usb/usb_devices.h"

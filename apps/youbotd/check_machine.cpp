@@ -1,4 +1,4 @@
-#include "apps/youbotd/check_machine.h"
+#include "apps/youbotd/check_parts.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "apps/youbotd/check_master.h"
+#include "apps/youbotd/check_parts.h"
 
 #include <functional>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "apps/youbotd/check_recording.h"
+#include "apps/youbotd/check_parts.h"
 
 #include <spdlog/fmt/fmt.h>
 

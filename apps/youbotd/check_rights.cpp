@@ -1,4 +1,4 @@
-#include "apps/youbotd/check_rights.h"
+#include "apps/youbotd/check_parts.h"
 
 #include <linux/capability.h>
 #include <pthread.h>

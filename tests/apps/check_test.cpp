@@ -7,11 +7,7 @@
 #include <filesystem>
 #include <string>
 
-#include "apps/youbotd/check_bus.h"
-#include "apps/youbotd/check_machine.h"
-#include "apps/youbotd/check_master.h"
-#include "apps/youbotd/check_recording.h"
-#include "apps/youbotd/check_rights.h"
+#include "apps/youbotd/check_parts.h"
 #include "tests/support/built_paths.h"
 #include "tests/support/run_command.h"
 #include "tests/support/skip.h"
