@@ -7,22 +7,22 @@
 namespace control {
 namespace {
 
-/// Half a sector of the three Hall sensors, and how far their edges are from where they should be: where they
-/// sit, hysteresis, and the age of the encoder's count.
+/// Half a sector of the three Hall sensors, and the tolerance of their edges: mounting, hysteresis, and the
+/// age of the encoder's count.
 constexpr double kHalfSector_turn = 1.0 / 12;
 constexpr double kTolerance_turn = 25.0 / 360;
 constexpr double kJudgedSpan_turn = 0.25;
-/// So often each constant has to be contradicted.
+/// Number of contradictions that excludes a constant.
 constexpr double kEnough = 3;
 constexpr double kRemembered = 6;
-/// A constant that holds is contradicted less, and one half a second ago says nothing of now.
+/// A valid constant has fewer contradictions than this; a judgement older than half a second does not count.
 constexpr double kHolds = 1;
 constexpr double kFresh_s = 0.5;
-/// Kept of the contradictions whenever the motor has turned by this much.
+/// The contradictions are multiplied by kKept each time the motor has turned by this much.
 constexpr double kForgetting_turn = 1.0 / 16;
 constexpr double kKept = 0.94;
 
-/// The shortest way round.
+/// Distance of two angles the shorter way round.
 double distance_turn(double a, double b) noexcept {
   const double difference = a - b;
   return std::abs(difference - std::round(difference));
@@ -42,7 +42,7 @@ bool HallAgreement::update(const hal::RotorReading& reading, double elapsed_s) n
   number_ = reading.number;
   unread_s_ = 0.0;
   if (number_ == 0) return false;
-  // The first after a restart may have begun before it.
+  // The first reading after a restart may have begun before it.
   if (!begun_) {
     begun_ = true;
     encoder_turn_ = reading.encoder_low_turn;
@@ -85,7 +85,7 @@ void HallAgreement::judge(const hal::RotorReading& reading) noexcept {
   }
 }
 
-/// Whether they have been in three places.
+/// Whether the Hall sensors have shown three different angles.
 bool HallAgreement::turns(double hall_turn) noexcept {
   constexpr double kElsewhere_turn = 0.1;
   if (places_ > 2) return true;

@@ -9,23 +9,23 @@ namespace {
 
 constexpr double kVelocitySmoothing_s = 0.005;
 constexpr double kEarlier_s = 0.02;
-/// By which the smoothed speed and the drive follow a torque.
+/// Delay with which drive and smoothed speed follow a torque.
 constexpr double kLag_s = 0.006;
-/// Older evidence fades: what is taken out in error meanwhile, and what the others put in.
+/// Time constant with which older evidence fades: energy taken out in error, and energy from other motors.
 constexpr double kFading_s = 0.2;
-/// Of the weight, and of the limit for what else is not in the model.
+/// Model error: share of the weight's torque, and share of the torque limit for everything not modelled.
 constexpr double kWeightShare = 0.2;
 constexpr double kModelShare = 0.03;
-/// Slower, a base that drives on pushes the arm back from a wall.
+/// At lower speeds a base that drives on may push the arm back from a wall.
 constexpr double kFast_rad_per_s = 0.7;
-/// At the torque limit, against 0.01 rad of motion.
+/// Energy of the torque limit against 0.01 rad of motion.
 constexpr double kTakenOut_rad = 0.01;
-/// Of what the other motors put in, the share that may reach a joint: wheels and gears take most of it as
-/// friction. Twice the largest in hours of simulated contact.
+/// Share of the other motors' energy that may reach a joint: friction in wheels and gears dissipates most of
+/// it. Twice the maximum in hours of simulated contact.
 constexpr double kReachingShare = 0.25;
-/// And no more than at the torque limit over this way, which a reversed encoder soon exceeds.
+/// Upper bound of that energy: the torque limit over this angle, which a reversed encoder soon exceeds.
 constexpr double kReaching_rad = 0.05;
-/// At the torque limit, with 0.02 rad of motion: no wall springs back so far.
+/// Energy of the torque limit over 0.02 rad: no wall springs back so far.
 constexpr double kSeen_rad = 0.02;
 
 }  // namespace
@@ -48,7 +48,7 @@ void OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   passed_s_ += time.elapsed_s;
   if (time.unsure_s() > 0) return;
   const double elapsed_s = std::exchange(passed_s_, 0.0);
-  if (elapsed_s > kComparable_s) known_ = false;  // too much weight and torque lies between
+  if (elapsed_s > kComparable_s) known_ = false;  // weight and torque changed too much in between
   if (!known_) {
     known_ = true;
     velocity_rad_per_s_ = earlier_rad_per_s_ = taken_out_J_ = put_in_J_ = known_s_ = 0.0;
@@ -58,7 +58,8 @@ void OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   }
   const double rate = (position_rad - position_rad_) / elapsed_s;
   position_rad_ = position_rad;
-  // Plain means at first: from zero on both would grow, and one that brakes would seem to speed up.
+  // Plain means at first: filters that start at zero would both rise, and a braking joint would seem to speed
+  // up.
   const auto blend = [&](double smoothing_s) {
     return elapsed_s / (std::min(known_s_, smoothing_s) + elapsed_s);
   };
@@ -82,7 +83,7 @@ void OpposedMotion::update(double position_rad, double torque_Nm, double weight_
   const double speed_rad_per_s = std::abs(velocity_rad_per_s_);
   const double error_W = (kWeightShare * std::abs(weight_Nm) + kModelShare * limit_Nm_) * speed_rad_per_s;
   taken_out_J_ *= kept;
-  if (speed_rad_per_s < std::abs(earlier_rad_per_s_)) return;  // as it does against its torque
+  if (speed_rad_per_s < std::abs(earlier_rad_per_s_)) return;  // slows down, as expected against its torque
   seen_J_ += std::copysign(std::max(0.0, std::abs(power_W) - error_W), power_W) * elapsed_s;
   if (vouched_for())
     taken_out_J_ = 0.0;

@@ -9,32 +9,32 @@
 namespace control {
 namespace {
 
-/// Of the torque limit: at a wheel 0.2 N·m, which bends what sticks by ten counts. Far more than one, as the
-/// floor may take back for a moment what the motor gives.
+/// Share of the torque limit: 0.2 N·m at a wheel, which bends the sticking contact by ten counts. Far more
+/// than one count, because the floor may briefly cancel the motor's torque.
 constexpr double kWheelStirring = 0.08;
-/// No floor is behind an arm joint's gear, and its encoder counts three to six times as finely.
+/// An arm joint has no contact with the floor, and its encoder resolves three to six times as finely.
 constexpr double kArmStirring = 0.04;
 /// Wheels turn at up to 16 rad/s, arm joints at up to 1.6.
 constexpr double kWheelBias_rad_per_s = 0.02;
 constexpr double kArmBias_rad_per_s = 0.005;
 constexpr double kWheelStep_rad_per_s = 0.5;
 constexpr double kArmStep_rad_per_s = 0.25;
-/// Of the torque limit: a current reading is off by 35 mA on the thesis' wheel, of 2.85 A. Arm joint 5 has
-/// 1 A.
+/// Share of the torque limit: the current reading of the wheel in the thesis is off by 35 mA of 2.85 A. Arm
+/// joint 5 has 1 A.
 constexpr double kWheelTorqueBias = 0.015;
 constexpr double kArmTorqueBias = 0.045;
-/// (k_t·g)²/R · T of TorqueAgreement, with a data sheet's 0.0335 N·m/A and 0.978 Ω, and T = 2 ms at a wheel;
-/// in the arm 1 ms at joints 1 and 2, 2 ms and more at the others.
+/// (k_t·g)²/R · T of TorqueAgreement, with 0.0335 N·m/A and 0.978 Ω from the data sheet and T = 2 ms at a
+/// wheel; in the arm T is 1 ms at joints 1 and 2, and 2 ms or more at the others.
 constexpr double kWheelBlow_Nm_s2_per_rad = 0.0015;
 constexpr double kArmBlow_Nm_s2_per_rad = 0.028;
 
-/// A busy machine is late for a moment now and then.
+/// A busy computer is occasionally late for a moment.
 constexpr double kSilent_s = 1.0;
-/// A mailbox that lost a request answers the next one after a little more than a second.
+/// After a lost request, a mailbox answers the next one after slightly more than a second.
 constexpr double kUnread_s = 2.5;
-/// An interval in which one sample is missing.
+/// Interval with one missing sample.
 constexpr double kOneMissing_s = kRegularSample_s + 0.001;
-/// A step of velocity shows only between samples whose times are known so well.
+/// A step of velocity is visible only between samples whose times are known this well.
 constexpr double kUnsureStep_s = kRegularSample_s - kAllowed_s;
 
 constexpr std::size_t kWheels = 4;
@@ -127,7 +127,7 @@ ChecksOff PlausibilityMonitor::silent() const noexcept {
   ChecksOff silent;
   if (late_s_ >= kSilent_s && wheels_) silent.add(PlausibilityCheck::kWheelAgreement);
   if (late_s_ >= kSilent_s && arm_) silent.add(PlausibilityCheck::kOpposedMotion);
-  // A robot that is set up to sample irregularly says so in its own notes.
+  // A robot that is configured to sample irregularly reports that in its own notes.
   if (without_steps_s_ >= kSilent_s && irregular_s_ < kSilent_s &&
       !off_.has(PlausibilityCheck::kVelocityStep))
     silent.add(PlausibilityCheck::kVelocityStep);
@@ -140,7 +140,7 @@ ChecksOff PlausibilityMonitor::silent() const noexcept {
 std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const hal::RobotCommand& command,
                                                                            const hal::RobotSample& sample,
                                                                            const SampleTime& time) noexcept {
-  ChainVector q = ChainVector::Zero();  // the weight is the same wherever the base is
+  ChainVector q = ChainVector::Zero();  // the weight does not depend on the base's pose
   for (std::size_t i = 0; i < kArmJoints; ++i)
     q[kBaseAxes + static_cast<Eigen::Index>(i)] = sample.joints[kWheels + i].position_rad;
   arm_->model.update(q);
@@ -150,8 +150,7 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const
   for (std::size_t i = 0; i < arm_->joints.size(); ++i) {
     const bool wheel = i < kWheels;
     const hal::JointSample& joint = sample.joints[i];
-    // Counted from power-up its angle says nothing of the weight; in other modes the drive's torque is its
-    // own.
+    // Before homing, the angle does not determine the weight; in other modes the drive chooses its torque.
     if (!(wheel || joint.homed) || command.joints[i].mode != hal::CommandMode::kTorque)
       arm_->joints[i].restart();
     else
@@ -169,20 +168,20 @@ std::optional<PlausibilityMonitor::Finding> PlausibilityMonitor::check_arm(const
 hal::JointFault PlausibilityMonitor::check(Joint& joint, const hal::JointCommand& command,
                                            const hal::JointSample& sample,
                                            const SampleTime& time) const noexcept {
-  // NaN passes every comparison below, and stays in their filters.
+  // NaN would pass every comparison below and stay in the filters.
   if (!std::isfinite(sample.position_rad) || !std::isfinite(sample.velocity_rad_per_s) ||
       !std::isfinite(sample.torque_Nm))
     return hal::JointFault::kBadSample;
-  // A step of velocity shows only in regular samples, of which no two in a row may be missing.
+  // A step of velocity is visible only in regular samples, without two missing in a row.
   if (!regular_) joint.step.restart();
-  // All of them each time: none may miss a sample.
+  // Update all of them each time: none may miss a sample.
   const bool still = joint.still.update(command, sample, time);
   const bool velocity = joint.velocity.update(sample.position_rad, sample.velocity_rad_per_s, time);
   const bool torque = joint.torque.update(sample.position_rad, sample.torque_Nm, time.elapsed_s);
   const bool step = joint.step.update(sample.position_rad, time);
   const bool hall = joint.hall.update(sample.rotor, time.elapsed_s);
   const auto on = [this](PlausibilityCheck check) { return !off_.has(check); };
-  // The one that names the joint whatever else is wrong.
+  // First the check that identifies the joint whatever else is wrong.
   if (hall && on(PlausibilityCheck::kHallAgreement)) return hal::JointFault::kHallDisagrees;
   if (still && on(PlausibilityCheck::kStillEncoder)) return hal::JointFault::kEncoderStill;
   if (velocity && on(PlausibilityCheck::kVelocityAgreement)) return hal::JointFault::kVelocityDisagrees;

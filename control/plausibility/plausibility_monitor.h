@@ -1,5 +1,5 @@
 /// @file
-/// Judges whether a robot's sensors can be believed: each joint by itself, the four wheels together.
+/// Checks the plausibility of a robot's sensors: each joint by itself, the four wheels together.
 #pragma once
 #include <optional>
 #include <span>
@@ -19,33 +19,33 @@
 
 namespace control {
 
-/// Every limit of speed, distance and force is judged by a sensor; a sensor that lies takes the limit with
-/// it. Each check compares two things that do not come from the same place. docs/safety.md has their
-/// detection times and what none of them sees.
+/// Every limit of speed, distance and force relies on a sensor; a wrong sensor disables the limit. Each check
+/// compares two quantities from different sources. docs/safety.md lists the detection times, and the faults
+/// that no check detects.
 /// One thread. Cycle: all but construction.
 class PlausibilityMonitor {
  public:
   struct Finding {
     hal::JointFault fault = hal::JointFault::kNone;
-    int joint = -1;  ///< -1: one of the wheels, and it is not clear which
+    int joint = -1;  ///< -1: one of the wheels, unknown which
   };
 
-  /// Whether the wheels carry the robot, and so turn together, or each turns by itself in the air.
+  /// Whether the wheels carry the robot, so that they turn together, or each turns freely in the air.
   enum class Wheels { kRolling, kFree };
 
-  /// Joints called "wheel-…" are wheels; the first four of them, if they are the robot's first four joints,
-  /// are a mecanum base. The weight of an arm behind it is that of robot_model.h.
+  /// Joints named "wheel-…" are wheels; if the robot's first four joints are wheels, they form a mecanum
+  /// base. The weight of an arm after them is that of robot_model.h.
   PlausibilityMonitor(std::span<const hal::JointInfo> joints, Wheels wheels, const ChecksOff& off = {});
 
   void restart() noexcept;
-  /// Once a cycle while the drives obey. `elapsed_s`: from the last sample's stamp to this one's, 0: no new
-  /// one came.
+  /// Call once per cycle while the drives obey. `elapsed_s`: from the last sample's stamp to this one's; 0:
+  /// no new sample arrived.
   std::optional<Finding> update(const hal::RobotCommand& command, const hal::RobotSample& sample,
                                 double elapsed_s) noexcept;
 
-  /// The checks that have judged nothing for the last second, as too few samples came in time for them, or no
-  /// reading of a joint's Hall sensors. Not S3 where no two samples are near enough: of such a robot
-  /// hal::Robot::notes() reports it.
+  /// The checks that have judged nothing for the last second, because too few samples arrived in time, or a
+  /// joint's Hall sensors were not read. Does not include S3 on a robot whose samples are never close enough
+  /// together: there hal::Robot::notes() reports it.
   ChecksOff silent() const noexcept;
 
  private:
@@ -67,14 +67,14 @@ class PlausibilityMonitor {
   std::optional<WheelAgreement> wheels_;
   struct Arm {
     RobotModel model;
-    std::vector<OpposedMotion> joints;  // of all, in their order: wheels put energy in, too
+    std::vector<OpposedMotion> joints;  // of all joints, in order: wheels also put in energy
   };
-  std::optional<Arm> arm_;        // of a base with one
-  double late_s_ = 0.0;           // since the last sample that came in time
+  std::optional<Arm> arm_;        // if the base has an arm
+  double late_s_ = 0.0;           // since the last sample in time
   double without_steps_s_ = 0.0;  // since S3 last had enough regular samples
-  double irregular_s_ = 0.0;      // of samples in time, since the last one that came regularly
+  double irregular_s_ = 0.0;      // of samples in time, since the last regular one
   double last_elapsed_s_ = 0.0;   // before the last sample
-  bool regular_ = false;          // the last sample is one that S3 may use
+  bool regular_ = false;          // S3 may use the last sample
 };
 
 }  // namespace control

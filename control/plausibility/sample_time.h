@@ -1,5 +1,5 @@
 /// @file
-/// When a sample was taken, as far as that is known.
+/// Time of a sample, with its uncertainty.
 #pragma once
 #include <algorithm>
 #include <chrono>
@@ -9,18 +9,19 @@
 namespace control {
 
 inline constexpr double kRegularSample_s = std::chrono::duration<double>(hal::kLongestRegularSample).count();
-/// After a longer pause nothing before it is compared with anything after it.
+/// Samples before and after a longer pause are not compared.
 inline constexpr double kComparable_s = std::chrono::duration<double>(hal::kLongestCheckedSample).count();
 
-/// So much of what is unsure about a sample's time is in the checks' own constants.
+/// Uncertainty of a sample's time that the checks' own constants include.
 inline constexpr double kAllowed_s = 0.001;
 
 struct SampleTime {
   double elapsed_s = 0.0;  ///< from the stamp of the last sample to that of this one
-  /// Largest distance of the true time from the stamp. A check raises no alarm that any time within explains.
+  /// Maximum distance of the true time from the stamp. A check raises no alarm if any time within the bounds
+  /// explains the data.
   double bounds_s = 0.0;
 
-  /// What exceeds the millisecond that the checks' constants allow. Zero on a quick bus.
+  /// Uncertainty beyond the millisecond that the checks' constants include. Zero on a fast bus.
   double unsure_s() const noexcept { return std::max(0.0, bounds_s - kAllowed_s); }
 };
 

@@ -8,13 +8,13 @@ namespace control {
 namespace {
 
 constexpr int kFewestStillSamples = 10;
-/// Longer, slow drifts of the reading would add up to a change.
+/// Over a longer time, slow drifts of the reading would add up to a change.
 constexpr double kLongestStill_s = 2.0;
 constexpr double kTorqueSmoothing_s = 0.01;
-/// What sticks swings at some 100 rad/s under a loaded wheel: so long it may take to give way, and to come
-/// back past a turning point.
+/// The sticking contact under a loaded wheel oscillates at about 100 rad/s: time that it may take to give
+/// way, and to return past a turning point.
 constexpr double kReaction_s = 0.04;
-/// A set-point that has gone so far has made every velocity or position loop push.
+/// A set-point that has moved this far has made any velocity or position loop apply torque.
 constexpr double kWay_rad = 0.02;
 
 }  // namespace
@@ -28,7 +28,7 @@ bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSamp
                           const SampleTime& time) noexcept {
   const double elapsed_s = time.elapsed_s;
   const bool moved = sample.position_rad != position_rad_;
-  // A drive that reports magnitudes only gets its sign from the command, which other modes do not have.
+  // For a drive that reports only magnitudes, the sign comes from the command, in torque mode only.
   const double torque_Nm =
       command.mode == hal::CommandMode::kTorque ? sample.torque_Nm : std::abs(sample.torque_Nm);
   if (samples_ == 0 || moved || command.mode != mode_ || still_s_ > kLongestStill_s) {
@@ -37,7 +37,7 @@ bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSamp
   }
   ++samples_;
   still_s_ += elapsed_s;
-  // A plain mean at first, then a moving one: no torque from before the last count is in it.
+  // A plain mean at first, then a moving one: torque from before the last count is excluded.
   const double blend = elapsed_s / (std::min(still_s_, kTorqueSmoothing_s) + elapsed_s);
   torque_Nm_ += blend * (torque_Nm - torque_Nm_);
   target_value_ += blend * (command.target - target_value_);
@@ -49,7 +49,7 @@ bool StillEncoder::update(const hal::JointCommand& command, const hal::JointSamp
     target_.add(target_value_);
   }
   if (mode_ == hal::CommandMode::kVelocity) asked_rad_ += command.target * elapsed_s;
-  // Of the time in which it began, at most a regular cycle's.
+  // Of the interval in which it began, at most one regular cycle counts.
   const bool was_driven = std::exchange(driven_, driven(mode_));
   driven_s_ = was_driven ? driven_s_ + elapsed_s : std::min(elapsed_s, kRegularSample_s) - time.unsure_s();
   return driven_ && samples_ >= kFewestStillSamples && driven_s_ - time.unsure_s() >= kReaction_s;
@@ -70,7 +70,7 @@ void StillEncoder::begin(const hal::JointCommand& command, const hal::JointSampl
 
 bool StillEncoder::driven(hal::CommandMode mode) const noexcept {
   switch (mode) {
-    // The reading lags and may be of half the size: its own check judges that.
+    // The reading lags and may have half the size; TorqueAgreement checks that.
     case hal::CommandMode::kTorque:
       return target_.width() >= change_Nm_ && torque_.width() >= 0.4 * change_Nm_;
     case hal::CommandMode::kVelocity:

@@ -1,26 +1,26 @@
 /// @file
-/// Notices an encoder that does not move although its motor is asked to.
+/// Detects an encoder that does not count although its motor is commanded to move.
 #pragma once
 #include "control/plausibility/sample_time.h"
 #include "hal/joint.h"
 
 namespace control {
 
-/// No drive is rigid: below break-away the gear and the friction contact give way by microns (thesis 2.5.2
-/// measured 250 N·m/rad at a wheel), so a live encoder counts whenever the torque changes, also on a base
-/// that is held or an arm that leans on a wall. One that shows the very same count through such a change is
-/// stuck. Only a change after its last count is judged, as one before may have moved it already. It is judged
-/// by the drive's own current reading, and in torque mode also by the command; in velocity and position mode
-/// a set-point that moves on is a change as well. Only time that has certainly passed counts, as a sample may
-/// have been taken at any time within its bounds. One thread. Cycle: update() and restart() neither allocate
-/// nor throw.
+/// No drive is rigid: below breakaway, gear and friction contact give way by microns (thesis 2.5.2 measured
+/// 250 N·m/rad at a wheel). A working encoder therefore counts whenever the torque changes, even if the base
+/// is held or the arm leans on a wall. An encoder whose count stays exactly the same during such a change is
+/// stuck. Only a change after its last count is judged, because an earlier one may already have moved it. The
+/// change is taken from the drive's current reading, and in torque mode also from the command; in velocity
+/// and position mode a moving set-point is a change as well. A sample may have been taken at any time within
+/// its bounds, so only time that has certainly passed counts. One thread. Cycle: update() and restart()
+/// neither allocate nor throw.
 class StillEncoder {
  public:
-  /// @param change_Nm of torque that moves every live joint by more than a count or two.
+  /// @param change_Nm change of torque that moves any working joint by more than one or two counts.
   explicit StillEncoder(double change_Nm) noexcept : change_Nm_(change_Nm) {}
 
   void restart() noexcept { samples_ = 0; }
-  /// With each fresh sample. True: it is stuck.
+  /// Call with each fresh sample. True: the encoder is stuck.
   bool update(const hal::JointCommand& command, const hal::JointSample& sample,
               const SampleTime& time) noexcept;
 
@@ -39,10 +39,10 @@ class StillEncoder {
   int samples_ = 0;
   double still_s_ = 0.0;
   bool driven_ = false;
-  double driven_s_ = 0.0;  // driven_ has been true for at least so long
+  double driven_s_ = 0.0;  // minimum time for which driven_ has been true
   double position_rad_ = 0.0;
   double torque_Nm_ = 0.0;     // smoothed
-  double target_value_ = 0.0;  // likewise: N·m, rad/s or rad, as the mode says
+  double target_value_ = 0.0;  // smoothed: N·m, rad/s or rad, depending on the mode
   double asked_rad_ = 0.0;     // in velocity mode
   hal::CommandMode mode_ = hal::CommandMode::kTorque;
   Range torque_;

@@ -6,17 +6,17 @@
 namespace control {
 namespace {
 
-/// Of the command: gains of current sensors are off by some percent.
+/// Share of the command: gains of current sensors are off by some percent.
 constexpr double kTorqueShare = 0.2;
-/// Alarm after 15 ms at four hundredths of the limit too much.
+/// Alarm after 15 ms of an excess of 4 % of the limit.
 constexpr double kTorqueAlarm_s = 0.0006;
 /// No single sample decides.
 constexpr double kFewestTorques = 6;
-/// Frozen: so many equal readings while the command changes by more than the bias and this share of it.
+/// Frozen: this many equal readings while the command changes by more than the bias plus this share of it.
 constexpr int kFewestSame = 30;
 constexpr double kUnanswered = 0.3;
 constexpr double kSpeedSmoothing_s = 0.003;
-/// For so long a change of speed counts, and what it did to the current is there.
+/// Time for which a change of speed counts and affects the current.
 constexpr double kLately_s = 0.05;
 
 }  // namespace

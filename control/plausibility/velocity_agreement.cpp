@@ -6,15 +6,15 @@
 namespace control {
 namespace {
 
-/// Of the speed; half of it is what a factor of 0.5 or 2 makes of the difference.
+/// Share of the speed; a factor of 0.5 or 2 makes the difference half of the speed.
 constexpr double kSpeedShare = 0.2;
-/// By which the reported velocity may lag.
+/// Maximum lag of the reported velocity.
 constexpr double kVelocityLag_s = 0.02;
 constexpr double kRateSmoothing_s = 0.01;
-/// Alarm: some counts of quantised readings, and the way of a sample that is early or late.
+/// Alarm threshold: some counts of quantised readings, and the motion during the timing error of a sample.
 constexpr double kAlarm_rad = 0.006;
 constexpr double kSampleJitter_s = 0.002;
-/// No single sample decides: firmware 1.48 reports a wrong position now and then.
+/// No single sample decides: firmware 1.48 occasionally reports a wrong position.
 constexpr double kFewestRates = 6;
 
 }  // namespace
@@ -37,7 +37,7 @@ bool VelocityAgreement::update(double position_rad, double velocity_rad_per_s,
 
   const double blend = elapsed_s / (kRateSmoothing_s + elapsed_s);
   smooth_rate_rad_per_s_ += blend * (rate - smooth_rate_rad_per_s_);
-  // Twice, as what counts may not be the noise of single ticks.
+  // Smoothed twice, so that the noise of single ticks does not count.
   const double trend_step = blend * (smooth_rate_rad_per_s_ - trend_rad_per_s_);
   trend_rad_per_s_ += trend_step;
   smooth_velocity_rad_per_s_ += blend * (velocity - smooth_velocity_rad_per_s_);

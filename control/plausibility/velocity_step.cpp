@@ -10,17 +10,17 @@
 namespace control {
 namespace {
 
-/// With these a constant acceleration is never a step, whatever its size: what it changes over a side and
-/// the gap is less than a step while the side still counts as steady.
+/// With these values no constant acceleration is a step, whatever its size: as long as a side counts as
+/// steady, the velocity changes by less than a step over the side and the gap.
 constexpr double kStepShare = 0.25;
 constexpr double kSteadyShare = 0.15;
 constexpr double kSteadyOfStep = 0.6;
-/// Of a step, what accelerations to both sides do not explain.
+/// Minimum share of a step that accelerations on both sides do not explain.
 constexpr double kAtOnceShare = 0.5;
-/// Of the step: how near its neighbours are to their side, so that it happens within one sample.
+/// Maximum distance of the neighbours from the mean of their side, as a share of the step: the step happens
+/// within one sample.
 constexpr double kNeighbourShare = 0.25;
-/// What a blow does to a light wheel for each second that is missing: 250 rad/s², half of it in the
-/// neighbours.
+/// Effect of a blow on a light wheel for each missing second: 250 rad/s², half of it in the neighbours.
 constexpr double kBlow_rad_per_s2 = 500;
 constexpr double kAnyRate = std::numeric_limits<double>::infinity();
 
@@ -34,7 +34,7 @@ double mean_rate(std::span<const double> values) noexcept {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Of the line through values of equal distance, where it is `ahead` of the last one.
+/// Value of the line through equidistant values, `ahead` intervals after the last one.
 double extrapolated(std::span<const double> values, double ahead) noexcept {
   const auto count = static_cast<double>(values.size());
   const double mean = mean_rate(values);
@@ -99,8 +99,8 @@ bool VelocityStep::update(double position_rad, const SampleTime& time) noexcept 
   const double least = step_rad_per_s_ + kStepShare * std::max(std::abs(mean_before), std::abs(mean_after)) +
                        kBlow_rad_per_s2 * missing_s();
   if (!(step > least && least_difference_rad_per_s() > least)) return false;
-  // Means lie apart by acceleration, too: lines through both sides meet then, whatever the encoder's steps do
-  // to the bounds below.
+  // Acceleration separates the means, too; but then the lines through both sides meet, whatever the encoder's
+  // resolution does to the bounds below.
   // The lines are extrapolated to the middle of the interval between the sides.
   const double ahead = elapsed_s_[kSide] > kRegularSample_s ? 0.5 + 0.5 * elapsed_s_[kSide] / usual_s() : 1;
   const double at_once =

@@ -1,5 +1,5 @@
 /// @file
-/// Notices a position whose rate of change steps at once, as no motion does: a scale that changes, a count
+/// Detects an abrupt step in the rate of a position that no motion can cause: a scale that changes, a count
 /// that stops.
 #pragma once
 #include <array>
@@ -9,31 +9,32 @@
 
 namespace control {
 
-/// Looks at a dozen samples: steady before, steady after, and a step between that no inertia allows. A blow,
-/// a wheel that slips or a late sample spreads over several samples and leaves one side unsteady. A step that
-/// is none at some times within the samples' bounds does not count. A missing sample does not blind it, but
-/// no two may be missing in a row: a longer interval is one like the others, and what a steady acceleration
-/// does in it is no step. One thread. Cycle: update() and restart() neither allocate nor throw.
+/// Examines a dozen samples: steady before, steady after, and a step in between that no inertia allows. A
+/// blow, a slipping wheel or a late sample spreads over several samples and leaves one side unsteady. A step
+/// does not count if it vanishes at some sample times within the bounds. The check tolerates a missing
+/// sample, but not two in a row: the longer interval is treated like the others, and the change that a steady
+/// acceleration makes in it is not a step. One thread. Cycle: update() and restart() neither allocate nor
+/// throw.
 class VelocityStep {
  public:
-  /// @param step_rad_per_s the smallest that counts, besides a quarter of the speed.
+  /// @param step_rad_per_s minimum step that counts, besides a quarter of the speed.
   explicit VelocityStep(double step_rad_per_s) noexcept : step_rad_per_s_(step_rad_per_s) {}
 
   void restart() noexcept { count_ = 0; }
   /// Whether it has as many regular samples as it compares.
   bool full() const noexcept { return count_ > kMemory; }
-  /// With each fresh sample. True: such a step was there.
+  /// Call with each fresh sample. True: such a step occurred.
   bool update(double position_rad, const SampleTime& time) noexcept;
 
  private:
   static constexpr std::size_t kSide = 6;
   static constexpr std::size_t kMemory = 2 * kSide + 1;
 
-  /// Of the mean rates of both sides, for any times within the bounds.
+  /// Minimum difference of the mean rates of both sides over all sample times within the bounds.
   double least_difference_rad_per_s() const noexcept;
-  /// Mean interval without the longest.
+  /// Mean interval, without the longest one.
   double usual_s() const noexcept;
-  /// How much longer a missing sample makes the interval between the sides, or one beside it.
+  /// Time by which a missing sample lengthens the interval between the sides, or one next to it.
   double missing_s() const noexcept;
 
   double step_rad_per_s_;
@@ -42,7 +43,7 @@ class VelocityStep {
   // The oldest first.
   std::array<double, kMemory> rates_rad_per_s_{};
   std::array<double, kMemory> elapsed_s_{};
-  std::array<double, kMemory + 1> bounds_s_{};  // of the samples: one more than rates between them
+  std::array<double, kMemory + 1> bounds_s_{};  // one more sample than rates between them
 };
 
 }  // namespace control

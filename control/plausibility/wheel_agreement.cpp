@@ -7,39 +7,39 @@
 namespace control {
 namespace {
 
-/// LinkMap's null space: no motion of the base turns the wheels like this, whatever the geometry.
+/// Null space of LinkMap: no motion of the base turns the wheels like this, whatever the geometry.
 const WheelVector kNullSpace{1, -1, -1, 1};
 
-/// The first blocks; they grow as the motion goes on.
+/// Length of the first blocks; they grow while the motion continues.
 constexpr double kBlock_s = 0.010;
-/// A block in which no wheel turns faster is rest.
+/// A block in which no wheel turns faster counts as rest.
 constexpr double kRest_rad_per_s = 0.1;
-/// What wheels may disagree by for other reasons: rollers, radii, counts.
+/// Tolerated disagreement of the wheels for other reasons: rollers, radii, counts.
 constexpr double kDisagreement_rad = 0.02;
 constexpr double kDisagreementShare = 0.2;
-/// Between these a factor looks like slip and unequal wheels.
+/// Factors between these could also be slip or unequal wheels.
 constexpr double kSmallestFactor = 0.6;
 constexpr double kLargestFactor = 1.7;
-/// A factor is one only if it is the same at every speed from rest on: each wheel that slips breaks away at
-/// its own time, and speeds up as its own friction lets it. Over less way than this some of them agree by
+/// A factor counts only if it is the same at every speed from rest on: each slipping wheel breaks away at its
+/// own time and accelerates according to its own friction. Over shorter distances some of them agree by
 /// chance.
 struct Proof {
   double way_rad;      ///< of the wheel that turns most
-  double unexplained;  ///< of the wheel's way in each block, what its factor leaves
+  double unexplained;  ///< share of the wheel's motion in each block that its factor does not explain
   double speed_range;  ///< fastest block to slowest
 };
 constexpr Proof kScaled{1.6, 0.005, 4.0};
-/// An encoder of which edges are lost or counted twice shows a whole multiple or part; slip shows anything.
+/// An encoder whose edges are lost or counted twice shows a whole multiple or part; slip shows any factor.
 constexpr Proof kMiscounted{0.5, 0.006, 4.0};
 constexpr double kMiscountedTolerance = 0.05;
 constexpr double kWholeFactors = 4.0;
-/// A wheel that is driven does not slip backwards.
+/// A driven wheel does not slip backwards.
 constexpr Proof kReversed{0.1, 0.02, 2.5};
-/// By which the way of a scaled wheel, from rest to any block, may miss its factor: give of gear and rollers,
-/// and of both ways a share for rollers that are not round.
+/// Tolerance between the motion of a scaled wheel, from rest to any block, and its factor: compliance of gear
+/// and rollers, and a share of both motions for rollers that are not round.
 constexpr double kGive_rad = 0.001;
 constexpr double kRoundness = 0.004;
-/// Of the cosine between torques and motion.
+/// Minimum lead in the cosine between torques and motion.
 constexpr double kClearlyBetter = 0.3;
 
 bool miscounted(double factor) noexcept {
@@ -143,7 +143,7 @@ WheelAgreement::Explanation WheelAgreement::explain(int wheel) const noexcept {
   }
   if (!(xx > 0 && yy > 0 && torque > 0)) return {};
   const double factor = xy / xx;
-  // What is left of y with the best factor.
+  // Residual of y with the best factor, relative.
   const double unexplained = std::sqrt(std::max(0.0, yy - xy * xy / xx) / yy);
   const bool scaled = (factor > 0 && factor < kSmallestFactor) || factor > kLargestFactor;
   const Proof& proof = factor < 0 ? kReversed : miscounted(factor) ? kMiscounted : kScaled;
