@@ -23,21 +23,23 @@ namespace {
 
 constexpr int kFolds = 8;
 constexpr int kMaxEffects = 8;
-/// Names that give way to others, or two could go on taking turns.
+/// Maximum number of replaced names: otherwise two could replace each other for ever.
 constexpr int kMaxReplaced = 4;
 /// Rivals this close to the best are refined before a name is given.
 constexpr double kRival = 0.5;
-/// The gain of the winner over none counts when it is this many standard errors over the blocks.
+/// Minimum gain of the winner over no addition, in standard errors over the blocks.
 constexpr double kSure = 2;
 constexpr double kMuch = 0.2;
-/// Parameters more than the simplest that does as well.
+/// Number of parameters beyond those of the simplest rival from which a rival counts as much freer.
 constexpr std::size_t kMuchFreer = 2;
-/// Of the squared residual. A load that moves apart from the motor bends enough to take some of what is not
-/// its own: a gap always takes most of it, a spring or a bristle does or simulates better.
+/// Maximum share of the squared residual that remains. A load that moves relative to the motor is flexible
+/// enough to explain parts of other effects: a real gap always removes most of the residual; a real spring or
+/// bristle does so or simulates better.
 constexpr double kSpringLeavesAtMost = 0.5;
-/// A rival gains this share of what the best one does.
+/// Minimum gain of a rival, as a share of the best one's gain.
 constexpr double kAsGood = 0.8;
-/// Of its periods a turn, to which a ripple is known: else it is any bend of the torque over the position.
+/// Maximum relative uncertainty of a ripple's periods per turn: with more, any curvature of the torque over
+/// the position would count as a ripple.
 constexpr double kPeriodsKnownTo = 0.1;
 using Indices = std::vector<Eigen::Index>;
 
@@ -47,14 +49,14 @@ Indices range(Eigen::Index from, Eigen::Index to) {
   return result;
 }
 
-/// What a linear step may do to each parameter.
+/// Bounds of a linear step for each parameter.
 std::vector<Bounds> step_bounds(const std::vector<FreeParameter>& parameters) {
   std::vector<Bounds> bounds;
   for (const FreeParameter& p : parameters) bounds.push_back({p.lower - p.value, p.upper - p.value});
   return bounds;
 }
 
-/// How a model does on blocks it was not fitted to, its parameters free.
+/// Scores a model, with free parameters, on blocks to which it was not fitted.
 BlockRegression::Fit score(const FittedModel& fitted, const Rows& rows, const Training& training) {
   const auto parameters = free_parameters(fitted, rows);
   const Eigen::MatrixXd jacobian = prediction_jacobian(fitted, rows, parameters)(training.rows, Eigen::all);
@@ -63,7 +65,7 @@ BlockRegression::Fit score(const FittedModel& fitted, const Rows& rows, const Tr
   return regression.fit(regression.target(residual), range(0, jacobian.cols()), step_bounds(parameters));
 }
 
-/// One round: the model as it is against every candidate.
+/// One round: compares the present model with every candidate.
 class Round {
  public:
   Round(const FittedModel& fitted, const Rows& rows, const Training& training)
@@ -74,7 +76,7 @@ class Round {
     base_bounds_ = step_bounds(parameters_);
     columns_.resize(jacobian_.rows(), jacobian_.cols() + dictionary_.columns.cols());
     columns_ << jacobian_, dictionary_.columns(training.rows, Eigen::all);
-    dictionary_.columns.resize(0, 0);  // large, and not needed any more
+    dictionary_.columns.resize(0, 0);  // large and no longer needed
     regression_.emplace(columns_, training.block, kFolds);
     residual_ = (rows.torque_Nm() - predicted_rows(fitted, rows))(training.rows);
     position_ = rows.means([](const Signals& s) { return s.position_rad; })(training.rows);
@@ -116,9 +118,9 @@ class Round {
     return result;
   }
 
-  /// How often chance data lets the search gain `gain` or more.
+  /// Probability that the search gains `gain` or more on chance data.
   double p_value(double gain, const Options& options) {
-    // What the best hypothesis leaves: else its own effect would be taken for noise that has to be beaten.
+    // The residual of the best hypothesis: otherwise its own effect would count as noise.
     ChanceData chance(least_left_, options.seed);
     return ChanceTest{.draw = [&chance] { return chance.draw(); },
                       .most_gain = [this](const Eigen::VectorXd& draw) { return most_gain(draw); },
@@ -129,7 +131,7 @@ class Round {
   const BlockRegression::Fit& base() const noexcept { return base_; }
 
  private:
-  /// The model with the linear step that goes with a candidate: where refining it begins.
+  /// The model with the linear step of a candidate: the starting point of its refinement.
   FittedModel moved(const Eigen::VectorXd& steps) const {
     FittedModel result = fitted_;
     for (std::size_t k = 0; k < parameters_.size(); ++k)
@@ -146,7 +148,7 @@ class Round {
     bounds.insert(bounds.end(), own.begin(), own.end());
     return bounds;
   }
-  /// What the best hypothesis gains on a target.
+  /// Gain of the best hypothesis on a target.
   double most_gain(const Eigen::VectorXd& values) const {
     const BlockRegression::Target target = regression_->target(values);
     const double base = regression_->held_out(target, base_columns_, base_bounds_);
@@ -192,8 +194,8 @@ class Round {
   Eigen::VectorXd position_;
   Eigen::VectorXd velocity_;
   BlockRegression::Fit base_;
-  Eigen::VectorXd left_;        // of the model as it is, refitted
-  Eigen::VectorXd least_left_;  // of the best hypothesis so far
+  Eigen::VectorXd left_;        // residual of the present model, refitted
+  Eigen::VectorXd least_left_;  // residual of the best hypothesis so far
   double most_gain_ = 0;
 };
 
@@ -204,25 +206,28 @@ struct Rival {
   std::size_t parameters;
 };
 
-/// How freely a model can bend to the data. How a bristle yields is a part of what it is.
+/// Number of free parameters of a model. The compliance of a bristle does not count: it is part of the
+/// effect.
 std::size_t freedom_of(const FittedModel& model, const Rows& rows) {
   const auto parameters = free_parameters(model, rows);
   const bool bristle = model.model.find<model::effects::Presliding>() != nullptr;
   return parameters.size() - (bristle ? 1 : 0);
 }
 
-/// Whether one model predicts left-out blocks better than another, and not by luck in a few of them.
+/// Whether one model predicts left-out blocks better than another, and not by chance in a few of them.
 bool is_sure(const BlockRegression::Fit& worse, const BlockRegression::Fit& better) {
   std::size_t improved = 0;
   for (std::size_t b = 0; b < worse.held_out_of.size(); ++b)
     improved += better.held_out_of[b] < worse.held_out_of[b] ? 1 : 0;
   if (2 * improved <= worse.held_out_of.size()) return false;
   if (decisiveness(worse.held_out_of, better.held_out_of) >= kSure) return true;
-  // A few large blocks make the mean uncertain: then nearly all of them have to agree, on much.
+  // A few large blocks make the mean uncertain: then nearly all blocks must improve, and the gain must be
+  // large.
   return 5 * improved >= 4 * worse.held_out_of.size() && 1 - better.held_out / worse.held_out >= kMuch;
 }
 
-/// Whether one model, driven by the torque alone, moves more like the training data than another.
+/// Whether the motion of `candidate`, driven by the torque alone, is closer to the training data than that of
+/// `than`.
 bool simulates_better(const FittedModel& than, const FittedModel& candidate, const Rows& rows,
                       const Training& training) {
   const std::vector<Window> windows = windows_of(rows, training.rows);
@@ -233,7 +238,7 @@ bool simulates_better(const FittedModel& than, const FittedModel& candidate, con
   return windows.empty() || total(candidate) < total(than);
 }
 
-/// Whether the data know how often a ripple that was added comes in a turn.
+/// Whether the data determine the periods per turn of the added ripple.
 bool knows_its_periods(const FittedModel& model, const Rows& rows, const Training& training) {
   const std::vector<fit::Estimate> found = estimates(model, rows, training.rows);
   const auto periods =
@@ -242,12 +247,12 @@ bool knows_its_periods(const FittedModel& model, const Rows& rows, const Trainin
          periods->upper - periods->value <= kPeriodsKnownTo * periods->value;
 }
 
-/// The winner first, then those that would have won some draws of the noise; none when no gain is sure.
-/// `rivals`: with which it begins; their effects are not tried again.
+/// The winner first, then those that win some draws of the noise; empty if no gain is significant.
+/// `rivals`: the initial ones; their effects are not tried again.
 std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::Outcome>& outcomes,
                            const BlockRegression::Fit& base, const Rows& rows, const Training& training,
                            const Options& options, std::vector<Rival> rivals = {}) {
-  double most = 0;  // of those that hold
+  double most = 0;  // maximum gain of the accepted ones
   for (const Rival& rival : rivals) most = std::max(most, 1 - rival.fit.held_out / base.held_out);
   for (const Round::Outcome& outcome : outcomes) {
     if (outcome.gain < std::max(kRival * most, options.least_gain)) break;
@@ -269,21 +274,20 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
   std::erase_if(rivals, [&](const Rival& r) {
     return base.held_out - r.fit.held_out < kAsGood * (base.held_out - best);
   });
-  if (rivals.empty()) return rivals;  // the one it began with is worse than none
+  if (rivals.empty()) return rivals;  // the initial one is worse than none
   std::vector<std::vector<double>> squares;
   for (const Rival& rival : rivals) squares.push_back(rival.fit.held_out_of);
   const std::vector<int> wins = draws_won(squares, options.seed);
   for (std::size_t i = rivals.size(); i-- > 0;)
     if (wins[i] == 0) rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(i));
-  // Of those that do as well, the simplest gives its name; a shape that is free in much more is no rival to
-  // it.
+  // Of equally good ones, the simplest gives its name; a shape with many more free parameters is not a rival.
   std::ranges::stable_sort(rivals, {}, &Rival::parameters);
   const std::size_t simplest = rivals.front().parameters;
   std::erase_if(rivals, [&](const Rival& r) { return r.parameters >= simplest + kMuchFreer; });
   return rivals;
 }
 
-/// Effects that were added and are no longer missed leave the model.
+/// Removes added effects that no longer reduce the residual.
 void drop_idle(SearchResult& result, const Rows& rows, const Training& training, double least_gain) {
   for (std::size_t i = 0; i + 1 < result.added.size();) {
     const std::optional<FittedModel> without = without_added(result, i, rows, training);
@@ -314,15 +318,14 @@ Added added_of(const std::vector<Rival>& rivals, const FittedModel& before, cons
   return added;
 }
 
-/// An effect that was added early had a share in what others explain that came later: each has to hold
-/// against all others once more, in its place in the model as it is. @returns whether one gave its place to
-/// another.
+/// An effect that was added early may have explained part of effects that were added later: each one competes
+/// with all others again, in its place in the present model. @returns whether one was replaced.
 bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& training,
                       const Options& options) {
   for (std::size_t i = 0; i < result.added.size(); ++i) {
     const bool is_newest = i + 1 == result.added.size() &&
                            result.added[i].after.model.effects.size() == result.fitted.model.effects.size();
-    if (is_newest) continue;  // has just won
+    if (is_newest) continue;  // it has just won
     const std::optional<FittedModel> without = without_added(result, i, rows, training);
     if (!without) continue;
     Round round(*without, rows, training);
@@ -332,7 +335,7 @@ bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& tr
     if (rivals.empty()) continue;
     const auto incumbent = std::ranges::find(rivals, result.added[i].effect, &Rival::effect);
     if (incumbent != rivals.end()) {
-      // It still wins draws, and is not much freer than the simplest.
+      // It still wins draws and is not much freer than the simplest one.
       std::rotate(rivals.begin(), incumbent, incumbent + 1);
       for (const Rival& rival : std::span(rivals).subspan(1))
         if (std::ranges::find(result.added[i].rivals, rival.effect, &RivalModel::effect) ==
@@ -344,7 +347,7 @@ bool replace_misnamed(SearchResult& result, const Rows& rows, const Training& tr
     added.p_value = round.p_value(added.gain, options);
     result.fitted = rivals.front().model;
     result.added.erase(result.added.begin() + static_cast<std::ptrdiff_t>(i));
-    result.added.push_back(std::move(added));  // as its effect stands in the model
+    result.added.push_back(std::move(added));  // its effect is also the last one in the model
     return true;
   }
   return false;
@@ -357,8 +360,8 @@ std::string short_text(double value) {
   return text.data();
 }
 
-/// A Stribeck curve that was added has the form that predicts left-out blocks better: what is left of the
-/// other one's tail would become Coulomb friction, a dip or a drag.
+/// Chooses the form of an added Stribeck curve that predicts left-out blocks better: with the wrong form, the
+/// residual of its tail would become Coulomb friction, a dip or a drag.
 void choose_tail(SearchResult& result, const Rows& rows, const Training& training) {
   for (std::size_t i = 0; i < result.added.size(); ++i) {
     const std::optional<std::size_t> at = place_of_added(result, i);
@@ -373,7 +376,7 @@ void choose_tail(SearchResult& result, const Rows& rows, const Training& trainin
   }
 }
 
-/// Why the search ended without this one: the first criterion that it did not meet.
+/// Reason why the search did not add this effect: the first criterion that it did not meet.
 std::string reason_against(const Round::Outcome& outcome, const BlockRegression::Fit& base, int step,
                            double p, double least_square, const Options& options) {
   if (outcome.gain <= 0) return "predicts left-out stretches no better";
@@ -463,8 +466,8 @@ SearchResult search(const FittedModel& start, const Rows& rows, const Training& 
     std::vector<Rival> rivals;
     if (worth && p_of_best <= options.false_positive_rate)
       rivals = contest(result.fitted, outcomes, round.base(), rows, training, options);
-    // The simplest rival gains less than the best outcome, which chance does more often. One that chance does
-    // too often gives way to the next.
+    // The simplest rival gains less than the best outcome, and chance reaches a smaller gain more often. A
+    // rival whose gain chance reaches too often is replaced by the next one.
     double p = p_of_best;
     while (!rivals.empty() && rivals.front().effect != outcomes.front().effect) {
       p = round.p_value(std::ranges::find(outcomes, rivals.front().effect, &Round::Outcome::effect)->gain,
