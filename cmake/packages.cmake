@@ -1,4 +1,4 @@
-# cpack --config DIR/CPackConfig.cmake: Debian packages of what is built, one for each component of the installation.
+# cpack --config DIR/CPackConfig.cmake builds Debian packages, one for each component of the installation.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
@@ -8,7 +8,7 @@ if(YOUBOT_PYTHON)
 endif()
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ
                                                 WORLD_EXECUTE)
-set(CMAKE_SKIP_PACKAGE_ALL_DEPENDENCY ON)  # tests and benchmarks are in no package
+set(CMAKE_SKIP_PACKAGE_ALL_DEPENDENCY ON)  # no package contains tests or benchmarks
 
 set(CPACK_PACKAGE_VENDOR "the youbot-hal authors")
 set(CPACK_PACKAGE_CONTACT "The youbot-hal authors <youbot-hal@example.invalid>")  # no address is published
@@ -27,7 +27,7 @@ set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "A 1 kHz daemon for base, arm and hapti
 identify friction, a simulated robot on a network interface, udev rules and a systemd service, which stays off until \
 somebody enables it.")
 
-# What youbot-config.cmake and youbot.pc look for; identification also wants Ceres.
+# The dependencies in youbot-config.cmake and youbot.pc; identification also needs Ceres.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libyoubot-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), libhidapi-dev, liborocos-kdl-dev, libspdlog-dev, \
@@ -43,7 +43,7 @@ set(CPACK_DEBIAN_DOCUMENTS_PACKAGE_ARCHITECTURE all)
 set(CPACK_COMPONENT_DOCUMENTS_DESCRIPTION "Documents in Markdown: set-up of a robot, programs, file formats, safety, \
 bounds and architecture.")
 
-# The module is for one minor version of Python.
+# The module works with one minor version of Python only.
 if(YOUBOT_PYTHON)
   math(EXPR next_python "${YOUBOT_PYTHON_MINOR} + 1")
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-youbot)
@@ -56,7 +56,7 @@ python3-numpy")
 Python, with numpy.")
 endif()
 
-# Each Debian package holds its licence. It is also dygraphs', which is in the reports that the programs write.
+# Each Debian package contains its licence, and that of dygraphs, which the programs embed in their reports.
 file(READ NOTICE notice)
 file(READ ${YOUBOT_DYGRAPHS_LICENSE} dygraphs)
 file(WRITE ${PROJECT_BINARY_DIR}/generated/copyright "${notice}

@@ -1,5 +1,5 @@
-// Adds an effect that the library does not have, a cable that winds up as the joint turns, and lets the
-// search for missing effects try it beside its own.
+// Adds an effect that the library does not have, a cable that winds up as the joint turns. The search for
+// missing effects then tries it together with the effects of the library.
 //   custom_effect MODEL.toml RECORDING.csv...
 #include <youbot/identification.h>
 
@@ -11,8 +11,8 @@
 
 namespace {
 
-/// Torque against positive motion: k·(θ − θ0). The amplitude k is linear and has no guess; θ0 is the shape,
-/// which the search tries at a few values and then fits.
+/// Torque against positive motion: k·(θ − θ0). The amplitude k is linear and needs no initial guess; θ0 is
+/// the shape, which the search tries at a few values and then fits.
 youbot::CustomEffect cable() {
   return {.name = "cable",
           .shows = "torque in proportion to the angle from one position, whatever the speed",
@@ -29,7 +29,7 @@ int main(int argc, char** argv) try {
     std::fprintf(stderr, "usage: custom_effect MODEL.toml RECORDING.csv...\n");
     return 2;
   }
-  youbot::add_custom_effect(cable());  // before models are read: they may have one already
+  youbot::add_custom_effect(cable());  // before reading models, which may already contain it
   youbot::DriveModel model = youbot::read_drive_model(argv[1]);
   std::vector<youbot::gap::Source> data;
   for (int i = 2; i < argc; ++i)

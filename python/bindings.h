@@ -1,5 +1,5 @@
 /// @file
-/// The parts of the Python module, each in the file of its name.
+/// The parts of the Python module; each is in the file of the same name.
 #pragma once
 #include <pybind11/eigen.h>
 #include <pybind11/numpy.h>
@@ -15,10 +15,11 @@ namespace youbot_python {
 
 namespace py = pybind11;
 
-/// A number for each element, or one number for one.
+/// An array of numbers, or a single number.
 using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
 
-/// An effect as Python sees it: AnyEffect is a variant, whose members pybind11 would convert one by one.
+/// Wrapper of an effect for Python: AnyEffect is a variant, whose alternatives pybind11 would convert one by
+/// one.
 struct Effect {
   model::effects::AnyEffect any;
 };

@@ -27,13 +27,13 @@ py::dict dict_of(std::span<const model::ParameterDescription> parameters, const 
   return values;
 }
 
-/// `of(x)` of each number.
+/// Applies `of` to each number.
 template <class Of>
 py::object of_each(const Numbers& x, const Of& of) {
   return py::vectorize([&of](double value) { return of(value); })(x);
 }
 
-/// A one-dimensional array, which Python may not change while it is looked at.
+/// Values of a one-dimensional array; Python must not change it while the view is in use.
 std::span<const double> values_of(const Numbers& numbers, const char* name) {
   if (numbers.ndim() != 1) throw std::invalid_argument(std::string(name) + " must be one-dimensional");
   return {numbers.data(), static_cast<std::size_t>(numbers.size())};

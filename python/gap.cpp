@@ -49,7 +49,7 @@ gap::Result search(const DriveModel& model, const std::vector<Recording>& record
   };
   gap::Options options;
   options.seed = seed;
-  // Called between steps of the search: where Ctrl-C is heard.
+  // Called between steps of the search; also handles Ctrl-C.
   options.progress = [&progress](std::string_view what, double done) {
     const py::gil_scoped_acquire acquire;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();

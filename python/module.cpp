@@ -1,4 +1,4 @@
-// The Python module `youbot`: what a notebook needs of the library.
+// The Python module `youbot`: the part of the library for notebooks.
 #include <youbot/recording.h>
 #include <youbot/robot.h>
 

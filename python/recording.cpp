@@ -13,7 +13,7 @@ namespace {
 
 using youbot::Recording;
 
-/// A view of the recording's own memory, which `owner` keeps.
+/// A view of the recording's own memory, which `owner` keeps alive.
 py::array column(const py::object& owner, const std::string& name) {
   const std::span<const double> values = owner.cast<const Recording&>().column(name);
   py::array view(py::dtype::of<double>(), {values.size()}, {sizeof(double)}, values.data(), owner);

@@ -1,4 +1,4 @@
-// A robot by its name, one exchange a period.
+// A robot, selected by name; one exchange per period.
 #include <youbot/robot.h>
 
 #include <chrono>
@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::nanoseconds;
 
-/// The drives are off: what exchange() said.
+/// The drives are off, for the reason that exchange() reported.
 class RobotFault : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -107,7 +107,7 @@ class Robot {
       const py::gil_scoped_release release;
       clock_->sleep_until(deadline_ += period_);
       status = robot_->exchange(command_, sample_);
-      // A notebook pauses as it likes: the periods that passed meanwhile are not made up for.
+      // A notebook may pause at any time: missed periods are skipped.
       if (clock_->now() > deadline_ + period_) deadline_ = clock_->now();
     }
     if (!status.ok()) {

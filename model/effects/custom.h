@@ -1,5 +1,5 @@
 /// @file
-/// An effect that a program brings along, because the library does not have it.
+/// A custom effect: defined by a program, not part of the library.
 ///
 ///     model::effects::add_custom_effect(
 ///         {.name = "log_friction",
@@ -10,8 +10,8 @@
 ///          .level = [](const Sliding& s, double v0) noexcept { return std::log1p(s.speed_rad_per_s / v0);
 ///          }});
 ///
-/// From then on it is an effect like the others: make_effect() makes it, drive models are read and written
-/// with it, drives are simulated with it, and the search for missing effects tries it.
+/// Afterwards it behaves like any other effect: make_effect() creates it, drive model files may contain it,
+/// the simulation includes it, and the search for missing effects tries it.
 #pragma once
 #include <optional>
 #include <string>
@@ -31,11 +31,11 @@ struct CustomEffect {
   };
   std::string name;                  ///< lower-case letters, digits and underscores
   std::string shows;                 ///< how it shows in measured data
-  Parameter amplitude;               ///< what the functions are multiplied by
-  std::optional<Parameter> shape{};  ///< what they are given; without one they are given 0
-  /// Shapes that the search for missing effects begins with.
+  Parameter amplitude;               ///< factor of the functions
+  std::optional<Parameter> shape{};  ///< argument of the functions; without one they receive 0
+  /// Initial shapes of the search for missing effects.
   std::vector<double> tried_shapes{};
-  /// Friction of a joint that slides, at an amplitude of 1: positive takes more torque. Cycle.
+  /// Friction of a sliding joint at an amplitude of 1: positive opposes the motion. Cycle.
   double (*level)(const Sliding&, double shape) noexcept = nullptr;
   /// Torque against positive motion of the load over its position, at an amplitude of 1. Cycle.
   double (*load)(double position_rad, double shape) noexcept = nullptr;
@@ -63,12 +63,12 @@ class Custom {
   double shape_;
 };
 
-/// So many a program can add.
+/// Maximum number of effects that a program can add.
 inline constexpr std::size_t kMaxCustomEffects = 32;
 
-/// Set-up: adds an effect for as long as the program runs. Call it before anything else uses effects: no
-/// other thread may use them meanwhile. @throws std::invalid_argument naming what is wrong with it: a name
-/// that is taken, a shape or default out of its bounds, no function, or one effect too many.
+/// Set-up: adds an effect for the lifetime of the program. Call it before anything else uses effects: no
+/// other thread may use them during the call. @throws std::invalid_argument that names the mistake: a name
+/// already in use, a shape or default outside its bounds, no function, or too many effects.
 void add_custom_effect(CustomEffect effect);
 /// In the order in which they were added.
 std::vector<const CustomEffect*> custom_effects();

@@ -1,7 +1,7 @@
-"""Pushes wheel 1 with a small torque, wheels in the air: without compensation friction holds it, with compensation it
-turns.
+"""Applies a small torque to wheel 1, with the wheels in the air: without compensation friction holds the wheel, with
+compensation it turns.
 
-  compensate_wheel.py [ROBOT]        a real robot stands on blocks
+  compensate_wheel.py [ROBOT]        put a real robot on blocks
 """
 
 import sys
@@ -13,7 +13,7 @@ PUSH_NM = 0.05
 
 
 def push(robot, compensate):
-    """The positions of wheel 1 over two seconds."""
+    """Returns the positions of wheel 1 over two seconds."""
     state = robot.enable()
     compensation = youbot.FrictionCompensation(1, margin=0.9)  # of wheel 1, as measured
     compensation.reset(state.position_rad[0])
@@ -24,7 +24,7 @@ def push(robot, compensate):
         torque_Nm[0] = PUSH_NM + (help_Nm if compensate else 0)
         state = robot.step(torque_Nm=torque_Nm)
         positions[i] = state.position_rad[0]
-    for _ in range(1000):  # off, and a second to run out
+    for _ in range(1000):  # drives off; the wheel coasts for a second
         robot.disable()
     return positions
 

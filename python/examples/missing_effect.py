@@ -1,4 +1,4 @@
-"""Simulates a wheel with numpy alone, a magnet's cogging in it, and lets the search find what a model without it lacks."""
+"""Simulates a wheel with cogging in plain numpy, and searches for the effect that a model without cogging lacks."""
 
 import numpy as np
 import youbot
@@ -9,7 +9,7 @@ PERIOD_S, SUBSTEPS = 1e-3, 20
 
 
 def drive(torque_Nm):
-    """Position of a wheel that slides, sticks and cogs, from rest."""
+    """Returns the positions of a wheel with friction, sticking and cogging, starting from rest."""
     dt = PERIOD_S / SUBSTEPS
     stopped = dt / INERTIA * COULOMB
     position = velocity = 0.0

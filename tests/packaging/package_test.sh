@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Makes the Debian packages, looks at what is in them, installs them into a root that has nothing but the shared
-# libraries they depend on, runs the demo there, and removes them. No network.
+# Builds the Debian packages, checks their contents, installs them into a root that contains only the shared libraries
+# they depend on, runs the demo there, and removes them. Needs no network.
 # Exit codes: 0 passed, 1 failed, 77 skipped.
-# usage: package_test.sh SOURCE_FOLDER BUILD_FOLDER; the programs are built. Root is needed, for chroot.
+# usage: package_test.sh SOURCE_FOLDER BUILD_FOLDER; the programs must be built. Needs root for chroot.
 set -euo pipefail
 export LC_ALL=C.UTF-8
 source=$1
@@ -17,7 +17,7 @@ skip() {
   echo "skipped: $1"
   exit 77
 }
-# nothing WHAT COMMAND...: the command prints nothing.
+# nothing WHAT COMMAND...: fails with WHAT if the command prints anything.
 nothing() {
   local output
   output=$("${@:2}" 2>&1) || true
@@ -31,7 +31,7 @@ done
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-# gzip, because xz takes a quarter of a minute.
+# gzip, because xz takes 15 seconds.
 cpack --config "$build/CPackConfig.cmake" -B "$scratch/packages" -D CPACK_DEBIAN_COMPRESSION_TYPE=gzip \
   >"$scratch/cpack" 2>&1 || fail "$(cat "$scratch/cpack")"
 version=$("$build/bin/youbotd" --version)
@@ -42,7 +42,7 @@ development=$scratch/packages/libyoubot-dev_${version}_$architecture.deb
 documents=$scratch/packages/youbot-hal-doc_${version}_all.deb
 python=$scratch/packages/python3-youbot_${version}_$architecture.deb
 
-# unpack DEB FOLDER...: into $files; it has files in each of these folders and nowhere else.
+# unpack DEB FOLDER...: unpacks DEB into $files and checks that it has files in each of these folders and nowhere else.
 unpack() {
   local folders
   files=$scratch/$(basename "$1" .deb)
@@ -51,7 +51,7 @@ unpack() {
   folders=$(printf '%s|' "${@:2}")
   nothing "$1 has files elsewhere" grep -Ev "^(${folders%|})(/|\$)" <(find "$files" -not -type d -printf '%P\n')
   nothing "$1 has files that not everybody can read, or anybody can write" find "$files" -perm /022 -o -not -perm -444
-  # As the beginning of a path: the sources may be in /src, say.
+  # Only at the beginning of a path: the source folder may be as short as /src.
   nothing "$1 names folders of the machine that built it" \
     env LC_ALL=C grep -rlE "(^|[^[:alnum:]_.-])($source|$build)/" "$files"
 }
@@ -59,7 +59,7 @@ unpack() {
 unpack "$development" usr/include/youbot-hal usr/lib/libyoubot_{control,drivers,hal,identification,model,runtime,sim}.a \
   usr/lib/cmake/youbot usr/lib/pkgconfig/youbot.pc usr/share/doc/libyoubot-dev/copyright \
   usr/share/doc/youbot-hal/examples
-# Its dependencies are packages: this machine, which has just compiled with them, has them.
+# Its dependencies are packages that are installed here: this machine has just compiled with them.
 dependencies=$(dpkg-deb --field "$development" Depends Recommends | sed 's/^[A-Z][a-z]*: //; s/([^)]*)//g; s/|[^,]*//g')
 for package in ${dependencies//,/ }; do
   dpkg-query --show "$package" >/dev/null || fail "libyoubot-dev depends on $package"
@@ -97,7 +97,7 @@ for program in youbotd youbotctl youbot-bench youbot-sim youbot-gap; do
   man --local-file "$page" >"$scratch/page"
   lexgrog "$page" | grep --quiet "\"$program - [a-z]" || fail "apropos would not find $program(1)"
   bash -uc 'source "$0"; complete -p "$1"' "$completion" "$program" >/dev/null || fail "no completion of $program"
-  # As --help has them, of the program and of each command.
+  # All options in --help, of the program and of each command.
   commands=$("$binary" --help | sed -n '/^Subcommands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p')
   for command in '' $commands; do
     offered=$(grep -F "  $command:-*)" "$completion")
@@ -108,13 +108,14 @@ for program in youbotd youbotctl youbot-bench youbot-sim youbot-gap; do
   done
 done
 
-# The root: what ldd finds, and dpkg's empty records. The scripts of the package run outside of it, with DPKG_ROOT.
+# The root contains the libraries that ldd lists and dpkg's empty database. The package's scripts run outside of it,
+# with DPKG_ROOT.
 root=$scratch/root
 mkdir -p "$root"/{etc,tmp} "$root"/var/lib/dpkg/{info,updates}
 touch "$root/var/lib/dpkg/status"
 ldd "$files"/usr/bin/* | grep -oE '/[^ ]+ \(0x' | sed 's/ (0x//' | sort -u >"$scratch/libraries"
 while read -r library; do install -D "$library" "$root$library"; done <"$scratch/libraries"
-# Without dpkg's own records, and the user, whom a package leaves there.
+# Lists all files except dpkg's database and the user database: a removed package leaves its user.
 listing() {
   find "$root" -printf '%P\n' | grep -vE '^(var/lib/dpkg|etc/(passwd|group|shadow|gshadow|\.pwd\.lock))' | sort
 }

@@ -1,4 +1,4 @@
-"""The Python module against closed forms, published numbers and what its examples promise."""
+"""Tests the Python module against closed forms, published numbers and the results that its examples state."""
 
 import os
 import pathlib
@@ -38,7 +38,7 @@ class Friction(unittest.TestCase):
 
     def test_a_drive_without_friction_obeys_newton(self):
         motion = youbot.DriveModel(0.01).simulate(np.full(1001, 0.02), period_s=1e-3)
-        # 2 rad/s² for a second.
+        # 2 rad/s² for one second.
         self.assertAlmostEqual(motion["velocity_rad_per_s"][1000], 2, places=9)
         self.assertAlmostEqual(motion["position_rad"][1000], 1, places=2)
         self.assertAlmostEqual(motion["time_s"][1000], 1, places=12)
@@ -83,7 +83,7 @@ class Recordings(unittest.TestCase):
             recording.write(path)
             again = youbot.read_recording(path)
             with self.assertRaisesRegex(youbot.SetupError, "ramp.csv"):
-                recording.write(path)  # is there already
+                recording.write(path)  # already exists
             with open(path, "a") as file:
                 file.write("0.002,0.3")
             with self.assertWarnsRegex(UserWarning, "ramp.csv:"):
