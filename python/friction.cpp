@@ -120,7 +120,8 @@ void write_model(const DriveModel& model, const std::filesystem::path& path) {
 }
 
 void add_laws(py::module_& module) {
-  py::class_<AnyLaw>(module, "Law", R"(A friction law by its name: kfm, karnopp, dahl, lugre, leuven, gms, ...
+  py::class_<AnyLaw>(module, "Law",
+                     R"(A friction law, selected by name: kfm, karnopp, dahl, lugre, leuven, gms, ...
 
     law = youbot.Law("lugre", coulomb_Nm=0.04)
     torque_Nm = law.torques_Nm(velocity_rad_per_s, period_s=1e-3))")
@@ -139,10 +140,10 @@ void add_laws(py::module_& module) {
           [](const AnyLaw& law, const Numbers& velocity) {
             return of_each(velocity, [&law](double v) { return law.steady_Nm(v); });
           },
-          py::arg("velocity_rad_per_s"), "Torque of a joint that has slid at this velocity for long.")
+          py::arg("velocity_rad_per_s"), "Torque of a joint after long sliding at this velocity.")
       .def("torques_Nm", &law_torques, py::arg("velocity_rad_per_s"), py::arg("period_s"), py::kw_only(),
            py::arg("applied_torque_Nm") = 0.0,
-           "Torque at the end of each period in which the joint moves at that velocity, from rest.");
+           "Torque at the end of each period in which the joint moves at that velocity, starting from rest.");
   module.def("law_names", [] {
     std::vector<std::string> names;
     for (const LawDescription& law : model::friction::law_descriptions()) names.emplace_back(law.name);
@@ -191,8 +192,7 @@ void add_models(py::module_& module) {
            py::arg("inertia_kg_m2"), py::arg("effects") = std::vector<Effect>(), py::arg("name") = "")
       .def_static(
           "read", [](const std::filesystem::path& path) { return youbot::read_drive_model(path); },
-          py::arg("path"),
-          "Reads a model file. What is wrong with it is a FileError that names file and line.")
+          py::arg("path"), "Reads a model file. Raises FileError with file and line if it has a mistake.")
       .def("write", &write_model, py::arg("path"))
       .def_readonly("name", &DriveModel::name)
       .def_readonly("inertia_kg_m2", &DriveModel::inertia_kg_m2)
@@ -206,12 +206,13 @@ void add_models(py::module_& module) {
                            [&chain](double v) { return model::effects::sliding_torque_Nm(chain, v); });
           },
           py::arg("velocity_rad_per_s"),
-          "Torque that keeps the joint at this velocity, cold and at position 0.")
-      .def("simulate", &simulated, py::arg("torque_command_Nm"), py::arg("period_s"),
-           py::arg("position_rad") = 0.0,
-           R"(The motion that torques make from rest, as a dict of the columns of a recording.
+          "Torque that keeps the joint at this velocity, when cold and at position 0.")
+      .def(
+          "simulate", &simulated, py::arg("torque_command_Nm"), py::arg("period_s"),
+          py::arg("position_rad") = 0.0,
+          R"(Simulates the motion from rest under these torques. Returns a dict of the columns of a recording.
 
-A row has the position and velocity at the beginning of its period, and the torque that its sensor reports in it.)")
+A row has the position and velocity at the beginning of its period, and the torque that the sensor reports during it.)")
       .def("__str__", [](const DriveModel& model) { return youbot::drive_model_text(model); });
 }
 
@@ -233,9 +234,10 @@ std::vector<model::NamedValue> named_values(const py::kwargs& values) {
 void add_friction(py::module_& module) {
   add_laws(module);
   add_models(module);
-  py::class_<Compensation>(module, "FrictionCompensation", R"(What friction will take from a commanded torque.
+  py::class_<Compensation>(module, "FrictionCompensation",
+                           R"(Compensation of the friction that opposes a commanded torque.
 
-Its help never turns a command round and never drives a joint by itself.
+It never reverses a command and never drives a joint by itself.
 
     compensation = youbot.FrictionCompensation(1)       # of wheel 1, as measured; or of a DriveModel
     torque_Nm = command_Nm + compensation.step(command_Nm, state.position_rad[0]))")
@@ -244,7 +246,7 @@ Its help never turns a command round and never drives a joint by itself.
            py::arg("period_s") = 1e-3)
       .def("reset", &Compensation::reset, py::arg("position_rad"))
       .def("step", &Compensation::step, py::arg("command_Nm"), py::arg("position_rad"),
-           "Once a period: the torque to add to the command.");
+           "Call once per period. Returns the torque to add to the command.");
 }
 
 }  // namespace youbot_python

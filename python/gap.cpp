@@ -64,11 +64,13 @@ void add_fit(py::module_& module) {
   py::class_<Estimate>(module, "Estimate",
                        "A parameter with its 95 % interval, or the reason why there is none.")
       .def_readonly("name", &Estimate::name)
-      .def_readonly("effect", &Estimate::effect, "Whose parameter it is; empty: the drive's own.")
+      .def_readonly("effect", &Estimate::effect,
+                    "Effect of the parameter; empty: a parameter of the drive itself.")
       .def_readonly("value", &Estimate::value)
       .def_readonly("lower", &Estimate::lower)
       .def_readonly("upper", &Estimate::upper)
-      .def_readonly("not_identifiable", &Estimate::not_identifiable, "Empty when the value counts.")
+      .def_readonly("not_identifiable", &Estimate::not_identifiable,
+                    "Reason why it is not; empty: the value is valid.")
       .def("__repr__", [](const Estimate& e) {
         return py::str("<Estimate {} = {:.4g} ({:.4g} to {:.4g}){}>")
             .format(e.title(), e.value, e.lower, e.upper,
@@ -78,7 +80,7 @@ void add_fit(py::module_& module) {
       .def_readonly("parameters", &StaticFit::parameters)
       .def_property_readonly("effects", [](const StaticFit& fit) { return wrapped(fit.effects); })
       .def_readonly("relative_error_percent", &StaticFit::relative_error_percent)
-      .def_readonly("verdicts", &StaticFit::verdicts, "What the points as a whole do not allow to say.")
+      .def_readonly("verdicts", &StaticFit::verdicts, "Conclusions that the points do not allow.")
       .def_readonly("outliers", &StaticFit::outliers, "Indices of the points that were left out.")
       .def(
           "torque_Nm",
@@ -88,9 +90,9 @@ void add_fit(py::module_& module) {
           py::arg("velocity_rad_per_s"));
   module.def("fit_friction", &fit_friction, py::arg("velocity_rad_per_s"), py::arg("torque_Nm"),
              py::arg("law") = "kfm", py::kw_only(), py::arg("torque_ci95_Nm") = Numbers(0),
-             R"(Fits friction that was measured at constant velocities.
+             R"(Fits friction measured at constant velocities.
 
-law: a law by its name and more terms: "kfm+offset+asymmetry+quadratic".)");
+law: name of a law, with optional terms: "kfm+offset+asymmetry+quadratic".)");
 }
 
 void add_search(py::module_& module) {
@@ -102,19 +104,20 @@ void add_search(py::module_& module) {
           "parameters", [](const gap::FoundEffect& found) { return by_name(found.parameters); },
           "Estimates by name.")
       .def_readonly("held_out_gain", &gap::FoundEffect::held_out_gain,
-                    "Share of the squared held-out residual that it takes away.")
+                    "Share of the squared held-out residual that it removes.")
       .def_readonly("p_value", &gap::FoundEffect::p_value)
       .def_readonly("gap_before_Nm", &gap::FoundEffect::gap_before)
       .def_readonly("gap_after_Nm", &gap::FoundEffect::gap_after)
       .def_readonly("equivalent", &gap::FoundEffect::equivalent,
-                    "Effects that these data cannot tell from it.");
-  py::class_<gap::Result>(module, "Gap", "Where a model and recordings disagree, and what explains it.")
+                    "Effects that these data do not distinguish from it.");
+  py::class_<gap::Result>(module, "Gap",
+                          "The gap between a model and recordings, and the effects that explain it.")
       .def_property_readonly(
           "verdict", [](const gap::Result& result) { return std::string(gap::verdict_name(result.verdict)); })
-      .def_readonly("model", &gap::Result::model, "With its parameters refitted and the effects added.")
+      .def_readonly("model", &gap::Result::model, "The model with refitted parameters and the added effects.")
       .def_readonly("effects", &gap::Result::effects)
       .def_readonly("gap_before_Nm", &gap::Result::gap_before_Nm,
-                    "Held-out rms torque residual of the given model.")
+                    "Held-out RMS torque residual of the given model.")
       .def_readonly("gap_after_Nm", &gap::Result::gap_after_Nm)
       .def_readonly("noise_floor_Nm", &gap::Result::noise_floor_Nm)
       .def_readonly("notes", &gap::Result::notes)
@@ -126,7 +129,7 @@ void add_search(py::module_& module) {
               reasons.emplace(rejected.type, rejected.reason);
             return reasons;
           },
-          "Why each other effect was not added.")
+          "Reason why each other effect was not added.")
       .def_property_readonly("diagnosis", [](const gap::Result& result) {
         std::vector<std::string> lines;
         for (const gap::Diagnosis& d : result.diagnosis)
@@ -137,10 +140,10 @@ void add_search(py::module_& module) {
   module.def("find_missing_effects", &search, py::arg("model"), py::arg("recordings"), py::kw_only(),
              py::arg("held_out") = std::vector<Recording>(), py::arg("seed") = 1,
              py::arg("progress") = nullptr,
-             R"(Compares a drive model with recordings, names what it lacks and adds it.
+             R"(Compares a drive model with recordings, and names and adds the effects that it lacks.
 
-held_out: recordings to judge by; without them stretches of `recordings` are set aside.
-progress: called with what is being done and how much of it is done, 0 to 1.)");
+held_out: recordings that judge the result; without them, stretches of `recordings` are held out.
+progress: called with the name of the present step and the completed share, 0 to 1.)");
 }
 
 }  // namespace

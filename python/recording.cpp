@@ -80,7 +80,7 @@ void add_recording(py::module_& module) {
     recording = youbot.read_recording("wheel-1.csv")
     plt.plot(recording["time_s"], recording["position_rad"]))")
       .def(py::init(&from_columns), py::arg("columns"), py::kw_only(), py::arg("rig") = "",
-           py::arg("experiment") = "", "From a dict of arrays.")
+           py::arg("experiment") = "", "Creates a recording from a dict of arrays.")
       .def_readonly("rig", &Recording::rig)
       .def_readonly("experiment", &Recording::experiment)
       .def_readonly("comments", &Recording::comments, "All header lines as pairs of key and value.")
@@ -103,15 +103,15 @@ void add_recording(py::module_& module) {
             }
           },
           "A read-only view of a column, not a copy.")
-      .def("write", &write, py::arg("path"), "Writes a new file; one that is there already is not replaced.")
+      .def("write", &write, py::arg("path"), "Writes a new file. Does not replace an existing one.")
       .def("__repr__", [](const Recording& recording) {
         return "<Recording of '" + recording.rig + "', " + std::to_string(recording.rows()) + " rows, " +
                std::to_string(recording.columns.size()) + " columns>";
       });
   module.def(
       "read_recording", &read, py::arg("path"),
-      "Reads a recording. What was left out of it is a Python warning; what is wrong with it is a FileError "
-      "that names file and line.");
+      "Reads a recording. Warns about parts that were left out. Raises FileError with file and line if the "
+      "file has a mistake.");
 }
 
 }  // namespace youbot_python

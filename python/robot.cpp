@@ -143,24 +143,24 @@ class Robot {
 
 void add_robot(py::module_& module) {
   py::register_exception<RobotFault>(module, "RobotFault", PyExc_RuntimeError);
-  py::class_<State>(module, "State", "What the joints measured, in the order of Robot.names.")
-      .def_readonly("time_s", &State::time_s, "Since the robot was activated.")
+  py::class_<State>(module, "State", "Measured values of the joints, in the order of Robot.names.")
+      .def_readonly("time_s", &State::time_s, "Time since the robot was activated.")
       .def_readonly("enabled", &State::enabled, "Whether the drives obey.")
       .def_readonly("position_rad", &State::position_rad)
       .def_readonly("velocity_rad_per_s", &State::velocity_rad_per_s)
       .def_readonly("torque_Nm", &State::torque_Nm, "From the motors' currents.");
-  py::class_<Robot>(module, "Robot", R"(A robot by its name: loopback, wire, ethercat:IFACE, can:IFACE.
+  py::class_<Robot>(module, "Robot", R"(A robot, selected by name: loopback, wire, ethercat:IFACE, can:IFACE.
 
     with youbot.Robot("loopback", on_ground=False) as robot:
         robot.enable()
         for _ in range(1000):
             state = robot.step(torque_Nm=[0.1, 0, 0, 0])
 
-A simulated robot runs in virtual time, as fast as it can. On a real one each step waits for its period; Python keeps
-it on the whole, and the motor controllers' own watchdogs stop the drives when it does not for longer. A controller that
-must not miss a period belongs into C++ (examples/own_controller.cpp). The sensors are judged in each step.
+A simulated robot runs in virtual time, as fast as possible. With a real robot each step waits for its period. Python
+keeps the period most of the time; if it pauses for longer, the motor controllers' own watchdogs stop the drives. Write
+a controller that must not miss a period in C++ (examples/own_controller.cpp). Each step checks the sensors.
 
-on_ground: whether the wheels carry the robot. arm: whether there is one on the base.)")
+on_ground: whether the wheels carry the robot. arm: whether the base has an arm.)")
       .def(py::init<const std::string&, double, bool, bool>(), py::arg("name") = "loopback", py::kw_only(),
            py::arg("period_s") = 1e-3, py::arg("on_ground") = true, py::arg("arm") = false)
       .def(
@@ -171,14 +171,14 @@ on_ground: whether the wheels carry the robot. arm: whether there is one on the 
           },
           py::return_value_policy::reference)
       .def("__exit__", [](Robot& robot, const py::args& /*error*/) { robot.deactivate(); })
-      .def_property_readonly("names", &Robot::names, "Of the joints, in bus order.")
+      .def_property_readonly("names", &Robot::names, "Names of the joints, in bus order.")
       .def("enable", &Robot::enable, py::arg("timeout_s") = 30.0, "Waits until the drives obey.")
-      .def("disable", &Robot::disable, "Drives off. Also what ends a fault.")
-      .def("step", &Robot::step, py::kw_only(), py::arg("torque_Nm") = std::nullopt,
-           py::arg("velocity_rad_per_s") = std::nullopt, py::arg("position_rad") = std::nullopt,
-           "Waits for the next period, sends a target for each joint and returns what the joints measured. "
-           "Without a "
-           "target the torque is zero. Raises RobotFault when the drives went off.");
+      .def("disable", &Robot::disable, "Switches the drives off and clears a fault.")
+      .def(
+          "step", &Robot::step, py::kw_only(), py::arg("torque_Nm") = std::nullopt,
+          py::arg("velocity_rad_per_s") = std::nullopt, py::arg("position_rad") = std::nullopt,
+          "Waits for the next period, sends a target for each joint and returns the measured values. Without "
+          "a target the torque is zero. Raises RobotFault if a fault switched the drives off.");
 }
 
 }  // namespace youbot_python
