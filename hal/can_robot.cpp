@@ -134,7 +134,7 @@ class CanRobot final : public Robot {
   int silent_cycles_ = 0;
   CycleStatus latched_{};
   mutable NewestValue<CycleStatus> statuses_;  // from the cycle to the reporting thread
-  mutable CycleStatus told_{};
+  mutable CycleStatus reported_{};
   bool stop_unheard_ = false;   // of the last deactivate()
   bool range_is_lost_ = false;  // the module's count has changed since its range was stated
 };
@@ -379,9 +379,9 @@ CycleStatus CanRobot::check_drive() const noexcept {
 
 std::vector<std::string> CanRobot::trouble() const {
   if (!drive_) return {};
-  (void)statuses_.take(told_);
-  if (told_.ok()) return {};
-  return {options_.joint_name + ": " + describe_can(told_)};
+  (void)statuses_.take(reported_);
+  if (reported_.ok()) return {};
+  return {options_.joint_name + ": " + describe_can(reported_)};
 }
 
 std::vector<std::string> CanRobot::report() const {

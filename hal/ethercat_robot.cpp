@@ -230,7 +230,7 @@ class EthercatRobot final : public Robot {
   RobotState state_;                  // the cycle's
   // Triple buffer from the cycle to the reporting thread, which caches the last value.
   mutable std::optional<NewestValue<RobotState>> states_;
-  mutable RobotState told_;
+  mutable RobotState reported_;
 };
 
 void EthercatRobot::activate() {
@@ -265,7 +265,7 @@ void EthercatRobot::activate() {
   bad_cycles_ = unanswered_cycles_ = 0;
   losses_.clear();
   copy_state();
-  told_ = state_;
+  reported_ = state_;
   states_.emplace(state_);
   enabled_ = sampled_ = false;
   counted_ = bus_->counters();
@@ -414,8 +414,8 @@ void EthercatRobot::copy_state() noexcept {
 }
 
 const RobotState& EthercatRobot::newest_state() const noexcept {
-  (void)states_->take(told_);
-  return told_;
+  (void)states_->take(reported_);
+  return reported_;
 }
 
 void EthercatRobot::switch_off(bool by_operator) noexcept {

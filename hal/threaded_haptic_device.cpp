@@ -29,7 +29,7 @@ struct ThreadedHapticDevice::Shared {
   struct Outcome {
     HapticStatus status;
     HapticSample sample;  // the latest
-    nanoseconds told{};
+    nanoseconds updated{};
   };
 
   Shared(std::unique_ptr<HapticLink> the_link, const HapticLimits& limits)
@@ -111,7 +111,7 @@ void ThreadedHapticDevice::activate() {
   shared_->disables = 0;
   sample_ = {};
   status_ = {.fault = HapticFault::kNotReady, .age = nanoseconds::max()};
-  told_ = shared_->clock.now();
+  updated_ = shared_->clock.now();
   silent_ = false;
   std::thread thread;
   try {
@@ -151,13 +151,13 @@ HapticStatus ThreadedHapticDevice::exchange(const HapticCommand& command, Haptic
   const nanoseconds now = shared_->clock.now();
   if (Shared::Outcome outcome; shared_->outcomes.take(outcome)) {
     status_ = outcome.status;
-    told_ = outcome.told;
+    updated_ = outcome.updated;
     sample_ = outcome.sample;
   }
   const bool has_sample = status_.age != nanoseconds::max();
   if (has_sample) sample = sample_;
 
-  const bool silent_now = now - told_ > limits_.stale_after;
+  const bool silent_now = now - updated_ > limits_.stale_after;
   silent_ = command.enable && (silent_ || silent_now);
   HapticCommand passed_on = command;
   passed_on.enable = command.enable && !silent_;

@@ -50,9 +50,9 @@ class ThreadedHapticDevice final : public HapticDevice {
   std::uint32_t disables_ = 0;
   HapticStatus status_;
   HapticSample sample_;
-  std::chrono::nanoseconds told_{};  // time of the last status_ from the thread
-  bool silent_ = false;              // no update within the limit; latched until disabled
-  bool force_off_ = true;            // as reported when the thread ended last
+  std::chrono::nanoseconds updated_{};  // time of the last status_ from the thread
+  bool silent_ = false;                 // no update within the limit; latched until disabled
+  bool force_off_ = true;               // as reported when the thread ended last
 };
 
 }  // namespace hal

@@ -51,7 +51,7 @@ void VelocitySource::begin(std::chrono::nanoseconds now, const PlanarPose& X_WB)
 }
 
 Motion VelocitySource::read(std::chrono::nanoseconds now, const PlanarPose& X_WB) noexcept {
-  if (told_.take(wanted_B_))
+  if (commanded_.take(wanted_B_))
     wanted_B_ = slow_enough_for_wheels(cut(wanted_B_, limits_.speed_m_per_s, limits_.turn_speed_rad_per_s));
   const PlanarVector step = cut(wanted_B_ - twist_B_, limits_.acceleration_m_per_s2 * period_s_,
                                 limits_.turn_acceleration_rad_per_s2 * period_s_);

@@ -39,7 +39,7 @@ class VelocitySource final : public MotionSource {
         period_s_(std::chrono::duration<double>(period).count()) {}
 
   /// From another thread: m/s ahead and to the left, rad/s counter-clockwise; finite.
-  void tell(const control::PlanarVector& twist_B) noexcept { told_.publish(twist_B); }
+  void tell(const control::PlanarVector& twist_B) noexcept { commanded_.publish(twist_B); }
 
   void begin(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept override;
   Motion read(std::chrono::nanoseconds now, const control::PlanarPose& X_WB) noexcept override;
@@ -54,7 +54,7 @@ class VelocitySource final : public MotionSource {
   Leash leash_;
   Eigen::AlignedBox2d box_W_m_;
   double period_s_;
-  hal::NewestValue<control::PlanarVector> told_;
+  hal::NewestValue<control::PlanarVector> commanded_;
   control::PlanarVector wanted_B_ = control::PlanarVector::Zero();
   control::PlanarVector twist_B_ = control::PlanarVector::Zero();  // of the reference
   control::PlanarPose reference_W_;

@@ -134,7 +134,7 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
   Diagnosis diagnosis{.bus = bus};
   const nanoseconds begin = clock.now();
   const nanoseconds duration(static_cast<std::int64_t>(1e9 * options.duration_s));
-  nanoseconds told = begin;
+  nanoseconds reported = begin;
   for (nanoseconds next = begin; next - begin < duration && !stop.load(std::memory_order_relaxed);) {
     next += kPeriod;
     clock.sleep_until(next);
@@ -146,8 +146,8 @@ bool print_diagnosis(ethercat::Link& link, hal::Clock& clock, const DiagnoseOpti
       ++diagnosis.short_counters;
     for (std::size_t i = 0; i < bus.size(); ++i) bus.resume(i);
     next += (clock.now() - next) / kPeriod * kPeriod;  // a late cycle keeps the phase
-    if (options.quiet || now - told < std::chrono::seconds(1)) continue;
-    told = now;
+    if (options.quiet || now - reported < std::chrono::seconds(1)) continue;
+    reported = now;
     std::fprintf(stderr, "%.0f of %.0f s\n", std::chrono::duration<double>(now - begin).count(),
                  options.duration_s);
   }

@@ -26,7 +26,7 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 /// Without feedback h12 is a rounding error.
 constexpr double kNothing = 1e-9;
 /// Frequencies at which impedances are reported, if measured.
-constexpr std::array<double, 4> kTold_Hz{0.3, 1.0, 3.0, 10.0};
+constexpr std::array<double, 4> kReported_Hz{0.3, 1.0, 3.0, 10.0};
 constexpr std::array<const char*, 3> kAxes{"forward", "left", "up"};
 
 double least_coherence(const HybridPoint& point) { return *std::ranges::min_element(point.coherence); }
@@ -90,11 +90,11 @@ std::vector<Figure> figures_of(const Results& results) {
     return m.force.low_frequency_gain < kNothing ? kUnknown : m.force.bandwidth_Hz.value_or(kUnknown);
   });
   figures.add_measure("scaling product", "", [](const Measures& m) { return m.scaling_product; });
-  for (const double frequency_Hz : kTold_Hz)
+  for (const double frequency_Hz : kReported_Hz)
     figures.add(
         fmt::format("felt in free air at {:g} Hz", frequency_Hz), "N·s/m",
         [=](const TransparencyResult& result) { return magnitude_near(result, frequency_Hz, free_air); });
-  for (const double frequency_Hz : kTold_Hz)
+  for (const double frequency_Hz : kReported_Hz)
     figures.add(fmt::format("Z-width at {:g} Hz", frequency_Hz), "N·s/m",
                 [=](const TransparencyResult& result) {
                   return magnitude_near(result, frequency_Hz, two_port::impedance_width);

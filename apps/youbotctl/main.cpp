@@ -182,13 +182,13 @@ int enable(const Arguments& arguments) {
       phase = now;
     }
     std::string line;
-    const bool told = input.take(line);
+    const bool has_line = input.take(line);
     // No further velocity can arrive.
-    const bool abandoned = !told && input.ended() && text(reply["status"], "mode") == "velocity";
+    const bool abandoned = !has_line && input.ended() && text(reply["status"], "mode") == "velocity";
     if (!stopping && (runtime::stop_requested || abandoned)) {
       stopping = true;
       line = "stop";
-    } else if (!told && input.ended()) {
+    } else if (!has_line && input.ended()) {
       usleep(1000U * kBeat_ms);
     }
     reply = client.ask(line.empty() ? "alive" : line);

@@ -18,26 +18,26 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
 
 void ServedLoop::call_off() noexcept {
   // A run that has ended by itself needs no orders.
-  told_.unheard = told_.unheard || (!ending_ && !orders_.stop && !orders_.off && !run_->finished());
+  report_.unheard = report_.unheard || (!ending_ && !orders_.stop && !orders_.off && !run_->finished());
   run_->request_stop();
 }
 
 void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
   if (orders_channel_.take(orders_)) last_order_ = now;
-  told_.heard = orders_.serial;
+  report_.heard = orders_.serial;
   // As of the previous step: a pause of this loop is not silence of the other thread.
   const bool heard = last_order_ && last_step_ - *last_order_ <= silence_;
   const bool wanted = heard && !ending_ && !orders_.stop && !orders_.off;
   if (run_ == nullptr && wanted && orders_.run != nullptr && orders_.number > number_) {
     run_ = orders_.run;
     number_ = orders_.number;
-    told_.master = {};
-    told_.master_left = false;
-    told_.unheard = false;
+    report_.master = {};
+    report_.master_left = false;
+    report_.unheard = false;
     if (capture_ != nullptr) capture_->resume();
   } else if (run_ == nullptr && orders_.run != nullptr && orders_.number > number_) {
-    told_.ended = number_ = orders_.number;  // cancelled before it began
-    told_.unheard = false;
+    report_.ended = number_ = orders_.number;  // cancelled before it began
+    report_.unheard = false;
   }
   if (run_ == nullptr) return;
   if (heard && orders_.off)
@@ -49,26 +49,26 @@ void ServedLoop::heed(std::chrono::nanoseconds now) noexcept {
 }
 
 void ServedLoop::idle() noexcept {
-  told_.robot = robot_.exchange({}, robot_sample_);
-  told_.master_left = orders_.leave_master;
-  if (master_ != nullptr && !orders_.leave_master) told_.master = master_->exchange({}, master_sample_);
+  report_.robot = robot_.exchange({}, robot_sample_);
+  report_.master_left = orders_.leave_master;
+  if (master_ != nullptr && !orders_.leave_master) report_.master = master_->exchange({}, master_sample_);
 }
 
 void ServedLoop::keep() noexcept {
-  ++told_.cycles;
+  ++report_.cycles;
   if (run_ != nullptr) {
     run_->record() = times_;
     run_->keep();
-    told_.progress = run_->progress();
+    report_.progress = run_->progress();
     if (run_->finished()) {
       run_ = nullptr;
       if (capture_ != nullptr) capture_->stop_after(0);
-      told_.ended = number_;
+      report_.ended = number_;
     }
   } else {
-    told_.progress = {};
+    report_.progress = {};
   }
-  told_channel_.publish(told_);
+  reports_.publish(report_);
 }
 
 }  // namespace youbotd

@@ -17,13 +17,13 @@ namespace youbotd {
 struct Orders {
   std::uint64_t serial = 0;       ///< incremented with each order
   std::uint64_t number = 0;       ///< of the run; each is done once. 0: none
-  operation::Run* run = nullptr;  ///< valid until Told::ended has its number
+  operation::Run* run = nullptr;  ///< valid until LoopReport::ended has its number
   bool stop = false;              ///< come to rest, then switch the drives off
   bool off = false;               ///< switch the drives off at once
   bool leave_master = false;      ///< no exchange with the haptic device, so that it can be reopened
 };
 
-struct Told {
+struct LoopReport {
   std::uint64_t heard = 0;  ///< serial of the orders that this cycle followed
   std::uint64_t cycles = 0;
   std::uint64_t ended = 0;       ///< number of the last finished run
@@ -46,7 +46,7 @@ class ServedLoop {
 
   // Called by the other thread.
   void order(const Orders& orders) noexcept { orders_channel_.publish(orders); }
-  bool take(Told& told) noexcept { return told_channel_.take(told); }
+  bool take(LoopReport& report) noexcept { return reports_.take(report); }
 
   // Cycle.
   void step(std::chrono::nanoseconds now) noexcept;
@@ -67,13 +67,13 @@ class ServedLoop {
   drivers::ethercat::PcapRing* capture_;
   std::chrono::nanoseconds silence_;
   hal::NewestValue<Orders> orders_channel_;
-  hal::NewestValue<Told> told_channel_;
+  hal::NewestValue<LoopReport> reports_;
   Orders orders_;
   std::optional<std::chrono::nanoseconds> last_order_;
   std::chrono::nanoseconds last_step_{};
   operation::Run* run_ = nullptr;  // the one under way
   std::uint64_t number_ = 0;       // its number
-  Told told_;
+  LoopReport report_;
   runtime::CycleTimes times_;
   hal::RobotSample robot_sample_;
   hal::HapticSample master_sample_;

@@ -93,11 +93,11 @@ void Service::require_fresh(std::string_view order) const {
 
 void Service::beat() {
   attend();
-  (void)loop_.take(told_);
+  (void)loop_.take(loop_report_);
   watch_robot();
   watch_checks();
   watch_recording();
-  if (run_ && told_.ended == orders_.number) end_run();
+  if (run_ && loop_report_.ended == orders_.number) end_run();
   if (commander_ && clock_.now() - commander_heard_ > config_.commander_timeout)
     bring_to_rest(commander_->name + " is silent");
   give_orders();
@@ -118,7 +118,7 @@ void Service::watch_robot() {
 
 void Service::watch_checks() {
   notes_.clear();
-  if (run_) notes_ = runtime::notes_on_silent(told_.progress.silent_checks);
+  if (run_) notes_ = runtime::notes_on_silent(loop_report_.progress.silent_checks);
   for (const std::string& note : notes_) {
     if (std::find(notes_logged_.begin(), notes_logged_.end(), note) != notes_logged_.end()) continue;
     spdlog::warn("{}", note);
@@ -137,19 +137,19 @@ void Service::watch_recording() {
 void Service::give_orders_and_hear() {
   give_orders();
   const auto until = clock_.now() + std::chrono::seconds(1);
-  while (told_.heard != orders_.serial) {
+  while (loop_report_.heard != orders_.serial) {
     if (clock_.now() >= until)
       throw Refusal("the loop does not answer: end programs that hold it up, then try again");
     clock_.sleep_until(clock_.now() + kBeat / 10);
-    (void)loop_.take(told_);
+    (void)loop_.take(loop_report_);
   }
 }
 
 void Service::report_alive() {
   const auto interval = manager_.watchdog_interval();
-  if (!interval || clock_.now() - reported_ < *interval || told_.cycles == cycles_reported_) return;
+  if (!interval || clock_.now() - reported_ < *interval || loop_report_.cycles == cycles_reported_) return;
   reported_ = clock_.now();
-  cycles_reported_ = told_.cycles;
+  cycles_reported_ = loop_report_.cycles;
   manager_.watchdog();
 }
 
@@ -171,7 +171,7 @@ void Service::end_run() {
   recording_ = run_->recording();
   const operation::RunSummary& summary = run_->summary();
   fault_ = summary.stop_reason;
-  if (fault_.empty() && told_.unheard) fault_ = kUnheard;
+  if (fault_.empty() && loop_report_.unheard) fault_ = kUnheard;
   fault_report_ = summary.fault_report.value_or("");
   if (fault_.empty())
     spdlog::info("run {} is over, drives off", orders_.number);
@@ -206,7 +206,7 @@ std::string Service::answer(const Peer& peer, const std::string& request) {
     reply["ok"] = false;
     reply["error"] = shortened(error.what());
   }
-  (void)loop_.take(told_);
+  (void)loop_.take(loop_report_);
   reply["status"] = status();
   // Names come from outside and may not be UTF-8.
   const auto text = [&reply] { return reply.dump(-1, ' ', false, json::error_handler_t::replace); };
@@ -332,12 +332,12 @@ void Service::require_same_devices(const operation::Config& config) const {
 /// An unplugged device may be back; a lost one, as a Falcon after several missing replies, comes back only by
 /// opening it again.
 void Service::open_master_again() {
-  give_orders_and_hear();  // an older report may describe the master before it was opened
-  if (!hal::needs_reopening(told_.master.fault)) return;
+  give_orders_and_hear();  // an older report may describe the device before it was opened
+  if (!hal::needs_reopening(loop_report_.master.fault)) return;
   const auto begin = clock_.now();
   orders_.leave_master = true;
   give_orders_and_hear();
-  if (!told_.master_left) throw Refusal("the loop has not released the haptic device: enable again");
+  if (!loop_report_.master_left) throw Refusal("the loop has not released the haptic device: enable again");
   std::future<void> opening = std::async(std::launch::async, [this] {
     if (!master_.device->deactivate())
       spdlog::error("{}: nothing confirmed that the force is off: switch the device off",
@@ -345,7 +345,7 @@ void Service::open_master_again() {
     master_.device->activate();
   });
   while (opening.wait_for(kBeat) != std::future_status::ready) {
-    (void)loop_.take(told_);
+    (void)loop_.take(loop_report_);
     report_alive();
   }
   opening.get();  // or throws, and it stays closed

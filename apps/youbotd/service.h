@@ -139,7 +139,7 @@ class Service final : public ControlServer::Listener {
   std::chrono::nanoseconds held_up_{};                // duration of the last delay
   std::chrono::nanoseconds fresh_from_{};             // requests received earlier may have waited that long
   Orders orders_;
-  Told told_;
+  LoopReport loop_report_;
   std::unique_ptr<operation::Run> run_;            // the one under way
   operation::VelocitySource* velocity_ = nullptr;  // of that run, in mode velocity
   std::optional<Peer> commander_;                  // while it is

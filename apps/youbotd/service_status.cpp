@@ -40,7 +40,7 @@ json recording_json(const std::filesystem::path& directory,
 
 /// Without a run: "wheel-2: some devices on the bus did not answer".
 std::string Service::robot_state() const {
-  const hal::CycleStatus& robot = told_.robot;
+  const hal::CycleStatus& robot = loop_report_.robot;
   if (robot.ok()) return "ready";
   const std::string joint =
       robot.joint >= 0 ? robot_.robot->joints()[static_cast<std::size_t>(robot.joint)].name + ": " : "";
@@ -48,7 +48,7 @@ std::string Service::robot_state() const {
 }
 
 json Service::status() const {
-  const operation::Progress& now = told_.progress;
+  const operation::Progress& now = loop_report_.progress;
   json status{{"format", "youbotd-status/1"},
               {"version", runtime::build_version()},
               {"robot", config_.robot.name},
@@ -58,7 +58,7 @@ json Service::status() const {
               {"phase", run_        ? now.phase
                         : faulted() ? "faulted"
                                     : "off"},
-              {"cycles", told_.cycles},
+              {"cycles", loop_report_.cycles},
               {"real_time", not_real_time_.empty()},
               {"settings", settings_}};
   status["commander"] = commander_ ? json(commander_->name) : json(nullptr);
@@ -80,7 +80,9 @@ json Service::status() const {
   }
   if (master_.device) {
     status["master"] = master_.device->info().name;
-    if (!run_) status["master_state"] = told_.master.ok() ? "ready" : master_.device->describe(told_.master);
+    if (!run_)
+      status["master_state"] =
+          loop_report_.master.ok() ? "ready" : master_.device->describe(loop_report_.master);
   }
   return status;
 }

@@ -16,11 +16,11 @@ TroubleLog::News TroubleLog::update(const std::vector<std::string>& trouble) {
       before.erase(name);
       ++device.beats;
     }
-    if (device.beats >= kPatience && device.told.size() < kMaxTexts && device.told.insert(line).second)
+    if (device.beats >= kPatience && device.logged.size() < kMaxTexts && device.logged.insert(line).second)
       news.trouble.push_back(line);
   }
   for (const auto& [name, device] : before)
-    if (!device.told.empty()) news.works_again.push_back(name);
+    if (!device.logged.empty()) news.works_again.push_back(name);
   return news;
 }
 

@@ -28,7 +28,7 @@ class TroubleLog {
  private:
   struct Device {
     int beats = 0;
-    std::set<std::string> told;
+    std::set<std::string> logged;
   };
   std::map<std::string, Device> devices_;  // those with a fault
 };

@@ -410,20 +410,20 @@ TomlFile TomlFile::parse(const std::filesystem::path& path, const RegularFile& f
 }
 
 void TomlFile::set(const std::string& key, const std::string& value) {
-  toml::table told;
+  toml::table given;
   const std::string text = key + " = " + value;
   try {
-    if (line_of_deep_key(text) == 0) told = toml::parse(text, std::string_view("set"));
+    if (line_of_deep_key(text) == 0) given = toml::parse(text, std::string_view("set"));
   } catch (const ParserLost&) {
   } catch (const toml::parse_error&) {
   }
   // One key and its value, without a second line.
-  const toml::node* leaf = told.at_path(key).node();
+  const toml::node* leaf = given.at_path(key).node();
   if (leaf == nullptr || leaf->is_table() || value.find_first_of("\r\n") != value.npos ||
       key.find_first_not_of(kPathLetters) != key.npos)
     throw ConfigError(
         {fmt::format("set: '{} = {}' is not one key of the configuration and its value", key, value)});
-  merge(told, state_->root);
+  merge(given, state_->root);
 }
 
 TomlTable TomlFile::root() { return state_->handle(state_->root, "", 1); }

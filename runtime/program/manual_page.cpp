@@ -39,7 +39,7 @@ std::string item(const std::string& name, const std::string& value, const std::s
 std::string options(const CLI::App& app) {
   const CLI::Formatter help;
   std::string text;
-  // Each command has --help: told once, for the program.
+  // Each command has --help: printed once, for the program.
   const CLI::Option* const left_out = app.get_parent() == nullptr ? nullptr : app.get_help_ptr();
   for (const CLI::Option* option : app.get_options([&](const CLI::Option* one) { return one != left_out; }))
     text += item(help.make_option_name(option, option->get_positional()), help.make_option_opts(option),

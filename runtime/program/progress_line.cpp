@@ -44,7 +44,7 @@ ProgressLine::ProgressLine(std::string name, bool quiet)
       quiet_(quiet),
       terminal_(isatty(STDERR_FILENO) != 0),
       begin_(Clock::now()),
-      told_(begin_) {}
+      printed_(begin_) {}
 
 std::string ProgressLine::text(Clock::time_point now) const {
   std::string text = name_ + ": ";
@@ -69,14 +69,14 @@ void ProgressLine::show(std::string_view stage, double done, std::string_view de
   detail_ = detail;
   done_ = std::isnan(done) ? done : std::clamp(done, 0.0, 1.0);
 
-  const bool new_stage = stage_ != told_stage_;
+  const bool new_stage = stage_ != printed_stage_;
   const Clock::duration wait = terminal_   ? Clock::duration(kBarInterval)
                                : new_stage ? Clock::duration(kStageInterval)
                                            : Clock::duration(kLineInterval);
-  const bool first_stage = new_stage && told_stage_.empty();
-  if (!first_stage && now - told_ < wait) return;
-  told_ = now;
-  told_stage_ = stage_;
+  const bool first_stage = new_stage && printed_stage_.empty();
+  if (!first_stage && now - printed_ < wait) return;
+  printed_ = now;
+  printed_stage_ = stage_;
   shown_ = true;
   print(terminal_ ? "\r\x1b[K" + text(now) : text(now) + "\n");
 }

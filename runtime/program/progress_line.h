@@ -31,11 +31,11 @@ class ProgressLine {
   bool terminal_;
   bool shown_ = false;
   std::string stage_{};
-  std::string told_stage_{};
+  std::string printed_stage_{};
   std::string detail_{};
   double done_ = 0;
   Clock::time_point begin_;
-  Clock::time_point told_;
+  Clock::time_point printed_;
 };
 
 /// "7 h 48 min", "1 min 05 s", "12 s".

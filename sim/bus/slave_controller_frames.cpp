@@ -16,14 +16,14 @@ using drivers::ethercat::store_le;
 
 constexpr std::uint32_t kAliasEnabled = 0x0100'0000;  // in DL control
 
-enum class Target : std::uint8_t { kNobody, kPosition, kStation, kAll, kImage };
+enum class Target : std::uint8_t { kNone, kPosition, kStation, kAll, kImage };
 
 constexpr SlaveController::Access kRead{.reads = true, .writes = false};
 constexpr SlaveController::Access kWrite{.reads = false, .writes = true};
 constexpr SlaveController::Access kExchange{.reads = true, .writes = true};
 
 struct Rule {
-  Target target = Target::kNobody;
+  Target target = Target::kNone;
   SlaveController::Access access{};
   bool others_write = false;  // the addressed one reads
 };
@@ -85,7 +85,7 @@ void SlaveController::process(Datagram& datagram) noexcept {
   const Rule rule = command < kRules.size() ? kRules[command] : Rule{};
   bool addressed = false;
   switch (rule.target) {
-    case Target::kNobody: return;
+    case Target::kNone: return;
     case Target::kPosition:
     case Target::kAll: {  // every slave increments it; zero on arrival means this one
       addressed = rule.target == Target::kAll || datagram.slave() == 0;

@@ -98,10 +98,10 @@ void survive(Operator& person, hal::Fault expected, int joint) {
   ASSERT_TRUE(person.enable_and_turn(0.3)) << describe(person.status.fault);
   // One frame per cycle, in addition to frames of the start-up and of repairs on a busy machine.
   ASSERT_TRUE(person.cycle_until([&] { return person.cycles > kFaultFrame - 1500; }));
-  const auto told = [&] {
+  const auto reported = [&] {
     return person.status.fault == expected && (joint < 0 || person.status.joint == joint);
   };
-  ASSERT_TRUE(person.cycle_until(told, expected)) << "the fault was not noticed";
+  ASSERT_TRUE(person.cycle_until(reported, expected)) << "the fault was not noticed";
   EXPECT_FALSE(person.sample.enabled);
 
   person.command.enable = false;

@@ -115,8 +115,8 @@ TEST(UnknownCommand, IsNamedWithThoseThereAre) {
 TEST(CurveCommand, RemarksOnWhatWasNotMeasuredUnlessItIsToBeQuiet) {
   const std::string command =
       support::program("youbot-bench") + " curve --wheel 1 --from 0 --to 20 --step 10";
-  const support::CommandResult told = run_command(command);
-  EXPECT_TRUE(told.said("nothing was measured beyond")) << told.output;
+  const support::CommandResult refused = run_command(command);
+  EXPECT_TRUE(refused.said("nothing was measured beyond")) << refused.output;
   const support::CommandResult quiet = run_command(command + " --quiet");
   EXPECT_EQ(quiet.exit_code, 0);
   EXPECT_TRUE(quiet.output.starts_with("velocity_rad_per_s,torque_Nm\n0,")) << quiet.output;

@@ -81,11 +81,11 @@ TEST(OpenRobot, ARobotOnTheEmulatedBusTellsWhatItsMasterFound) {
     (void)robot.exchange(at_rest, sample);
     clock.sleep_until(clock.now() + 1ms);
   }
-  std::string told;
-  for (const std::string& line : robot.report()) told += line + "\n";
-  EXPECT_NE(told.find("slave 2 (TMCM-1632) port 0: 3 new CRC errors: check the cable from slave 1"),
+  std::string reported;
+  for (const std::string& line : robot.report()) reported += line + "\n";
+  EXPECT_NE(reported.find("slave 2 (TMCM-1632) port 0: 3 new CRC errors: check the cable from slave 1"),
             std::string::npos)
-      << told;
+      << reported;
   robot.deactivate();
   EXPECT_TRUE(robot.report().empty());
 }

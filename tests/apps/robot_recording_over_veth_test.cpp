@@ -56,27 +56,28 @@ TEST(RobotRecordingOverVeth, IsWhatTheDaemonRecorded) {
   std::optional<std::size_t> shift;  // frames of the start-up
   for (const std::string wheel : {"1", "2", "3", "4"}) {
     const support::Recording daemon(folder / "run" / ("wheel-" + wheel + ".csv"));
-    const Column& told_rad = daemon["position_rad"];
-    const Column& told_Nm = daemon["torque_command_Nm"];
+    const Column& recorded_rad = daemon["position_rad"];
+    const Column& recorded_Nm = daemon["torque_command_Nm"];
     const Column& seen_rad = robot["wheel_" + wheel + "_encoder_rad"];
     const Column& seen_Nm = robot["wheel_" + wheel + "_target"];
-    ASSERT_GT(told_rad.size(), 5000U);
+    ASSERT_GT(recorded_rad.size(), 5000U);
     ASSERT_EQ(seen_rad.size(), seen_Nm.size());
-    EXPECT_GT(std::abs(told_rad.back()), 1.0) << "wheel " << wheel << " did not turn";
-    for (std::size_t s = 0; !shift && told_rad.size() + s < seen_rad.size(); ++s)
-      if (furthest_apart(told_rad, seen_rad, s) < 1e-6) shift = s;
+    EXPECT_GT(std::abs(recorded_rad.back()), 1.0) << "wheel " << wheel << " did not turn";
+    for (std::size_t s = 0; !shift && recorded_rad.size() + s < seen_rad.size(); ++s)
+      if (furthest_apart(recorded_rad, seen_rad, s) < 1e-6) shift = s;
     ASSERT_TRUE(shift) << "no row of the robot's fits the daemon's";
-    EXPECT_LT(furthest_apart(told_rad, seen_rad, *shift), 1e-6) << "wheel " << wheel;
+    EXPECT_LT(furthest_apart(recorded_rad, seen_rad, *shift), 1e-6) << "wheel " << wheel;
     // A command acts from its row on, and the robot's row of that frame was written before it came.
-    EXPECT_LT(furthest_apart(told_Nm, seen_Nm, *shift + 1), kHalfStep_Nm + 1e-6) << "wheel " << wheel;
-    EXPECT_GT(
-        *std::max_element(told_Nm.begin(), told_Nm.end()) - *std::min_element(told_Nm.begin(), told_Nm.end()),
-        20 * kHalfStep_Nm);
+    EXPECT_LT(furthest_apart(recorded_Nm, seen_Nm, *shift + 1), kHalfStep_Nm + 1e-6) << "wheel " << wheel;
+    EXPECT_GT(*std::max_element(recorded_Nm.begin(), recorded_Nm.end()) -
+                  *std::min_element(recorded_Nm.begin(), recorded_Nm.end()),
+              20 * kHalfStep_Nm);
   }
 }
 
 /// youbot-sim on its interface without a master, until it ends by itself.
-support::CommandResult serve_nobody(const support::Namespaces& namespaces, const std::string& record) {
+support::CommandResult serve_without_client(const support::Namespaces& namespaces,
+                                            const std::string& record) {
   return support::run_command("timeout 20 ip netns exec " + namespaces.sim_namespace() + " " +
                               support::program("youbot-sim") +
                               " --interface veth-s --duration 0.05 --record " + record);
@@ -95,14 +96,14 @@ TEST(RobotRecordingOverVeth, GoesToANewFileOnly) {
            {folder.path(), "not a regular file"},
            {"/dev/full", "not a regular file"},
            {"/proc/seen.csv", "cannot create the file: No such file or directory"}}) {
-    const support::CommandResult result = serve_nobody(namespaces, path.string());
+    const support::CommandResult result = serve_without_client(namespaces, path.string());
     EXPECT_EQ(result.exit_code, 3) << result.output;
     EXPECT_TRUE(result.said("recording " + path.string() + ": " + why)) << result.output;
     EXPECT_FALSE(result.said("serving")) << result.output;
   }
   EXPECT_EQ(fs::file_size(earlier), 8U);
   EXPECT_TRUE(fs::is_fifo(pipe));
-  EXPECT_EQ(serve_nobody(namespaces, (folder / "new.csv").string()).exit_code, 0);
+  EXPECT_EQ(serve_without_client(namespaces, (folder / "new.csv").string()).exit_code, 0);
   EXPECT_GT(support::Recording(folder / "new.csv").rows(), 10U);
 }
 

@@ -12,9 +12,9 @@ namespace served_loop_test {
 
 using namespace std::chrono_literals;
 using std::chrono::nanoseconds;
+using youbotd::LoopReport;
 using youbotd::Orders;
 using youbotd::ServedLoop;
-using youbotd::Told;
 
 class IdleRobot final : public hal::Robot {
  public:
@@ -70,7 +70,7 @@ struct ServedLoopTest : testing::Test {
       loop.record() = {.wake_up = 1us, .step = 7us};
       loop.keep();
     }
-    (void)loop.take(told);
+    (void)loop.take(report);
   }
   Orders begin() {
     const Orders orders{.number = 1, .run = &run};
@@ -83,7 +83,7 @@ struct ServedLoopTest : testing::Test {
   static constexpr std::chrono::milliseconds kSilence{500};
   ServedLoop loop{robot, nullptr, nullptr, kSilence};
   ScriptedRun run;
-  Told told;
+  LoopReport report;
   nanoseconds now{};
 };
 
@@ -92,19 +92,19 @@ TEST_F(ServedLoopTest, WithoutARunItKeepsTheBusAliveWithTheDrivesOff) {
   cycle(100);
   EXPECT_EQ(robot.exchanges, 100);
   EXPECT_FALSE(robot.was_enabled);
-  EXPECT_EQ(told.cycles, 100U);
-  EXPECT_EQ(told.robot.fault, hal::Fault::kFrameLost) << "a query returns the robot's state";
-  EXPECT_STREQ(told.progress.phase, "off");
+  EXPECT_EQ(report.cycles, 100U);
+  EXPECT_EQ(report.robot.fault, hal::Fault::kFrameLost) << "a query returns the robot's state";
+  EXPECT_STREQ(report.progress.phase, "off");
 }
 
 TEST_F(ServedLoopTest, DoesARunOnceHoweverOftenItIsOrdered) {
   Orders orders = begin();
   EXPECT_EQ(run.steps, 1);
   EXPECT_EQ(robot.exchanges, 0) << "the run has the robot";
-  EXPECT_STREQ(told.progress.phase, "running");
+  EXPECT_STREQ(report.progress.phase, "running");
   run.over = true;
   cycle();
-  EXPECT_EQ(told.ended, 1U);
+  EXPECT_EQ(report.ended, 1U);
   for (int i = 0; i < 10; ++i) {
     loop.order(orders);
     cycle();
@@ -123,14 +123,14 @@ TEST_F(ServedLoopTest, StopBringsToRestAndOffSwitchesOff) {
   loop.order(orders);
   cycle();
   EXPECT_TRUE(run.stopping);
-  EXPECT_EQ(told.ended, 0U) << "it is not at rest yet";
+  EXPECT_EQ(report.ended, 0U) << "it is not at rest yet";
   EXPECT_FALSE(run.off);
   orders.off = true;
   loop.order(orders);
   cycle();
   EXPECT_TRUE(run.off);
-  EXPECT_EQ(told.ended, 1U);
-  EXPECT_FALSE(told.unheard);
+  EXPECT_EQ(report.ended, 1U);
+  EXPECT_FALSE(report.unheard);
 }
 
 TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
@@ -138,7 +138,7 @@ TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
     loop.order({.number = number, .run = &run, .stop = number == 1, .off = number == 2});
     cycle(3);
     EXPECT_EQ(run.steps, 0);
-    EXPECT_EQ(told.ended, number) << "it ends at once";
+    EXPECT_EQ(report.ended, number) << "it ends at once";
   }
 }
 
@@ -149,11 +149,11 @@ TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
   cycle(2);
   EXPECT_TRUE(run.stopping);
   cycle(10);
-  EXPECT_EQ(told.ended, 1U);
-  EXPECT_TRUE(told.unheard) << "so that the reason has a name";
+  EXPECT_EQ(report.ended, 1U);
+  EXPECT_TRUE(report.unheard) << "so that the reason has a name";
   loop.order(orders);
   cycle(10);
-  EXPECT_STREQ(told.progress.phase, "off") << "it does not begin again by itself";
+  EXPECT_STREQ(report.progress.phase, "off") << "it does not begin again by itself";
 }
 
 // A run that stops for the pause by itself says why, so it sees it first; one that would go on, such as one
@@ -172,9 +172,9 @@ TEST_F(ServedLoopTest, ARunThatTheLoopSleptThroughIsCalledOffOnceItHasSeenThePau
     EXPECT_EQ(own.steps, steps + 1);
     EXPECT_FALSE(own.was_stopping_in_step) << "the run is to see the pause before it is called off";
     EXPECT_TRUE(own.stopping);
-    EXPECT_TRUE(told.unheard);
+    EXPECT_TRUE(report.unheard);
     cycle(10);
-    EXPECT_EQ(told.ended, orders.number);
+    EXPECT_EQ(report.ended, orders.number);
   }
 }
 
@@ -193,11 +193,11 @@ TEST_F(ServedLoopTest, AShorterPauseOfTheLoopIsNoSilenceOfOthers) {
 TEST_F(ServedLoopTest, ARunThatNeverBeganIsNotEndedForWantOfOrders) {
   (void)begin();
   cycle(static_cast<int>(kSilence / 1ms) + 20);
-  ASSERT_TRUE(told.unheard);
+  ASSERT_TRUE(report.unheard);
   loop.order({.number = 2, .run = &run, .stop = true});
   cycle(3);
-  EXPECT_EQ(told.ended, 2U);
-  EXPECT_FALSE(told.unheard);
+  EXPECT_EQ(report.ended, 2U);
+  EXPECT_FALSE(report.unheard);
 }
 
 /// Counts the calls to it.
@@ -224,13 +224,13 @@ TEST_F(ServedLoopTest, WhatItTellsSaysWhichOrdersItFollows) {
   const auto step = [&] {
     with_master.step(now += 1ms);
     with_master.keep();
-    (void)with_master.take(told);
+    (void)with_master.take(report);
   };
   with_master.order({.serial = 1, .leave_master = true});
-  EXPECT_LT(told.heard, 1U);
+  EXPECT_LT(report.heard, 1U);
   step();
-  EXPECT_EQ(told.heard, 1U);
-  EXPECT_TRUE(told.master_left);
+  EXPECT_EQ(report.heard, 1U);
+  EXPECT_TRUE(report.master_left);
   EXPECT_EQ(master.exchanges, 0);
 
   // Opened and at once to be left again, as when what came after the opening failed: that it was left once
@@ -238,20 +238,20 @@ TEST_F(ServedLoopTest, WhatItTellsSaysWhichOrdersItFollows) {
   with_master.order({.serial = 2});
   step();
   with_master.order({.serial = 3, .leave_master = true});
-  (void)with_master.take(told);
-  EXPECT_LT(told.heard, 3U);
+  (void)with_master.take(report);
+  EXPECT_LT(report.heard, 3U);
   step();
-  EXPECT_EQ(told.heard, 3U);
-  EXPECT_TRUE(told.master_left);
+  EXPECT_EQ(report.heard, 3U);
+  EXPECT_TRUE(report.master_left);
   EXPECT_EQ(master.exchanges, 1) << "of the second order";
 
   // The same for a fault: it is back after it is reopened.
-  EXPECT_EQ(told.master.fault, hal::HapticFault::kUnplugged);
+  EXPECT_EQ(report.master.fault, hal::HapticFault::kUnplugged);
   master.status = {};
   with_master.order({.serial = 4});
   step();
-  EXPECT_EQ(told.heard, 4U);
-  EXPECT_TRUE(told.master.ok());
+  EXPECT_EQ(report.heard, 4U);
+  EXPECT_TRUE(report.master.ok());
 }
 
 TEST_F(ServedLoopTest, EndsOnlyAfterTheRunHasComeToRest) {
@@ -273,7 +273,7 @@ TEST_F(ServedLoopTest, NeitherAllocatesNorLocks) {
   loop.order({.number = 1, .run = &run, .stop = true});
   cycle(100);
   EXPECT_EQ(guard.violations(), 0);
-  EXPECT_EQ(told.ended, 1U);
+  EXPECT_EQ(report.ended, 1U);
 }
 
 }  // namespace served_loop_test

@@ -191,13 +191,13 @@ TEST(Transparency, WithoutFeedbackTheHandFeelsThePenAlone) {
 
 TEST(Transparency, SaysWhatEndedItAndEndsWhenAsked) {
   TransparencyPlan plan = linear_plan();
-  int told = 0;
-  EXPECT_FALSE(youbot_bench::measure_transparency(plan, {}, linear_robot, [&told](double done) {
+  int calls = 0;
+  EXPECT_FALSE(youbot_bench::measure_transparency(plan, {}, linear_robot, [&calls](double done) {
     EXPECT_GE(done, 0.0);
     EXPECT_LE(done, 1.0);
-    return ++told < 3;
+    return ++calls < 3;
   }));
-  EXPECT_EQ(told, 3);
+  EXPECT_EQ(calls, 3);
   plan.control.approach_timeout_s = 0.5;
   const auto result = youbot_bench::measure_transparency(plan, {}, linear_robot);
   ASSERT_TRUE(result);
@@ -305,10 +305,10 @@ TEST(TransparencyCommand, WrongUseIsToldAndNothingIsWritten) {
       {"--config " + (folder.path() / "none.toml").string(), "none.toml"},
       {"--config " + base_alone.string(), "base+arm"},
   };
-  for (const auto& [arguments, told] : wrong) {
+  for (const auto& [arguments, calls] : wrong) {
     const auto result = transparency(arguments + " --out " + out.string());
     EXPECT_EQ(result.exit_code, 2) << arguments << "\n" << result.output;
-    EXPECT_TRUE(result.said(told)) << arguments << "\n" << result.output;
+    EXPECT_TRUE(result.said(calls)) << arguments << "\n" << result.output;
     EXPECT_FALSE(std::filesystem::exists(out)) << arguments;
   }
   EXPECT_EQ(transparency("").exit_code, 2) << "--out is required";

@@ -17,10 +17,10 @@ const std::string kResuming = "slave 5 (TMCM-1632): on its way to OP; it refused
 struct TroubleLogTest : testing::Test {
   /// Lines logged in this many beats.
   Lines warnings(const Lines& trouble, int beats) {
-    Lines told;
+    Lines logged;
     for (int i = 0; i < beats; ++i)
-      for (const std::string& line : log.update(trouble).trouble) told.push_back(line);
-    return told;
+      for (const std::string& line : log.update(trouble).trouble) logged.push_back(line);
+    return logged;
   }
   TroubleLog log;
 };
@@ -63,11 +63,11 @@ TEST_F(TroubleLogTest, DevicesHaveTheirTroublesEachForItself) {
 
 TEST_F(TroubleLogTest, ADeviceThatSaysSomethingNewEachTimeIsToldOfTenTimes) {
   const auto text = [](int after_ms) { return "slave 5: no answer for " + std::to_string(after_ms) + " ms"; };
-  Lines told = warnings({text(0)}, TroubleLog::kPatience);
+  Lines logged = warnings({text(0)}, TroubleLog::kPatience);
   for (int i = 1; i < 1000; ++i)
-    for (const std::string& line : warnings({text(i)}, 1)) told.push_back(line);
-  ASSERT_EQ(told.size(), 10U);
-  EXPECT_EQ(told.back(), text(9));
+    for (const std::string& line : warnings({text(i)}, 1)) logged.push_back(line);
+  ASSERT_EQ(logged.size(), 10U);
+  EXPECT_EQ(logged.back(), text(9));
   EXPECT_EQ(log.update({}).works_again, Lines{"slave 5"});
   EXPECT_EQ(warnings({text(10)}, TroubleLog::kPatience), Lines{text(10)}) << "and another trouble is logged";
 }

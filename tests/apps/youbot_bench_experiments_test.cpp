@@ -314,10 +314,10 @@ TEST_F(BenchExperiment, AResultThatThereIsNoneOfIsSaidInWordsAndReadAgain) {
   EXPECT_EQ(run(plan, stop_after(350)).finished, 1);
   stop = false;
   options.resume = true;
-  const std::vector<std::string> told{"wheel-3, measurement 1: never moved up to 0.002 N·m",
-                                      "wheel-3, measurement 2: never moved up to 0.002 N·m"};
-  EXPECT_EQ(run(plan).not_measured, told);
-  EXPECT_EQ(run_unchecked(plan).not_measured, told) << "with nothing left to do";
+  const std::vector<std::string> reasons{"wheel-3, measurement 1: never moved up to 0.002 N·m",
+                                         "wheel-3, measurement 2: never moved up to 0.002 N·m"};
+  EXPECT_EQ(run(plan).not_measured, reasons);
+  EXPECT_EQ(run_unchecked(plan).not_measured, reasons) << "with nothing left to do";
 
   const fs::path result = options.directory / "torque-ramp-result/wheel-3.csv";
   const runtime::ReadRecording read = runtime::read_recording(result, runtime::NotMeasured::kTaken);

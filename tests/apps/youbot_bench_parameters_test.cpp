@@ -181,9 +181,9 @@ TEST_F(ParametersOfABase, ASettingGoesWithThePowerAndAStoredOneStays) {
 TEST_F(ParametersOfABase, NothingIsWrittenWhileOneOfThemIsDriven) {
   command(2, Command::kMoveToPosition, 0, 4000);
   robot.advance(10ms);
-  const std::string told = refused();
-  EXPECT_TRUE(contains(told, "slave 4 (TMCM-1632), wheel-3: check that it is off: it is being driven"))
-      << told;
+  const std::string message = refused();
+  EXPECT_TRUE(contains(message, "slave 4 (TMCM-1632), wheel-3: check that it is off: it is being driven"))
+      << message;
   for (std::size_t wheel = 0; wheel < 4; ++wheel) EXPECT_EQ(acceleration(wheel), 2000);
 }
 
@@ -196,8 +196,8 @@ TEST_F(ParametersOfABase, NothingIsWrittenWhileAMotorTurnsAndAllIsWhenItStands) 
        {std::pair{500, "its motor turns"}, std::pair{3, "it is commanded to turn at 3 rpm"}}) {
     command(1, Command::kRotateRight, 0, rpm);
     robot.advance(1s);
-    const std::string told = refused();
-    EXPECT_TRUE(contains(told, std::string("wheel-2: check that it is off: ") + why)) << told;
+    const std::string message = refused();
+    EXPECT_TRUE(contains(message, std::string("wheel-2: check that it is off: ") + why)) << message;
     EXPECT_EQ(acceleration(0), 2000);
     command(1, Command::kMotorStop, 0, 0);
     robot.advance(2s);
@@ -217,8 +217,8 @@ TEST_F(ParametersOfABase, NothingIsWrittenToADriveThatHoldsItsPlaceSinceItsMaste
     }
   }
   robot.advance(1s);
-  const std::string told = refused();
-  EXPECT_TRUE(contains(told, "wheel-1: check that it is off: its watchdog expired")) << told;
+  const std::string message = refused();
+  EXPECT_TRUE(contains(message, "wheel-1: check that it is off: its watchdog expired")) << message;
   EXPECT_EQ(acceleration(0), 2000);
   switch_power_off_and_on();
   EXPECT_EQ(refused(), "");
@@ -228,9 +228,9 @@ TEST_F(ParametersOfABase, NothingIsWrittenToADriveThatHoldsItsPlaceSinceItsMaste
 TEST_F(ParametersOfABase, WhatAControllerRefusesIsToldInItsWordsWithWhatWasDoneBefore) {
   constexpr std::uint8_t kEepromLock = 73;
   command(1, Command::kSetGlobalParameter, kEepromLock, 1234);
-  const std::string told = refusal<drivers::SetupError>([this] { (void)write(true); });
-  EXPECT_TRUE(contains(told, "slave 3 (TMCM-1632): store motor_acceleration (11)")) << told;
-  EXPECT_TRUE(contains(told, "status 5 (")) << told;
+  const std::string message = refusal<drivers::SetupError>([this] { (void)write(true); });
+  EXPECT_TRUE(contains(message, "slave 3 (TMCM-1632): store motor_acceleration (11)")) << message;
+  EXPECT_TRUE(contains(message, "status 5 (")) << message;
   EXPECT_TRUE(contains(printed, "wheel-1: motor_acceleration is kept in its EEPROM")) << printed;
   EXPECT_TRUE(contains(printed, "wheel-2: motor_acceleration was 2000, is 1500")) << printed;
   EXPECT_FALSE(contains(printed, "wheel-3")) << printed;
@@ -255,9 +255,9 @@ TEST(ParametersOfABenchRig, AreSetOverCanToo) {
                          .transport = std::make_unique<tmcl::CanTransport>(cable.open())});
   const auto write = [&](bool store) {
     testing::internal::CaptureStdout();
-    const std::string told =
+    const std::string message =
         refusal<hal::SetupError>([&] { write_parameters(controllers, kSlower, store, cable); });
-    return testing::internal::GetCapturedStdout() + told;
+    return testing::internal::GetCapturedStdout() + message;
   };
   const std::string done = write(true);
   EXPECT_TRUE(contains(done, "wheel-1: motor_acceleration was 2000, is 1500 rpm/s until it loses its power"))

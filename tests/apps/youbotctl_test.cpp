@@ -423,9 +423,9 @@ TEST_F(Youbotctl, AFaultEndsTheRunAndNotTheService) {
 }
 
 TEST_F(Youbotctl, WhatIsWrongIsRefusedWithTheReason) {
-  const CommandResult nobody = tell({"status"});
-  EXPECT_EQ(nobody.exit_code, 3);
-  EXPECT_TRUE(nobody.said("no youbotd serves there")) << nobody.output;
+  const CommandResult unserved = tell({"status"});
+  EXPECT_EQ(unserved.exit_code, 3);
+  EXPECT_TRUE(unserved.said("no youbotd serves there")) << unserved.output;
 
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));

@@ -41,9 +41,9 @@ TEST(YoubotdCommand, TellsHowFarItIsUnlessItIsToBeQuiet) {
       "patient.toml",
       "[loop]\ncommand_timeout_s = 2\ncommander_timeout_s = 2\n[[path.leg]]\nforward_m = 1\n");
   const std::vector<std::string> arguments{"--config", config, "--duration", "3", "--allow-non-rt"};
-  const Result told = run(arguments);
-  EXPECT_EQ(told.exit_code, 0) << told.output;
-  EXPECT_NE(told.output.find(" %, running, "), std::string::npos) << told.output;
+  const Result loud = run(arguments);
+  EXPECT_EQ(loud.exit_code, 0) << loud.output;
+  EXPECT_NE(loud.output.find(" %, running, "), std::string::npos) << loud.output;
   std::vector<std::string> quietly = arguments;
   quietly.emplace_back("--quiet");
   EXPECT_EQ(run(quietly).output.find(" %, running, "), std::string::npos);

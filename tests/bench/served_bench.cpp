@@ -136,7 +136,7 @@ int run() {
     youbotctl::Client client(socket);
     (void)ask(client, "mode velocity");
   }
-  const std::size_t threads = support::HostileClients(folder / "nobody").threads();
+  const std::size_t threads = support::HostileClients(folder / "unused").threads();
   using Body = std::function<void()>;
   using Disturb = std::function<void(Row&, const Body&)>;
   std::array<std::pair<Row, Disturb>, 3> rows{

@@ -35,16 +35,16 @@ const EnergyTank::Config kConfig{.reserve_J = kReserve_J,
 class Device {
  public:
   void tell(const Vector3d& force_N) {
-    Vector3d change_N = told_N_ - held_N_;
+    Vector3d change_N = commanded_N_ - held_N_;
     change_N *= std::min(1.0, kRate_N_per_s * kPeriod_s / std::max(change_N.norm(), 1e-12));
     held_N_ += change_N;
-    told_N_ = force_N;
+    commanded_N_ = force_N;
   }
   const Vector3d& held_N() const { return held_N_; }
 
  private:
   Vector3d held_N_ = Vector3d::Zero();
-  Vector3d told_N_ = Vector3d::Zero();
+  Vector3d commanded_N_ = Vector3d::Zero();
 };
 
 /// A tank before a device, and the truth about its port.

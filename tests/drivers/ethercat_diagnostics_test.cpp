@@ -197,12 +197,12 @@ TEST(Diagnostics, AsksOneSlaveInTurnAndReadsThemOnTheWire) {
 }
 
 TEST(Diagnostics, AFullFrameAndAnEmptyBusAreNoProblem) {
-  Diagnostics nobody({});
+  Diagnostics none({});
   FrameWriter writer;
-  EXPECT_FALSE(nobody.add(writer, 0));
-  nobody.answer(Datagram{});
-  nobody.mark();
-  EXPECT_EQ(nobody.findings(), Lines{});
+  EXPECT_FALSE(none.add(writer, 0));
+  none.answer(Datagram{});
+  none.mark();
+  EXPECT_EQ(none.findings(), Lines{});
 
   Diagnostics diagnostics(slaves());
   (void)writer.add(Command::kLrw, 0, 0, writer.free_bytes());

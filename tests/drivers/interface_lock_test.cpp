@@ -39,12 +39,12 @@ TEST(InterfaceLock, HasOneHolderForEachEndWhoIsNamedToTheNext) {
   for (const End held : {End::kEthercatMaster, End::kEthercatSlaves, End::kCanMaster}) {
     const InterfaceLock lock("can0", index(), held);
     for (const End end : {End::kEthercatMaster, End::kEthercatSlaves, End::kCanMaster}) {
-      const std::string told = refusal(end);
+      const std::string message = refusal(end);
       if (end != held)
-        EXPECT_EQ(told, "");
+        EXPECT_EQ(message, "");
       else
-        EXPECT_NE(told.find("can0: lock the interface: "), std::string::npos) << told;
-      EXPECT_EQ(told.find(us) != std::string::npos, end == held) << told;
+        EXPECT_NE(message.find("can0: lock the interface: "), std::string::npos) << message;
+      EXPECT_EQ(message.find(us) != std::string::npos, end == held) << message;
     }
     EXPECT_NO_THROW(InterfaceLock("can1", index() + 1, held)) << "another interface";
   }
@@ -80,8 +80,9 @@ TEST(InterfaceLock, AHolderOfAnotherUserIsNamedWithIt) {
   close(ready[1]);
   char byte = 0;
   ASSERT_EQ(read(ready[0], &byte, 1), 1);
-  const std::string told = refusal(End::kCanMaster);
-  EXPECT_NE(told.find("(process " + std::to_string(stranger) + " of user 65534)"), std::string::npos) << told;
+  const std::string message = refusal(End::kCanMaster);
+  EXPECT_NE(message.find("(process " + std::to_string(stranger) + " of user 65534)"), std::string::npos)
+      << message;
   kill(stranger, SIGKILL);
   waitpid(stranger, nullptr, 0);
   close(ready[0]);

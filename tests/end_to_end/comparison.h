@@ -54,12 +54,12 @@ class Comparison {
     const std::size_t first = first_row();
     // A wheel that lost power continues from its position, and its board from zero.
     std::array<double, kJoints> offset{};
-    for (std::size_t i = 0; i < 4; ++i) offset[i] = (*positions_[i])[first] - told(first, i);
+    for (std::size_t i = 0; i < 4; ++i) offset[i] = (*positions_[i])[first] - reported(first, i);
     for (std::size_t row = first; row < run_.rows(); ++row) {
       bool equal = true;
       bool kept = row > 0;
       for (std::size_t i = 0; i < kJoints; ++i) {
-        equal = equal && std::abs((*positions_[i])[row] - told(row, i) - offset[i]) < kRounding;
+        equal = equal && std::abs((*positions_[i])[row] - reported(row, i) - offset[i]) < kRounding;
         kept = kept && (*positions_[i])[row] == (*positions_[i])[row - 1];
       }
       ++(equal ? count.equal : kept ? count.kept : count.wrong);
@@ -102,7 +102,9 @@ class Comparison {
   static constexpr double kRounding = 1e-6;  // of the files; a tick is 1e-5 rad and more
 
   /// In the frame of that cycle, which carries the previous values.
-  double told(std::size_t row, std::size_t joint) const { return (*encoders_[joint])[robot_row(row) - 1]; }
+  double reported(std::size_t row, std::size_t joint) const {
+    return (*encoders_[joint])[robot_row(row) - 1];
+  }
   bool operating(std::size_t row) const {
     return run_["phase"][row] == static_cast<double>(control::TeleopPhase::kOperating);
   }
@@ -113,7 +115,7 @@ class Comparison {
         std::find(phase.begin(), phase.end(), static_cast<double>(control::TeleopPhase::kUnfolding)) -
         phase.begin());
   }
-  bool arm_told(std::size_t row, std::size_t robot_row) const {
+  bool arm_reported(std::size_t row, std::size_t robot_row) const {
     for (std::size_t i = 4; i < kJoints; ++i)
       if (std::abs((*positions_[i])[row] - (*encoders_[i])[robot_row]) >= kRounding) return false;
     return true;
@@ -125,9 +127,9 @@ class Comparison {
     const std::size_t middle = first_row() + 1000;
     if (middle + kStretch >= run_.rows()) return;
     for (std::size_t there = middle; there + kStretch < robot_.rows(); ++there) {
-      if (!arm_told(middle, there) && !arm_told(middle + kStretch, there + kStretch)) continue;
+      if (!arm_reported(middle, there) && !arm_reported(middle + kStretch, there + kStretch)) continue;
       std::size_t alike = 0;
-      for (std::size_t n = 0; n < kStretch; ++n) alike += arm_told(middle + n, there + n) ? 1U : 0U;
+      for (std::size_t n = 0; n < kStretch; ++n) alike += arm_reported(middle + n, there + n) ? 1U : 0U;
       if (alike <= best) continue;
       best = alike;
       shift_ = there + 1 - middle;

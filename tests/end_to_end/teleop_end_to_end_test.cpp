@@ -226,8 +226,8 @@ struct TeleopEndToEnd : testing::Test {
       EXPECT_EQ(daemon.tell({"stop"}).exit_code, 0);
       const support::CommandResult commander = daemon.commander_ended();
       EXPECT_EQ(commander.exit_code, 0) << commander.output;
-      for (const char* told : {"centring", "unfolding", "approaching", "operating", "lowering", "off"})
-        EXPECT_TRUE(commander.said(told)) << commander.output;
+      for (const char* state : {"centring", "unfolding", "approaching", "operating", "lowering", "off"})
+        EXPECT_TRUE(commander.said(state)) << commander.output;
     }
     daemon.process().signal(SIGTERM);
     const support::CommandResult ended = daemon.process().finish();

@@ -39,7 +39,7 @@ constexpr int kMaxFrames = 3 * 2000 + static_cast<int>(kMaxLies) * kLieFrames;
 
 enum class Lie : std::uint8_t { kRegister, kByte, kCounter, kCounters, kLoss, kState, kPower, kEeprom };
 
-struct Told {
+struct TimedLie {
   int frame = 0;
   Lie kind = Lie::kRegister;
   std::size_t slave = 0;
@@ -65,12 +65,12 @@ class Board final : public sim::bus::Application {
 
 class LyingLink final : public Link {
  public:
-  LyingLink(sim::bus::EmulatedBus& bus, Link& link, std::vector<Told> lies)
+  LyingLink(sim::bus::EmulatedBus& bus, Link& link, std::vector<TimedLie> lies)
       : bus_(bus), link_(link), lies_(std::move(lies)) {}
 
   bool send(std::span<const std::uint8_t> frame) noexcept override {
     require(++frames_ <= kMaxFrames);
-    for (const Told& lie : lies_)
+    for (const TimedLie& lie : lies_)
       if (lie.frame == frames_) act(lie);
     return link_.send(frame);
   }
@@ -80,7 +80,7 @@ class LyingLink final : public Link {
     if (size == 0 || reader.parse(buffer.first(size)) != FrameError::kNone) return size;
     Datagram datagram;
     while (reader.next(datagram))
-      for (const Told& lie : lies_)
+      for (const TimedLie& lie : lies_)
         if (lie.frame <= frames_ && frames_ < lie.frame + kLieFrames) spoil(lie, datagram);
     return lost_until_ >= frames_ ? 0 : size;
   }
@@ -91,14 +91,14 @@ class LyingLink final : public Link {
 
  private:
   /// Lies in the behaviour of the slave.
-  void act(const Told& lie) noexcept {
+  void act(const TimedLie& lie) noexcept {
     sim::bus::EmulatedSlave& slave = bus_.slave(lie.slave);
     if (lie.kind == Lie::kLoss) lost_until_ = frames_ + lie.what;
     if (lie.kind == Lie::kState) slave.report_error(static_cast<AlState>(lie.what & 0x0F), lie.where);
     if (lie.kind == Lie::kPower) bus_.set_power(lie.slave, (lie.what & 1) != 0);
   }
   /// Lies in its answers: a register and the counters while the lie lasts, a byte and a counter once.
-  void spoil(const Told& lie, Datagram& datagram) const noexcept {
+  void spoil(const TimedLie& lie, Datagram& datagram) const noexcept {
     const bool now = lie.frame == frames_;
     const auto station = static_cast<std::uint16_t>(datagram.address);
     const auto offset = static_cast<std::uint16_t>(datagram.address >> 16);
@@ -115,7 +115,7 @@ class LyingLink final : public Link {
 
   sim::bus::EmulatedBus& bus_;
   Link& link_;
-  std::vector<Told> lies_;
+  std::vector<TimedLie> lies_;
   int frames_ = 0;
   int lost_until_ = -1;
 };
@@ -130,11 +130,11 @@ sim::bus::SlaveDescription described(std::size_t position) {
   return slave;
 }
 
-std::vector<Told> lies_in(fuzz::Input input) {
-  std::vector<Told> lies;
+std::vector<TimedLie> lies_in(fuzz::Input input) {
+  std::vector<TimedLie> lies;
   int frame = 0;
   while (!input.empty() && lies.size() < kMaxLies) {
-    Told lie;
+    TimedLie lie;
     lie.frame = frame += input.byte();
     lie.kind = static_cast<Lie>(input.byte() % 8);
     lie.slave = input.byte() % kSlaves;
@@ -177,11 +177,11 @@ std::vector<fuzz::Bytes> fuzz::seeds() {
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  const std::vector<Told> lies = lies_in({data, size});
+  const std::vector<TimedLie> lies = lies_in({data, size});
   sim::bus::EmulatedBus bus;
   std::vector<std::unique_ptr<Board>> boards;
   for (std::size_t i = 0; i < kSlaves; ++i) boards.push_back(std::make_unique<Board>(bus.add(described(i))));
-  for (const Told& lie : lies) {
+  for (const TimedLie& lie : lies) {
     const auto image = bus.slave(lie.slave).controller().sii().image();
     if (lie.kind == Lie::kEeprom && lie.where < image.size()) image[lie.where] = lie.what;
   }

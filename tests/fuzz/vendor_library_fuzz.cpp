@@ -31,35 +31,36 @@ fuzz::VendorLies* lies() {
   return reinterpret_cast<fuzz::VendorLiesFunction*>(dlsym(library, fuzz::kVendorLies))();
 }
 
-void check(const DeviceStatus& status, const DeviceSample& sample, const fuzz::VendorLies& told) {
+void check(const DeviceStatus& status, const DeviceSample& sample, const fuzz::VendorLies& vendor) {
   require(is_finite(status.f_D_H_N) && is_finite(sample.p_HD_m) &&
           std::ranges::all_of(sample.R_HD, is_finite));
-  require(told.largest_command_N <= kLimit_N * (1 + 1e-12));
+  require(vendor.largest_command_N <= kLimit_N * (1 + 1e-12));
   // A fault leaves no force on: the last command is zero.
-  if (!status.ok()) require(told.command_N == std::array<double, 3>{});
+  if (!status.ok()) require(vendor.command_N == std::array<double, 3>{});
 }
 
-void drive(const drivers::haptic::ForceDimensionLibrary& library, fuzz::VendorLies& told, std::uint8_t how) {
+void drive(const drivers::haptic::ForceDimensionLibrary& library, fuzz::VendorLies& vendor,
+           std::uint8_t how) {
   ForceDimensionConfig config;
   config.allow_motion = (how & 1) != 0;
   config.max_force_N = kLimit_N;
   config.wait = [](std::chrono::nanoseconds) {};
   ForceDimension device(library, config);
   const auto& info = device.info();
-  require(told.calls < kMaxCallsOfSetup && info.force_limit_N == kLimit_N);
+  require(vendor.calls < kMaxCallsOfSetup && info.force_limit_N == kLimit_N);
   const bool known_to_have_none =
       info.firmware && *info.firmware < drivers::haptic::kFirstFirmwareWithWatchdog;
   require(info.watchdog_ticks == (known_to_have_none ? 0 : config.watchdog_ticks()));
   DeviceSample sample;
   std::chrono::nanoseconds now = 1s;
-  for (int cycle = 0; cycle < 3000 && (cycle < 1500 || !told.left.empty()); ++cycle) {
-    const long before = told.calls;
+  for (int cycle = 0; cycle < 3000 && (cycle < 1500 || !vendor.left.empty()); ++cycle) {
+    const long before = vendor.calls;
     const bool enable = cycle / (100 + how) % 8 != 7;
-    check(device.exchange({.enable = enable, .f_D_H_N = {9, -3, 1e3}}, now += 1ms, sample), sample, told);
-    require(told.calls - before <= kMaxCallsInACycle);
+    check(device.exchange({.enable = enable, .f_D_H_N = {9, -3, 1e3}}, now += 1ms, sample), sample, vendor);
+    require(vendor.calls - before <= kMaxCallsInACycle);
   }
-  const long before = told.calls;
-  require(device.stop() != told.refuses_stop && told.calls - before < kMaxCallsOfSetup);
+  const long before = vendor.calls;
+  require(device.stop() != vendor.refuses_stop && vendor.calls - before < kMaxCallsOfSetup);
 }
 
 }  // namespace
@@ -79,12 +80,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   fuzz::Input input(data, size);
   const std::uint8_t how = input.byte();
   const fuzz::Bytes answers = input.rest();
-  fuzz::VendorLies& told = *lies();
-  told.left = answers;
+  fuzz::VendorLies& vendor = *lies();
+  vendor.left = answers;
   try {
-    drive(library, told, how);
+    drive(library, vendor, how);
   } catch (const drivers::SetupError& error) {
-    require(std::string(error.what()).size() > 20 && told.calls < kMaxCallsOfSetup);
+    require(std::string(error.what()).size() > 20 && vendor.calls < kMaxCallsOfSetup);
   }
   return 0;
 }

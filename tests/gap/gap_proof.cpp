@@ -29,7 +29,7 @@ namespace gap_test {
 namespace {
 
 constexpr double kStrong = 3;  // noise floors
-constexpr std::string_view kNobody = "-";
+constexpr std::string_view kNoName = "-";
 
 struct Arguments {
   std::size_t cases = 0;
@@ -55,7 +55,7 @@ std::vector<CaseSpec> chosen_cases(const Arguments& arguments) {
 
 std::string joined(const std::vector<std::string>& names) {
   return names.empty()
-             ? std::string(kNobody)
+             ? std::string(kNoName)
              : std::accumulate(names.begin() + 1, names.end(), names.front(),
                                [](std::string sum, const std::string& name) { return sum + "+" + name; });
 }
@@ -115,7 +115,7 @@ void print_confusion(const std::vector<Judgement>& judgements) {
   std::vector<std::string> columns;
   for (const auto& description : model::effects::effect_descriptions())
     columns.emplace_back(description.name);
-  columns.emplace_back(kNobody);
+  columns.emplace_back(kNoName);
   std::vector<std::string> rows;  // in the order of the list
   std::map<std::string, std::map<std::string, int>> counts;
   for (const Judgement& judgement : judgements) {
@@ -125,7 +125,7 @@ void print_confusion(const std::vector<Judgement>& judgements) {
     if (judgement.spec.kind == CaseKind::kOutside) row += " (outside)";
     if (!counts.contains(row)) rows.push_back(row);
     for (const std::string& name : judgement.named) ++counts[row][name];
-    if (judgement.named.empty()) ++counts[row][std::string(kNobody)];
+    if (judgement.named.empty()) ++counts[row][std::string(kNoName)];
   }
   std::printf("\nIn the data, against what was named; `-` is nothing:\n");
   for (std::size_t i = 0; i < columns.size(); ++i)

@@ -124,10 +124,10 @@ TEST(EthercatArm, AJointThatIsBlockedOnItsWayFailsWithItsNameAndNothingIsEnabled
   EXPECT_EQ(rig.status.fault, Fault::kJointFault);
   EXPECT_EQ(rig.status.joint, 2);
   EXPECT_FALSE(rig.sample.enabled);
-  bool told = false;
+  bool reported = false;
   for (const std::string& line : rig.robot->report())
-    told = told || line.starts_with("arm-3: could not find its end stop: ");
-  EXPECT_TRUE(told);
+    reported = reported || line.starts_with("arm-3: could not find its end stop: ");
+  EXPECT_TRUE(reported);
 }
 
 TEST(EthercatArm, APowerCycledJointIsHomedAgainBeforeItObeys) {

@@ -145,9 +145,9 @@ struct FirstWheel final : drivers::ethercat::FrameTap {
   void frame(drivers::ethercat::Direction direction, std::span<const std::uint8_t> bytes) noexcept override {
     constexpr std::size_t kOutputs = 16 + 10;
     if (direction != drivers::ethercat::Direction::kSent || bytes.size() < kOutputs + 5) return;
-    (void)unpack(bytes.subspan(kOutputs, 5), told);
+    (void)unpack(bytes.subspan(kOutputs, 5), received);
   }
-  drivers::tmcl::DriveOutput told;
+  drivers::tmcl::DriveOutput received;
 };
 
 TEST(EthercatRobot, VelocityBeyondTheLimitOfTheAxisDoesNotGoOut) {
@@ -160,7 +160,7 @@ TEST(EthercatRobot, VelocityBeyondTheLimitOfTheAxisDoesNotGoOut) {
        {std::pair(2.0, 493), std::pair(1e3, 3997), std::pair(-1e9, -3997), std::pair(1e300, 3997)}) {
     rig.command.joints[0] = JointCommand::velocity_rad_per_s(velocity_rad_per_s);
     EXPECT_TRUE(rig.step().ok());
-    EXPECT_EQ(wheel.told, (drivers::tmcl::DriveOutput{drivers::tmcl::ControllerMode::kVelocity, rpm}));
+    EXPECT_EQ(wheel.received, (drivers::tmcl::DriveOutput{drivers::tmcl::ControllerMode::kVelocity, rpm}));
   }
 }
 
@@ -347,7 +347,7 @@ TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoTroubleAsLongAsThatIsBridged
                                          {.kind = YoubotKind::kBase}, rig.clock, 1ms));
   rig.robot->activate();
   rig.enable();
-  const auto is_told = [&rig] {
+  const auto is_reported = [&rig] {
     const std::vector<std::string> trouble = rig.robot->trouble();
     return std::ranges::any_of(trouble, [](const std::string& line) {
       return line.find("bus: the network interface emulated bus went down (ENETDOWN") == 0;
@@ -356,11 +356,11 @@ TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoTroubleAsLongAsThatIsBridged
   for (const auto& [cycles, lasts] : {std::pair{1ms, false}, std::pair{10ms, false}, std::pair{11ms, true}}) {
     error = ENETDOWN;
     rig.run(cycles);
-    EXPECT_EQ(is_told(), lasts) << cycles.count();
+    EXPECT_EQ(is_reported(), lasts) << cycles.count();
     EXPECT_EQ(rig.status.fault, lasts ? Fault::kLinkDown : Fault::kNone);
     error = 0;
     rig.run(20ms);
-    EXPECT_FALSE(is_told()) << "it works again";
+    EXPECT_FALSE(is_reported()) << "it works again";
   }
 }
 

@@ -212,14 +212,14 @@ TEST_F(SpaceMouseOnHidraw, TwoAreToldApartBySerialNumberOrNode) {
   EXPECT_EQ(sample_after(by_serial, 0ms).buttons, 2U);
   EXPECT_EQ(sample_after(by_path, 0ms).buttons, 1U);
 
-  const std::string told = refusal({.serial = "B2", .path = left.path()});
-  EXPECT_NE(told.find("expected one that is connected, with serial number B2, at /dev/hidraw0"),
+  const std::string message = refusal({.serial = "B2", .path = left.path()});
+  EXPECT_NE(message.find("expected one that is connected, with serial number B2, at /dev/hidraw0"),
             std::string::npos)
-      << told;
-  EXPECT_NE(told.find("found SpaceNavigator (/dev/hidraw0) with serial number A1, SpaceNavigator "
-                      "(/dev/hidraw1) with serial number B2"),
+      << message;
+  EXPECT_NE(message.find("found SpaceNavigator (/dev/hidraw0) with serial number A1, SpaceNavigator "
+                         "(/dev/hidraw1) with serial number B2"),
             std::string::npos)
-      << told;
+      << message;
 }
 
 TEST_F(SpaceMouseOnHidraw, TheFirstOfManyIsTheOneWithTheLowestNumber) {
@@ -418,8 +418,8 @@ TEST_F(SpaceMouseOnHidraw, GoneBetweenFindingAndOpeningIsToldInWords) {
 
 TEST_F(SpaceMouseOnHidraw, ANodeThatOpensButDoesNotAnswerIsToldInWords) {
   plug(with(space_navigator(), [](MockHidrawOptions& options) { options.refuses_questions = true; }));
-  const std::string told = refusal();
-  EXPECT_NE(told.find("found Inappropriate ioctl for device"), std::string::npos) << told;
+  const std::string message = refusal();
+  EXPECT_NE(message.find("found Inappropriate ioctl for device"), std::string::npos) << message;
 }
 
 /// Set-up in one thread while others look and poll: hidapi's own state is shared by all of them.

@@ -239,11 +239,11 @@ TEST_F(TeleopConfig, TheFileHasEveryKeyThereIsAndSoHasThisTest) {
   for (const Key& key : keys()) tested[key.table()].insert(key.key());
   for (const auto& [table, names] : tested) {
     // The answer to an unknown name lists all known ones.
-    const Problems told =
+    const Problems mistakes =
         problems("[teleoperation." + table + "]\nxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxxx = 1\n");
-    ASSERT_EQ(told.size(), 1U);
+    ASSERT_EQ(mistakes.size(), 1U);
     const std::string known = fmt::format("known keys are '{}'", fmt::join(names, "', '"));
-    EXPECT_TRUE(told[0].ends_with(known)) << told[0] << "\nbut here " << known;
+    EXPECT_TRUE(mistakes[0].ends_with(known)) << mistakes[0] << "\nbut here " << known;
     EXPECT_EQ(keys_in_file(table), names) << table;
   }
   EXPECT_EQ(problems("\n[teleoperation.xxxxxxxxxxxx]\n"),
@@ -283,14 +283,14 @@ TEST_F(TeleopConfig, MistakesInAllKeysAreToldAllAtOnceWithTheirLines) {
     other_type += line_of(key, number ? "\"1\"" : "\"true\"");
   }
   for (const auto& [text, of_type] : {std::pair(too_large, false), {too_small, false}, {other_type, true}}) {
-    const Problems told = problems(text);
-    ASSERT_EQ(told.size(), keys().size()) << testing::PrintToString(told);
-    for (std::size_t i = 0; i < told.size(); ++i) {
+    const Problems mistakes = problems(text);
+    ASSERT_EQ(mistakes.size(), keys().size()) << testing::PrintToString(mistakes);
+    for (std::size_t i = 0; i < mistakes.size(); ++i) {
       const Key& key = keys()[i];
       const char* complaint = of_type || key.type == Type::kBoolean ? "' should be " : ", allowed is ";
-      EXPECT_TRUE(told[i].starts_with(fmt::format("lab.toml:{}: 'teleoperation.{}", i + 1, key.name)))
-          << told[i];
-      EXPECT_NE(told[i].find(complaint), std::string::npos) << told[i];
+      EXPECT_TRUE(mistakes[i].starts_with(fmt::format("lab.toml:{}: 'teleoperation.{}", i + 1, key.name)))
+          << mistakes[i];
+      EXPECT_NE(mistakes[i].find(complaint), std::string::npos) << mistakes[i];
     }
   }
 }
@@ -315,10 +315,11 @@ TEST_F(TeleopConfig, OneButtonDoesOneThing) {
 TEST_F(TeleopConfig, TheMastersOriginIsInsideTheBoundary) {
   for (const char* line : {"boundary_centre_m = [-0.2, 0, 0]", "boundary_half_axes_m = [0.07, 0.1, 0.1]",
                            "boundary_least_x_m = 0.01", "boundary_least_z_m = 0.01"}) {
-    const Problems told = problems(std::string("[teleoperation.mapping]\n") + line + "\n");
-    ASSERT_EQ(told.size(), 1U) << line;
-    EXPECT_NE(told[0].find("leave the master's origin outside"), std::string::npos) << told[0];
-    EXPECT_NE(told[0].find("'teleoperation.mapping.boundary_centre_m'"), std::string::npos) << told[0];
+    const Problems mistakes = problems(std::string("[teleoperation.mapping]\n") + line + "\n");
+    ASSERT_EQ(mistakes.size(), 1U) << line;
+    EXPECT_NE(mistakes[0].find("leave the master's origin outside"), std::string::npos) << mistakes[0];
+    EXPECT_NE(mistakes[0].find("'teleoperation.mapping.boundary_centre_m'"), std::string::npos)
+        << mistakes[0];
   }
 }
 

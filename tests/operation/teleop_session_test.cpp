@@ -286,9 +286,9 @@ TEST_F(TeleopSession, ARobotThatIsNotABaseWithOneArmIsRefusedWithWhatToDo) {
                                            {"wire", Kind::kBaseAndTwoArms, 14}}) {
     config.robot.name = name;
     config.robot.ethercat.kind = kind;
-    const std::string told = refusal();
-    EXPECT_TRUE(says(told, "this robot has " + std::to_string(joints))) << told;
-    EXPECT_TRUE(says(told, "set ethercat.kind = \"base+arm\"")) << told;
+    const std::string message = refusal();
+    EXPECT_TRUE(says(message, "this robot has " + std::to_string(joints))) << message;
+    EXPECT_TRUE(says(message, "set ethercat.kind = \"base+arm\"")) << message;
   }
 }
 
@@ -311,14 +311,14 @@ TEST_F(TeleopSession, TheSimulatedOperatorTouchesNoRealMaster) {
 
 TEST_F(TeleopSession, AStartThatTheArmCannotReachIsRefusedWithTheStart) {
   config.teleoperation.start_p_WT_m = {0.95, 0.0, 0.35};
-  const std::string told = refusal();
-  EXPECT_TRUE(says(told, "the arm cannot reach the start at (0.95")) << told;
+  const std::string message = refusal();
+  EXPECT_TRUE(says(message, "the arm cannot reach the start at (0.95")) << message;
 }
 
 TEST_F(TeleopSession, AStiffSpringIsNotSofterThanTheSoftOne) {
   config.teleoperation.stiff.translation_N_per_m = 50;
-  const std::string told = refusal();
-  EXPECT_TRUE(says(told, "stiff translation stiffness = 50")) << told;
+  const std::string message = refusal();
+  EXPECT_TRUE(says(message, "stiff translation stiffness = 50")) << message;
 }
 
 // --- Recording ---
@@ -439,13 +439,13 @@ TEST_F(TeleopSession, ItsRecordingReadsAsOneWithColumnsOfItsOwn) {
   EXPECT_EQ(read.recording.experiment, "teleoperation");
   EXPECT_EQ(read.recording.rows(), seen.size());
   EXPECT_EQ(read.recording.columns.size(), kColumns);
-  const auto told = [&](const std::string& part) {
+  const auto message = [&](const std::string& part) {
     return std::any_of(read.warnings.begin(), read.warnings.end(),
                        [&](const std::string& warning) { return says(warning, part); });
   };
-  EXPECT_TRUE(told("column 'tank_J' is not part of the format; kept as it is"));
-  EXPECT_TRUE(told("gripper_opening_m was not measured: "));
-  EXPECT_FALSE(told("true_tip_x_m was not measured: ")) << "the simulation knows";
+  EXPECT_TRUE(message("column 'tank_J' is not part of the format; kept as it is"));
+  EXPECT_TRUE(message("gripper_opening_m was not measured: "));
+  EXPECT_FALSE(message("true_tip_x_m was not measured: ")) << "the simulation knows";
 }
 
 TEST_F(TeleopSession, ARecordingIsNeverReplaced) {
@@ -455,9 +455,9 @@ TEST_F(TeleopSession, ARecordingIsNeverReplaced) {
   (void)run();
   const std::string before = text_of(directory / "teleoperation.csv");
   seen.clear();
-  const std::string told = refusal();
-  EXPECT_TRUE(says(told, directory.path().string() + " holds a recording already; name a new directory"))
-      << told;
+  const std::string message = refusal();
+  EXPECT_TRUE(says(message, directory.path().string() + " holds a recording already; name a new directory"))
+      << message;
   EXPECT_EQ(text_of(directory / "teleoperation.csv"), before);
 }
 

@@ -652,11 +652,11 @@ TEST(RecorderThread, AStalledSinkDropsAndCountsWithoutHoldingUpTheCycle) {
 TEST(RecorderThread, FlushesWhileItRuns) {
   std::promise<void> flushed_after_record;
   bool written = false;
-  bool told = false;
+  bool signalled = false;
   Recorder<Numbered> recorder(
       4, [&](const Numbered&) { written = true; },
       [&] {
-        if (written && !std::exchange(told, true)) flushed_after_record.set_value();
+        if (written && !std::exchange(signalled, true)) flushed_after_record.set_value();
       });
   recorder.push(numbered(0));
   flushed_after_record.get_future().wait();  // before stop(), or it would wait for ever

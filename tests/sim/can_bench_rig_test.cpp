@@ -103,13 +103,13 @@ TEST(CanBenchRig, WithoutAModuleNobodyAcknowledgesAndTheQueueFills) {
   while (rig.send(frame_of(1, {6, 1, 0, 0, 0, 0, 0}))) ++taken;
   EXPECT_EQ(taken, BenchRig::kHostQueue);
   rig.advance(1ms);
-  can_frame told{};
-  ASSERT_TRUE(rig.receive(told));
-  EXPECT_EQ(told.can_id, CAN_ERR_FLAG | CAN_ERR_ACK);
+  can_frame received{};
+  ASSERT_TRUE(rig.receive(received));
+  EXPECT_EQ(received.can_id, CAN_ERR_FLAG | CAN_ERR_ACK);
   rig.set_power(true);
   rig.advance(10ms);
-  EXPECT_TRUE(rig.receive(told)) << "what waited is sent after all";
-  EXPECT_EQ(told.can_id, 2U);
+  EXPECT_TRUE(rig.receive(received)) << "what waited is sent after all";
+  EXPECT_EQ(received.can_id, 2U);
 }
 
 }  // namespace can_bench_rig_test

@@ -69,29 +69,29 @@ struct Robot {
 class OperatorAtWork : public testing::Test {
  public:
   void give(std::vector<Task> what, const OperatorParameters& parameters = {}) {
-    somebody.emplace(hand, std::move(what), parameters);
+    person.emplace(hand, std::move(what), parameters);
   }
   void cycle() {
     Eigen::Isometry3d X_WT = Eigen::Isometry3d::Identity();
     X_WT.translation() = robot.tip_m;
-    somebody->step(1ms, X_WT);
+    person->step(1ms, X_WT);
     hand.advance(robot.f_D_H_N(), 1ms);
     robot.step(hand.p_HD_m());
     time_s += kPeriod_s;
   }
   void work(double limit_s = 60) {
-    for (const double end_s = time_s + limit_s; !somebody->finished() && time_s < end_s;) cycle();
-    ASSERT_TRUE(somebody->finished());
+    for (const double end_s = time_s + limit_s; !person->finished() && time_s < end_s;) cycle();
+    ASSERT_TRUE(person->finished());
   }
   void run(double duration_s) {
     for (const double end_s = time_s + duration_s; time_s < end_s;) cycle();
   }
-  const TaskOutcome& outcome(std::size_t i = 0) const { return somebody->outcomes()[i]; }
+  const TaskOutcome& outcome(std::size_t i = 0) const { return person->outcomes()[i]; }
 
   sim::HandParameters with_stops{.travel = sim::GripTravel{}};
   Hand hand{with_stops};
   Robot robot;
-  std::optional<SimulatedOperator> somebody;
+  std::optional<SimulatedOperator> person;
   double time_s = 0;
 };
 
@@ -103,13 +103,13 @@ TEST_F(OperatorAtWork, ReachesWhateverTheRobotsLagAndScale) {
       robot.drift_m = kStart_m - scale * across(hand.p_HD_m());
       const Vector3d there_m = kStart_m + scale * Vector3d(0.02, 0.03, -0.02);
       give({{tasks::Reach{.p_WT_m = there_m}}, {tasks::Reach{.p_WT_m = kStart_m}}}, {.motion_scale = scale});
-      while (somebody->current() == 0) cycle();
+      while (person->current() == 0) cycle();
       // The operator saw it 0.2 s ago; a slow robot has moved on.
       const double near_m = lag_s < 0.5 ? 0.006 : 0.01;
       EXPECT_LT((robot.tip_m - there_m).norm(), near_m) << lag_s << ' ' << scale;
       work();
       EXPECT_LT((robot.tip_m - kStart_m).norm(), near_m) << lag_s << ' ' << scale;
-      for (const TaskOutcome& each : somebody->outcomes()) {
+      for (const TaskOutcome& each : person->outcomes()) {
         EXPECT_EQ(each.result, TaskResult::kDone) << lag_s << ' ' << scale;
         EXPECT_LT(each.duration, lag_s < 0.5 ? 4s : 12s) << lag_s << ' ' << scale;
         EXPECT_TRUE(std::isnan(each.mean_path_error_m));
@@ -142,7 +142,7 @@ TEST_F(OperatorAtWork, CorrectsInMovementsWithRestsBetween) {
   give({{tasks::Reach{.p_WT_m = kStart_m + Vector3d(0, 0.01, 0)}, 4s}});
   std::vector<double> begun_s;
   bool still = true;
-  while (!somebody->finished()) {
+  while (!person->finished()) {
     const Vector3d before_m = hand.intended_p_HD_m();
     cycle();
     const bool rests = (hand.intended_p_HD_m() - before_m).norm() < 1e-9;
@@ -165,7 +165,7 @@ TEST_F(OperatorAtWork, FollowsAPathAndKnowsHowFarOffTheTipWas) {
                         corner(-0.03, -0.03)},
                        0.03}}});
   double largest_m = 0;
-  while (!somebody->finished()) {
+  while (!person->finished()) {
     cycle();
     if (time_s < 3) continue;  // at the first corner by then, and not yet on the way for long
     const Vector3d p_m = robot.tip_m - kStart_m;
@@ -186,7 +186,7 @@ TEST_F(OperatorAtWork, ATouchedWallIsFeltHeldAndLeft) {
   robot.wall_x_m = kStart_m.x() + 0.01;
   give({{tasks::Touch{.direction_W = {2, 0, 0}, .felt_N = 1.0, .hold = 2s, .back_off_m = 0.02}}});
   double touching_s = 0;
-  while (!somebody->finished()) {
+  while (!person->finished()) {
     cycle();
     touching_s += robot.f_D_H_N().x() > 0.5 ? kPeriod_s : 0;  // towards the operator
   }
@@ -224,7 +224,7 @@ TEST_F(OperatorAtWork, DrivesFarByRateControlInEveryDirection) {
       const Vector3d there_m = kStart_m + way_m;
       give({{tasks::DriveFar{.p_WT_m = there_m}, 40s}});
       bool drove = false;
-      while (!somebody->finished()) {
+      while (!person->finished()) {
         cycle();
         drove |= robot.drives;
       }
@@ -240,7 +240,7 @@ TEST_F(OperatorAtWork, DrivesFarByRateControlInEveryDirection) {
 
 TEST_F(OperatorAtWork, GivingUpADriveHeBringsThePenBack) {
   give({{tasks::DriveFar{.p_WT_m = {50, 0, 0.35}}, 3s}, {tasks::Wait{2s}}});
-  while (somebody->current() == 0) cycle();
+  while (person->current() == 0) cycle();
   EXPECT_TRUE(robot.drives);
   work();
   EXPECT_EQ(outcome(0).result, TaskResult::kTimedOut);
@@ -251,7 +251,7 @@ TEST_F(OperatorAtWork, GivingUpADriveHeBringsThePenBack) {
 TEST_F(OperatorAtWork, TurnsThePenAsTheTipIsToTurn) {
   // The robot's end effector rolls to its right about x: about -x of H.
   give({{tasks::Turn{{0.5, 0, 0}, 1s}}, {tasks::Turn{{0, 0, 0.3}, 500ms}}});
-  while (somebody->current() == 0) cycle();
+  while (person->current() == 0) cycle();
   const Eigen::Quaterniond rolled(Eigen::AngleAxisd(-0.5, Vector3d::UnitX()));
   EXPECT_LT(hand.q_HD().angularDistance(rolled), 1e-5);
   EXPECT_EQ(outcome(0).duration, 1s);
@@ -282,7 +282,7 @@ TEST_F(OperatorAtWork, DoesTheRestAtOnceAndInOrder) {
   work();
   EXPECT_TRUE(hand.holds());
   EXPECT_EQ(outcome(4).duration, 50ms);
-  EXPECT_EQ(name_of(somebody->tasks()[5]), "take hold");
+  EXPECT_EQ(name_of(person->tasks()[5]), "take hold");
 }
 
 TEST_F(OperatorAtWork, EqualRunsAreEqualToTheLastBit) {
@@ -341,8 +341,8 @@ TEST_F(OperatorAtWork, AStepDoesNotAllocateOrLock) {
   const support::NoAllocGuard guard;
   for (int i = 0; i < 60'000; ++i) cycle();
   EXPECT_EQ(guard.violations(), 0);
-  EXPECT_TRUE(somebody->finished());
-  for (const TaskOutcome& each : somebody->outcomes()) EXPECT_EQ(each.result, TaskResult::kDone);
+  EXPECT_TRUE(person->finished());
+  for (const TaskOutcome& each : person->outcomes()) EXPECT_EQ(each.result, TaskResult::kDone);
 }
 
 }  // namespace simulated_operator_test

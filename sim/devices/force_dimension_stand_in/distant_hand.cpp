@@ -31,9 +31,9 @@ double DistantHandLink::take(ForceDimensionScript& script) {
   constexpr double kMin_s = 250e-6;
   constexpr double kMax_s = 5e-3;
   const auto now = std::chrono::steady_clock::now();
-  const double passed_s = std::chrono::duration<double>(now - told_).count();
+  const double passed_s = std::chrono::duration<double>(now - updated_).count();
   if (passed_s < kMin_s) return 0.0;
-  told_ = now;
+  updated_ = now;
   script.hand_holds = true;
   script.hand_stiffness_N_per_m = 3000.0;
   script.hand_damping_N_s_per_m = 80.0;

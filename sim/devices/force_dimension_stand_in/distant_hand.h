@@ -17,7 +17,7 @@ class DistantHandLink {
 
  private:
   const DistantHand* hand_ = nullptr;
-  std::chrono::steady_clock::time_point told_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point updated_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace sim::devices

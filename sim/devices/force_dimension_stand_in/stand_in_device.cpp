@@ -64,7 +64,7 @@ void StandInDevice::change_to(ForceDimensionMode mode) {
   changed_s_ = state.time_s;
 }
 
-ForceDimensionMode StandInDevice::told_mode() const {
+ForceDimensionMode StandInDevice::reported_mode() const {
   return state.time_s - changed_s_ < script.status_delay_s ? previous_mode_ : state.mode;
 }
 

@@ -37,7 +37,7 @@ class StandInDevice {
   /// As reported by the SDK: one transfer old, in sensor steps, constant while not calibrated.
   Axes position_m() const { return guarded_position_m_; }
   Axes wrist_rad() const { return guarded_wrist_rad_; }
-  ForceDimensionMode told_mode() const;
+  ForceDimensionMode reported_mode() const;
 
  private:
   struct Transfer {

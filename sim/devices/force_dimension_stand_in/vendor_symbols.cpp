@@ -310,7 +310,7 @@ int dhdGetStatus(int* status, char id) {
   return call_on(id, [status](StandInDevice& device) {
     if (status == nullptr) return fail(kNullArgument);
     for (int i = 0; i < kStatusSlots; ++i) status[i] = 0;
-    const ForceDimensionMode mode = device.told_mode();
+    const ForceDimensionMode mode = device.reported_mode();
     const ForceDimensionScript& script = device.script;
     status[0] = script.powered && !script.status_says_no_power ? 1 : 0;
     status[1] = script.status_says_not_connected ? 0 : 1;
@@ -488,8 +488,8 @@ int dhdSetWatchdog(std::uint8_t ticks, char id) {
 int dhdGetWatchdog(std::uint8_t* ticks, char id) {
   return call_as_expert(id, [ticks](StandInDevice& device) {
     if (ticks == nullptr) return fail(kNullArgument);
-    const int told = device.script.watchdog_reads_back;
-    *ticks = static_cast<std::uint8_t>(told >= 0 ? told : device.state.watchdog_ticks);
+    const int reads_back = device.script.watchdog_reads_back;
+    *ticks = static_cast<std::uint8_t>(reads_back >= 0 ? reads_back : device.state.watchdog_ticks);
     return succeed();
   });
 }
