@@ -71,7 +71,7 @@ struct ControlServerTest : testing::Test {
   Echo echo;
 };
 
-TEST_F(ControlServerTest, TellsItsListenerWhoAsksWhat) {
+TEST_F(ControlServerTest, ReportsEachRequestToItsListener) {
   ControlServer server(path, echo);
   const Caller one(path);
   const Caller other(path);
@@ -102,7 +102,7 @@ TEST_F(ControlServerTest, NoticesAtOnceThatAPeerIsGone) {
   EXPECT_EQ(other.hear(), "you said still here");
 }
 
-TEST_F(ControlServerTest, WhoIsConnectedIsServedWhileNobodyElseCanBeAccepted) {
+TEST_F(ControlServerTest, ConnectedClientsAreServedWhileNoOtherCanBeAccepted) {
   ControlServer server(path, echo);
   const Caller inside(path);
   serve(server);
@@ -146,7 +146,7 @@ TEST_F(ControlServerTest, DoesNotWaitForACallerThatNeverReadsItsAnswers) {
   EXPECT_EQ(echo.left.size(), 1U) << "its answers filled the socket";
 }
 
-TEST_F(ControlServerTest, IdleConnectionsShutNobodyOut) {
+TEST_F(ControlServerTest, IdleConnectionsBlockNoOtherClient) {
   ControlServer server(path, echo);
   std::vector<std::unique_ptr<Caller>> idle;
   for (int i = 0; i < 40; ++i) {

@@ -185,7 +185,7 @@ TEST(EthercatOverVeth, ScanNamesEverySlaveAndTheRobot) {
 }
 
 // Either would take the other's answers and reset its slaves.
-TEST(EthercatOverVeth, NobodyDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) {
+TEST(EthercatOverVeth, NothingDisturbsTheMasterOfABusOrAnswersForItsSlavesTwice) {
   const Namespaces namespaces;
   SKIP_UNLESS(namespaces.usable(), "needs root and network namespaces");
   const Simulator simulator(namespaces, "--robot base");

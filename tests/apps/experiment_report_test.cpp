@@ -117,7 +117,7 @@ TEST_F(ExperimentReport, ThatCannotBeWrittenIsAProblemAndLosesNothing) {
   EXPECT_EQ(measured.joints.at(1).results.rows(), 2U);
 }
 
-TEST_F(ExperimentReport, TellsOfAFaultAndOfWhatWasRecordedBeforeIt) {
+TEST_F(ExperimentReport, ReportsAFaultAndWhatWasRecordedBeforeIt) {
   options.max_travel_rad = 1e-4;
   const ExperimentOutcome outcome = ramps(1);
   EXPECT_NE(outcome.fault, "");

@@ -110,7 +110,7 @@ TEST_F(HiddenEffectCommands, ASeedIsAWholeNumberFromZero) {
   EXPECT_FALSE(fs::exists(path("out")));
 }
 
-TEST_F(HiddenEffectCommands, NothingSaysWhatItIsBeforeSomebodyAsks) {
+TEST_F(HiddenEffectCommands, StaysHiddenUntilItIsRequested) {
   // 3 is an imbalance.
   const CommandResult result = bench(
       "multisine --periods 1 --period 2 --lowest 0.5 --joint wheel-1 --hidden-effect 3 --out " + path("out"));

@@ -158,7 +158,7 @@ TEST_F(IdentifyCommand, ASlowMapGivesALawThatBrakesAndSaysHowFarItWasMeasured) {
   EXPECT_FALSE(fs::exists(directory_ / "out/model.toml"));
 }
 
-TEST_F(IdentifyCommand, ReplacesNothingAndIsQuietWhenToldTo) {
+TEST_F(IdentifyCommand, ReplacesNothingAndIsQuietOnRequest) {
   const std::string map = write("1.csv", map_text(test_support::screw_drive_map(1)));
   EXPECT_EQ(run("--quiet --law coulomb --map " + map), 0);
   EXPECT_EQ(output_, "");
@@ -191,7 +191,7 @@ TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {
   EXPECT_TRUE(said("there is no .csv in")) << output_;
 }
 
-TEST_F(IdentifyCommand, LeavesOutTheSpeedsItIsToldToAndSaysWhich) {
+TEST_F(IdentifyCommand, LeavesOutTheGivenSpeedsAndReportsWhich) {
   // Coulomb and viscous friction but for a dip between 1 and 4 rad/s.
   identification::fit::StaticMap map{"wheel-1", {}};
   for (int i = 1; i <= 16; ++i)

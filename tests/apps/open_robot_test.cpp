@@ -65,7 +65,7 @@ TEST(OpenRobot, InLockStepNoOtherPeriodWillDo) {
   EXPECT_THROW((void)open_robot(options, clock, 2ms), std::invalid_argument);
 }
 
-TEST(OpenRobot, ARobotOnTheEmulatedBusTellsWhatItsMasterFound) {
+TEST(OpenRobot, ARobotOnTheEmulatedBusReportsWhatItsMasterFound) {
   hal::VirtualClock clock;
   sim::bus::YoubotBusOptions options;
   // Bring-up takes some hundred frames; a cycle each afterwards.
@@ -165,7 +165,7 @@ TEST(OpenRobot, IsWatchedInASessionThatOpensItsOwn) {
   EXPECT_EQ(support::watched_robots_opened(), before + 1);
 }
 
-TEST(OpenRobot, WhatNobodyKnowsIsAnsweredWithAllThereIs) {
+TEST(OpenRobot, AnUnknownNameIsAnsweredWithAllThatExist) {
   for (const char* name : {"toaster", "can"}) {
     const std::string text = refusal_of(name);
     for (const char* known : {"loopback", "wire", "ethercat:IFACE", "can:IFACE"})

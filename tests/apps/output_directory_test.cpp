@@ -14,7 +14,7 @@ namespace output_directory_test {
 
 namespace fs = std::filesystem;
 
-TEST(OutputDirectory, IsMadeWithThoseItIsInAndTellsWhichWereMissing) {
+TEST(OutputDirectory, IsMadeWithItsParentsAndReportsWhichWereMissing) {
   const support::TemporaryDirectory folder;
   const fs::path deep = folder / "a/b";
   EXPECT_EQ(runtime::make_output_directory(deep), (std::vector<fs::path>{folder / "a", deep}));
@@ -31,7 +31,7 @@ TEST(OutputDirectory, ThatCannotBeMadeLeavesNothingBehind) {
   EXPECT_FALSE(fs::exists(folder / "new"));
 }
 
-TEST(OutputDirectory, ThatCannotBeMadeIsToldWithTheFirstCause) {
+TEST(OutputDirectory, ThatCannotBeMadeIsReportedWithTheFirstCause) {
   const support::TemporaryDirectory folder;
   fs::create_symlink(folder / "missing", folder / "link");
   try {

@@ -133,7 +133,7 @@ TEST_F(ServedLoopTest, StopBringsToRestAndOffSwitchesOff) {
   EXPECT_FALSE(report.unheard);
 }
 
-TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
+TEST_F(ServedLoopTest, AnOrderThatIsStoppedAtOnceIsNotBegun) {
   for (std::uint64_t number = 1; number <= 2; ++number) {
     loop.order({.number = number, .run = &run, .stop = number == 1, .off = number == 2});
     cycle(3);
@@ -142,7 +142,7 @@ TEST_F(ServedLoopTest, AnOrderThatIsToldToStopAtOnceIsNotBegun) {
   }
 }
 
-TEST_F(ServedLoopTest, ComesToRestWhenNobodyGivesOrdersAnyMore) {
+TEST_F(ServedLoopTest, ComesToRestWhenOrdersStopArriving) {
   const Orders orders = begin();
   cycle(static_cast<int>(kSilence / 1ms));
   EXPECT_FALSE(run.stopping);
@@ -218,7 +218,7 @@ class CountedMaster final : public hal::HapticDevice {
   hal::HapticInfo info_;
 };
 
-TEST_F(ServedLoopTest, WhatItTellsSaysWhichOrdersItFollows) {
+TEST_F(ServedLoopTest, ItsReportSaysWhichOrdersItFollows) {
   CountedMaster master;
   ServedLoop with_master{robot, &master, nullptr, kSilence};
   const auto step = [&] {

@@ -22,7 +22,7 @@ CommandResult youbotd(const std::string& config, const std::string& arguments) {
   return support::run_command(support::program("youbotd") + " --config " + config + " " + arguments);
 }
 
-TEST(TeleopCommand, TheDemoTellsHowEachTaskEndedAndWhatTheHandFelt) {
+TEST(TeleopCommand, TheDemoReportsHowEachTaskEndedAndTheForceOnTheHand) {
   const CommandResult result = youbotd(kTeleop, "--demo --virtual-time");
   EXPECT_EQ(result.exit_code, 0) << result.output;
   EXPECT_TRUE(result.said("running loopback by hand on loopback, 1000 Hz, virtual time")) << result.output;
@@ -55,7 +55,7 @@ TEST(TeleopCommand, HelpNamesTheMasters) {
     EXPECT_TRUE(result.said(word)) << word;
 }
 
-TEST(TeleopCommand, AMasterNobodyKnowsIsAnsweredWithThoseThereAre) {
+TEST(TeleopCommand, AnUnknownMasterIsAnsweredWithAllThatExist) {
   const CommandResult result = youbotd(kTeleop, "--haptic nonsense");
   EXPECT_EQ(result.exit_code, 2);
   for (const char* word : {"nonsense", "loopback, force-dimension or omega.6, falcon, spacemouse"})

@@ -269,7 +269,7 @@ TEST(TransparencyCommand, WritesTablesAndReport) {
   EXPECT_TRUE(again.said("not empty")) << again.output;
 }
 
-TEST(TransparencyCommand, AStartUpThatFailsIsToldForItsConditionAndIsAFault) {
+TEST(TransparencyCommand, AStartUpThatFailsIsReportedForItsConditionAndIsAFault) {
   const support::TemporaryDirectory folder;
   const auto file = folder.write("teleop.toml", R"(
 [ethercat]
@@ -286,7 +286,7 @@ unfolding_timeout_s = 1
   EXPECT_TRUE(std::filesystem::exists(out + "/report.html"));
 }
 
-TEST(TransparencyCommand, WrongUseIsToldAndNothingIsWritten) {
+TEST(TransparencyCommand, WrongUseIsReportedAndNothingIsWritten) {
   const support::TemporaryDirectory folder;
   const std::filesystem::path out = folder.path() / "out";
   const auto base_alone = folder.write("base.toml", "[ethercat]\nkind = \"base\"\n");

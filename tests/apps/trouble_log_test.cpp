@@ -25,7 +25,7 @@ struct TroubleLogTest : testing::Test {
   TroubleLog log;
 };
 
-TEST_F(TroubleLogTest, ATroubleIsToldOnceWhenItHasLastedAndItsEndOnce) {
+TEST_F(TroubleLogTest, ALastingFaultIsLoggedOnceAndItsEndOnce) {
   EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience - 1), Lines{});
   EXPECT_EQ(warnings({kLost}, 1), Lines{kLost});
   EXPECT_EQ(warnings({kLost}, 1000), Lines{});
@@ -34,7 +34,7 @@ TEST_F(TroubleLogTest, ATroubleIsToldOnceWhenItHasLastedAndItsEndOnce) {
   EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience), Lines{kLost}) << "and another loss is reported again";
 }
 
-TEST_F(TroubleLogTest, WhatPassesByItselfAtOnceIsNotToldNorItsEnd) {
+TEST_F(TroubleLogTest, AFaultThatPassesAtOnceIsNotLoggedNorItsEnd) {
   for (int again = 0; again < 100; ++again) {
     EXPECT_EQ(warnings({kLost}, 1), Lines{});
     EXPECT_EQ(warnings({kResuming}, TroubleLog::kPatience - 2), Lines{});
@@ -42,7 +42,7 @@ TEST_F(TroubleLogTest, WhatPassesByItselfAtOnceIsNotToldNorItsEnd) {
   }
 }
 
-TEST_F(TroubleLogTest, ADeviceThatTakesTheSameTurnsForEverIsToldOfOnce) {
+TEST_F(TroubleLogTest, ADeviceThatRepeatsTheSameStatesIsLoggedOnce) {
   EXPECT_EQ(warnings({kLost}, 10), Lines{kLost});
   EXPECT_EQ(warnings({kResuming}, 1), Lines{kResuming}) << "what refused it is new";
   EXPECT_EQ(warnings({kStopped}, 1), Lines{kStopped});
@@ -52,7 +52,7 @@ TEST_F(TroubleLogTest, ADeviceThatTakesTheSameTurnsForEverIsToldOfOnce) {
   }
 }
 
-TEST_F(TroubleLogTest, DevicesHaveTheirTroublesEachForItself) {
+TEST_F(TroubleLogTest, EachDeviceHasItsOwnFaults) {
   const std::string other = "wheel-1: could not find its commutation";
   EXPECT_EQ(warnings({kLost}, 10), Lines{kLost});
   EXPECT_EQ(warnings({kLost, other}, TroubleLog::kPatience), Lines{other});
@@ -61,7 +61,7 @@ TEST_F(TroubleLogTest, DevicesHaveTheirTroublesEachForItself) {
   EXPECT_EQ(news.trouble, Lines{});
 }
 
-TEST_F(TroubleLogTest, ADeviceThatSaysSomethingNewEachTimeIsToldOfTenTimes) {
+TEST_F(TroubleLogTest, ADeviceWithANewTextEachTimeIsLoggedTenTimes) {
   const auto text = [](int after_ms) { return "slave 5: no answer for " + std::to_string(after_ms) + " ms"; };
   Lines logged = warnings({text(0)}, TroubleLog::kPatience);
   for (int i = 1; i < 1000; ++i)

@@ -630,7 +630,7 @@ TEST_F(BenchCommand, EveryExperimentRunsAndIsMadeAgainByTheConfigurationItLeaves
   }
 }
 
-TEST_F(BenchCommand, CompensationTellsWhetherTheHelpStaysBelowTheFrictionThatWasMeasured) {
+TEST_F(BenchCommand, CompensationReportsWhetherItsTorqueStaysBelowTheMeasuredFriction) {
   const auto passive_gain = [&](const char* name, const std::string& compensator) {
     const CommandResult result =
         bench("compensation --quiet --duration 4 --joint wheel-1 " + compensator + out(name));

@@ -225,7 +225,7 @@ TEST_F(ParametersOfABase, NothingIsWrittenToADriveThatHoldsItsPlaceSinceItsMaste
   EXPECT_EQ(acceleration(0), 1500);
 }
 
-TEST_F(ParametersOfABase, WhatAControllerRefusesIsToldInItsWordsWithWhatWasDoneBefore) {
+TEST_F(ParametersOfABase, ARefusalOfAControllerIsReportedInItsWordsWithWhatWasDoneBefore) {
   constexpr std::uint8_t kEepromLock = 73;
   command(1, Command::kSetGlobalParameter, kEepromLock, 1234);
   const std::string message = refusal<drivers::SetupError>([this] { (void)write(true); });

@@ -259,7 +259,7 @@ TEST_F(GapCommand, RefusesMistakesOfTheCommandLine) {
   EXPECT_TRUE(said("Exit codes: 0 ")) << output_;
 }
 
-TEST_F(GapCommand, TellsAllMistakesInModelAndRecordingsWithTheirLines) {
+TEST_F(GapCommand, ReportsAllMistakesInModelAndRecordingsWithTheirLines) {
   base_ = write("broken.toml",
                 "format = \"youbot-drive-model/1\"\ninertia_kg_m2 = 0.0112\ncolour = 3\n"
                 "[[effect]]\ntype = \"sugar\"\n");

@@ -353,7 +353,7 @@ TEST_F(Youbotctl, APauseLongerThanTheDeadManIsAFaultThatNamesThePause) {
       << status()["fault"];
 }
 
-TEST_F(Youbotctl, AVelocityStopsWithTheProgramThatTellsIt) {
+TEST_F(Youbotctl, AVelocityStopsWithTheProgramThatCommandsIt) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   EXPECT_EQ(tell({"mode", "velocity"}).exit_code, 0);
@@ -620,7 +620,7 @@ TEST_F(Youbotctl, AmidHostileClientsTheCommanderIsHeardAndAnybodyMayStop) {
   EXPECT_EQ(commander.finish().exit_code, 0);
 }
 
-TEST_F(Youbotctl, ALogThatNobodyReadsHoldsUpNoStop) {
+TEST_F(Youbotctl, AnUnreadLogDelaysNoStop) {
   Process youbotd(daemon());
   ASSERT_TRUE(youbotd.wait_for("waiting for commands"));
   ASSERT_TRUE(youbotd.shrink_output());

@@ -34,7 +34,7 @@ TEST(YoubotdCommand, HelpNamesTheExitCodesAndSucceeds) {
     EXPECT_NE(result.output.find(word), std::string::npos) << word;
 }
 
-TEST(YoubotdCommand, TellsHowFarItIsUnlessItIsToBeQuiet) {
+TEST(YoubotdCommand, ReportsItsProgressUnlessQuiet) {
   const support::TemporaryDirectory directory;
   // This machine may be busy.
   const fs::path config = directory.write(

@@ -64,7 +64,7 @@ TEST(BaseDrive, AForwardForceIsAQuarterOfItAtEachWheelsRim) {
       << drive.drive({40, 0, 0}).torque_Nm.transpose();
 }
 
-TEST(BaseDrive, TellsWhereTheBaseIsAndHowItMoves) {
+TEST(BaseDrive, ReportsPoseAndVelocityOfTheBase) {
   BaseDrive drive(bare());
   WheelVector wheels_rad(1, 2, 3, 4);
   drive.reset(wheels_rad, {.x_m = 1, .y_m = 2, .yaw_rad = 0});
@@ -115,7 +115,7 @@ TEST(BaseDrive, LimitsTheWrenchAndThenTheTorques) {
       << "the direction stays";
 }
 
-TEST(BaseDrive, HelpsEachWheelAgainstItsFrictionUnlessToldNotTo) {
+TEST(BaseDrive, CompensatesTheFrictionOfEachWheelUnlessDisabled) {
   BaseDrive::Config config = bare();
   config.compensate_friction = true;
   BaseDrive drive(config);

@@ -60,7 +60,7 @@ PlanarPose official_odometry(const PlanarVector& displacement_B, int steps) {
   return pose;
 }
 
-TEST(BaseOdometry, StartsWhereItIsToldWhereverTheWheelsAre) {
+TEST(BaseOdometry, StartsAtTheGivenPoseWhateverTheWheelAngles) {
   BaseOdometry odometry(map());
   expect_pose(odometry.step({1000, -1000, 3, 4}), 0, 0, 0, 0);
   expect_pose(odometry.step({1000, -1000, 3, 4}), 0, 0, 0, 0);

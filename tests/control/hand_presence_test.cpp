@@ -118,7 +118,7 @@ TEST(HandPresence, AHandThatGivesWayNowAndThenIsNotAddedUp) {
   }
 }
 
-TEST(HandPresence, TellsTheForceOfTheHand) {
+TEST(HandPresence, ReportsTheForceOfTheHand) {
   sim::Hand hand({});
   HandPresence presence(kConfig);
   const Vector3d force_N(1, -2, 0.5);

@@ -341,7 +341,7 @@ TEST(HapticMapping, NothingMovesByRateControlThatMayNotDrive) {
   }
 }
 
-TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesTheTargetByItsDeflection) {
+TEST(HapticMapping, AMasterThatReportsOnlySpeedsMovesTheTargetByItsDeflection) {
   for (const auto& [deflection_m, pace] :
        {std::pair{0.004, 0.0}, std::pair{0.0275, 0.5}, std::pair{0.05, 1.0}, std::pair{0.2, 1.0}}) {
     HapticMapping mapping(rate_only());
@@ -355,7 +355,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesTheTargetByItsDeflection) {
   }
 }
 
-TEST(HapticMapping, AMasterThatTellsOnlySpeedsTurnsTheTargetByItsTurn) {
+TEST(HapticMapping, AMasterThatReportsOnlySpeedsTurnsTheTargetByItsTurn) {
   for (const auto& [turn_rad, pace] :
        {std::pair{0.04, 0.0}, std::pair{0.275, 0.5}, std::pair{0.5, 1.0}, std::pair{2.0, 1.0}})
     for (const Vector3d& axis_H : {Vector3d(1, 0, 0), Vector3d(0, 1, 0), Vector3d(0, 0, -1)}) {
@@ -370,7 +370,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsTurnsTheTargetByItsTurn) {
     }
 }
 
-TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesNothingBeforeItWasAtRest) {
+TEST(HapticMapping, AMasterThatReportsOnlySpeedsMovesNothingBeforeItWasAtRest) {
   const Grip pushed{.p_HD_m = {-0.05, 0, 0}}, twisted{.q_HD = about({0, 0, 1}, 0.5)};
   for (const Grip& held : {pushed, twisted}) {
     HapticMapping mapping(rate_only());
@@ -392,7 +392,7 @@ TEST(HapticMapping, AMasterThatTellsOnlySpeedsMovesNothingBeforeItWasAtRest) {
   }
 }
 
-TEST(HapticMapping, AMasterThatTellsOnlySpeedsIsAtRestForAWhileInFreshSamplesBeforeItDrives) {
+TEST(HapticMapping, AMasterThatReportsOnlySpeedsIsAtRestForAWhileInFreshSamplesBeforeItDrives) {
   const Grip resting{}, pushed{.p_HD_m = {-0.05, 0, 0}};
   struct Step {
     Grip grip;

@@ -131,7 +131,7 @@ TEST(WholeBodyController, ASampleThatIsNoNewOneChangesNothingThatIsKnownAndIsNot
   EXPECT_FALSE(robot.controller.settle(setpoint, kStiff, true).arm_torque_Nm.isApprox(known_Nm, 1e-6));
 }
 
-TEST(WholeBodyController, TellsWhereTheTipIsAndHowItMoves) {
+TEST(WholeBodyController, ReportsPoseAndVelocityOfTheEndEffector) {
   Robot robot(bare());
   EXPECT_NEAR(robot.controller.state().velocity.norm(), 0, 1e-6);
   robot.drive({0, 0, 0.3});

@@ -275,7 +275,7 @@ TEST_F(Scan, AMissingSlaveInTheMiddleNamesTheOneBeforeIt) {
             "(TMCM-1632), port 1; is a slave before it missing, or the cabling changed?");
 }
 
-TEST_F(Scan, AMissingFirstSlaveIsToldToo) {
+TEST_F(Scan, AMissingFirstSlaveIsReportedToo) {
   std::vector<SlaveDescription> slaves = youbot();
   slaves.erase(slaves.begin());
   EXPECT_TRUE(contains(check(slaves),

@@ -112,7 +112,7 @@ TEST(Diagnostics, NamesTheCableOfDamagedFrames) {
   }
 }
 
-TEST(Diagnostics, TellsTheOtherTroublesApart) {
+TEST(Diagnostics, DistinguishesTheOtherFaults) {
   const std::vector<std::pair<Registers, std::string>> cases{
       {with({{0x0301, 3}}),
        "slave 2 (TMCM-1610) port 0: 3 new symbol errors between frames: check plug and shield of the cable "

@@ -285,7 +285,7 @@ TEST_F(Mailbox, TheRestOfTheMailboxIsZeros) {
   EXPECT_EQ(std::count(written.begin() + 8, written.end(), 0), kMailboxBytes - 8);
 }
 
-TEST_F(Mailbox, ListensToMailNobodyAskedFor) {
+TEST_F(Mailbox, AcceptsUnrequestedMail) {
   ASSERT_TRUE(line->listen(20ms));
   frame();
   robot.bus.slave(0).post_mailbox(Bytes{1, 2, 3});

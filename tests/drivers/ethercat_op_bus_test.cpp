@@ -112,7 +112,7 @@ TEST_F(Operation, WithoutSlavesThereIsNoBus) {
             "scripted: start: there are no slaves");
 }
 
-TEST_F(Operation, ASingleLostFrameStopsNobody) {
+TEST_F(Operation, ASingleLostFrameStopsNothing) {
   for (const FaultKind kind : {FaultKind::kDropReply, FaultKind::kDropRequest}) {
     start({{.kind = kind, .at = 10ms}});
     cycles(10);
@@ -447,7 +447,7 @@ TEST_F(Operation, FindingsTellWhoIsMissingAndHowOftenItWas) {
   EXPECT_EQ(bus->findings().front(), bus->slave(kHand).label() + ": left operation once");
 }
 
-TEST_F(Operation, ADevicePluggedInLaterIsReportedAndDisturbsNobody) {
+TEST_F(Operation, ADevicePluggedInLaterIsReportedAndDisturbsNothing) {
   start();
   cycles(5);
   counting = false;
@@ -928,7 +928,7 @@ const Bytes kWheelInputs{30, 0, 0, 0, 20, 0, 0, 7, 0x80, 0x11, 0, 1, 1, 0, 0, 0}
 const Bytes kHundredMilliseconds{0xE8, 0x03};  // in ticks of
 const Bytes kTick{0xC2, 0x09};                 // 100 us: 2500 times 40 ns
 
-TEST_F(HiddenMaster, ShowsByAStateThatNobodyHereAskedFor) {
+TEST_F(HiddenMaster, ShowsByAnUnrequestedState) {
   for (const AlState state : {AlState::kInit, AlState::kPreOp, AlState::kSafeOp}) {
     start();
     cycles(5);
@@ -954,7 +954,7 @@ TEST_F(HiddenMaster, IsNoSafeOpWithoutFlagAfterAPauseAsLongAsTheWatchdog) {
 }
 
 // While its process data flow it is no slave that lost its power.
-TEST_F(HiddenMaster, ShowsByAStationAddressThatNobodyHereGave) {
+TEST_F(HiddenMaster, ShowsByAStationAddressThatThisMasterDidNotAssign) {
   for (const std::uint16_t address : {std::uint16_t{0}, std::uint16_t{7}}) {
     for (const std::size_t i : {std::size_t{0}, kWheel, kHand}) {
       start_and_work();

@@ -136,7 +136,7 @@ TEST(PcapRing, WritesTheBytesOfThePcapngSpecification) {
                    2,    0,    4,    0,    1,    0, 0, 0, 0,    0,    0,    0}));
 }
 
-TEST(PcapRing, TellsSentFromReceived) {
+TEST(PcapRing, DistinguishesSentFromReceived) {
   PcapRing ring({.interface = "eth0", .frames = 2, .bytes = 8});
   ring.frame(Direction::kSent, Bytes{1});
   ring.frame(Direction::kReceived, Bytes{2});

@@ -94,7 +94,7 @@ TEST(PreOpBus, ASlaveThatRestartedUnnoticedIsNamed) {
   EXPECT_TRUE(contains(error, "slave 7 (TMCM-1610): change state: write to register 0x0810: no answer for "));
 }
 
-TEST(PreOpBus, ARefusedStateIsTold) {
+TEST(PreOpBus, ARefusedStateIsReported) {
   EmulatedRobot robot(youbot());
   PreOpBus setup(robot.connect({.timed = true}), nullptr, impatient());
   setup.enter_pre_op();
@@ -105,7 +105,7 @@ TEST(PreOpBus, ARefusedStateIsTold) {
                        "status code (register 0x0134) 0x0011 invalid requested state change, after "));
 }
 
-TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
+TEST(PreOpBus, ASlaveThatNeverReachesOpIsReported) {
   EmulatedRobot robot({drive("TMCM-1610")});
   MeddlingLink link(robot.connect({.timed = true}));
   PreOpBus setup(link, nullptr, impatient(300ms));
@@ -123,7 +123,7 @@ TEST(PreOpBus, ASlaveThatNeverReachesOpIsTold) {
   EXPECT_TRUE(contains(error, "it is in SAFE-OP, AL status code (register 0x0134) 0x0000 no error, after "));
 }
 
-TEST(PreOpBus, ARefusedOpIsToldWithItsCode) {
+TEST(PreOpBus, ARefusedOpIsReportedWithItsCode) {
   EmulatedRobot robot({drive("TMCM-1610")});
   MeddlingLink link(robot.connect({.timed = true}));
   PreOpBus setup(link, nullptr, impatient());

@@ -153,7 +153,7 @@ TEST_P(RawSocket, OtherProtocolsAndInterfacesAreNotDelivered) {
   EXPECT_EQ(far_link.receive(buffer, 0ms), 0U);
 }
 
-TEST_P(RawSocket, WaitsAsLongAsItWasTold) {
+TEST_P(RawSocket, WaitsForTheGivenTime) {
   RawSocketLink link(near_, GetParam());
   std::array<std::uint8_t, 1522> buffer{};
   const auto begin = monotonic_now();
@@ -198,7 +198,7 @@ TEST_P(RawSocket, TakesWhatIsThereWithoutWaiting) {
   EXPECT_EQ(size, 60U);
 }
 
-TEST_P(RawSocket, AnInterfaceThatGoesDownIsTold) {
+TEST_P(RawSocket, AnInterfaceThatGoesDownIsReported) {
   RawSocketLink link(near_, GetParam());
   ASSERT_TRUE(shell("ip link set " + near_ + " down"));
   EXPECT_FALSE(link.send(frame(1)));

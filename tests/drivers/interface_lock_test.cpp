@@ -51,7 +51,7 @@ TEST(InterfaceLock, HasOneHolderForEachEndWhoIsNamedToTheNext) {
   EXPECT_EQ(refusal(End::kCanMaster), "");
 }
 
-TEST(InterfaceLock, IsHeldByWhoeverItWasMovedTo) {
+TEST(InterfaceLock, IsHeldByTheObjectItWasMovedTo) {
   std::optional<InterfaceLock> first(std::in_place, "can0", index(), End::kCanMaster);
   std::optional<InterfaceLock> second(std::move(*first));
   first.reset();

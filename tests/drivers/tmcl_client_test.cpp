@@ -136,7 +136,7 @@ TEST_F(TmclClient, WrongEchoIsDiscardedAndReported) {
   EXPECT_NE(report.found.find("SAP, status 100 (ok), value 1999"), std::string::npos) << report.found;
 }
 
-TEST_F(TmclClient, RefusalIsToldInWordsAndNotRepeated) {
+TEST_F(TmclClient, RefusalIsReportedInWordsAndNotRepeated) {
   const Request request = set(drive_parameter("motor_acceleration"), 2000);
   for (const Status status : {Status::kWrongChecksum, Status::kInvalidValue, Status::kEepromLocked,
                               Status::kProtected, Status::kStoredInProgram}) {

@@ -147,7 +147,7 @@ TEST_F(TmclPolledDrive, QuestionsTakeTheLastReadsPlaceUntilAnswered) {
   EXPECT_TRUE(drive.answer()) << "asked again: " << all;
 }
 
-TEST_F(TmclPolledDrive, AModuleWithoutTheMarkHasRestartedAndIsMarkedAnew) {
+TEST_F(TmclPolledDrive, AModuleWithoutTheMarkHasRestartedAndIsMarkedAgain) {
   PolledDrive drive(module, {.requests_per_cycle = 3});
   cycles(drive, 2);
   module.values[{55, 2}] = 0;
@@ -176,7 +176,7 @@ TEST_F(TmclPolledDrive, AfterASilenceTheMarkIsLookedAtFirst) {
   EXPECT_EQ(first, "=PM");
 }
 
-TEST_F(TmclPolledDrive, RefusedCommandsAndReadsAreTold) {
+TEST_F(TmclPolledDrive, RefusedCommandsAndReadsAreReported) {
   PolledDrive drive(module, {.requests_per_cycle = 3});
   const DriveOutput output{ControllerMode::kVelocity, 500'000};
   module.script.emplace_back(Reply{0, 0, Status::kInvalidValue, Command::kSetAxisParameter, 500'000, {}});

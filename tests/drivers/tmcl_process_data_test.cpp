@@ -125,7 +125,7 @@ TEST(TmclFlags, OnlyTwoNeedToBeCleared) {
   }
 }
 
-TEST(TmclFlags, ErrorsWarningsAndStatesAreToldApart) {
+TEST(TmclFlags, ErrorsWarningsAndStatesAreDistinguished) {
   const StatusFlags flags(1U << 0 | 1U << 9 | 1U << 15 | 1U << 16);
   EXPECT_EQ(flags.of(FlagKind::kWarning).raw(), 1U << 0);
   EXPECT_EQ(flags.of(FlagKind::kState).raw(), 1U << 9 | 1U << 15);

@@ -150,7 +150,7 @@ TEST_F(TmclCommutation, CancelStopsTheMotorAndKeepsTheCause) {
   EXPECT_EQ(commutation.fault(), SequenceFault::kCancelled);
 }
 
-TEST_F(TmclCommutation, AnswerToSomebodyElseIsIgnored) {
+TEST_F(TmclCommutation, AnswerToAnotherRequestIsIgnored) {
   Commutation commutation({.firmware = Firmware::k148});
   Completion other{get(drive_parameter("actual_speed")), 0, Outcome::kDone, {}};
   other.reply.value = 1;
@@ -160,7 +160,7 @@ TEST_F(TmclCommutation, AnswerToSomebodyElseIsIgnored) {
   EXPECT_FALSE(commutation.was_initialized());
 }
 
-TEST_F(TmclReset, TimeoutFlagIsClearedWhileTheMotorIsToldToStop) {
+TEST_F(TmclReset, TimeoutFlagIsClearedWhileTheMotorIsCommandedToStop) {
   drive.set(StatusFlag::kTimeout);
   owner.output = {ControllerMode::kVelocity, 500};
   TimeoutReset reset;

@@ -83,7 +83,7 @@ TEST(UsbAccess, AbsentDevicePointsAtCableAndPowerAndNamesWhatTheVendorHasThere) 
               "of this vendor there is omega.x (1451:0301) at 1-1, sigma.7 (1451:0403) at 1-3");
 }
 
-TEST(UsbAccess, NodeThatIsNotThereIsToldApartFromItsFolder) {
+TEST(UsbAccess, AMissingNodeIsDistinguishedFromItsFolder) {
   AccessFacts facts = good_facts();
   facts.node_there = false;
   EXPECT_EQ(judge_access(facts).access, Access::kNoNode);
@@ -95,7 +95,7 @@ TEST(UsbAccess, NodeThatIsNotThereIsToldApartFromItsFolder) {
   EXPECT_SAYS(judge_access(facts).hint, "189");
 }
 
-TEST(UsbAccess, DeniedTellsModeOwnerAndGroup) {
+TEST(UsbAccess, DeniedReportsModeOwnerAndGroup) {
   const AccessVerdict verdict = judge_access(denied_facts());
   EXPECT_EQ(verdict.access, Access::kDenied);
   EXPECT_EQ(verdict.found,
@@ -156,7 +156,7 @@ TEST(UsbAccess, ProgramThatHasItIsNamed) {
   EXPECT_SAYS(judge_access(facts).found, "HapticDesk (pid 4711), this program itself");
 }
 
-TEST(UsbAccess, ProgramThatCannotBeSeenIsSomebodyElses) {
+TEST(UsbAccess, ProgramThatCannotBeSeenIsAnotherUsers) {
   AccessFacts facts = good_facts();
   facts.claim_refused = true;
   EXPECT_EQ(judge_access(facts).access, Access::kInUse);
@@ -166,7 +166,7 @@ TEST(UsbAccess, ProgramThatCannotBeSeenIsSomebodyElses) {
   EXPECT_SAYS(judge_access(facts).hint, "sudo lsof /dev/bus/usb/001/005");
 }
 
-TEST(UsbAccess, WhatStandsInTheWayFirstIsToldFirst) {
+TEST(UsbAccess, TheFirstObstacleIsReportedFirst) {
   AccessFacts facts = denied_facts();
   facts.driver = "ftdi_sio";
   facts.claim_refused = true;
@@ -274,7 +274,7 @@ int as_nobody(const std::function<bool()>& check) {
   return status;
 }
 
-TEST_F(UsbAccessFacts, NobodyIsDeniedAndToldWhy) {
+TEST_F(UsbAccessFacts, UserNobodyIsDeniedWithTheReason) {
   SKIP_UNLESS(geteuid() == 0, "needs root, to become nobody");
   fs::permissions(machine_.path(), static_cast<fs::perms>(0755));
   // libusb starts a thread, which a child may not do under the thread sanitizer: so before.

@@ -29,7 +29,7 @@ Bytes joined(const std::vector<Bytes>& parts) {
 const Bytes kFalcon = joined({kDevice, kConfiguration, kInterface, kBulkIn, kBulkOut});
 
 // The fields as the USB 2.0 specification lays them out, tables 9-8, 9-10, 9-12 and 9-13.
-TEST(UsbDescriptors, FtdiChipIsToldInWords) {
+TEST(UsbDescriptors, FtdiChipIsReportedInWords) {
   const DescriptorReport report = report_descriptors(kFalcon);
   EXPECT_EQ(report.malformed, std::nullopt);
   EXPECT_EQ(
@@ -91,7 +91,7 @@ TEST(UsbDescriptors, DescriptorTooShortForItsKindIsShownRaw) {
   EXPECT_EQ(report.lines[1], "    descriptor 0x05 of 3 bytes: 81");
 }
 
-TEST(UsbDescriptors, ConfigurationThatCountsWrongIsMalformedAndStillTold) {
+TEST(UsbDescriptors, ConfigurationThatCountsWrongIsMalformedAndStillReported) {
   Bytes bytes = kFalcon;
   bytes[18 + 2] = 33;
   const DescriptorReport report = report_descriptors(bytes);
@@ -99,7 +99,7 @@ TEST(UsbDescriptors, ConfigurationThatCountsWrongIsMalformedAndStillTold) {
   EXPECT_EQ(report.lines.size(), 5U);
 }
 
-TEST(UsbDescriptors, SecondConfigurationIsTold) {
+TEST(UsbDescriptors, SecondConfigurationIsReported) {
   Bytes second = joined({kConfiguration, kInterface, kBulkIn, kBulkOut});
   second[5] = 2;
   const DescriptorReport report = report_descriptors(joined({kFalcon, second}));

@@ -249,7 +249,7 @@ class WildPen final : public hal::HapticLink {
   double push_N_;
 };
 
-TEST_F(Campaign, AForceOnTheHandThatNobodyAllowedIsCaught) {
+TEST_F(Campaign, AForceOnTheHandThatWasNotAllowedIsCaught) {
   const auto wild = [](double gain, double push_N) {
     return Sabotage{.pen = [gain, push_N](std::unique_ptr<hal::HapticLink> pen) {
       return std::make_unique<WildPen>(std::move(pen), gain, push_N);

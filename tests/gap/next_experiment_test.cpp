@@ -82,7 +82,7 @@ std::string words(const std::optional<NextExperiment>& experiment) {
 }
 
 // Both add the same torque whichever way the joint turns, and hold it as well at rest.
-TEST(NextExperiment, NothingTellsAnOffsetFromAsMuchMoreCoulombFrictionOneWay) {
+TEST(NextExperiment, NothingDistinguishesAnOffsetFromAsMuchMoreCoulombFrictionOneWay) {
   const auto next =
       staircase_known().next({wheel({make_effect("torque_offset", {{"torque_Nm", 0.01}})}),
                               wheel({make_effect("direction_asymmetry", {{"coulomb_Nm", 0.01}})})});
@@ -90,7 +90,7 @@ TEST(NextExperiment, NothingTellsAnOffsetFromAsMuchMoreCoulombFrictionOneWay) {
 }
 
 // What grows with the speed is no offset: the fastest speeds show it.
-TEST(NextExperiment, SpeedTellsAnOffsetFromMoreViscousFrictionOneWay) {
+TEST(NextExperiment, SpeedDistinguishesAnOffsetFromMoreViscousFrictionOneWay) {
   const auto next = staircase_known().next(
       {wheel({make_effect("direction_asymmetry", {{"coulomb_Nm", 0.005}, {"viscous_Nm_s_per_rad", 0.002}})}),
        wheel({make_effect("torque_offset", {{"torque_Nm", 0.01}})})});
@@ -101,7 +101,7 @@ TEST(NextExperiment, SpeedTellsAnOffsetFromMoreViscousFrictionOneWay) {
 
 // At one frequency of a wheel braked by viscous friction, a torque reported late by T looks like an inertia
 // difference of T·b; many frequencies at once distinguish them, and constant speeds show neither.
-TEST(NextExperiment, AMultisineTellsAnInertiaFromALateTorque) {
+TEST(NextExperiment, AMultisineDistinguishesAnInertiaFromALateTorque) {
   const Known known(std::make_unique<identification::experiments::TorqueWave>(
       identification::experiments::PreslidingConfig{
           .waveform = "sine", .peak_Nm = 0.15, .lowest_Hz = 0.5, .rest_s = 0, .periods = 20},
@@ -129,7 +129,7 @@ TEST(NextExperiment, HighFrequenciesTellADelayFromAFilter) {
 }
 
 // A bristle gives under a torque that moves a rigid contact not at all.
-TEST(NextExperiment, TorqueAtRestTellsPreslidingFromStribeckFriction) {
+TEST(NextExperiment, TorqueAtRestDistinguishesPreslidingFromStribeckFriction) {
   const auto next = staircase_known().next(
       {wheel({make_effect("presliding", {{"stiffness_Nm_per_rad", 20}})}),
        wheel({make_effect("stribeck", {{"static_torque_Nm", 0.06}, {"velocity_rad_per_s", 0.2}})})});
@@ -137,7 +137,7 @@ TEST(NextExperiment, TorqueAtRestTellsPreslidingFromStribeckFriction) {
   EXPECT_TRUE(next->name == "presliding" || next->name == "dahl") << words(next);
 }
 
-TEST(NextExperiment, TwoNamesOfTheSameModelAreNotTold) {
+TEST(NextExperiment, TwoNamesOfTheSameModelAreNotDistinguished) {
   const FittedModel same = wheel({make_effect("torque_offset", {{"torque_Nm", 0.01}})});
   EXPECT_FALSE(staircase_known().next({same, same}));
 }

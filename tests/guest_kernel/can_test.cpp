@@ -116,7 +116,7 @@ struct InterfaceDown {
   ~InterfaceDown() { set_interface_up(true); }
 };
 
-TEST(CanInKernel, ModuleIsIdentifiedAndKeepsWhatItIsTold) {
+TEST(CanInKernel, ModuleIsIdentifiedAndKeepsItsSettings) {
   const ModuleOnTheBus module;
   TmclOverCan tmcl;
   EXPECT_EQ(tmcl.client.version(), (drivers::tmcl::FirmwareVersion{1610, 148}));

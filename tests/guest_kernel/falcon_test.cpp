@@ -177,7 +177,7 @@ TEST_F(FalconInKernel, ColdDeviceIsBootedHomedAndPushes) {
   EXPECT_EQ(function_->with_device([](auto& device) { return device.malformed_commands(); }), 0);
 }
 
-TEST_F(FalconInKernel, CablePulledBetweenExchangesIsToldAndStays) {
+TEST_F(FalconInKernel, CablePulledBetweenExchangesIsReportedAndStays) {
   ASSERT_NO_FATAL_FAILURE(plug_in({.firmware_running = true}));
   Falcon falcon(*port_, patient());
   (void)falcon.activate();
@@ -207,7 +207,7 @@ TEST_F(FalconInKernel, CablePulledInMidTransferEndsIt) {
   EXPECT_EQ(port_->control_out(0, 0, 0).status, TransferStatus::kUnplugged);
 }
 
-TEST_F(FalconInKernel, StallsAreToldAndCleared) {
+TEST_F(FalconInKernel, StallsAreReportedAndCleared) {
   ASSERT_NO_FATAL_FAILURE(plug_in({.firmware_running = true}));
   std::vector<std::uint8_t> buffer(64);
   function_->with_device([](auto& device) { device.stall(1); });

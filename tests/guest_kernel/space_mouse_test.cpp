@@ -131,7 +131,7 @@ TEST_P(SpaceMouseInKernel, LightIsOnWhileItIsOpen) {
   EXPECT_TRUE(mouse_.understood_all());
 }
 
-TEST_P(SpaceMouseInKernel, UnpluggedIsToldAndStays) {
+TEST_P(SpaceMouseInKernel, UnpluggedIsReportedAndStays) {
   mouse_.unplug();
   EXPECT_TRUE(poll_until([] { return false; }));
   EXPECT_EQ(status_.fault, HapticFault::kUnplugged);

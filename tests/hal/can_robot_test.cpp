@@ -468,7 +468,7 @@ TEST_F(CanRobotMoving, BusOffIsAFaultAtOnceInItsOwnWords) {
   expect_latched_until_disabled();
 }
 
-TEST_F(CanRobotMoving, ARestartedModuleIsFoundOutAndCommutatedAnew) {
+TEST_F(CanRobotMoving, ARestartedModuleIsDetectedAndCommutatedAgain) {
   bench.rig.set_power(false);
   bench.rig.set_power(true);
   bench.run_until([this] { return !bench.status.ok(); }, 1s);
@@ -615,7 +615,7 @@ TEST_F(CanRobotMoving, TheStopIsRepeatedAsLongAsAFaultLastsWhetherOrNotItIsAnswe
   EXPECT_GE(cycles_with_stop(bench, 60), 10) << "a silence of 3 cycles and a pause of 3";
 }
 
-TEST_F(CanRobotMoving, AStopThatNobodyAcknowledgedIsToldAfterDeactivation) {
+TEST_F(CanRobotMoving, AnUnacknowledgedStopIsReportedAfterDeactivation) {
   bench.rig.set_cable(false);
   bench.robot->deactivate();
   const std::vector<std::string> report = bench.robot->report();

@@ -392,7 +392,7 @@ TEST(CapturedFault, FramesOfAnotherMasterStopTheRobotAndNameIt) {
   expect_latched_and_off(seen);
 }
 
-TEST(CapturedFault, AStationAddressThatNobodyHereGaveIsAnotherMasters) {
+TEST(CapturedFault, AStationAddressThatThisMasterDidNotAssignIsAnotherMasters) {
   const Seen seen = replay(
       {.name = "station_address", .cycles = 40, .meddle = [](YoubotBus& bus, int cycle) {
          if (cycle != 5) return;

@@ -325,7 +325,7 @@ TEST(EthercatArm, AGripperIsStoppedThoughItsBoardFellToInitOnTheWay) {
   }
 }
 
-TEST(EthercatArm, AMissingGripperStopsNobody) {
+TEST(EthercatArm, AMissingGripperStopsNothing) {
   sim::bus::YoubotBusOptions bus = Rig::options(Kind::kArm);
   bus.gripper = false;
   Rig rig(bus, {.kind = Kind::kArm});

@@ -53,7 +53,7 @@ TEST(EthercatRobot, NamesItsJointsInBusOrderWithTheirTorqueLimits) {
 
 class EthercatRobotKinds : public ::testing::TestWithParam<std::tuple<YoubotKind, Firmware>> {};
 
-TEST_P(EthercatRobotKinds, StartsCommutatesAndTurnsEveryJointTheWayItIsTold) {
+TEST_P(EthercatRobotKinds, StartsCommutatesAndTurnsEveryJointInTheCommandedDirection) {
   const auto [kind, firmware] = GetParam();
   Rig rig(kind, firmware);
   rig.robot->activate();
@@ -339,7 +339,7 @@ class RefusingLink final : public drivers::ethercat::Link {
   const int& error_;
 };
 
-TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoTroubleAsLongAsThatIsBridged) {
+TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoFaultWhileItIsBridged) {
   int error = 0;  // outlives the rig, whose robot sends when it ends
   Rig rig;
   rig.robot =
@@ -562,7 +562,7 @@ TEST(EthercatRobot, ADriveThatIsReadyBeforeTheOthersHoldsStill) {
   EXPECT_TRUE(rig.sample.enabled);
 }
 
-TEST(EthercatRobot, ASlaveThatFallsBackWhileItWaitsForItsParametersIsConfiguredAnew) {
+TEST(EthercatRobot, ASlaveThatFallsBackWhileItWaitsForItsParametersIsConfiguredAgain) {
   Rig rig(Rig::options(YoubotKind::kBase, Firmware::k148,
                        {FaultEvent{.kind = FaultKind::kSlaveOff, .at = 3s, .duration = 50ms, .slave = 2}}),
           {.kind = YoubotKind::kBase, .parameters = {{"wheel-2", "motor_acceleration", 4321}}});

@@ -715,7 +715,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& parameter) { return std::string(parameter.param.name); });
 
 /// Faults while drives are being prepared: reported with the joint, and gone with the next enable.
-TEST(FaultsWhileEnabling, AreToldAndTheNextEnableSucceeds) {
+TEST(FaultsWhileEnabling, AreReportedAndTheNextEnableSucceeds) {
   for (const Firmware firmware : {Firmware::k148, Firmware::k200})
     for (const nanoseconds at : {21ms, 50ms, 150ms})
       for (const FaultEvent& fault :
@@ -776,7 +776,7 @@ TEST(FaultSurvivalOfPower, PositionsGoOnWhereTheyWereAfterALossOfPower) {
   EXPECT_NEAR(rig.sample.joints[2].position_rad, before_rad, kStoppingDistance_rad);
 }
 
-TEST(FaultsWhileEnabling, AnUnfitDriveIsToldByItsDefectWhenEnabled) {
+TEST(FaultsWhileEnabling, AnUnfitDriveIsReportedByItsDefectWhenEnabled) {
   Rig rig(Kind::kBase, Firmware::k148, {});
   rig.robot->activate();
   rig.run(10ms);

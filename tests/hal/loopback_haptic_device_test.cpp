@@ -55,7 +55,7 @@ TEST(LoopbackHapticLink, RefusesAPeriodThatIsNotPositive) {
   EXPECT_THROW(LoopbackHapticLink(hand, -1ms, {}), hal::SetupError);
 }
 
-TEST(LoopbackHapticLink, AppliesTheForceOnlyWhileEnabledAndToldWhereTheHandIs) {
+TEST(LoopbackHapticLink, AppliesTheForceOnlyWhileEnabledWithAKnownHandPosition) {
   FakeHand hand;
   const auto link = over(hand);
   link->open();

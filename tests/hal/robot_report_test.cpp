@@ -15,7 +15,7 @@ using Lines = std::vector<std::string>;
 
 std::string text_of(const Lines& lines) { return ::testing::PrintToString(lines); }
 
-TEST(RobotReport, TellsWhoIsMissingForAsLongAsItIsAndThatItWas) {
+TEST(RobotReport, ReportsAMissingSlaveWhileItIsMissingAndAfterwards) {
   EthercatRig rig;
   EXPECT_EQ(rig.robot->trouble(), Lines{}) << "before activate()";
   rig.robot->activate();

@@ -196,7 +196,7 @@ TEST(Dahl, SlopeAtTheCentreIsTheStiffnessOfTheSimulatedWheel) {
   EXPECT_NEAR(*std::max_element(rig.commands.begin(), rig.commands.end()), 0.06, 1e-6);
 }
 
-TEST(Presliding, StaysBelowStictionAndTellsWhenItDidNot) {
+TEST(Presliding, StaysBelowStictionAndReportsWhenItDidNot) {
   Rig rig;
   TorqueWave below(PreslidingConfig{.periods = 1}, kPeriod_s);
   EXPECT_LT(rig.run(below, 0)[0], 3e-4);

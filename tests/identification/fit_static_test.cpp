@@ -341,7 +341,7 @@ TEST(ModelChoice, FindsAStribeckPeakThatStandsOutOfTheNoiseAndNothingElse) {
   }
 }
 
-TEST(ModelChoice, TellsOffsetAndQuadraticDragFromAPeak) {
+TEST(ModelChoice, DistinguishesOffsetAndQuadraticDragFromAPeak) {
   std::vector<double> speeds;
   for (int i = 1; i <= 15; ++i) speeds.push_back(0.7 * i);
   const Truth truth{.coulomb = 0.05, .peak = 0.05, .viscous = 0.01, .offset = 0.005, .quadratic = 0.002};

@@ -230,7 +230,7 @@ TEST(HybridMatrix, AClampServesAsEnvironment) {
   }
 }
 
-TEST(HybridMatrix, NoiseOfTheSensorsMakesNoBiasAndIsTold) {
+TEST(HybridMatrix, NoiseOfTheSensorsMakesNoBiasAndIsReported) {
   const ExcitationShape shape{.peak_N = 6.0};
   const Excitation excitation(shape, kSample_s, 0);
   const Teleoperator free{};
@@ -285,7 +285,7 @@ TEST(HybridMatrix, FrictionLowersTheCoherenceOverRealizationsAndIsFlagged) {
   EXPECT_LT(discarded(estimated(free, contact, 1)), 3);
 }
 
-TEST(HybridMatrix, TwiceTheSameEnvironmentTellsNothing) {
+TEST(HybridMatrix, TwiceTheSameEnvironmentDeterminesNothing) {
   const Teleoperator free{};
   Teleoperator contact = free;
   contact.environment = kSpring;

@@ -87,7 +87,7 @@ TEST_F(FalconLinkOnTheBus, FromTheBusToAForceAndBack) {
   EXPECT_TRUE(exchange_until(Vector3d::Zero(), [&] { return status.ok() && sample.stamp == now; }));
 }
 
-TEST_F(FalconLinkOnTheBus, LostItIsOpenedAgainAndReportsWhereTheHandleIsNow) {
+TEST_F(FalconLinkOnTheBus, LostItIsOpenedAgainAndReportsTheCurrentPosition) {
   support::MockFalcon far(*bus, {.firmware_running = true});
   link->open();
   far.with([](sim::devices::EmulatedFalcon& device) { device.pull_and_push(); });

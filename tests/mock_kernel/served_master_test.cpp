@@ -28,7 +28,7 @@ using support::Process;
 /// What youbotd answers while a busy machine does not let its loop run.
 constexpr const char* kHeldUp = "the loop does not answer";
 
-TEST(ServedMaster, IsOpenedAnewByTheEnableAfterItWasPluggedInAgain) {
+TEST(ServedMaster, IsReopenedByTheEnableAfterItWasPluggedInAgain) {
   SKIP_UNLESS(support::in_mock_kernel(), "needs umockdev's library loaded first");
   const support::TemporaryDirectory folder;
   const std::string socket = folder / "s";

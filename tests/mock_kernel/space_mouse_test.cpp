@@ -195,7 +195,7 @@ TEST_F(SpaceMouseOnHidraw, ANodeThatNamesItsAxesTwiceIsListedOnce) {
   EXPECT_EQ(find_space_mice().size(), 1U);
 }
 
-TEST_F(SpaceMouseOnHidraw, TwoAreToldApartBySerialNumberOrNode) {
+TEST_F(SpaceMouseOnHidraw, TwoAreDistinguishedBySerialNumberOrNode) {
   const auto serial = [](const char* number) {
     return with(space_navigator(), [=](MockHidrawOptions& options) { options.serial = number; });
   };
@@ -251,7 +251,7 @@ TEST_F(SpaceMouseOnHidraw, TheLightIsOnWhileItIsOpen) {
   EXPECT_EQ(node.outputs(), (std::vector<Bytes>{{4, 1}, {4, 0}}));
 }
 
-TEST_F(SpaceMouseOnHidraw, ALightThatDoesNotWorkIsToldAndNoMore) {
+TEST_F(SpaceMouseOnHidraw, ALightThatDoesNotWorkIsOnlyReported) {
   MockHidrawDevice& node =
       plug(with(space_navigator(), [](MockHidrawOptions& options) { options.refuses_output = true; }));
   SpaceMouse mouse;
@@ -300,7 +300,7 @@ TEST_F(SpaceMouseOnHidraw, AllThatWaitsIsTakenInOnePollAndTheLatestCounts) {
   EXPECT_EQ(node.reads_without_report(), 0);
 }
 
-TEST_F(SpaceMouseOnHidraw, AQueueThatRanOverTellsNothingAboutNowSoTheCapCountsAsReleased) {
+TEST_F(SpaceMouseOnHidraw, AfterAQueueOverflowTheCapCountsAsReleased) {
   MockHidrawDevice& node = plug(space_navigator());
   SpaceMouse mouse;
   // The kernel keeps the first 63 of them: what says that the cap was let go is not among them.
@@ -358,7 +358,7 @@ TEST_F(SpaceMouseOnHidraw, WhatIsNoneOfItsReportsIsCountedAndChangesNothing) {
   EXPECT_EQ(mouse.unknown_reports(), 6U);
 }
 
-TEST_F(SpaceMouseOnHidraw, UnpluggedInUseIsAFaultForEverAndNobodyHoldsTheCap) {
+TEST_F(SpaceMouseOnHidraw, UnpluggedInUseIsALastingFaultWithTheCapReleased) {
   MockHidrawDevice& node = plug(space_navigator());
   SpaceMouse mouse;
   node.send({1, 0xaf, 0, 0, 0, 0, 0});
@@ -401,7 +401,7 @@ TEST_F(SpaceMouseOnHidraw, TwoMayHaveItOpenAndBothGetAllReports) {
   EXPECT_EQ(hidapi_exits, exits_before + 1);
 }
 
-TEST_F(SpaceMouseOnHidraw, GoneBetweenFindingAndOpeningIsToldInWords) {
+TEST_F(SpaceMouseOnHidraw, GoneBetweenFindingAndOpeningIsReportedInWords) {
   MockHidrawDevice& node = plug(space_navigator());
   const HidapiUse hidapi;
   const SpaceMouseInfo found = find_space_mice().at(0);
@@ -416,7 +416,7 @@ TEST_F(SpaceMouseOnHidraw, GoneBetweenFindingAndOpeningIsToldInWords) {
   }
 }
 
-TEST_F(SpaceMouseOnHidraw, ANodeThatOpensButDoesNotAnswerIsToldInWords) {
+TEST_F(SpaceMouseOnHidraw, ANodeThatOpensButDoesNotAnswerIsReportedInWords) {
   plug(with(space_navigator(), [](MockHidrawOptions& options) { options.refuses_questions = true; }));
   const std::string message = refusal();
   EXPECT_NE(message.find("found Inappropriate ioctl for device"), std::string::npos) << message;

@@ -74,7 +74,7 @@ TEST_F(UsbDevicesTest, ListsWhatTheKernelKnowsWithoutOpeningAnything) {
   EXPECT_EQ(falcon.counts().opens + omega.counts().opens, 0);
 }
 
-TEST_F(UsbDevicesTest, FindsByNumbersAndTellsTwoAlikeApartByTheirPort) {
+TEST_F(UsbDevicesTest, FindsByNumbersAndDistinguishesTwoEqualDevicesByPort) {
   const MockUsbDevice one(*bus_, {.port = 1, .address = 2});
   const MockUsbDevice two(*bus_, {.port = 2, .address = 3});
   const UsbContext context;
@@ -86,7 +86,7 @@ TEST_F(UsbDevicesTest, FindsByNumbersAndTellsTwoAlikeApartByTheirPort) {
   EXPECT_TRUE(context.devices({.vendor = 0x0403, .product = 1}).empty());
 }
 
-TEST_F(UsbDevicesTest, ComingAndGoingIsToldWhenPolled) {
+TEST_F(UsbDevicesTest, ComingAndGoingIsReportedWhenPolled) {
   auto first = std::make_unique<MockUsbDevice>(*bus_, support::MockUsbOptions{});
   UsbWatch watch({.vendor = 0x0403, .product = 0xcb48});
   auto seen = next(watch);

@@ -360,7 +360,7 @@ TEST_F(LibusbPortTest, ClosingTakesEverythingBackAndReleasesTheInterface) {
   EXPECT_EQ(read().second, Bytes{1});
 }
 
-TEST_F(LibusbPortTest, SecondOpenerIsToldWhoHasTheDevice) {
+TEST_F(LibusbPortTest, SecondOpenerGetsTheNameOfTheHolder) {
   open();
   UsbContext other;
   const auto second = open_device(other);

@@ -387,7 +387,7 @@ TEST(Cycle, DrivesThatNeverObeyAreAFaultAfterHalfAMinute) {
   EXPECT_EQ(cycle.stop_reason().kind, StopReason::Kind::kNotEnabled);
 }
 
-TEST(Cycle, HowLongTheDrivesWereWaitedForIsTold) {
+TEST(Cycle, TheWaitForTheDrivesIsReported) {
   BrokenRobot robot;
   ScriptedMotion motion;
   Cycle::Config config = Rig::moving();

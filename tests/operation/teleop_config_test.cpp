@@ -271,7 +271,7 @@ TEST_F(TeleopConfig, EveryKeyArrivesWhereItBelongsAndNowhereElse) {
   }
 }
 
-TEST_F(TeleopConfig, MistakesInAllKeysAreToldAllAtOnceWithTheirLines) {
+TEST_F(TeleopConfig, MistakesInAllKeysAreReportedTogetherWithTheirLines) {
   std::string too_large, too_small, other_type;
   for (const Key& key : keys()) {
     const bool number = key.type != Type::kBoolean;

@@ -461,7 +461,7 @@ TEST_F(TeleopSession, ARecordingIsNeverReplaced) {
   EXPECT_EQ(text_of(directory / "teleoperation.csv"), before);
 }
 
-TEST_F(TeleopSession, SomebodysConfigurationIsNotReplacedEither) {
+TEST_F(TeleopSession, AnExistingConfigurationIsNotReplacedEither) {
   directory.write("config.toml", "robot = \"loopback\"\n");
   options.record_directory = directory.path();
   EXPECT_TRUE(says(refusal(), "holds a recording already"));
@@ -551,7 +551,7 @@ TEST_F(TeleopSession, AnArmThatDoesNotKnowItsAnglesIsNotMoved) {
 
 // --- Messages ---
 
-TEST(TeleopReport, TellsHowEachTaskEndedAndWhatTheHandFelt) {
+TEST(TeleopReport, ReportsHowEachTaskEndedAndTheForceOnTheHand) {
   TeleopSummary summary;
   summary.robot = "loopback";
   summary.master = "simulated pen";
@@ -579,7 +579,7 @@ TEST(TeleopReport, TellsHowEachTaskEndedAndWhatTheHandFelt) {
   EXPECT_FALSE(says(text, "recording")) << text;
 }
 
-TEST(TeleopReport, TellsWhatMasterRobotAndSystemSay) {
+TEST(TeleopReport, ReportsMasterRobotAndSystem) {
   TeleopSummary summary;
   summary.master_warnings = {"its firmware is old"};
   summary.robot_report = {"arm-2 was still moving"};

@@ -282,7 +282,7 @@ TEST(Teleoperation, AMasterOfSpeedsThatIsHeldDeflectedThroughTheStartUpDrivesNot
   expect_no_jump(rig);
 }
 
-TEST(Teleoperation, ATipThatDoesNotTurnAsItIsToldEndsItBeforeTheSpringTurnsRound) {
+TEST(Teleoperation, AnEndEffectorThatDoesNotFollowARotationEndsItBeforeTheSpringTurnsRound) {
   auto config = teleop_rig::quick_config();
   config.control.smoothing.turn_speed_rad_per_s = 6;  // faster than any arm
   config.control.setpoint_turn_limit_rad = 1.0;
@@ -553,7 +553,7 @@ TEST(Teleoperation, IsStableOnStifferWallsThanTheSameLoopWithoutPassivityControl
   }
 }
 
-TEST(Teleoperation, AWallMetAtFullSpeedIsFeltAndHurtsNobody) {
+TEST(Teleoperation, AWallMetAtFullSpeedIsFeltWithinTheForceLimit) {
   Scene scene = teleop_rig::unfolded_scene();
   scene.environment.walls.push_back({{0.80, 0, 0}, {-1, 0, 0}});
   auto config = teleop_rig::quick_config();

@@ -41,7 +41,7 @@ struct VelocitySourceTest : testing::Test {
   std::chrono::nanoseconds now{};
 };
 
-TEST_F(VelocitySourceTest, RestsUntilItIsTold) {
+TEST_F(VelocitySourceTest, RestsUntilCommanded) {
   source.begin(0ns, {});
   const Motion motion = drive(1);
   EXPECT_EQ(motion.reference.twist_W, PlanarVector::Zero());
@@ -62,7 +62,7 @@ TEST_F(VelocitySourceTest, SpeedsUpAndBrakesWithinTheAcceleration) {
   EXPECT_LE(largest_step, 0.25e-3 * (1 + 1e-9));
 }
 
-TEST_F(VelocitySourceTest, IsNoFasterThanItsLimitsHoweverItIsTold) {
+TEST_F(VelocitySourceTest, IsNoFasterThanItsLimitsWhateverTheCommand) {
   source.begin(0ns, {});
   source.tell({30, 40, -9});
   const Motion motion = drive(4);

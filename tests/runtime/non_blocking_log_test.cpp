@@ -70,7 +70,7 @@ TEST_F(NonBlockingLogTest, WhatIsLostIsCounted) {
   EXPECT_NE(text.find("the reader is back\n"), std::string::npos);
 }
 
-TEST_F(NonBlockingLogTest, ItsEndWaitsForNobody) {
+TEST_F(NonBlockingLogTest, ItsEndWaitsForNoReader) {
   {
     const runtime::NonBlockingLog log(1 << 20);
     for (int i = 0; i < 1000; ++i) spdlog::info("line {}", i);

@@ -101,7 +101,7 @@ TEST(ServiceManager, IsNotMissedInAShell) {
   EXPECT_EQ(service.watchdog_interval(), std::nullopt);
 }
 
-TEST(ServiceManager, IsToldTwiceInItsTimeThatTheServiceIsAlive) {
+TEST(ServiceManager, GetsTwoSignsOfLifePerTimeout) {
   const runtime::ServiceManager service;
   {
     const Watchdog watchdog("5000000", std::to_string(getpid()));

@@ -103,7 +103,7 @@ TEST_F(ThreeDrives, AliasAnswersOnlyWhenEnabled) {
   EXPECT_EQ(hand.run(Command::kFprd, 0x0321, reg::kType, Bytes(1)).counter, 1);
 }
 
-TEST_F(ThreeDrives, TellsWhatItHas) {
+TEST_F(ThreeDrives, ReportsItsFeatures) {
   EXPECT_EQ(master.read(0, reg::kFmmuCount, 5).data, (Bytes{8, 8, 8, 0x0F, 0x0C}));
   EXPECT_EQ(master.read(0, reg::kWatchdogDivider, 2).number(), 2498U);
   EXPECT_EQ(master.read(0, reg::kWatchdogProcessData, 2).number(), 1000U);

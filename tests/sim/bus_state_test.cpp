@@ -321,7 +321,7 @@ TEST_F(States, ABoardCanFallBackByItself) {
   EXPECT_EQ(master.al_status(0), 0x0014) << "never up";
 }
 
-TEST_F(States, ABoardMayRefuseTheStateItIsTold) {
+TEST_F(States, ABoardMayRefuseTheRequestedState) {
   struct Broken : Application {
     explicit Broken(EmulatedSlave& slave) : slave_(slave) { slave.attach(*this); }
     void state_changed(AlState state) noexcept override {

@@ -96,7 +96,7 @@ TEST(CanBenchRig, AFullBufferDropsRequests) {
   EXPECT_EQ(answers, 2) << "the one being carried out and one that waits";
 }
 
-TEST(CanBenchRig, WithoutAModuleNobodyAcknowledgesAndTheQueueFills) {
+TEST(CanBenchRig, WithoutAModuleNothingAcknowledgesAndTheQueueFills) {
   BenchRig rig;
   rig.set_power(false);
   std::size_t taken = 0;

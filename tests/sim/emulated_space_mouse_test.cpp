@@ -85,7 +85,7 @@ TEST(EmulatedSpaceMouse, ALostReleaseDoesNotComeBackWithTheOtherHalf) {
   EXPECT_EQ(reports.deflection(1008ms).rotation[2], 1.0);
 }
 
-TEST(EmulatedSpaceMouse, ButtonsOfBothSizesAndTheBatteryAreToldOnceEach) {
+TEST(EmulatedSpaceMouse, ButtonsOfBothSizesAndTheBatteryAreReportedOnceEach) {
   EmulatedSpaceMouse small({}, at_rest());
   small.press(2);
   EXPECT_EQ(small.advance(0ms).at(0).bytes, (Bytes{3, 2, 0}));

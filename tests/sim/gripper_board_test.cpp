@@ -148,7 +148,7 @@ TEST_F(Gripper, TakesLongerToAnswerThanTheDrive) {
   EXPECT_EQ(cycles(1), 6);  // gripper_latency is 5 ms
 }
 
-TEST_F(Gripper, TellsItsVersion) {
+TEST_F(Gripper, ReportsItsVersion) {
   const Telegram reply = bench.ask({0x01, 136, 0, 0, 0, 0, 0, 0});
   drivers::tmcl::FirmwareVersion version;
   ASSERT_EQ(drivers::tmcl::parse_version(reply, version), drivers::tmcl::VersionText::kValid);

@@ -175,7 +175,7 @@ TEST(Hand, TurnsThePenByTheShorterArcWithLeastJerk) {
   EXPECT_LT(measured(hand).q_HD.angularDistance(quarter), 1e-7);
 }
 
-TEST(Hand, APenLetGoPointsWhereItDidUntilSomebodyFlipsIt) {
+TEST(Hand, AReleasedPenKeepsItsDirectionUntilItIsFlipped) {
   Hand hand(kHand);
   const Eigen::Quaterniond over(Eigen::AngleAxisd(3.0, Vector3d::UnitX()));
   hand.flip(over, 100ms);  // in the hand: nothing

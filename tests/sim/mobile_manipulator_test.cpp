@@ -432,7 +432,7 @@ TEST(MobileManipulator, TheTipPressesOnAWallWithWhatItsTorquesAmountTo) {
   EXPECT_LT(sum_N.head<2>().norm(), 0.3 * sum_N.z());  // the cone of friction
 }
 
-TEST(MobileManipulator, AWallTakesWhatSomebodyPressesOnTheStandingRobotsTip) {
+TEST(MobileManipulator, AWallTakesAForceOnTheStandingRobotsEndEffector) {
   MobileManipulatorParameters parameters = starting_at(kCandle);
   EnvironmentParameters environment;
   const double tip_x_m = MobileManipulator(parameters).X_WT().translation().x();

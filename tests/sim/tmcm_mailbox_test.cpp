@@ -145,7 +145,7 @@ TEST_F(TmcmMailbox, TheReplyTakesItsTimeAndOneRequestIsUnderWay) {
   EXPECT_EQ(bench.master.read(0, 0x1040, TmcmBench::kMailbox).counter, 1) << "the second is answered in turn";
 }
 
-TEST_F(TmcmMailbox, NobodyAnswersForAGripperThatIsNotThere) {
+TEST_F(TmcmMailbox, NothingAnswersForAMissingGripper) {
   EXPECT_EQ(bench.ask({0x01, 0x06, 0x01, 0, 0, 0, 0, 0}), Telegram{});
 }
 

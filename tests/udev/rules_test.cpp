@@ -99,7 +99,7 @@ TEST(UdevRules, AllDevicesThatTheDriversKnowGetAccess) {
   EXPECT_TRUE(gets_access(hid_node(kUsb, 0x256f, 0xc635, "hidraw12")));
 }
 
-TEST(UdevRules, NobodyElsesDevicesGetAccess) {
+TEST(UdevRules, NoOtherDevicesGetAccess) {
   EXPECT_FALSE(gets_access(usb_device(0x0403, 0x6001))) << "FTDI's serial converter";
   EXPECT_FALSE(gets_access(usb_device(0x045e, 0xcb48)));
   EXPECT_FALSE(gets_access(usb_device(0x1d6b, 0x0002))) << "root hub";
@@ -133,7 +133,7 @@ std::vector<std::string> problems_with(const std::string& part, const std::strin
   return problems(parse_rule(rule));
 }
 
-TEST(UdevRulesFile, TellsWhatIsWrongWithARule) {
+TEST(UdevRulesFile, ReportsMistakesInARule) {
   using Words = std::vector<std::string>;
   EXPECT_EQ(problems(parse_rule(kGood)), Words{});
   EXPECT_EQ(problems_with("0660", "0666"), (Words{"MODE is 0666 instead of 0660"}));
