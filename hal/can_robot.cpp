@@ -81,7 +81,7 @@ class CanRobot final : public Robot {
   std::vector<std::string> notes() const override {
     return sampling_notes(tmcl::PolledDrive::cycles_between_positions(options_.requests_per_cycle) * period_);
   }
-  std::vector<std::string> trouble() const override;
+  std::vector<std::string> device_faults() const override;
   std::vector<std::string> report() const override;
 
  private:
@@ -377,7 +377,7 @@ CycleStatus CanRobot::check_drive() const noexcept {
   return {};
 }
 
-std::vector<std::string> CanRobot::trouble() const {
+std::vector<std::string> CanRobot::device_faults() const {
   if (!drive_) return {};
   (void)statuses_.take(reported_);
   if (reported_.ok()) return {};
@@ -391,7 +391,7 @@ std::vector<std::string> CanRobot::report() const {
             ": the motor stop was not acknowledged, and a module on CAN has no watchdog: " +
             "the motor may still turn; press the emergency stop"};
   }
-  return trouble();
+  return device_faults();
 }
 
 /// Discards all preparation; sends the stop immediately if the motor may be moving. From then on the stop is

@@ -177,7 +177,7 @@ class EthercatRobot final : public Robot {
   std::vector<std::string> notes() const override;
   std::string explain(const CycleStatus& status) const override;
   std::optional<BusLosses> losses() const override;
-  std::vector<std::string> trouble() const override;
+  std::vector<std::string> device_faults() const override;
   std::vector<std::string> report() const override;
 
  private:
@@ -211,8 +211,8 @@ class EthercatRobot final : public Robot {
   // Neither may move in memory: others point to them.
   std::deque<DriveChannel> drives_;
   std::deque<GripperChannel> grippers_;
-  std::size_t drives_left_off_ = 0;           // of an arm that is present but not requested
-  std::vector<std::string> gripper_trouble_;  // of each: why it counts as absent
+  std::size_t drives_left_off_ = 0;          // of an arm that is present but not requested
+  std::vector<std::string> gripper_faults_;  // of each: why it counts as absent
   bool enabled_ = false;
   // A sample has been returned since: an earlier command may be wrong, because homing moves the zero.
   bool sampled_ = false;
@@ -302,8 +302,8 @@ void EthercatRobot::add_drive(ethercat::PreOpBus& setup, const tmcl::YoubotBoard
                                                .unsigned_current = options_.unsigned_current,
                                                .period = period_});
   if (board.kind == tmcl::BoardKind::kArmJoint && board.index == tmcl::kArmJoints - 1) {
-    gripper_trouble_.push_back(find_gripper(transport, clock));
-    grippers_.emplace_back(drive, gripper_trouble_.back().empty(), period_);
+    gripper_faults_.push_back(find_gripper(transport, clock));
+    grippers_.emplace_back(drive, gripper_faults_.back().empty(), period_);
   }
 }
 
@@ -314,7 +314,7 @@ void EthercatRobot::deactivate() noexcept {
   }
   bus_.reset();
   grippers_.clear();
-  gripper_trouble_.clear();
+  gripper_faults_.clear();
   drives_.clear();
   link_.reset();
 }
@@ -587,10 +587,10 @@ std::optional<BusLosses> EthercatRobot::losses() const {
   return BusLosses{.cycles = cycles, .lost = cycles, .level = BusLosses::Level::kFault};
 }
 
-std::vector<std::string> EthercatRobot::trouble() const {
+std::vector<std::string> EthercatRobot::device_faults() const {
   if (!bus_) return {};
   const RobotState& state = newest_state();
-  std::vector<std::string> lines = bus_->trouble(state.bus);
+  std::vector<std::string> lines = bus_->device_faults(state.bus);
   if (state.link_error != 0) lines.insert(lines.begin(), "bus: " + link_text(interface_, state.link_error));
   if (state.losses.level != BusLosses::Level::kOk)
     lines.insert(lines.begin(), "bus: more than " + percent(options_.loss_warning) +
@@ -619,7 +619,7 @@ std::vector<std::string> EthercatRobot::report() const {
           ": its drive refuses to report its Hall sensors (parameter 210), which would check its encoder");
   for (std::size_t arm = 0; arm < state.grippers.size(); ++arm)
     if (state.grippers[arm] == GripperState::kAbsent)
-      lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_trouble_[arm]);
+      lines.push_back("arm " + std::to_string(arm + 1) + " works without gripper: " + gripper_faults_[arm]);
   if (state.losses.cycles > 0) lines.push_back(losses_text(state.losses));
   lines.push_back(ethercat::Diagnostics::summary(state.bus.frames, state.bus.counts.round_trips));
   return lines;

@@ -36,8 +36,8 @@ struct EthercatOptions {
   /// kToleratedCycles. On a bus on which every slave's EEPROM says that youbot-sim emulates it, cycles
   /// without an answer are bridged for kSimulatorPatience instead.
   std::optional<int> tolerated_cycles{};
-  /// Shares of the last 1000 cycles that were bridged. Above the first: a warning, reported by trouble() and
-  /// losses(). Above the second: a fault. One longest bridge alone must stay below it.
+  /// Shares of the last 1000 cycles that were bridged. Above the first: a warning, reported by
+  /// device_faults() and losses(). Above the second: a fault. One longest bridge alone must stay below it.
   double loss_warning = 0.02;
   double loss_fault = 0.2;
   /// Time-out for the answer of a cycle. Less than a period on a robot; longer for slaves that a busy machine

@@ -105,7 +105,7 @@ const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
 /// Sole owner of its bus. One thread calls exchange(). Of the set-up calls, only explain(), losses(),
-/// trouble() and report() may run concurrently, in one other thread. The destructor deactivates.
+/// device_faults() and report() may run concurrently, in one other thread. The destructor deactivates.
 class Robot {
  public:
   Robot() = default;
@@ -135,7 +135,7 @@ class Robot {
   virtual std::optional<BusLosses> losses() const { return std::nullopt; }
   /// Setup: current faults that prevent operation, "DEVICE: what is wrong, and what to check", one device per
   /// line.
-  virtual std::vector<std::string> trouble() const { return {}; }
+  virtual std::vector<std::string> device_faults() const { return {}; }
   /// Setup: condition of the device, one remark per line, for the log after a run or a fault; after
   /// deactivate() what may still be moving because no stop was confirmed. Empty if there is nothing to
   /// report.

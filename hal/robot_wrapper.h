@@ -28,7 +28,7 @@ class RobotWrapper : public Robot {
   std::vector<std::string> notes() const override { return robot_.notes(); }
   std::string explain(const CycleStatus& status) const override { return robot_.explain(status); }
   std::optional<BusLosses> losses() const override { return robot_.losses(); }
-  std::vector<std::string> trouble() const override { return robot_.trouble(); }
+  std::vector<std::string> device_faults() const override { return robot_.device_faults(); }
   std::vector<std::string> report() const override { return robot_.report(); }
 
  private:

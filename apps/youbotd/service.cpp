@@ -110,9 +110,9 @@ void Service::give_orders() {
 }
 
 void Service::watch_robot() {
-  trouble_ = robot_.robot->trouble();
-  const TroubleLog::News news = trouble_log_.update(trouble_);
-  for (const std::string& line : news.trouble) spdlog::warn("robot: {}", line);
+  device_faults_ = robot_.robot->device_faults();
+  const FaultLog::News news = fault_log_.update(device_faults_);
+  for (const std::string& line : news.faults) spdlog::warn("robot: {}", line);
   for (const std::string& device : news.works_again) spdlog::info("robot: {}: works again", device);
 }
 

@@ -16,8 +16,8 @@
 #include <vector>
 
 #include "apps/youbotd/control_server.h"
+#include "apps/youbotd/fault_log.h"
 #include "apps/youbotd/served_loop.h"
-#include "apps/youbotd/trouble_log.h"
 #include "hal/clock.h"
 #include "operation/config.h"
 #include "operation/run.h"
@@ -151,8 +151,8 @@ class Service final : public ControlServer::Listener {
   std::filesystem::path recorded_to_;  // by the current or last run; empty: nothing
   std::optional<operation::RecordingState> recording_;  // of it
   std::vector<std::string> fault_robot_report_;  // the robot's report at the fault, since its activation
-  std::vector<std::string> trouble_;             // hal::Robot::trouble()
-  TroubleLog trouble_log_;
+  std::vector<std::string> device_faults_;       // hal::Robot::device_faults()
+  FaultLog fault_log_;
   std::vector<std::string> notes_;         // of the run under way
   std::vector<std::string> notes_logged_;  // likewise; each is logged once, even if its cause comes and goes
   std::uint64_t cycles_reported_ = 0;

@@ -66,7 +66,7 @@ json Service::status() const {
   status["fault_acknowledged"] = !fault_.empty() && fault_acknowledged_;
   status["fault_report"] = fault_report_.string();
   status["fault_robot_report"] = fault_robot_report_;
-  status["robot_trouble"] = trouble_;
+  status["robot_trouble"] = device_faults_;
   status["notes"] = notes_;
   status["bus"] = bus_json(robot_.robot->losses());
   status["recording"] = recording_json(recorded_to_, recording_);

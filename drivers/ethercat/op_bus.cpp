@@ -562,7 +562,7 @@ void OpBus::copy_state(BusState& state) const noexcept {
   state.most_answering = most_answering_;
 }
 
-std::vector<std::string> OpBus::trouble(const BusState& state) const {
+std::vector<std::string> OpBus::device_faults(const BusState& state) const {
   std::vector<std::string> lines;
   if (state.other_master_present)
     lines.push_back("bus: another EtherCAT master is on it: " + state.other_master.source());

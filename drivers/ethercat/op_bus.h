@@ -136,7 +136,7 @@ class OpBus {
   void copy_state(BusState& state) const noexcept;
   // Setup, and concurrently with the cycle: text for `state`.
   /// Slaves that do not work now, one per line, with advice; slaves that have not started yet do not count.
-  std::vector<std::string> trouble(const BusState& state) const;
+  std::vector<std::string> device_faults(const BusState& state) const;
   /// Current and past faults, one per line; empty if there are none.
   std::vector<std::string> findings(const BusState& state) const;
   /// Setup: for the current state.

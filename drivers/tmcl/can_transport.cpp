@@ -58,7 +58,7 @@ std::optional<Reply> CanTransport::poll() noexcept {
   return std::nullopt;
 }
 
-std::string CanTransport::trouble() const {
+std::string CanTransport::transport_fault() const {
   if (socket_.bus_error().any()) return describe(socket_.bus_error());
   if (socket_.last_error() != 0)
     return "last error: " + std::generic_category().message(socket_.last_error());

@@ -27,7 +27,7 @@ class CanTransport final : public Transport {
   std::optional<Reply> poll() noexcept override;
   std::chrono::nanoseconds reply_age() const noexcept override { return socket_.frame_age(); }
   const std::string& name() const noexcept override { return name_; }
-  std::string trouble() const override;
+  std::string transport_fault() const override;
 
   can::SocketCan& socket() noexcept { return socket_; }
   const can::SocketCan& socket() const noexcept { return socket_; }

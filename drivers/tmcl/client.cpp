@@ -119,8 +119,8 @@ std::string Client::describe_failure(const Exchange& last) const {
     found = to_string(last.discarded) + " that answer something else, the last one " +
             words(*last.discarded_last);
   }
-  const std::string trouble = transport_.trouble();
-  return trouble.empty() ? found : found + " (" + trouble + ")";
+  const std::string fault = transport_.transport_fault();
+  return fault.empty() ? found : found + " (" + fault + ")";
 }
 
 FirmwareVersion Client::version(std::uint8_t module) {

@@ -35,7 +35,7 @@ bool SetupMailboxTransport::post(const Request& request) noexcept {
   try {
     reply_ = decode(bus_.mailbox_exchange(slave_, encode_mailbox(request)));
   } catch (const std::exception& error) {
-    trouble_ = error.what();  // reported by the client, which knows the request
+    transport_fault_ = error.what();  // reported by the client, which knows the request
     return false;
   }
   return true;

@@ -37,13 +37,13 @@ class SetupMailboxTransport final : public Transport {
   bool post(const Request& request) noexcept override;
   std::optional<Reply> poll() noexcept override { return std::exchange(reply_, std::nullopt); }
   const std::string& name() const noexcept override { return name_; }
-  std::string trouble() const override { return trouble_; }
+  std::string transport_fault() const override { return transport_fault_; }
 
  private:
   ethercat::PreOpBus& bus_;
   std::size_t slave_;
   std::string name_;
-  std::string trouble_;
+  std::string transport_fault_;
   std::optional<Reply> reply_;
 };
 

@@ -27,7 +27,7 @@ class Transport {
   /// For messages: "slave 3 (TMCM-1632)".
   virtual const std::string& name() const noexcept = 0;
   /// Setup: text on a fault of the carrier ("bus off"); empty if none is known.
-  virtual std::string trouble() const { return {}; }
+  virtual std::string transport_fault() const { return {}; }
 };
 
 /// Time in set-up. An emulated bus runs its cycles in wait(); tests do not sleep.

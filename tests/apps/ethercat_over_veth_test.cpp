@@ -349,13 +349,13 @@ TEST(EthercatOverVeth, ServedItSaysWhichSlaveFailedAndWhatToCheck) {
   EXPECT_TRUE(base.daemon.wait_for(std::string("robot: ") + kWheelIsGone));
   EXPECT_EQ(base.tell("acknowledge").exit_code, 0);
   ASSERT_EQ(base.tell("enable").exit_code, 4);
-  // On a busy machine others lose frames too: they are in trouble for a moment, and what failed meanwhile
+  // On a busy machine others lose frames too: they have faults for a moment, and what failed meanwhile
   // stays.
   nlohmann::json status = base.status();
   const auto names_the_wheel = [&status] {
     if (!status.is_object()) return false;
-    const nlohmann::json& trouble = status["robot_trouble"];
-    return std::find(trouble.begin(), trouble.end(), kWheelIsGone) != trouble.end() &&
+    const nlohmann::json& faults = status["robot_trouble"];
+    return std::find(faults.begin(), faults.end(), kWheelIsGone) != faults.end() &&
            status["robot_state"] == "wheel-4: some devices on the bus did not answer";
   };
   for (const auto end = std::chrono::steady_clock::now() + 60s;

@@ -869,8 +869,8 @@ TEST_F(Operation, FramesOfAnotherMasterAreCountedAndNamedUntilASecondAfterItHasL
   EXPECT_TRUE(bus->other_master_present());
   BusState state;
   bus->copy_state(state);
-  ASSERT_FALSE(bus->trouble(state).empty());
-  EXPECT_EQ(bus->trouble(state)[0], "bus: another EtherCAT master is on it: 01:01:01:01:01:01");
+  ASSERT_FALSE(bus->device_faults(state).empty());
+  EXPECT_EQ(bus->device_faults(state)[0], "bus: another EtherCAT master is on it: 01:01:01:01:01:01");
   ASSERT_FALSE(bus->findings(state).empty());
   EXPECT_TRUE(contains(bus->findings(state)[0], "(12 frames from 01:01:01:01:01:01)"));
   cycles(1000);

@@ -77,11 +77,11 @@ TEST_F(TmclCan, OtherTrafficIsSkipped) {
 TEST_F(TmclCan, FloodOfErrorFramesDoesNotHoldTheCycle) {
   for (int i = 0; i < 20; ++i) arrives(CAN_ERR_FLAG | CAN_ERR_ACK, std::vector<std::uint8_t>(8, 0));
   EXPECT_FALSE(transport->poll());
-  EXPECT_NE(transport->trouble().find("no acknowledge"), std::string::npos);
+  EXPECT_NE(transport->transport_fault().find("no acknowledge"), std::string::npos);
   arrives(6, {5, 100, 6, 0, 0, 0, 4});
   EXPECT_FALSE(transport->poll()) << "sixteen of twenty";
   ASSERT_TRUE(transport->poll());
-  EXPECT_EQ(transport->trouble(), "") << "a reply shows that the bus works";
+  EXPECT_EQ(transport->transport_fault(), "") << "a reply shows that the bus works";
 }
 
 TEST_F(TmclCan, ClientReportsTheBusError) {

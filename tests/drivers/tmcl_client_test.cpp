@@ -268,7 +268,7 @@ struct Flood final : Transport {
     return Reply{0, 0, Status::kOk, Command::kMotorStop, 0, {}};
   }
   const std::string& name() const noexcept override { return text; }
-  std::string trouble() const override { return "bus off"; }
+  std::string transport_fault() const override { return "bus off"; }
   std::string text = "flood";
 };
 

@@ -105,7 +105,7 @@ struct Seen {
   std::vector<CycleStatus> status;                   // of each cycle behind kMoving
   std::vector<std::array<ControllerMode, 4>> modes;  // of the drives, in each frame sent then that has any
   std::string explained;                             // the first fault
-  std::set<std::string> trouble;                     // each line that was there
+  std::set<std::string> faults;                      // each line that was there
   std::optional<BusLosses> losses;
   bool moved_before = false;
 };
@@ -131,7 +131,7 @@ Seen run(Master& master, const Fault& fault, Now now, CycleEnds cycle_ends,
     master.cycle(now, cycle_ends);
     if (!master.status.ok() && seen.explained.empty()) seen.explained = master.robot->explain(master.status);
     seen.status.push_back(master.status);
-    for (std::string& line : master.robot->trouble()) seen.trouble.insert(std::move(line));
+    for (std::string& line : master.robot->device_faults()) seen.faults.insert(std::move(line));
   }
   seen.losses = master.robot->losses();
   return seen;
@@ -277,7 +277,7 @@ void expect_latched_and_off(const Seen& seen) {
 }
 
 bool says(const Seen& seen, const std::string& part) {
-  return std::any_of(seen.trouble.begin(), seen.trouble.end(),
+  return std::any_of(seen.faults.begin(), seen.faults.end(),
                      [&part](const std::string& line) { return line.find(part) != std::string::npos; });
 }
 

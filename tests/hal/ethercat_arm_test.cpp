@@ -75,7 +75,7 @@ TEST(EthercatArm, ThatStillSinksIsHomedOnceItRests) {
   rig.run(200ms);
   rig.command.enable = true;
   rig.run_until([&] { return rig.sample.enabled || !rig.status.ok(); }, 60s);
-  EXPECT_TRUE(rig.sample.enabled) << testing::PrintToString(rig.robot->trouble());
+  EXPECT_TRUE(rig.sample.enabled) << testing::PrintToString(rig.robot->device_faults());
 }
 INSTANTIATE_TEST_SUITE_P(BothFirmwares, ArmHoming, ::testing::Values(Firmware::k148, Firmware::k200),
                          [](const auto& test) {

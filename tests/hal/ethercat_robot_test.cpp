@@ -348,8 +348,8 @@ TEST(EthercatRobot, AnInterfaceThatRefusesFramesIsNoFaultWhileItIsBridged) {
   rig.robot->activate();
   rig.enable();
   const auto is_reported = [&rig] {
-    const std::vector<std::string> trouble = rig.robot->trouble();
-    return std::ranges::any_of(trouble, [](const std::string& line) {
+    const std::vector<std::string> faults = rig.robot->device_faults();
+    return std::ranges::any_of(faults, [](const std::string& line) {
       return line.find("bus: the network interface emulated bus went down (ENETDOWN") == 0;
     });
   };
@@ -604,7 +604,7 @@ TEST(EthercatRobot, ADriveThatIsLostAgainOnItsWayBackGetsItsParametersAllTheSame
       EXPECT_TRUE(rig.sample.enabled) << when << ": " << describe(rig.status.fault);
       EXPECT_EQ(rig.emulation.board(3).parameters()[11], 1500) << when;
       EXPECT_EQ(rig.emulation.board(3).parameters()[140], 777) << when;
-      EXPECT_TRUE(rig.robot->trouble().empty()) << when << ": " << rig.robot->trouble().front();
+      EXPECT_TRUE(rig.robot->device_faults().empty()) << when << ": " << rig.robot->device_faults().front();
     }
 }
 
@@ -757,7 +757,7 @@ TEST(EthercatRobot, TheBaseDrivesOnWhateverBecomesOfTheArmThatIsLeftOff) {
   base.rig.run_until([&] { return base.rig.emulation.wire().now() >= 9s; });
   EXPECT_TRUE(base.rig.status.ok()) << describe(base.rig.status.fault);
   EXPECT_TRUE(base.rig.sample.enabled);
-  EXPECT_TRUE(base.rig.robot->trouble().empty());
+  EXPECT_TRUE(base.rig.robot->device_faults().empty());
   EXPECT_EQ(base.slave(7).state(), AlState::kInit) << "back, and left alone";
 }
 

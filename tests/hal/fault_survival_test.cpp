@@ -538,7 +538,7 @@ struct Losses {
     rig.run_until([&] { return rig.now() >= kBegin; }, 2s);
     rig.run_until([&] { return !rig.status.ok(); }, 2s);
     losses = rig.robot->losses().value_or(BusLosses{});
-    for (const std::string& line : rig.robot->trouble())
+    for (const std::string& line : rig.robot->device_faults())
       warned = warned || line.find("bus: more than 2 % of the last 1000 cycles") == 0;
   }
   static std::vector<FaultEvent> events(FaultEvent fault, int period) {

@@ -17,25 +17,25 @@ std::string text_of(const Lines& lines) { return ::testing::PrintToString(lines)
 
 TEST(RobotReport, ReportsAMissingSlaveWhileItIsMissingAndAfterwards) {
   EthercatRig rig;
-  EXPECT_EQ(rig.robot->trouble(), Lines{}) << "before activate()";
+  EXPECT_EQ(rig.robot->device_faults(), Lines{}) << "before activate()";
   rig.robot->activate();
   (void)rig.step();
-  EXPECT_EQ(rig.robot->trouble(), Lines{}) << "on its way to OP for the first time";
+  EXPECT_EQ(rig.robot->device_faults(), Lines{}) << "on its way to OP for the first time";
   rig.enable();
-  EXPECT_EQ(rig.robot->trouble(), Lines{});
+  EXPECT_EQ(rig.robot->device_faults(), Lines{});
 
   rig.emulation.bus().set_power(4, false);
   rig.run_until([&] { return rig.status.fault == Fault::kPartialBus; });
   ASSERT_EQ(rig.status.fault, Fault::kPartialBus);
   const Lines lost{"slave 5 (TMCM-1632): does not answer: check its power and the cable before it"};
-  EXPECT_EQ(rig.robot->trouble(), lost);
-  EXPECT_EQ(rig.robot->trouble(), lost) << "asked again without a cycle in between";
+  EXPECT_EQ(rig.robot->device_faults(), lost);
+  EXPECT_EQ(rig.robot->device_faults(), lost) << "asked again without a cycle in between";
   EXPECT_NE(text_of(rig.robot->report()).find(lost[0]), std::string::npos) << text_of(rig.robot->report());
 
   rig.emulation.bus().set_power(4, true);
   rig.command.enable = false;
   rig.run_until([&] { return rig.status.ok(); });
-  EXPECT_EQ(rig.robot->trouble(), Lines{});
+  EXPECT_EQ(rig.robot->device_faults(), Lines{});
   EXPECT_NE(text_of(rig.robot->report()).find("slave 5 (TMCM-1632): left operation once"), std::string::npos);
 }
 
@@ -51,11 +51,11 @@ TEST(RobotReport, IsTakenByAnotherThreadBesideTheCycle) {
     over = true;
   });
   do {
-    EXPECT_LE(rig.robot->trouble().size(), 1U);
+    EXPECT_LE(rig.robot->device_faults().size(), 1U);
     EXPECT_FALSE(rig.robot->report().empty());
   } while (!over);
   cycles.join();
-  EXPECT_EQ(rig.robot->trouble().size(), 1U);
+  EXPECT_EQ(rig.robot->device_faults().size(), 1U);
 }
 
 }  // namespace robot_report_test

@@ -1,4 +1,4 @@
-#include "apps/youbotd/trouble_log.h"
+#include "apps/youbotd/fault_log.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <vector>
 
 namespace youbotd {
-namespace trouble_log_test {
+namespace fault_log_test {
 
 using Lines = std::vector<std::string>;
 
@@ -14,35 +14,35 @@ const std::string kLost = "slave 5 (TMCM-1632): does not answer";
 const std::string kStopped = "slave 5 (TMCM-1632): answers, but is not in OP; it refused OP";
 const std::string kResuming = "slave 5 (TMCM-1632): on its way to OP; it refused OP";
 
-struct TroubleLogTest : testing::Test {
+struct FaultLogTest : testing::Test {
   /// Lines logged in this many beats.
-  Lines warnings(const Lines& trouble, int beats) {
+  Lines warnings(const Lines& faults, int beats) {
     Lines logged;
     for (int i = 0; i < beats; ++i)
-      for (const std::string& line : log.update(trouble).trouble) logged.push_back(line);
+      for (const std::string& line : log.update(faults).faults) logged.push_back(line);
     return logged;
   }
-  TroubleLog log;
+  FaultLog log;
 };
 
-TEST_F(TroubleLogTest, ALastingFaultIsLoggedOnceAndItsEndOnce) {
-  EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience - 1), Lines{});
+TEST_F(FaultLogTest, ALastingFaultIsLoggedOnceAndItsEndOnce) {
+  EXPECT_EQ(warnings({kLost}, FaultLog::kPatience - 1), Lines{});
   EXPECT_EQ(warnings({kLost}, 1), Lines{kLost});
   EXPECT_EQ(warnings({kLost}, 1000), Lines{});
   EXPECT_EQ(log.update({}).works_again, Lines{"slave 5 (TMCM-1632)"});
   EXPECT_EQ(log.update({}).works_again, Lines{});
-  EXPECT_EQ(warnings({kLost}, TroubleLog::kPatience), Lines{kLost}) << "and another loss is reported again";
+  EXPECT_EQ(warnings({kLost}, FaultLog::kPatience), Lines{kLost}) << "and another loss is reported again";
 }
 
-TEST_F(TroubleLogTest, AFaultThatPassesAtOnceIsNotLoggedNorItsEnd) {
+TEST_F(FaultLogTest, AFaultThatPassesAtOnceIsNotLoggedNorItsEnd) {
   for (int again = 0; again < 100; ++again) {
     EXPECT_EQ(warnings({kLost}, 1), Lines{});
-    EXPECT_EQ(warnings({kResuming}, TroubleLog::kPatience - 2), Lines{});
+    EXPECT_EQ(warnings({kResuming}, FaultLog::kPatience - 2), Lines{});
     EXPECT_EQ(log.update({}).works_again, Lines{});
   }
 }
 
-TEST_F(TroubleLogTest, ADeviceThatRepeatsTheSameStatesIsLoggedOnce) {
+TEST_F(FaultLogTest, ADeviceThatRepeatsTheSameStatesIsLoggedOnce) {
   EXPECT_EQ(warnings({kLost}, 10), Lines{kLost});
   EXPECT_EQ(warnings({kResuming}, 1), Lines{kResuming}) << "what refused it is new";
   EXPECT_EQ(warnings({kStopped}, 1), Lines{kStopped});
@@ -52,25 +52,25 @@ TEST_F(TroubleLogTest, ADeviceThatRepeatsTheSameStatesIsLoggedOnce) {
   }
 }
 
-TEST_F(TroubleLogTest, EachDeviceHasItsOwnFaults) {
+TEST_F(FaultLogTest, EachDeviceHasItsOwnFaults) {
   const std::string other = "wheel-1: could not find its commutation";
   EXPECT_EQ(warnings({kLost}, 10), Lines{kLost});
-  EXPECT_EQ(warnings({kLost, other}, TroubleLog::kPatience), Lines{other});
-  const TroubleLog::News news = log.update({other});
+  EXPECT_EQ(warnings({kLost, other}, FaultLog::kPatience), Lines{other});
+  const FaultLog::News news = log.update({other});
   EXPECT_EQ(news.works_again, Lines{"slave 5 (TMCM-1632)"});
-  EXPECT_EQ(news.trouble, Lines{});
+  EXPECT_EQ(news.faults, Lines{});
 }
 
-TEST_F(TroubleLogTest, ADeviceWithANewTextEachTimeIsLoggedTenTimes) {
+TEST_F(FaultLogTest, ADeviceWithANewTextEachTimeIsLoggedTenTimes) {
   const auto text = [](int after_ms) { return "slave 5: no answer for " + std::to_string(after_ms) + " ms"; };
-  Lines logged = warnings({text(0)}, TroubleLog::kPatience);
+  Lines logged = warnings({text(0)}, FaultLog::kPatience);
   for (int i = 1; i < 1000; ++i)
     for (const std::string& line : warnings({text(i)}, 1)) logged.push_back(line);
   ASSERT_EQ(logged.size(), 10U);
   EXPECT_EQ(logged.back(), text(9));
   EXPECT_EQ(log.update({}).works_again, Lines{"slave 5"});
-  EXPECT_EQ(warnings({text(10)}, TroubleLog::kPatience), Lines{text(10)}) << "and another trouble is logged";
+  EXPECT_EQ(warnings({text(10)}, FaultLog::kPatience), Lines{text(10)}) << "and another fault is logged";
 }
 
-}  // namespace trouble_log_test
+}  // namespace fault_log_test
 }  // namespace youbotd

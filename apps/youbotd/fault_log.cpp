@@ -1,13 +1,13 @@
-#include "apps/youbotd/trouble_log.h"
+#include "apps/youbotd/fault_log.h"
 
 #include <utility>
 
 namespace youbotd {
 
-TroubleLog::News TroubleLog::update(const std::vector<std::string>& trouble) {
+FaultLog::News FaultLog::update(const std::vector<std::string>& faults) {
   News news;
   std::map<std::string, Device> before = std::exchange(devices_, {});
-  for (const std::string& line : trouble) {
+  for (const std::string& line : faults) {
     const std::string name = line.substr(0, line.find(": "));
     const auto [entry, is_first_line] = devices_.try_emplace(name);
     Device& device = entry->second;
@@ -17,7 +17,7 @@ TroubleLog::News TroubleLog::update(const std::vector<std::string>& trouble) {
       ++device.beats;
     }
     if (device.beats >= kPatience && device.logged.size() < kMaxTexts && device.logged.insert(line).second)
-      news.trouble.push_back(line);
+      news.faults.push_back(line);
   }
   for (const auto& [name, device] : before)
     if (!device.logged.empty()) news.works_again.push_back(name);
