@@ -25,7 +25,7 @@ set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/cmake/debi
 set(CPACK_DEBIAN_PROGRAMS_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(CPACK_COMPONENT_PROGRAMS_DESCRIPTION "A 1 kHz daemon for base, arm and haptic devices, tools that measure and \
 identify friction, a simulated robot on a network interface, udev rules and a systemd service, which stays off until \
-somebody enables it.")
+it is enabled.")
 
 # The dependencies in youbot-config.cmake and youbot.pc; identification also needs Ceres.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libyoubot-dev)

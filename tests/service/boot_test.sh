@@ -113,8 +113,8 @@ expect 'the kernel'\''s log' 'Operation not permitted' "$(opened 1 11 | sed 's/.
 step 'who may talk to it'
 youbotctl --quiet status || fail 'not root'
 as member youbotctl --quiet status || fail 'not a member of the group youbot'
-said=$(as visitor youbotctl --quiet status 2>&1) && fail 'somebody who is not in the group youbot'
-[[ $said == *'ermission denied'* ]] || fail "somebody else is refused for another reason: $said"
+said=$(as visitor youbotctl --quiet status 2>&1) && fail 'a user outside the group youbot has access'
+[[ $said == *'ermission denied'* ]] || fail "another user is refused for another reason: $said"
 
 step 'enable and stop'
 drive_and_stop
