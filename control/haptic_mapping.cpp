@@ -12,7 +12,7 @@
 namespace control {
 namespace {
 
-/// Of a rate-only device, before it drives anything.
+/// Minimum time at rest of a rate-only device before it drives anything.
 constexpr double kRest_s = 0.2;
 
 /// Position between `rest` and `full`, 0 to 1.

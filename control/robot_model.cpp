@@ -47,7 +47,7 @@ Eigen::Isometry3d to_eigen(const KDL::Frame& frame) {
 
 bool moves(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED; }
 
-/// Of a link and everything fixed to it, in the link's frame.
+/// Inertia of a link and everything fixed to it, in the link's frame.
 KDL::RigidBodyInertia rigid_inertia(const urdf::ModelInterface& robot, const urdf::Link& link) {
   auto sum = KDL::RigidBodyInertia::Zero();
   if (link.inertial) {

@@ -75,7 +75,7 @@ class RobotModel {
   const Jacobian& J_WT() const noexcept;
   /// Frame of a link.
   const Eigen::Isometry3d& X_WL(Link link) const noexcept;
-  /// Of a point at `p_W`, fixed to a link.
+  /// Jacobian of a point at `p_W`, fixed to a link.
   PointJacobian point_jacobian(Link link, const Eigen::Vector3d& p_W) const noexcept;
 
   /// Dynamics at the `q` of update(): M·q̈ + c(q, q̇) + g = τ + Jᵀ·F. Rigid links only, without rotors and

@@ -10,7 +10,7 @@
 
 namespace runtime {
 
-/// Of the last cycle.
+/// Times of the last cycle.
 struct CycleTimes {
   std::chrono::nanoseconds wake_up{};  ///< after its deadline
   std::chrono::nanoseconds step{};     ///< time the cycle took

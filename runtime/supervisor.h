@@ -94,7 +94,7 @@ class Supervised {
   const StopReason& cut_short_by() const noexcept { return supervisor_.cut_short_by(); }
   control::ChecksOff silent_checks() const noexcept { return supervisor_.silent_checks(); }
   control::ChecksOff once_silent_checks() const noexcept { return supervisor_.once_silent_checks(); }
-  /// Of the last step().
+  /// Record of the last step().
   auto& record() noexcept { return task_.record(); }
   const auto& record() const noexcept { return task_.record(); }
   const T& task() const noexcept { return task_; }

@@ -17,7 +17,7 @@ namespace sim {
 struct GearGive {
   /// Assumption: 5 N·m twist the gear by 2 mrad.
   double stiffness_Nm_per_rad = 2500.0;
-  /// Of the oscillation of motor against link; assumption: a tenth of critical.
+  /// Damping ratio of the oscillation of motor against link; assumption: a tenth of critical.
   double damping_ratio = 0.1;
 };
 

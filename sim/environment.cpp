@@ -16,12 +16,12 @@ struct Overlap {
   Eigen::Vector3d normal_W;
 };
 
-/// Of a body that reaches `reach_m` from its centre towards the wall.
+/// Overlap of a body that reaches `reach_m` from its centre towards the wall.
 Overlap behind(const Wall& wall, const Eigen::Vector3d& p_W_m, double reach_m) noexcept {
   return {reach_m - wall.normal_W.dot(p_W_m - wall.p_W_m), wall.normal_W};
 }
 
-/// Of a point in a block of half size `half_m` around the origin: the direction is towards the nearest face.
+/// Overlap of a point in a block of half size `half_m` around the origin, towards the nearest face.
 Overlap within(const Eigen::Vector3d& half_m, const Eigen::Vector3d& p_m) noexcept {
   Eigen::Index axis;
   const double depth_m = (half_m - p_m.cwiseAbs()).minCoeff(&axis);

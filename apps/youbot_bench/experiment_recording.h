@@ -73,8 +73,9 @@ class ExperimentRecording {
   /// A recording there would replace or extend an existing one.
   static bool holds_recording(const Description& description);
 
-  /// Setup: new, or going on with what is there. @throws hal::SetupError naming path and cause;
-  /// std::invalid_argument when there is a recording already, or, to resume, none or one that does not fit.
+  /// Setup: starts a new recording or continues an existing one. @throws hal::SetupError naming path and
+  /// cause; std::invalid_argument when there is a recording already, or, to resume, none or one that does not
+  /// fit.
   ExperimentRecording(const Description& description, bool resume);
 
   /// Setup: from now on the files contain results.

@@ -22,7 +22,7 @@ constexpr double kHardPatience_s = 0.25;
 /// overcome stiction.
 constexpr double kCertainlyTurning_rad_per_s = 0.05;
 constexpr double kPatience_s = 3.0;
-/// Of the commanded velocity.
+/// Minimum share of the commanded velocity at which a joint follows.
 constexpr double kFollows = 0.1;
 
 }  // namespace

@@ -11,8 +11,8 @@ void ServedLoop::step(std::chrono::nanoseconds now) noexcept {
     return;
   }
   run_->step(now);
-  // The run saw the pause first, and reports it if that stops the run. Nothing could have stopped it
-  // meanwhile.
+  // The run has seen the pause first, and reports it if that stops the run. Nothing could have stopped the
+  // run during the pause.
   if (slept) call_off();
 }
 

@@ -30,7 +30,7 @@ constexpr std::array<std::string_view, 8> kOpenedOnce{"robot", "loop",   "geomet
 
 /// After a longer wait for a haptic device, the client may no longer expect motion.
 constexpr std::chrono::seconds kLongOpening{2};
-/// Of this thread: longer than a disk or a busy machine takes; requests from that time are stale.
+/// Delay of this thread that neither a disk nor a busy machine causes; requests from that time are stale.
 constexpr std::chrono::seconds kLongHoldUp{1};
 /// Time after a delay in which waiting requests are read, one of each connection at a time.
 constexpr std::chrono::milliseconds kBacklog{500};

@@ -13,7 +13,7 @@ namespace identification::fit {
 struct PreslidingFitOptions {
   double inertia_kg_m2 = 0;                    ///< known, positive
   model::friction::Kfm::Parameters sliding{};  ///< known, from a steady-state map
-  /// Of the encoder; 0: the smallest step in the positions.
+  /// Resolution of the encoder; 0: the smallest step in the positions.
   double resolution_rad = 0;
 };
 

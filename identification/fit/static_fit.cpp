@@ -444,7 +444,7 @@ class Fitter {
     }
   }
 
-  /// Of the torques in standard deviations: a term that may exceed the whole map is undetermined.
+  /// Size of the torques in standard deviations: a term that may exceed the whole map is undetermined.
   double measured_size() const {
     double square = 0;
     for (const Point& p : used_) square += p.tau * p.tau / (sigma(p) * sigma(p));

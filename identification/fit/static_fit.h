@@ -72,7 +72,7 @@ struct StaticFitOptions {
 
 struct StaticFit {
   StaticForm form;
-  /// Of all effects of the form in their order; given ones with a reason why they have no interval.
+  /// Parameters of all effects of the form, in order; given ones have a reason why they have no interval.
   std::vector<Estimate> parameters;
   /// With all parameters, including those that are not identifiable: for prediction within the map only.
   /// Empty if nothing was fitted.

@@ -138,7 +138,7 @@ class Builder {
 constexpr Bounds kNotNegative{.lower = 0};
 /// For shapes without their own amplitude.
 constexpr Bounds kAsItIs{.lower = 0.7, .upper = 1.3};
-/// Of inertia and friction, behind a gap or spring.
+/// Share of inertia and friction behind a gap or spring.
 constexpr Bounds kPossibleShare{.lower = 0.01, .upper = 0.95};
 constexpr double kTrialShare = 0.3;
 constexpr double kTrialDampingRatio = 0.05;
@@ -394,7 +394,7 @@ void Builder::actuator() {
       by_value("transport_delay", "delay_s", delay);
 }
 
-/// Of the program's own effects those that the model has not.
+/// Adds the program's own effects that the model does not have.
 void Builder::custom() {
   using model::effects::CustomEffect;
   for (const CustomEffect* effect : model::effects::custom_effects()) {

@@ -36,13 +36,13 @@ class Rows {
   explicit Rows(const std::vector<Signals>& signals);
 
   Eigen::Index count() const noexcept { return static_cast<Eigen::Index>(at_.size()); }
-  /// Of the torque itself.
+  /// Rows of the torque itself.
   const Eigen::VectorXd& torque_Nm() const noexcept { return torque_Nm_; }
   const Eigen::VectorXd& torque_rate_Nm_per_s() const noexcept { return torque_rate_Nm_per_s_; }
   const Eigen::VectorXd& torque_bend_Nm_per_s2() const noexcept { return torque_bend_Nm_per_s2_; }
-  /// Of a quantity at each sample, with the same mask and filter as the torque.
+  /// Rows of a quantity given at each sample, with the same mask and filter as the torque.
   Eigen::VectorXd column(const std::function<std::vector<double>(const Signals&)>& quantity) const;
-  /// Of the unfiltered quantity: for maps.
+  /// Rows of the unfiltered quantity, for maps.
   Eigen::VectorXd means(const std::function<std::vector<double>(const Signals&)>& quantity) const;
 
   std::size_t recording(Eigen::Index row) const { return at_[static_cast<std::size_t>(row)].recording; }

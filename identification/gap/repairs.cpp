@@ -90,7 +90,7 @@ std::vector<double> steps_of(std::span<const double> values) {
   return steps;
 }
 
-/// Of each value and the two before and after it; fewer at the ends.
+/// Median of each value with the two before and after it; fewer at the ends.
 std::vector<double> medians_of_five(std::span<const double> values) {
   std::vector<double> result;
   result.reserve(values.size());

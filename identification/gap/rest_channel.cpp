@@ -146,7 +146,7 @@ RestFindings rest_channel(std::span<const Signals> signals, const model::effects
   std::vector<double> off;
   for (const Piece& piece : pieces) off.push_back(piece.slope - compliance);
   const auto n = static_cast<double>(pieces.size());
-  // Of a median. [Kendall & Stuart, vol. 1: √(π/2) times that of the mean]
+  // Interval of a median. [Kendall & Stuart, vol. 1: √(π/2) times that of the mean]
   const double half = fit::student_975(n - 1) * 1.2533 * fit::robust_sigma(std::move(off)) / std::sqrt(n);
   const double stiffness = 1 / compliance;
   const auto& range = model::effects::effect_description("presliding").parameters[0];

@@ -280,7 +280,7 @@ std::vector<Rival> contest(const FittedModel& before, const std::vector<Round::O
   const std::vector<int> wins = draws_won(squares, options.seed);
   for (std::size_t i = rivals.size(); i-- > 0;)
     if (wins[i] == 0) rivals.erase(rivals.begin() + static_cast<std::ptrdiff_t>(i));
-  // Of equally good ones, the simplest gives its name; a shape with many more free parameters is not a rival.
+  // The simplest of equally good ones is named; a shape with many more free parameters is not a rival.
   std::ranges::stable_sort(rivals, {}, &Rival::parameters);
   const std::size_t simplest = rivals.front().parameters;
   std::erase_if(rivals, [&](const Rival& r) { return r.parameters >= simplest + kMuchFreer; });

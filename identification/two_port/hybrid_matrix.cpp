@@ -41,7 +41,7 @@ class Line {
   std::vector<Complex> wave_;
 };
 
-/// Of one experiment at one frequency, summed over its periods.
+/// Spectra of one experiment at one frequency, summed over its periods.
 struct Spectra {
   int periods = 0;
   double excitation = 0.0;                 // Σ|R|²

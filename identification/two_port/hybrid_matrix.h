@@ -42,7 +42,7 @@ struct HybridPoint {
   /// |Σ Y·R*|²/(Σ|Y|²·Σ|R|²) over all periods, R the excitation; the minimum over the experiments. An
   /// experiment in which a channel is silent is excluded: force without contact, velocity of a clamp.
   std::array<double, kChannels> coherence{};
-  /// Of [V_m; F_e] over the experiments, scaled: how different they are.
+  /// Condition number of the scaled [V_m; F_e] over the experiments: how different they are.
   double condition = 0.0;
   bool ok = false;  ///< false: discarded because of coherence or condition
 };

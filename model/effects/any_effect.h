@@ -25,7 +25,7 @@ struct EffectList {
 using Effects = EffectList<Coulomb, Viscous, Stribeck, DirectionAsymmetry, MidspeedDip, QuadraticDrag,
                            LoadFriction, ThermalDrift, Presliding, Cogging, Imbalance, Inertia, Backlash,
                            Elasticity, TorqueOffset, TorqueDeadband, TransportDelay, UnsignedCurrent>;
-/// Of one of the library's types, or one that the program has added.
+/// An effect of one of the library's types, or one that the program has added.
 using AnyEffect = Effects::Any;
 
 using model::NamedValue;

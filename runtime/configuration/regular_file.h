@@ -19,7 +19,7 @@ class RegularFile {
 
   /// Size when opened; 0 for files of the kernel.
   std::size_t size_bytes() const noexcept { return static_cast<std::size_t>(status_.st_size); }
-  /// Of the open file, whatever its path leads to now.
+  /// Owner and mode of the open file, even if its path now leads elsewhere.
   uid_t owner() const noexcept { return status_.st_uid; }
   bool group_or_others_may_write() const noexcept { return (status_.st_mode & (S_IWGRP | S_IWOTH)) != 0; }
   /// Bytes read; 0 at the end.

@@ -27,7 +27,7 @@ struct Rule {
   SlaveController::Access access{};
   bool others_write = false;  // the addressed one reads
 };
-// By the number of the command (ETG.1000.4, table 6).
+// Index: number of the command (ETG.1000.4, table 6).
 constexpr std::array<Rule, drivers::ethercat::kHighestCommand + 1> kRules{{
     {},
     {Target::kPosition, kRead},

@@ -83,7 +83,7 @@ class YoubotBus final : public EmulatedTime {
   std::size_t joint_count() const noexcept { return joints_.size(); }
   TmcmBoard& board(std::size_t joint) noexcept { return *joints_[joint].board; }
   EmulatedSlave& slave(std::size_t joint) noexcept { return bus_.slave(joints_[joint].position); }
-  /// Of a joint on the bus, from 0.
+  /// Position of a joint on the bus, from 0.
   std::size_t position(std::size_t joint) const noexcept { return joints_[joint].position; }
   GripperBoard& gripper(std::size_t arm) noexcept { return *grippers_[arm]; }
   std::size_t gripper_count() const noexcept { return grippers_.size(); }

@@ -284,7 +284,7 @@ nanoseconds EmulatedFalcon::timer_behind(nanoseconds time) const noexcept {
   return timer_set_ + ((time - timer_set_) / latency_ + 1) * latency_;
 }
 
-/// Of the next packet with data.
+/// Departure of the next packet with data.
 nanoseconds EmulatedFalcon::departure() const noexcept {
   const nanoseconds timer = timer_behind(received_.front().at - nanoseconds(1));
   return received_.size() < kData ? timer : std::min(timer, received_[kData - 1].at);

@@ -30,7 +30,7 @@ class StandInDevice {
   bool set_force(const Axes& force_N);
   /// True if the time guard returns the old sample.
   bool read_guarded();
-  /// Of force commands since the last call [G].
+  /// Rate of force commands since the last call [G].
   double force_rate_kHz();
   void set_time_guard(int guard_us) { time_guard_us_ = guard_us; }
 
