@@ -23,9 +23,9 @@ struct Window {
 };
 
 inline bool came_too_late(const std::string& fault) {
-  for (const char* late : {"no fresh sample in time", "no new force command in time",
-                           "the exchange came late", "replies missing in a row", "did not run for too long",
-                           "no answer from the bus", "no answer from the simulated bus"})
+  for (const char* late :
+       {"no fresh sample in time", "no new force command in time", "replies missing in a row",
+        "did not run for too long", "no answer from the bus", "no answer from the simulated bus"})
     if (fault.find(late) != fault.npos) return true;
   return false;
 }

@@ -423,7 +423,7 @@ TEST(EthercatArm, AParameterThatCannotBeIsRefusedBeforeAnythingMoves) {
       return error.what();
     }
   };
-  EXPECT_NE(refused("motor_aceleration", 1).find("'motor_aceleration' of wheel-1 is none"),
+  EXPECT_NE(refused("motor_aceleration", 1).find("'motor_aceleration' of wheel-1 is unknown to the drives"),
             std::string::npos);
   EXPECT_NE(refused("actual_speed", 1).find("can only be read"), std::string::npos);
   EXPECT_NE(refused("maximum_motor_current", 1).find("protected"), std::string::npos);

@@ -742,7 +742,7 @@ TEST(EthercatRobot, AnArmThatIsLeftOffIsNoted) {
         std::tuple(kBaseAndTwoArms, kBaseAndArm, "5")}) {
     const std::vector<std::string> lines = notes(on_the_bus, wanted);
     ASSERT_EQ(lines.size(), 1U);
-    EXPECT_NE(lines[0].find(std::string("its ") + drives + " drives"), std::string::npos) << lines[0];
+    EXPECT_NE(lines[0].find(std::string("the ") + drives + " drives"), std::string::npos) << lines[0];
     EXPECT_NE(lines[0].find("stay off"), std::string::npos) << lines[0];
   }
   EXPECT_TRUE(notes(kBase, kBase).empty());
