@@ -27,6 +27,7 @@
 #include "identification/gap/sign_test.h"
 #include "identification/gap/signals.h"
 #include "identification/gap/structure.h"
+#include "identification/gap/torque_scale.h"
 #include "identification/gap/views.h"
 #include "identification/gap/wording.h"
 
@@ -511,6 +512,7 @@ Result analyse(const model::effects::DriveModel& base, std::vector<Source> all_d
             {rows, parts.training.rows, band, std::max(result.gap_after_Nm, result.noise_floor_Nm)});
   if (start.inertia_kg_m2 != base.inertia_kg_m2)
     name_inertia(result, base, residual(as_given), residual(refitted), parts.training, quiet);
+  weigh_torque_scale(base, result);
 
   progress("simulating", 0.96);
   const Simulated simulated = simulate(base, final.model, signals, rows, quiet);

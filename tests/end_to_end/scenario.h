@@ -25,7 +25,7 @@ struct Window {
 inline bool came_too_late(const std::string& fault) {
   for (const char* late :
        {"no fresh sample in time", "no new force command in time", "replies missing in a row",
-        "did not run for too long", "no answer from the bus", "no answer from the simulated bus"})
+        "this program did not run for", "no answer from the bus", "no answer from the simulated bus"})
     if (fault.find(late) != fault.npos) return true;
   return false;
 }
