@@ -44,7 +44,7 @@ HapticMapping::HapticMapping(const Config& config) : config_(config) {
     throw std::invalid_argument("haptic mapping: rim_N_per_m = " +
                                 std::to_string(config.boundary.rim_N_per_m) + " must not be negative");
   if (!config.boundary.inside(Eigen::Vector3d::Zero()))
-    throw std::invalid_argument("haptic mapping: the master's origin must be inside the rate boundary");
+    throw std::invalid_argument("haptic mapping: the handle's origin must be inside the rate boundary");
 }
 
 void HapticMapping::index(const Grip& grip, const TipPose& target) noexcept {

@@ -63,7 +63,7 @@ Teleoperation::Config checked(const Teleoperation::Config& config) {
   require(config.stiff.rotation_Nm_per_rad >= config.soft.rotation_Nm_per_rad, "stiff rotation stiffness",
           config.stiff.rotation_Nm_per_rad);
   if (!config.workspace.tip_W_m.contains(config.start_p_WT_m))
-    throw std::invalid_argument("teleoperation: the start is outside the tip's workspace");
+    throw std::invalid_argument("teleoperation: the start is outside the end effector's workspace");
   require(config.centring.stiffness_N_per_m >= 0, "centring stiffness", config.centring.stiffness_N_per_m);
   return config;
 }

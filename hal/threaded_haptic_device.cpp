@@ -81,10 +81,10 @@ ThreadedHapticDevice::ThreadedHapticDevice(std::unique_ptr<HapticLink> link, con
                                            const HapticThreadOptions& options)
     : limits_(limits), options_(options), shared_(std::make_shared<Shared>(std::move(link), limits)) {
   if (options.period < 100us || options.period > limits.stale_after / 2)
-    throw SetupError("haptic master", "check the period of its thread",
+    throw SetupError("haptic device", "check the period of its thread",
                      "it must be 0.1 ms or more, and at most half of stale_after");
   if (options.fifo_priority < 0 || options.fifo_priority > 99)
-    throw SetupError("haptic master", "check the priority of its thread",
+    throw SetupError("haptic device", "check the priority of its thread",
                      "it must be 1 to 99, or 0 for none");
 }
 

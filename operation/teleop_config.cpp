@@ -97,7 +97,7 @@ void read_mapping(TomlTable table, control::HapticMapping::Config& mapping,
   table.number("boundary_least_z_m", boundary.least_z_m, {.min = -1, .max = 1});
   table.number("rim_N_per_m", boundary.rim_N_per_m, {.min = 0, .max = 1000});
   if (!boundary.inside(Eigen::Vector3d::Zero()))
-    table.refuse("boundary_centre_m", "and the other keys of the boundary leave the master's origin outside");
+    table.refuse("boundary_centre_m", "and the other keys of the boundary leave the handle's origin outside");
 }
 
 void read_feedback(TomlTable table, Teleoperation::Config& control) {

@@ -32,7 +32,7 @@ TeleopRecording::Description teleop_recording(const TeleopRecordingOptions& opti
                    {"not_measured", kNoOpening},
                    {"software", runtime::build_version()}},
       .tables = {},
-      .way = {{{"base"}, {"set-point", report::Style::kDashed}, {"tip"}},
+      .way = {{{"base"}, {"set-point", report::Style::kDashed}, {"end effector"}},
               /*from_the_side=*/true,
               options.workspace},
       .places_W_m = base_setpoint_and_tip};

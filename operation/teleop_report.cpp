@@ -34,11 +34,11 @@ std::string line(const TaskReport& task) {
 
 std::string report(const TeleopSummary& summary) {
   std::string text =
-      fmt::format("robot        {}, master {}; {:.1f} s of robot time in {:.2f} s{}\n", summary.robot,
+      fmt::format("robot        {}, haptic device {}; {:.1f} s of robot time in {:.2f} s{}\n", summary.robot,
                   summary.master, seconds(summary.loop.robot_time), seconds(summary.loop.wall_time),
                   summary.virtual_time ? " (virtual time)" : "");
   for (const std::string& warning : summary.master_warnings)
-    text += fmt::format("master says  {}\n", warning);
+    text += fmt::format("device says  {}\n", warning);
   text += "phases      ";
   for (const auto& [phase, begin] : summary.phases)
     text += fmt::format(" {} {:.1f} s,", control::name(phase), seconds(begin));
@@ -47,9 +47,9 @@ std::string report(const TeleopSummary& summary) {
   for (const TaskReport& task : summary.tasks) text += line(task);
   text += fmt::format("hand         force up to {:.2f} N; it was given no more than {:.1f} mJ net\n",
                       summary.largest_grip_force_N, 1e3 * summary.most_energy_given_J);
-  text +=
-      fmt::format("robot        base up to {:.2f} m from its start; tip within {:.0f} mm of its set-point\n",
-                  summary.furthest_base_m, 1e3 * summary.largest_tip_error_m);
+  text += fmt::format(
+      "robot        base up to {:.2f} m from its start; end effector within {:.0f} mm of its set-point\n",
+      summary.furthest_base_m, 1e3 * summary.largest_tip_error_m);
   return text + report_of_any_run(summary);
 }
 

@@ -17,7 +17,8 @@ void require_simulation(const Config& config, const TeleopOptions& options) {
   if (options.virtual_time && !runtime::is_simulated_haptic(config.haptic.name))
     throw std::invalid_argument("--virtual-time: " + config.haptic.name + " lives in real time");
   if (!options.tasks.empty() && !runtime::is_simulated_haptic(config.haptic.name))
-    throw std::invalid_argument("--demo: the simulated operator needs the simulated pen, --haptic loopback");
+    throw std::invalid_argument(
+        "--demo: the simulated operator needs the simulated handle, --haptic loopback");
 }
 
 }  // namespace

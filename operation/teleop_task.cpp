@@ -31,12 +31,12 @@ constexpr double kDegrees = 180 / std::numbers::pi;
 
 // Reasons to stop, see StopReason::text.
 constexpr const char* kNotCentred =
-    "the master did not come to its origin in time; nothing has moved: enable again and bring it to its "
+    "the handle did not come to its origin in time; nothing has moved: enable again and bring it to its "
     "middle";
 constexpr const char* kNotUnfolded =
     "the arm did not come to its unfolded pose in time; braked, arm lowered, switched off";
 constexpr const char* kNotArrived =
-    "the tip did not come to rest in front of the robot in time; braked, arm lowered, switched off";
+    "the end effector did not come to rest in front of the robot in time; braked, arm lowered, switched off";
 constexpr const char* kMasterFailed = "{master}; braked, arm lowered, switched off";
 constexpr const char* kMasterFailedEarly = "{master}; nothing has moved";
 constexpr const char* kNotHomed =
@@ -53,7 +53,8 @@ constexpr const char* kJointOutside =
     "homed "
     "elsewhere; drives switched off";
 constexpr const char* kTipOutside =
-    "the tip was {value:.3f} m outside [workspace], more than allowed ({limit:g}); braked, arm lowered, "
+    "the end effector was {value:.3f} m outside [workspace], more than allowed ({limit:g}); braked, arm "
+    "lowered, "
     "switched "
     "off: see what pushed it there; the next start brings it back";
 constexpr const char* kBaseOutside =
@@ -65,12 +66,12 @@ constexpr const char* kJointBehind =
     "(teleoperation.arm.following_error_rad = "
     "{limit:g}): see what holds it back; braked, arm lowered, switched off";
 constexpr const char* kSetpointTooFar =
-    "the tip was {value:.2f} m from its set-point, more than allowed "
+    "the end effector was {value:.2f} m from its set-point, more than allowed "
     "(teleoperation.coupling.setpoint_distance_limit_m = {limit:g}); braked, arm lowered, switched off: see "
     "what "
     "holds it back";
 constexpr const char* kSetpointTurnedTooFar =
-    "the tip was turned {value:.0f}° from its set-point, more than allowed "
+    "the end effector was turned {value:.0f}° from its set-point, more than allowed "
     "(teleoperation.coupling.setpoint_turn_limit_deg = {limit:.0f}); braked, arm lowered, switched off: see "
     "what "
     "holds it back";

@@ -88,7 +88,7 @@ report::Plot WayReport::plot(const std::string& title, Eigen::Index up) const {
   }
   Walls base("walls for the base's centre", kOverhang_m);
   if (up == 1) base.add(workspace_.base_W_m.min(), workspace_.base_W_m.max(), lower_m, upper_m);
-  Walls tip("walls for the tip", kOverhang_m);
+  Walls tip("walls for the end effector", kOverhang_m);
   const auto in_plane = [up](const Eigen::Vector3d& corner_m) {
     return Eigen::Vector2d(corner_m.x(), corner_m[up]);
   };

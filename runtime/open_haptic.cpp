@@ -164,7 +164,7 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
   if (options.name == kLoopback) {
     opened.hand = std::make_unique<sim::Hand>(options.hand);
     hal::HapticInfo info{
-        .name = "simulated pen", .force_limit_N = options.force_limit_N, .senses_rotation = true};
+        .name = "simulated handle", .force_limit_N = options.force_limit_N, .senses_rotation = true};
     opened.device = std::make_unique<hal::LockstepHapticDevice>(
         std::make_unique<hal::LoopbackHapticLink>(*opened.hand, period, std::move(info)), clock,
         options.limits);

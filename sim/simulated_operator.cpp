@@ -138,7 +138,7 @@ void check(const OperatorParameters& p) {
   check.positive("motion_scale", p.motion_scale);
   check.positive("share_of_reach", p.share_of_reach);
   check.positive("beyond_boundary_m", p.beyond_boundary_m);
-  if (!p.boundary.inside(Vector3d::Zero())) check.refuse("the pen's origin is outside the boundary");
+  if (!p.boundary.inside(Vector3d::Zero())) check.refuse("the handle's origin is outside the boundary");
 }
 
 }  // namespace

@@ -150,7 +150,7 @@ std::runtime_error absence(const usb::UsbContext& context, const usb::UsbDeviceF
                                   "host and sees /sys/bus/usb"
                                 : "none among " + std::to_string(others) + " devices (--all lists them)";
   return std::runtime_error(
-      step + (filter.vendor || filter.product ? "one with these numbers" : "a haptic master") + ", found " +
+      step + (filter.vendor || filter.product ? "one with these numbers" : "a haptic device") + ", found " +
       found +
       "; check that the device is switched on and its USB cable plugged in, try another "
       "cable and USB port, without a hub, and see the kernel's log (dmesg)");

@@ -87,10 +87,10 @@ void print(const json& status) {
     for (const std::string& problem : texts(recording, "problems")) line("", problem);
   }
   if (status.contains("master"))
-    line("master", text(status, "master") +
+    line("device", text(status, "master") +
                        (status.contains("master_state") ? ": " + text(status, "master_state") : ""));
   numbers("base", "base_W", "m, m, rad");
-  numbers("tip", "tip_p_WT_m", "m");
+  numbers("end effector", "tip_p_WT_m", "m");
   numbers("hand", "force_H_N", "N");
   if (status.contains("settings"))
     for (const auto& [key, value] : status["settings"].items())
@@ -243,7 +243,8 @@ int main(int argc, char** argv) {
           [&] { return ask(arguments, "stop"); });
   command("disable", "drives off at once: an arm FALLS", [&] { return ask(arguments, "disable"); });
   command("mode", "select what enable starts", [&] { return ask(arguments, "mode " + arguments.mode); })
-      ->add_option("name", arguments.mode, "path, velocity or hold; teleoperation where a master commands")
+      ->add_option("name", arguments.mode,
+                   "path, velocity or hold; teleoperation if a haptic device commands")
       ->required();
   CLI::App* set = nullptr;
   set = command("set",

@@ -54,7 +54,7 @@ void check_real_time(const operation::Config& config, const CheckOptions& option
   if (config.real_time.cpu) findings.push_back(check_core(*config.real_time.cpu, refused));
   if (config.teleoperated && !runtime::is_simulated_haptic(config.haptic.name) &&
       config.haptic.thread.fifo_priority > 0)
-    findings.push_back(check_priority("the master", config.haptic.thread.fifo_priority, refused));
+    findings.push_back(check_priority("the haptic device", config.haptic.thread.fifo_priority, refused));
 }
 
 void check_bus(const std::string& interface, const CheckOptions& options, Findings& findings) {

@@ -1,5 +1,5 @@
 /// @file
-/// The haptic masters on the USB bus: their ids, and the way from the bus to an open device. Setup:
+/// The haptic devices on the USB bus: their ids, and the way from the bus to an open device. Setup:
 /// everything.
 #pragma once
 #include <cstdint>

@@ -1,5 +1,5 @@
 /// @file
-/// What goes wrong below the HAL, told as the HAL tells it.
+/// Errors of the layers below, as errors of the HAL.
 #pragma once
 #include <stdexcept>
 #include <utility>
@@ -22,7 +22,7 @@ void with_hal_errors(Step&& step) {
   } catch (const SetupError&) {
     throw;
   } catch (const std::runtime_error& error) {
-    throw SetupError("haptic master", "open", error.what());
+    throw SetupError("haptic device", "open", error.what());
   }
 }
 

@@ -147,7 +147,7 @@ TEST(CheckInterface, AnAddressMeansOtherTraffic) {
 TEST(CheckMaster, OneThatIsNotThereFailsWithWhatToLookAt) {
   const Machine machine;
   runtime::HapticOptions options;
-  EXPECT_TRUE(check_master(options, machine.paths()).empty()) << "the simulated pen is always there";
+  EXPECT_TRUE(check_master(options, machine.paths()).empty()) << "the simulated handle is always there";
   options.name = "falcon";
   options.falcon.port_path = "9-9.9";  // where no machine has one
   const Findings falcon = check_master(options, machine.paths());

@@ -140,7 +140,7 @@ void space_mouse() {
 }  // namespace haptic_bench
 
 int main() {
-  std::printf("%-44s %10s %10s %10s %12s %8s\n", "haptic master", "per second", "median us", "99.9 % us",
+  std::printf("%-44s %10s %10s %10s %12s %8s\n", "haptic device", "per second", "median us", "99.9 % us",
               "processor us", "faults");
   haptic_bench::loopback();
   haptic_bench::force_dimension();

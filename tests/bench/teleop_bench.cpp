@@ -53,7 +53,7 @@ BENCHMARK(TeleoperationStep)->MinTime(1.0);
 /// From a sample of the handle to the force command, at 4 kHz: exchange with the loopback device, whose
 /// handle keeps moving, and the whole control step. Without the robot's exchange.
 void HapticPathAt4kHz(benchmark::State& state) {
-  state.SetLabel("from a sample of the pen to its force at 4 kHz, on the loopback device");
+  state.SetLabel("from a sample of the handle to its force at 4 kHz, on the loopback device");
   constexpr std::chrono::microseconds kFast{250};
   control::Teleoperation::Config config = teleop_rig::quick_config().control;
   config.period_s = config.robot.period_s = config.mapping.period_s = config.smoothing.period_s =

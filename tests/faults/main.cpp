@@ -355,7 +355,8 @@ int run(const Arguments& arguments) {
 int main(int argc, char** argv) {
   Arguments arguments;
   CLI::App app(
-      "Runs daemon, bus, boards, robot, pen and clients in one process and emulated time, lets random faults "
+      "Runs daemon, bus, boards, robot, haptic device and clients in one process and virtual time, lets "
+      "random faults "
       "come and go, and judges what boards and mechanics do.",
       "fault_campaign");
   app.add_option("--seed", arguments.seed, "of the first script; the others follow")->capture_default_str();

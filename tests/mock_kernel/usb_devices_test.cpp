@@ -180,7 +180,7 @@ TEST_F(UsbDevicesTest, ProbeFindsNoMasterAmongOthers) {
   const MockUsbDevice stick(*bus_, {.vendor = 0x0781, .product = 0x5567});
   const support::SpawnResult result = probe({});
   EXPECT_EQ(result.exit_code, 3);
-  EXPECT_TRUE(result.said("expected a haptic master, found none among 2 devices")) << result.output;
+  EXPECT_TRUE(result.said("expected a haptic device, found none among 2 devices")) << result.output;
 }
 
 TEST_F(UsbDevicesTest, MalformedDescriptorsAreReportedAndNotFatal) {

@@ -317,7 +317,7 @@ TEST_F(TeleopConfig, TheMastersOriginIsInsideTheBoundary) {
                            "boundary_least_x_m = 0.01", "boundary_least_z_m = 0.01"}) {
     const Problems mistakes = problems(std::string("[teleoperation.mapping]\n") + line + "\n");
     ASSERT_EQ(mistakes.size(), 1U) << line;
-    EXPECT_NE(mistakes[0].find("leave the master's origin outside"), std::string::npos) << mistakes[0];
+    EXPECT_NE(mistakes[0].find("leave the handle's origin outside"), std::string::npos) << mistakes[0];
     EXPECT_NE(mistakes[0].find("'teleoperation.mapping.boundary_centre_m'"), std::string::npos)
         << mistakes[0];
   }

@@ -134,7 +134,7 @@ TEST_F(TeleopSession, TheDemoDoesAllItsTasksAndTheSummaryIsThatOfItsCycles) {
   EXPECT_FALSE(summary.fault_report.has_value());
   EXPECT_FALSE(summary.recorded);
   EXPECT_EQ(summary.robot, "loopback");
-  EXPECT_EQ(summary.master, "simulated pen");
+  EXPECT_EQ(summary.master, "simulated handle");
   ASSERT_EQ(summary.tasks.size(), options.tasks.size());
   for (std::size_t i = 0; i < summary.tasks.size(); ++i) {
     EXPECT_EQ(summary.tasks[i].name, sim::name_of(options.tasks[i]));
@@ -306,7 +306,7 @@ TEST_F(TeleopSession, TheSimulatedOperatorTouchesNoRealMaster) {
   config.haptic.name = "falcon";
   options.virtual_time = false;
   options.tasks = demo_tasks();
-  EXPECT_TRUE(says(refusal(), "--demo: the simulated operator needs the simulated pen"));
+  EXPECT_TRUE(says(refusal(), "--demo: the simulated operator needs the simulated handle"));
 }
 
 TEST_F(TeleopSession, AStartThatTheArmCannotReachIsRefusedWithTheStart) {
@@ -554,7 +554,7 @@ TEST_F(TeleopSession, AnArmThatDoesNotKnowItsAnglesIsNotMoved) {
 TEST(TeleopReport, ReportsHowEachTaskEndedAndTheForceOnTheHand) {
   TeleopSummary summary;
   summary.robot = "loopback";
-  summary.master = "simulated pen";
+  summary.master = "simulated handle";
   summary.virtual_time = true;
   summary.phases = {{TeleopPhase::kCentring, 0s}, {TeleopPhase::kLetGo, 12300ms}};
   summary.tasks = {
@@ -590,7 +590,7 @@ TEST(TeleopReport, ReportsMasterRobotAndSystem) {
   summary.cycles_lost = 2;
   const std::string text = report(summary);
   for (const char* line :
-       {"master says  its firmware is old\n", "robot says   arm-2 was still moving\n",
+       {"device says  its firmware is old\n", "robot says   arm-2 was still moving\n",
         "NOT REAL-TIME: no SCHED_FIFO\n",
         "NOT CHECKED: for a second or more too few samples came in time for the check 'wheel_agreement'",
         "recording    40 cycles written, 2 lost\n"})

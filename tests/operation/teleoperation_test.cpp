@@ -479,7 +479,7 @@ TEST(Teleoperation, ATipThatIsPushedOutOfItsWorkspaceStops) {
   ASSERT_TRUE(pushed_until_it_stops(rig, {0, 60, 0}));
   EXPECT_EQ(rig.cycle.task().end(), TeleopEnd::kTipOutside);
   const std::string text = describe(rig.cycle.stop_reason(), rig.robot, &rig.master);
-  EXPECT_NE(text.find("the tip was 0.05"), std::string::npos) << text;
+  EXPECT_NE(text.find("the end effector was 0.05"), std::string::npos) << text;
   EXPECT_NE(text.find("the next start brings it back"), std::string::npos) << text;
 }
 

@@ -103,7 +103,7 @@ inside=/proc/$pid/root
 touch "$inside/var/lib/youbotd/written" || fail 'it may not write to /var/lib/youbotd'
 expect '/var/lib/youbotd' 'drwxr-x--- youbot youbot' "$(stat --format='%A %U %G' /var/lib/youbotd)"
 
-step 'haptic masters that are plugged in later, and no other device'
+step 'haptic devices that are plugged in later, and no other device'
 modprobe -a usbcore hid  # as the first device of each kind does
 for name in usb_device hidraw; do
   expect "a node of $name" 'No such device' "$(opened "$(driver $name)" 0 | sed 's/.*: //')"
