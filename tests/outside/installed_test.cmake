@@ -14,6 +14,24 @@ expect("wheel-4")
 run("identify_model" ${SCRATCH}/build/identify_model loopback ${SCRATCH}/model.toml)
 expect("coulomb torque_Nm")
 
+# The program in docs/library.md, from an empty folder.
+file(READ ${ROOT}/docs/library.md page)
+foreach(block cmake cpp)
+  string(REGEX MATCH "```${block}\n([^`]+)```" unused "${page}")
+  set(${block} "${CMAKE_MATCH_1}")
+endforeach()
+file(WRITE ${SCRATCH}/mine/CMakeLists.txt "${cmake}")
+file(WRITE ${SCRATCH}/mine/mine.cpp "${cpp}")
+run("configure mine" ${CMAKE_COMMAND} -S ${SCRATCH}/mine -B ${SCRATCH}/mine/build
+    -DCMAKE_PREFIX_PATH=${SCRATCH}/prefix -DCMAKE_CXX_COMPILER=${COMPILER})
+run("build mine" ${CMAKE_COMMAND} --build ${SCRATCH}/mine/build)
+run("mine" ${SCRATCH}/mine/build/mine)
+# A quarter of a turn, within what friction holds against the spring: 0.09 N·m over 1 N·m/rad.
+string(REGEX MATCH "turned ([0-9.]+) rad" unused "${output}")
+if(NOT CMAKE_MATCH_1 GREATER 1.48 OR NOT CMAKE_MATCH_1 LESS 1.67)
+  message(FATAL_ERROR "mine: ${output}")
+endif()
+
 file(GLOB_RECURSE pkg_config ${SCRATCH}/prefix/*/youbot.pc)
 cmake_path(GET pkg_config PARENT_PATH folder)
 set(ENV{PKG_CONFIG_PATH} ${folder})
