@@ -57,7 +57,8 @@ py::array_t<double> law_torques(const AnyLaw& law, const Numbers& velocity, doub
 }
 
 py::dict simulated(const DriveModel& model, const Numbers& torque, double period_s, double position_rad) {
-  const std::span<const double> commands = values_of(torque, "torque_command_Nm");
+  const std::span<const double> given = values_of(torque, "torque_command_Nm");
+  const std::vector<double> command_Nm(given.begin(), given.end());  // Python may change its own meanwhile
   sim::ModelDrive drive(model, positive(period_s, "period_s"));
   drive.set_position(position_rad);
   py::array_t<double> time(torque.size());
@@ -68,17 +69,17 @@ py::dict simulated(const DriveModel& model, const Numbers& torque, double period
                           reported.mutable_data()};
   {
     const py::gil_scoped_release release;
-    for (std::size_t i = 0; i < commands.size(); ++i) {
+    for (std::size_t i = 0; i < command_Nm.size(); ++i) {
       into[0][i] = static_cast<double>(i) * period_s;
       into[1][i] = drive.position_rad();
       into[2][i] = drive.velocity_rad_per_s();
-      drive.step(commands[i]);
+      drive.step(command_Nm[i]);
       into[3][i] = drive.reported_Nm();
     }
   }
   py::dict columns;
   columns["time_s"] = time;
-  columns["torque_command_Nm"] = torque;
+  columns["torque_command_Nm"] = py::array_t<double>(torque.size(), command_Nm.data());
   columns["torque_measured_Nm"] = reported;
   columns["position_rad"] = position;
   columns["velocity_rad_per_s"] = velocity;

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <utility>
@@ -28,14 +29,20 @@ struct State {
   Eigen::VectorXd torque_Nm;
 };
 
+/// @throws std::invalid_argument unless lower <= seconds <= upper.
+nanoseconds nanoseconds_of(const char* name, double seconds, double lower, double upper) {
+  if (!(seconds >= lower && seconds <= upper))  // negated so that NaN fails the check
+    throw std::invalid_argument(std::string(name) + " must be " + std::string(py::str(py::float_(lower))) +
+                                " to " + std::string(py::str(py::float_(upper))));
+  return nanoseconds(std::llround(seconds * 1e9));
+}
+
 using Targets = std::optional<Eigen::VectorXd>;
 
 class Robot {
  public:
   Robot(const std::string& name, double period_s, bool on_ground, bool arm)
-      : period_(std::chrono::duration_cast<nanoseconds>(std::chrono::duration<double>(period_s))) {
-    if (!(period_s >= 0.5e-3 && period_s <= 0.1))
-      throw std::invalid_argument("period_s must be 0.0005 to 0.1");
+      : period_(nanoseconds_of("period_s", period_s, 0.5e-3, 0.01)) {
     if (youbot::is_simulated(name))
       clock_ = std::make_unique<youbot::VirtualClock>();
     else
@@ -50,12 +57,15 @@ class Robot {
   }
 
   void activate() {
-    const py::gil_scoped_release release;
+    const Turn turn(*this);
     robot_->activate();
     begin_ = deadline_ = clock_->now();
     command_ = {};
   }
-  void deactivate() noexcept { robot_->deactivate(); }
+  void deactivate() {
+    const Turn turn(*this);
+    robot_->deactivate();
+  }
 
   std::vector<std::string> names() const {
     std::vector<std::string> names;
@@ -66,6 +76,7 @@ class Robot {
   State step(const Targets& torque_Nm, const Targets& velocity_rad_per_s, const Targets& position_rad) {
     if (torque_Nm.has_value() + velocity_rad_per_s.has_value() + position_rad.has_value() > 1)
       throw std::invalid_argument("command torque, velocity or position, one of them");
+    const Turn turn(*this);
     using youbot::CommandMode;
     set(CommandMode::kTorque, torque_Nm ? *torque_Nm : Eigen::VectorXd::Zero(count()));
     if (velocity_rad_per_s) set(CommandMode::kVelocity, *velocity_rad_per_s);
@@ -73,24 +84,50 @@ class Robot {
     return exchange();
   }
 
+  /// Without success the drives are ordered off, so that a later step() does not enable them.
   State enable(double timeout_s) {
-    command_.enable = true;
-    const nanoseconds last =
-        clock_->now() + std::chrono::duration_cast<nanoseconds>(std::chrono::duration<double>(timeout_s));
-    set(youbot::CommandMode::kTorque, Eigen::VectorXd::Zero(count()));
-    while (clock_->now() < last) {
-      State state = exchange();
-      if (state.enabled) return state;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    const nanoseconds timeout = nanoseconds_of("timeout_s", timeout_s, 0, 3600);
+    const nanoseconds last = clock_->now() + timeout;
+    try {
+      for (;;) {
+        const State state = ask_to_enable(last);
+        if (state.enabled) return state;
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+      }
+    } catch (...) {
+      const Turn turn(*this);
+      command_ = {};
+      (void)robot_->exchange(command_, sample_);
+      throw;
     }
-    throw RobotFault("the drives do not obey: check the emergency stop and the 24 V");
   }
   State disable() {
+    const Turn turn(*this);
     command_ = {};
     return exchange();
   }
 
  private:
+  /// One thread at a time, which lets other threads of Python run meanwhile.
+  class Turn {
+   public:
+    explicit Turn(Robot& robot) : lock_(robot.mutex_) {}
+
+   private:
+    py::gil_scoped_release release_;  // before the lock, or a thread that has it could wait for ever
+    std::scoped_lock<std::mutex> lock_;
+  };
+
+  State ask_to_enable(nanoseconds last) {
+    const Turn turn(*this);
+    command_.enable = true;
+    set(youbot::CommandMode::kTorque, Eigen::VectorXd::Zero(count()));
+    const State state = exchange();
+    if (!state.enabled && clock_->now() >= last)
+      throw RobotFault("the drives do not obey: check the emergency stop and the 24 V");
+    return state;
+  }
+
   Eigen::Index count() const { return static_cast<Eigen::Index>(robot_->joints().size()); }
 
   void set(youbot::CommandMode mode, const Eigen::VectorXd& targets) {
@@ -102,14 +139,10 @@ class Robot {
   }
 
   State exchange() {
-    youbot::CycleStatus status;
-    {
-      const py::gil_scoped_release release;
-      clock_->sleep_until(deadline_ += period_);
-      status = robot_->exchange(command_, sample_);
-      // A notebook may pause at any time: missed periods are skipped.
-      if (clock_->now() > deadline_ + period_) deadline_ = clock_->now();
-    }
+    clock_->sleep_until(deadline_ += period_);
+    const youbot::CycleStatus status = robot_->exchange(command_, sample_);
+    // A notebook may pause at any time: missed periods are skipped.
+    if (clock_->now() > deadline_ + period_) deadline_ = clock_->now();
     if (!status.ok()) {
       const std::string joint =
           status.joint >= 0 ? names()[static_cast<std::size_t>(status.joint)] + ": " : "";
@@ -129,6 +162,7 @@ class Robot {
     return state;
   }
 
+  std::mutex mutex_;
   nanoseconds period_;
   std::unique_ptr<youbot::Clock> clock_;
   youbot::OpenedRobot opened_;

@@ -1,5 +1,6 @@
 """Tests the Python module against closed forms, published numbers and the results that its examples state."""
 
+import concurrent.futures
 import os
 import pathlib
 import re
@@ -42,6 +43,12 @@ class Friction(unittest.TestCase):
         self.assertAlmostEqual(motion["velocity_rad_per_s"][1000], 2, places=9)
         self.assertAlmostEqual(motion["position_rad"][1000], 1, places=2)
         self.assertAlmostEqual(motion["time_s"][1000], 1, places=12)
+
+    def test_a_simulation_keeps_its_own_command(self):
+        torque = np.full(10, 0.02)
+        motion = youbot.DriveModel(0.01).simulate(torque, period_s=1e-3)
+        torque[:] = 0
+        self.assertEqual(motion["torque_command_Nm"][5], 0.02)
 
     def test_a_model_file_comes_back(self):
         model = youbot.DriveModel(0.011, [youbot.Effect("coulomb", torque_Nm=0.05),
@@ -144,6 +151,28 @@ class Robots(unittest.TestCase):
                 robot.step()
             robot.disable()
             self.assertTrue(robot.enable().enabled)
+
+    def test_an_enable_that_fails_leaves_nothing_enabled(self):
+        with youbot.Robot(on_ground=False) as robot:
+            with self.assertRaisesRegex(youbot.RobotFault, "do not obey"):
+                robot.enable(timeout_s=0)
+            for _ in range(500):
+                state = robot.step(velocity_rad_per_s=[2] * 4)
+            self.assertFalse(state.enabled)
+            self.assertLess(np.abs(state.velocity_rad_per_s).max(), 0.01)
+            for wrong in (np.inf, np.nan, -1):
+                with self.assertRaisesRegex(ValueError, "timeout_s must be"):
+                    robot.enable(timeout_s=wrong)
+        with self.assertRaisesRegex(ValueError, "period_s must be 0.0005 to 0.01"):
+            youbot.Robot(period_s=0.1)
+
+    def test_threads_take_turns(self):
+        with youbot.Robot() as robot:
+            robot.enable()
+            with concurrent.futures.ThreadPoolExecutor(4) as threads:
+                times = list(threads.map(lambda _: robot.step().time_s, range(2000)))
+            self.assertEqual(len(set(times)), 2000)
+            self.assertFalse(robot.disable().enabled)
 
     def test_an_unknown_robot_is_refused_with_those_there_are(self):
         with self.assertRaisesRegex(ValueError, "loopback"):
