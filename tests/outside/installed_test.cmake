@@ -39,4 +39,12 @@ run("pkg-config" sh -c "'${COMPILER}' -std=c++20 '${SCRATCH}/examples/base_veloc
 $(pkg-config --cflags --libs youbot)")
 run("base_velocity" ${SCRATCH}/base_velocity)
 expect("yaw")
+
+run("uninstall" ${CMAKE_COMMAND} -DPREFIX=${SCRATCH}/prefix -P ${ROOT}/cmake/uninstall.cmake)
+file(GLOB_RECURSE left ${SCRATCH}/prefix/*)
+file(GLOB_RECURSE folders LIST_DIRECTORIES true RELATIVE ${SCRATCH}/prefix ${SCRATCH}/prefix/*)
+list(FILTER folders INCLUDE REGEX "youbot")
+if(left OR folders)
+  message(FATAL_ERROR "uninstall left ${left} ${folders}:\n${output}")
+endif()
 file(REMOVE_RECURSE ${SCRATCH})

@@ -2,11 +2,12 @@
 # Builds the Debian packages, checks their contents, installs them into a root that contains only the shared libraries
 # they depend on, runs the demo there, and removes them. Needs no network.
 # Exit codes: 0 passed, 1 failed, 77 skipped.
-# usage: package_test.sh SOURCE_FOLDER BUILD_FOLDER; the programs must be built. Needs root for chroot.
+# usage: package_test.sh SOURCE_FOLDER BUILD_FOLDER [ON: with the Python module]; the programs must be built. Needs root for chroot.
 set -euo pipefail
 export LC_ALL=C.UTF-8
 source=$1
 build=$2
+with_python=${3:-}
 
 fail() {
   printf 'failed: %s\n' "$@"
@@ -65,9 +66,11 @@ for package in ${dependencies//,/ }; do
   dpkg-query --show "$package" >/dev/null || fail "libyoubot-dev depends on $package"
 done
 
-unpack "$python" usr/lib/python3/dist-packages usr/share/doc/python3-youbot/copyright usr/share/doc/youbot-hal/python
-PYTHONPATH=$files/usr/lib/python3/dist-packages /usr/bin/python3 -B "$files"/usr/share/doc/youbot-hal/python/examples/compensate_wheel.py |
-  grep --quiet 'with compensation: wheel-1 turned [1-9]' || fail 'the Python module of the package does not drive a wheel'
+if [[ -n $with_python ]]; then
+  unpack "$python" usr/lib/python3/dist-packages usr/share/doc/python3-youbot/copyright usr/share/doc/youbot-hal/python
+  PYTHONPATH=$files/usr/lib/python3/dist-packages /usr/bin/python3 -B "$files"/usr/share/doc/youbot-hal/python/examples/compensate_wheel.py |
+    grep --quiet 'with compensation: wheel-1 turned [1-9]' || fail 'the Python module of the package does not drive a wheel'
+fi
 
 unpack "$documents" usr/share/doc/youbot-hal usr/share/doc/youbot-hal-doc/copyright
 nothing "documents name programs or files of the source tree" \
@@ -121,7 +124,7 @@ listing() {
 }
 listing >"$scratch/before"
 in_root=(dpkg --root="$root" --log=/dev/null --force-depends --force-script-chrootless)
-"${in_root[@]}" --install "$programs" "$development" "$documents" "$python" >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
+"${in_root[@]}" --install "$programs" "$development" "$documents" ${with_python:+"$python"} >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
 if command -v systemd-sysusers >/dev/null; then
   grep --quiet '^youbot:' "$root/etc/passwd" || fail 'the package does not make the user youbot'
 fi
@@ -130,7 +133,7 @@ grep --quiet 'friction compensation' <<<"$demo" || fail 'the demo of the install
 for program in youbotctl youbot-bench youbot-sim youbot-gap; do
   [[ $(chroot "$root" "/usr/bin/$program" --version) == "$version "* ]] || fail "the installed $program does not run"
 done
-"${in_root[@]}" --purge youbot-hal libyoubot-dev youbot-hal-doc python3-youbot >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
+"${in_root[@]}" --purge youbot-hal libyoubot-dev youbot-hal-doc ${with_python:+python3-youbot} >"$scratch/dpkg" 2>&1 || fail "$(cat "$scratch/dpkg")"
 listing >"$scratch/after"
 nothing 'a removed package leaves files' diff "$scratch/before" "$scratch/after"
 echo passed

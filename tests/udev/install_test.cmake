@@ -63,13 +63,4 @@ if(NOT result EQUAL 0)
   message(FATAL_ERROR "youbotd with the installed configuration ended with ${result}:\n${output}")
 endif()
 
-# `ninja uninstall` takes away all of it.
-execute_process(COMMAND ${CMAKE_COMMAND} -DBUILD=${BUILD} -P ${ROOT}/cmake/uninstall.cmake
-                OUTPUT_VARIABLE output ERROR_VARIABLE output RESULT_VARIABLE result)
-file(GLOB_RECURSE left ${SCRATCH}/*)
-file(GLOB_RECURSE folders LIST_DIRECTORIES true RELATIVE ${SCRATCH} ${SCRATCH}/*)
-list(FILTER folders INCLUDE REGEX "youbot")
-if(NOT result EQUAL 0 OR left OR folders)
-  message(FATAL_ERROR "uninstall ended with ${result} and left ${left} ${folders}:\n${output}")
-endif()
 file(REMOVE_RECURSE ${SCRATCH})
