@@ -23,8 +23,8 @@ using hal::seconds;
 constexpr const char* kLoopback = "loopback";
 /// The vendor's image has about 30 kB.
 constexpr std::size_t kMaxFirmware_bytes = 1 << 20;
-/// Of an omega.6, whose motors make up to 12 N.
-constexpr std::chrono::milliseconds kShortestOmegaRamp{1000};
+/// Of real devices, whose motors make 8 to 12 N.
+constexpr std::chrono::milliseconds kMinRamp{1000};
 /// Without real-time rights a busy machine holds the loop up: as long as for the bus of a simulator.
 constexpr std::chrono::milliseconds kPenPatience = hal::kSimulatorPatience;
 
@@ -171,7 +171,10 @@ OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,
     return opened;
   }
   hal::HapticLimits limits = options.limits;
-  if (is_force_dimension(options.name)) limits.ramp_in = std::max(limits.ramp_in, kShortestOmegaRamp);
+  limits.ramp_in = std::max(limits.ramp_in, kMinRamp);
+  if (is_force_dimension(options.name))  // its firmware may have no watchdog of its own
+    limits.stale_after = std::min(limits.stale_after, std::chrono::duration_cast<std::chrono::milliseconds>(
+                                                          options.force_dimension.device.watchdog));
   opened.device = std::make_unique<hal::ThreadedHapticDevice>(real_link(options), limits, options.thread);
   return opened;
 }

@@ -49,11 +49,11 @@ struct OpenedHaptic {
 
 /// - `loopback`: a simulated hand on a simulated handle, in lock-step with the caller's `period`.
 /// - `force-dimension` or `omega.6`: an omega.6 through the vendor's library, which is `force_dimension.sdk`,
-///   else the one in $FDSDK, else the loader's. Its force fades in over 1 s or more.
+///   else the one in $FDSDK, else the loader's. No sample is older than its watchdog's time (20 ms).
 /// - `falcon`: a Novint Falcon over USB, started with `falcon.firmware` after each power-on.
 /// - `spacemouse`: a 3Dconnexion SpaceMouse, without force.
-/// All but the first have a thread of their own, and run in real time. `clock` outlives the result. Nothing
-/// is opened before HapticDevice::activate().
+/// All but the first have a thread of their own, run in real time, and fade the force in over 1 s or more.
+/// `clock` outlives the result. Nothing is opened before HapticDevice::activate().
 /// @throws std::invalid_argument for an unknown name, listing the known ones; hal::SetupError when the
 ///         firmware file cannot be read.
 OpenedHaptic open_haptic(const HapticOptions& options, const hal::Clock& clock,

@@ -9,7 +9,7 @@ const char* describe(HapticFault fault) noexcept {
     case HapticFault::kNotReady: return "no position yet";
     case HapticFault::kMissed: return "no reply";
     case HapticFault::kBadCommand: return "a force that is not a finite number";
-    case HapticFault::kBadSample: return "a measured value that is not a finite number";
+    case HapticFault::kBadSample: return "a measured value that is not a finite number, or not possible";
     case HapticFault::kStale: return "no fresh sample in time";
     case HapticFault::kNoCommand: return "no new force command in time";
     case HapticFault::kTooFast: return "the handle moved too fast";

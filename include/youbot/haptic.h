@@ -18,6 +18,8 @@
 
 namespace youbot {
 
+using hal::needs_reopening;
+
 using hal::HapticCommand;
 using hal::HapticDevice;
 using hal::HapticFault;
