@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "identification/gap/noise_draws.h"
+#include "identification/gap/torque_scale.h"
 #include "runtime/configuration/quantity.h"
 #include "runtime/program/wording.h"
 
@@ -159,6 +160,8 @@ std::string expectation_text(const identification::gap::NextExperiment& experime
 
 std::string deciding_experiment(const FoundEffect& found, const Findings& findings) {
   if (found.equivalent.empty()) return "";
+  if (std::ranges::find(found.equivalent, identification::gap::kTorqueScale) != found.equivalent.end())
+    return "none: no motion separates them; compare the recorded torque with that of a known weight";
   if (found.decided_by) return command_text(*found.decided_by, findings);
   const identification::gap::DriveLimits& limits = findings.result.limits;
   return fmt::format("none: no experiment of youbot-bench up to {:.2g} N·m and {:.2g} rad/s separates them",

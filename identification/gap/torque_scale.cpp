@@ -76,12 +76,13 @@ void weigh_torque_scale(const model::effects::DriveModel& given, Result& result)
   for (FoundEffect& found : result.effects)
     if (model::effects::name_of(found.effect) == "inertia") {
       found.equivalent.emplace_back(kTorqueScale);
-      found.wins.clear();  // none were drawn against it
+      found.wins.clear();        // none were drawn against it
+      found.decided_by.reset();  // a weight decides, and no motion
     }
   result.notes.push_back(
       "inertia and friction are all " + short_number(*factor) +
-      " times those of the given model: a torque that is recorded " + short_number(*factor) +
-      " times too large (torque constant, gear ratio, gain of the sensor) looks the same. Compare "
+      " times those of the given model: a torque that is recorded too " + (*factor > 1 ? "large" : "small") +
+      " by that factor (torque constant, gear ratio, gain of the sensor) looks the same. Compare "
       "the recorded torque with that of a known weight before you use the new inertia.");
 }
 

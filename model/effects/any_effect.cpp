@@ -68,12 +68,17 @@ std::string problem_of(const CustomEffect& effect) {
   if (registry().added.size() >= kMaxCustomEffects)
     return "there are " + std::to_string(kMaxCustomEffects) + " custom effects, which is the maximum";
   if (effect.level == nullptr && effect.load == nullptr) return "it has neither level nor load";
-  const auto is_usable = [](const CustomEffect::Parameter& p) {
-    return !p.name.empty() && std::isfinite(p.lower) && std::isfinite(p.upper) && p.lower < p.upper &&
+  const auto is_word = [&](const std::string& name) {  // a key of a model file
+    return !name.empty() && name != "type" &&
+           std::ranges::all_of(name, [&](char c) { return is_letter(c) || (c >= 'A' && c <= 'Z'); });
+  };
+  const auto is_usable = [&](const CustomEffect::Parameter& p) {
+    return is_word(p.name) && std::isfinite(p.lower) && std::isfinite(p.upper) && p.lower < p.upper &&
            p.lower <= p.initial && p.initial <= p.upper;
   };
   if (!is_usable(effect.amplitude) || (effect.shape && !is_usable(*effect.shape)))
-    return "a parameter needs a name, finite bounds and a default within them";
+    return "a parameter needs a name of letters, digits and underscores, finite bounds and a default within "
+           "them";
   if (effect.shape && effect.shape->name == effect.amplitude.name) return "amplitude and shape have one name";
   if (!effect.shape && !effect.tried_shapes.empty()) return "it has tried_shapes but no shape";
   for (const double shape : effect.tried_shapes)
@@ -101,6 +106,7 @@ Custom::Custom(const CustomEffect& kind, double amplitude, double shape)
 void add_custom_effect(CustomEffect effect) {
   if (const std::string problem = problem_of(effect); !problem.empty())
     throw std::invalid_argument("custom effect " + effect.name + ": " + problem);
+  if (effect.shape && effect.tried_shapes.empty()) effect.tried_shapes = {effect.shape->initial};
   Registry& all = registry();
   Added& added = all.added.emplace_back(Added{.effect = std::move(effect), .parameters = {}});
   const auto describe = [&added](const CustomEffect::Parameter& p) {

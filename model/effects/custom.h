@@ -22,9 +22,10 @@
 
 namespace model::effects {
 
+/// The functions are called by several threads at once and return finite numbers.
 struct CustomEffect {
   struct Parameter {
-    std::string name;  ///< ends with its unit
+    std::string name;  ///< letters, digits and underscores; ends with its unit
     double lower;
     double upper;
     double initial;  ///< the default
@@ -33,7 +34,7 @@ struct CustomEffect {
   std::string shows;                 ///< how it shows in measured data
   Parameter amplitude;               ///< factor of the functions
   std::optional<Parameter> shape{};  ///< argument of the functions; without one they receive 0
-  /// Initial shapes of the search for missing effects.
+  /// Initial shapes of the search for missing effects; empty: the default.
   std::vector<double> tried_shapes{};
   /// Friction of a sliding joint at an amplitude of 1: positive opposes the motion. Cycle.
   double (*level)(const Sliding&, double shape) noexcept = nullptr;

@@ -114,6 +114,10 @@ TEST(CustomEffects, WhatIsWrongWithOneIsSaid) {
             std::string::npos);
   EXPECT_NE(problem_with([](CustomEffect& e) { e.tried_shapes = {20}; }).find("not within the bounds"),
             std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.amplitude.name = "k [N·m]"; }).find("name of letters"),
+            std::string::npos);
+  EXPECT_NE(problem_with([](CustomEffect& e) { e.shape->name = "type"; }).find("name of letters"),
+            std::string::npos);
   EXPECT_NE(problem_with([](CustomEffect& e) { e.shape.reset(); }).find("no shape"), std::string::npos);
   EXPECT_NE(problem_with([](CustomEffect& e) { e.shape->name = "torque_Nm"; }).find("one name"),
             std::string::npos);
