@@ -22,7 +22,7 @@ std::string roff(std::string_view text) {
       case '`': escaped += "\\(ga"; break;
       case '^': escaped += "\\(ha"; break;
       case '~': escaped += "\\(ti"; break;
-      case '\n': escaped += "\n.br\n"; break;
+      case '\n': escaped += "\n.br\n\\&"; break;  // whatever the line begins with
       default: escaped += c;
     }
   }

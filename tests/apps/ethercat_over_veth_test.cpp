@@ -354,8 +354,8 @@ TEST(EthercatOverVeth, ServedItSaysWhichSlaveFailedAndWhatToCheck) {
   nlohmann::json status = base.status();
   const auto names_the_wheel = [&status] {
     if (!status.is_object()) return false;
-    const nlohmann::json& faults = status["robot_trouble"];
-    return std::find(faults.begin(), faults.end(), kWheelIsGone) != faults.end() &&
+    const nlohmann::json& of_robot = status["robot_trouble"];
+    return std::find(of_robot.begin(), of_robot.end(), kWheelIsGone) != of_robot.end() &&
            status["robot_state"] == "wheel-4: some devices on the bus did not answer";
   };
   for (const auto end = std::chrono::steady_clock::now() + 60s;

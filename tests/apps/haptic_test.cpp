@@ -265,7 +265,7 @@ TEST(HapticHold, InterruptedBeforeItsTimeItSaysSoByItsExitCode) {
     std::this_thread::sleep_for(50ms);
     stop = true;
   });
-  EXPECT_EQ(youbot_bench::haptic_hold({.duration_s = 1000, .virtual_time = true, .quiet = true}, stop),
+  EXPECT_EQ(youbot_bench::haptic_hold({.duration_s = 20'000, .virtual_time = true, .quiet = true}, stop),
             runtime::kExitInterrupted);
   user.join();
 }

@@ -56,8 +56,9 @@ TEST_F(ManualPage, ShowsAFooterWhereItBelongs) {
 }
 
 TEST_F(ManualPage, TakesNoTextForARequestOfRoff) {
-  app_.footer(".so is a request\n'too, and C:\\temp a path");
-  EXPECT_TRUE(has(".SH NOTES\n\\&.so is a request\n.br\n\\(aqtoo, and C:\\etemp a path"));
+  app_.footer(".so is a request\n'too, and C:\\temp a path\n.so again");
+  EXPECT_TRUE(
+      has(".SH NOTES\n\\&.so is a request\n.br\n\\&\\(aqtoo, and C:\\etemp a path\n.br\n\\&.so again"));
 }
 
 }  // namespace manual_page_test
