@@ -10,9 +10,12 @@
 #include <limits>
 #include <map>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <system_error>
 
+#include "runtime/mcap/mcap_file.h"
+#include "runtime/mcap/recording_rows.h"
 #include "runtime/recording/lines.h"
 
 namespace runtime {
@@ -97,6 +100,18 @@ class Reader {
   Reader(Lines lines, const std::string& name, NotMeasured not_measured)
       : lines_(std::move(lines)), name_(name), not_measured_(not_measured) {}
 
+  /// The same checks of an MCAP file. Rows are counted in place of lines.
+  ReadRecording read_mcap(const std::function<mcap::ReadBytes()>& open, const std::string& joint) {
+    titled_ = true;
+    result_.first_row_line = 1;
+    mcap::read_mcap_rows(open, name_, {.joint = joint},
+                         {.head = [this](const mcap::RecordingHead& head) { take_head(head); },
+                          .row = [this](std::span<const double> row) { take_row(row); }});
+    if (result_.recording.rows() == 0 && problems_.empty()) problem(0, "no rows; was anything recorded?");
+    finish();
+    return std::move(result_);
+  }
+
   ReadRecording read() {
     std::string_view line;
     bool whole = true;
@@ -126,7 +141,6 @@ class Reader {
   }
 
   void read_comment(std::string_view line) {
-    identification::Recording& recording = result_.recording;
     if (line.empty()) return;
     const std::string_view text = trimmed(line.substr(1));
     if (line_ == 1 && text.starts_with("youbot recording")) {
@@ -137,8 +151,11 @@ class Reader {
     }
     const std::size_t colon = text.find(':');
     if (colon == text.npos) return;  // a free comment
-    const std::string key(trimmed(text.substr(0, colon)));
-    const std::string_view value = trimmed(text.substr(colon + 1));
+    take_comment(std::string(trimmed(text.substr(0, colon))), trimmed(text.substr(colon + 1)));
+  }
+
+  void take_comment(const std::string& key, std::string_view value) {
+    identification::Recording& recording = result_.recording;
     recording.comments.emplace_back(key, value);
     if (key == "rig") recording.rig = value;
     if (key == "experiment") recording.experiment = value;
@@ -198,11 +215,35 @@ class Reader {
       problem(line_, "this is not a recording: neither its first line nor any column name is known");
       return false;
     }
+    require_time(seen);
+    return true;
+  }
+
+  void require_time(const std::set<std::string_view>& seen) {
     const bool misnamed_time = std::any_of(
         seen.begin(), seen.end(), [](std::string_view name) { return right_name(name) == "time_s"; });
     if (!seen.contains("time_s") && !misnamed_time)
       problem(line_, "column time_s is missing; every recording needs it");
-    return true;
+  }
+
+  void take_head(const mcap::RecordingHead& head) {
+    for (const auto& [key, value] : head.comments) take_comment(key, value);
+    std::set<std::string_view> seen;
+    for (const auto& column : head.columns) add_column(column.name, seen);
+    require_time(seen);
+  }
+
+  void take_row(std::span<const double> row) {
+    std::vector<identification::Recording::Column>& columns = result_.recording.columns;
+    ++line_;
+    if (line_ * row.size() * sizeof(double) > kMaxRecordingBytes)
+      fail(0, "has more than " + std::to_string(kMaxRecordingBytes) + " bytes of numbers; split it");
+    missing_.clear();
+    bool good = true;
+    for (std::size_t i = 0; i < row.size(); ++i) good &= accept_value(shortest(row[i]), i, row[i]);
+    good = good && time_increases(row);
+    if (!tell_missing() || !good) return;
+    for (std::size_t i = 0; i < row.size(); ++i) columns[i].values.push_back(row[i]);
   }
 
   void add_column(std::string_view name, std::set<std::string_view>& seen) {
@@ -264,19 +305,21 @@ class Reader {
                                          : "delete or repair this line"));
       return false;
     }
-    if (good && time_column_ < row.size()) {
-      const double time_s = row[time_column_];
-      if (have_time_ && !(time_s > last_time_s_)) {
-        problem(line_, "time_s " + std::string(time_s == last_time_s_ ? "repeats " : "runs backward, from ") +
-                           shortest(last_time_s_) +
-                           (time_s == last_time_s_ ? "" : " to " + shortest(time_s)) +
-                           "; split the file there or delete the line");
-        good = false;
-      }
-      have_time_ = true;
-      last_time_s_ = time_s;
-    }
+    good = good && time_increases(row);
     return tell_missing() && good;
+  }
+
+  bool time_increases(std::span<const double> row) {
+    if (time_column_ >= row.size()) return true;
+    const double time_s = row[time_column_];
+    const bool increases = !have_time_ || time_s > last_time_s_;
+    if (!increases)
+      problem(line_, "time_s " + std::string(time_s == last_time_s_ ? "repeats " : "runs backward, from ") +
+                         shortest(last_time_s_) + (time_s == last_time_s_ ? "" : " to " + shortest(time_s)) +
+                         "; split the file there or delete the line");
+    have_time_ = true;
+    last_time_s_ = time_s;
+    return increases;
   }
 
   /// True if the row may be accepted.
@@ -298,6 +341,10 @@ class Reader {
       field = trimmed(field);
       if (!parse_number(field, value)) return refuse_field(field, column);
     }
+    return accept_value(field, column, value);
+  }
+
+  bool accept_value(std::string_view field, std::size_t column, double value) {
     if (std::isnan(value) && column != time_column_ &&
         reasons_.contains(result_.recording.columns[column].name)) {
       missing_.push_back(column);
@@ -361,11 +408,34 @@ class Reader {
 
 }  // namespace
 
+bool is_recording(const std::filesystem::path& path) {
+  if (path.extension() == ".csv") return true;
+  std::error_code error;
+  return path.extension() == ".mcap" &&
+         !std::filesystem::exists(std::filesystem::path(path).replace_extension(".csv"), error);
+}
+
 ReadRecording parse_recording(std::string_view text, const std::string& name, NotMeasured not_measured) {
   return Reader(Lines(text), name, not_measured).read();
 }
 
+ReadRecording parse_mcap_recording(std::string_view bytes, const std::string& name,
+                                   const ReadOptions& options) {
+  try {
+    return Reader(Lines(""), name, options.not_measured)
+        .read_mcap([bytes] { return mcap::read_from(bytes); }, options.joint);
+  } catch (const RecordingError&) {
+    throw;
+  } catch (const ConfigError& error) {
+    throw RecordingError(error.problems());
+  }
+}
+
 ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_measured) {
+  return read_recording(path, ReadOptions{.not_measured = not_measured});
+}
+
+ReadRecording read_recording(const std::filesystem::path& path, const ReadOptions& options) {
   std::error_code error;
   if (std::filesystem::is_directory(path, error))
     throw RecordingError({path.string() + ": is a directory; give the files in it"});
@@ -377,10 +447,15 @@ ReadRecording read_recording(const std::filesystem::path& path, NotMeasured not_
     throw RecordingError({path.string() + ": has " + std::to_string(bytes) + " bytes, but at most " +
                           std::to_string(kMaxRecordingBytes) + " are read; split it"});
   try {
+    if (path.extension() == ".mcap")
+      return Reader(Lines(""), path.string(), options.not_measured)
+          .read_mcap([&path] { return mcap::read_file(path); }, options.joint);
     const RegularFile file(path);
-    return Reader(Lines(file, kMaxRecordingBytes), path.string(), not_measured).read();
+    return Reader(Lines(file, kMaxRecordingBytes), path.string(), options.not_measured).read();
   } catch (const RecordingError&) {
     throw;
+  } catch (const ConfigError& named) {  // its problems name the file
+    throw RecordingError(named.problems());
   } catch (const std::runtime_error& why) {
     throw RecordingError({path.string() + ": " + why.what()});
   }

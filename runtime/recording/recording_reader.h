@@ -51,9 +51,25 @@ struct ReadRecording {
 /// reason is reported in both cases.
 enum class NotMeasured : std::uint8_t { kRefused, kTaken };
 
+/// Of a file in a directory: `.csv`, or `.mcap` without the same recording as `.csv` beside it.
+bool is_recording(const std::filesystem::path& path);
+
+struct ReadOptions {
+  NotMeasured not_measured = NotMeasured::kRefused;
+  /// Of an MCAP file of others: the joint to read. Empty: the only one.
+  std::string joint = {};
+};
+
+/// A file that ends in `.mcap` is read as MCAP: every column of ours, or a joint of the
+/// sensor_msgs/JointState of others. Messages then count rows in place of lines, and damage has its byte
+/// offset.
 /// @throws RecordingError, also if the file cannot be read.
 ReadRecording read_recording(const std::filesystem::path& path,
                              NotMeasured not_measured = NotMeasured::kRefused);
+ReadRecording read_recording(const std::filesystem::path& path, const ReadOptions& options);
+/// The same for an MCAP file in memory; `name` replaces the file name in messages.
+ReadRecording parse_mcap_recording(std::string_view bytes, const std::string& name,
+                                   const ReadOptions& options = {});
 /// The same for a text in memory; `name` replaces the file name in messages.
 ReadRecording parse_recording(std::string_view text, const std::string& name,
                               NotMeasured not_measured = NotMeasured::kRefused);

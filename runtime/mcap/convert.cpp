@@ -1,0 +1,119 @@
+#include "runtime/mcap/convert.h"
+
+#include <memory>
+#include <optional>
+#include <stdexcept>
+
+#include "hal/setup_error.h"
+#include "runtime/configuration/regular_file.h"
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/mcap/mcap_file.h"
+#include "runtime/mcap/mcap_writer.h"
+#include "runtime/mcap/new_file.h"
+#include "runtime/mcap/recording_rows.h"
+#include "runtime/mcap/recording_writer.h"
+#include "runtime/program/build_info.h"
+#include "runtime/recording/recording_file.h"
+
+namespace runtime::mcap {
+namespace {
+
+namespace fs = std::filesystem;
+
+WriterOptions options() {
+  WriterOptions options;
+  options.library = std::string("youbot-hal ") + build_version();
+  return options;
+}
+
+std::uint64_t size_of(const fs::path& path) {
+  std::error_code error;
+  const std::uintmax_t size = fs::file_size(path, error);
+  return error ? 0 : size;
+}
+
+void attach_configuration(McapWriter& writer, const fs::path& folder, std::uint64_t time_ns) {
+  for (const char* name : {"config.toml", "settings.toml", "experiment.toml"}) {
+    std::error_code error;
+    const fs::path path = folder / name;
+    if (!fs::is_regular_file(path, error)) continue;
+    try {
+      writer.add_attachment({.name = name,
+                             .media_type = "application/toml",
+                             .log_time_ns = time_ns,
+                             .create_time_ns = time_ns,
+                             .data = read_regular_file(path, kMaxToml_bytes)});
+    } catch (const hal::SetupError&) {
+      throw;  // of the file that is written
+    } catch (const std::runtime_error& why) {
+      throw ConfigError({path.string() + ": " + why.what()});
+    }
+  }
+}
+
+std::uint64_t csv_to_mcap(const fs::path& in, const fs::path& out) {
+  NewFile file(out);
+  McapWriter writer([&file](std::string_view bytes) { file.write(bytes); }, options());
+  std::optional<RecordingWriter> recording;
+  std::uint64_t rows = 0;
+  read_csv_rows(in, {.head =
+                         [&](const RecordingHead& head) {
+                           recording.emplace(writer, head);
+                           attach_configuration(writer, in.parent_path(), head.start_ns());
+                         },
+                     .row =
+                         [&](std::span<const double> row) {
+                           recording->append_row(row);
+                           ++rows;
+                         }});
+  writer.finish();
+  file.finish();
+  return rows;
+}
+
+std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out) {
+  std::unique_ptr<RecordingFile> file;
+  std::uint64_t rows = 0;
+  try {
+    read_mcap_rows([&in] { return read_file(in); }, in.string(), {.all = true},
+                   {.head =
+                        [&](const RecordingHead& head) {
+                          file = std::make_unique<RecordingFile>(out, head.comments, head.columns);
+                        },
+                    .row =
+                        [&](std::span<const double> row) {
+                          file->append_row(row);
+                          ++rows;
+                        }});
+    file->close();
+    if (const std::string problem = file->error(); !problem.empty())
+      throw hal::SetupError(out.string(), "write the recording", problem);
+  } catch (...) {
+    if (file) {
+      std::error_code stays;
+      fs::remove(out, stays);
+    }
+    throw;
+  }
+  return rows;
+}
+
+}  // namespace
+
+Converted convert(const fs::path& in, const fs::path& out) {
+  const std::string from = in.extension();
+  const std::string to = out.extension();
+  Converted result;
+  if (from == ".csv" && to == ".mcap")
+    result.rows = csv_to_mcap(in, out);
+  else if (from == ".mcap" && to == ".csv")
+    result.rows = mcap_to_csv(in, out);
+  else
+    throw std::invalid_argument("convert: expected a .csv and a .mcap file, not '" + from + "' and '" + to +
+                                "'");
+  result.bytes_in = size_of(in);
+  result.bytes_out = size_of(out);
+  return result;
+}
+
+}  // namespace runtime::mcap

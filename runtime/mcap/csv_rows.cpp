@@ -1,0 +1,166 @@
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "runtime/configuration/toml_reader.h"
+#include "runtime/mcap/decimals.h"
+#include "runtime/mcap/recording_rows.h"
+#include "runtime/recording/lines.h"
+#include "runtime/recording/recording_reader.h"
+
+namespace runtime::mcap {
+namespace {
+
+std::string_view trimmed(std::string_view text) {
+  while (text.starts_with(' ') || text.starts_with('\t')) text.remove_prefix(1);
+  while (text.ends_with(' ') || text.ends_with('\t')) text.remove_suffix(1);
+  return text;
+}
+
+/// Whether the text of this number, with so many decimals, can be written again from what is stored.
+bool is_reproduced(std::string_view text, double value, int decimals) {
+  std::array<char, std::numeric_limits<double>::max_exponent10 + 2 + RecordingFile::kMaxDecimals + 1> again{};
+  const double stored = rounded_to_decimal(rounded_to_binary(value, decimals), decimals);
+  const char* const end =
+      std::to_chars(again.data(), again.data() + again.size(), stored, std::chars_format::fixed, decimals)
+          .ptr;
+  return text == std::string_view(again.data(), static_cast<std::size_t>(end - again.data()));
+}
+
+/// Calls it; adds the path to a failure of the file system.
+template <typename Call>
+auto named(const std::filesystem::path& path, Call call) {
+  try {
+    return call();
+  } catch (const std::runtime_error& error) {
+    throw ConfigError({path.string() + ": " + error.what()});
+  }
+}
+
+/// One pass over the file.
+class CsvPass {
+ public:
+  explicit CsvPass(const std::filesystem::path& path)
+      : path_(path),
+        file_(named(path, [&path] { return std::make_unique<RegularFile>(path); })),
+        lines_(*file_, kMaxRecordingBytes) {}
+
+  RecordingHead read_head() {
+    RecordingHead head;
+    std::string_view line;
+    bool whole = true;
+    while (next_line(line, whole)) {
+      if (line.empty()) continue;
+      if (!line.starts_with('#')) {
+        read_names(line, head);
+        return head;
+      }
+      const std::string_view text = trimmed(line.substr(1));
+      const std::size_t colon = text.find(':');
+      if (colon != text.npos)
+        head.comments.push_back(
+            {std::string(trimmed(text.substr(0, colon))), std::string(trimmed(text.substr(colon + 1)))});
+    }
+    fail("no row of column names");
+  }
+
+  /// Calls field(column, text, value) for each, then end_of_row().
+  template <typename Field, typename EndOfRow>
+  void read_rows(const RecordingHead& head, Field field, EndOfRow end_of_row) {
+    std::string_view line;
+    bool whole = true;
+    while (next_line(line, whole) && whole) {
+      if (line.empty()) continue;
+      std::size_t column = 0;
+      for (std::string_view rest = line;; ++column) {
+        const std::size_t comma = rest.find(',');
+        if (column >= head.columns.size()) break;
+        const std::string_view text = rest.substr(0, comma);
+        const std::string_view number = trimmed(text);
+        double value = 0;
+        const auto [end, error] = std::from_chars(number.data(), number.data() + number.size(), value);
+        if (error != std::errc() || end != number.data() + number.size())
+          fail(head.columns[column].name + " is not a number");
+        field(column, text, value);
+        if (comma == rest.npos) break;
+        rest.remove_prefix(comma + 1);
+      }
+      if (column + 1 != head.columns.size())
+        fail("the row does not have " + std::to_string(head.columns.size()) + " values");
+      end_of_row();
+    }
+  }
+
+  [[noreturn]] void fail(const std::string& problem) const {
+    throw ConfigError({path_.string() + ":" + std::to_string(line_) + ": " + problem});
+  }
+
+ private:
+  bool next_line(std::string_view& line, bool& whole) {
+    if (!named(path_, [&] { return lines_.next(line, whole); })) return false;
+    ++line_;
+    return true;
+  }
+
+  void read_names(std::string_view line, RecordingHead& head) {
+    for (;;) {
+      const std::size_t comma = line.find(',');
+      head.columns.push_back({std::string(trimmed(line.substr(0, comma)))});
+      if (head.columns.size() > kMaxRecordingColumns)
+        fail("more than " + std::to_string(kMaxRecordingColumns) +
+             " columns; is this the row of column names?");
+      if (comma == line.npos) break;
+      line.remove_prefix(comma + 1);
+    }
+    if (!head.column("time_s")) fail("column time_s is missing; is this the row of column names?");
+  }
+
+  const std::filesystem::path& path_;
+  std::unique_ptr<RegularFile> file_;
+  Lines lines_;
+  std::size_t line_ = 0;
+};
+
+/// The decimals of each column that always has the same number of them.
+void find_decimals(CsvPass& pass, RecordingHead& head) {
+  constexpr int kUnknown = -1;
+  std::vector<std::optional<int>> decimals(head.columns.size(), kUnknown);
+  pass.read_rows(
+      head,
+      [&](std::size_t column, std::string_view text, double value) {
+        std::optional<int>& digits = decimals[column];
+        if (!digits || text == "nan") return;
+        const std::size_t point = text.find('.');
+        const int here = point == text.npos ? 0 : static_cast<int>(text.size() - point - 1);
+        if ((*digits != kUnknown && *digits != here) || here > RecordingFile::kMaxDecimals ||
+            !is_reproduced(text, value, here))
+          digits.reset();
+        else
+          digits = here;
+      },
+      [] {});
+  for (std::size_t i = 0; i < decimals.size(); ++i)
+    if (decimals[i] != kUnknown) head.columns[i].decimals = decimals[i];
+}
+
+}  // namespace
+
+void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor) {
+  CsvPass survey(path);
+  RecordingHead head = survey.read_head();
+  find_decimals(survey, head);
+  CsvPass pass(path);
+  if (pass.read_head().columns.size() != head.columns.size()) pass.fail("the file changes while it is read");
+  visitor.head(head);
+  std::vector<double> row(head.columns.size());
+  pass.read_rows(
+      head, [&](std::size_t column, std::string_view, double value) { row[column] = value; },
+      [&] { visitor.row(row); });
+}
+
+}  // namespace runtime::mcap

@@ -1,0 +1,64 @@
+#include "runtime/mcap/decimals.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+
+#include "runtime/recording/recording_file.h"
+
+namespace runtime::mcap {
+namespace {
+
+/// In units of the last decimal. Up to here the errors of storing and scaling, 2^-52 of a number together,
+/// cannot change what it is rounded to: a step is up to 0.977 units, so its half leaves 0.011.
+constexpr double kCertain = 1LL << 45;
+
+constexpr auto kPowersOfTen = [] {
+  std::array<double, RecordingFile::kMaxDecimals + 1> powers{};  // exact up to 10^22
+  double power = 1;
+  for (double& each : powers) {
+    each = power;
+    power *= 10;
+  }
+  return powers;
+}();
+
+/// The largest power of two below 10^decimals times two: its inverse is the coarsest step whose half is less
+/// than half of the last decimal.
+constexpr auto kInverseSteps = [] {
+  std::array<double, RecordingFile::kMaxDecimals + 1> inverses{};
+  double inverse = 2;
+  for (std::size_t i = 0; i < inverses.size(); ++i) {
+    while (inverse <= kPowersOfTen[i]) inverse *= 2;
+    inverses[i] = inverse;
+  }
+  return inverses;
+}();
+
+}  // namespace
+
+double rounded_to_binary(double value, int decimals) noexcept {
+  const double scaled = value * kInverseSteps[static_cast<std::size_t>(decimals)];
+  // Large numbers, NaN and infinity pass unchanged.
+  return std::abs(scaled) < kCertain
+             ? std::nearbyint(scaled) / kInverseSteps[static_cast<std::size_t>(decimals)]
+             : value;
+}
+
+double rounded_to_decimal(double value, int decimals) noexcept {
+  const double power = kPowersOfTen[static_cast<std::size_t>(decimals)];
+  const double scaled = value * power;
+  // The quotient of two exact numbers is the nearest double.
+  if (std::abs(scaled) < kCertain) return std::nearbyint(scaled) / power;
+  if (!std::isfinite(value)) return value;
+  std::array<char, std::numeric_limits<double>::max_exponent10 + 2 + RecordingFile::kMaxDecimals + 1> text{};
+  const char* const end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::fixed, decimals).ptr;
+  double nearest = value;
+  std::from_chars(text.data(), end, nearest);
+  return nearest;
+}
+
+}  // namespace runtime::mcap

@@ -1,0 +1,38 @@
+/// @file
+/// The rows of a recording, read one after the other from an MCAP file or from CSV text.
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "runtime/mcap/mcap_reader.h"
+#include "runtime/mcap/recording_head.h"
+
+namespace runtime::mcap {
+
+/// Gets the head, then each row; the span is valid during the call.
+struct RowVisitor {
+  std::function<void(const RecordingHead&)> head;
+  std::function<void(std::span<const double>)> row;
+};
+
+/// Which joints of a file of others become columns.
+struct JointChoice {
+  std::string joint = {};  ///< empty: the only one
+  bool all = false;        ///< several joints have columns such as wheel_1_position_rad
+};
+
+/// The recording in an MCAP file: every column if this software wrote it; otherwise time, position, velocity
+/// and effort from its sensor_msgs/JointState, on `/joint_states` if there are several such topics.
+/// `open` begins at the beginning of the file; it is called twice.
+/// @throws McapError; ConfigError listing the joints or topics if the choice is not clear.
+void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& file,
+                    const JointChoice& choice, const RowVisitor& visitor);
+
+/// The rows of CSV text, with any numbers, not only valid measurements. A column has decimals if all of its
+/// values are written with the same number of them. A torn last line is left out.
+/// @throws ConfigError with file and line.
+void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor);
+
+}  // namespace runtime::mcap
