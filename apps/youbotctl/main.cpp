@@ -1,4 +1,4 @@
-// youbotctl: commands a running youbotd.
+// youbotctl: commands a running youbotd, and converts its recordings.
 #include <poll.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "apps/youbotctl/client.h"
+#include "apps/youbotctl/files.h"
 #include "drivers/uninterrupted.h"
 #include "hal/setup_error.h"
 #include "runtime/program/control_socket.h"
@@ -37,6 +38,8 @@ struct Arguments {
   bool quiet = false;
   std::string mode;
   std::string key;
+  std::string in;
+  std::string out;
 };
 
 std::string text(const json& status, const char* key) {
@@ -213,7 +216,9 @@ int enable(const Arguments& arguments) {
 // NOLINTNEXTLINE(bugprone-exception-escape): out of memory before the first message may end the process.
 int main(int argc, char** argv) {
   Arguments arguments;
-  CLI::App app("Commands a running youbotd (youbotd --control). ENABLE MOVES A MACHINE.", "youbotctl");
+  CLI::App app(
+      "Commands a running youbotd (youbotd --control) and converts its recordings. ENABLE MOVES A MACHINE.",
+      "youbotctl");
   app.footer(
       "Exit codes: 0 done, 2 usage, or youbotd refused, 3 no youbotd there, 4 the run was stopped by a "
       "fault.");
@@ -266,5 +271,20 @@ int main(int argc, char** argv) {
   // Without an option for it: the library would split a TOML array.
   set->prefix_command();
   set->footer("The value comes after the key, as the file would have it.");
+  const auto file_command = [&](const char* name, const char* what, std::function<int()> body) {
+    CLI::App* sub = command(name, what, std::move(body));
+    sub->add_option("in", arguments.in, "file to read")->required();
+    sub->add_option("out", arguments.out, "file to create; an existing one is not replaced")->required();
+  };
+  file_command(
+      "convert",
+      "a recording from CSV to MCAP, or from MCAP to CSV, by the extensions .csv and .mcap. Needs no "
+      "youbotd",
+      [&] { return youbotctl::convert(arguments.in, arguments.out, arguments.quiet); });
+  file_command(
+      "recover",
+      "write what can be read of a torn MCAP file into a complete one, and say how much was lost. Needs "
+      "no youbotd",
+      [&] { return youbotctl::recover(arguments.in, arguments.out, arguments.quiet); });
   return runtime::run_app(app, argc, argv, [&] { return chosen(); });
 }

@@ -1,0 +1,101 @@
+// youbotctl convert and recover, on a recording of the simulated base.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/support/built_paths.h"
+#include "tests/support/run_command.h"
+#include "tests/support/temporary_directory.h"
+
+namespace youbotctl_files_test {
+
+namespace fs = std::filesystem;
+using support::CommandResult;
+using support::run_command;
+
+std::string text_of(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+class YoubotctlFiles : public testing::Test {
+ protected:
+  CommandResult ctl(const std::string& arguments) const {
+    return run_command("cd " + folder_.path().string() + " && " + support::program("youbotctl") + " " +
+                       arguments);
+  }
+  /// Records some seconds of the base.
+  void record() const {
+    const CommandResult run = run_command(support::program("youbotd") + " --config " + support::source_dir() +
+                                          "/apps/youbotd/demo.toml --virtual-time --duration 12 --record " +
+                                          (folder_ / "run").string());
+    ASSERT_EQ(run.exit_code, 0) << run.output;
+  }
+  support::TemporaryDirectory folder_;
+};
+
+TEST_F(YoubotctlFiles, ARecordingIsAThirdOfItsSizeAsMcapAndTheSameTextBack) {
+  record();
+  const CommandResult there = ctl("convert run/base.csv base.mcap");
+  ASSERT_EQ(there.exit_code, 0) << there.output;
+  EXPECT_TRUE(there.said("base.mcap: ")) << there.output;
+  const CommandResult back = ctl("convert base.mcap base.csv");
+  ASSERT_EQ(back.exit_code, 0) << back.output;
+  EXPECT_TRUE(text_of(folder_ / "run/base.csv") == text_of(folder_ / "base.csv"));
+
+  const auto size = static_cast<double>(fs::file_size(folder_ / "base.mcap"));
+  EXPECT_LT(size, 0.42 * static_cast<double>(fs::file_size(folder_ / "run/base.csv")));
+  // base.csv repeats every column of the wheels' files, so one MCAP file replaces all of them.
+  double all = 0;
+  for (const char* name : {"base", "wheel-1", "wheel-2", "wheel-3", "wheel-4"})
+    all += static_cast<double>(fs::file_size(folder_ / "run" / (std::string(name) + ".csv")));
+  EXPECT_LT(size, 0.26 * all);
+}
+
+TEST_F(YoubotctlFiles, ATornFileIsRecovered) {
+  folder_.write("a.csv", [] {
+    std::string text = "# youbot recording v1\n# rig: wheel-1\ntime_s,position_rad\n";
+    for (int i = 0; i < 1000; ++i) text += std::to_string(i / 1000.0) + ",1.0\n";
+    return text;
+  }());
+  ASSERT_EQ(ctl("convert a.csv a.mcap").exit_code, 0);
+  const std::string whole = text_of(folder_ / "a.mcap");
+  folder_.write("torn.mcap", whole.substr(0, whole.size() / 2));
+
+  const CommandResult refused = ctl("convert torn.mcap b.csv");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(refused.said("torn.mcap: byte ")) << refused.output;
+  EXPECT_FALSE(fs::exists(folder_ / "b.csv"));
+
+  const CommandResult recovered = ctl("recover torn.mcap b.mcap");
+  EXPECT_EQ(recovered.exit_code, 0) << recovered.output;
+  EXPECT_TRUE(recovered.said("warning: torn.mcap: byte ")) << recovered.output;
+  EXPECT_TRUE(recovered.said("bytes of " + std::to_string(whole.size() / 2) + " were lost"))
+      << recovered.output;
+  EXPECT_EQ(ctl("convert b.mcap b.csv").exit_code, 0);
+  const std::string text = text_of(folder_ / "b.csv");
+  EXPECT_TRUE(text_of(folder_ / "a.csv").starts_with(text));
+  EXPECT_GT(text.size(), text_of(folder_ / "a.csv").size() / 4);
+
+  EXPECT_TRUE(ctl("recover a.mcap c.mcap").said("nothing was lost"));
+  EXPECT_EQ(ctl("recover a.csv d.mcap").exit_code, 2);
+  EXPECT_EQ(ctl("recover a.mcap c.mcap").exit_code, 3) << "it exists";
+  EXPECT_EQ(ctl("convert a.csv a.mcap").exit_code, 3) << "it exists";
+  EXPECT_EQ(ctl("convert a.csv a.txt").exit_code, 2);
+}
+
+TEST_F(YoubotctlFiles, TheSearchForMissingEffectsReadsMcap) {
+  record();
+  for (const char* wheel : {"wheel-1", "wheel-2"})
+    ASSERT_EQ(ctl("convert run/" + std::string(wheel) + ".csv " + wheel + ".mcap").exit_code, 0);
+  const CommandResult result = run_command(
+      support::program("youbot-gap") + " --model " + support::source_dir() +
+      "/apps/youbot_gap/known_wheel.toml --data " + (folder_ / "wheel-1.mcap").string() + " --held-out " +
+      (folder_ / "wheel-2.mcap").string() + " --out " + (folder_ / "gap").string());
+  EXPECT_TRUE(result.said("of rig 'wheel-2'")) << "both files were read: " << result.output;
+}
+
+}  // namespace youbotctl_files_test
