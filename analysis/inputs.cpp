@@ -26,9 +26,9 @@ void add_files(std::vector<fs::path>& files, const fs::path& path, const std::st
   std::vector<fs::path> found;
   for (auto entry = fs::directory_iterator(path, error); !error && entry != fs::directory_iterator();
        entry.increment(error))
-    if (entry->path().extension() == ".csv") found.push_back(entry->path());
+    if (runtime::is_recording(*entry)) found.push_back(entry->path());
   if (error) throw std::invalid_argument(option + ": " + path.string() + ": " + error.message());
-  if (found.empty()) throw std::invalid_argument(option + ": there is no .csv in " + path.string());
+  if (found.empty()) throw std::invalid_argument(option + ": there is no .csv or .mcap in " + path.string());
   std::ranges::sort(found);
   files.insert(files.end(), found.begin(), found.end());
 }
@@ -143,7 +143,7 @@ Inputs read_inputs(const InputPaths& paths,
       if (progress)
         progress(fmt::format("reading recording {} of {}", i + 1, files.size()),
                  std::numeric_limits<double>::quiet_NaN());
-      runtime::ReadRecording read = runtime::read_recording(files[i]);
+      runtime::ReadRecording read = runtime::read_recording(files[i], {.joint = paths.joint});
       require_dense(read, files[i]);
       inputs.warnings.insert(inputs.warnings.end(), read.warnings.begin(), read.warnings.end());
       sources.push_back({names[i], std::move(read.recording), files[i].string()});

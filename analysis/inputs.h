@@ -16,6 +16,7 @@ struct InputPaths {
   std::filesystem::path model{};
   std::vector<std::filesystem::path> data{};      ///< recordings, or directories of them
   std::vector<std::filesystem::path> held_out{};  ///< the same; may be empty
+  std::string joint{};                            ///< of MCAP files that others wrote with several joints
 };
 
 struct Inputs {
@@ -26,8 +27,8 @@ struct Inputs {
   std::vector<std::string> warnings;
 };
 
-/// For a directory all *.csv in it, by name, without its subdirectories. The sources are named after their
-/// files, with as many parent directories as are needed to distinguish them.
+/// For a directory all recordings in it, by name, without its subdirectories. The sources are named after
+/// their files, with as many parent directories as are needed to distinguish them.
 /// @throws runtime::ConfigError with all errors in the model and every recording; std::invalid_argument for
 /// files that are given twice or do not fit together.
 /// `progress`: called with the current file, and NaN, because the duration is unknown.

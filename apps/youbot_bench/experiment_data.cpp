@@ -98,7 +98,7 @@ MeasuredExperiment read_experiment(const fs::path& directory, const std::string&
   std::error_code error;
   for (auto entry = fs::directory_iterator(rows, error); !error && entry != fs::directory_iterator();
        entry.increment(error))
-    if (entry->path().extension() == ".csv") files.push_back(entry->path());
+    if (runtime::is_recording(*entry)) files.push_back(entry->path());
   if (error) measured.problems.push_back(rows.string() + ": " + error.message());
   std::ranges::sort(files);
   for (const fs::path& file : files) {

@@ -74,9 +74,8 @@ std::string decision_of(const fits::ChoiceStep& step) {
          (step.drives ? ", friction would drive the joint" : "");
 }
 
-identification::Recording read(const std::filesystem::path& path,
-                               runtime::NotMeasured not_measured = runtime::NotMeasured::kRefused) {
-  runtime::ReadRecording read = runtime::read_recording(path, not_measured);
+identification::Recording read(const std::filesystem::path& path, const runtime::ReadOptions& options) {
+  runtime::ReadRecording read = runtime::read_recording(path, options);
   for (const std::string& warning : read.warnings) spdlog::warn("{}", warning);
   return std::move(read.recording);
 }
@@ -90,9 +89,9 @@ std::vector<std::filesystem::path> maps_at(const std::filesystem::path& path) {
   std::vector<std::filesystem::path> maps;
   for (auto entry = std::filesystem::directory_iterator(directory, error);
        !error && entry != std::filesystem::directory_iterator(); entry.increment(error))
-    if (entry->path().extension() == ".csv") maps.push_back(entry->path());
+    if (runtime::is_recording(*entry)) maps.push_back(entry->path());
   if (error) throw std::invalid_argument("--map: " + directory.string() + ": " + error.message());
-  if (maps.empty()) throw std::invalid_argument("--map: there is no .csv in " + directory.string());
+  if (maps.empty()) throw std::invalid_argument("--map: there is no .csv or .mcap in " + directory.string());
   std::ranges::sort(maps);
   return maps;
 }
@@ -311,15 +310,15 @@ void identify(const IdentifyOptions& options) {
   std::vector<Rig> rigs;
   for (const auto& named : options.maps)
     for (const auto& path : maps_at(named)) {
-      identification::Recording map = read(path, runtime::NotMeasured::kTaken);
+      identification::Recording map = read(path, {.not_measured = runtime::NotMeasured::kTaken});
       Rig& rig = rig_named(rigs, map.rig);
       rig.identified.model.evidence.push_back("sliding friction from " + path.filename().string());
       rig.maps.push_back(std::move(map));
     }
-  const auto read_beside = [&rigs](const std::filesystem::path& path, const std::string& what) {
+  const auto read_beside = [&rigs, &options](const std::filesystem::path& path, const std::string& what) {
     std::optional<identification::Recording> recording;
     if (path.empty()) return recording;
-    recording = read(path);
+    recording = read(path, {.joint = options.joint});
     Rig& rig = rig_named(rigs, recording->rig);
     require_one_rig(rigs, path);
     rig.identified.model.evidence.push_back(what + " from " + path.filename().string());
@@ -359,6 +358,8 @@ Subcommand add_identify(CLI::App& app) {
   command->add_option("--moving", options->moving, "recording with changing velocity: inertia, friction");
   command->add_option("--presliding", options->presliding,
                       "recording below break-away: stiffness and damping; with --map and the inertia");
+  command->add_option("--joint", options->joint,
+                      "joint of an MCAP file that another program wrote, if it has several");
   command
       ->add_option("--law", options->law,
                    "fitted to a map: auto, which chooses the terms, or one of " + law_names() +

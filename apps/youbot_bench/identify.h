@@ -15,6 +15,7 @@ struct IdentifyOptions {
   std::vector<std::filesystem::path> maps{};  ///< steady-state maps, or directories with maps in them
   std::filesystem::path presliding{};         ///< needs a map, and an inertia or a moving recording
   std::filesystem::path moving{};
+  std::string joint{};  ///< of MCAP files that others wrote with several joints
   /// "auto" selects the terms; otherwise a friction law, optionally with "+offset", "+asymmetry" or
   /// "+quadratic".
   std::string law = "auto";
