@@ -17,24 +17,13 @@ using namespace runtime::mcap;
 
 namespace {
 
-/// A recording of ours.
-std::string our_file(Compression compression) {
-  std::string file;
-  McapWriter writer([&file](std::string_view part) { file += part; },
-                    {.library = "fuzz", .compression = compression});
+void write_recording(McapWriter& writer) {
   RecordingWriter recording(
       writer, {{{"rig", "wheel-1"}}, {{"time_s", 3}, {"position_rad"}, {"torque_measured_Nm", 6}}});
   for (int i = 0; i < 3; ++i) recording.append_row(std::vector<double>{i * 0.001, i * 0.1, -i * 0.01});
-  writer.add_attachment({.name = "config.toml", .media_type = "application/toml", .data = "a = 1"});
-  writer.finish();
-  return file;
 }
 
-/// Joint states alone, without a summary.
-std::string file_of_others() {
-  std::string file;
-  McapWriter writer([&file](std::string_view part) { file += part; },
-                    {.library = "other", .compression = Compression::kNone});
+void write_joint_states(McapWriter& writer) {
   const std::uint16_t schema = writer.add_schema(kJointStateType, "ros2msg", kJointStateDefinition);
   const std::uint16_t channel = writer.add_channel(schema, "/joint_states", "cdr", {});
   for (std::uint32_t i = 1; i < 4; ++i) {
@@ -42,7 +31,28 @@ std::string file_of_others() {
     write(cdr, JointState{{0, i}, "base", {"a"}, {1}, {2}, {3}});
     writer.add_message({channel, i, i, i, cdr.payload()});
   }
+}
+
+std::string chunked(Compression compression) {
+  std::string file;
+  McapWriter writer([&file](std::string_view part) { file += part; },
+                    {.library = "fuzz", .compression = compression});
+  write_recording(writer);
+  writer.add_attachment({.name = "config.toml", .media_type = "application/toml", .data = "a = 1"});
+  writer.finish();
+  return file;
+}
+
+/// Without chunks and checksums, so that mutations reach the messages.
+std::string unchunked(void (*write_content)(McapWriter&)) {
+  std::string file;
+  McapWriter writer([&file](std::string_view part) { file += part; },
+                    {.library = "fuzz", .compression = Compression::kNone});
+  write_content(writer);
+  const std::size_t chunk = file.size();
   writer.end_chunk();
+  constexpr std::size_t kChunkHead = kRecordHeadBytes + 8 + 8 + 8 + 4 + 4 + 8;
+  file.erase(chunk, kChunkHead);
   return file + std::string("\x0f\x04\0\0\0\0\0\0\0\0\0\0\0", 13);
 }
 
@@ -55,8 +65,9 @@ struct Count : Visitor {
 
 std::vector<fuzz::Bytes> fuzz::seeds() {
   std::vector<Bytes> result;
-  for (const std::string& file : {our_file(Compression::kNone), our_file(Compression::kZstd),
-                                  our_file(Compression::kLz4), file_of_others()})
+  for (const std::string& file :
+       {chunked(Compression::kNone), chunked(Compression::kZstd), chunked(Compression::kLz4),
+        unchunked(write_recording), unchunked(write_joint_states)})
     result.emplace_back(file.begin(), file.end());
   return result;
 }
