@@ -23,10 +23,10 @@ struct SdkVersion {
 std::string to_string(const SdkVersion& version);  ///< "3.17.5.0"
 inline constexpr int kNeededSdkMajor = 3;
 
-/// Where to look, first to last. Whoever names a file wants that file: nothing else is tried then.
+/// Where to look. If a file is named, nothing else is tried.
 struct SdkSearch {
   std::string file;        ///< empty: search
-  std::string sdk_folder;  ///< with lib/release/lin-<machine>-gcc/libdrd.so.<version>, newest first
+  std::string sdk_folder;  ///< with `lib/release/lin-MACHINE-gcc/libdrd.so.VERSION`, newest first
 };
 /// `file` and what $FDSDK says.
 SdkSearch sdk_search_from_environment(std::string file = {});
