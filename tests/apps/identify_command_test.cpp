@@ -188,7 +188,7 @@ TEST_F(IdentifyCommand, MapsOfSeveralDrivesGiveAModelEachAndOneReport) {
   EXPECT_FALSE(fs::exists(directory_ / "out" / "model.toml"));
 
   EXPECT_EQ(run("--map " + directory_.path().string()), 2);
-  EXPECT_TRUE(said("there is no .csv in")) << output_;
+  EXPECT_TRUE(said("there is no .csv or .mcap in")) << output_;
 }
 
 TEST_F(IdentifyCommand, LeavesOutTheGivenSpeedsAndReportsWhich) {

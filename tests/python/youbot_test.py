@@ -153,13 +153,14 @@ class Robots(unittest.TestCase):
             self.assertTrue(robot.enable().enabled)
 
     def test_an_enable_that_fails_leaves_nothing_enabled(self):
-        with youbot.Robot(on_ground=False) as robot:
+        with youbot.Robot("wire", on_ground=False) as robot:  # its boards take some cycles
             with self.assertRaisesRegex(youbot.RobotFault, "do not obey"):
                 robot.enable(timeout_s=0)
             for _ in range(500):
                 state = robot.step(velocity_rad_per_s=[2] * 4)
             self.assertFalse(state.enabled)
-            self.assertLess(np.abs(state.velocity_rad_per_s).max(), 0.01)
+            # 1 rad if the drives obeyed; the boards' search for their commutation may turn a wheel a little.
+            self.assertLess(np.abs(state.position_rad).max(), 0.1)
             for wrong in (np.inf, np.nan, -1):
                 with self.assertRaisesRegex(ValueError, "timeout_s must be"):
                     robot.enable(timeout_s=wrong)
