@@ -90,7 +90,7 @@ class Robot {
     const nanoseconds last = clock_->now() + timeout;
     try {
       for (;;) {
-        const State state = ask_to_enable(last);
+        State state = ask_to_enable(last);
         if (state.enabled) return state;
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       }
@@ -122,7 +122,7 @@ class Robot {
     const Turn turn(*this);
     command_.enable = true;
     set(youbot::CommandMode::kTorque, Eigen::VectorXd::Zero(count()));
-    const State state = exchange();
+    State state = exchange();
     if (!state.enabled && clock_->now() >= last)
       throw RobotFault("the drives do not obey: check the emergency stop and the 24 V");
     return state;
