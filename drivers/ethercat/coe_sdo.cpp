@@ -206,7 +206,7 @@ CoeMail decode_coe(std::span<const std::uint8_t> mailbox) noexcept {
     std::copy_n(&body[5], mail.emergency.data.size(), mail.emergency.data.begin());
     return mail;
   }
-  // The standard defines an abort as a request, whoever sends it (ETG.1000.6, 5.6.2.7).
+  // The standard defines an abort as a request from either side (ETG.1000.6, 5.6.2.7).
   const bool is_abort =
       service == kSdoRequest && body.size() >= kSegmentHeadLength && (body[kCoeHeader] & 0xE0) == kAbort;
   if (service == kSdoResponse || is_abort) return decode_sdo(body, mail);

@@ -261,12 +261,15 @@ TEST(HapticHold, InterruptedBeforeItsTimeItSaysSoByItsExitCode) {
   EXPECT_EQ(youbot_bench::haptic_hold({.virtual_time = true, .quiet = true}, stop), runtime::kExitInterrupted)
       << "before the first sample";
   stop = false;
-  std::thread user([&stop] {
-    std::this_thread::sleep_for(50ms);
+  const support::TemporaryDirectory folder;
+  std::thread user([&] {
+    while (!std::filesystem::exists(folder / "haptic.csv")) std::this_thread::yield();  // it has begun
     stop = true;
   });
-  EXPECT_EQ(youbot_bench::haptic_hold({.duration_s = 20'000, .virtual_time = true, .quiet = true}, stop),
-            runtime::kExitInterrupted);
+  EXPECT_EQ(
+      youbot_bench::haptic_hold(
+          {.duration_s = 20'000, .out = folder.path().string(), .virtual_time = true, .quiet = true}, stop),
+      runtime::kExitInterrupted);
   user.join();
 }
 
