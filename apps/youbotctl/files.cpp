@@ -9,11 +9,13 @@
 #include "runtime/mcap/convert.h"
 #include "runtime/mcap/recover.h"
 #include "runtime/program/exit_code.h"
+#include "runtime/program/wording.h"
 
 namespace youbotctl {
 
 int convert(const std::filesystem::path& in, const std::filesystem::path& out, bool quiet) {
   const runtime::mcap::Converted converted = runtime::mcap::convert(in, out);
+  for (const std::string& warning : converted.warnings) spdlog::warn("{}", warning);
   if (!quiet)
     std::printf("%s: %llu rows, %.1f MB, %.0f %% of %s\n", out.c_str(),
                 static_cast<unsigned long long>(converted.rows),
@@ -29,11 +31,12 @@ int recover(const std::filesystem::path& in, const std::filesystem::path& out, b
   if (quiet) return runtime::kExitOk;
   std::string lost;
   if (recovered.damaged_records > 0)
-    lost = fmt::format("; {} damaged records were left out", recovered.damaged_records);
+    lost = "; " + runtime::count_text(static_cast<long long>(recovered.damaged_records), "damaged record");
   if (recovered.torn_at) {
     std::error_code error;
     const std::uintmax_t size = std::filesystem::file_size(in, error);
-    lost += fmt::format("; the last {} bytes of {} were lost", error ? 0 : size - *recovered.torn_at, size);
+    lost += fmt::format("; the file ends in a record that begins at byte {} of {}", *recovered.torn_at,
+                        error ? 0 : size);
   }
   std::printf("%s: %llu messages over %.3f s%s\n", out.c_str(),
               static_cast<unsigned long long>(recovered.messages), recovered.duration_s,

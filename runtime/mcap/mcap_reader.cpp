@@ -67,14 +67,14 @@ class Reader {
 
   void read() {
     input_.take(kMagic.size(), content_);
-    if (content_ != kMagic) fail(0, "this is not an MCAP file, version 1");
+    if (content_ != kMagic) throw McapError(file_, 0, "this is not an MCAP file, version 1");
     while (visitor_.wants_more() && next_record()) {
     }
   }
 
  private:
-  [[noreturn]] void fail(std::uint64_t offset, const std::string& problem) const {
-    throw McapError(file_, offset, problem);
+  [[noreturn]] void fail_torn(std::uint64_t offset, std::uint64_t length) const {
+    throw TornMcap(file_, offset, "the file ends in a record of " + std::to_string(length) + " bytes");
   }
 
   /// False after the end of the data section.
@@ -83,18 +83,23 @@ class Reader {
     std::string head;
     input_.take(kRecordHeadBytes, head);
     if (head.size() < kRecordHeadBytes)
-      fail(at, "the file ends here, but its data section does not: it was not finished");
+      throw TornMcap(file_, at, "the file ends here, but its data section does not: it was not finished");
     Fields fields(head);
     const auto opcode = static_cast<Opcode>(fields.number<std::uint8_t>("opcode"));
     const auto length = fields.number<std::uint64_t>("length");
-    if (opcode == Opcode::kFooter) return false;
+    if (opcode == Opcode::kFooter)
+      throw TornMcap(file_, at, "the footer comes before the end of the data section");
+    if (opcode == Opcode{0})  // such as the zeros that a power cut leaves
+      throw TornMcap(file_, at, "the records end here: the next one has the opcode 0, which no record has");
     const std::uint32_t crc_of_data = input_.crc_before();
     if (!is_wanted(opcode)) {
-      if (!input_.skip(length)) fail(at, "the file ends in a record of " + std::to_string(length) + " bytes");
+      if (!input_.skip(length)) fail_torn(at, length);
+    } else if (length > kMaxRecordBytes) {
+      if (!input_.skip(length)) fail_torn(at, length);
+      visitor_.damaged(McapError(file_, at,
+                                 "a record of " + std::to_string(length) + " bytes, but at most " +
+                                     std::to_string(kMaxRecordBytes) + " are read"));
     } else {
-      if (length > kMaxRecordBytes)
-        fail(at, "a record of " + std::to_string(length) + " bytes, but at most " +
-                     std::to_string(kMaxRecordBytes) + " are read");
       input_.take(length, content_);
       const bool torn = content_.size() < length;
       if (opcode == Opcode::kDataEnd && !torn) {
@@ -104,8 +109,8 @@ class Reader {
       if (!torn) {
         guarded(at, [&] { record(opcode, content_, at); });
       } else {
-        if (opcode == Opcode::kChunk) torn_chunk();
-        fail(at, "the file ends in a record of " + std::to_string(length) + " bytes");
+        if (opcode == Opcode::kChunk) torn_chunk(at);
+        fail_torn(at, length);
       }
     }
     return true;
@@ -221,12 +226,12 @@ class Reader {
   }
 
   /// Visits what can be read of a chunk that is cut off, without its checksum.
-  void torn_chunk() {
+  void torn_chunk(std::uint64_t at) {
     try {
       Fields fields(content_);
       const ChunkHead head = chunk_head(fields);
       fields.number<std::uint64_t>("records");
-      chunk_records(unpacked(head, fields.left()), 0);
+      chunk_records(unpacked(head, fields.left()), at);
     } catch (const BadRecord&) {  // the caller reports the torn file
     }
   }
@@ -239,7 +244,7 @@ class Reader {
     }
   }
 
-  /// False if the last record is not complete.
+  /// Passes on each record by itself, damaged ones too. False if the last one is not complete.
   bool chunk_records(std::string_view records, std::uint64_t at) {
     for (Fields fields(records); !fields.left().empty() && visitor_.wants_more();) {
       if (fields.left().size() < kRecordHeadBytes) return false;
@@ -248,7 +253,7 @@ class Reader {
       if (length > fields.left().size()) return false;
       const std::string_view content = fields.bytes(length, "record");
       if (opcode == Opcode::kSchema || opcode == Opcode::kChannel || opcode == Opcode::kMessage)
-        record(opcode, content, at);
+        guarded(at, [&] { record(opcode, content, at); });
     }
     return true;
   }

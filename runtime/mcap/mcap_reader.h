@@ -25,6 +25,13 @@ class McapError : public ConfigError {
   std::uint64_t offset_;
 };
 
+/// A file that ends before its data section does, as an interrupted writer leaves it: recover() reads what is
+/// there.
+class TornMcap : public McapError {
+ public:
+  using McapError::McapError;
+};
+
 /// Fills a buffer and returns the number of bytes; 0 at the end.
 using ReadBytes = std::function<std::size_t(char* buffer, std::size_t size)>;
 
@@ -69,8 +76,8 @@ class Visitor {
 
 /// Reads from the beginning to the end of the data section, and validates all checksums. Of a torn chunk the
 /// complete messages are visited before the exception.
-/// @throws McapError, naming file and byte offset, if the file is torn or is no MCAP file; what precedes has
-/// been visited.
+/// @throws TornMcap; McapError, naming file and byte offset, if it is no MCAP file. What precedes has been
+/// visited.
 void read_mcap(const ReadBytes& read, const std::string& file, Visitor& visitor);
 
 }  // namespace runtime::mcap

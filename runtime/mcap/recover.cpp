@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <utility>
 
 #include "runtime/mcap/mcap_file.h"
@@ -43,7 +42,7 @@ class Copy : public Visitor {
   bool wants_attachments() const override { return true; }
   void damaged(const McapError& error) override {
     ++result_.damaged_records;
-    if (result_.problems.size() < Recovered::kMaxListedProblems) result_.problems.emplace_back(error.what());
+    result_.list(error);
   }
 
   McapWriter& writer_;
@@ -54,14 +53,24 @@ class Copy : public Visitor {
   std::uint64_t last_ns_ = 0;
 };
 
-/// The header comes first in both files, so it is read before the new one begins.
+/// The header comes first in both files, so it is read before the new one begins. A damaged one has no
+/// profile.
 class Profile : public Visitor {
  public:
-  std::optional<std::string> profile;
-  bool wants_more() const override { return !profile; }
+  std::string profile;
+  bool wants_more() const override { return !seen_; }
 
  private:
-  void header(std::string_view text, std::string_view) override { profile = text; }
+  void header(std::string_view text, std::string_view) override {
+    profile = text;
+    seen_ = true;
+  }
+  void schema(const Schema&) override { seen_ = true; }
+  void channel(const Channel&) override { seen_ = true; }
+  void metadata(std::string_view, const StringMap&) override { seen_ = true; }
+  void damaged(const McapError&) override { seen_ = true; }
+
+  bool seen_ = false;
 };
 
 }  // namespace
@@ -69,14 +78,17 @@ class Profile : public Visitor {
 Recovered recover(const std::function<ReadBytes()>& open, const std::string& file, const std::string& library,
                   const std::function<void(std::string_view)>& write) {
   Profile first;
-  read_mcap(open(), file, first);
-  McapWriter writer(write, {.profile = first.profile.value_or(""), .library = library});
+  try {
+    read_mcap(open(), file, first);
+  } catch (const TornMcap&) {  // reported below
+  }
+  McapWriter writer(write, {.profile = first.profile, .library = library});
   Recovered result;
   Copy copy(writer, result);
   try {
     read_mcap(open(), file, copy);
-  } catch (const McapError& error) {
-    result.problems.emplace_back(error.what());
+  } catch (const TornMcap& error) {
+    result.list(error);
     result.torn_at = error.offset();
   }
   writer.finish();

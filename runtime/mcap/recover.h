@@ -18,11 +18,14 @@ struct Recovered {
   static constexpr std::size_t kMaxListedProblems = 20;
 
   std::uint64_t messages = 0;
-  double duration_s = 0;                 ///< from the first message to the last one
-  std::vector<std::string> problems;     ///< each with its byte offset, the first kMaxListedProblems
-  std::uint64_t damaged_records = 0;     ///< left out between others
-  std::optional<std::uint64_t> torn_at;  ///< byte from which on nothing could be read
+  double duration_s = 0;              ///< from the first message to the last one
+  std::vector<std::string> problems;  ///< each with its byte offset, the first kMaxListedProblems
+  std::uint64_t damaged_records = 0;  ///< between others; a wrong checksum of the data section counts as one
+  std::optional<std::uint64_t> torn_at;  ///< where the record begins in which the file ends
   bool complete() const { return problems.empty(); }
+  void list(const McapError& problem) {
+    if (problems.size() < kMaxListedProblems) problems.emplace_back(problem.what());
+  }
 };
 
 /// Writes what can be read of `in` into the complete file `out`.
