@@ -51,7 +51,7 @@ void attach_configuration(McapWriter& writer, const fs::path& folder, std::uint6
   }
 }
 
-std::uint64_t csv_to_mcap(const fs::path& in, const fs::path& out) {
+std::uint64_t csv_to_mcap(const fs::path& in, const fs::path& out, std::vector<std::string>& warnings) {
   NewFile file(out);
   McapWriter writer([&file](std::string_view bytes) { file.write(bytes); }, options());
   std::optional<RecordingWriter> recording;
@@ -65,7 +65,8 @@ std::uint64_t csv_to_mcap(const fs::path& in, const fs::path& out) {
                          [&](std::span<const double> row) {
                            recording->append_row(row);
                            ++rows;
-                         }});
+                         },
+                     .warning = [&](const std::string& text) { warnings.push_back(text); }});
   writer.finish();
   file.finish();
   return rows;
@@ -78,7 +79,11 @@ std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out) {
     read_mcap_rows([&in] { return read_file(in); }, in.string(), {.all = true},
                    {.head =
                         [&](const RecordingHead& head) {
-                          file = std::make_unique<RecordingFile>(out, head.comments, head.columns);
+                          try {
+                            file = std::make_unique<RecordingFile>(out, head.comments, head.columns);
+                          } catch (const std::invalid_argument& error) {  // what CSV cannot hold
+                            throw ConfigError({in.string() + ": " + error.what()});
+                          }
                         },
                     .row =
                         [&](std::span<const double> row) {
@@ -103,14 +108,15 @@ std::uint64_t mcap_to_csv(const fs::path& in, const fs::path& out) {
 Converted convert(const fs::path& in, const fs::path& out) {
   const std::string from = in.extension();
   const std::string to = out.extension();
-  Converted result;
-  if (from == ".csv" && to == ".mcap")
-    result.rows = csv_to_mcap(in, out);
-  else if (from == ".mcap" && to == ".csv")
-    result.rows = mcap_to_csv(in, out);
-  else
+  if (!(from == ".csv" && to == ".mcap") && !(from == ".mcap" && to == ".csv"))
     throw std::invalid_argument("convert: expected a .csv and a .mcap file, not '" + from + "' and '" + to +
                                 "'");
+  require_absent(out);
+  fs::path part = out;
+  part += ".part";
+  Converted result;
+  result.rows = to == ".mcap" ? csv_to_mcap(in, part, result.warnings) : mcap_to_csv(in, part);
+  publish(part, out);
   result.bytes_in = size_of(in);
   result.bytes_out = size_of(out);
   return result;

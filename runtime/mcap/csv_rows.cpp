@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 #include <vector>
 
@@ -61,20 +62,26 @@ class CsvPass {
         return head;
       }
       const std::string_view text = trimmed(line.substr(1));
+      if (text.starts_with("youbot recording")) {
+        if (text != "youbot recording v1") fail("this is '" + std::string(text) + "', but v1 is read");
+        continue;
+      }
       const std::size_t colon = text.find(':');
-      if (colon != text.npos)
+      if (colon != text.npos && colon > 0)
         head.comments.push_back(
             {std::string(trimmed(text.substr(0, colon))), std::string(trimmed(text.substr(colon + 1)))});
     }
     fail("no row of column names");
   }
 
-  /// Calls field(column, text, value) for each, then end_of_row().
+  /// Calls field(column, text, value) for each, then end_of_row(), which says whether to go on. False if the
+  /// last line is torn.
   template <typename Field, typename EndOfRow>
-  void read_rows(const RecordingHead& head, Field field, EndOfRow end_of_row) {
+  bool read_rows(const RecordingHead& head, Field field, EndOfRow end_of_row) {
     std::string_view line;
     bool whole = true;
-    while (next_line(line, whole) && whole) {
+    while (next_line(line, whole)) {
+      if (!whole) return false;
       if (line.empty()) continue;
       std::size_t column = 0;
       for (std::string_view rest = line;; ++column) {
@@ -92,25 +99,31 @@ class CsvPass {
       }
       if (column + 1 != head.columns.size())
         fail("the row does not have " + std::to_string(head.columns.size()) + " values");
-      end_of_row();
+      if (!end_of_row()) break;
     }
+    return true;
   }
 
-  [[noreturn]] void fail(const std::string& problem) const {
-    throw ConfigError({path_.string() + ":" + std::to_string(line_) + ": " + problem});
+  std::string placed(const std::string& text) const {
+    return path_.string() + (line_ > 0 ? ":" + std::to_string(line_) : "") + ": " + text;
   }
+  [[noreturn]] void fail(const std::string& problem) const { throw ConfigError({placed(problem)}); }
 
  private:
   bool next_line(std::string_view& line, bool& whole) {
     if (!named(path_, [&] { return lines_.next(line, whole); })) return false;
-    ++line_;
+    if (++line_ == 1 && line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
     return true;
   }
 
   void read_names(std::string_view line, RecordingHead& head) {
     for (;;) {
       const std::size_t comma = line.find(',');
-      head.columns.push_back({std::string(trimmed(line.substr(0, comma)))});
+      const std::string name(trimmed(line.substr(0, comma)));
+      if (name.empty() || name.find_first_of(" \t\"#") != name.npos)
+        fail("column '" + name + "': a name has no blank, quotation mark or #");
+      if (head.column(name)) fail("column " + name + " is there twice");
+      head.columns.push_back({name});
       if (head.columns.size() > kMaxRecordingColumns)
         fail("more than " + std::to_string(kMaxRecordingColumns) +
              " columns; is this the row of column names?");
@@ -120,14 +133,17 @@ class CsvPass {
     if (!head.column("time_s")) fail("column time_s is missing; is this the row of column names?");
   }
 
+  static constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
   const std::filesystem::path& path_;
   std::unique_ptr<RegularFile> file_;
   Lines lines_;
   std::size_t line_ = 0;
 };
 
-/// The decimals of each column that always has the same number of them.
-void find_decimals(CsvPass& pass, RecordingHead& head) {
+/// Finds the decimals of each column that always has the same number of them. Returns the number of rows.
+std::uint64_t find_decimals(CsvPass& pass, RecordingHead& head) {
+  std::uint64_t rows = 0;
   constexpr int kUnknown = -1;
   std::vector<std::optional<int>> decimals(head.columns.size(), kUnknown);
   pass.read_rows(
@@ -143,9 +159,13 @@ void find_decimals(CsvPass& pass, RecordingHead& head) {
         else
           digits = here;
       },
-      [] {});
+      [&rows] {
+        ++rows;
+        return true;
+      });
   for (std::size_t i = 0; i < decimals.size(); ++i)
     if (decimals[i] != kUnknown) head.columns[i].decimals = decimals[i];
+  return rows;
 }
 
 }  // namespace
@@ -153,14 +173,30 @@ void find_decimals(CsvPass& pass, RecordingHead& head) {
 void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor) {
   CsvPass survey(path);
   RecordingHead head = survey.read_head();
-  find_decimals(survey, head);
+  std::uint64_t left = find_decimals(survey, head);
   CsvPass pass(path);
   if (pass.read_head().columns.size() != head.columns.size()) pass.fail("the file changes while it is read");
   visitor.head(head);
+  const auto warn = [&](const std::string& text) {
+    if (visitor.warning) visitor.warning(pass.placed(text));
+  };
   std::vector<double> row(head.columns.size());
-  pass.read_rows(
+  const bool whole = pass.read_rows(
       head, [&](std::size_t column, std::string_view, double value) { row[column] = value; },
-      [&] { visitor.row(row); });
+      [&] {
+        if (left == 0) {  // nothing is known of its decimals
+          warn("the file grows while it is read; rows from here on were left out");
+          return false;
+        }
+        --left;
+        try {
+          visitor.row(row);
+        } catch (const std::invalid_argument& error) {
+          pass.fail(error.what());
+        }
+        return true;
+      });
+  if (!whole) warn("the last line is torn (no line end) and was left out");
 }
 
 }  // namespace runtime::mcap

@@ -15,13 +15,12 @@ namespace runtime::mcap {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
-/// Of all JointState messages of a topic together.
-constexpr std::size_t kMaxJointNames = 300;
 
-/// A topic with sensor_msgs/JointState.
+/// A topic with sensor_msgs/JointState, of one publisher or several.
 struct JointTopic {
-  std::string topic;
+  std::set<std::uint16_t> channels;
   std::vector<std::string> joints;  // in the order of their first message
+  bool has_stamps = false;          // of the measurement; otherwise all are zero
   bool has_velocity = false;
   bool has_effort = false;
 };
@@ -31,7 +30,7 @@ class Survey : public Visitor {
  public:
   std::optional<std::uint16_t> record_channel;
   RecordingHead head;
-  std::map<std::uint16_t, JointTopic> joint_topics;
+  std::map<std::string, JointTopic> joint_topics;
   std::string library;
 
   bool wants_more() const override { return !record_channel; }
@@ -52,24 +51,32 @@ class Survey : public Visitor {
       head = head_from(recording_, channel.metadata);
       record_channel = channel.id;
     }
-    if (joint_schemas_.contains(channel.schema)) joint_topics[channel.id].topic = channel.topic;
+    if (!joint_schemas_.contains(channel.schema)) return;
+    JointTopic& topic = joint_topics[std::string(channel.topic)];
+    topic.channels.insert(channel.id);
+    topic_of_[channel.id] = {std::string(channel.topic), &topic};
   }
   void message(const Message& message) override {
-    const auto found = joint_topics.find(message.channel);
-    if (found == joint_topics.end()) return;
+    const auto found = topic_of_.find(message.channel);
+    if (found == topic_of_.end()) return;
     const JointState state = read_joint_state(message.data);
-    JointTopic& topic = found->second;
+    JointTopic& topic = *found->second.second;
+    topic.has_stamps |= state.stamp.ns() != 0;
     topic.has_velocity |= !state.velocity_rad_per_s.empty();
     topic.has_effort |= !state.effort_Nm.empty();
-    for (const std::string& joint : state.name)
-      if (std::ranges::find(topic.joints, joint) == topic.joints.end()) topic.joints.push_back(joint);
-    if (topic.joints.size() > kMaxJointNames)
-      throw BadRecord("more than " + std::to_string(kMaxJointNames) + " joint names on " + topic.topic);
+    for (const std::string& joint : state.name) {
+      if (std::ranges::find(topic.joints, joint) != topic.joints.end()) continue;
+      if (topic.joints.size() == kMaxJointNames)
+        throw BadRecord("more than " + std::to_string(kMaxJointNames) + " joint names on " +
+                        found->second.first);
+      topic.joints.push_back(joint);
+    }
   }
 
   StringMap recording_;
   std::set<std::uint16_t> record_schemas_;
   std::set<std::uint16_t> joint_schemas_;
+  std::map<std::uint16_t, std::pair<std::string, JointTopic*>> topic_of_;  // by channel
 };
 
 std::string listed(const std::vector<std::string>& names) {
@@ -100,19 +107,18 @@ class RecordRows : public Visitor {
 
 class JointRows : public Visitor {
  public:
-  JointRows(std::uint16_t channel, const JointTopic& topic, std::vector<std::string> joints,
-            const RowVisitor& visitor)
-      : channel_(channel), topic_(topic), joints_(std::move(joints)), visitor_(visitor) {}
+  JointRows(const JointTopic& topic, std::vector<std::string> joints, const RowVisitor& visitor)
+      : topic_(topic), joints_(std::move(joints)), visitor_(visitor) {}
 
  private:
   void message(const Message& message) override {
-    if (message.channel != channel_) return;
+    if (!topic_.channels.contains(message.channel)) return;
     const JointState state = read_joint_state(message.data);
-    // Of the measurement, unless its publisher left that out.
-    const std::int64_t stamp_ns = state.stamp.ns();
-    const std::int64_t time_ns = stamp_ns != 0 ? stamp_ns : static_cast<std::int64_t>(message.log_time_ns);
+    if (message.log_time_ns > kLastTime_ns) throw BadRecord("a log time beyond the year 2262");
+    const std::int64_t time_ns =
+        topic_.has_stamps ? state.stamp.ns() : static_cast<std::int64_t>(message.log_time_ns);
     if (!first_time_ns_) first_time_ns_ = time_ns;
-    row_.assign(1, static_cast<double>(time_ns - *first_time_ns_) * 1e-9);
+    row_.assign(1, static_cast<double>(time_ns - *first_time_ns_) / 1e9);
     bool any = false;
     for (const std::string& joint : joints_) {
       const auto found = std::ranges::find(state.name, joint);
@@ -128,7 +134,8 @@ class JointRows : public Visitor {
     if (any) visitor_.row(row_);  // several publishers may share a topic
   }
 
-  std::uint16_t channel_;
+  static constexpr std::uint64_t kLastTime_ns = std::numeric_limits<std::int64_t>::max();
+
   const JointTopic& topic_;
   std::vector<std::string> joints_;
   const RowVisitor& visitor_;
@@ -143,10 +150,17 @@ std::string column_name(std::string text) {
   return text;
 }
 
-RecordingHead head_of(const JointTopic& topic, const std::vector<std::string>& joints,
-                      const std::string& library) {
+/// What `wanted` becomes beside the columns that there are.
+std::string distinct(const RecordingHead& head, const std::string& wanted) {
+  std::string name = wanted;
+  for (int i = 2; head.column(name); ++i) name = wanted + "_" + std::to_string(i);
+  return name;
+}
+
+RecordingHead head_of(const std::string& name, const JointTopic& topic,
+                      const std::vector<std::string>& joints, const std::string& library) {
   RecordingHead head;
-  std::string source = topic.topic + (library.empty() ? "" : ", written by " + library);
+  std::string source = name + (library.empty() ? "" : ", written by " + library);
   std::ranges::replace_if(
       source, [](char c) { return static_cast<unsigned char>(c) < ' ' || c == '\x7f'; }, ' ');
   if (joints.size() == 1) head.comments.push_back({"rig", column_name(joints.front())});
@@ -154,23 +168,22 @@ RecordingHead head_of(const JointTopic& topic, const std::vector<std::string>& j
   head.columns.push_back({"time_s"});
   for (const std::string& joint : joints) {
     const std::string prefix = joints.size() == 1 ? "" : column_name(joint) + '_';
-    head.columns.push_back({prefix + "position_rad"});
-    if (topic.has_velocity) head.columns.push_back({prefix + "velocity_rad_per_s"});
-    if (topic.has_effort) head.columns.push_back({prefix + "torque_measured_Nm"});
+    head.columns.push_back({distinct(head, prefix + "position_rad")});
+    if (topic.has_velocity) head.columns.push_back({distinct(head, prefix + "velocity_rad_per_s")});
+    if (topic.has_effort) head.columns.push_back({distinct(head, prefix + "torque_measured_Nm")});
   }
   return head;
 }
 
-const std::pair<const std::uint16_t, JointTopic>& chosen_topic(const Survey& survey,
-                                                               const std::string& file) {
+const std::pair<const std::string, JointTopic>& chosen_topic(const Survey& survey, const std::string& file) {
   std::vector<std::string> topics;
-  const std::pair<const std::uint16_t, JointTopic>* chosen = nullptr;
-  const std::pair<const std::uint16_t, JointTopic>* usual = nullptr;
+  const std::pair<const std::string, JointTopic>* chosen = nullptr;
+  const std::pair<const std::string, JointTopic>* usual = nullptr;
   for (const auto& each : survey.joint_topics) {
     if (each.second.joints.empty()) continue;
     chosen = &each;
-    if (each.second.topic == "/joint_states") usual = &each;
-    topics.push_back(each.second.topic);
+    if (each.first == "/joint_states") usual = &each;
+    topics.push_back(each.first);
   }
   if (topics.empty())
     throw ConfigError(
@@ -182,8 +195,10 @@ const std::pair<const std::uint16_t, JointTopic>& chosen_topic(const Survey& sur
 
 }  // namespace
 
-void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& file,
-                    const JointChoice& choice, const RowVisitor& visitor) {
+namespace {
+
+void read_rows(const std::function<ReadBytes()>& open, const std::string& file, const JointChoice& choice,
+               const RowVisitor& visitor) {
   Survey survey;
   read_mcap(open(), file, survey);
   if (survey.record_channel) {
@@ -192,18 +207,29 @@ void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& f
     read_mcap(open(), file, rows);
     return;
   }
-  const auto& [channel, topic] = chosen_topic(survey, file);
+  const auto& [name, topic] = chosen_topic(survey, file);
   std::vector<std::string> joints = topic.joints;
   if (!choice.joint.empty()) {
     if (std::ranges::find(joints, choice.joint) == joints.end())
       throw ConfigError({file + ": has no joint '" + choice.joint + "'; it has " + listed(joints)});
     joints = {choice.joint};
   } else if (joints.size() > 1 && !choice.all) {
-    throw ConfigError({file + ": has the joints " + listed(joints) + "; choose one (--joint)"});
+    throw ConfigError({file + ": has the joints " + listed(joints) + "; choose one of them (--joint)"});
   }
-  visitor.head(head_of(topic, joints, survey.library));
-  JointRows rows(channel, topic, joints, visitor);
+  visitor.head(head_of(name, topic, joints, survey.library));
+  JointRows rows(topic, joints, visitor);
   read_mcap(open(), file, rows);
+}
+
+}  // namespace
+
+void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& file,
+                    const JointChoice& choice, const RowVisitor& visitor) {
+  try {
+    read_rows(open, file, choice, visitor);
+  } catch (const TornMcap& error) {
+    throw ConfigError({std::string(error.what()) + "; youbotctl recover repairs it"});
+  }
 }
 
 }  // namespace runtime::mcap

@@ -1,5 +1,5 @@
 /// @file
-/// A file that is created and written from its beginning to its end.
+/// A file that is created and written from its beginning to its end, and its name.
 #pragma once
 #include <filesystem>
 #include <string_view>
@@ -28,5 +28,11 @@ class NewFile {
   int fd_ = -1;
   bool finished_ = false;
 };
+
+/// @throws hal::SetupError if there is such a file.
+void require_absent(const std::filesystem::path& path);
+/// Gives the finished file `part` its name. @throws hal::SetupError if there is such a file; `part` is
+/// removed.
+void publish(const std::filesystem::path& part, const std::filesystem::path& path);
 
 }  // namespace runtime::mcap

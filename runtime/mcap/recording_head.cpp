@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "runtime/mcap/decimals.h"
+#include "runtime/recording/recording_reader.h"
 
 namespace runtime::mcap {
 namespace {
@@ -49,13 +50,16 @@ std::optional<std::size_t> RecordingHead::column(std::string_view column_name) c
 std::uint64_t RecordingHead::start_ns() const {
   std::tm utc{};
   const std::string text(comment("started"));
-  if (std::sscanf(text.c_str(), "%4d-%2d-%2dT%2d:%2d:%2dZ", &utc.tm_year, &utc.tm_mon, &utc.tm_mday,
-                  &utc.tm_hour, &utc.tm_min, &utc.tm_sec) != 6)
+  int length = 0;  // of a text that matches to its end
+  if (std::sscanf(text.c_str(), "%4d-%2d-%2dT%2d:%2d:%2dZ%n", &utc.tm_year, &utc.tm_mon, &utc.tm_mday,
+                  &utc.tm_hour, &utc.tm_min, &utc.tm_sec, &length) != 6 ||
+      static_cast<std::size_t>(length) != text.size() || text.empty())
     return 0;
   utc.tm_year -= 1900;
   utc.tm_mon -= 1;
   const std::time_t seconds = timegm(&utc);
-  return seconds < 0 ? 0 : static_cast<std::uint64_t>(seconds) * 1'000'000'000;
+  constexpr std::time_t kLast = 9'000'000'000;  // year 2255
+  return seconds < 0 || seconds > kLast ? 0 : static_cast<std::uint64_t>(seconds) * 1'000'000'000;
 }
 
 StringMap metadata_of(const RecordingHead& head) {
@@ -86,7 +90,10 @@ RecordingHead head_from(const StringMap& recording, const StringMap& channel) {
     for (const std::string_view line : split(comments->second, '\n'))
       if (const std::size_t colon = line.find(": "); colon != line.npos)
         head.comments.push_back({std::string(line.substr(0, colon)), std::string(line.substr(colon + 2))});
-  const auto names = split(entry(channel, kColumns), ',');
+  const std::string& columns = entry(channel, kColumns);
+  if (static_cast<std::size_t>(std::ranges::count(columns, ',')) >= kMaxRecordingColumns)
+    throw BadRecord("more than " + std::to_string(kMaxRecordingColumns) + " columns");
+  const auto names = split(columns, ',');
   const auto decimals = split(entry(channel, kDecimals), ',');
   if (names.size() != decimals.size())
     throw BadRecord(std::to_string(names.size()) + " columns, but decimals of " +

@@ -20,7 +20,8 @@ struct RecordingHead {
   /// Empty if there is no such comment.
   std::string_view comment(std::string_view key) const noexcept;
   std::optional<std::size_t> column(std::string_view column_name) const noexcept;
-  /// From the comment `started`, UTC: "2026-11-26T22:03:08Z". Zero without one.
+  /// From the comment `started`, UTC: "2026-11-26T22:03:08Z". Zero without one, or
+  /// for any other text.
   std::uint64_t start_ns() const;
 };
 

@@ -15,6 +15,7 @@ namespace runtime::mcap {
 struct RowVisitor {
   std::function<void(const RecordingHead&)> head;
   std::function<void(std::span<const double>)> row;
+  std::function<void(const std::string&)> warning = {};  ///< with file and line; may be empty
 };
 
 /// Which joints of a file of others become columns.
@@ -31,8 +32,9 @@ void read_mcap_rows(const std::function<ReadBytes()>& open, const std::string& f
                     const JointChoice& choice, const RowVisitor& visitor);
 
 /// The rows of CSV text, with any numbers, not only valid measurements. A column has decimals if all of its
-/// values are written with the same number of them. A torn last line is left out.
-/// @throws ConfigError with file and line.
+/// values are written with the same number of them. A torn last line is left out, and rows that a program
+/// still appends, each with a warning.
+/// @throws ConfigError with file and line; also for what visitor.row() throws as std::invalid_argument.
 void read_csv_rows(const std::filesystem::path& path, const RowVisitor& visitor);
 
 }  // namespace runtime::mcap

@@ -1,5 +1,7 @@
 #include "runtime/mcap/recording_writer.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -47,14 +49,16 @@ void RecordingWriter::append_row(std::span<const double> row) {
   const double since_start_ns = std::nearbyint(row[time_column_] * 1e9);
   constexpr double kLast = 9e18;  // year 2255
   if (!(since_start_ns > -static_cast<double>(start_ns_) - 1 && since_start_ns < kLast))
-    throw std::invalid_argument("time_s is " + std::to_string(row[time_column_]) +
-                                ": an MCAP file has no such time");
+    throw std::invalid_argument(fmt::format(
+        "time_s is {:g}; the times of an MCAP file are those from 1970 to 2255", row[time_column_]));
   const auto time_ns = start_ns_ + static_cast<std::uint64_t>(static_cast<std::int64_t>(since_start_ns));
 
   // The sequence stays 0, which MCAP allows: a gap shows in the times, and a counter takes 3 % of the file.
   cdr_.clear();
   write_record(cdr_, row_);
   writer_.add_message({record_channel_, 0, time_ns, time_ns, cdr_.payload()});
+  if (time_ns < last_ns_) next_joint_state_ns_.reset();  // the time began again
+  last_ns_ = time_ns;
   if (!joints_.empty() && time_ns >= next_joint_state_ns_.value_or(time_ns)) add_joint_state(time_ns);
 }
 

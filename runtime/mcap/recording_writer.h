@@ -39,6 +39,7 @@ class RecordingWriter {
   JointState joint_state_;
   std::uint64_t joint_state_period_ns_;
   std::optional<std::uint64_t> next_joint_state_ns_;
+  std::uint64_t last_ns_ = 0;
   std::vector<double> row_;
   CdrWriter cdr_;
 };

@@ -48,7 +48,10 @@ JointState read_joint_state(std::string_view payload) {
   state.stamp.sec = cdr.int32("header.stamp.sec");
   state.stamp.nanosec = cdr.uint32("header.stamp.nanosec");
   state.frame_id = cdr.string("header.frame_id");
-  state.name.resize(cdr.count("name", 4));
+  const std::size_t names = cdr.count("name", 4);
+  if (names > kMaxJointNames)
+    throw BadRecord("more than " + std::to_string(kMaxJointNames) + " joint names in a message");
+  state.name.resize(names);
   for (std::string& joint : state.name) joint = cdr.string("name");
   const auto values = [&](const char* field, std::vector<double>& out) {
     out.resize(cdr.count(field, sizeof(double)));

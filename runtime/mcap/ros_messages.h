@@ -35,7 +35,9 @@ struct JointState {
   std::vector<double> effort_Nm;
 };
 void write(CdrWriter& cdr, const JointState& state);
-/// @throws BadRecord if the payload is no JointState.
+/// Of a message, and of all messages of a topic together.
+inline constexpr std::size_t kMaxJointNames = 300;
+/// @throws BadRecord if the payload is no JointState, or has more names.
 JointState read_joint_state(std::string_view payload);
 
 inline constexpr std::string_view kRecordType = "youbot_msgs/msg/Record";

@@ -2,11 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <limits>
 #include <random>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +17,7 @@
 #include "runtime/mcap/decimals.h"
 #include "runtime/mcap/mcap_file.h"
 #include "runtime/mcap/mcap_reader.h"
+#include "runtime/mcap/recording_rows.h"
 #include "runtime/mcap/recording_writer.h"
 #include "runtime/mcap/ros_messages.h"
 #include "runtime/recording/recording_file.h"
@@ -124,7 +127,54 @@ TEST_F(Conversion, AColumnWithoutFixedDecimalsKeepsItsValues) {
   EXPECT_EQ(there_and_back(text), text);
 }
 
-TEST_F(Conversion, ATornLastLineIsLeftOut) { EXPECT_EQ(there_and_back(kBase + "0.02"), kBase); }
+TEST_F(Conversion, ATornLastLineIsLeftOutAndReported) {
+  EXPECT_EQ(there_and_back(kBase + "0.02"), kBase);
+  const Converted converted = convert(csv(kBase + "0.02"), folder / "c.mcap");
+  ASSERT_EQ(converted.warnings.size(), 1U);
+  EXPECT_NE(converted.warnings[0].find("in.csv:11: the last line is torn"), std::string::npos)
+      << converted.warnings[0];
+}
+
+// The decimals of a column are those of the rows that were there at the beginning.
+TEST_F(Conversion, RowsThatAreAppendedMeanwhileAreLeftOut) {
+  const auto in = csv("# youbot recording v1\ntime_s,flag\n0.000,0\n0.001,0\n");
+  std::vector<std::string> warnings;
+  std::vector<double> flags;
+  read_csv_rows(in,
+                {.head = [&](const RecordingHead&) { std::ofstream(in, std::ios::app) << "0.002,0.25\n"; },
+                 .row = [&](std::span<const double> row) { flags.push_back(row[1]); },
+                 .warning = [&](const std::string& text) { warnings.push_back(text); }});
+  EXPECT_EQ(flags, (std::vector<double>{0, 0}));
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_NE(warnings[0].find("grows while it is read"), std::string::npos);
+}
+
+TEST_F(Conversion, MistakesNameFileAndLine) {
+  const auto problem = [&](const std::string& text, const std::string& part) {
+    expect_problem([&] { convert(csv(text), folder / "new.mcap"); }, {part});
+    EXPECT_FALSE(std::filesystem::exists(folder / "new.mcap.part"));
+  };
+  problem("time_s,x\n0,1\nnan,2\n", "in.csv:3: time_s is nan");
+  problem("time_s,x\n1e300,1\n", "in.csv:2: time_s is 1e+300");
+  problem("time_s,my x\n0,1\n", "in.csv:1: column 'my x'");
+  problem("time_s,x,x\n0,1,2\n", "in.csv:1: column x is there twice");
+  problem("# youbot recording v2\ntime_s,x\n0,1\n", "in.csv:1: this is 'youbot recording v2'");
+  problem("", "in.csv: no row of column names");
+}
+
+TEST_F(Conversion, AByteOrderMarkIsNoPartOfAName) {
+  convert(csv("\xEF\xBB\xBFtime_s,x\n0,1\n"), folder / "a.mcap");
+  EXPECT_EQ(runtime::read_recording(folder / "a.mcap").recording.columns[0].name, "time_s");
+}
+
+TEST(RecordingStart, IsUtcOrUnknown) {
+  const auto start = [](const char* text) { return RecordingHead{{{"started", text}}, {}}.start_ns(); };
+  EXPECT_EQ(start("2026-11-26T22:03:08Z"), 1'795'730'588'000'000'000U);
+  EXPECT_EQ(start("2026-11-26T22:03:08+01:00"), 0U) << "not UTC";
+  EXPECT_EQ(start("2026-11-26T22:03:08Z or so"), 0U);
+  EXPECT_EQ(start("2700-01-01T00:00:00Z"), 0U) << "does not fit";
+  EXPECT_EQ(start(""), 0U);
+}
 
 TEST_F(Conversion, HasTopicsTimesMetadataAndConfiguration) {
   folder.write("config.toml", "a = 1\n");
@@ -257,6 +307,29 @@ TEST_F(Conversion, AllJointsOfOthersBecomeColumns) {
             "# youbot recording v1\n# converted_from: /joint_states, written by other\n"
             "time_s,a_position_rad,a_torque_measured_Nm,wheel_2_position_rad,wheel_2_torque_measured_Nm\n"
             "0,1.5,0.25,-2,0\n0.001,2.5,0.25,-2,0.001\n0.002,3.5,0.25,-2,0.002\n");
+}
+
+/// Joint states of two channels on one topic, at 0 and 10 ms by their stamps, logged at another time.
+TEST(FilesOfOthers, ChannelsOfOneTopicAreOneAndAStampMayBeZero) {
+  std::string file;
+  McapWriter writer([&file](std::string_view part) { file += part; }, {.library = "test"});
+  const std::uint16_t schema = writer.add_schema(kJointStateType, "ros2msg", kJointStateDefinition);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const std::uint16_t channel =
+        writer.add_channel(schema, "/joint_states", "cdr", {{"publisher", std::to_string(i % 2)}});
+    const JointState state{{0, i / 2 * 10'000'000}, "", {i % 2 == 0 ? "a" : "b"}, {1.0 * i}, {}, {2}};
+    CdrWriter cdr;
+    write(cdr, state);
+    const std::uint64_t logged_ns = 1'700'000'000'000'000'000 + i;
+    writer.add_message({channel, 0, logged_ns, logged_ns, cdr.payload()});
+  }
+  writer.finish();
+  for (const char* joint : {"a", "b"}) {
+    const auto recording = runtime::parse_mcap_recording(file, "f.mcap", {.joint = joint}).recording;
+    ASSERT_EQ(recording.rows(), 2U) << joint;
+    EXPECT_EQ(recording.column("time_s")[0], 0);
+    EXPECT_EQ(recording.column("time_s")[1], 0.01);
+  }
 }
 
 /// A file in memory with messages of JointState; a joint state for each name of a message.
