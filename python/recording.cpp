@@ -40,10 +40,10 @@ Recording from_columns(const py::dict& columns, const std::string& rig, const st
   return recording;
 }
 
-Recording read(const std::filesystem::path& path) {
-  youbot::ReadRecording read = [&path] {
+Recording read(const std::filesystem::path& path, const std::string& joint) {
+  youbot::ReadRecording read = [&] {
     const py::gil_scoped_release release;
-    return youbot::read_recording(path);
+    return youbot::read_recording(path, runtime::ReadOptions{.joint = joint});
   }();
   const py::object warn = py::module_::import("warnings").attr("warn");
   for (const std::string& warning : read.warnings) warn(warning);
@@ -109,9 +109,9 @@ void add_recording(py::module_& module) {
                std::to_string(recording.columns.size()) + " columns>";
       });
   module.def(
-      "read_recording", &read, py::arg("path"),
+      "read_recording", &read, py::arg("path"), py::arg("joint") = "",
       "Reads a recording. Warns about parts that were left out. Raises FileError with file and line if the "
-      "file has a mistake.");
+      "file has a mistake. joint: of an MCAP file that another program wrote, if it has several.");
 }
 
 }  // namespace youbot_python

@@ -310,7 +310,8 @@ void identify(const IdentifyOptions& options) {
   std::vector<Rig> rigs;
   for (const auto& named : options.maps)
     for (const auto& path : maps_at(named)) {
-      identification::Recording map = read(path, {.not_measured = runtime::NotMeasured::kTaken});
+      identification::Recording map =
+          read(path, {.not_measured = runtime::NotMeasured::kTaken, .joint = options.joint});
       Rig& rig = rig_named(rigs, map.rig);
       rig.identified.model.evidence.push_back("sliding friction from " + path.filename().string());
       rig.maps.push_back(std::move(map));
