@@ -14,4 +14,4 @@ foreach(file IN LISTS asset_files)
   endif()
 endforeach()
 
-embed(report assets.cpp report/assets.h report ${assets})
+embed(youbot_report assets.cpp report/assets.h report ${assets})

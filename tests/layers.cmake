@@ -26,10 +26,13 @@ set(rules
   "^runtime/mcap/compression\\.cpp$" "^(runtime/|zstd\\.h$|lz4frame\\.h$)"
   "^runtime/"           "^(runtime|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/"
   "^report/"            "^(report|runtime)/"
-  "^operation/"         "^(operation|report|runtime|sim|control|model|hal|drivers|Eigen|spdlog|toml\\+\\+|nlohmann)/"
+  "^live/web_server\\.cpp$" "^(live|runtime|hal|boost|spdlog)/"
+  "^live/transforms\\.cpp$" "^(live|urdf_parser)/"
+  "^live/"              "^(live|runtime|hal|Eigen|nlohmann)/"
+  "^operation/"         "^(operation|live|report|runtime|sim|control|model|hal|drivers|Eigen|spdlog|toml\\+\\+|nlohmann)/"
   "^analysis/"          "^(analysis|report|runtime|identification|model|hal|Eigen|spdlog|nlohmann)/"
   # No program includes another: @1 is its own folder.
-  "^apps/([a-z_]+)/"    "^(apps/@1|operation|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
+  "^apps/([a-z_]+)/"    "^(apps/@1|operation|live|analysis|report|runtime|identification|sim|control|model|hal|drivers|Eigen|kdl|spdlog|toml\\+\\+|CLI|nlohmann)/")
 # The examples use the public interface only.
 list(APPEND rules "^examples/"         "^(youbot/|example_robot\\.h$)"
                   "^include/youbot/"   "^(youbot|runtime|identification|sim|control|model|hal|drivers)/")
@@ -39,7 +42,7 @@ set(operating_system "^<((sys|linux|net|netinet|netpacket|arpa)/.+|[a-z]+\\.h)$"
 set(not_in_control "^<(iostream|fstream|cstdio|filesystem|ctime|thread|.*mutex|condition_variable|future)$")
 
 file(GLOB_RECURSE files RELATIVE ${ROOT} ${ROOT}/*.h ${ROOT}/*.cpp)
-list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|report|operation|analysis|apps|examples|include)/")
+list(FILTER files INCLUDE REGEX "^(drivers|hal|model|control|sim|identification|runtime|report|live|operation|analysis|apps|examples|include)/")
 execute_process(
   COMMAND grep -noHE "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"][^>\"]+" ${files}
   WORKING_DIRECTORY ${ROOT} OUTPUT_VARIABLE includes RESULT_VARIABLE result)

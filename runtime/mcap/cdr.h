@@ -25,6 +25,7 @@ class CdrWriter {
   /// Begins the next payload in the same memory.
   void clear() { out_.assign({'\0', '\1', '\0', '\0'}); }
 
+  void number(std::uint8_t value) { aligned(value); }
   void number(std::uint32_t value) { aligned(value); }
   void number(std::int32_t value) { aligned(static_cast<std::uint32_t>(value)); }
   void number(double value) { aligned(std::bit_cast<std::uint64_t>(value)); }

@@ -1,0 +1,131 @@
+#include "live/ros_messages.h"
+
+namespace live::ros {
+namespace {
+
+constexpr std::string_view kHeader = "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
+constexpr std::string_view kTime = "MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
+constexpr std::string_view kVector = "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
+constexpr std::string_view kPoint = "MSG: geometry_msgs/Point\nfloat64 x\nfloat64 y\nfloat64 z\n";
+constexpr std::string_view kQuaternion =
+    "MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
+constexpr std::string_view kPose = "MSG: geometry_msgs/Pose\nPoint position\nQuaternion orientation\n";
+
+void write(CdrWriter& cdr, Time stamp) {
+  cdr.number(stamp.sec);
+  cdr.number(stamp.nanosec);
+}
+
+void write(CdrWriter& cdr, const Header& header) {
+  write(cdr, header.stamp);
+  cdr.string(header.frame_id);
+}
+
+void write(CdrWriter& cdr, const Eigen::Vector3d& vector) {
+  for (const double value : vector) cdr.number(value);
+}
+
+/// Position or translation, then rotation.
+void write(CdrWriter& cdr, const Eigen::Isometry3d& pose) {
+  write(cdr, Eigen::Vector3d(pose.translation()));
+  const Eigen::Quaterniond rotation(pose.linear());
+  for (const double value : {rotation.x(), rotation.y(), rotation.z(), rotation.w()}) cdr.number(value);
+}
+
+void write_unknown_covariance(CdrWriter& cdr) {
+  for (int i = 0; i < 36; ++i) cdr.number(0.0);
+}
+
+}  // namespace
+
+const Type kPoseStamped{
+    "geometry_msgs/msg/PoseStamped",
+    {"std_msgs/Header header\ngeometry_msgs/Pose pose\n", kPose, kPoint, kQuaternion, kHeader, kTime}};
+const Type kWrenchStamped{
+    "geometry_msgs/msg/WrenchStamped",
+    {"std_msgs/Header header\ngeometry_msgs/Wrench wrench\n",
+     "MSG: geometry_msgs/Wrench\nVector3 force\nVector3 torque\n", kVector, kHeader, kTime}};
+const Type kOdometry{"nav_msgs/msg/Odometry",
+                     {"std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/PoseWithCovariance pose\n"
+                      "geometry_msgs/TwistWithCovariance twist\n",
+                      "MSG: geometry_msgs/PoseWithCovariance\nPose pose\nfloat64[36] covariance\n",
+                      "MSG: geometry_msgs/TwistWithCovariance\nTwist twist\nfloat64[36] covariance\n",
+                      "MSG: geometry_msgs/Twist\nVector3 linear\nVector3 angular\n", kVector, kPose, kPoint,
+                      kQuaternion, kHeader, kTime}};
+const Type kTransforms{"tf2_msgs/msg/TFMessage",
+                       {"geometry_msgs/TransformStamped[] transforms\n",
+                        "MSG: geometry_msgs/TransformStamped\nstd_msgs/Header header\nstring child_frame_id\n"
+                        "Transform transform\n",
+                        "MSG: geometry_msgs/Transform\nVector3 translation\nQuaternion rotation\n", kVector,
+                        kQuaternion, kHeader, kTime}};
+const Type kDiagnosticArray{
+    "diagnostic_msgs/msg/DiagnosticArray",
+    {"std_msgs/Header header\nDiagnosticStatus[] status\n",
+     "MSG: diagnostic_msgs/DiagnosticStatus\nbyte OK=0\nbyte WARN=1\nbyte ERROR=2\nbyte STALE=3\nbyte level\n"
+     "string name\nstring message\nstring hardware_id\nKeyValue[] values\n",
+     "MSG: diagnostic_msgs/KeyValue\nstring key\nstring value\n", kHeader, kTime}};
+const Type kString{"std_msgs/msg/String", {"string data\n"}};
+
+std::string Type::definition() const {
+  const std::string separator = std::string(80, '=') + '\n';
+  std::string text;
+  for (const std::string_view part : parts) {
+    if (part.empty()) break;
+    if (!text.empty()) text += separator;
+    text += part;
+  }
+  return text;
+}
+
+void write_pose_stamped(CdrWriter& cdr, const Header& header, const Eigen::Isometry3d& pose) {
+  write(cdr, header);
+  write(cdr, pose);
+}
+
+void write_wrench_stamped(CdrWriter& cdr, const Header& header, const Eigen::Vector3d& force_N,
+                          const Eigen::Vector3d& moment_Nm) {
+  write(cdr, header);
+  write(cdr, force_N);
+  write(cdr, moment_Nm);
+}
+
+void write_odometry(CdrWriter& cdr, const Header& header, const std::string& child_frame_id,
+                    const Eigen::Isometry3d& pose, const Eigen::Vector3d& velocity_m_per_s,
+                    const Eigen::Vector3d& rate_rad_per_s) {
+  write(cdr, header);
+  cdr.string(child_frame_id);
+  write(cdr, pose);
+  write_unknown_covariance(cdr);
+  write(cdr, velocity_m_per_s);
+  write(cdr, rate_rad_per_s);
+  write_unknown_covariance(cdr);
+}
+
+void write_transforms(CdrWriter& cdr, Time stamp, const std::vector<Transform>& transforms) {
+  cdr.count(transforms.size());
+  for (const Transform& transform : transforms) {
+    write(cdr, Header{stamp, transform.parent});
+    cdr.string(transform.child);
+    write(cdr, transform.X_parent_child);
+  }
+}
+
+void write_diagnostics(CdrWriter& cdr, Time stamp, const std::vector<Diagnostic>& diagnostics) {
+  write(cdr, Header{stamp, ""});
+  cdr.count(diagnostics.size());
+  for (const Diagnostic& diagnostic : diagnostics) {
+    cdr.number(static_cast<std::uint8_t>(diagnostic.level));
+    cdr.string(diagnostic.name);
+    cdr.string(diagnostic.message);
+    cdr.string(diagnostic.hardware_id);
+    cdr.count(diagnostic.values.size());
+    for (const auto& [key, value] : diagnostic.values) {
+      cdr.string(key);
+      cdr.string(value);
+    }
+  }
+}
+
+void write_string(CdrWriter& cdr, std::string_view text) { cdr.string(text); }
+
+}  // namespace live::ros

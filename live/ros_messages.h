@@ -1,0 +1,66 @@
+/// @file
+/// The ROS 2 messages of the stream, beside sensor_msgs/JointState of runtime/mcap/ros_messages.h.
+#pragma once
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "runtime/mcap/cdr.h"
+#include "runtime/mcap/ros_messages.h"
+
+namespace live::ros {
+
+using runtime::mcap::CdrWriter;
+using runtime::mcap::Time;
+
+struct Type {
+  std::string_view name;
+  std::array<std::string_view, 10> parts;  ///< its fields, then each definition that it uses
+
+  /// As rosbag2 stores it.
+  std::string definition() const;
+};
+extern const Type kPoseStamped;
+extern const Type kWrenchStamped;
+extern const Type kOdometry;
+extern const Type kTransforms;
+extern const Type kDiagnosticArray;
+extern const Type kString;
+
+struct Header {
+  Time stamp;
+  std::string frame_id;
+};
+
+void write_pose_stamped(CdrWriter& cdr, const Header& header, const Eigen::Isometry3d& pose);
+void write_wrench_stamped(CdrWriter& cdr, const Header& header, const Eigen::Vector3d& force_N,
+                          const Eigen::Vector3d& moment_Nm);
+/// Unknown covariance: zeros, as the definition asks for.
+void write_odometry(CdrWriter& cdr, const Header& header, const std::string& child_frame_id,
+                    const Eigen::Isometry3d& pose, const Eigen::Vector3d& velocity_m_per_s,
+                    const Eigen::Vector3d& rate_rad_per_s);
+
+struct Transform {
+  std::string parent;
+  std::string child;
+  Eigen::Isometry3d X_parent_child = Eigen::Isometry3d::Identity();
+};
+void write_transforms(CdrWriter& cdr, Time stamp, const std::vector<Transform>& transforms);
+
+struct Diagnostic {
+  enum class Level : std::uint8_t { kOk, kWarn, kError, kStale };
+  Level level = Level::kOk;
+  std::string name;
+  std::string message;
+  std::string hardware_id;
+  std::vector<std::pair<std::string, std::string>> values{};
+};
+void write_diagnostics(CdrWriter& cdr, Time stamp, const std::vector<Diagnostic>& diagnostics);
+
+void write_string(CdrWriter& cdr, std::string_view text);
+
+}  // namespace live::ros
