@@ -177,6 +177,7 @@ class EthercatRobot final : public Robot {
   std::vector<std::string> notes() const override;
   std::string explain(const CycleStatus& status) const override;
   std::optional<BusLosses> losses() const override;
+  std::vector<BusDevice> devices() const override;
   std::vector<std::string> device_faults() const override;
   std::vector<std::string> report() const override;
 
@@ -585,6 +586,16 @@ std::optional<BusLosses> EthercatRobot::losses() const {
   // The window restarts after such a gap; during the gap its length is reported.
   const int cycles = std::min(state.lasting_gap, static_cast<int>(LossWindow::kCycles));
   return BusLosses{.cycles = cycles, .lost = cycles, .level = BusLosses::Level::kFault};
+}
+
+std::vector<BusDevice> EthercatRobot::devices() const {
+  if (!bus_) return {};
+  const RobotState& state = newest_state();
+  std::vector<BusDevice> devices;
+  for (std::size_t i = 0; i < bus_->size(); ++i)
+    devices.push_back(
+        {bus_->slave(i).label(), state.bus.health[i].condition == ethercat::SlaveCondition::kOperational});
+  return devices;
 }
 
 std::vector<std::string> EthercatRobot::device_faults() const {

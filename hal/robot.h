@@ -93,6 +93,12 @@ struct BusLosses {
   enum class Level : std::uint8_t { kOk, kWarning, kFault } level = Level::kOk;
 };
 
+/// A device on the bus, for a drawing of it.
+struct BusDevice {
+  std::string name;    ///< "slave 2 (KR-EC400)"
+  bool works = false;  ///< in operation
+};
+
 /// Maximum time between two positions of a joint for all sensor checks to run, and for any of them
 /// (docs/safety.md, "Sensors that lie").
 inline constexpr std::chrono::microseconds kLongestRegularSample{1500};
@@ -105,7 +111,8 @@ const char* describe(Fault fault) noexcept;
 const char* describe(JointFault fault) noexcept;
 
 /// Sole owner of its bus. One thread calls exchange(). Of the set-up calls, only explain(), losses(),
-/// device_faults() and report() may run concurrently, in one other thread. The destructor deactivates.
+/// devices(), device_faults() and report() may run concurrently, in one other thread. The destructor
+/// deactivates.
 class Robot {
  public:
   Robot() = default;
@@ -133,6 +140,8 @@ class Robot {
   virtual std::string explain(const CycleStatus& status) const;
   /// Setup: empty if there is no bus.
   virtual std::optional<BusLosses> losses() const { return std::nullopt; }
+  /// Setup: all devices in the order of the bus; empty if there is no bus.
+  virtual std::vector<BusDevice> devices() const { return {}; }
   /// Setup: current faults that prevent operation, "DEVICE: what is wrong, and what to check", one device per
   /// line.
   virtual std::vector<std::string> device_faults() const { return {}; }

@@ -28,6 +28,7 @@ class RobotWrapper : public Robot {
   std::vector<std::string> notes() const override { return robot_.notes(); }
   std::string explain(const CycleStatus& status) const override { return robot_.explain(status); }
   std::optional<BusLosses> losses() const override { return robot_.losses(); }
+  std::vector<BusDevice> devices() const override { return robot_.devices(); }
   std::vector<std::string> device_faults() const override { return robot_.device_faults(); }
   std::vector<std::string> report() const override { return robot_.report(); }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "operation/config.h"
+#include "operation/live_feed.h"
 #include "operation/run.h"
 #include "operation/run_recording.h"
 #include "runtime/configuration/plausibility_config.h"
@@ -36,6 +37,7 @@ class RecordedRun : public Run {
     const bool leads_to_the_end = sum_up(record);
     count_limiters(record.limited, summary_);
     if (leads_to_the_end) flight_recorder_.add(record);
+    if (options_.live != nullptr) options_.live->add(record);
     if (after_cycle_) after_cycle_(record);
     if (!recording_) return;
     if (options_.virtual_time) recording_->wait_for_room();

@@ -16,6 +16,8 @@
 
 namespace operation {
 
+class LiveFeed;
+
 /// State of a run in progress. Plain values, because they cross threads.
 struct Progress {
   static constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -67,6 +69,7 @@ struct RunOptions {
   std::optional<std::filesystem::path> record_directory{};
   std::string experiment = "path";  ///< name in the recordings of a base
   bool virtual_time = false;        ///< the recording may delay the cycle
+  LiveFeed* live = nullptr;         ///< of a page; null: none. Must outlive the run
   bool show_progress = false;       ///< on standard error, during the run
 };
 

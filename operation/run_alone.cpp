@@ -3,12 +3,32 @@
 #include <string>
 #include <utility>
 
+#include "operation/live_feed.h"
 #include "operation/run_progress.h"
 #include "runtime/loop.h"
 #include "runtime/real_time.h"
 #include "runtime/robot_session.h"
 
 namespace operation {
+namespace {
+
+/// To a page, as long as it lives.
+class Shown {
+ public:
+  Shown(LiveFeed* feed, const hal::Robot& robot) : feed_(feed) {
+    if (feed_ != nullptr) feed_->show(&robot);
+  }
+  Shown(const Shown&) = delete;
+  Shown& operator=(const Shown&) = delete;
+  ~Shown() {
+    if (feed_ != nullptr) feed_->show(nullptr);
+  }
+
+ private:
+  LiveFeed* feed_;
+};
+
+}  // namespace
 
 void run_alone(hal::Clock& clock, const Config& config, const AloneOptions& options,
                const runtime::OpenedRobot& robot, Run& run, std::optional<std::chrono::nanoseconds> whole,
@@ -17,6 +37,7 @@ void run_alone(hal::Clock& clock, const Config& config, const AloneOptions& opti
   {
     RunProgress progress(options.show_progress, whole);
     const runtime::RobotActivation activation(*robot.robot);
+    const Shown shown(options.live, *robot.robot);
     runtime::RealTimeThread
         real_time;  // entered last, when everything is allocated and all other threads run
     if (!options.virtual_time)

@@ -1,0 +1,58 @@
+/// @file
+/// The channels of the stream: cycles as ROS 2 messages.
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "live/foxglove.h"
+#include "live/transforms.h"
+#include "operation/live_feed.h"
+
+namespace operation {
+
+/// One thread, that of the stream.
+class LiveChannels {
+ public:
+  /// Set-up: adds the channels. The stream must outlive them.
+  LiveChannels(live::FoxgloveStream& stream, bool teleoperated);
+
+  void publish(const LiveSample& sample);
+  /// A status in the form of `youbotctl status --json`, for the page, and as diagnostics.
+  void publish_status(std::uint64_t time_ns, const nlohmann::json& status);
+
+  /// Names of the columns of /youbot/record.
+  const std::vector<std::string>& columns() const noexcept { return columns_; }
+
+ private:
+  struct Motion {
+    std::uint64_t time_ns;
+    std::array<double, 3> base_W;
+  };
+  void publish(std::uint64_t time_ns, const CycleRecord& record);
+  void publish(std::uint64_t time_ns, const TeleopRecord& record);
+  void publish_odometry(std::uint64_t time_ns, const std::array<double, 3>& base_W);
+  void publish_transforms(std::uint64_t time_ns, const std::array<double, 3>& base_W, const double* arm_rad);
+  template <typename Record>
+  void publish_record(std::uint64_t time_ns, const Record& record);
+  template <typename Write>
+  void send(std::size_t channel, std::uint64_t time_ns, const Write& write);
+
+  live::FoxgloveStream& stream_;
+  live::RobotTransforms transforms_;
+  std::vector<std::string> columns_;
+  std::size_t record_ = 0, status_ = 0, joint_states_ = 0, joint_commands_ = 0, odometry_ = 0, frames_ = 0,
+              diagnostics_ = 0;
+  // Of teleoperation.
+  std::size_t end_effector_ = 0, setpoint_ = 0, wrench_ = 0, felt_force_ = 0;
+  std::optional<Motion> before_;
+  runtime::mcap::CdrWriter cdr_;
+  std::map<std::string, double> positions_;
+};
+
+}  // namespace operation

@@ -1,0 +1,107 @@
+/// @file
+/// What a page and a stream show of the cycle, on its way to their thread.
+#pragma once
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <mutex>
+#include <type_traits>
+#include <variant>
+
+#include "hal/robot.h"
+#include "operation/cycle_record.h"
+#include "operation/teleop_record.h"
+#include "runtime/spsc_ring.h"
+
+namespace operation {
+
+struct LiveSample {
+  std::uint64_t time_ns = 0;  ///< since 1970, of the clock that nothing sets
+  bool running = false;       ///< false: the drives are off, and only what the joints measure is valid
+  std::variant<CycleRecord, TeleopRecord> record;
+};
+static_assert(std::is_trivially_copyable_v<LiveSample>);
+
+/// Counts of durations, written by the cycle and read by any thread.
+class LiveHistogram {
+ public:
+  static constexpr std::size_t kBuckets = 18;
+  /// Upper bounds in µs; the last bucket has none.
+  static constexpr std::array<int, kBuckets - 1> kBounds_us{
+      1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000, 20000, 50000, 100000, 1000000};
+
+  void add(std::chrono::nanoseconds duration) noexcept {
+    std::size_t bucket = 0;
+    while (bucket < kBounds_us.size() && duration > std::chrono::microseconds(kBounds_us[bucket])) ++bucket;
+    counts_[bucket].store(counts_[bucket].load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+  std::array<std::uint64_t, kBuckets> counts() const noexcept {
+    std::array<std::uint64_t, kBuckets> counts{};
+    for (std::size_t i = 0; i < kBuckets; ++i) counts[i] = counts_[i].load(std::memory_order_relaxed);
+    return counts;
+  }
+
+ private:
+  std::array<std::atomic<std::uint64_t>, kBuckets> counts_{};
+};
+
+/// From the cycle to one reader, which never delays the cycle: what it does not read in time is lost, and
+/// counted.
+class LiveFeed {
+ public:
+  /// The cycle passes on one record in this time.
+  static constexpr std::chrono::milliseconds kPeriod{10};
+
+  LiveFeed() noexcept
+      : epoch_(std::chrono::system_clock::now().time_since_epoch() -
+               std::chrono::steady_clock::now().time_since_epoch()) {}
+
+  /// Cycle: wait-free.
+  template <typename Record>
+  void add(const Record& record, bool running = true) noexcept {
+    wake_up_.add(record.wake_up);
+    step_.add(record.step);
+    const std::chrono::nanoseconds now = std::chrono::steady_clock::now().time_since_epoch();
+    if (now - last_ < kPeriod) return;
+    last_ = now;
+    LiveSample sample{
+        .time_ns = static_cast<std::uint64_t>((epoch_ + now).count()), .running = running, .record = record};
+    if (!ring_.push(sample))
+      lost_.store(lost_.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+  }
+
+  /// The reader's thread: false if there is nothing new.
+  bool take(LiveSample& sample) noexcept { return ring_.pop(sample); }
+  std::uint64_t lost() const noexcept { return lost_.load(std::memory_order_relaxed); }
+  const LiveHistogram& wake_up() const noexcept { return wake_up_; }
+  const LiveHistogram& step() const noexcept { return step_; }
+
+  /// Set-up, of a run without a service: the active robot, or null when it ends, for with_robot().
+  void show(const hal::Robot* robot) {
+    const std::lock_guard lock(mutex_);
+    robot_ = robot;
+  }
+  /// The reader's thread: calls `look(robot)` if there is one. It may call what hal::Robot allows
+  /// concurrently.
+  template <typename Look>
+  void with_robot(const Look& look) const {
+    const std::lock_guard lock(mutex_);
+    if (robot_ != nullptr) look(*robot_);
+  }
+
+ private:
+  static constexpr std::size_t kCapacity = 256;  // 2.5 s
+
+  runtime::SpscRing<LiveSample> ring_{kCapacity};
+  std::chrono::nanoseconds epoch_;
+  std::chrono::nanoseconds last_{};
+  LiveHistogram wake_up_;
+  LiveHistogram step_;
+  std::atomic<std::uint64_t> lost_{0};
+  mutable std::mutex mutex_;
+  const hal::Robot* robot_ = nullptr;
+};
+
+}  // namespace operation
